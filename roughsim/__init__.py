@@ -1,0 +1,65 @@
+"""roughsim: Monte Carlo synthesis of rough surfaces, their elastoplastic contact, and the heat of sliding.
+
+Conventions, stated once
+------------------------
+Units
+    SI everywhere inside; units are read at the edge (scene files) and written at the edge (charts, files).
+Axes
+    Fields are arrays of ``grid.shape``; axis 0 is x, axis 1 is y. Directions are angles in radians from
+    axis 0 towards axis 1.
+Fourier
+    f(x) = Σ_q f(q) exp(+i q·x), so f(q) = (1/N) Σ_x f(x) exp(−i q·x); q = 2πk/L in rad/m. Real fields are
+    held by the half q_y ≥ 0 (`Grid.multiplicity` counts the modes that each entry stands for).
+Power spectrum
+    C(q) is isotropic with ⟨h²⟩ = 2π ∫ q C dq and ⟨|∇h|²⟩ = 2π ∫ q³ C dq (Persson's convention). On a grid the
+    variance of a mode is ∫ C d²q over its Fourier cell.
+Contact
+    Pressure is ≥ 0 in compression. S(q) = 2/(E*|q|), S(0) = 0; the offset is the multiplier of the load.
+Heat
+    The source moves along +x through the body, so the wake lies at x < 0 and ∂T/∂x over the contact is
+    negative. Temperatures are above the background: q = 0 is removed from stress and temperature.
+"""
+
+from importlib import import_module
+from typing import Any
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "Grid": "grid",
+    "SelfAffineSpectrum": "spectrum",
+    "TabulatedSpectrum": "spectrum",
+    "synthesize": "surface",
+    "Solid": "contact",
+    "Contact": "contact",
+    "solve_contact": "contact",
+    "sliding_temperature": "heat",
+    "Sliding": "observables",
+    "measure": "observables",
+    "set_threads": "fourier",
+    "Scene": "scene",
+    "load_scene": "scene",
+    "Level": "plan",
+    "Numerics": "plan",
+    "plan": "plan",
+    "realize": "ensemble",
+    "run": "ensemble",
+    "open_run": "record",
+    "compare": "compare",
+    "RoughsimError": "errors",
+    "ConvergenceError": "errors",
+    "RecordError": "errors",
+    "ResolutionError": "errors",
+}
+__all__ = [*_HOME, "__version__"]  # noqa: PLE0604  (the names are strings)
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its module when it is first asked for (PEP 562)."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'roughsim' has no attribute {name!r}")
+    return getattr(import_module(f"roughsim.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,111 @@
+"""What can go wrong, and the checks that refuse it before any work starts.
+
+Every message names the quantity, its value with unit, the limit, and what to do.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+class RoughsimError(Exception):
+    """The root of all errors that roughsim raises by itself."""
+
+
+class ConvergenceError(RoughsimError, RuntimeError):
+    """An iteration did not reach its tolerance.
+
+    Attributes
+    ----------
+    residual : float
+        The residual where it stopped, dimensionless.
+    iterations : int
+        Iterations done on the finest grid.
+    pressure : ndarray or None
+        The best field found, Pa: for inspection, not for use.
+    """
+
+    def __init__(self, message: str, residual: float, iterations: int, pressure: NDArray[np.float64] | None = None):
+        super().__init__(message)
+        self.residual = residual
+        self.iterations = iterations
+        self.pressure = pressure
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Keep the attributes on the way back from a worker process."""
+        return type(self), (str(self), self.residual, self.iterations, self.pressure)
+
+
+class RecordError(RoughsimError, ValueError):
+    """A stored file or run folder cannot be read or does not fit."""
+
+
+class ResolutionError(RoughsimError, ValueError):
+    """A grid is too coarse, or a cell too small, for what is asked of it."""
+
+
+def number(name: str, value: Any, unit: str = "") -> float:
+    """Return `value` as a finite float; ValueError or TypeError naming `name` otherwise."""
+    if isinstance(value, (bool, np.bool_, str, bytes)) or np.ndim(value) != 0 or isinstance(value, complex):
+        raise TypeError(f"{name} = {value!r} must be one real number{_in(unit)}")
+    try:
+        result = float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} = {value!r} must be one real number{_in(unit)}") from None
+    if not math.isfinite(result):
+        raise ValueError(f"{name} = {result}{_of(unit)} must be finite")
+    return result
+
+
+def positive(name: str, value: Any, unit: str = "") -> float:
+    """Return `value` as a finite float > 0; ValueError or TypeError naming `name` otherwise."""
+    result = number(name, value, unit)
+    if result <= 0.0:
+        raise ValueError(f"{name} = {result:.6g}{_of(unit)} must be positive")
+    return result
+
+
+def not_negative(name: str, value: Any, unit: str = "") -> float:
+    """Return `value` as a finite float ≥ 0; ValueError or TypeError naming `name` otherwise."""
+    result = number(name, value, unit)
+    if result < 0.0:
+        raise ValueError(f"{name} = {result:.6g}{_of(unit)} must not be negative")
+    return result
+
+
+def real_field(name: str, value: ArrayLike, shape: tuple[int, ...] | None = None) -> NDArray[Any]:
+    """Return `value` as a finite real 2-D array: float32 stays, everything else real becomes float64.
+
+    Raises
+    ------
+    TypeError
+        Masked, complex, string or object arrays: data that would be silently changed by a conversion.
+    ValueError
+        Not two-dimensional, not of `shape`, empty, NaN or infinite.
+    """
+    if isinstance(value, np.ma.MaskedArray):
+        raise TypeError(f"{name} is a masked array; fill or crop the masked points first")
+    array = np.asarray(value)
+    if array.dtype.kind not in "buif":
+        raise TypeError(f"{name} has dtype {array.dtype}; a real numeric array is needed")
+    if array.ndim != 2 or array.size == 0:
+        raise ValueError(f"{name} has shape {array.shape}; a 2-D array with at least one point is needed")
+    if shape is not None and array.shape != shape:
+        raise ValueError(f"{name} has shape {array.shape}, but the grid has shape {shape}")
+    single = array.dtype.kind == "f" and array.dtype.itemsize == 4
+    array = np.ascontiguousarray(array, dtype=np.float32 if single else np.float64)
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} holds {int((~np.isfinite(array)).sum())} values that are NaN or infinite")
+    return array
+
+
+def _of(unit: str) -> str:
+    return f" {unit}" if unit else ""
+
+
+def _in(unit: str) -> str:
+    return f" in {unit}" if unit else ""

@@ -1,0 +1,110 @@
+"""The periodic grid: points in real space, modes in Fourier space."""
+
+from __future__ import annotations
+
+import operator
+from dataclasses import dataclass
+from functools import lru_cache
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim.errors import positive
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """A periodic rectangular cell with a regular grid of points; axis 0 is x.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Number of points along x and y, each ≥ 1.
+    lengths : (float, float)
+        Side lengths of the cell along x and y, m.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a count is not a whole number ≥ 1 or a length is not finite and positive.
+    """
+
+    shape: tuple[int, int]
+    lengths: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        shape, lengths = tuple(self.shape), tuple(self.lengths)
+        if len(shape) != 2 or len(lengths) != 2:
+            raise ValueError(f"shape = {shape} and lengths = {lengths} need two entries each, along x and y")
+        try:
+            counts = tuple(operator.index(n) for n in shape)
+        except TypeError:
+            raise TypeError(f"shape = {shape} must hold whole numbers") from None
+        if min(counts) < 1:
+            raise ValueError(f"shape = {shape} must hold numbers of points ≥ 1")
+        object.__setattr__(self, "shape", counts)
+        object.__setattr__(self, "lengths", tuple(positive("lengths", length, "m") for length in lengths))
+
+    @property
+    def spacing(self) -> tuple[float, float]:
+        """Distance between neighbouring points along x and y, m."""
+        return self.lengths[0] / self.shape[0], self.lengths[1] / self.shape[1]
+
+    @property
+    def points(self) -> int:
+        """Number of grid points."""
+        return self.shape[0] * self.shape[1]
+
+    @property
+    def half_shape(self) -> tuple[int, int]:
+        """Shape of the half spectrum of a real field."""
+        return self.shape[0], self.shape[1] // 2 + 1
+
+    @property
+    def nyquist(self) -> float:
+        """Highest wavenumber that every direction resolves, rad/m; an axis of one point does not count."""
+        limits = [pi * n / length for n, length in zip(self.shape, self.lengths, strict=True) if n > 1]
+        return min(limits, default=float("inf"))
+
+    @property
+    def wavevectors(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(q_x, q_y) of the half spectrum, rad/m, shapes (n_x, 1) and (1, n_y//2 + 1); read-only."""
+        return _wavevectors(self)
+
+    @property
+    def wavenumbers(self) -> NDArray[np.float64]:
+        """|q| of the half spectrum, rad/m, shape `half_shape`; read-only."""
+        return _wavenumbers(self)
+
+    @property
+    def multiplicity(self) -> NDArray[np.float64]:
+        """Modes of the full plane that each column of the half spectrum stands for: 1 or 2, shape (1, n_y//2 + 1)."""
+        return _multiplicity(self.shape[1])
+
+
+@lru_cache(maxsize=16)
+def _wavevectors(grid: Grid) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    (nx, ny), (lx, ly) = grid.shape, grid.lengths
+    qx = 2 * pi / lx * np.rint(np.fft.fftfreq(nx) * nx)[:, None]
+    qy = 2 * pi / ly * np.arange(ny // 2 + 1, dtype=np.float64)[None, :]
+    return _frozen(qx), _frozen(qy)
+
+
+@lru_cache(maxsize=4)
+def _wavenumbers(grid: Grid) -> NDArray[np.float64]:
+    return _frozen(np.hypot(*grid.wavevectors))
+
+
+@lru_cache(maxsize=16)
+def _multiplicity(ny: int) -> NDArray[np.float64]:
+    counts = np.full((1, ny // 2 + 1), 2.0)
+    counts[0, 0] = 1.0
+    if ny % 2 == 0:
+        counts[0, -1] = 1.0
+    return _frozen(counts)
+
+
+def _frozen(array: NDArray[np.float64]) -> NDArray[np.float64]:
+    array.flags.writeable = False
+    return array

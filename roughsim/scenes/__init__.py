@@ -1,0 +1,1 @@
+"""Bundled scenes: TOML files that every command takes by name."""
