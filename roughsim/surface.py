@@ -1,0 +1,245 @@
+"""Random surfaces with a given power spectrum.
+
+The modes are drawn in the order of their wavenumber, which depends on the cell alone. So the same random stream gives
+the same surface on every grid: a finer grid or a higher q_max only adds modes. Paired solves rest on this.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Hashable
+from functools import lru_cache
+from itertools import pairwise
+from math import pi
+from typing import Any, Literal, NamedTuple, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim import fourier
+from roughsim.errors import ResolutionError
+from roughsim.grid import Grid
+from roughsim.spectrum import Spectrum
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Steps = tuple[float, float]
+_NEAR = 16.0  # cells closer to the origin than this many mode spacings are integrated in polar coordinates
+_MANY_BREAKS = 16  # a spectrum with more breaks is a table: its kinks are mild, only its ends are sharp
+
+
+def synthesize(
+    spectrum: Spectrum,
+    grid: Grid,
+    rng: np.random.Generator,
+    *,
+    amplitudes: Literal["fixed", "gaussian"] = "fixed",
+) -> Array:
+    """Draw a surface whose modes have the variance ∫C d²q over their Fourier cells.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+        C(q), m⁴, with `breaks`; its end must not lie beyond the Nyquist wavenumber of the grid.
+    grid : Grid
+        The periodic cell.
+    rng : numpy.random.Generator
+        The random stream; the same stream gives the same surface, whatever the grid.
+    amplitudes : {"fixed", "gaussian"}
+        "fixed": each mode has exactly its standard deviation as amplitude and a random phase, so rms height and slope
+        are the same for every draw. "gaussian": complex normal modes, a Gaussian random field.
+
+    Returns
+    -------
+    ndarray
+        Heights, shape `grid.shape`, m, with mean zero.
+
+    Raises
+    ------
+    ResolutionError
+        If C(q) reaches beyond the Nyquist wavenumber.
+    TypeError, ValueError
+        If `rng` is no generator or `amplitudes` is neither word.
+
+    Warns
+    -----
+    RuntimeWarning
+        If C(q) begins below the lowest mode of the cell: that part is left out.
+    """
+    if not isinstance(rng, np.random.Generator):
+        raise TypeError(f"rng = {rng!r} must be a numpy Generator; make one with np.random.default_rng(seed)")
+    if amplitudes not in ("fixed", "gaussian"):
+        raise ValueError(f'amplitudes = {amplitudes!r} must be "fixed" or "gaussian"')
+    modes = _modes(spectrum, grid) if isinstance(spectrum, Hashable) else _find_modes(spectrum, grid)
+    values = _draw(modes, rng, amplitudes)
+    half = np.zeros(grid.half_shape, dtype=np.complex128)
+    half.flat[modes.place] = values
+    half.flat[modes.partner[modes.paired]] = values[modes.paired].conj()
+    return fourier.inverse(half, grid.shape)
+
+
+class _Modes(NamedTuple):
+    """The independent modes of a surface in the order in which they are drawn."""
+
+    place: NDArray[np.int64]  # flat place in the half spectrum
+    partner: NDArray[np.int64]  # flat place of the conjugate, where that also lies in the half spectrum
+    paired: NDArray[np.bool_]  # whether it does
+    real: NDArray[np.bool_]  # whether the mode is its own conjugate
+    deviation: Array  # √variance of one mode of the full plane, m
+
+
+def _draw(modes: _Modes, rng: np.random.Generator, amplitudes: str) -> NDArray[Any]:
+    count = modes.place.size
+    if amplitudes == "gaussian":
+        normal = rng.standard_normal((count, 2))
+        complex_normal = (normal[:, 0] + 1j * normal[:, 1]) * np.sqrt(0.5)
+        return modes.deviation * np.where(modes.real, normal[:, 0], complex_normal)
+    turn = rng.random(count)
+    return modes.deviation * np.where(modes.real, np.where(turn < 0.5, 1.0, -1.0), np.exp(2j * pi * turn))
+
+
+@lru_cache(maxsize=4)
+def _modes(spectrum: Hashable, grid: Grid) -> _Modes:
+    return _find_modes(cast(Spectrum, spectrum), grid)
+
+
+def _find_modes(spectrum: Spectrum, grid: Grid) -> _Modes:
+    variance = mode_variance(spectrum, grid)
+    (nx, ny), half = grid.shape, grid.half_shape
+    kx, ky = np.divmod(np.flatnonzero(variance), half[1])
+    lone_column = (ky == 0) | (2 * ky == ny)  # columns that hold both a mode and its conjugate
+    independent = ~lone_column | (2 * kx <= nx)
+    kx, ky, lone_column = kx[independent], ky[independent], lone_column[independent]
+    signed = np.where(2 * kx > nx, kx - nx, kx)
+    q2 = (signed / grid.lengths[0]) ** 2 + (ky / grid.lengths[1]) ** 2
+    order = np.lexsort((signed, ky, q2))
+    kx, ky, lone_column = kx[order], ky[order], lone_column[order]
+    mirror = (nx - kx) % nx
+    real = lone_column & (mirror == kx)
+    place = kx * half[1] + ky
+    return _Modes(place, mirror * half[1] + ky, lone_column & ~real, real, np.sqrt(variance.flat[place]))
+
+
+def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
+    """Return ∫ C d²q over the Fourier cell of each mode.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+        C(q), m⁴.
+    grid : Grid
+        The periodic cell.
+
+    Returns
+    -------
+    ndarray
+        Variance of one mode of the full plane, shape `grid.half_shape`, m²; with `grid.multiplicity` it sums to the
+        variance of the surface. q = 0 is zero. A Nyquist mode stands for both its signs.
+
+    Raises
+    ------
+    ResolutionError
+        If C(q) reaches beyond the Nyquist wavenumber.
+    """
+    ends = spectrum.breaks[0], spectrum.breaks[-1]
+    if ends[1] > grid.nyquist * (1 + 1e-12):
+        raise ResolutionError(
+            f"q_max = {ends[1]:.4g} rad/m exceeds the Nyquist wavenumber {grid.nyquist:.4g} rad/m of the grid "
+            f"{grid.shape}; refine the grid or lower q_max"
+        )
+    lowest = 2 * pi / max(grid.lengths)
+    if ends[0] < lowest * (1 - 1e-9):
+        warnings.warn(
+            f"q_min = {ends[0]:.4g} rad/m lies below the lowest mode 2π/L = {lowest:.4g} rad/m of the cell: roughness "
+            f"of longer waves is left out; enlarge the cell to keep it",
+            RuntimeWarning,
+            stacklevel=3,
+        )
+    rows = np.arange(grid.shape[0])
+    return _quadrant(spectrum, grid)[np.minimum(rows, grid.shape[0] - rows)]
+
+
+def _quadrant(spectrum: Spectrum, grid: Grid) -> Array:
+    """Cell integrals for k_x, k_y ≥ 0, with the Nyquist rows counted for both signs."""
+    nx, ny = grid.shape
+    steps = 2 * pi / grid.lengths[0], 2 * pi / grid.lengths[1]
+    kx, ky = np.arange(nx // 2 + 1)[:, None], np.arange(ny // 2 + 1)[None, :]
+    near, far = _extremes(kx, ky, steps)
+    breaks = spectrum.breaks
+    result = np.zeros(near.shape)
+    covered = (far > breaks[0]) & (near < breaks[-1])
+    covered[0, 0] = False
+    sharp = (breaks[0], breaks[-1]) if len(breaks) > _MANY_BREAKS else breaks
+    special = np.hypot(kx * steps[0], ky * steps[1]) < _NEAR * max(steps)
+    for q in sharp:
+        special = special | ((near < q) & (q < far))
+    smooth = covered & ~special
+    for where, integral in ((smooth, _smooth_cells), (covered & special, _polar_cells)):
+        rows, columns = np.nonzero(where)
+        result[where] = integral(spectrum, rows, columns, steps)
+    if nx > 1 and nx % 2 == 0:
+        result[-1] *= 2.0
+    if ny > 1 and ny % 2 == 0:
+        result[:, -1] *= 2.0
+    return result
+
+
+def _extremes(kx: Index, ky: Index, steps: Steps) -> tuple[Array, Array]:
+    """Shortest and longest wavenumber of each cell."""
+    near = np.hypot(np.maximum(kx - 0.5, 0) * steps[0], np.maximum(ky - 0.5, 0) * steps[1])
+    return near, np.hypot((kx + 0.5) * steps[0], (ky + 0.5) * steps[1])
+
+
+def _smooth_cells(
+    spectrum: Spectrum, kx: NDArray[np.int64], ky: NDArray[np.int64], steps: tuple[float, float]
+) -> Array:
+    """3×3 Gauss points: for cells far from the origin and from the sharp ends (relative error < 1e-8)."""
+    nodes, weights = np.polynomial.legendre.leggauss(3)
+    total = np.zeros(kx.size)
+    for a, weight_a in zip(nodes, weights, strict=True):
+        for b, weight_b in zip(nodes, weights, strict=True):
+            q = np.hypot((kx + a / 2) * steps[0], (ky + b / 2) * steps[1])
+            total += weight_a * weight_b / 4 * spectrum(q)
+    return total * steps[0] * steps[1]
+
+
+def _polar_cells(spectrum: Spectrum, kx: Index, ky: Index, steps: Steps) -> Array:
+    """∫ q C(q) θ(q) dq, θ the angle of the circle q inside the cell: exact at sharp ends, in pieces between kinks."""
+    total = np.zeros(kx.size)
+    for start in range(0, kx.size, 4096):
+        part = slice(start, start + 4096)
+        total[part] = _polar_chunk(spectrum, kx[part], ky[part], steps)
+    return total
+
+
+def _polar_chunk(spectrum: Spectrum, kx: Index, ky: Index, steps: Steps) -> Array:
+    # a cell on an axis is twice its half in the quadrant
+    x0, x1 = np.maximum(kx - 0.5, 0) * steps[0], (kx + 0.5) * steps[0]
+    y0, y1 = np.maximum(ky - 0.5, 0) * steps[1], (ky + 0.5) * steps[1]
+    copies = np.where(kx == 0, 2.0, 1.0) * np.where(ky == 0, 2.0, 1.0)
+    corners = [np.hypot(x0, y0), np.hypot(x1, y0), np.hypot(x0, y1), np.hypot(x1, y1)]
+    inner = [np.clip(np.full(kx.shape, q), corners[0], corners[3]) for q in spectrum.breaks]
+    edges = np.sort(np.stack([*corners, *inner]), axis=0)
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    t = (nodes + 1) / 2
+    smooth, slope = t * t * (3 - 2 * t), 6 * t * (1 - t)  # flattens the square roots of θ(q) at the corners
+    total = np.zeros(kx.size)
+    for left, right in pairwise(edges):
+        if not (right > left).any():
+            continue
+        q = left[:, None] + (right - left)[:, None] * smooth
+        middle = 0.5 * (left + right)
+        value = spectrum(np.clip(q, left[:, None] * (1 + 1e-15), right[:, None] * (1 - 1e-15)))
+        angle = _angle(q, x0[:, None], x1[:, None], y0[:, None], y1[:, None])
+        inside = (middle > spectrum.breaks[0]) & (middle < spectrum.breaks[-1])
+        total += np.where(inside, right - left, 0.0) * ((q * value * angle * slope) @ (weights / 2))
+    return copies * total
+
+
+def _angle(q: Array, x0: Any, x1: Any, y0: Any, y1: Any) -> Array:
+    """Angle of the circle of radius q inside the rectangle [x0, x1] × [y0, y1] of the first quadrant."""
+    q = np.maximum(q, np.finfo(float).tiny)
+    upper = np.minimum(np.arccos(np.minimum(x0 / q, 1)), np.arcsin(np.minimum(y1 / q, 1)))
+    lower = np.maximum(np.arccos(np.minimum(x1 / q, 1)), np.arcsin(np.minimum(y0 / q, 1)))
+    angle: Array = np.maximum(upper - lower, 0.0)
+    return angle
