@@ -1,0 +1,79 @@
+"""What the formulas accept: checks that refuse an argument before any work starts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+class Spectrum(Protocol):
+    """A function of the wavenumber that is smooth between its breaks and absent beyond the outer two."""
+
+    @property
+    def breaks(self) -> Sequence[float]:
+        """Wavenumbers of the ends, kinks and jumps, ascending, rad/m."""
+
+    def __call__(self, q: Array, /) -> Array:
+        """Return the density at the wavenumbers `q`, rad/m, elementwise."""
+
+
+def real_array(name: str, value: ArrayLike, unit: str) -> Array:
+    """Return `value` as a finite float64 array of its own shape; TypeError or ValueError naming `name` otherwise."""
+    array = np.asarray(value)
+    if isinstance(value, np.ma.MaskedArray) or array.dtype.kind not in "iuf":
+        raise TypeError(f"{name} = {value!r} must be real numbers in {unit}")
+    result = array.astype(np.float64)
+    if not np.isfinite(result).all():
+        raise ValueError(f"{name} holds values that are NaN or infinite; give finite numbers in {unit}")
+    return result
+
+
+def not_negative_array(name: str, value: ArrayLike, unit: str) -> Array:
+    """Return `value` as a finite array ≥ 0; TypeError or ValueError naming `name` otherwise."""
+    result = real_array(name, value, unit)
+    if (result < 0.0).any():
+        raise ValueError(f"{name} = {result.min():.6g} {unit} must not be negative")
+    return result
+
+
+def positive(name: str, value: Any, unit: str) -> float:
+    """Return `value` as one finite number > 0; TypeError or ValueError naming `name` otherwise."""
+    if value is None:
+        raise TypeError(f"{name} is missing; give one positive number in {unit}")
+    result = real_array(name, value, unit)
+    if result.ndim != 0:
+        raise TypeError(f"{name} has shape {result.shape}; one number in {unit} is needed")
+    if result <= 0.0:
+        raise ValueError(f"{name} = {float(result):.6g} {unit} must be positive")
+    return float(result)
+
+
+def breaks_of(spectrum: Spectrum) -> Array:
+    """Return the distinct breaks of `spectrum`, ascending; TypeError or ValueError when they bound no interval."""
+    if not callable(spectrum) or not hasattr(spectrum, "breaks"):
+        raise TypeError(f"spectrum = {spectrum!r} must be a callable C(q) with an attribute breaks")
+    breaks = real_array("breaks", spectrum.breaks, "rad/m")
+    if breaks.ndim != 1 or breaks.size < 2 or breaks[0] <= 0.0 or (np.diff(breaks) < 0.0).any():
+        raise ValueError(f"breaks = {spectrum.breaks!r} rad/m must be two or more positive wavenumbers, ascending")
+    distinct = np.unique(breaks)
+    if distinct.size < 2:
+        raise ValueError(f"breaks = {spectrum.breaks!r} rad/m enclose no wavenumbers; q_max must exceed q_min")
+    return distinct
+
+
+def density(spectrum: Spectrum, wavenumber: Array) -> Array:
+    """Return `spectrum` at `wavenumber`; ValueError when it is not finite, negative, or of another shape."""
+    values = np.asarray(spectrum(wavenumber), dtype=np.float64)
+    if values.shape != wavenumber.shape:
+        raise ValueError(f"spectrum returned shape {values.shape} for wavenumbers of shape {wavenumber.shape}")
+    good = np.isfinite(values) & (values >= 0.0)
+    if not good.all():
+        raise ValueError(
+            f"spectrum = {values[~good][0]:.6g} at q = {wavenumber[~good][0]:.6g} rad/m must be finite and not negative"
+        )
+    return values

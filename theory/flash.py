@@ -1,0 +1,228 @@
+"""Flash temperature, its gradient and Laplacian, width and slope length of sliding rough contact (Eqs. 4, 7, 9, 25, 26).
+
+The angular integrals are closed, so each quantity is one integral over wavenumber. With s(q) = (π/2) E*² q³ C W:
+T_flash = (2/π)(μ|v|/κσ₀) ∫ (s/q) A(v/Dq) dq, T′ the same with s B, ∇²T the same with −s q A.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import pi
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import ellipk, elliprd
+
+from theory.arguments import Array, Spectrum, positive, real_array
+from theory.persson import StressDensity, Weight, stress_density
+
+_BLOCK = 64  # speeds at a time: bounds the memory
+
+
+def angular_integrals(a: ArrayLike) -> tuple[Array, Array]:
+    """Integrals over the sliding direction in Eqs. (4) and (7), a = v/Dq.
+
+    A = Re ∫₀^{π/2} (1 − ia cos φ)^(−1/2) dφ and B = Re ∫₀^{π/2} i cos φ (1 − ia cos φ)^(−1/2) dφ. With h = √(1 + a²)
+    and m = (h − 1)/2h: A = K(m)/√h and B = −a [K(m) − D(m)]/(√h (h + 1)), D = (K − E)/m by Carlson's R_D; no term
+    cancels at any a. A is even and falls from π/2 as 1.854 |a|^(−1/2); B is odd, −πa/8 at first, then −0.847 |a|^(−1/2).
+
+    Parameters
+    ----------
+    a : array_like
+        v/Dq, dimensionless, finite, of either sign and any shape.
+
+    Returns
+    -------
+    (A, B) : ndarray, ndarray
+        Dimensionless, the shape of `a`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If `a` is not real and finite.
+    """
+    ratio = real_array("a", a, "1")
+    return _even(ratio), _odd(ratio)
+
+
+def _even(a: Array) -> Array:
+    h = np.hypot(1.0, a)
+    return np.asarray(ellipk(_parameter(a, h)) / np.sqrt(h))
+
+
+def _odd(a: Array) -> Array:
+    h = np.hypot(1.0, a)
+    m = _parameter(a, h)
+    return np.asarray(-a / (h + 1) * (ellipk(m) - elliprd(0.0, 1 - m, 1.0) / 3) / np.sqrt(h))
+
+
+def _parameter(a: Array, h: Array) -> Array:
+    return np.asarray((a / h) * (a / (h + 1)) / 2)
+
+
+def flash_temperature(
+    speed: ArrayLike,
+    spectrum: Spectrum | None = None,
+    *,
+    nominal_pressure: float,
+    friction_coefficient: float,
+    conductivity: float,
+    diffusivity: float,
+    effective_modulus: float | None = None,
+    gamma: Weight = 0.45,
+    stress_spectrum: Spectrum | None = None,
+) -> Array | float:
+    """Weighted average flash temperature T_flash = ⟨Tσ⟩/⟨σ⟩ with all the heat in the body. Eq. (4).
+
+    Parameters
+    ----------
+    speed : array_like
+        v, m/s, of either sign and any shape.
+    spectrum : callable
+        C(q), m⁴, with `breaks`.
+    nominal_pressure : float
+        σ₀, Pa.
+    friction_coefficient : float
+        μ, dimensionless, > 0.
+    conductivity, diffusivity : float
+        κ in W/(m K) and D in m²/s of the body whose temperature is meant.
+    effective_modulus : float
+        E*, Pa. Not used with `stress_spectrum`.
+    gamma : float or callable
+        γ of W = P[γ + (1 − γ)P²], from 0 to 1, or a weight W(P, q). Not used with `stress_spectrum`.
+    stress_spectrum : callable, optional
+        |σ_q|², Pa² m², with `breaks`, in place of `spectrum`: g_σ(0) = 2π ∫ q |σ_q|² dq.
+
+    Returns
+    -------
+    ndarray or float
+        K above the background, ≥ 0, the shape of `speed`; a float for one speed. 0 at rest.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not real, finite and of the right sign, or both spectra or none are given.
+    theory.quadrature.QuadratureError
+        If an integral does not reach its accuracy, 1e-11.
+    """
+    velocity = real_array("speed", speed, "m/s")
+    factor = _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
+    stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
+    return _as_given(factor * bracket(velocity, diffusivity, stress, _even, -1))
+
+
+def flash_gradient(
+    speed: ArrayLike,
+    spectrum: Spectrum | None = None,
+    *,
+    nominal_pressure: float,
+    friction_coefficient: float,
+    conductivity: float,
+    diffusivity: float,
+    effective_modulus: float | None = None,
+    gamma: Weight = 0.45,
+    stress_spectrum: Spectrum | None = None,
+) -> Array | float:
+    """Weighted slope T′_flash = ⟨∂ₓT σ⟩/⟨σ⟩ along x, K/m. Eq. (7).
+
+    Negative for a speed > 0, as the body is hotter behind the contact; positive for a speed < 0, 0 at rest.
+    Parameters, errors: as `flash_temperature`.
+    """
+    velocity = real_array("speed", speed, "m/s")
+    factor = _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
+    stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
+    return _as_given(factor * bracket(velocity, diffusivity, stress, _odd, 0))
+
+
+def flash_laplacian(
+    speed: ArrayLike,
+    spectrum: Spectrum | None = None,
+    *,
+    nominal_pressure: float,
+    friction_coefficient: float,
+    conductivity: float,
+    diffusivity: float,
+    effective_modulus: float | None = None,
+    gamma: Weight = 0.45,
+    stress_spectrum: Spectrum | None = None,
+) -> Array | float:
+    """Weighted Laplacian in the plane ∇²T_flash = ⟨∇²T σ⟩/⟨σ⟩ ≤ 0, K/m². Eq. (9).
+
+    Parameters, errors: as `flash_temperature`.
+    """
+    velocity = real_array("speed", speed, "m/s")
+    factor = _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
+    stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
+    return _as_given(-factor * bracket(velocity, diffusivity, stress, _even, 1))
+
+
+def flash_width(
+    speed: ArrayLike,
+    spectrum: Spectrum | None = None,
+    *,
+    nominal_pressure: float,
+    friction_coefficient: float,
+    conductivity: float,
+    diffusivity: float,
+    effective_modulus: float | None = None,
+    gamma: Weight = 0.45,
+    stress_spectrum: Spectrum | None = None,
+) -> Array | float:
+    """Width of the hot spots D_flash = √(−T_flash/∇²T_flash), m; at rest its limit for v → 0. Eq. (25).
+
+    Parameters, errors: as `flash_temperature`; μ and κ cancel.
+    """
+    velocity = real_array("speed", speed, "m/s")
+    _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
+    stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
+    temperature = bracket(velocity, diffusivity, stress, _even, -1)
+    return _as_given(np.sqrt(temperature / bracket(velocity, diffusivity, stress, _even, 1)))
+
+
+def slope_length(
+    speed: ArrayLike,
+    spectrum: Spectrum | None = None,
+    *,
+    nominal_pressure: float,
+    friction_coefficient: float,
+    conductivity: float,
+    diffusivity: float,
+    effective_modulus: float | None = None,
+    gamma: Weight = 0.45,
+    stress_spectrum: Spectrum | None = None,
+) -> Array | float:
+    """Slope length d_flash = T_flash/|T′_flash|, m: 4D/|v| for v → 0, ∞ at rest. Eq. (26).
+
+    Parameters, errors: as `flash_temperature`; μ and κ cancel.
+    """
+    velocity = real_array("speed", speed, "m/s")
+    _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
+    stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
+    temperature = bracket(velocity, diffusivity, stress, _even, -1)
+    with np.errstate(divide="ignore"):
+        return _as_given(temperature / np.abs(bracket(velocity, diffusivity, stress, _odd, 0)))
+
+
+Kernel = Callable[[Array], Array]
+
+
+def bracket(velocity: Array, diffusivity: float, stress: StressDensity, kernel: Kernel, power: int) -> Array:
+    """Return (2/π) ∫ s(q) q^power kernel(v/Dq) dq at each checked velocity, Pa² m^(−power)."""
+    q = stress.wavenumber()
+    moment = 2 / pi * stress.weighted() * q**power
+    diffusive = positive("diffusivity", diffusivity, "m²/s") * q
+    flat = velocity.ravel()
+    blocks = [flat[i : i + _BLOCK, None] / diffusive for i in range(0, flat.size, _BLOCK)]
+    sums = [kernel(a) @ moment for a in blocks]
+    return np.concatenate(sums).reshape(velocity.shape) if sums else np.empty(velocity.shape)
+
+
+def _heating(velocity: Array, friction_coefficient: float, conductivity: float, nominal_pressure: float) -> Array:
+    """Return μ|v|/κσ₀, the factor of Eqs. (4), (7) and (9)."""
+    friction = positive("friction_coefficient", friction_coefficient, "1")
+    kappa = positive("conductivity", conductivity, "W/(m K)")
+    return np.asarray(friction * np.abs(velocity) / (kappa * positive("nominal_pressure", nominal_pressure, "Pa")))
+
+
+def _as_given(values: Array) -> Array | float:
+    return float(values) if values.ndim == 0 else values

@@ -1,0 +1,213 @@
+"""Contact of a rough elastic surface: half variance G, contact probability P, weight W, stress correlation (Eq. 2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import erf
+
+from theory import quadrature
+from theory.arguments import Array, Spectrum, breaks_of, density, not_negative_array, positive, real_array
+from theory.hankel import first_crossing, hankel_transform
+
+Weight = float | Callable[[Array, Array], Array]
+
+
+def half_variance(q: ArrayLike, spectrum: Spectrum, *, effective_modulus: float) -> Array:
+    """Half the variance of the pressure in full contact from the roughness up to `q`.
+
+    G(q) = (π/4) E*² ∫ q³ C dq from q_min to q.
+
+    Parameters
+    ----------
+    q : array_like
+        Wavenumbers ≥ 0 of any shape, rad/m: below q_min G = 0, beyond q_max it stays.
+    spectrum : callable
+        C(q), m⁴, with `breaks`.
+    effective_modulus : float
+        E*, Pa, > 0.
+
+    Returns
+    -------
+    ndarray
+        G in Pa², the shape of `q`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not real, finite and of the right sign.
+    """
+    wavenumber = not_negative_array("q", q, "rad/m")
+    modulus = positive("effective_modulus", effective_modulus, "Pa")
+    return np.asarray(pi / 4 * modulus**2 * half_variance_table(spectrum)(wavenumber))
+
+
+def contact_probability(
+    q: ArrayLike, spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float
+) -> Array:
+    """Relative contact area when roughness up to `q` is seen: P = erf(σ₀ / 2√G), dimensionless, the shape of `q`.
+
+    Parameters, errors: as `half_variance`; `nominal_pressure` σ₀ in Pa, > 0.
+    """
+    pressure = positive("nominal_pressure", nominal_pressure, "Pa")
+    return probability(half_variance(q, spectrum, effective_modulus=effective_modulus), pressure)
+
+
+def stress_weight(
+    q: ArrayLike, spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float, gamma: Weight = 0.45
+) -> Array:
+    """Share of the full-contact stress spectrum that is left at `q`: W = P[γ + (1 − γ)P²], the shape of `q`.
+
+    Parameters, errors: as `contact_probability`; `gamma` is a number from 0 to 1 (1: W = P) or a callable W(P, q).
+    """
+    share = contact_probability(q, spectrum, effective_modulus=effective_modulus, nominal_pressure=nominal_pressure)
+    return weight(share, np.asarray(q, dtype=np.float64), gamma)
+
+
+def pressure_correlation(
+    r: ArrayLike,
+    spectrum: Spectrum | None = None,
+    *,
+    nominal_pressure: float | None = None,
+    effective_modulus: float | None = None,
+    gamma: Weight = 0.45,
+    stress_spectrum: Spectrum | None = None,
+) -> Array:
+    """Stress-stress correlation g_σ(r) = (π/2) E*² ∫ q³ C W J₀(qr) dq, without σ₀². Eq. (2).
+
+    Parameters
+    ----------
+    r : array_like
+        Distances ≥ 0 of any shape, m.
+    spectrum, effective_modulus, nominal_pressure, gamma
+        As in `stress_weight`.
+    stress_spectrum : callable, optional
+        |σ_q|² in Pa² m² with `breaks`, in place of all four: g_σ(r) = 2π ∫ q |σ_q|² J₀(qr) dq.
+
+    Returns
+    -------
+    ndarray
+        g_σ in Pa², the shape of `r`; negative at some r whenever q_min > 0.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not real, finite and of the right sign, or both spectra or none are given.
+    theory.quadrature.QuadratureError
+        If the integral does not reach its accuracy, 1e-11 of g_σ(0).
+    """
+    distance = not_negative_array("r", r, "m")
+    stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
+    return hankel_transform(stress.panels, stress.values, distance)
+
+
+def correlation_radius(
+    fraction: float,
+    spectrum: Spectrum | None = None,
+    *,
+    nominal_pressure: float | None = None,
+    effective_modulus: float | None = None,
+    gamma: Weight = 0.45,
+    stress_spectrum: Spectrum | None = None,
+) -> float:
+    """Smallest distance where g_σ(r) = `fraction` · g_σ(0), m; `fraction` = 0 is the first zero.
+
+    Parameters, errors: as `pressure_correlation`; `fraction` from 0 up to, not including, 1.
+    """
+    level = float(real_array("fraction", fraction, "1"))
+    if not 0.0 <= level < 1.0:
+        raise ValueError(f"fraction = {level:.6g} must lie from 0 up to, not including, 1")
+    stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
+    return first_crossing(stress.panels, stress.values, level)
+
+
+def half_variance_table(spectrum: Spectrum) -> quadrature.Primitive:
+    """Return ∫ q³ C dq from the first break, dimensionless, as a function of q."""
+    return quadrature.primitive(lambda q: q**3 * density(spectrum, q), breaks_of(spectrum))
+
+
+def probability(half_variance: Array, pressure: float) -> Array:
+    """Return P = erf(σ₀ / 2√G) of checked arguments; G = 0 is full contact."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(erf(pressure / (2 * np.sqrt(half_variance))))
+
+
+def weight(share: Array, wavenumber: Array, gamma: Weight) -> Array:
+    """Return W of the contact probability `share` at `wavenumber`; ValueError when `gamma` gives no weight."""
+    if not callable(gamma):
+        constant = float(real_array("gamma", gamma, "1"))
+        if not 0.0 <= constant <= 1.0:
+            raise ValueError(f"gamma = {constant:.6g} must lie from 0 to 1")
+        return share * (constant + (1 - constant) * share**2)
+    values = np.asarray(gamma(share, wavenumber), dtype=np.float64)
+    if values.shape != share.shape or not (np.isfinite(values) & (values >= 0.0)).all():
+        raise ValueError("gamma(P, q) must return finite weights ≥ 0 in the shape of P")
+    return values
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StressDensity:
+    """s(q) dq/dt at the nodes of `panels`, Pa²: g_σ(r) = ∫ s J₀(qr) dq with s = (π/2) E*² q³ C W = 2π q |σ_q|²."""
+
+    panels: quadrature.Panels
+    values: Array
+
+    def wavenumber(self) -> Array:
+        """Return the nodes as one array, rad/m."""
+        return self.panels.nodes()[0].ravel()
+
+    def weighted(self) -> Array:
+        """Return s dq at the nodes as one array, Pa²: its sum is g_σ(0)."""
+        return np.asarray((self.values * quadrature.WEIGHTS).ravel())
+
+
+def stress_density(
+    spectrum: Spectrum | None,
+    stress_spectrum: Spectrum | None,
+    effective_modulus: float | None,
+    nominal_pressure: float | None,
+    gamma: Weight,
+) -> StressDensity:
+    """Return s(q) on panels that resolve ∫ s/q, ∫ s and ∫ s q to 1e-11; arguments as in `pressure_correlation`."""
+    if spectrum is not None and stress_spectrum is not None:
+        raise TypeError("spectrum and stress_spectrum are both given; give one of them")
+    if spectrum is not None:
+        breaks, stress = breaks_of(spectrum), _stress_of(spectrum, effective_modulus, nominal_pressure, gamma)
+    elif stress_spectrum is not None:
+        breaks, stress = breaks_of(stress_spectrum), _given(stress_spectrum)
+    else:
+        raise TypeError("spectrum is missing; give spectrum or stress_spectrum")
+
+    def moments(panels: quadrature.Panels) -> Array:
+        q, slope = panels.nodes()
+        s = stress(panels, q) * slope
+        return np.stack([s / q, s, s * q])
+
+    panels, values = quadrature.refine(moments, quadrature.panels_between(breaks))
+    return StressDensity(panels, values[1])
+
+
+_Stress = Callable[[quadrature.Panels, Array], Array]
+
+
+def _given(stress_spectrum: Spectrum) -> _Stress:
+    return lambda _, q: 2 * pi * q * density(stress_spectrum, q)
+
+
+def _stress_of(
+    spectrum: Spectrum, effective_modulus: float | None, nominal_pressure: float | None, gamma: Weight
+) -> _Stress:
+    modulus = positive("effective_modulus", effective_modulus, "Pa")
+    pressure = positive("nominal_pressure", nominal_pressure, "Pa")
+    table = half_variance_table(spectrum)
+
+    def stress(panels: quadrature.Panels, q: Array) -> Array:
+        piece = np.broadcast_to(panels.piece[:, None], q.shape)
+        half = pi / 4 * modulus**2 * table.at(piece, panels.coordinates())
+        return pi / 2 * modulus**2 * q**3 * density(spectrum, q) * weight(probability(half, pressure), q, gamma)
+
+    return stress

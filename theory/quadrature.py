@@ -1,0 +1,252 @@
+"""Integrals over wavenumber: Gauss panels between the breaks, refined until two resolutions agree.
+
+A piece between two breaks q_k < q_{k+1} is mapped by ln q = ln q_k + y² ln(q_{k+1}/q_k), 0 ≤ y ≤ 1. The square
+opens up the boundary layer just above a break where the roughness sets in: there P falls as (q − q_k)^(−1/2), so its
+integral is smooth in y, however thin the layer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from theory.arguments import Array
+
+NODES = 16
+TOLERANCE = 1e-11
+POINTS, WEIGHTS = legendre.leggauss(NODES)
+_WIDEST = 1.0  # in ln q: then the kernels in v/Dq, analytic within ±iπ/2, are resolved to rounding at every speed
+_PER_PANEL = TOLERANCE / 100  # a panel's share of the tolerance
+_MOST_PANELS = 20_000
+
+
+class QuadratureError(ArithmeticError):
+    """An integral did not reach its accuracy, so there is no number to return."""
+
+
+def _vandermonde(points: Array, degree: int = NODES - 1) -> Array:
+    return np.asarray(legendre.legvander(points, degree), dtype=np.float64)
+
+
+def _fit_matrix() -> Array:
+    degrees = np.arange(NODES)[:, None]
+    return np.asarray((2 * degrees + 1) / 2 * WEIGHTS * _vandermonde(POINTS).T)
+
+
+def _primitive_matrix() -> Array:
+    """Take values at the nodes to the integral of their polynomial from −1 to each node."""
+    higher = _vandermonde(POINTS, NODES)
+    primitives = np.empty((NODES, NODES))
+    primitives[:, 0] = 1 + POINTS
+    for k in range(1, NODES):
+        primitives[:, k] = (higher[:, k + 1] - higher[:, k - 1]) / (2 * k + 1)
+    return primitives @ _FIT
+
+
+def _derivative_matrix() -> Array:
+    slopes = [legendre.legval(POINTS, legendre.legder(np.eye(NODES)[k])) for k in range(NODES)]
+    return np.asarray(np.stack(slopes, axis=1) @ _FIT)
+
+
+_FIT = _fit_matrix()  # values at the nodes -> Legendre coefficients
+_PRIMITIVE = _primitive_matrix()
+DERIVATIVE = _derivative_matrix()
+ENDS = _vandermonde(np.array([-1.0, 1.0])) @ _FIT
+HALVES = np.stack([_vandermonde((POINTS - 1) / 2) @ _FIT, _vandermonde((POINTS + 1) / 2) @ _FIT])
+
+
+@dataclass(frozen=True, slots=True)
+class Panels:
+    """Consecutive intervals of y, each within one piece; arrays of one entry per panel.
+
+    `lower` and `upper` are the wavenumbers that bound the piece, rad/m; `start` and `stop` bound the panel in y.
+    """
+
+    piece: Array
+    lower: Array
+    upper: Array
+    start: Array
+    stop: Array
+
+    def at(self, y: Array) -> tuple[Array, Array]:
+        """Return q and dq/dy at `y`, shape (panels, any)."""
+        extent = np.log(self.upper / self.lower)[:, None]
+        q = np.minimum(self.lower[:, None] * np.exp(extent * y**2), self.upper[:, None])
+        return q, 2 * extent * y * q
+
+    def coordinates(self) -> Array:
+        """Return y at the Gauss nodes, shape (panels, NODES)."""
+        return np.asarray(self.start[:, None] + ((self.stop - self.start) / 2)[:, None] * (1 + POINTS))
+
+    def nodes(self) -> tuple[Array, Array]:
+        """Return q and dq/dt at the Gauss nodes t, shape (panels, NODES); t runs from −1 to 1 over a panel."""
+        q, slope = self.at(self.coordinates())
+        return q, slope * ((self.stop - self.start) / 2)[:, None]
+
+    def ends(self) -> Array:
+        """Return the wavenumbers at both ends of each panel, shape (panels, 2)."""
+        return self.at(np.stack([self.start, self.stop], axis=1))[0]
+
+    def take(self, which: Array) -> Panels:
+        """Return the panels selected by an index or a mask."""
+        return Panels(*(getattr(self, field.name)[which] for field in fields(self)))
+
+    def halves(self) -> Panels:
+        """Return twice as many panels, each cut in two, in order."""
+        middle = (self.start + self.stop) / 2
+        start = np.stack([self.start, middle], axis=1).ravel()
+        stop = np.stack([middle, self.stop], axis=1).ravel()
+        piece, lower, upper = (np.repeat(bound, 2) for bound in (self.piece, self.lower, self.upper))
+        return Panels(piece, lower, upper, start, stop)
+
+
+def panels_between(breaks: Array) -> Panels:
+    """Return panels over all pieces, none wider than one e-fold."""
+    counts = np.ceil(np.log(breaks[1:] / breaks[:-1]) / _WIDEST).astype(int)
+    piece = np.repeat(np.arange(counts.size), counts)
+    index = np.concatenate([np.arange(n) for n in counts])
+    start, stop = np.sqrt(index / counts[piece]), np.sqrt((index + 1) / counts[piece])
+    return Panels(piece.astype(np.float64), breaks[:-1][piece], breaks[1:][piece], start, stop)
+
+
+Integrands = Callable[[Panels], Array]
+
+
+def refine(integrands: Integrands, panels: Panels, *, running: bool = False) -> tuple[Panels, Array]:
+    """Cut panels in two until each integral over a panel equals that over its halves.
+
+    Parameters
+    ----------
+    integrands : callable
+        Takes panels to the integrands with respect to t at their nodes, shape (integrands, panels, NODES), ≥ 0.
+    panels : Panels
+        Where to start.
+    running : bool
+        Measure the error against the integral from the first break up to the panel, not against the whole.
+
+    Returns
+    -------
+    Panels, ndarray
+        The refined panels, and the integrands on them.
+
+    Raises
+    ------
+    QuadratureError
+        If the sum of all errors exceeds 1e-11 of the integral, or the panels become too many.
+    """
+    values = integrands(panels)
+    error = np.full(values.shape[:2], np.inf)
+    while (untested := np.isinf(error[0])).any():
+        halves = panels.take(untested).halves()
+        finer = integrands(halves)
+        difference = (values[:, untested] - finer[:, 0::2] - finer[:, 1::2]) @ WEIGHTS
+        error[:, untested] = np.abs(difference)
+        bad = (error > _PER_PANEL * _scale(values, running)).any(axis=0)
+        split = bad & untested
+        panels, values, error = _replace(panels, values, error, split, halves, finer, split[untested])
+        error[:, np.repeat(bad & ~untested, 1 + split)] = np.inf  # the scale has shrunk since: test again
+        if panels.start.size > _MOST_PANELS:
+            raise QuadratureError(f"an integral over wavenumber needs more than {_MOST_PANELS} panels; name its breaks")
+    _confirm(error, _scale(values, running))
+    return panels, values
+
+
+def _scale(values: Array, running: bool) -> Array:
+    integrals = np.asarray(values @ WEIGHTS)
+    return integrals.cumsum(axis=1) if running else integrals.sum(axis=1, keepdims=True)
+
+
+def _replace(
+    panels: Panels, values: Array, error: Array, split: Array, halves: Panels, finer: Array, chosen: Array
+) -> tuple[Panels, Array, Array]:
+    """Put the `chosen` pairs of halves in the places of the panels that `split` marks."""
+    origin = np.repeat(np.arange(split.size), 1 + split)
+    new, pairs = np.repeat(split, 1 + split), np.repeat(chosen, 2)
+    columns = {}
+    for field in fields(Panels):
+        columns[field.name] = getattr(panels, field.name)[origin]
+        columns[field.name][new] = getattr(halves, field.name)[pairs]
+    values, error = values[:, origin], error[:, origin]
+    values[:, new], error[:, new] = finer[:, pairs], np.inf
+    return Panels(**columns), values, error
+
+
+def _confirm(error: Array, scale: Array) -> None:
+    total = np.maximum(scale[:, -1], np.finfo(float).tiny)
+    worst = float((error.sum(axis=1) / total).max())
+    if not worst <= TOLERANCE:
+        raise QuadratureError(f"an integral over wavenumber has the relative error {worst:.1e}, above {TOLERANCE:.0e}")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Primitive:
+    """The integral of a density from the first break up to q, as a polynomial on each panel.
+
+    Above a break the density per dy vanishes as y; taking (1 + t)² out of the polynomial of such a panel, and (1 + t)
+    out of the others, keeps the *relative* accuracy of the integral down to the break itself.
+    """
+
+    panels: Panels
+    breaks: Array
+    before: Array
+    power: Array
+    coefficients: Array
+
+    def __call__(self, wavenumber: Array) -> Array:
+        """Return the integral up to `wavenumber` (rad/m, any shape): 0 below the first break, all above the last."""
+        q = np.clip(wavenumber, self.breaks[0], self.breaks[-1])
+        piece = np.clip(np.searchsorted(self.breaks, q, side="right") - 1, 0, self.breaks.size - 2)
+        lower, upper = self.breaks[piece], self.breaks[piece + 1]
+        return self.at(piece, np.sqrt(np.log1p((q - lower) / lower) / np.log(upper / lower)))
+
+    def at(self, piece: Array, y: Array) -> Array:
+        """Return the integral at the coordinate `y` of each `piece`."""
+        keys = self.panels.piece + self.panels.start
+        index = np.clip(np.searchsorted(keys, piece + y, side="right") - 1, 0, keys.size - 1)
+        start, stop = self.panels.start[index], self.panels.stop[index]
+        rise = 2 * (y - start) / (stop - start)
+        return np.asarray(self.before[index] + rise ** self.power[index] * self._polynomial(index, rise - 1))
+
+    def _polynomial(self, index: Array, t: Array) -> Array:
+        """Sum the Legendre series of the panels `index` at `t` by the recurrence of the P_k."""
+        previous, current = np.ones_like(t), t
+        total = self.coefficients[0][index] + self.coefficients[1][index] * t
+        for k in range(1, NODES - 1):
+            previous, current = current, ((2 * k + 1) * t * current - k * previous) / (k + 1)
+            total += self.coefficients[k + 1][index] * current
+        return np.asarray(total)
+
+    def inverse(self, value: float) -> float:
+        """Return the lowest wavenumber where the integral reaches `value`, rad/m; ∞ if it never does."""
+        from scipy.optimize import brentq
+
+        last = float(self.panels.upper[-1])
+        if value > float(self(np.array(last))):
+            return float("inf")
+        low, high = np.log(self.breaks[0]), np.log(last)
+        root = brentq(lambda x: float(self(np.exp(np.array(x)))) - value, low, high, xtol=1e-15, rtol=1e-15)
+        return float(np.exp(root))
+
+
+def primitive(density: Callable[[Array], Array], breaks: Array) -> Primitive:
+    """Return the integral of a density ≥ 0 of the wavenumber from the first of `breaks` up to any q.
+
+    Raises
+    ------
+    QuadratureError
+        If the density is not smooth between the breaks.
+    """
+
+    def integrand(panels: Panels) -> Array:
+        q, slope = panels.nodes()
+        return (density(q) * slope)[None]
+
+    panels, values = refine(integrand, panels_between(breaks), running=True)
+    integrals = values[0] @ WEIGHTS
+    before = np.concatenate([[0.0], integrals.cumsum()[:-1]])
+    power = np.where(panels.start == 0.0, 2.0, 1.0)
+    ratio = values[0] @ _PRIMITIVE.T / (1 + POINTS) ** power[:, None]
+    return Primitive(panels, breaks, before, power, np.ascontiguousarray((ratio @ _FIT.T).T))
