@@ -1,0 +1,251 @@
+"""`Scene`: everything that is simulated, and the physics of two bodies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from pydantic import model_validator
+from pydantic.dataclasses import dataclass
+
+from roughsim.scene.messages import refused_section
+from roughsim.scene.quantities import MAX_ROWS
+from roughsim.scene.sections import (
+    STRICT,
+    BodySection,
+    CounterfaceSection,
+    EnsembleSection,
+    NumericsSection,
+    SlidingSection,
+    SurfaceSection,
+    TheorySection,
+    read_values,
+    section,
+)
+
+if TYPE_CHECKING:
+    from roughsim.spectrum import SelfAffineSpectrum, SumSpectrum, TabulatedSpectrum
+
+_NOT_IDENTITY = {"title", "ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"}
+
+
+@section("")
+@dataclass(frozen=True, slots=True, kw_only=True, config=STRICT)
+class Scene:
+    """What is simulated: frozen, in SI, checked when made and by ``dataclasses.replace``.
+
+    Attributes
+    ----------
+    surface, body, counterface, sliding, theory, ensemble, numerics
+        The sections of the file; `counterface` is None for a rigid, smooth and insulating one.
+    title : str
+        One line for people.
+
+    Raises
+    ------
+    SceneError
+        One line naming the key, its value, the limit and what to do.
+    """
+
+    title: str = ""
+    surface: SurfaceSection
+    body: BodySection
+    counterface: CounterfaceSection | None = None
+    sliding: SlidingSection
+    theory: TheorySection = TheorySection()
+    ensemble: EnsembleSection = EnsembleSection()
+    numerics: NumericsSection = NumericsSection()
+    _read = read_values()
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        _check_load(self)
+        _check_partition(self)
+        _check_levels(self)
+        _check_spectrum(self)
+        return self
+
+    @property
+    def spectrum(self) -> SelfAffineSpectrum | TabulatedSpectrum | SumSpectrum:
+        """Composite C(q) = C₁(q) + C₂(q) of the two uncorrelated faces, m⁴, Persson's convention."""
+        face = _face_spectrum(self.surface)
+        if self.counterface is None:
+            return face
+        if self.counterface.like:
+            return face.scaled(2.0)
+        return face + _face_spectrum(self.counterface) if self.counterface.rough else face
+
+    @property
+    def effective_modulus(self) -> float:
+        """E* of 1/E* = Σ (1 − ν²)/E over both bodies, Pa; a rigid one adds nothing."""
+        other = self._resting
+        compliance = _compliance(self.body.youngs_modulus, self.body.poisson_ratio)
+        if other is not None and other.youngs_modulus is not None and other.poisson_ratio is not None:
+            compliance += _compliance(other.youngs_modulus, other.poisson_ratio)
+        return 1.0 / compliance
+
+    @property
+    def penetration_hardness(self) -> float:
+        """σ_P of the softer body, Pa; inf if both are elastic."""
+        bodies = (self.body, self._resting)
+        hardness = [b.penetration_hardness for b in bodies if b is not None and b.penetration_hardness is not None]
+        return min(hardness, default=math.inf)
+
+    @property
+    def elastic(self) -> bool:
+        """Whether no body has a hardness."""
+        return math.isinf(self.penetration_hardness)
+
+    @property
+    def diffusivity(self) -> float:
+        """D = κ/(ρc) of the moving body, m²/s."""
+        return self.body.conductivity / (self.body.density * self.body.heat_capacity)
+
+    @property
+    def counter_conductivity(self) -> float | None:
+        """κ of the counterface, W/(m K); None if it is insulating."""
+        return None if self._resting is None else self._resting.conductivity
+
+    @property
+    def counter_diffusivity(self) -> float | None:
+        """D = κ/(ρc) of the counterface, m²/s; None if it is insulating."""
+        other = self._resting
+        if other is None or other.conductivity is None or other.density is None or other.heat_capacity is None:
+            return None
+        return other.conductivity / (other.density * other.heat_capacity)
+
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """Sliding speeds, m/s."""
+        return self.sliding.speed
+
+    @property
+    def _resting(self) -> BodySection | CounterfaceSection | None:
+        """The resting body's material."""
+        return self.body if self.counterface is not None and self.counterface.like else self.counterface
+
+    def identity(self) -> dict[str, Any]:
+        """Return what makes this scene this one: physics, numerics and seed as dotted key → JSON value.
+
+        Left out are the title, `ensemble.max_realizations`, `ensemble.until` and `numerics.keep_fields`, which say
+        how long to go on and what to keep. Keys without a value are absent, except where absence has a meaning of
+        its own as a number (``q_roll_off`` is then `q_min`, ``roll_off_exponent`` 0).
+        """
+        flat: dict[str, Any] = {}
+        for name in (field.name for field in fields(self)):
+            if name != "title" and getattr(self, name) is not None:
+                flat |= {f"{name}.{key}": value for key, value in _plain(getattr(self, name)).items()}
+        for face in ("surface", "counterface"):
+            if f"{face}.q_min" in flat:
+                flat.setdefault(f"{face}.q_roll_off", flat[f"{face}.q_min"])
+                flat.setdefault(f"{face}.roll_off_exponent", 0.0)
+        return {key: value for key, value in flat.items() if key not in _NOT_IDENTITY}
+
+    def to_toml(self) -> str:
+        """Return a scene file that `load_scene` reads back to an equal scene, tables C(q) written inline."""
+        from roughsim.scene.toml import scene_toml
+
+        return scene_toml(self)
+
+
+def first_difference(a: Scene | Mapping[str, Any], b: Scene | Mapping[str, Any]) -> tuple[str, Any, Any] | None:
+    """Return the first key in which two scenes, or two identities, differ.
+
+    Parameters
+    ----------
+    a, b : Scene or mapping
+        Scenes, or what `Scene.identity` returned (possibly through JSON).
+
+    Returns
+    -------
+    (str, value, value) or None
+        The dotted key and its value in `a` and in `b`, None where it is absent; None if there is no difference.
+    """
+    first = a.identity() if isinstance(a, Scene) else a
+    second = b.identity() if isinstance(b, Scene) else b
+    for key in dict.fromkeys((*first, *second)):
+        if first.get(key) != second.get(key):
+            return key, first.get(key), second.get(key)
+    return None
+
+
+def _plain(value: Any) -> Any:
+    """Turn records into dicts without their absent keys, tuples into lists, and inf into a string: JSON values."""
+    if hasattr(value, "__dataclass_fields__"):
+        items = ((field.name, getattr(value, field.name)) for field in fields(value))
+        return {key: _plain(entry) for key, entry in items if entry is not None}
+    if isinstance(value, tuple):
+        return [_plain(entry) for entry in value]
+    return "inf" if isinstance(value, float) and math.isinf(value) else value
+
+
+def _compliance(youngs_modulus: float, poisson_ratio: float) -> float:
+    return (1.0 - poisson_ratio**2) / youngs_modulus
+
+
+def _face_spectrum(face: SurfaceSection | CounterfaceSection) -> SelfAffineSpectrum | TabulatedSpectrum:
+    """C(q) of one face, m⁴, Persson's convention."""
+    from roughsim.spectrum import SelfAffineSpectrum, TabulatedSpectrum
+
+    if face.psd is not None:
+        q, psd = np.array(face.psd).T
+        factor = 1.0 if face.psd_convention == "persson" else 1.0 / (4 * math.pi**2)
+        return TabulatedSpectrum(q, psd).scaled(factor)
+    shape: dict[str, Any] = {key: getattr(face, key) for key in ("hurst", "q_min", "q_max", "q_roll_off")}
+    shape["roll_off_exponent"] = face.roll_off_exponent or 0.0
+    if face.rms_height is not None:
+        return SelfAffineSpectrum.from_rms_height(face.rms_height, **shape)
+    return SelfAffineSpectrum.from_rms_slope(face.rms_slope, **shape)  # type: ignore[arg-type]
+
+
+def _check_load(scene: Scene) -> None:
+    load, hardness = scene.sliding.nominal_pressure, scene.penetration_hardness
+    if load > hardness:
+        softer = "body" if scene.body.penetration_hardness == hardness else "counterface"
+        raise refused_section(
+            f"sliding.nominal_pressure = {load:.6g} Pa exceeds {softer}.penetration_hardness = {hardness:.6g} Pa, "
+            "which no contact can carry; lower the pressure or raise the hardness"
+        )
+
+
+def _check_partition(scene: Scene) -> None:
+    rule = scene.sliding.heat_partition
+    if rule in ("mean", "total") and scene.counter_conductivity is None:
+        missing = "[counterface]" if scene.counterface is None else "counterface.conductivity"
+        raise refused_section(
+            f'sliding.heat_partition = "{rule}" shares the heat with a second body, but {missing} is missing; add it '
+            '(like = "body" for the same material), or write "all" or a number'
+        )
+
+
+def _check_levels(scene: Scene) -> None:
+    for number, level in enumerate(scene.numerics.levels or ()):
+        if scene.elastic and level.column != "elastic":
+            raise refused_section(
+                f'numerics.levels[{number}].column = "{level.column}" needs a body.penetration_hardness; add it or '
+                'write "elastic"'
+            )
+
+
+def _check_spectrum(scene: Scene) -> None:
+    faces = [scene.surface, scene.counterface]
+    rows = sum(len(face.psd) for face in faces if face is not None and face.psd is not None)
+    if rows > MAX_ROWS:
+        raise refused_section(
+            f"counterface.psd and surface.psd together have {rows} rows, above the limit of {MAX_ROWS}; average C over "
+            "bins of log q"
+        )
+    try:
+        size, slope = scene.spectrum.rms_height, scene.spectrum.rms_slope
+    except (ArithmeticError, ValueError) as error:
+        raise refused_section(
+            f"surface.q_min, q_max and the roughness give no usable C(q): {error}; check them"
+        ) from None
+    if not (0 < size < math.inf and 0 < slope < math.inf and 0 < scene.effective_modulus < math.inf):
+        raise refused_section(
+            f"surface gives an rms height of {size:.6g} m, an rms slope of {slope:.6g} and E* = "
+            f"{scene.effective_modulus:.6g} Pa, beyond what floating point can hold; check its numbers"
+        )
