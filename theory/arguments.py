@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+Which = NDArray[np.bool_] | NDArray[np.intp]  # a mask or positions
 
 
 class Spectrum(Protocol):

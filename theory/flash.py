@@ -1,4 +1,4 @@
-"""Flash temperature, its gradient and Laplacian, width and slope length of sliding rough contact (Eqs. 4, 7, 9, 25, 26).
+"""Flash temperature, its gradient and Laplacian, width and slope length of rough contact (Eqs. 4, 7, 9, 25, 26).
 
 The angular integrals are closed, so each quantity is one integral over wavenumber. With s(q) = (π/2) E*² q³ C W:
 T_flash = (2/π)(μ|v|/κσ₀) ∫ (s/q) A(v/Dq) dq, T′ the same with s B, ∇²T the same with −s q A.
@@ -24,7 +24,7 @@ def angular_integrals(a: ArrayLike) -> tuple[Array, Array]:
 
     A = Re ∫₀^{π/2} (1 − ia cos φ)^(−1/2) dφ and B = Re ∫₀^{π/2} i cos φ (1 − ia cos φ)^(−1/2) dφ. With h = √(1 + a²)
     and m = (h − 1)/2h: A = K(m)/√h and B = −a [K(m) − D(m)]/(√h (h + 1)), D = (K − E)/m by Carlson's R_D; no term
-    cancels at any a. A is even and falls from π/2 as 1.854 |a|^(−1/2); B is odd, −πa/8 at first, then −0.847 |a|^(−1/2).
+    cancels at any a. A is even and falls from π/2 as 1.854 |a|^(−1/2); B is odd, −πa/8 first, then −0.847 |a|^(−1/2).
 
     Parameters
     ----------
@@ -42,15 +42,17 @@ def angular_integrals(a: ArrayLike) -> tuple[Array, Array]:
         If `a` is not real and finite.
     """
     ratio = real_array("a", a, "1")
-    return _even(ratio), _odd(ratio)
+    return even_integral(ratio), odd_integral(ratio)
 
 
-def _even(a: Array) -> Array:
+def even_integral(a: Array) -> Array:
+    """Return A of checked ratios a = v/Dq."""
     h = np.hypot(1.0, a)
     return np.asarray(ellipk(_parameter(a, h)) / np.sqrt(h))
 
 
-def _odd(a: Array) -> Array:
+def odd_integral(a: Array) -> Array:
+    """Return B of checked ratios a = v/Dq."""
     h = np.hypot(1.0, a)
     m = _parameter(a, h)
     return np.asarray(-a / (h + 1) * (ellipk(m) - elliprd(0.0, 1 - m, 1.0) / 3) / np.sqrt(h))
@@ -108,7 +110,7 @@ def flash_temperature(
     velocity = real_array("speed", speed, "m/s")
     factor = _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    return _as_given(factor * bracket(velocity, diffusivity, stress, _even, -1))
+    return _as_given(factor * bracket(velocity, diffusivity, stress, even_integral, -1))
 
 
 def flash_gradient(
@@ -131,7 +133,7 @@ def flash_gradient(
     velocity = real_array("speed", speed, "m/s")
     factor = _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    return _as_given(factor * bracket(velocity, diffusivity, stress, _odd, 0))
+    return _as_given(factor * bracket(velocity, diffusivity, stress, odd_integral, 0))
 
 
 def flash_laplacian(
@@ -153,7 +155,7 @@ def flash_laplacian(
     velocity = real_array("speed", speed, "m/s")
     factor = _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    return _as_given(-factor * bracket(velocity, diffusivity, stress, _even, 1))
+    return _as_given(-factor * bracket(velocity, diffusivity, stress, even_integral, 1))
 
 
 def flash_width(
@@ -175,8 +177,8 @@ def flash_width(
     velocity = real_array("speed", speed, "m/s")
     _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    temperature = bracket(velocity, diffusivity, stress, _even, -1)
-    return _as_given(np.sqrt(temperature / bracket(velocity, diffusivity, stress, _even, 1)))
+    temperature = bracket(velocity, diffusivity, stress, even_integral, -1)
+    return _as_given(np.sqrt(temperature / bracket(velocity, diffusivity, stress, even_integral, 1)))
 
 
 def slope_length(
@@ -198,9 +200,9 @@ def slope_length(
     velocity = real_array("speed", speed, "m/s")
     _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    temperature = bracket(velocity, diffusivity, stress, _even, -1)
+    temperature = bracket(velocity, diffusivity, stress, even_integral, -1)
     with np.errstate(divide="ignore"):
-        return _as_given(temperature / np.abs(bracket(velocity, diffusivity, stress, _odd, 0)))
+        return _as_given(temperature / np.abs(bracket(velocity, diffusivity, stress, odd_integral, 0)))
 
 
 Kernel = Callable[[Array], Array]

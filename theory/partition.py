@@ -1,0 +1,104 @@
+"""Share of the frictional heat that enters the moving body, by the paper's rule or with the background."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import erf
+
+from theory.arguments import Array, Spectrum, positive, real_array
+from theory.flash import bracket, even_integral
+from theory.persson import StressDensity, Weight, stress_density
+
+
+def moving_share(  # noqa: PLR0913  (two bodies: each has its own two numbers)
+    speed: ArrayLike,
+    spectrum: Spectrum | None = None,
+    *,
+    nominal_pressure: float,
+    conductivity: float,
+    diffusivity: float,
+    resting_conductivity: float | None = None,
+    resting_diffusivity: float | None = None,
+    effective_modulus: float | None = None,
+    gamma: Weight = 0.45,
+    stress_spectrum: Spectrum | None = None,
+    rule: str = "mean",
+    duration: float | None = None,
+) -> Array | float:
+    """Share s of the frictional heat that enters the moving body.
+
+    "mean", the paper's rule (Sec. 4): s T_mov = (1 − s) T_stat, so s = T_stat/(T_stat + T_mov). Each is taken with all the heat; T_stat has v = 0 in the bracket of Eq. (4), since heat enters the resting body
+    always at the same place.
+
+    "total": equal total temperatures after sliding for `duration` t, s (τ_mov + T_mov) = (1 − s)(τ_stat + T_stat(t)).
+    τ = (2μσ₀v/κ) √(Dt/π) is the background of each body, and T_stat(t) has the factor erf(q√(Dt)) of a source that was
+    switched on at t = 0. Both bodies start at the same temperature.
+
+    μ and the factor v cancel in both rules. At rest s is the limit v → 0, 1/2 for equal bodies.
+
+    Parameters
+    ----------
+    speed : array_like
+        v, m/s, of either sign and any shape.
+    spectrum, nominal_pressure, effective_modulus, gamma, stress_spectrum
+        As in `theory.flash.flash_temperature`.
+    conductivity, diffusivity : float
+        κ, W/(m K), and D, m²/s, of the moving body.
+    resting_conductivity, resting_diffusivity : float, optional
+        The same of the resting body; None: as the moving one.
+    rule : {"mean", "total"}
+        See above.
+    duration : float, optional
+        Time since sliding began, s, for "total"; "mean" is steady and takes none.
+
+    Returns
+    -------
+    ndarray or float
+        s between 0 and 1, the shape of `speed`; a float for one speed.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not real, finite and of the right sign, or `rule` and `duration` do not fit each other.
+    """
+    velocity = real_array("speed", speed, "m/s")
+    time = _sliding_time(rule, duration)
+    kappa, diffusion = positive("conductivity", conductivity, "W/(m K)"), positive("diffusivity", diffusivity, "m²/s")
+    still_kappa, still_diffusion = kappa, diffusion
+    if resting_conductivity is not None:
+        still_kappa = positive("resting_conductivity", resting_conductivity, "W/(m K)")
+    if resting_diffusivity is not None:
+        still_diffusion = positive("resting_diffusivity", resting_diffusivity, "m²/s")
+    pressure = positive("nominal_pressure", nominal_pressure, "Pa")
+    stress = stress_density(spectrum, stress_spectrum, effective_modulus, pressure, gamma)
+    hot = bracket(velocity, diffusion, stress, even_integral, -1) + _background(diffusion, pressure, time)
+    cold = _resting_bracket(stress, still_diffusion, time) + _background(still_diffusion, pressure, time)
+    share = np.asarray(cold / still_kappa / (cold / still_kappa + hot / kappa))
+    return float(share) if share.ndim == 0 else share
+
+
+def _sliding_time(rule: str, duration: float | None) -> float | None:
+    if rule == "total":
+        return positive("duration", duration, "s")
+    if rule != "mean":
+        raise ValueError(f'rule = {rule!r} must be "mean" or "total"')
+    if duration is not None:
+        raise ValueError(
+            f'duration = {duration!r} s does not enter the steady rule "mean"; leave it out or use "total"'
+        )
+    return None
+
+
+def _background(diffusivity: float, pressure: float, time: float | None) -> float:
+    """Return σ₀ κ T₀(t)/μv, Pa² m; 0 in the rule without background."""
+    return 0.0 if time is None else float(2 * pressure**2 * np.sqrt(diffusivity * time / pi))
+
+
+def _resting_bracket(stress: StressDensity, diffusivity: float, time: float | None) -> float:
+    """Return the integral of Eq. (4) at v = 0, Pa² m, steady or `time` after the heat was switched on."""
+    q = stress.wavenumber()
+    grown = np.ones_like(q) if time is None else erf(q * np.sqrt(diffusivity * time))
+    return float((stress.weighted() / q * grown).sum())
