@@ -1,7 +1,7 @@
 """Compiled inner loops: the one door to numba. Kernels take arrays and floats, and know nothing else."""
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from numba import njit
 
@@ -15,7 +15,7 @@ def kernel(fastmath: frozenset[str] = frozenset()) -> Callable[[Function], Funct
     """Return the decorator that all kernels share: compiled once, cached on disk, without the GIL."""
 
     def decorate(function: Function) -> Function:
-        compiled: Function = njit(cache=True, nogil=True, error_model="numpy", fastmath=set(fastmath))(function)
-        return compiled
+        options: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": set(fastmath)}
+        return cast(Function, njit(**options)(function))
 
     return decorate

@@ -63,22 +63,39 @@ def load_offset(p: Any, gap: Any, stiffness: float, offset: float, cap: float, t
 
 @kernel(fastmath=REORDER)
 def classify(p: Any, gap: Any, offset: float, stiffness: float, reach: float, cap: float, free: Any, r: Any) -> Any:
-    """Fill the active set, and r = gap − d on the free points (zero elsewhere).
+    """Fill the active set, and r = gap − d on the free points (zero elsewhere); return their number.
 
-    Returns Σ (p − clip(p − κr))², Σ p² and the number of free points; a point is free where 0 < p − reach κ r < cap.
+    A point is free where 0 < p − reach κ r < cap.
     """
-    mismatch, square, count = 0.0, 0.0, 0
+    count = 0
     for i in range(p.size):
         rest = gap[i] - offset
-        x = p[i] - stiffness * rest
-        mismatch += (p[i] - min(max(x, 0.0), cap)) ** 2
-        square += p[i] * p[i]
         x = p[i] - reach * stiffness * rest
         inside = (x > 0.0) & (x < cap)
         free[i] = 1 if inside else 0
         r[i] = rest if inside else 0.0
         count += 1 if inside else 0
-    return mismatch, square, count
+    return count
+
+
+@kernel(fastmath=REORDER)
+def mismatch(p: Any, gap: Any, offset: float, stiffness: float, cap: float, unit: float) -> Any:
+    """√(Σ m²/Σ p²) and max |m|, m = p − clip(p − κ(gap − d)); `unit` keeps the squares of tiny pressures alive."""
+    square, norm, worst = 0.0, 0.0, 0.0
+    for i in range(p.size):
+        x = p[i] - stiffness * (gap[i] - offset)
+        m = (p[i] - min(max(x, 0.0), cap)) * unit
+        square += m * m
+        norm += (p[i] * unit) ** 2
+        worst = max(worst, abs(m))
+    return np.sqrt(square / norm), worst / unit
+
+
+@kernel()
+def settle(free: Any, trial: Any, shift: float, cap: float, p: Any) -> None:
+    """Write p = clip(trial + shift): exact bounds on the points that are not free."""
+    for i in range(p.size):
+        p[i] = min(max(trial[i] + (shift if free[i] else 0.0), 0.0), cap)
 
 
 @kernel(fastmath=REORDER)

@@ -124,7 +124,7 @@ def solve_contact(
     if solution is None:
         solution, transforms = solve_cascade(problem, tolerance, limit)
         _judge(problem, solution, tolerance, limit, pressure_unit)
-    return _contact(problem, solution, transforms, length_unit, pressure_unit, precision)
+    return _contact(problem, solution, transforms, (length_unit, pressure_unit, solid.penetration_hardness), precision)
 
 
 def _checked(
@@ -201,16 +201,20 @@ def _judge(problem: Problem, solution: Solution, tolerance: float, limit: int, p
 
 
 def _contact(
-    problem: Problem, solution: Solution, transforms: float, length_unit: float, pressure_unit: float, precision: str
+    problem: Problem, solution: Solution, transforms: float, units: tuple[float, float, float], precision: str
 ) -> Contact:
-    pressure, heights = solution.pressure, problem.heights
+    length_unit, pressure_unit, hardness = units
     kind = np.float32 if precision == "single" else np.float64
-    plastic = float(np.mean(pressure >= problem.cap)) if problem.cap < inf else 0.0
+    yielded = solution.pressure >= problem.cap
+    pressure = solution.pressure * pressure_unit
+    if hardness < inf:  # exactly the hardness, not the hardness to rounding
+        np.minimum(pressure, hardness, out=pressure)
+        pressure[yielded] = hardness
     return Contact(
-        pressure=(pressure * pressure_unit).astype(kind, copy=False),
-        displacement=((solution.gap + heights) * length_unit).astype(kind, copy=False),
-        contact_fraction=float(np.mean(pressure > 0.0)),
-        plastic_fraction=plastic,
+        pressure=pressure.astype(kind, copy=False),
+        displacement=((solution.gap + problem.heights) * length_unit).astype(kind, copy=False),
+        contact_fraction=float(np.mean(solution.pressure > 0.0)),
+        plastic_fraction=float(np.mean(yielded)),
         residual=solution.residual,
         iterations=solution.iterations,
         transforms=transforms,

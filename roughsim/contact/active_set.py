@@ -19,6 +19,7 @@ from roughsim.grid import Grid
 
 Array = NDArray[np.float64]
 REACH = 0.5  # a point is free where 0 < p − REACH κ(gap − d) < cap
+ROUNDING = 64 * float(np.finfo(np.float64).eps)  # what rounding may leave of the gap, in units of the heights
 PATIENCE = 40  # iterations without a new best residual after which a solve counts as stalled
 
 
@@ -72,6 +73,7 @@ class _Iteration:
         self.transform.field[...] = self.pressure
         self.transform.forward()
         self._comply()
+        self.range = float(np.ptp(self.transform.field))
         np.subtract(self.transform.field, self.problem.heights, out=self.gap)
         self.transforms += 2
 
@@ -83,11 +85,29 @@ class _Iteration:
         """Solve for the offset, mark the free points, and return the relative residual."""
         problem, flat = self.problem, (self.pressure.ravel(), self.gap.ravel())
         self.offset = kernels.load_offset(*flat, problem.stiffness, self.offset, problem.cap, self.target)
-        residual_gap = self.transform.field.ravel()
-        mismatch, square, self.free_count = kernels.classify(
-            *flat, self.offset, problem.stiffness, self.reach, problem.cap, self.free.ravel(), residual_gap
+        residual, worst = kernels.mismatch(*flat, self.offset, problem.stiffness, problem.cap, 1.0 / problem.load)
+        self.violation = float(worst) / problem.stiffness
+        self.free_count = kernels.classify(
+            *flat, self.offset, problem.stiffness, self.reach, problem.cap, self.free.ravel(), self._spare.ravel()
         )
-        return float(np.sqrt(mismatch / square))
+        return float(residual)
+
+    @property
+    def _spare(self) -> Array:
+        """The transform's own field: between two transforms it holds the residual gap, then the direction."""
+        return self.transform.field
+
+    def settle(self) -> None:
+        """Put the points that are not free exactly on their bounds, keep the load, and compute the gap anew."""
+        flat = self.free.ravel(), self.pressure.ravel(), self.gap.ravel()
+        trial = self.step.ravel()
+        kernels.propose(*flat, self.offset, self._spare.ravel(), 0.0, 0.0, self.problem.cap, trial)
+        shift, met = kernels.load_shift(flat[0], trial, self.problem.cap, self.target)
+        if met:
+            kernels.settle(flat[0], trial, shift, self.problem.cap, flat[1])
+        self.curvature, self.alpha = 0.0, 1.0  # the last step is gone
+        self.response[...] = 0.0
+        self.refresh()
 
     def advance(self) -> None:
         """Take one step: preconditioned conjugate direction, load shift, exact length."""
@@ -164,21 +184,22 @@ def rounding_floor(problem: Problem, pressure: Array) -> float:
     return 4.0 * float(np.finfo(np.float64).eps) * (1.0 + problem.stiffness * spread * contact / rms)
 
 
-def solve_level(problem: Problem, start: Array, tolerance: float, max_iterations: int) -> Solution:
+def solve_level(problem: Problem, start: Array, tolerance: float, max_iterations: int, *, final: bool) -> Solution:
     """Iterate until the residual meets the tolerance, stalls, or the iterations run out; never raises.
 
-    The last residual is that of a gap computed anew from the pressure.
+    With `final`, the tolerance must also hold for the worst point (its gap against the range of the displacement), and
+    for a gap that is computed anew from the pressure.
     """
     state = _Iteration(problem, start)
     residual, best, since_best, fresh = state.assess(), np.inf, 0, True
     for iteration in range(max_iterations + 1):
-        if residual <= tolerance and not fresh:
-            state.refresh()
+        if final and residual <= tolerance and not fresh:
+            state.settle()
             residual, fresh = state.assess(), True
-        if residual < 0.9 * best:
-            best, since_best = residual, 0
-        since_best += 1
-        if residual <= tolerance or since_best > PATIENCE or iteration == max_iterations:
+        since_best = 0 if residual < 0.9 * best else since_best + 1
+        best = min(best, residual)
+        met = residual <= tolerance and not (final and state.violation > tolerance * state.range + ROUNDING)
+        if met or since_best > PATIENCE or iteration == max_iterations:
             break
         state.advance()
         residual, fresh = state.assess(), False

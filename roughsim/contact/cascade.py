@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,7 +28,7 @@ def solve_cascade(problem: Problem, tolerance: float, max_iterations: int) -> tu
         else:
             start = _carry(solution.continuation(previous.stiffness), level)
         goal = tolerance if level is problem else coarse_tolerance
-        solution = solve_level(level, start, goal, max_iterations)
+        solution = solve_level(level, start, goal, max_iterations, final=level is problem)
         work += solution.transforms * level.heights.size / problem.heights.size
         previous = level
     assert solution is not None
@@ -36,10 +38,10 @@ def solve_cascade(problem: Problem, tolerance: float, max_iterations: int) -> tu
 def full_contact(problem: Problem) -> Solution | None:
     """The closed form p = σ₀ + E*|q|h/2 where it keeps to the bounds: full contact; None elsewhere."""
     if problem.load == problem.cap:
-        spectrum = np.zeros(problem.grid.half_shape, np.complex128)
+        fluctuation = np.zeros(problem.heights.shape)
     else:
         spectrum = fourier.forward(problem.heights) * (0.5 * problem.grid.wavenumbers)
-    fluctuation = fourier.inverse(spectrum, problem.heights.shape)
+        fluctuation = fourier.inverse(spectrum, problem.heights.shape)
     rounding = 1e-14 * (problem.load + float(np.abs(fluctuation).max()))
     pressure = problem.load + fluctuation
     if pressure.min() < -rounding or pressure.max() > problem.cap + rounding:
@@ -56,17 +58,22 @@ def full_contact(problem: Problem) -> Solution | None:
 def _levels(problem: Problem) -> list[Problem]:
     """The problem and its coarser versions, finest first."""
     levels = [problem]
-    spectrum: NDArray[np.complex128] | None = None
+    spectrum: NDArray[Any] | None = None
     while True:
         shape = levels[-1].heights.shape
-        coarse = tuple(n // 2 + n % 2 if n >= 2 * COARSEST else n for n in shape)
+        coarse = _halved(shape[0]), _halved(shape[1])
         if coarse == shape:
             return levels
-        spectrum = fourier.forward(problem.heights) if spectrum is None else spectrum
-        grid = Grid((coarse[0], coarse[1]), problem.grid.lengths)
+        if spectrum is None:
+            spectrum = fourier.forward(problem.heights)
+        grid = Grid(coarse, problem.grid.lengths)
         heights = fourier.inverse(_truncate(spectrum, problem.grid.shape, grid.shape), grid.shape)
         stiffness = min(problem.stiffness, 0.5 * grid.nyquist)
         levels.append(replace(problem, heights=heights, grid=grid, stiffness=stiffness))
+
+
+def _halved(points: int) -> int:
+    return (points + 1) // 2 if points >= 2 * COARSEST else points
 
 
 def _truncate(
