@@ -86,9 +86,9 @@ def parse_scene(text: str, *, source: str = "scene", folder: Path | None = None)
     try:
         content = tomllib.loads(text)
     except RecursionError:
-        raise SceneError(_line(source, "is nested too deeply for a scene")) from None
+        raise SceneError(_line(source, "nested too deeply for a scene; sections and lists are enough")) from None
     except ValueError as error:
-        raise SceneError(_line(source, f"is not valid TOML: {_toml_error(text, str(error))}")) from None
+        raise SceneError(_line(source, f"not valid TOML: {_toml_error(text, str(error))}")) from None
     try:
         return Scene(**_with_tables(content, folder))
     except SceneError as error:

@@ -80,7 +80,7 @@ def plain(text: str) -> str:
 def _sentence(
     detail: ErrorDetails, section: str, known: Mapping[str, tuple[str, ...]], examples: Mapping[str, str]
 ) -> str:
-    path = tuple(part for part in (section, *detail["loc"]) if part != "")
+    path = (section, *detail["loc"]) if section else detail["loc"]
     key, kind = _dotted(path), detail["type"]
     if kind == "value":
         return key + str(detail["ctx"]["text"])

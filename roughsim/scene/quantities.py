@@ -44,7 +44,7 @@ _MEANING = {
     "m/s": "a speed",
     "s": "a time",
 }
-_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?)\s*([\w%°/*^()·⋅.\-⁻ ]*)")
+_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([\w%°/*^()·⋅.\-⁻ ]*)")
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,7 @@ ROUGHNESS_KEYS = (
     "roll_off_exponent",
 )
 _THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
+_LEVELS_EXAMPLE = '[{ column = "capped", shape = 1024, q_max = "4e5 1/m" }]'
 _KNOWN: dict[str, tuple[str, ...]] = {}
 
 
@@ -42,7 +43,7 @@ def section(name: str) -> Callable[[type[Record]], type[Record]]:
             try:
                 construct(self, *args, **values)
             except ValidationError as error:
-                examples = {key: entry.example for key, entry in KEYS.items()}
+                examples = {key: entry.example for key, entry in KEYS.items()} | {"levels": _LEVELS_EXAMPLE}
                 raise SceneError(one_line(error, name, _KNOWN, examples)) from None
 
         record.__init__ = checked  # type: ignore[method-assign, assignment]
@@ -281,6 +282,12 @@ class NumericsSection:
     threads: int | None = None
     keep_fields: int | None = None
     _read = read_values()
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        if self.levels == ():
+            raise refused_section(f"levels = [] holds no level; leave it out or write levels = {_LEVELS_EXAMPLE}")
+        return self
 
 
 def _check_roughness(face: Any) -> None:
