@@ -177,8 +177,8 @@ def flash_width(
     velocity = real_array("speed", speed, "m/s")
     _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    temperature = bracket(velocity, diffusivity, stress, even_integral, -1)
-    return _as_given(np.sqrt(temperature / bracket(velocity, diffusivity, stress, even_integral, 1)))
+    curvature = _defined(bracket(velocity, diffusivity, stress, even_integral, 1))
+    return _as_given(np.sqrt(bracket(velocity, diffusivity, stress, even_integral, -1) / curvature))
 
 
 def slope_length(
@@ -200,7 +200,7 @@ def slope_length(
     velocity = real_array("speed", speed, "m/s")
     _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    temperature = bracket(velocity, diffusivity, stress, even_integral, -1)
+    temperature = _defined(bracket(velocity, diffusivity, stress, even_integral, -1))
     with np.errstate(divide="ignore"):
         return _as_given(temperature / np.abs(bracket(velocity, diffusivity, stress, odd_integral, 0)))
 
@@ -224,6 +224,14 @@ def _heating(velocity: Array, friction_coefficient: float, conductivity: float, 
     friction = positive("friction_coefficient", friction_coefficient, "1")
     kappa = positive("conductivity", conductivity, "W/(m K)")
     return np.asarray(friction * np.abs(velocity) / (kappa * positive("nominal_pressure", nominal_pressure, "Pa")))
+
+
+def _defined(integral: Array) -> Array:
+    if (integral == 0.0).any():
+        raise ValueError(
+            "the stress is uniform (its spectrum is 0), so the flash temperature has no width and no slope"
+        )
+    return integral
 
 
 def _as_given(values: Array) -> Array | float:

@@ -1,8 +1,9 @@
 """Integrals with J₀(qr), exact to rounding however often the Bessel function oscillates.
 
 A panel that sees little more than one oscillation is summed over its Gauss nodes. Where the phase turns faster,
-the method of Levin applies: ∫ F J₀ dt is p₀J₀ + p₁J₁ between the ends, where p₀′ + rq′p₁ = F and p₁′ − rq′p₀ − (q′/q)p₁ = 0
-have a solution as smooth as F, found by collocation at the nodes. Its cost does not grow with r.
+the method of Levin applies: ∫ F J₀ dt is p₀J₀ + p₁J₁ between the ends, where p₀′ + rq′p₁ = F and
+p₁′ − rq′p₀ − (q′/q)p₁ = 0 have a solution as smooth as F, found by collocation at the nodes. Its cost does not grow
+with r.
 (D. Levin, Math. Comp. 38 (1982) 531; J. Comput. Appl. Math. 67 (1996) 95.)
 """
 

@@ -30,8 +30,8 @@ def moving_share(  # noqa: PLR0913  (two bodies: each has its own two numbers)
 ) -> Array | float:
     """Share s of the frictional heat that enters the moving body.
 
-    "mean", the paper's rule (Sec. 4): s T_mov = (1 − s) T_stat, so s = T_stat/(T_stat + T_mov). Each is taken with all the heat; T_stat has v = 0 in the bracket of Eq. (4), since heat enters the resting body
-    always at the same place.
+    "mean", the paper's rule (Sec. 4): s T_mov = (1 − s) T_stat, so s = T_stat/(T_stat + T_mov). Each is taken with all
+    the heat; T_stat has v = 0 in the integral of Eq. (4), since the resting body is heated always at the same place.
 
     "total": equal total temperatures after sliding for `duration` t, s (τ_mov + T_mov) = (1 − s)(τ_stat + T_stat(t)).
     τ = (2μσ₀v/κ) √(Dt/π) is the background of each body, and T_stat(t) has the factor erf(q√(Dt)) of a source that was

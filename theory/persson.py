@@ -176,9 +176,9 @@ def stress_density(
     if spectrum is not None and stress_spectrum is not None:
         raise TypeError("spectrum and stress_spectrum are both given; give one of them")
     if spectrum is not None:
-        breaks, stress = breaks_of(spectrum), _stress_of(spectrum, effective_modulus, nominal_pressure, gamma)
+        start, stress = _stress_of(spectrum, effective_modulus, nominal_pressure, gamma)
     elif stress_spectrum is not None:
-        breaks, stress = breaks_of(stress_spectrum), _given(stress_spectrum)
+        start, stress = _given(stress_spectrum)
     else:
         raise TypeError("spectrum is missing; give spectrum or stress_spectrum")
 
@@ -187,20 +187,22 @@ def stress_density(
         s = stress(panels, q) * slope
         return np.stack([s / q, s, s * q])
 
-    panels, values = quadrature.refine(moments, quadrature.panels_between(breaks))
+    panels, values = quadrature.refine(moments, start)
     return StressDensity(panels, values[1])
 
 
 _Stress = Callable[[quadrature.Panels, Array], Array]
 
 
-def _given(stress_spectrum: Spectrum) -> _Stress:
-    return lambda _, q: 2 * pi * q * density(stress_spectrum, q)
+def _given(stress_spectrum: Spectrum) -> tuple[quadrature.Panels, _Stress]:
+    panels = quadrature.panels_between(breaks_of(stress_spectrum))
+    return panels, lambda _, q: 2 * pi * q * density(stress_spectrum, q)
 
 
 def _stress_of(
     spectrum: Spectrum, effective_modulus: float | None, nominal_pressure: float | None, gamma: Weight
-) -> _Stress:
+) -> tuple[quadrature.Panels, _Stress]:
+    """Return s of Eq. (2), and panels that already see how thin the layer is in which contact is lost."""
     modulus = positive("effective_modulus", effective_modulus, "Pa")
     pressure = positive("nominal_pressure", nominal_pressure, "Pa")
     table = half_variance_table(spectrum)
@@ -210,4 +212,5 @@ def _stress_of(
         half = pi / 4 * modulus**2 * table.at(piece, panels.coordinates())
         return pi / 2 * modulus**2 * q**3 * density(spectrum, q) * weight(probability(half, pressure), q, gamma)
 
-    return stress
+    layers = table.layers(pressure**2 / (pi * modulus**2))  # G = σ₀²/4, where P = erf(1)
+    return quadrature.graded(quadrature.panels_between(breaks_of(spectrum)), layers), stress

@@ -77,19 +77,11 @@ def _shares(nominal_pressure: float, penetration_hardness: float) -> tuple[float
 def reached(s: float, rest: float, g: Array) -> Array:
     """Return the share that has reached the wall at distance `rest` = 1 − s from its start, s from 0 to 1."""
     result = np.full(g.shape, s)
-    if 0.0 < s < 1.0:
+    if s > 0.0 and rest > 0.0:
         early = g < _SWITCH
         result[early] = _images(s, rest, g[early])
-        result[~early] = s * (1 - missing(s, g[~early]))
+        result[~early] = s * (1 - _missing_late(s, rest, g[~early]))
     return result
-
-
-def missing(s: float, g: Array) -> Array:
-    """Return δ = 1 − A_pl/s from the modes, for g ≥ 0.2 and s > 0."""
-    total = np.zeros(g.shape)
-    for n in range(1, _MODES + 1):
-        total += (-1) ** (n + 1) * np.sinc(n * s) * np.exp(-((n * pi) ** 2) * g)
-    return np.asarray(2 * total)
 
 
 def between(s: float, g: Array) -> Array:
@@ -199,13 +191,29 @@ def smoothed_spectrum(
 
 def smoothing(s: float, rest: float, g: Array) -> Array:
     """Return 1 − (A_pl/s)⁶ with `rest` = 1 − s, to its own relative accuracy: also where it vanishes."""
-    if rest == 0.0:
-        return np.zeros(g.shape)
-    result = np.empty(g.shape)
+    missing = np.empty(g.shape)
     early = g < _SWITCH
-    result[early] = 1 - (_images(s, rest, g[early]) / s) ** 6
-    result[~early] = -np.expm1(6 * np.log1p(-missing(s, g[~early])))
-    return result
+    missing[early] = _missing_early(s, rest, g[early])
+    missing[~early] = _missing_late(s, rest, g[~early])
+    with np.errstate(divide="ignore"):
+        return np.asarray(-np.expm1(6 * np.log1p(-np.minimum(missing, 1.0))))
+
+
+def _missing_late(s: float, rest: float, g: Array) -> Array:
+    """Return δ = 1 − A_pl/s from the modes; (−1)^(n+1) sin(nπs) = sin(nπ rest)."""
+    lesser, sign = (s, -1) if s <= 0.5 else (rest, 1)
+    total = np.zeros(g.shape)
+    for n in range(1, _MODES + 1):
+        total += sign ** (n + 1) * np.sinc(n * lesser) * np.exp(-((n * pi) ** 2) * g)
+    return np.asarray(2 * lesser / s * total)
+
+
+def _missing_early(s: float, rest: float, g: Array) -> Array:
+    """Return δ from the images; near full yield they are taken about s = 1, where δ is proportional to `rest`."""
+    if s <= 0.5:
+        return np.asarray(1 - _images(s, rest, g) / s)
+    later = sum(_erfc_drop(2 * k - rest, rest, g) for k in range(1, _IMAGES // 2 + 1))
+    return np.asarray((_first_wall(rest, g) - rest + later) / s)
 
 
 def yield_wavenumber(

@@ -12,6 +12,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.polynomial import legendre
+from scipy.optimize import brentq
 
 from theory.arguments import Array, Which
 
@@ -110,6 +111,22 @@ def panels_between(breaks: Array) -> Panels:
     index = np.concatenate([np.arange(n) for n in counts])
     start, stop = np.sqrt(index / counts[piece]), np.sqrt((index + 1) / counts[piece])
     return Panels(piece.astype(np.float64), breaks[:-1][piece], breaks[1:][piece], start, stop)
+
+
+def graded(panels: Panels, layers: list[tuple[float, float]]) -> Panels:
+    """Cut the first panel above a break from the height y of its layer upwards, each cut eight times the last."""
+    for piece, y in layers:
+        at = int(np.flatnonzero((panels.piece == piece) & (panels.start == 0.0))[0])
+        top = float(panels.stop[at])
+        steps = max(int(np.ceil(np.log(top / y) / np.log(8))), 1)
+        cuts = top * 8.0 ** np.arange(-steps, 0)
+        repeats = np.ones(panels.start.size, dtype=int)
+        repeats[at] += steps
+        start, stop = np.repeat(panels.start, repeats), np.repeat(panels.stop, repeats)
+        start[at + 1 : at + 1 + steps], stop[at : at + steps] = cuts, cuts
+        piece_of, lower, upper = (np.repeat(bound, repeats) for bound in (panels.piece, panels.lower, panels.upper))
+        panels = Panels(piece_of, lower, upper, start, stop)
+    return panels
 
 
 Integrands = Callable[[Panels], Array]
@@ -211,7 +228,9 @@ class Primitive:
     def at(self, piece: Array | Which, y: Array) -> Array:
         """Return the integral at the coordinate `y` of each `piece`."""
         keys = self.panels.piece + self.panels.start
-        index = np.clip(np.searchsorted(keys, piece + y, side="right") - 1, 0, keys.size - 1)
+        return self._within(np.clip(np.searchsorted(keys, piece + y, side="right") - 1, 0, keys.size - 1), y)
+
+    def _within(self, index: Which, y: Array) -> Array:
         start, stop = self.panels.start[index], self.panels.stop[index]
         rise = 2 * (y - start) / (stop - start)
         return np.asarray(self.before[index] + rise ** self.power[index] * self._polynomial(index, rise - 1))
@@ -226,15 +245,32 @@ class Primitive:
         return np.asarray(total)
 
     def inverse(self, value: float) -> float:
-        """Return the lowest wavenumber where the integral reaches `value`, rad/m; ∞ if it never does."""
-        from scipy.optimize import brentq
-
-        last = float(self.panels.upper[-1])
-        if value > float(self(np.array(last))):
+        """Return the lowest wavenumber where the integral reaches `value` ≥ 0, rad/m; ∞ if it never does."""
+        last = np.array([self.panels.start.size - 1])
+        if value > float(self._within(last, self.panels.stop[last])[0]):
             return float("inf")
-        low, high = np.log(self.breaks[0]), np.log(last)
-        root = brentq(lambda x: float(self(np.exp(np.array(x)))) - value, low, high, xtol=1e-15, rtol=1e-15)
-        return float(np.exp(root))
+        index = np.searchsorted(self.before, [value], side="right") - 1
+        start, stop = self.panels.start[index], self.panels.stop[index]
+
+        def excess(fraction: float) -> float:
+            return float(self._within(index, start + fraction * (stop - start))[0]) - value
+
+        fraction = brentq(excess, 0.0, 1.0, xtol=1e-15, rtol=1e-15) if excess(1.0) > 0.0 else 1.0
+        return float(self.panels.take(index).at((start + fraction * (stop - start))[:, None])[0][0, 0])
+
+    def layers(self, value: float) -> list[tuple[float, float]]:
+        """Return (piece, y) above each break where the integral has risen to `value`, or doubled, if within a panel.
+
+        The weight P of the stress falls from there on. A layer thinner than a panel is not seen by its nodes: cut the
+        panel there.
+        """
+        first = np.flatnonzero(self.panels.start == 0.0)
+        slope = self._polynomial(first, np.full(first.size, -1.0))
+        with np.errstate(divide="ignore"):
+            rise = np.sqrt(np.maximum(self.before[first], value) / np.maximum(slope, 0.0))
+        y = rise * self.panels.stop[first] / 2
+        thin = y < self.panels.stop[first]
+        return list(zip(self.panels.piece[first][thin].tolist(), y[thin].tolist(), strict=True))
 
 
 def primitive(density: Callable[[Array], Array], breaks: Array) -> Primitive:
