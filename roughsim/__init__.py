@@ -20,7 +20,9 @@ Heat
     negative. Temperatures are above the background: q = 0 is removed from stress and temperature.
 """
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import Any
 
 __version__ = "0.1.0"
@@ -54,12 +56,19 @@ _HOME = {
 __all__ = [*_HOME, "__version__"]  # noqa: PLE0604  (the names are strings)
 
 
-def __getattr__(name: str) -> Any:
-    """Import a public name from its module when it is first asked for (PEP 562)."""
-    if name not in _HOME:
-        raise AttributeError(f"module 'roughsim' has no attribute {name!r}")
-    return getattr(import_module(f"roughsim.{_HOME[name]}"), name)
+class _Package(ModuleType):
+    """The package, whose public names are imported when they are first asked for.
+
+    A name beats the submodule of the same name (`plan`, `compare`), whichever was imported first.
+    """
+
+    def __getattribute__(self, name: str) -> Any:
+        if name not in _HOME:
+            return super().__getattribute__(name)
+        return getattr(import_module(f"roughsim.{_HOME[name]}"), name)
+
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *__all__})
 
 
-def __dir__() -> list[str]:
-    return sorted(__all__)
+sys.modules[__name__].__class__ = _Package

@@ -110,6 +110,11 @@ class SelfAffineSpectrum(PowerLaws):
         Ends and kink, rad/m, q_min < q_max. A kink outside the ends is no kink.
     roll_off_exponent : float
         m of the low-q branch; 0 is a plateau.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Naming the argument, its value and its limit.
     """
 
     psd_at_roll_off: float
@@ -120,11 +125,11 @@ class SelfAffineSpectrum(PowerLaws):
     roll_off_exponent: float = 0.0
 
     def __post_init__(self) -> None:
-        positive("psd_at_roll_off", self.psd_at_roll_off, "m⁴")
-        for name in ("q_min", "q_roll_off", "q_max"):
-            positive(name, getattr(self, name), "rad/m")
-        number("roll_off_exponent", self.roll_off_exponent)
-        if not 0.0 <= number("hurst", self.hurst) <= 1.0:
+        for name, unit in (("psd_at_roll_off", "m⁴"), ("q_min", "rad/m"), ("q_roll_off", "rad/m"), ("q_max", "rad/m")):
+            object.__setattr__(self, name, positive(name, getattr(self, name), unit))
+        for name in ("hurst", "roll_off_exponent"):
+            object.__setattr__(self, name, number(name, getattr(self, name)))
+        if not 0.0 <= self.hurst <= 1.0:
             raise ValueError(f"hurst = {self.hurst:.6g} must lie in [0, 1]")
         if self.q_min >= self.q_max:
             raise ValueError(f"q_min = {self.q_min:.6g} rad/m must be below q_max = {self.q_max:.6g} rad/m")
@@ -222,6 +227,11 @@ class TabulatedSpectrum(PowerLaws):
     psd : array_like
         C(q), m⁴, in Persson's convention (see `roughsim`), positive. A spectrum in SurfaceTopography's convention
         is 4π² larger.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Naming the column, its value and its limit.
     """
 
     q: NDArray[np.float64]
@@ -229,7 +239,10 @@ class TabulatedSpectrum(PowerLaws):
 
     def __post_init__(self) -> None:
         for name, unit in (("q", "rad/m"), ("psd", "m⁴")):
-            array = np.array(getattr(self, name), dtype=np.float64)
+            given = getattr(self, name)
+            if isinstance(given, np.ma.MaskedArray) or np.asarray(given).dtype.kind not in "uif":
+                raise TypeError(f"{name} = {given!r} must be a plain array of real numbers in {unit}")
+            array = np.array(given, dtype=np.float64)
             if array.ndim != 1 or array.size < 2:
                 raise ValueError(f"{name} has shape {array.shape}; a table of at least two points is needed")
             if not (np.isfinite(array).all() and (array > 0).all()):
@@ -239,14 +252,22 @@ class TabulatedSpectrum(PowerLaws):
             object.__setattr__(self, name, array)
         if self.q.shape != self.psd.shape:
             raise ValueError(f"q has {self.q.size} points but psd has {self.psd.size}")
-        if (np.diff(self.q) <= 0).any():
-            raise ValueError("q must rise from each point to the next; sort the table and drop repeated points")
+        falls = np.flatnonzero(np.diff(self.q) <= 0)
+        if falls.size:
+            raise ValueError(
+                f"q = {self.q[falls[0] + 1]:.6g} rad/m follows q = {self.q[falls[0]]:.6g} rad/m and must exceed it; "
+                f"sort the table and drop repeated points"
+            )
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, TabulatedSpectrum) and self._key == other._key
 
     def __hash__(self) -> int:
         return hash(self._key)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Build the copy anew, so that its arrays are read-only too."""
+        return type(self), (self.q, self.psd)
 
     @property
     def _key(self) -> tuple[bytes, bytes]:
@@ -297,6 +318,7 @@ class SumSpectrum(_Moments):
 
     def truncated(self, *, q_max: float) -> SumSpectrum:
         """Return the spectrum without what lies above `q_max`, rad/m."""
+        q_max = positive("q_max", q_max, "rad/m")
         kept = tuple(term.truncated(q_max=q_max) for term in self.terms if term.breaks[0] < q_max)
         if not kept:
             raise ValueError(f"q_max = {q_max:.6g} rad/m must exceed the first wavenumber {self.breaks[0]:.6g} rad/m")
@@ -305,3 +327,24 @@ class SumSpectrum(_Moments):
 
 def _terms(spectrum: Any) -> tuple[Any, ...]:
     return spectrum.terms if isinstance(spectrum, SumSpectrum) else (spectrum,)
+
+
+@dataclass(frozen=True, slots=True)
+class TruncatedSpectrum:
+    """Any spectrum without what lies above `q_max`, rad/m; its level does not change.
+
+    Spectra with a method `truncated` of their own are cut by that; this is for all other callables with `breaks`.
+    """
+
+    whole: Spectrum
+    q_max: float
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """Wavenumbers where C(q) starts, has kinks, and ends, rad/m, rising."""
+        return (*(float(q) for q in self.whole.breaks if q < self.q_max), min(self.q_max, float(self.whole.breaks[-1])))
+
+    def __call__(self, q: ArrayLike) -> Any:
+        """Return C(q) in m⁴ at wavenumbers in rad/m (any shape); zero above q_max."""
+        q = np.asarray(q, dtype=np.float64)
+        return np.where(q <= self.q_max, self.whole(np.minimum(q, self.q_max)), 0.0)
