@@ -7,6 +7,7 @@ once and `backend()` names it for the records.
 
 from __future__ import annotations
 
+import operator
 import threading
 import warnings
 from typing import Any
@@ -33,9 +34,13 @@ def set_threads(count: int) -> None:
         If `count` is not a whole number ≥ 1.
     """
     global _threads  # noqa: PLW0603  (process-wide by contract)
-    if isinstance(count, bool) or int(count) != count or count < 1:
+    try:
+        whole = 0 if isinstance(count, bool) else operator.index(count)
+    except TypeError:
+        whole = 0
+    if whole < 1:
         raise ValueError(f"threads = {count!r} must be a whole number ≥ 1")
-    _threads = int(count)
+    _threads = whole
 
 
 def get_threads() -> int:
@@ -122,7 +127,16 @@ def forward(field: NDArray[Any]) -> NDArray[Any]:
 
 
 def inverse(spectrum: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
-    """Return the real field f(x) = Σ_q f(q) exp(+iq·x) of `shape` from its half spectrum."""
+    """Return the real field f(x) = Σ_q f(q) exp(+iq·x) of `shape` from its half spectrum.
+
+    Raises
+    ------
+    ValueError
+        If the half spectrum does not belong to `shape`.
+    """
+    half = (shape[0], shape[1] // 2 + 1)
+    if spectrum.shape != half:  # it would be broadcast
+        raise ValueError(f"spectrum has shape {spectrum.shape}, but a field of shape {shape} needs {half}")
     transform = _transform(shape, spectrum.real.dtype)
     transform.spectrum[...] = spectrum
     return transform.inverse().copy()

@@ -34,7 +34,10 @@ class Grid:
     lengths: tuple[float, float]
 
     def __post_init__(self) -> None:
-        shape, lengths = tuple(self.shape), tuple(self.lengths)
+        try:
+            shape, lengths = tuple(self.shape), tuple(self.lengths)
+        except TypeError:
+            raise TypeError(f"shape = {self.shape!r} and lengths = {self.lengths!r} must be pairs (x, y)") from None
         if len(shape) != 2 or len(lengths) != 2:
             raise ValueError(f"shape = {shape} and lengths = {lengths} need two entries each, along x and y")
         try:

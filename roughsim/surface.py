@@ -1,17 +1,17 @@
 """Random surfaces with a given power spectrum.
 
-The modes are drawn in the order of their wavenumber, which depends on the cell alone. So the same random stream gives
-the same surface on every grid: a finer grid or a higher q_max only adds modes. Paired solves rest on this.
+The modes are drawn in an order that depends on the cell alone, outwards from the origin. So the same random stream
+gives the same surface on every grid: a finer grid or a higher q_max only adds modes. Paired solves rest on this. (A
+Nyquist mode stands for two modes of a finer grid and equals neither; a spectrum that ends below it has none.)
 """
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Hashable
 from functools import lru_cache
 from itertools import pairwise
-from math import pi
-from typing import Any, Literal, NamedTuple, cast
+from math import hypot, pi
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from roughsim import fourier
 from roughsim.errors import ResolutionError
 from roughsim.grid import Grid
-from roughsim.spectrum import Spectrum
+from roughsim.spectrum import PowerLaws, Spectrum, SumSpectrum
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Steps = tuple[float, float]
 _NEAR = 16.0  # cells closer to the origin than this many mode spacings are integrated in polar coordinates
-_MANY_BREAKS = 16  # a spectrum with more breaks is a table: its kinks are mild, only its ends are sharp
+_MANY_BREAKS = 16  # a spectrum with more breaks is a table: its kinks are mild, only its jumps are sharp
 
 
 def synthesize(
@@ -59,7 +59,7 @@ def synthesize(
     ResolutionError
         If C(q) reaches beyond the Nyquist wavenumber.
     TypeError, ValueError
-        If `rng` is no generator or `amplitudes` is neither word.
+        If `rng` is no generator or `amplitudes` is neither word, or if C(q) is negative or not finite.
 
     Warns
     -----
@@ -70,7 +70,7 @@ def synthesize(
         raise TypeError(f"rng = {rng!r} must be a numpy Generator; make one with np.random.default_rng(seed)")
     if amplitudes not in ("fixed", "gaussian"):
         raise ValueError(f'amplitudes = {amplitudes!r} must be "fixed" or "gaussian"')
-    modes = _modes(spectrum, grid) if isinstance(spectrum, Hashable) else _find_modes(spectrum, grid)
+    modes = _modes(spectrum, grid) if isinstance(spectrum, PowerLaws | SumSpectrum) else _find_modes(spectrum, grid)
     values = _draw(modes, rng, amplitudes)
     half = np.zeros(grid.half_shape, dtype=np.complex128)
     half.flat[modes.place] = values
@@ -81,7 +81,8 @@ def synthesize(
 class _Modes(NamedTuple):
     """The independent modes of a surface in the order in which they are drawn."""
 
-    place: NDArray[np.int64]  # flat place in the half spectrum
+    kept: NDArray[np.bool_]  # of all modes that are drawn: a Nyquist mode of this grid is two modes of a finer one
+    place: NDArray[np.int64]  # flat place in the half spectrum, of those kept
     partner: NDArray[np.int64]  # flat place of the conjugate, where that also lies in the half spectrum
     paired: NDArray[np.bool_]  # whether it does
     real: NDArray[np.bool_]  # whether the mode is its own conjugate
@@ -89,35 +90,48 @@ class _Modes(NamedTuple):
 
 
 def _draw(modes: _Modes, rng: np.random.Generator, amplitudes: str) -> NDArray[Any]:
-    count = modes.place.size
+    count = modes.kept.size
     if amplitudes == "gaussian":
-        normal = rng.standard_normal((count, 2))
+        normal = rng.standard_normal((count, 2))[modes.kept]
         complex_normal = (normal[:, 0] + 1j * normal[:, 1]) * np.sqrt(0.5)
         return modes.deviation * np.where(modes.real, normal[:, 0], complex_normal)
-    turn = rng.random(count)
+    turn = rng.random(count)[modes.kept]
     return modes.deviation * np.where(modes.real, np.where(turn < 0.5, 1.0, -1.0), np.exp(2j * pi * turn))
 
 
 @lru_cache(maxsize=4)
-def _modes(spectrum: Hashable, grid: Grid) -> _Modes:
-    return _find_modes(cast(Spectrum, spectrum), grid)
+def _modes(spectrum: PowerLaws | SumSpectrum, grid: Grid) -> _Modes:
+    return _find_modes(spectrum, grid)
 
 
 def _find_modes(spectrum: Spectrum, grid: Grid) -> _Modes:
     variance = mode_variance(spectrum, grid)
     (nx, ny), half = grid.shape, grid.half_shape
-    kx, ky = np.divmod(np.flatnonzero(variance), half[1])
-    lone_column = (ky == 0) | (2 * ky == ny)  # columns that hold both a mode and its conjugate
-    independent = ~lone_column | (2 * kx <= nx)
-    kx, ky, lone_column = kx[independent], ky[independent], lone_column[independent]
-    signed = np.where(2 * kx > nx, kx - nx, kx)
-    q2 = (signed / grid.lengths[0]) ** 2 + (ky / grid.lengths[1]) ** 2
-    order = np.lexsort((signed, ky, q2))
-    kx, ky, lone_column = kx[order], ky[order], lone_column[order]
+    kx, ky = _in_order(*np.divmod(np.flatnonzero(variance), half[1]), grid)
+    kept = (2 * kx != -nx) & ((2 * ky != ny) | (kx >= 0))
+    kx, ky = kx[kept] % nx, ky[kept]
     mirror = (nx - kx) % nx
+    lone_column = (ky == 0) | (2 * ky == ny)  # columns that hold both a mode and its conjugate
     real = lone_column & (mirror == kx)
     place = kx * half[1] + ky
-    return _Modes(place, mirror * half[1] + ky, lone_column & ~real, real, np.sqrt(variance.flat[place]))
+    return _Modes(kept, place, mirror * half[1] + ky, lone_column & ~real, real, np.sqrt(variance.flat[place]))
+
+
+def _in_order(kx: Index, ky: Index, grid: Grid) -> tuple[Index, Index]:
+    """Signed indices of one mode of each conjugate pair, in the order of the shortest wavenumber of their cells.
+
+    A cell has variance if q_max lies above that wavenumber, so the modes of a lower q_max come first. Nyquist modes
+    are listed with both signs, as on a finer grid.
+    """
+    nx = grid.shape[0]
+    half_plane = (ky > 0) | (2 * kx <= nx)
+    kx, ky = kx[half_plane], ky[half_plane]
+    twins = (2 * kx == nx) & (ky > 0)
+    kx = np.concatenate([np.where(2 * kx > nx, kx - nx, kx), -kx[twins]])
+    ky = np.concatenate([ky, ky[twins]])
+    x, y = np.maximum(abs(kx) - 0.5, 0) / grid.lengths[0], np.maximum(ky - 0.5, 0) / grid.lengths[1]
+    order = np.lexsort((kx, ky, x * x + y * y))
+    return kx[order], ky[order]
 
 
 def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
@@ -140,6 +154,13 @@ def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
     ------
     ResolutionError
         If C(q) reaches beyond the Nyquist wavenumber.
+    ValueError
+        If C(q) is negative or not finite.
+
+    Warns
+    -----
+    RuntimeWarning
+        If C(q) begins below the lowest mode of the cell, or inside the Fourier cell of q = 0.
     """
     ends = spectrum.breaks[0], spectrum.breaks[-1]
     if ends[1] > grid.nyquist * (1 + 1e-12):
@@ -147,16 +168,20 @@ def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
             f"q_max = {ends[1]:.4g} rad/m exceeds the Nyquist wavenumber {grid.nyquist:.4g} rad/m of the grid "
             f"{grid.shape}; refine the grid or lower q_max"
         )
-    lowest = 2 * pi / max(grid.lengths)
+    # a long and narrow cell loses waves above its lowest mode too: those in the Fourier cell of q = 0
+    lowest = max(2 * pi / max(grid.lengths), hypot(pi / grid.lengths[0], pi / grid.lengths[1]))
     if ends[0] < lowest * (1 - 1e-9):
         warnings.warn(
-            f"q_min = {ends[0]:.4g} rad/m lies below the lowest mode 2π/L = {lowest:.4g} rad/m of the cell: roughness "
-            f"of longer waves is left out; enlarge the cell to keep it",
+            f"q_min = {ends[0]:.4g} rad/m lies below {lowest:.4g} rad/m, what the lowest modes of the cell reach: "
+            f"roughness of longer waves is left out; enlarge the cell to keep it",
             RuntimeWarning,
             stacklevel=3,
         )
     rows = np.arange(grid.shape[0])
-    return _quadrant(spectrum, grid)[np.minimum(rows, grid.shape[0] - rows)]
+    quadrant = _quadrant(spectrum, grid)
+    if not ((quadrant >= 0) & np.isfinite(quadrant)).all():
+        raise ValueError(f"spectrum = {spectrum!r} must give C(q) finite and ≥ 0 between its breaks")
+    return quadrant[np.minimum(rows, grid.shape[0] - rows)]
 
 
 def _quadrant(spectrum: Spectrum, grid: Grid) -> Array:
@@ -169,7 +194,7 @@ def _quadrant(spectrum: Spectrum, grid: Grid) -> Array:
     result = np.zeros(near.shape)
     covered = (far > breaks[0]) & (near < breaks[-1])
     covered[0, 0] = False
-    sharp = (breaks[0], breaks[-1]) if len(breaks) > _MANY_BREAKS else breaks
+    sharp = _jumps(spectrum) if len(breaks) > _MANY_BREAKS else breaks
     special = np.hypot(kx * steps[0], ky * steps[1]) < _NEAR * max(steps)
     for q in sharp:
         special = special | ((near < q) & (q < far))
@@ -182,6 +207,14 @@ def _quadrant(spectrum: Spectrum, grid: Grid) -> Array:
     if ny > 1 and ny % 2 == 0:
         result[:, -1] *= 2.0
     return result
+
+
+def _jumps(spectrum: Spectrum) -> Array:
+    """Breaks where C(q) itself jumps: both ends, and the ends of each term of a sum."""
+    breaks = np.asarray(spectrum.breaks, dtype=np.float64)
+    below, above = spectrum(breaks * (1 - 1e-6)), spectrum(breaks * (1 + 1e-6))
+    jumps: Array = breaks[abs(above - below) > 1e-3 * np.maximum(above, below)]
+    return jumps
 
 
 def _extremes(kx: Index, ky: Index, steps: Steps) -> tuple[Array, Array]:
