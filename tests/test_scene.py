@@ -12,6 +12,7 @@ import subprocess
 import sys
 from dataclasses import FrozenInstanceError, replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -25,6 +26,11 @@ ROWS = ((1.0e4, 3.0e-23), (1.0e5, 7.0e-27), (2.5e5, 1.0e-29))
 @pytest.fixture(scope="module")
 def steel() -> Scene:
     return load_scene("steel-1.2GPa")
+
+
+def approx(value: float, rel: float) -> Any:
+    # pytest's own default abs=1e-12 would call any two values of C(q) equal
+    return pytest.approx(value, rel=rel, abs=0.0)
 
 
 def changed(old: str, new: str, text: str = STEEL) -> str:
@@ -86,6 +92,12 @@ def test_a_pressure_may_be_written_in_any_unit_of_pressure(written, pressure):
     assert parse_scene(changed('"90 MPa"', written)).sliding.nominal_pressure == pressure
 
 
+def test_conversion_rounds_once_as_if_the_si_number_had_been_written():
+    for hundredths in range(1, 60):
+        scene = parse_scene(changed('"0.90 um"', f'"{hundredths / 100} um"'))
+        assert scene.surface.rms_height == float(f"{hundredths}e-8")
+
+
 @pytest.mark.parametrize("micro", ["um", "\u00b5m", "\u03bcm", "micrometer"])
 def test_every_way_to_write_a_micrometre_is_read(micro):
     assert parse_scene(changed('"0.90 um"', f'"0.90 {micro}"')).surface.rms_height == 9e-7
@@ -103,7 +115,7 @@ def test_every_way_to_write_a_micrometre_is_read(micro):
     ],
 )
 def test_wavenumbers_are_angular_and_pure_numbers_may_be_percentages(old, new, key, value):
-    assert getattr(parse_scene(changed(old, new)).surface, key) == pytest.approx(value, rel=1e-15)
+    assert getattr(parse_scene(changed(old, new)).surface, key) == approx(value, rel=1e-15)
 
 
 def test_one_speed_is_a_list_of_one_and_rest_is_allowed():
@@ -145,24 +157,24 @@ keep_fields = 0"""
 
 def test_equal_bodies_halve_the_modulus_and_double_the_spectrum(steel):
     alone = replace(steel, counterface=None)
-    assert alone.effective_modulus == pytest.approx(2e11 / 0.91, rel=1e-15)
-    assert steel.effective_modulus == pytest.approx(1e11 / 0.91, rel=1e-15)
+    assert alone.effective_modulus == approx(2e11 / 0.91, rel=1e-15)
+    assert steel.effective_modulus == approx(1e11 / 0.91, rel=1e-15)
     for q in (6350.0, 2e4, 9.4e4, 1e6, 4.15e7):
-        assert steel.spectrum(q) == pytest.approx(2 * alone.spectrum(q), rel=1e-14)
-    assert alone.spectrum.rms_height == pytest.approx(9e-7, rel=1e-12)
-    assert steel.spectrum.rms_height == pytest.approx(9e-7 * math.sqrt(2), rel=1e-12)
+        assert steel.spectrum(q) == approx(2 * alone.spectrum(q), rel=1e-14)
+    assert alone.spectrum.rms_height == approx(9e-7, rel=1e-12)
+    assert steel.spectrum.rms_height == approx(9e-7 * math.sqrt(2), rel=1e-12)
 
 
 def test_steel_has_the_known_modulus_and_diffusivity(steel):
-    assert steel.effective_modulus == pytest.approx(1.0989e11, rel=1e-5)
-    assert steel.diffusivity == pytest.approx(7.5949e-6, rel=1e-5)
+    assert steel.effective_modulus == approx(1.0989e11, rel=1e-5)
+    assert steel.diffusivity == approx(7.5949e-6, rel=1e-5)
     assert steel.counter_conductivity == 30.0
-    assert steel.counter_diffusivity == pytest.approx(30.0 / (7900.0 * 500.0), rel=1e-15)
+    assert steel.counter_diffusivity == approx(30.0 / (7900.0 * 500.0), rel=1e-15)
 
 
 def test_an_incompressible_body_is_stiffer_by_a_quarter(steel):
     scene = replace(steel, counterface=None, body=replace(steel.body, poisson_ratio=0.5))
-    assert scene.effective_modulus == pytest.approx(2e11 / 0.75, rel=1e-15)
+    assert scene.effective_modulus == approx(2e11 / 0.75, rel=1e-15)
 
 
 def test_different_faces_add_their_spectra_and_compliances():
@@ -172,16 +184,16 @@ def test_different_faces_add_their_spectra_and_compliances():
             'penetration_hardness = "0.8 GPa"\nconductivity = 150\ndensity = 2700\nheat_capacity = 900'
         )
     )
-    assert scene.effective_modulus == pytest.approx(1 / (0.91 / 2e11 + 0.96 / 7e10), rel=1e-14)
+    assert scene.effective_modulus == approx(1 / (0.91 / 2e11 + 0.96 / 7e10), rel=1e-14)
     assert scene.penetration_hardness == 8e8
     assert scene.counter_conductivity == 150.0
-    assert scene.counter_diffusivity == pytest.approx(150 / (2700 * 900), rel=1e-15)
+    assert scene.counter_diffusivity == approx(150 / (2700 * 900), rel=1e-15)
     alone = replace(scene, counterface=None).spectrum
     # C = a q^(-3) with rms slope 0.1: 2π ∫ q³ C dq = 2π a (q_max - q_min)
     level = 0.1**2 / (2 * math.pi * (1e6 - 2e4))
-    for q in (1e4, 3e4, 5e5, 2e6):
+    for q in (1e4, 3e4, 5e5, 2e6):  # outside, inside, inside and outside the band of the second face
         second = level * q**-3 if 2e4 <= q <= 1e6 else 0.0
-        assert scene.spectrum(q) == pytest.approx(alone(q) + second, rel=1e-12)
+        assert scene.spectrum(q) == approx(alone(q) + second, rel=1e-12)
 
 
 def test_the_softer_body_yields_first_whichever_it_is():
@@ -210,10 +222,21 @@ def test_a_counterface_without_keys_of_a_kind_is_rigid_smooth_or_insulating(stee
         assert scene.counter_diffusivity is None
 
 
+def test_the_spectrum_has_the_exponents_of_the_scene_on_both_sides_of_the_roll_off(steel):
+    assert steel.spectrum(6350.0) / steel.spectrum(9.4e4) == approx((9.4e4 / 6350.0) ** 1.5, rel=1e-12)
+    assert steel.spectrum(9.4e4) / steel.spectrum(9.4e5) == approx(10**3.6, rel=1e-12)
+    assert steel.spectrum.breaks == (6350.0, 9.4e4, 4.15e7)
+
+
+@pytest.mark.parametrize("end", ["6350 1/m", "4.15e7 1/m"])
+def test_the_roll_off_may_lie_at_either_end(end):
+    assert parse_scene(changed("9.4e4 1/m", end)).spectrum.breaks == (6350.0, 4.15e7)
+
+
 def test_left_out_roll_off_begins_at_q_min():
     text = changed('q_roll_off = "9.4e4 1/m"', "", changed("roll_off_exponent = 1.5", ""))
     scene = parse_scene(text)
-    assert scene.spectrum(6350.0) / scene.spectrum(63500.0) == pytest.approx(10**3.6, rel=1e-12)
+    assert scene.spectrum(6350.0) / scene.spectrum(63500.0) == approx(10**3.6, rel=1e-12)
 
 
 def test_load_equal_to_the_hardness_is_allowed():
@@ -236,13 +259,13 @@ def test_a_table_counts_by_content_however_it_is_stored(tmp_path, separator):
     scene = load_scene(tmp_path / "s.toml")
     assert scene.surface.psd == ROWS
     assert scene == parse_scene(table_scene("psd = [[1e4, 3e-23], [1e5, 7e-27], [2.5e5, 1e-29]]"))
-    assert scene.spectrum(1e5) == pytest.approx(2 * 7e-27, rel=1e-12)
+    assert scene.spectrum(1e5) == approx(2 * 7e-27, rel=1e-12)
 
 
 def test_surfacetopography_s_spectrum_is_4_pi_squared_larger():
     rows = "psd = [[1e4, 3e-23], [1e5, 7e-27], [2.5e5, 1e-29]]"
     persson, other = parse_scene(table_scene(rows)), parse_scene(table_scene(rows, "surfacetopography"))
-    assert persson.spectrum(1e5) / other.spectrum(1e5) == pytest.approx(39.47841760435743, rel=1e-12)
+    assert persson.spectrum(1e5) / other.spectrum(1e5) == approx(39.47841760435743, rel=1e-12)
 
 
 def test_the_longest_tables_still_fit_into_a_scene_file(tmp_path):
@@ -337,6 +360,8 @@ REFUSED = [
     ("roll_off_exponent = 1.5", "roll_off_exponent = -1", "surface.roll_off_exponent = -1"),
     ('"6350 1/m"', "4.15e7", "surface.q_min = 4.15e+07 rad/m must be below q_max = 4.15e+07 rad/m"),
     ('"6350 1/m"', "1e-320", "surface"),
+    ('"0.90 um"', "1e200", "surface"),
+    ('"7900 kg/m^3"', "1e-310", "body: the diffusivity becomes inf"),
     ('"9.4e4 1/m"', "6000", "surface.q_roll_off = 6000 rad/m must lie between q_min = 6350 rad/m and q_max"),
     ('"9.4e4 1/m"', "4.2e7", "surface.q_roll_off = 4.2e+07 rad/m must lie between"),
     ('q_roll_off = "9.4e4 1/m"', "", "surface.roll_off_exponent = 1.5 needs q_roll_off"),

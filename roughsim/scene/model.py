@@ -65,7 +65,7 @@ class Scene:
         _check_load(self)
         _check_partition(self)
         _check_levels(self)
-        _check_spectrum(self)
+        _check_derived(self)
         return self
 
     @property
@@ -230,7 +230,7 @@ def _check_levels(scene: Scene) -> None:
             )
 
 
-def _check_spectrum(scene: Scene) -> None:
+def _check_derived(scene: Scene) -> None:
     faces = [scene.surface, scene.counterface]
     rows = sum(len(face.psd) for face in faces if face is not None and face.psd is not None)
     if rows > MAX_ROWS:
@@ -239,13 +239,20 @@ def _check_spectrum(scene: Scene) -> None:
             "bins of log q"
         )
     try:
-        size, slope = scene.spectrum.rms_height, scene.spectrum.rms_slope
+        derived = {
+            "rms height": (scene.spectrum.rms_height, "m"),
+            "rms slope": (scene.spectrum.rms_slope, ""),
+            "effective modulus": (scene.effective_modulus, "Pa"),
+            "diffusivity": (scene.diffusivity, "m²/s"),
+        }
+        if scene.counter_diffusivity is not None:
+            derived["diffusivity of the counterface"] = (scene.counter_diffusivity, "m²/s")
     except (ArithmeticError, ValueError) as error:
         raise refused_section(
-            f"surface.q_min, q_max and the roughness give no usable C(q): {error}; check them"
+            f"surface or body: numbers beyond what can be computed with ({error}); check them"
         ) from None
-    if not (0 < size < math.inf and 0 < slope < math.inf and 0 < scene.effective_modulus < math.inf):
-        raise refused_section(
-            f"surface gives an rms height of {size:.6g} m, an rms slope of {slope:.6g} and E* = "
-            f"{scene.effective_modulus:.6g} Pa, beyond what floating point can hold; check its numbers"
-        )
+    for name, (value, unit) in derived.items():
+        if not 0.0 < value < math.inf:
+            raise refused_section(
+                f"surface or body: the {name} becomes {value:.6g} {unit}; check the numbers it is made of"
+            )
