@@ -97,6 +97,8 @@ def between(s: float, g: Array) -> Array:
 
 def _first_wall(s: float, g: Array) -> Array:
     """Return erf(s/2√g): the elastic share when the far wall is out of reach."""
+    if s == 0.0:
+        return np.zeros(g.shape)
     with np.errstate(divide="ignore"):
         return np.asarray(erf(s / (2 * np.sqrt(g))))
 
