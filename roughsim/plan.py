@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from math import ceil, inf, isfinite, pi
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
+from roughsim import analytic
 from roughsim.errors import ResolutionError, number, positive
 from roughsim.grid import Grid
 
@@ -244,7 +245,7 @@ def _elastic_levels(scene: Scene, lengths: tuple[float, float]) -> list[tuple[Le
 
 def _capped_levels(scene: Scene, lengths: tuple[float, float], target_error: float) -> list[tuple[Level, Reason]]:
     q_max = scene.spectrum.breaks[-1]
-    q_yield = yield_wavenumber(scene)
+    q_yield = analytic.yield_wavenumber(scene)
     where = f"q_y = {q_yield:.3g} rad/m, where 99 % of the contact has yielded"
     if not isfinite(q_yield):
         q_yield, where = q_max, f"q_max = {q_max:.3g} rad/m: 99 % yielding is not reached"
@@ -259,18 +260,6 @@ def _capped_levels(scene: Scene, lengths: tuple[float, float], target_error: flo
     if top == limit:
         reason += f"; cut by the limit of {CAPPED_LIMIT} points per side"
     return [*chosen, _level("capped", top, 4, lengths, reason)]
-
-
-def yield_wavenumber(scene: Scene) -> float:
-    """Return q_y, rad/m, where 1 % of the theory's contact is still elastic; infinite if C(q) ends before."""
-    from theory import plasticity
-
-    return plasticity.yield_wavenumber(
-        scene.spectrum,
-        effective_modulus=scene.effective_modulus,
-        nominal_pressure=scene.sliding.nominal_pressure,
-        penetration_hardness=scene.penetration_hardness,
-    )
 
 
 def _level(
@@ -351,4 +340,4 @@ def _mm(lengths: tuple[float, float]) -> str:
     return f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm"
 
 
-__all__ = ["Column", "Level", "Numerics", "Reason", "fast_size", "plan", "yield_wavenumber"]
+__all__ = ["Column", "Level", "Numerics", "Reason", "fast_size", "plan"]

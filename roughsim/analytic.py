@@ -1,0 +1,188 @@
+"""What the theory says of a scene: the one door to the package `theory`.
+
+All temperatures here are with all the heat in the moving body; the share is a quantity of its own.
+"""
+
+from __future__ import annotations
+
+from math import pi
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim.estimate import RADII, first_radius
+from roughsim.grid import Grid
+from roughsim.surface import mode_variance
+
+if TYPE_CHECKING:
+    from roughsim.scene import Scene
+
+Array = NDArray[np.float64]
+
+
+def yield_wavenumber(scene: Scene) -> float:
+    """Return q_y, rad/m, where 1 % of the theory's contact is still elastic; infinite if C(q) ends before."""
+    from theory import plasticity
+
+    return plasticity.yield_wavenumber(scene.spectrum, **_pressures(scene))
+
+
+def smoothed_spectrum(scene: Scene) -> Any:
+    """Return C_sm of a capped scene (Eq. 27), or C(q) itself of an elastic one: a callable with `breaks`."""
+    from theory import plasticity
+
+    return scene.spectrum if scene.elastic else plasticity.smoothed_spectrum(scene.spectrum, **_pressures(scene))
+
+
+def _pressures(scene: Scene) -> dict[str, float]:
+    return {
+        "effective_modulus": scene.effective_modulus,
+        "nominal_pressure": scene.sliding.nominal_pressure,
+        "penetration_hardness": scene.penetration_hardness,
+    }
+
+
+def heat_partition(scene: Scene) -> Array:
+    """Return the share that temperatures are reported with, per speed: a number, 1, or the theory's rule."""
+    rule = scene.sliding.heat_partition
+    if isinstance(rule, str) and rule != "all":
+        return theoretical_partition(scene, rule)
+    return np.full(len(scene.speeds), 1.0 if rule == "all" else float(rule))
+
+
+def theoretical_partition(scene: Scene, rule: str = "mean") -> Array:
+    """Return the theory's share per speed; NaN without a conducting counterface."""
+    from theory import partition
+
+    if scene.counter_conductivity is None:
+        return np.full(len(scene.speeds), np.nan)
+    duration: dict[str, Any] = {"duration": scene.sliding.duration} if rule == "total" else {}
+    share = partition.moving_share(
+        np.array(scene.speeds),
+        smoothed_spectrum(scene),
+        nominal_pressure=scene.sliding.nominal_pressure,
+        effective_modulus=scene.effective_modulus,
+        conductivity=scene.body.conductivity,
+        diffusivity=scene.diffusivity,
+        resting_conductivity=scene.counter_conductivity,
+        resting_diffusivity=scene.counter_diffusivity,
+        gamma=scene.theory.gamma,
+        rule=rule,
+        **duration,
+    )
+    return np.asarray(share, dtype=np.float64)
+
+
+def predictions(scene: Scene) -> dict[str, Array]:
+    """Return every observable over the whole spectrum, arrays over speed or of one entry."""
+    from theory import flash, persson
+
+    spectrum, speeds = smoothed_spectrum(scene), np.array(scene.speeds)
+    stress: dict[str, Any] = {
+        "effective_modulus": scene.effective_modulus,
+        "nominal_pressure": scene.sliding.nominal_pressure,
+        "gamma": scene.theory.gamma,
+    }
+    heat = {
+        "friction_coefficient": scene.sliding.friction_coefficient,
+        "conductivity": scene.body.conductivity,
+        "diffusivity": scene.diffusivity,
+    }
+    names = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
+    result = {name: np.asarray(getattr(flash, name)(speeds, spectrum, **stress, **heat)) for name in names}
+    result["heat_partition"] = theoretical_partition(scene)
+    result |= {name: np.array([value]) for name, value in area_fractions(scene).items()}
+    result["pressure_variance"] = np.array([float(persson.pressure_correlation(0.0, spectrum, **stress))])
+    for name, fraction in RADII.items():
+        result[name] = np.array([persson.correlation_radius(fraction, spectrum, **stress)])
+    return result
+
+
+def area_fractions(scene: Scene) -> dict[str, float]:
+    """Return the contact and the plastic share of the area with all roughness."""
+    from theory import persson, plasticity
+
+    spectrum, modulus = scene.spectrum, scene.effective_modulus
+    load, end = scene.sliding.nominal_pressure, scene.spectrum.breaks[-1]
+    if scene.elastic:
+        share = persson.contact_probability(end, spectrum, effective_modulus=modulus, nominal_pressure=load)
+        return {"contact_fraction": float(share), "plastic_fraction": 0.0}
+    variance = persson.half_variance(end, spectrum, effective_modulus=modulus)
+    _, elastic, plastic = plasticity.area_fractions(variance, load, scene.penetration_hardness)
+    return {"contact_fraction": float(elastic + plastic), "plastic_fraction": float(plastic)}
+
+
+def correlation(scene: Scene, distance: Array) -> Array:
+    """Return g_σ(r) over the whole spectrum, Pa², at distances in m. Eq. (2)."""
+    from theory import persson
+
+    return persson.pressure_correlation(
+        distance,
+        smoothed_spectrum(scene),
+        effective_modulus=scene.effective_modulus,
+        nominal_pressure=scene.sliding.nominal_pressure,
+        gamma=scene.theory.gamma,
+    )
+
+
+def mode_sums(scene: Scene, spectrum: Any, grid: Grid) -> dict[str, Array]:
+    """Return every observable summed over the modes of a grid instead of integrated: what a simulation can see.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is computed.
+    spectrum : Spectrum
+        The spectrum that the surfaces are synthesized from, up to their q_c.
+    grid : Grid
+        Their grid.
+
+    Returns
+    -------
+    dict
+        As `predictions`; Eqs. (2), (4), (7) and (9) with ∫ d²q C replaced by the sum over mode variances.
+    """
+    from theory import flash
+
+    q, stress, probability = _mode_stress(scene, spectrum, grid)
+    speeds = np.array(scene.speeds)
+    rate = scene.sliding.friction_coefficient * speeds / (scene.body.conductivity * scene.sliding.nominal_pressure)
+    even, odd = flash.angular_integrals(speeds[:, None] / (scene.diffusivity * q))
+    temperature, gradient = (2 / pi * even) @ (stress / q), (2 / pi * odd) @ stress
+    laplacian, resting = -(2 / pi * even) @ (stress * q), float((stress / q).sum())
+    with np.errstate(divide="ignore"):
+        slope_length = -temperature / gradient
+    result = {
+        "flash_temperature": rate * temperature,
+        "flash_gradient": rate * gradient,
+        "flash_laplacian": rate * laplacian,
+        "flash_width": np.sqrt(-temperature / laplacian),
+        "slope_length": slope_length,
+        "heat_partition": _mode_share(scene, resting, temperature),
+        "contact_fraction": np.array([probability]),
+        "plastic_fraction": np.array([area_fractions(scene)["plastic_fraction"]]),
+        "pressure_variance": np.array([float(stress.sum())]),
+    }
+    return result | {name: np.array([first_radius(q, stress, share)]) for name, share in RADII.items()}
+
+
+def _mode_stress(scene: Scene, spectrum: Any, grid: Grid) -> tuple[Array, Array, float]:
+    """Wavenumbers of the modes, their share of ⟨σ²⟩ − σ₀² in the theory, and the contact area at their end."""
+    from theory import persson
+
+    variance = mode_variance(spectrum, grid) * grid.multiplicity
+    present = variance > 0.0
+    q, place = np.unique(grid.wavenumbers[present], return_inverse=True)
+    pressures = {"effective_modulus": scene.effective_modulus, "nominal_pressure": scene.sliding.nominal_pressure}
+    weight = persson.stress_weight(q, spectrum, **pressures, gamma=scene.theory.gamma)
+    roughness = np.bincount(place, variance[present])
+    share = persson.contact_probability(float(spectrum.breaks[-1]), spectrum, **pressures)
+    return q, (0.5 * scene.effective_modulus * q) ** 2 * roughness * weight, float(share)
+
+
+def _mode_share(scene: Scene, resting: float, moving: Array) -> Array:
+    if scene.counter_conductivity is None:
+        return np.full(moving.shape, np.nan)
+    still = resting * scene.body.conductivity / scene.counter_conductivity
+    return still / (still + moving)

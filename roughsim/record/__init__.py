@@ -1,0 +1,21 @@
+"""Runs on disk: many small files that are whole or absent, and the reader that makes estimates of them.
+
+A run folder holds ``scene.toml``, ``run.json`` and ``realizations/L{level}-{index}.h5``. Each file is written beside
+its place, forced to disk and then moved into it, so a killed run is a shorter run. Readers never block the writer.
+"""
+
+from roughsim.record.files import Member, member_path, read_member, write_member
+from roughsim.record.lock import writing
+from roughsim.record.run import Run, describe, open_run, read_description
+
+__all__ = [
+    "Member",
+    "Run",
+    "describe",
+    "member_path",
+    "open_run",
+    "read_description",
+    "read_member",
+    "write_member",
+    "writing",
+]

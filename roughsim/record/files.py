@@ -1,0 +1,235 @@
+"""One file per realization: whole or absent, checked to the last byte, readable by every HDF5 tool."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim.errors import RecordError
+from roughsim.estimate import UNITS
+
+Array = NDArray[np.float64]
+FORMAT = 1  # raised when older readers would misread
+NUMBER_UNITS = UNITS | {"resting_flash_temperature": "K"}
+FIELD_UNITS = {"heights": "m", "pressure": "Pa"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Member:
+    """What is stored of one realization at one level.
+
+    Attributes
+    ----------
+    level, index : int
+        Its place in the run.
+    failure : str
+        Why there are no numbers; empty for a sound member.
+    numbers : dict of str to ndarray
+        Arrays over speed, or of one entry; temperatures with all heat in the moving body.
+    wavenumber, spectrum : ndarray
+        Radial stress spectrum: rad/m and Pa², summing to the pressure variance.
+    fields : dict of str to ndarray
+        "heights" (m) and "pressure" (Pa) in single precision, if kept.
+    lengths : (float, float)
+        Sides of the cell, m.
+    provenance : dict
+        Versions, numerics, seed, residual, iterations, times.
+    """
+
+    level: int
+    index: int
+    failure: str = ""
+    numbers: dict[str, Array] = field(default_factory=dict)
+    wavenumber: Array = field(default_factory=lambda: np.empty(0))
+    spectrum: Array = field(default_factory=lambda: np.empty(0))
+    fields: dict[str, NDArray[np.float32]] = field(default_factory=dict)
+    lengths: tuple[float, float] = (1.0, 1.0)
+    provenance: dict[str, Any] = field(default_factory=dict)
+
+
+def member_path(folder: Path, level: int, index: int) -> Path:
+    """Return the place of one realization's file."""
+    return folder / "realizations" / f"L{level}-{index:06d}.h5"
+
+
+def write_member(folder: Path, member: Member) -> None:
+    """Write a realization's file, whole or not at all.
+
+    Raises
+    ------
+    OSError
+        If the disk refuses, naming the path; no half-written file stays.
+    """
+    import h5py
+
+    path = member_path(folder, member.level, member.index)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        with h5py.File(temporary, "w", libver="v110") as file:
+            _fill(file, member)
+        _place(temporary, path)
+    except BaseException as error:
+        temporary.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise OSError(error.errno, f"cannot write {path}: {error}") from error
+        raise
+
+
+def read_member(path: Path, *, with_fields: bool = False) -> Member:
+    """Read a realization's file and check every byte of its payload.
+
+    Raises
+    ------
+    RecordError
+        If the file is damaged, or written by a newer format; the message names the file.
+    """
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            _check_format(path, int(file.attrs["format_version"]))
+            return _take(file, with_fields=with_fields)
+    except RecordError:
+        raise
+    except FileNotFoundError:
+        raise RecordError(f"{path} does not exist") from None
+    except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
+        raise RecordError(f"{path} is damaged ({error}); delete it and run the scene again to redo it") from error
+
+
+def _fill(file: Any, member: Member) -> None:
+    file.attrs.update(NX_class="NXroot", default="entry", format="roughsim realization", format_version=FORMAT)
+    entry = file.create_group("entry")
+    entry.attrs.update(NX_class="NXentry", default="fields" if member.fields else "stress")
+    file.attrs["header"] = header = json.dumps(_header(member), sort_keys=True)
+    numbers: list[NDArray[Any]] = []
+    if member.numbers:
+        flat = np.concatenate([np.ravel(values) for values in member.numbers.values()]).astype("<f8")
+        entry.create_dataset("numbers", data=flat, chunks=flat.shape, fletcher32=True)
+        numbers = [flat, *_fill_stress(entry, member)]
+    if member.fields:
+        _fill_fields(entry, member)
+    file.attrs["sha256"] = _digest(header, numbers)
+
+
+def _digest(header: str, arrays: list[NDArray[Any]]) -> str:
+    digest = hashlib.sha256(header.encode())
+    for array in arrays:
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
+
+
+def _header(member: Member) -> dict[str, Any]:
+    """All that is not an array; guarded by the digest."""
+    layout = {name: list(np.shape(values)) for name, values in member.numbers.items()}
+    return {
+        "level": member.level,
+        "index": member.index,
+        "failure": member.failure,
+        "layout": layout,
+        "units": {name: NUMBER_UNITS[name] for name in layout},
+        "fields": list(member.fields),
+        "lengths": list(member.lengths),
+        "provenance": member.provenance,
+    }
+
+
+def _fill_stress(entry: Any, member: Member) -> list[NDArray[Any]]:
+    group = entry.create_group("stress")
+    group.attrs.update(NX_class="NXdata", signal="stress_spectrum", axes=["wavenumber"])
+    for name, values, unit in (("wavenumber", member.wavenumber, "1/m"), ("stress_spectrum", member.spectrum, "Pa^2")):
+        flat = np.ascontiguousarray(values, dtype="<f8")
+        group.create_dataset(name, data=flat, chunks=flat.shape, fletcher32=True).attrs["units"] = unit
+    group["wavenumber"].make_scale("wavenumber")
+    group["stress_spectrum"].dims[0].attach_scale(group["wavenumber"])
+    return [group["wavenumber"][()], group["stress_spectrum"][()]]
+
+
+def _fill_fields(entry: Any, member: Member) -> None:
+    group = entry.create_group("fields")
+    group.attrs.update(NX_class="NXdata", signal="pressure", axes=["x", "y"])
+    shape = next(iter(member.fields.values())).shape
+    for axis, points, length in zip("xy", shape, member.lengths, strict=True):
+        group.create_dataset(axis, data=np.arange(points) * (length / points)).attrs["units"] = "m"
+        group[axis].make_scale(axis)
+    for name, values in member.fields.items():
+        data = np.ascontiguousarray(values, dtype="<f4")
+        chunks = tuple(min(n, 256) for n in data.shape)
+        options = {"compression": "gzip", "compression_opts": 1, "shuffle": True, "fletcher32": True}
+        dataset = group.create_dataset(name, data=data, chunks=chunks, **options)
+        dataset.attrs.update(units=FIELD_UNITS[name], sha256=_digest(name, [data]))
+        for number, scale in enumerate("xy"):
+            dataset.dims[number].attach_scale(group[scale])
+
+
+def _take(file: Any, *, with_fields: bool) -> Member:
+    text = str(file.attrs["header"])
+    header = json.loads(text)
+    entry, numbers, arrays = file["entry"], {}, []
+    wavenumber = spectrum = np.empty(0)
+    if header["layout"]:
+        flat = entry["numbers"][()]
+        wavenumber, spectrum = entry["stress/wavenumber"][()], entry["stress/stress_spectrum"][()]
+        numbers, arrays = _split(flat, header["layout"]), [flat, wavenumber, spectrum]
+    if _digest(text, arrays) != file.attrs["sha256"]:
+        raise ValueError("its SHA-256 does not match")
+    fields = {name: _field(entry["fields"][name], name) for name in header["fields"]} if with_fields else {}
+    return Member(
+        header["level"],
+        header["index"],
+        header["failure"],
+        numbers,
+        wavenumber,
+        spectrum,
+        fields,
+        (header["lengths"][0], header["lengths"][1]),
+        header["provenance"],
+    )
+
+
+def _field(dataset: Any, name: str) -> NDArray[np.float32]:
+    data: NDArray[np.float32] = dataset[()]
+    if _digest(name, [data]) != dataset.attrs["sha256"]:
+        raise ValueError(f"the SHA-256 of its {name} does not match")
+    return data
+
+
+def _split(flat: Array, layout: dict[str, list[int]]) -> dict[str, Array]:
+    numbers, start = {}, 0
+    for name, shape in layout.items():
+        size = int(np.prod(shape))
+        numbers[name] = flat[start : start + size].reshape(shape)
+        start += size
+    if start != flat.size:
+        raise ValueError("its numbers do not fit their layout")
+    return numbers
+
+
+def _check_format(path: Path, version: int) -> None:
+    if version > FORMAT:
+        raise RecordError(f"{path} has format version {version}; this roughsim reads up to {FORMAT}: update it")
+
+
+def _place(temporary: Path, path: Path) -> None:
+    """Force a finished file to disk and move it into its place."""
+    with open(temporary, "rb") as handle:
+        os.fsync(handle.fileno())
+    os.replace(temporary, path)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a small text file, whole or not at all."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        temporary.write_text(text, encoding="utf-8")
+        _place(temporary, path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise OSError(error.errno, f"cannot write {path}: {error}") from error

@@ -1,0 +1,264 @@
+"""A run on disk, read: its scene, its sound members, and the estimates made of them."""
+
+from __future__ import annotations
+
+import json
+from functools import cached_property
+from math import nan
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim.errors import RecordError
+from roughsim.estimate import PER_SPEED, UNITS, Estimate, Sample, Values, estimate, observe, stopping_point
+from roughsim.record.files import FORMAT, Member, member_path, read_member, write_text
+
+if TYPE_CHECKING:
+    from roughsim.plan import Numerics
+    from roughsim.scene import Scene
+
+Array = NDArray[np.float64]
+TEMPERATURES = ("flash_temperature", "flash_gradient", "flash_laplacian")
+
+
+class Run:
+    """A run folder as it stands when first asked; open it again to see later members.
+
+    Attributes
+    ----------
+    folder : Path
+        Where it is.
+    scene : Scene
+        What was computed.
+    numerics : Numerics
+        How well.
+    seed : int
+        Of all random streams.
+    until : dict of str to float
+        Relative 95 % half-widths at which it stops.
+    max_realizations : int
+        Where it stops in any case.
+    heat_partition : ndarray
+        Share of the heat that temperatures are reported with, per speed.
+    """
+
+    def __init__(self, folder: Path, description: dict[str, Any], scene: Scene, numerics: Numerics):
+        self.folder = folder
+        self.scene = scene
+        self.numerics = numerics
+        self.seed: int = description["seed"]
+        self.until: dict[str, float] = description["until"]
+        self.max_realizations: int = description["max_realizations"]
+        self.heat_partition: Array = np.array(description["heat_partition"])
+        self.members: dict[tuple[int, int], Member] = {}
+
+    def refresh(self) -> None:
+        """Read the members that have come since, in order, up to the first gap."""
+        index = 0
+        while index < self.max_realizations and self._read(index):
+            index += 1
+        self.__dict__.pop("realizations", None)
+        self._available = index
+
+    def _read(self, index: int) -> bool:
+        """Read all levels of one index; False if one is not there yet."""
+        for level in range(len(self.numerics.levels)):
+            if (level, index) not in self.members:
+                path = member_path(self.folder, level, index)
+                if not path.exists():
+                    return False
+                self.members[level, index] = read_member(path)
+        return True
+
+    @cached_property
+    def _available(self) -> int:
+        self.refresh()
+        return int(self.__dict__["_available"])
+
+    @cached_property
+    def realizations(self) -> int:
+        """How many indices count: the first n at which the targets are met, or all there are without a gap."""
+        available = self._available
+        rows = self.sound(available)
+        stop = self._stop(rows)
+        return available if stop is None else rows[stop - 1] + 1
+
+    def _stop(self, rows: list[int]) -> int | None:
+        if not self.until or not rows:
+            return None
+        targets = [(self._values(name, None, rows).extrapolated, goal) for name, goal in self.until.items()]
+        return stopping_point(targets)
+
+    @property
+    def target_met(self) -> bool:
+        """Whether the targets of `until` are met."""
+        return self._stop(self.sound(self._available)) is not None
+
+    @property
+    def failed(self) -> int:
+        """How many of the realizations that count did not converge at some level."""
+        return self.realizations - len(self.sound(self.realizations))
+
+    def sound(self, count: int) -> list[int]:
+        """Return the indices below `count` of which every level is sound."""
+        levels = range(len(self.numerics.levels))
+        return [i for i in range(count) if not any(self.members[level, i].failure for level in levels)]
+
+    def column(self, column: str | None) -> str:
+        """Return the name of a column: the capped one where there is a hardness, else the elastic one, if None.
+
+        Raises
+        ------
+        ValueError
+            If the run has no such column.
+        """
+        name = self.numerics.columns[-1] if column is None else column
+        if name not in self.numerics.columns:
+            raise ValueError(f"column = {name!r} is not in this run; it has {', '.join(self.numerics.columns)}")
+        return name
+
+    def samples(self, column: str | None = None, rows: list[int] | None = None) -> list[Sample]:
+        """Return the numbers of a column's levels, coarsest first, over the realizations that count."""
+        rows = self.sound(self.realizations) if rows is None else rows
+        result = []
+        for level in self.numerics.of_column(self.column(column)):
+            members = [self.members[level, i] for i in rows]
+            numbers = {name: np.stack([m.numbers[name] for m in members]) for name in members[0].numbers}
+            spectra = np.stack([m.spectrum for m in members])
+            result.append(Sample(self.numerics.levels[level].q_max, numbers, members[0].wavenumber, spectra))
+        return result
+
+    def values(self, observable: str, column: str | None = None) -> Values:
+        """Return the values of an observable, a row per sound realization, with all heat in the moving body.
+
+        Raises
+        ------
+        ValueError
+            If there is no such observable or column, or no realization yet.
+        """
+        if observable not in UNITS:
+            raise ValueError(f"observable = {observable!r} is unknown; choose one of {', '.join(UNITS)}")
+        rows = self.sound(self.realizations)
+        if not rows:
+            raise ValueError(f"{self.folder} has no sound realization yet; let it run first")
+        return self._values(observable, column, rows)
+
+    def _values(self, observable: str, column: str | None, rows: list[int]) -> Values:
+        name = self.column(column)
+        resting = self.scene.counter_conductivity
+        ratio = nan if resting is None else self.scene.body.conductivity / resting
+        return observe(observable, self.samples(name, rows), capped=name == "capped", resting_ratio=ratio)
+
+    def estimate(self, observable: str, column: str | None = None) -> Estimate:
+        """Return the mean of an observable with its errors.
+
+        Parameters
+        ----------
+        observable : str
+            One of the observables of `roughsim.estimate.UNITS`.
+        column : {"smoothed", "capped", "elastic"}, optional
+            Left out: capped where there is a hardness, else elastic.
+
+        Returns
+        -------
+        Estimate
+            Arrays over speed, or of one entry. Temperatures are those of the heat share used (`heat_partition`).
+
+        Raises
+        ------
+        ValueError
+            If there is no such observable or column, or no realization yet.
+        """
+        name, values = self.column(column), self.values(observable, column)
+        if observable in TEMPERATURES:
+            values = values._replace(
+                extrapolated=values.extrapolated * self.heat_partition, finest=values.finest * self.heat_partition
+            )
+        return estimate(observable, values, self._notes(observable, name, values))
+
+    def _notes(self, observable: str, column: str, values: Values) -> tuple[str, ...]:
+        levels = [self.numerics.levels[i] for i in self.numerics.of_column(column)]
+        cutoffs = ", ".join(f"{level.q_max:.3g}" for level in levels)
+        notes = [f"{column} contact up to q_c = {cutoffs} rad/m, solver tolerance {self.numerics.tolerance:.1g}"]
+        if np.isfinite(values.exponent):
+            notes.append(f"extrapolated as q_c^(−{values.exponent:.2g}); half of the bias counts as its own error")
+        elif len(levels) > 1:
+            notes.append("no limit in q_c: the value of the finest level, not extrapolated")
+        if observable in PER_SPEED:
+            notes.append(f"speeds {', '.join(f'{v:g}' for v in self.scene.speeds)} m/s")
+        return (*notes, "the error of the pixel size is not in these figures")
+
+    def correlation(self, distance: Array, column: str | None = None) -> tuple[Array, Array]:
+        """Return g_σ(r) of the finest level and its standard error, Pa², at distances in m."""
+        from scipy.special import j0
+
+        from roughsim.estimate import standard_error
+
+        sample = self.samples(column)[-1]
+        rows = sample.spectrum @ j0(np.multiply.outer(sample.wavenumber, np.asarray(distance)))
+        return rows.mean(axis=0), standard_error(rows)
+
+
+def describe(folder: Path, description: dict[str, Any], scene: Scene) -> None:
+    """Write what a run is, before anything slow."""
+    (folder / "realizations").mkdir(parents=True, exist_ok=True)
+    write_text(folder / "scene.toml", scene.to_toml())
+    write_text(folder / "run.json", json.dumps(description, indent=1) + "\n")
+
+
+def read_description(folder: Path) -> dict[str, Any]:
+    """Return what `describe` wrote.
+
+    Raises
+    ------
+    RecordError
+        If the folder is no run, or one of a newer format.
+    """
+    path = folder / "run.json"
+    if not folder.exists():
+        raise RecordError(f"{folder} does not exist; start it with: roughsim run SCENE -o {folder}")
+    try:
+        description = json.loads(path.read_text(encoding="utf-8"))
+        version = int(description["format_version"])
+    except FileNotFoundError:
+        raise RecordError(f"{folder} is no run: it has no run.json") from None
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise RecordError(f"{path} is damaged ({error})") from error
+    if version > FORMAT:
+        raise RecordError(f"{path} has format version {version}; this roughsim reads up to {FORMAT}: update it")
+    return dict(description)
+
+
+def open_run(folder: str | Path) -> Run:
+    """Open a run folder for reading, also while another process writes to it.
+
+    Parameters
+    ----------
+    folder : str or Path
+        What `run` was given.
+
+    Returns
+    -------
+    Run
+        With `estimate`, `samples` and `correlation`.
+
+    Raises
+    ------
+    RecordError
+        If it is no run, of a newer format, or one of its files is damaged.
+    """
+    from roughsim.plan import Numerics
+    from roughsim.scene import load_scene
+
+    place = Path(folder)
+    description = read_description(place)
+    try:
+        scene = load_scene(place / "scene.toml")
+        numerics = Numerics.from_dict(description["numerics"])
+        run = Run(place, description, scene, numerics)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise RecordError(f"{place} cannot be opened: {error}") from error
+    run.refresh()
+    return run
