@@ -239,16 +239,7 @@ class TabulatedSpectrum(PowerLaws):
 
     def __post_init__(self) -> None:
         for name, unit in (("q", "rad/m"), ("psd", "m⁴")):
-            given = getattr(self, name)
-            if isinstance(given, np.ma.MaskedArray) or np.asarray(given).dtype.kind not in "uif":
-                raise TypeError(f"{name} = {given!r} must be a plain array of real numbers in {unit}")
-            array = np.array(given, dtype=np.float64)
-            if array.ndim != 1 or array.size < 2:
-                raise ValueError(f"{name} has shape {array.shape}; a table of at least two points is needed")
-            if not (np.isfinite(array).all() and (array > 0).all()):
-                bad = array[~(array > 0) | ~np.isfinite(array)][0]
-                raise ValueError(f"{name} holds {bad} {unit}; every value must be finite and positive")
-            array.flags.writeable = False
+            array = _column(name, getattr(self, name), unit)
             object.__setattr__(self, name, array)
         if self.q.shape != self.psd.shape:
             raise ValueError(f"q has {self.q.size} points but psd has {self.psd.size}")
@@ -323,6 +314,22 @@ class SumSpectrum(_Moments):
         if not kept:
             raise ValueError(f"q_max = {q_max:.6g} rad/m must exceed the first wavenumber {self.breaks[0]:.6g} rad/m")
         return SumSpectrum(kept)
+
+
+def _column(name: str, given: Any, unit: str) -> NDArray[np.float64]:
+    """Return one column of a table as a read-only copy, finite and positive."""
+    kind = np.asarray(given).dtype
+    if isinstance(given, np.ma.MaskedArray) or kind.kind not in "uif":
+        found = f"{name} is a {type(given).__name__} of dtype {kind}"
+        raise TypeError(f"{found}; a plain array of real numbers in {unit} is needed")
+    array = np.array(given, dtype=np.float64)
+    if array.ndim != 1 or array.size < 2:
+        raise ValueError(f"{name} has shape {array.shape}; a table of at least two points is needed")
+    if not (np.isfinite(array).all() and (array > 0).all()):
+        bad = array[~(array > 0) | ~np.isfinite(array)][0]
+        raise ValueError(f"{name} holds {bad} {unit}; every value must be finite and positive")
+    array.flags.writeable = False
+    return array
 
 
 def _terms(spectrum: Any) -> tuple[Any, ...]:

@@ -178,7 +178,8 @@ def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
             stacklevel=3,
         )
     rows = np.arange(grid.shape[0])
-    quadrant = _quadrant(spectrum, grid)
+    with np.errstate(invalid="ignore"):  # an infinite C(q) times an empty part of a cell: refused below
+        quadrant = _quadrant(spectrum, grid)
     if not ((quadrant >= 0) & np.isfinite(quadrant)).all():
         raise ValueError(f"spectrum = {spectrum!r} must give C(q) finite and ≥ 0 between its breaks")
     return quadrant[np.minimum(rows, grid.shape[0] - rows)]
@@ -260,12 +261,13 @@ def _polar_chunk(spectrum: Spectrum, kx: Index, ky: Index, steps: Steps) -> Arra
     for left, right in pairwise(edges):
         if not (right > left).any():
             continue
-        q = left[:, None] + (right - left)[:, None] * smooth
+        span = np.log(right / left)  # steps in ln q: in long cells C(q) falls by decades
+        q = left[:, None] * np.exp(span[:, None] * smooth)
         middle = 0.5 * (left + right)
         value = spectrum(np.clip(q, left[:, None] * (1 + 1e-15), right[:, None] * (1 - 1e-15)))
         angle = _angle(q, x0[:, None], x1[:, None], y0[:, None], y1[:, None])
         inside = (middle > spectrum.breaks[0]) & (middle < spectrum.breaks[-1])
-        total += np.where(inside, right - left, 0.0) * ((q * value * angle * slope) @ (weights / 2))
+        total += np.where(inside, span, 0.0) * ((q * q * value * angle * slope) @ (weights / 2))
     return copies * total
 
 

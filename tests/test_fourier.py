@@ -1,0 +1,180 @@
+"""The one door to FFTW: against numpy's transforms, and against waves that are known."""
+
+import subprocess
+import sys
+import textwrap
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from roughsim import fourier
+
+SIZES = [1, 2, 3, 4, 5, 7, 8, 61, 64]
+SHAPES = [
+    *((n, n) for n in SIZES),
+    *((1, n) for n in SIZES[1:]),
+    *((n, 1) for n in SIZES[1:]),
+    (8, 61),
+    (64, 7),
+    (3, 64),
+]
+
+
+def field_of(shape, seed=0):
+    return np.random.default_rng(seed).standard_normal(shape)
+
+
+def half_of(shape):
+    return np.fft.rfft2(field_of(shape)) / (shape[0] * shape[1])
+
+
+@pytest.fixture
+def two_threads():
+    fourier.set_threads(2)
+    yield
+    fourier.set_threads(1)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_forward_is_the_mean_of_the_field_times_a_wave(shape):
+    np.testing.assert_allclose(fourier.forward(field_of(shape)), half_of(shape), rtol=0, atol=4e-16)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_inverse_is_the_sum_of_the_waves(shape):
+    np.testing.assert_allclose(fourier.inverse(half_of(shape), shape), field_of(shape), rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("shape", [(8, 8), (5, 7), (1, 6), (6, 1)])
+def test_the_sign_of_the_exponent(shape):
+    # a phase δ along +x sits at exp(+iδ) of q_x > 0; the mirrored mode is its conjugate
+    x, y = np.meshgrid(*(np.arange(n) / n for n in shape), indexing="ij")
+    kx, ky = min(shape[0] - 1, 1), min(shape[1] - 1, 1)
+    half = fourier.forward(np.cos(2 * np.pi * (kx * x + ky * y) + 0.7))
+    assert half[kx, ky] == pytest.approx(0.5 * np.exp(0.7j), abs=1e-15)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_forward_and_inverse_return_the_field(shape):
+    field = field_of(shape)
+    np.testing.assert_allclose(fourier.inverse(fourier.forward(field), shape), field, rtol=0, atol=1e-14)
+
+
+def test_what_goes_in_is_not_changed():
+    field, half = field_of((6, 9)), half_of((6, 9))
+    before, half_before = field.copy(), half.copy()
+    fourier.forward(field)
+    fourier.inverse(half, (6, 9))
+    np.testing.assert_array_equal(field, before)
+    np.testing.assert_array_equal(half, half_before)
+
+
+def test_what_comes_out_is_not_overwritten_by_the_next_transform():
+    first = fourier.forward(field_of((6, 9)))
+    kept = first.copy()
+    fourier.forward(field_of((6, 9), seed=1))
+    np.testing.assert_array_equal(first, kept)
+    back = fourier.inverse(first, (6, 9))
+    kept = back.copy()
+    fourier.inverse(2 * first, (6, 9))
+    np.testing.assert_array_equal(back, kept)
+
+
+def test_strided_fields_are_taken_as_they_are():
+    field = field_of((12, 10))
+    np.testing.assert_array_equal(fourier.forward(field.T), fourier.forward(field.T.copy()))
+    np.testing.assert_array_equal(fourier.forward(field[::2, ::-1]), fourier.forward(field[::2, ::-1].copy()))
+
+
+def test_single_precision_stays_single():
+    field = field_of((8, 6)).astype(np.float32)
+    half = fourier.forward(field)
+    assert half.dtype == np.complex64
+    np.testing.assert_allclose(half, np.fft.rfft2(field) / 48, atol=1e-7)
+    back = fourier.inverse(half, (8, 6))
+    assert back.dtype == np.float32
+    np.testing.assert_allclose(back, field, atol=1e-6)
+
+
+def test_the_same_field_gives_the_same_bits_again():
+    field = field_of((61, 64))
+    first = fourier.forward(field)
+    for n in range(4, 10):  # drive the plans out of the cache
+        fourier.forward(np.zeros((n, n)))
+    np.testing.assert_array_equal(fourier.forward(field), first)
+
+
+@pytest.mark.usefixtures("two_threads")
+def test_two_threads_of_fftw_agree_with_numpy():
+    assert fourier.get_threads() == 2
+    np.testing.assert_allclose(fourier.forward(field_of((128, 96))), half_of((128, 96)), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(fourier.inverse(half_of((128, 96)), (128, 96)), field_of((128, 96)), rtol=0, atol=1e-12)
+
+
+def test_two_python_threads_do_not_disturb_each_other():
+    fields = [field_of((64, 48), seed) for seed in range(40)]
+    alone = [fourier.forward(field) for field in fields]
+    with ThreadPoolExecutor(2) as pool:
+        together = list(
+            pool.map(lambda field: fourier.forward(fourier.inverse(fourier.forward(field), field.shape)), fields)
+        )
+    for one, other in zip(alone, together, strict=True):
+        np.testing.assert_allclose(other, one, rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("shape", [(8, 6), (5, 5)])
+def test_a_transform_that_owns_its_buffers(shape):
+    transform = fourier.Transform(shape)
+    transform.field[...] = field_of(shape)
+    np.testing.assert_allclose(transform.forward(), half_of(shape), atol=1e-15)
+    np.testing.assert_allclose(transform.inverse(), field_of(shape), atol=1e-14)
+    assert transform.inverse() is transform.field
+    raw = fourier.Transform(shape, normalized=False)
+    raw.field[...] = field_of(shape)
+    np.testing.assert_allclose(raw.forward(), half_of(shape) * raw.field.size, atol=1e-13)
+    assert raw.forward() is raw.spectrum
+
+
+@pytest.mark.parametrize("count", [0, -1, 1.5, float("nan"), float("inf"), True, "2", None])
+def test_a_number_of_threads_that_is_none_is_refused(count):
+    with pytest.raises(ValueError, match=r"threads = .* must be a whole number ≥ 1"):
+        fourier.set_threads(count)
+    assert fourier.get_threads() == 1
+
+
+@pytest.mark.parametrize("dtype", [np.int64, np.complex128, np.longdouble, bool])
+def test_fields_that_are_not_real_floats_are_refused(dtype):
+    with pytest.raises(TypeError, match=r"dtype = .* use float32 or float64"):
+        fourier.forward(np.ones((4, 4), dtype))
+
+
+@pytest.mark.parametrize("shape", [(1, 5), (8, 4), (5, 8), (8, 1)])
+def test_a_half_spectrum_of_another_grid_is_refused_rather_than_broadcast(shape):
+    with pytest.raises(ValueError, match=r"spectrum has shape .* but a field of shape \(8, 8\) needs \(8, 5\)"):
+        fourier.inverse(np.ones(shape, dtype=complex), (8, 8))
+
+
+def test_the_backend_names_itself():
+    assert fourier.backend().split()[0] in ("pyfftw", "scipy.fft")
+
+
+def test_scipy_takes_over_without_pyfftw_and_says_so():
+    code = """
+        import sys, warnings
+        sys.modules["pyfftw"] = None
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            from roughsim import fourier
+        assert ["scipy.fft takes over" in str(w.message) for w in caught] == [True], caught
+        assert fourier.backend().startswith("scipy.fft "), fourier.backend()
+        import numpy as np
+        for shape in [(1, 1), (5, 8), (8, 5), (1, 7)]:
+            field = np.random.default_rng(0).standard_normal(shape)
+            half = fourier.forward(field)
+            assert abs(half - np.fft.rfft2(field) / field.size).max() < 1e-15
+            assert abs(fourier.inverse(half, shape) - field).max() < 1e-14
+        assert fourier.forward(np.ones((4, 4), np.float32)).dtype == np.complex64
+    """
+    done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
