@@ -63,6 +63,7 @@ SIX_DECADES = {
     "diffusivity": 0.23 / 1200 / 1650,
     "rms_height": 2e-4,
 }
+FAR = {**SIX_DECADES, "q": [1e3, 1e3, 1e5], "pressure": 1e4}
 BEST = {
     "psd": 1.3861101622950204e-23,
     "q": [6350.0, 9.4e4, 4.1508770351185866e7],
@@ -150,7 +151,8 @@ def whole_case(c):
     }
 
 
-def six_decades(c):
+def single_power(c):
+    """s(q) of Eq. (2) for one power from q_min, h_rms given."""
     lo, hi, h2 = c["q"][0], c["q"][2], 2 * c["hurst"]
     c["psd"] = c["rms_height"] ** 2 * h2 / (2 * np.pi * lo**2 * (1 - (hi / lo) ** -h2))
 
@@ -159,18 +161,31 @@ def six_decades(c):
         p = special.erf(c["pressure"] / 2 / np.sqrt(np.maximum(half, 1e-300)))
         return np.pi / 2 * c["modulus"] ** 2 * q * c["psd"] * lo**2 * (q / lo) ** -h2 * p * (0.45 + 0.55 * p**2)
 
+    return stress
+
+
+def brute_force(c, r):
+    """g_σ(r): panels of ln q = ln q_min + y² through the layer, then one panel of 12 nodes for each 3 rad of phase."""
+    stress, (lo, _, hi) = single_power(c), c["q"]
     x, w = np.polynomial.legendre.leggauss(12)
-    total, r = 0.0, 5e-3
-    depth = np.log(2.0) * np.concatenate([[0.0], np.geomspace(1e-14, 1, 400)])  # ln q up to 2 lo, open at the layer
-    for a, b in [(np.sqrt(depth[:-1]), np.sqrt(depth[1:]))]:
-        y = (a + b)[:, None] / 2 + (b - a)[:, None] / 2 * x
-        q = lo * np.exp(y**2)
-        total += (stress(q) * special.j0(q * r) * 2 * y * q * (b - a)[:, None] / 2 * w).sum()
-    edges = np.concatenate([np.linspace(2 * lo, 1e5, 2000)[:-1], np.linspace(1e5, hi, 1_600_001)])
+    top = min(2 * lo, lo + 3 / r)
+    depth = np.sqrt(np.log(top / lo) * np.concatenate([[0.0], np.geomspace(1e-14, 1, 400)]))
+    a, b = depth[:-1, None], depth[1:, None]
+    y = (a + b) / 2 + (b - a) / 2 * x
+    q = lo * np.exp(y**2)
+    total = (stress(q) * special.j0(q * r) * 2 * y * q * (b - a) / 2 * w).sum()
+    near = min(100 * lo, hi)
+    far = np.linspace(near, hi, int((hi - near) * r / 3) + 1)[1:]
+    edges = np.concatenate([np.linspace(top, near, int(near * r / 3) + 2000), far])
     for part in np.array_split(np.arange(edges.size - 1), 100):
         a, b = edges[part][:, None], edges[part + 1][:, None]
         q = (a + b) / 2 + (b - a) / 2 * x
         total += (stress(q) * special.j0(q * r) * (b - a) / 2 * w).sum()
+    return total
+
+
+def six_decades(c):
+    total, stress, (lo, _, hi) = brute_force(c, 5e-3), single_power(c), c["q"]
 
     def heat(y):
         q = lo * np.exp(y * y)
@@ -248,10 +263,11 @@ def main():
         "areas": [
             [s, g, *areas(s, g)]
             for s in (2.0**-20, 0.075, 0.5, 0.9375)
-            for g in (1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.19, 0.21, 0.5, 1.0, 3.0, 9.0)
+            for g in (1e-5, 1e-4, 1e-3, 1e-2, 0.03, 0.06, 0.1, 0.19, 0.21, 0.5, 1.0, 3.0, 9.0)
         ],
         "cases": {name: {"given": case, **whole_case(case)} for name, case in CASES.items()},
         "six_decades": {**six_decades(SIX_DECADES), "given": SIX_DECADES},
+        "far": {"given": FAR, "r": [0.03, 0.3, 2.0], "g": [brute_force(FAR, r) for r in (0.03, 0.3, 2.0)]},
         "steel": {"given": BEST, **{f"{y:g}": steel(y) for y in (0.5e9, 1.2e9, 2e9)}},
     }
     path = Path(__file__).with_name("theory.json")

@@ -24,6 +24,11 @@ def six_decades():
 
 
 @pytest.fixture(scope="session")
+def far():
+    return describe(_REFERENCE["far"])
+
+
+@pytest.fixture(scope="session")
 def steel():
     return describe(_REFERENCE["steel"])
 

@@ -54,6 +54,25 @@ def test_six_decades_without_roll_off(six_decades):
     assert got == pytest.approx(125.0520012, rel=1e-9)
 
 
+def test_a_layer_far_thinner_than_a_panel_counts_in_proportion_to_its_thickness(six_decades):
+    # T(σ₀) = T(0) + c σ₀ + O(σ₀²); at 1 mPa the linear term is 2e-10 of T
+    sliding = six_decades["sliding"]
+    pressures = [1e-30, 1e-3, 1e-2, 1e-1]
+    rest, *others = (
+        flash.flash_temperature(1.0, six_decades["spectrum"], **{**sliding, "nominal_pressure": p}) for p in pressures
+    )
+    excess = np.array(others) / rest - 1
+    assert excess[0] > 1e-10
+    assert excess / excess[0] == pytest.approx([1, 10, 100], rel=2e-3)
+
+
+def test_gamma_is_0_45_unless_said(case):
+    sliding = {**case["sliding"], "gamma": 0.45}
+    unsaid = {k: v for k, v in sliding.items() if k != "gamma"}
+    for f in ALL:
+        assert f(2.0, case["spectrum"], **unsaid) == f(2.0, case["spectrum"], **sliding)
+
+
 def test_one_ring_of_waves_is_closed():
     # |σ_q|² on 1 ± 1e-7: T = (μv/κσ₀)(2/π) A g(0)/q, T' with B, ∇²T = −q² T
     q, v, a = 1e4, 3.0, 3.0 / 1e-5 / 1e4

@@ -42,6 +42,13 @@ def test_the_share_equalizes_the_flash_temperatures(case):
     assert share * moving == pytest.approx((1 - share) * still, rel=1e-9)
 
 
+def test_gamma_is_0_45_unless_said(case):
+    contact = {**case["contact"], "gamma": 0.45}
+    unsaid = {k: v for k, v in contact.items() if k != "gamma"}
+    shares = [partition.moving_share(3.0, case["spectrum"], **given, **case["body"]) for given in (contact, unsaid)]
+    assert shares[0] == shares[1]
+
+
 def test_steel_gives_the_share_of_the_paper(steel):
     given = {k: steel["contact"][k] for k in ("effective_modulus", "nominal_pressure")}
     for hardness in (0.5e9, 1.2e9, 2e9):

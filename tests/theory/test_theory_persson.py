@@ -58,6 +58,12 @@ def test_correlation_is_right_after_a_million_oscillations(six_decades):
     assert got == pytest.approx(2.5867061e9, rel=2e-8)
 
 
+def test_correlation_far_beyond_the_longest_wave_is_right_at_the_layer_too(far):
+    # q_min r = 30, 300, 2000: what is left comes from the ends, where contact is lost within a thin layer
+    got = persson.pressure_correlation(far["r"], far["spectrum"], **far["contact"])
+    np.testing.assert_allclose(got, far["g"], rtol=1e-8)
+
+
 @pytest.mark.parametrize("pressure", [1e9, 1e5, 1.0, 1e-3, 1e-6, 1e-60])
 def test_the_stress_variance_obeys_its_sum_rule_however_thin_the_layer(pressure):
     # W = P: g(0) = ∫ 2P dG, and with x = σ₀/2√G this is 2G [erf x + 2x e^(−x²)/√π − 2x² erfc x]
