@@ -1,0 +1,230 @@
+"""The command line: each verb is one public function."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from roughsim.compare import Comparison
+    from roughsim.plan import Numerics
+    from roughsim.record import Run
+    from roughsim.scene import Scene
+
+app = typer.Typer(
+    name="roughsim",
+    help="Monte Carlo simulation of rough sliding contacts, beside the analytic theory of the flash temperature.",
+    rich_markup_mode=None,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A bundled scene (roughsim new lists them) or a path.")]
+RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="The folder of a run.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON (SI units) for programs.")]
+Workers = Annotated[int | None, typer.Option(min=1, help="Processes; all cores if left out.")]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from roughsim import __version__
+
+        typer.echo(f"roughsim {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
+    """Monte Carlo simulation of rough sliding contacts, beside the analytic theory of the flash temperature."""
+
+
+@app.command()
+def demo(
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the run.")] = Path("roughsim-demo"),
+    workers: Workers = None,
+) -> None:
+    """Run and compare the scene `demo`, and draw the picture, in less than a minute."""
+    from roughsim.scene import load_scene
+
+    result = _run(load_scene("demo"), output, workers=workers)
+    _compare(result, chart=output / "comparison.png", as_json=False)
+
+
+@app.command()
+def new(
+    name: Annotated[str | None, typer.Argument(metavar="NAME", help="A bundled scene; left out: list them.")] = None,
+) -> None:
+    """Print a bundled scene, commented, to start from: roughsim new demo > my.toml."""
+    from roughsim.scene import bundled_scenes, scene_text
+
+    if name is None:
+        typer.echo("\n".join(bundled_scenes()))
+    else:
+        typer.echo(scene_text(name), nl=False)
+
+
+@app.command()
+def plan(
+    scene: SceneName,
+    target_error: Annotated[
+        float | None, typer.Option(help="Relative error aimed at in T_flash; the scene's `until` if left out.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Show how a scene would be computed, each choice with its reason."""
+    from roughsim.plan import plan as make_plan
+    from roughsim.scene import load_scene
+
+    numerics = make_plan(load_scene(scene), target_error)
+    if as_json:
+        reasons = [reason._asdict() for reason in numerics.reasons]
+        typer.echo(json.dumps(numerics.to_dict() | {"reasons": reasons}, indent=1))
+    else:
+        _print_plan(numerics)
+
+
+@app.command()
+def theory(scene: SceneName, as_json: Json = False) -> None:
+    """Evaluate the analytic theory of a scene over its whole spectrum."""
+    from roughsim.scene import load_scene
+    from roughsim.tables import theory_dict, theory_table
+
+    loaded = load_scene(scene)
+    if as_json:
+        typer.echo(json.dumps(theory_dict(loaded), indent=1))
+    else:
+        _print(theory_table(loaded))
+
+
+@app.command()
+def run(
+    scene: SceneName,
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="RUN", help="Folder of the run; resumed if there.")],
+    until: Annotated[
+        list[str] | None,
+        typer.Option(metavar="OBSERVABLE=PERCENT", help="Stop at this 95 % half-width, e.g. flash_temperature=1%."),
+    ] = None,
+    most: Annotated[int | None, typer.Option("--max", min=1, help="Stop after this many realizations.")] = None,
+    workers: Workers = None,
+    threads: Annotated[int | None, typer.Option(min=1, help="Threads of each realization.")] = None,
+    keep_fields: Annotated[
+        int | None, typer.Option(min=0, help="Store the fields of the first K realizations.")
+    ] = None,
+) -> None:
+    """Compute an ensemble of realizations; the same command goes on where it was stopped."""
+    from dataclasses import replace
+
+    from roughsim.scene import load_scene
+
+    loaded = load_scene(scene)
+    given = {"threads": threads, "keep_fields": keep_fields}
+    chosen: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
+    if chosen:
+        loaded = replace(loaded, numerics=replace(loaded.numerics, **chosen))
+    result = _run(loaded, output, until=_goals(until), max_realizations=most, workers=workers)
+    if result.failed > 0.01 * result.realizations:
+        raise typer.Exit(1)
+
+
+@app.command()
+def compare(
+    run: RunFolder,
+    chart: Annotated[Path | None, typer.Option(metavar="F", help="Draw the figure: .png, .pdf or .svg.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Set a run beside the theory: theory, smoothed, capped, and their ratios with errors."""
+    from roughsim.record import open_run
+
+    _compare(open_run(run), chart=chart, as_json=as_json)
+
+
+def _goals(until: list[str] | None) -> dict[str, float] | None:
+    if until is None:
+        return None
+    goals = {}
+    for text in until:
+        name, _, value = text.partition("=")
+        number, percent, _ = value.strip().partition("%")
+        try:
+            goals[name.strip()] = float(number) / (100.0 if percent else 1.0)
+        except ValueError:
+            raise ValueError(f"--until {text}: write OBSERVABLE=PERCENT, for example flash_temperature=1%") from None
+    return goals
+
+
+def _run(scene: Scene, output: Path, *, workers: int | None, **options: Any) -> Run:
+    from rich.console import Console
+
+    from roughsim.ensemble import run as compute
+    from roughsim.plan import plan as make_plan
+    from roughsim.progress import Progress
+
+    console = Console(stderr=True)
+    numerics = make_plan(scene)
+    for reason in numerics.reasons:
+        if reason.choice in ("smoothed", "capped", "elastic"):
+            console.print(f"[dim]{reason.value}[/dim]", highlight=False)
+    count = (os.cpu_count() or 1) if workers is None else workers
+    with Progress(console) as progress:
+        result = compute(scene, output, numerics=numerics, workers=count, observer=progress.update, **options)
+    for line in progress.summary(result):
+        console.print(line, highlight=False)
+    return result
+
+
+def _compare(run: Run, *, chart: Path | None, as_json: bool) -> None:
+    from roughsim.compare import compare as set_beside
+    from roughsim.tables import comparison_table
+
+    table: Comparison = set_beside(run)
+    if as_json:
+        typer.echo(json.dumps(table.to_dict(), indent=1))
+    else:
+        _print(comparison_table(table))
+    if chart is not None:
+        table.chart(chart)
+        typer.echo(f"picture: {chart}", err=True)
+
+
+def _print_plan(numerics: Numerics) -> None:
+    from roughsim.tables import plan_table
+
+    _print(plan_table(numerics))
+
+
+def _print(*parts: Any) -> None:
+    from rich.console import Console
+
+    # a pipe has no width: wide enough that no number is broken
+    console = Console() if sys.stdout.isatty() else Console(width=150)
+    for part in parts:
+        console.print(part, highlight=False)
+
+
+def main() -> None:
+    """Run the command line; an error is one line on standard error and a non-zero exit code."""
+    try:
+        app(standalone_mode=True)
+    except KeyboardInterrupt:
+        _fail("stopped; what was computed is stored, and the same command goes on from there", 130)
+    except (ValueError, TypeError, OSError, RuntimeError, ArithmeticError) as error:
+        _fail(" ".join(str(error).split()), 1)
+
+
+def _fail(message: str, code: int) -> None:
+    typer.echo(f"roughsim: {message}", err=True)
+    raise SystemExit(code)
+
+
+if __name__ == "__main__":
+    main()

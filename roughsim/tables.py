@@ -1,0 +1,142 @@
+"""Plans, theory and comparisons as tables for people and dicts for programs; units are chosen here."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from rich.table import Table
+
+from roughsim import analytic
+from roughsim.compare import Cell, Comparison, Ratio, json_number
+from roughsim.estimate import UNITS
+
+if TYPE_CHECKING:
+    from roughsim.plan import Numerics
+    from roughsim.scene import Scene
+
+# SI unit → unit of the tables, and the factor between them
+SHOWN = {
+    "K": ("K", 1.0),
+    "K/m": ("K/mm", 1e-3),
+    "K/m^2": ("K/µm²", 1e-12),
+    "m": ("µm", 1e6),
+    "1": ("", 1.0),
+    "Pa^2": ("GPa²", 1e-18),
+}
+CORRELATION_POINTS = 65
+
+
+def plan_table(numerics: Numerics) -> Table:
+    """Return the choices of a plan with their reasons."""
+    table = Table(box=None, pad_edge=False)
+    for title in ("choice", "value", "because"):
+        table.add_column(title, overflow="fold")
+    for reason in numerics.reasons:
+        table.add_row(*reason)
+    return table
+
+
+def theory_dict(scene: Scene) -> dict[str, Any]:
+    """Return the theory over the whole spectrum as JSON values, temperatures with the share used."""
+    values, share = analytic.predictions(scene), analytic.heat_partition(scene)
+    distance = correlation_distances(scene)
+    result: dict[str, Any] = {"speed": list(scene.speeds)}
+    for name in ("flash_temperature", "flash_gradient", "flash_laplacian"):
+        result[name] = _listed(values[name] * share)
+    for name in ("flash_width", "slope_length"):
+        result[name] = _listed(values[name])
+    return result | {
+        "heat_partition": _listed(share),
+        "heat_partition_theory": _listed(values["heat_partition"]),
+        "contact_fraction": float(values["contact_fraction"][0]),
+        "plastic_fraction": float(values["plastic_fraction"][0]),
+        "pressure_correlation": {
+            "r": distance.tolist(),
+            "value": _listed(analytic.correlation(scene, distance)),
+        },
+    }
+
+
+def correlation_distances(scene: Scene) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Return the distances r at which g_σ is tabulated, m: 0, then evenly in log r up to half the longest wave."""
+    longest = 2 * np.pi / scene.spectrum.breaks[0]
+    return np.concatenate([[0.0], np.geomspace(1e-3 * longest, 0.5 * longest, CORRELATION_POINTS - 1)])
+
+
+def theory_table(scene: Scene) -> Table:
+    """Return the theory of a scene, a row per speed."""
+    values = theory_dict(scene)
+    names = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
+    table = Table(box=None, title=scene.title or None, title_justify="left")
+    table.add_column("speed m/s", justify="right")
+    for name in names:
+        table.add_column(f"{name} {SHOWN[UNITS[name]][0]}", justify="right")
+    table.add_column("share used", justify="right")
+    table.add_column("share in theory", justify="right")
+    for k, speed in enumerate(scene.speeds):
+        cells = [_number(values[name][k], UNITS[name]) for name in names]
+        shares = [_number(values[name][k], "1") for name in ("heat_partition", "heat_partition_theory")]
+        table.add_row(f"{speed:g}", *cells, *shares)
+    table.caption = (
+        f"contact_fraction {values['contact_fraction']:.4g}, plastic_fraction {values['plastic_fraction']:.4g}"
+    )
+    return table
+
+
+def comparison_table(comparison: Comparison) -> Table:
+    """Return the comparison, a row per observable and speed."""
+    first = comparison.rows[0]
+    table = Table(box=None, title=_title(comparison), title_justify="left")
+    for title in ("observable", "m/s", "unit", "theory", *first.columns, *(_heading(name) for name in first.ratios)):
+        table.add_column(title, justify="left" if title in ("observable", "unit") else "right", no_wrap=True)
+    table.add_column("note")
+    previous = ""
+    for row in comparison.rows:
+        name = "" if row.observable == previous else row.observable
+        previous = row.observable
+        speed = "" if row.speed is None else f"{row.speed:g}"
+        cells = [_cell(cell, row.unit) for cell in row.columns.values()]
+        ratios = [_ratio(entry) for entry in row.ratios.values()]
+        unit = SHOWN[row.unit][0]
+        table.add_row(name, speed, unit, _number(row.theory, row.unit), *cells, *ratios, row.note)
+    table.caption = (
+        "± standard errors. theory: summed over the simulation's modes. identity: fixed by force balance. at q_c: no "
+        "limit in the cut-off. Neither counts as agreement."
+    )
+    return table
+
+
+def _title(comparison: Comparison) -> str:
+    left_out = f", {comparison.failed} failed and left out" if comparison.failed else ""
+    title = comparison.run.scene.title
+    return (
+        f"{title}: {comparison.realizations} realizations{left_out}"
+        if title
+        else f"{comparison.realizations} realizations"
+    )
+
+
+def _heading(name: str) -> str:
+    return name.replace("_over_", "/")
+
+
+def _number(value: float | None, unit: str) -> str:
+    if value is None or not isfinite(value):
+        return "–"
+    return f"{value * SHOWN[unit][1]:.4g}"
+
+
+def _cell(cell: Cell, unit: str) -> str:
+    if not isfinite(cell.mean):
+        return "–"
+    return f"{_number(cell.mean, unit)} ± {cell.standard_error * SHOWN[unit][1]:.2g}"
+
+
+def _ratio(entry: Ratio) -> str:
+    return f"{entry.value:.3f} ± {entry.standard_error:.3f}" if isfinite(entry.value) else "–"
+
+
+def _listed(values: Any) -> list[float | None]:
+    return [json_number(float(value)) for value in np.ravel(values)]
