@@ -313,6 +313,15 @@ def test_nyquist_modes_carry_their_variance(n):
     np.testing.assert_allclose(sample[:, 1, 0], sample[:, -1, 0].conj(), atol=1e-15)
 
 
+def test_fixed_modes_on_the_edge_keep_their_amplitude_and_take_either_sign():
+    spectrum = SelfAffineSpectrum(1.0, 0.0, 1.0, 4.0, 4.0)
+    sample = draws(spectrum, square(8), "fixed", 200)
+    deviation = np.sqrt(mode_variance(spectrum, square(8)))
+    np.testing.assert_allclose(abs(sample), np.broadcast_to(deviation, sample.shape), rtol=0, atol=1e-15)
+    for k in ((4, 0), (0, 4)):  # their own conjugates: real, plus or minus with equal chance
+        assert abs(np.sign(sample[(..., *k)].real).mean()) < 4 / np.sqrt(200)
+
+
 @pytest.mark.statistical
 def test_heights_of_a_gaussian_surface_have_the_kurtosis_of_a_gaussian():
     rng, grid, count = np.random.default_rng(11), square(32), 4000
