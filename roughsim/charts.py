@@ -1,0 +1,147 @@
+"""Figures, the one door to matplotlib: measured bands over theory lines, in colours told apart by everyone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim import analytic
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from roughsim.compare import Comparison, Row
+
+Array = NDArray[np.float64]
+THEORY = "#222222"
+COLOURS = {"smoothed": "#0072B2", "capped": "#D55E00", "elastic": "#0072B2"}  # Okabe & Ito
+MARKERS = {"smoothed": "o", "capped": "s", "elastic": "o"}
+FORMATS = (".png", ".pdf", ".svg")
+STYLE: Any = {
+    "font.size": 9,
+    "axes.titlesize": 9,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "svg.fonttype": "none",
+    "pdf.fonttype": 42,
+}
+
+
+def comparison_chart(comparison: Comparison, path: Path) -> None:
+    """Draw C(q) and C_sm(q), g_σ(r), T_flash(v), D_flash(v) and d_flash(v) of a comparison.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        From `roughsim.compare`.
+    path : Path
+        Of the picture: .png, .pdf or .svg.
+
+    Raises
+    ------
+    ValueError
+        If the ending is none of these.
+    """
+    if path.suffix.lower() not in FORMATS:
+        raise ValueError(f"chart = {str(path)!r} must end in {', '.join(FORMATS)}")
+    import matplotlib as mpl
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(9.6, 5.8), layout="constrained")
+        FigureCanvasAgg(figure)
+        places = figure.subplots(2, 3).ravel()
+        _spectra(places[0], comparison)
+        _correlation(places[1], comparison)
+        _over_speed(places[2], comparison, "flash_temperature", "T_flash, K", 1.0)
+        _over_speed(places[3], comparison, "flash_width", "D_flash, µm", 1e6)
+        _over_speed(places[4], comparison, "slope_length", "d_flash, µm", 1e6)
+        _legend(places[5], comparison)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(path, dpi=160)
+
+
+def _spectra(axes: Axes, comparison: Comparison) -> None:
+    run = comparison.run
+    whole, smooth = run.scene.spectrum, analytic.smoothed_spectrum(run.scene)
+    q = np.geomspace(whole.breaks[0], whole.breaks[-1], 400)
+    axes.loglog(q, whole(q), color=THEORY, lw=1.4)
+    if not run.scene.elastic:
+        values = smooth(q)
+        low = float(whole(q[-1]))
+        axes.loglog(q, np.where(values > 0.1 * low, values, np.nan), color=THEORY, lw=1.2, ls="--")
+        axes.text(0.97, 0.93, "C(q) solid, C_sm(q) dashed", transform=axes.transAxes, ha="right", fontsize=8)
+    for column in run.numerics.columns:
+        for level in run.numerics.of_column(column):
+            axes.axvline(run.numerics.levels[level].q_max, color=COLOURS[column], lw=1.0, ls=":")
+    axes.set(xlabel="q, 1/m", ylabel="C, m⁴", title="Roughness; dotted: cut-offs q_c")
+
+
+def _correlation(axes: Axes, comparison: Comparison) -> None:
+    run = comparison.run
+    longest = 2 * np.pi / run.scene.spectrum.breaks[0]
+    r = np.linspace(0.0, 0.4 * longest, 200)
+    axes.plot(r * 1e6, analytic.correlation(run.scene, r) * 1e-18, color=THEORY, lw=1.4)
+    for column in run.numerics.columns:
+        mean, error = run.correlation(r, column)
+        _band(axes, r * 1e6, mean * 1e-18, error * 1e-18, COLOURS[column])
+    axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)
+    axes.set(xlabel="r, µm", ylabel="g_σ, GPa²", title="Stress correlation", xlim=(0, r[-1] * 1e6))
+
+
+def _over_speed(axes: Axes, comparison: Comparison, observable: str, label: str, factor: float) -> None:
+    rows = [row for row in comparison.rows if row.observable == observable and row.speed]
+    speed = np.array([row.speed for row in rows])
+    theory = np.array([row.theory for row in rows]) * factor
+    axes.plot(speed, theory, color=THEORY, lw=1.4, marker="" if len(speed) > 1 else "_", ms=12)
+    for column in comparison.run.numerics.columns:
+        mean = np.array([row.columns[column].mean for row in rows]) * factor
+        error = np.array([row.columns[column].standard_error for row in rows]) * factor
+        _band(axes, speed, mean, error, COLOURS[column])
+        axes.plot(speed, mean, ls="", marker=MARKERS[column], ms=3.5, color=COLOURS[column])
+    axes.set(xscale="log", yscale="log", xlabel="v, m/s", ylabel=label, title=_title(rows))
+
+
+def _title(rows: list[Row]) -> str:
+    words = {"flash_temperature": "Flash temperature", "flash_width": "Hot-spot width", "slope_length": "Slope length"}
+    note = " (capped: at q_c, no limit)" if rows and rows[0].note == "at q_c" else ""
+    return words[rows[0].observable] + note if rows else ""
+
+
+def _band(axes: Axes, x: Array, mean: Array, error: Array, colour: str) -> None:
+    """Mean with ± two standard errors."""
+    axes.fill_between(x, mean - 2 * error, mean + 2 * error, color=colour, alpha=0.25, lw=0)
+    axes.plot(x, mean, color=colour, lw=1.0)
+
+
+def _legend(axes: Axes, comparison: Comparison) -> None:
+    from matplotlib.lines import Line2D
+
+    axes.set_axis_off()
+    run = comparison.run
+    meanings = {
+        "smoothed": "smoothed: elastic contact on C_sm",
+        "capped": "capped: contact with p ≤ σ_P",
+        "elastic": "elastic contact",
+    }
+    handles: list[Any] = [Line2D([], [], color=THEORY, lw=1.4, label=f"theory, γ = {run.scene.theory.gamma:g}")]
+    for column in run.numerics.columns:
+        style: Any = {"color": COLOURS[column], "marker": MARKERS[column], "ms": 4, "lw": 1.0}
+        handles.append(Line2D([], [], label=meanings[column], **style))
+    axes.legend(handles=handles, loc="upper left", borderaxespad=0)
+    share = run.heat_partition
+    lines = [
+        run.scene.title,
+        f"{comparison.realizations} realizations; bands: ± 2 standard errors",
+        f"heat share in the body {share.min():.3g}" + (f"…{share.max():.3g}" if np.ptp(share) > 0 else ""),
+    ]
+    axes.text(0, 0.5, "\n".join(filter(None, lines)), transform=axes.transAxes, va="top", fontsize=8)
