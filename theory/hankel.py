@@ -89,7 +89,7 @@ def _transform(panels: Panels, values: Array, r: float) -> float:
         bounds = panels.ends()
         phase = r * (bounds[:, 1] - bounds[:, 0])
         slow = phase <= _SLOW
-        fast = (phase >= _FAST) & (panels.start > 0.0)  # at a break dq/dt vanishes and Levin's p does not stay smooth
+        fast = (phase >= _FAST) & (panels.start > panels.stop / 2)  # p varies with 1/y: at a break it is not smooth
         if slow.any():
             total += float(((values[slow] * j0(r * panels.take(slow).nodes()[0])) @ WEIGHTS).sum())
         if fast.any():

@@ -63,7 +63,7 @@ SIX_DECADES = {
     "diffusivity": 0.23 / 1200 / 1650,
     "rms_height": 2e-4,
 }
-FAR = {**SIX_DECADES, "q": [1e3, 1e3, 1e5], "pressure": 1e4}
+FAR = {**SIX_DECADES, "q": [1e3, 1e3, 1e5], "pressure": 1e2}
 BEST = {
     "psd": 1.3861101622950204e-23,
     "q": [6350.0, 9.4e4, 4.1508770351185866e7],
