@@ -41,7 +41,7 @@ from roughsim.record import (
     writing,
 )
 from roughsim.record.files import FORMAT
-from roughsim.spectrum import TruncatedSpectrum
+from roughsim.spectrum import Spectrum, TruncatedSpectrum
 from roughsim.surface import synthesize
 
 if TYPE_CHECKING:
@@ -135,11 +135,12 @@ def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, inde
 
 
 @lru_cache(maxsize=16)
-def level_spectrum(scene: Scene, numerics: Numerics, level: int) -> TruncatedSpectrum:
+def level_spectrum(scene: Scene, numerics: Numerics, level: int) -> Spectrum:
     """Return the spectrum that a level's surfaces are drawn from: C, or C_sm for "smoothed", cut at its q_max."""
     wanted = numerics.levels[level]
-    whole = analytic.smoothed_spectrum(scene) if wanted.column == "smoothed" else scene.spectrum
-    return TruncatedSpectrum(whole, wanted.q_max)
+    if wanted.column == "smoothed":
+        return TruncatedSpectrum(analytic.smoothed_spectrum(scene), wanted.q_max)
+    return scene.spectrum.truncated(q_max=wanted.q_max)
 
 
 def _solid(scene: Scene, column: str) -> Solid:

@@ -8,6 +8,7 @@ Nyquist mode stands for two modes of a finer grid and equals neither; a spectrum
 from __future__ import annotations
 
 import warnings
+from dataclasses import is_dataclass
 from functools import lru_cache
 from itertools import pairwise
 from math import hypot, pi
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 from roughsim import fourier
 from roughsim.errors import ResolutionError
 from roughsim.grid import Grid
-from roughsim.spectrum import PowerLaws, Spectrum, SumSpectrum
+from roughsim.spectrum import Spectrum
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -70,7 +71,7 @@ def synthesize(
         raise TypeError(f"rng = {rng!r} must be a numpy Generator; make one with np.random.default_rng(seed)")
     if amplitudes not in ("fixed", "gaussian"):
         raise ValueError(f'amplitudes = {amplitudes!r} must be "fixed" or "gaussian"')
-    modes = _modes(spectrum, grid) if isinstance(spectrum, PowerLaws | SumSpectrum) else _find_modes(spectrum, grid)
+    modes = _modes(spectrum, grid) if _fixed(spectrum) else _find_modes(spectrum, grid)
     values = _draw(modes, rng, amplitudes)
     half = np.zeros(grid.half_shape, dtype=np.complex128)
     half.flat[modes.place] = values
@@ -99,8 +100,14 @@ def _draw(modes: _Modes, rng: np.random.Generator, amplitudes: str) -> NDArray[A
     return modes.deviation * np.where(modes.real, np.where(turn < 0.5, 1.0, -1.0), np.exp(2j * pi * turn))
 
 
+def _fixed(spectrum: Spectrum) -> bool:
+    """Whether a spectrum cannot change, so that its modes may be kept: a frozen record, or a cut of one."""
+    whole = getattr(spectrum, "whole", spectrum)
+    return is_dataclass(whole) and bool(vars(type(whole))["__dataclass_params__"].frozen)
+
+
 @lru_cache(maxsize=4)
-def _modes(spectrum: PowerLaws | SumSpectrum, grid: Grid) -> _Modes:
+def _modes(spectrum: Any, grid: Grid) -> _Modes:
     return _find_modes(spectrum, grid)
 
 
