@@ -1,0 +1,306 @@
+"""Frictional heat on the periodic cell: from heat flux to surface temperature.
+
+The body occupies z > 0 below the plane of the grid. Heat enters where the source presses, and the source moves with
+`speed` through the body. In the frame of the source (Persson, flash temperature, Eq. (4) before the averages)
+
+    κ T(q) = q̇(q) / λ,    λ = √(q² − i q·v/D),
+
+once the heat has flowed for ever, and q̇ erf(λ√(Dt))/λ a time t after the start from rest. |Im λ| ≤ Re λ, so that no
+exponential here can overflow. Two cautions come with the periodic cell:
+
+- The steady kernel has no advection across the direction of sliding. Each asperity then slides in its own hot track,
+  for ever, and above v L/(2πD) = 1 the temperature is too high. From rest over half a cell nothing has met its own
+  track yet; that is the default.
+- q = 0 has no steady state in a half-space. It is left out of all fields; `uniform_temperature` is that term.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import special
+
+from roughsim import fourier
+from roughsim.errors import not_negative, number, positive, real_field
+from roughsim.grid import Grid
+
+Field = NDArray[Any]
+_ROWS = 32  # rows of the half spectrum in one block: the work arrays stay in the cache
+_FORGOTTEN = 40.0  # e^-40 = 4e-18: beyond D q² t = 40 a mode has forgotten its start
+_SERIES = 0.1  # below |λ|√(Dt) = 0.1 the two terms of the buried transient cancel; a series replaces them
+
+
+def sliding_temperature(
+    heat_flux: ArrayLike,
+    grid: Grid,
+    *,
+    speed: float,
+    conductivity: float,
+    diffusivity: float,
+    direction: float = 0.0,
+    slid_distance: float | None = None,
+    time: ArrayLike | None = None,
+    depth: float = 0.0,
+) -> Field:
+    """Return the temperature above the background that a sliding heat source leaves in the body.
+
+    The source has slid a finite distance since it started from rest, or, with `slid_distance` = inf, for ever. The
+    waves at the Nyquist wavenumber of an axis run both ways along it, so their response is the mean of both: real
+    where they lie along the sliding direction.
+
+    Parameters
+    ----------
+    heat_flux : array_like
+        Heat entering the body, shape `grid.shape`, W/m². float32 is computed and returned in float32.
+    grid : Grid
+        The periodic cell.
+    speed : float
+        Speed of the source through the body, m/s; a negative speed is the opposite direction.
+    conductivity : float
+        κ, W/(m K).
+    diffusivity : float
+        D, m²/s.
+    direction : float
+        Angle of sliding, radians from axis 0 towards axis 1.
+    slid_distance : float, optional
+        Distance slid since the start from rest, m, ≥ 0 or inf. Default: half the chord of the cell through its centre
+        along `direction`, which is half the length of the cell along an axis. At rest any distance > 0 takes for ever.
+    time : float or array_like, optional
+        Time since the start from rest, s, ≥ 0 or inf, in place of `slid_distance`. A 1-D array adds a leading axis.
+    depth : float
+        Distance below the surface, m, ≥ 0.
+
+    Returns
+    -------
+    ndarray
+        T, K, shape `grid.shape` or `(len(time), *grid.shape)`, without its mean (q = 0).
+
+    Raises
+    ------
+    TypeError, ValueError
+        An argument of the wrong kind, not finite or out of its range; both `time` and `slid_distance`.
+
+    Warns
+    -----
+    RuntimeWarning
+        For the steady kernel with v L/(2πD) > 1, L the chord: the field is biased by the periodic cell.
+    """
+    flux = real_field("heat_flux", heat_flux, grid.shape)
+    speed = number("speed", speed, "m/s")
+    conductivity = positive("conductivity", conductivity, "W/(m K)")
+    diffusivity = positive("diffusivity", diffusivity, "m²/s")
+    depth = not_negative("depth", depth, "m")
+    ux, uy = unit_vector(direction)
+    chord = _chord(grid, ux, uy)
+    durations = _durations(speed, chord, slid_distance, time)
+    if np.isinf(durations).any() and abs(speed) * chord > 2 * math.pi * diffusivity:
+        _warn_of_hot_tracks(abs(speed) * chord / (2 * math.pi * diffusivity))
+    drift = (speed * ux / diffusivity, speed * uy / diffusivity)
+    fields = _fields(flux / flux.dtype.type(conductivity), grid, drift, depth, diffusivity * durations.ravel())
+    return fields.reshape(durations.shape + grid.shape)
+
+
+def uniform_temperature(
+    mean_flux: float, time: ArrayLike, *, conductivity: float, diffusivity: float, depth: float = 0.0
+) -> Any:
+    """Return the q = 0 term: T₀(z, t) = 2 q̇ √(Dt)/κ ierfc(z/2√(Dt)) of a uniform flux into a half-space.
+
+    Parameters
+    ----------
+    mean_flux : float
+        Mean heat flux into the body, W/m².
+    time : float or array_like
+        Time since the start, s, ≥ 0 and finite: it grows without limit.
+    conductivity, diffusivity, depth : float
+        κ, W/(m K); D, m²/s; z ≥ 0, m.
+
+    Returns
+    -------
+    float or ndarray
+        T₀, K, of the shape of `time`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        An argument of the wrong kind, not finite or out of its range.
+    """
+    flux = number("mean_flux", mean_flux, "W/m²")
+    conductivity = positive("conductivity", conductivity, "W/(m K)")
+    instants = _instants(time)
+    if np.isinf(instants).any():
+        raise ValueError("time = inf s must be finite: a half-space under a uniform flux warms without limit")
+    reach = np.sqrt(positive("diffusivity", diffusivity, "m²/s") * instants)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scaled = np.where(reach > 0, not_negative("depth", depth, "m") / (2 * reach), np.inf)
+        ierfc = np.exp(-(scaled**2)) * (1 / math.sqrt(math.pi) - scaled * special.erfcx(scaled))
+    result = 2 * flux / conductivity * reach * np.where(reach > 0, ierfc, 0.0)
+    return result if instants.ndim else float(result)
+
+
+def unit_vector(direction: float) -> tuple[float, float]:
+    """Return (cos, sin) of `direction`, exact at quarter turns.
+
+    The rounding of cos(π/2) would let a source at Péclet number 1e12 drift across its own track.
+    """
+    angle = number("direction", direction, "rad")
+    ux, uy = math.cos(angle), math.sin(angle)
+    return (ux if abs(ux) > 1e-15 else 0.0), (uy if abs(uy) > 1e-15 else 0.0)
+
+
+def responses(
+    grid: Grid, drift: tuple[float, float], depth: float = 0.0, spread: float = math.inf
+) -> Iterator[tuple[NDArray[np.intp], NDArray[np.complex128]]]:
+    """Yield (rows, κT/q̇ in m) block by block: every row of the half spectrum once, q = 0 with response 0.
+
+    Parameters
+    ----------
+    grid : Grid
+        The periodic cell.
+    drift : (float, float)
+        v/D along x and y, 1/m.
+    depth : float
+        Distance below the surface, m.
+    spread : float
+        D t, m²: diffusivity times the time since the start from rest; inf is the steady state.
+    """
+    qx = grid.wavevectors[0]
+    count, half = grid.shape[0], grid.shape[0] // 2 + 1
+    for start in range(0, half, _ROWS):
+        rows = np.arange(start, min(start + _ROWS, half))
+        response = _response_rows(grid, rows, qx[rows], drift, depth, spread)
+        if start == 0:
+            response[0, 0] = 0.0
+        yield rows, response
+        inner = (rows > 0) & (2 * rows != count)  # those have a partner at −q_x
+        if not inner.any():
+            continue
+        if drift[1] == 0.0:
+            partner = response[inner].conj()
+        elif drift[0] == 0.0:
+            partner = response[inner]
+        else:
+            partner = _response_rows(grid, rows, -qx[rows], drift, depth, spread)[inner]
+        yield count - rows[inner], partner
+
+
+def _fields(
+    flux: Field, grid: Grid, drift: tuple[float, float], depth: float, spreads: NDArray[np.float64]
+) -> NDArray[Any]:
+    """Temperatures for each D t in `spreads`: one forward transform, one inverse per field."""
+    fields = np.zeros((spreads.size, *grid.shape), flux.dtype)
+    if flux.min() == flux.max():  # only q = 0: exactly nothing, whatever the rounding of the transform
+        return fields
+    source = fourier.forward(flux)
+    product = np.empty_like(source)
+    for field, spread in zip(fields, spreads, strict=True):
+        if spread > 0.0:
+            for rows, response in responses(grid, drift, depth, spread):
+                product[rows] = source[rows] * response
+            field[...] = fourier.inverse(product, grid.shape)
+    return fields
+
+
+def _response_rows(
+    grid: Grid, rows: NDArray[np.intp], qx: Field, drift: tuple[float, float], depth: float, spread: float
+) -> NDArray[np.complex128]:
+    """κT/q̇ at the wavevectors (qx, q_y ≥ 0), averaged over both signs where an axis is at its Nyquist wavenumber."""
+    qy = grid.wavevectors[1]
+    along, across, square = drift[0] * qx, drift[1] * qy, qx**2 + qy**2
+    square[square == 0.0] = 1.0  # q = 0: any finite response, replaced by the caller
+
+    def both_signs_of_qy(part: slice, along: Field) -> NDArray[np.complex128]:
+        response = _response(square[part], along + across, depth, spread)
+        if grid.shape[1] % 2 == 0:
+            flipped = _response(square[part, -1:], along - across[:, -1:], depth, spread)
+            response[:, -1:] = (response[:, -1:] + flipped) / 2
+        return response
+
+    response = both_signs_of_qy(slice(None), along)
+    if 2 * rows[-1] == grid.shape[0]:
+        response[-1:] = (response[-1:] + both_signs_of_qy(slice(-1, None), -along[-1:])) / 2
+    return response
+
+
+def _response(square: Field, advection: Field, depth: float, spread: float) -> NDArray[np.complex128]:
+    """κT/q̇ of the modes with q² = `square` and q·v/D = `advection`, both 1/m²."""
+    decay: NDArray[np.complex128] = np.sqrt(square - 1j * advection)
+    response: NDArray[np.complex128] = np.exp(-decay * depth) / decay if depth > 0.0 else 1.0 / decay
+    young = square * spread < _FORGOTTEN
+    if young.any():
+        scaled = decay[young] * math.sqrt(spread)
+        if depth > 0.0:
+            response[young] = math.sqrt(spread) * _buried(scaled, depth / (2 * math.sqrt(spread)))
+        else:
+            response[young] *= special.erf(scaled)
+    return response
+
+
+def _buried(b: NDArray[np.complex128], a: float) -> NDArray[np.complex128]:
+    """[e^(−2ab) erfc(a−b) − e^(2ab) erfc(a+b)]/(2b) with b = λ√(Dt), a = z/2√(Dt), free of overflow.
+
+    Either term is e^(−a²−b²) w(i(a∓b)), w the Faddeeva function, where Re(a∓b) ≥ 0.
+    """
+    tail = np.exp(-(a * a) - b * b)
+    shallow = b.real > a
+    first = tail * special.erfcx(np.where(shallow, b - a, a - b))
+    first = np.where(shallow, 2 * np.exp(-2 * a * b) - first, first)
+    result: NDArray[np.complex128] = (first - tail * special.erfcx(a + b)) / (2 * b)
+    small = np.abs(b) < _SERIES
+    result[small] = tail[small] * np.polynomial.polynomial.polyval(b[small] ** 2, _buried_series(a))
+    return result
+
+
+def _buried_series(a: float) -> list[float]:
+    """Coefficients of [f(a−b) − f(a+b)]/(2b) in powers of b², f(x) = e^(x²) erfc(x), f′ = 2xf − 2/√π."""
+    derivatives = [float(special.erfcx(a))]
+    derivatives.append(2 * a * derivatives[0] - 2 / math.sqrt(math.pi))
+    for n in range(1, 14):
+        derivatives.append(2 * a * derivatives[n] + 2 * n * derivatives[n - 1])
+    return [-derivatives[n] / math.factorial(n) for n in range(1, 14, 2)]
+
+
+def _durations(speed: float, chord: float, slid_distance: float | None, time: ArrayLike | None) -> NDArray[np.float64]:
+    """Times since the start from rest, s, of the shape that the caller asked for."""
+    if time is not None:
+        if slid_distance is not None:
+            raise ValueError(f"slid_distance = {slid_distance} m and time are both given; give one of them")
+        return _instants(time)
+    distance = chord / 2 if slid_distance is None else slid_distance
+    if not (isinstance(distance, (float, np.floating)) and distance == math.inf):
+        distance = not_negative("slid_distance", distance, "m")
+    if distance == 0.0:
+        return np.zeros(())
+    with np.errstate(divide="ignore", over="ignore"):
+        return np.asarray(np.float64(distance) / abs(speed))
+
+
+def _instants(time: ArrayLike) -> NDArray[np.float64]:
+    """`time` as a float array of at most one axis, s, ≥ 0; inf may stay."""
+    instants = np.asarray(time)
+    if instants.dtype.kind not in "iuf":
+        raise TypeError(f"time has dtype {instants.dtype}; real numbers in s are needed")
+    if instants.ndim > 1 or instants.size == 0:
+        raise ValueError(f"time has shape {instants.shape}; give one number or a 1-D array, in s")
+    if not (instants >= 0).all():
+        raise ValueError(f"time = {instants.min()} s must not be negative or NaN")
+    return instants.astype(np.float64)
+
+
+def _chord(grid: Grid, ux: float, uy: float) -> float:
+    """Length of the line through the centre of the cell along the sliding direction, m."""
+    pairs = zip(grid.lengths, (abs(ux), abs(uy)), strict=True)
+    return min(length / part for length, part in pairs if part > 0.0)
+
+
+def _warn_of_hot_tracks(ratio: float) -> None:
+    warnings.warn(
+        f"v L/(2πD) = {ratio:.3g} exceeds 1: the steady periodic field is too hot along the sliding direction; "
+        "use a finite slid_distance",
+        RuntimeWarning,
+        stacklevel=3,
+    )
