@@ -71,7 +71,7 @@ def synthesize(
         raise TypeError(f"rng = {rng!r} must be a numpy Generator; make one with np.random.default_rng(seed)")
     if amplitudes not in ("fixed", "gaussian"):
         raise ValueError(f'amplitudes = {amplitudes!r} must be "fixed" or "gaussian"')
-    modes = _modes(spectrum, grid) if _fixed(spectrum) else _find_modes(spectrum, grid)
+    modes = (_modes if _fixed(spectrum) else _find_modes)(spectrum, grid)
     values = _draw(modes, rng, amplitudes)
     half = np.zeros(grid.half_shape, dtype=np.complex128)
     half.flat[modes.place] = values
@@ -100,7 +100,7 @@ def _draw(modes: _Modes, rng: np.random.Generator, amplitudes: str) -> NDArray[A
     return modes.deviation * np.where(modes.real, np.where(turn < 0.5, 1.0, -1.0), np.exp(2j * pi * turn))
 
 
-def _fixed(spectrum: Spectrum) -> bool:
+def _fixed(spectrum: Any) -> bool:
     """Whether a spectrum cannot change, so that its modes may be kept: a frozen record, or a cut of one."""
     whole = getattr(spectrum, "whole", spectrum)
     return is_dataclass(whole) and bool(vars(type(whole))["__dataclass_params__"].frozen)

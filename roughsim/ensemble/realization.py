@@ -1,0 +1,206 @@
+"""One member of an ensemble: synthesis, contact and moments, and its file."""
+
+from __future__ import annotations
+
+import platform
+import time
+import warnings
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim import analytic, fourier
+from roughsim.contact import Contact, Solid, solve_contact
+from roughsim.errors import ConvergenceError
+from roughsim.grid import Grid
+from roughsim.observables import Observables, Sliding, measure
+from roughsim.plan import Numerics
+from roughsim.record import Member, write_member
+from roughsim.spectrum import Spectrum, TruncatedSpectrum
+from roughsim.surface import synthesize
+
+if TYPE_CHECKING:
+    from roughsim.scene import Scene
+
+_AT_REST = 1e-150  # a speed of zero is measured at this one, m/s: the limits D_flash and s need a ratio of moments
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Realization:
+    """One member: a surface, its contact, and what was measured of it (all heat in the moving body).
+
+    Attributes
+    ----------
+    level, index, seed : int
+        Which member it is.
+    grid : Grid
+        Its cell.
+    heights : ndarray
+        Composite heights, m.
+    contact : Contact
+        The solved contact.
+    observables : Observables
+        Moments at the scene's speeds, averaged over directions.
+    seconds : dict of str to float
+        Time spent in each stage.
+    """
+
+    level: int
+    index: int
+    seed: int
+    grid: Grid
+    heights: NDArray[np.float64]
+    contact: Contact
+    observables: Observables
+    seconds: dict[str, float]
+
+
+def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, index: int = 0) -> Realization:
+    """Compute one member of an ensemble.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is computed.
+    numerics : Numerics
+        How well; its `levels[level]` says which contact, grid and cut-off.
+    seed : int
+        Of the ensemble, ≥ 0.
+    level, index : int
+        Which member.
+
+    Returns
+    -------
+    Realization
+        The fields and what was measured.
+
+    Raises
+    ------
+    ConvergenceError
+        If the contact does not reach the tolerance.
+    ValueError
+        If `seed`, `level` or `index` do not exist.
+    """
+    for name, value, limit in (
+        ("seed", seed, np.inf),
+        ("level", level, len(numerics.levels)),
+        ("index", index, np.inf),
+    ):
+        if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < limit:
+            raise ValueError(f"{name} = {value!r} must be a whole number from 0 to below {limit:g}")
+    grid = numerics.grid(level)
+    stream = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(numerics.stream, index)))
+    marks = [time.perf_counter()]
+    heights = synthesize(level_spectrum(scene, numerics, level), grid, stream)
+    marks.append(time.perf_counter())
+    contact = solve_contact(
+        heights,
+        grid,
+        _solid(scene, numerics.levels[level].column),
+        nominal_pressure=scene.sliding.nominal_pressure,
+        tolerance=numerics.tolerance,
+        precision=numerics.precision,
+    )
+    marks.append(time.perf_counter())
+    observables = measure(contact, grid, _sliding(scene))
+    marks.append(time.perf_counter())
+    seconds = dict(zip(("surface", "contact", "observables"), np.diff(marks).tolist(), strict=True))
+    return Realization(level, index, seed, grid, heights, contact, observables, seconds)
+
+
+@lru_cache(maxsize=16)
+def level_spectrum(scene: Scene, numerics: Numerics, level: int) -> Spectrum:
+    """Return the spectrum that a level's surfaces are drawn from: C, or C_sm for "smoothed", cut at its q_max."""
+    wanted = numerics.levels[level]
+    if wanted.column == "smoothed":
+        return TruncatedSpectrum(analytic.smoothed_spectrum(scene), wanted.q_max)
+    return scene.spectrum.truncated(q_max=wanted.q_max)
+
+
+def _solid(scene: Scene, column: str) -> Solid:
+    if column == "capped":
+        return Solid(scene.effective_modulus, scene.penetration_hardness)
+    return Solid(scene.effective_modulus)
+
+
+def _sliding(scene: Scene) -> Sliding:
+    return Sliding(
+        speeds=[speed or _AT_REST for speed in scene.speeds],
+        friction_coefficient=scene.sliding.friction_coefficient,
+        conductivity=scene.body.conductivity,
+        diffusivity=scene.diffusivity,
+    )
+
+
+def store_member(scene: Scene, numerics: Numerics, level: int, index: int, place: Path) -> None:
+    """Compute one member and write its file; a solve that does not converge is stored as a failure."""
+    fourier.set_threads(numerics.threads)
+    seed = scene.ensemble.seed
+    try:
+        with warnings.catch_warnings():
+            # the plan says what a cell leaves out of the spectrum; each member need not repeat it
+            warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
+            one = realize(scene, numerics, seed=seed, level=level, index=index)
+    except ConvergenceError as error:
+        provenance = _provenance(scene, numerics, error.residual, error.iterations, {})
+        write_member(place, Member(level, index, failure=str(error), lengths=numerics.lengths, provenance=provenance))
+        return
+    write_member(place, _member(scene, numerics, one))
+
+
+def _member(scene: Scene, numerics: Numerics, one: Realization) -> Member:
+    seen, contact = one.observables, one.contact
+    numbers = {
+        "flash_temperature": seen.flash_temperature,
+        "flash_gradient": seen.flash_gradient,
+        "flash_laplacian": seen.flash_laplacian,
+        "resting_flash_temperature": seen.resting_flash_temperature,
+        "contact_fraction": np.array([contact.contact_fraction]),
+        "plastic_fraction": np.array([contact.plastic_fraction]),
+        "pressure_variance": np.array([seen.pressure_variance]),
+    }
+    kept = one.index < numerics.keep_fields
+    fields = {"heights": one.heights, "pressure": contact.pressure} if kept else {}
+    return Member(
+        one.level,
+        one.index,
+        numbers=numbers,
+        wavenumber=seen.stress_spectrum.wavenumber,
+        spectrum=seen.stress_spectrum.variance,
+        fields={name: values.astype(np.float32) for name, values in fields.items()},
+        lengths=numerics.lengths,
+        provenance=_provenance(scene, numerics, contact.residual, contact.iterations, one.seconds),
+    )
+
+
+def _provenance(
+    scene: Scene, numerics: Numerics, residual: float, iterations: int, seconds: dict[str, float]
+) -> dict[str, Any]:
+    return {
+        "scene": scene.identity(),
+        "numerics": numerics.to_dict(),
+        "seed": scene.ensemble.seed,
+        "stream": numerics.stream,
+        "versions": versions(),
+        "threads": numerics.threads,
+        "residual": residual,
+        "iterations": iterations,
+        "seconds": seconds,
+        "written": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+    }
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that the bits of a result may depend on."""
+    found = {"python": platform.python_version(), "fft": fourier.backend()}
+    for package in ("roughsim", "numpy", "scipy", "numba", "h5py"):
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "unknown"
+    return found

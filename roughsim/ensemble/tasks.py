@@ -1,0 +1,124 @@
+"""The members that are still to do, worked through in this process, in a pool of processes, or in any executor."""
+
+from __future__ import annotations
+
+import multiprocessing
+import warnings
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from roughsim.ensemble.realization import store_member
+from roughsim.errors import RecordError
+from roughsim.plan import Numerics
+from roughsim.record import Run, member_path, read_member
+
+if TYPE_CHECKING:
+    from roughsim.scene import Scene
+
+RETRIES = 3  # how often a pool whose worker died is started anew
+
+
+@contextmanager
+def workforce(workers: int, executor: Executor | None, threads: int) -> Iterator[Callable[[], Executor | None]]:
+    """Yield what makes a pool, and shut down the last one made; a given executor is left to its owner."""
+    made: list[Executor] = []
+
+    def make() -> Executor | None:
+        if executor is not None or workers == 1:
+            return executor
+        context = multiprocessing.get_context("spawn")  # fork after threaded transforms hangs
+        made.append(ProcessPoolExecutor(workers, mp_context=context, initializer=_begin_worker, initargs=(threads,)))
+        return made[-1]
+
+    try:
+        yield make
+    finally:
+        for pool in made:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _begin_worker(threads: int) -> None:
+    """Keep to the threads that the plan allows, also in linear algebra; leave interrupts to the main process."""
+    import signal
+
+    from threadpoolctl import threadpool_limits
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threadpool_limits(threads)
+
+
+class Tasks:
+    """The members still to do, in order, and the run that they make up."""
+
+    def __init__(self, scene: Scene, numerics: Numerics, place: Path, result: Run):
+        self.scene, self.numerics, self.place, self.result = scene, numerics, place, result
+
+    def _to_do(self) -> Iterator[tuple[int, int]]:
+        """Yield (level, index) of what is not stored yet, index by index, the largest grid first."""
+        levels = sorted(range(len(self.numerics.levels)), key=lambda i: -self.numerics.grid(i).points)
+        for index in range(self.scene.ensemble.max_realizations):
+            yield from ((level, index) for level in levels if not self._stored(level, index))
+
+    def _stored(self, level: int, index: int) -> bool:
+        """Whether a sound or failed member is there; a damaged file is done again."""
+        path = member_path(self.place, level, index)
+        if not path.exists():
+            return False
+        try:
+            read_member(path)
+        except RecordError as error:
+            warnings.warn(f"{error}; doing it again", RuntimeWarning, stacklevel=2)
+            path.unlink()
+            return False
+        return True
+
+    def complete(
+        self, make: Callable[[], Executor | None], workers: int, observer: Callable[[Run], None] | None
+    ) -> None:
+        """Work through the tasks until the targets are met or there are none left."""
+        for attempt in range(RETRIES + 1):
+            pool = make()
+            try:
+                if pool is None:
+                    self._alone(observer)
+                else:
+                    self._shared(pool, 2 * workers, observer)
+            except BrokenExecutor as error:
+                if attempt == RETRIES:
+                    raise RuntimeError(
+                        f"workers died {RETRIES + 1} times, last: {error}; see memory and disk"
+                    ) from error
+                continue
+            return
+
+    def _alone(self, observer: Callable[[Run], None] | None) -> None:
+        for level, index in self._to_do():
+            if self.result.target_met:
+                return
+            store_member(self.scene, self.numerics, level, index, self.place)
+            self._note(observer)
+
+    def _shared(self, pool: Executor, ahead: int, observer: Callable[[Run], None] | None) -> None:
+        to_do = self._to_do()
+        pending: set[Future[None]] = set()
+        try:
+            while not self.result.target_met:
+                while len(pending) < ahead and (task := next(to_do, None)) is not None:
+                    pending.add(pool.submit(store_member, self.scene, self.numerics, *task, self.place))
+                if not pending:
+                    return
+                done, pending = wait(pending, return_when=FIRST_COMPLETED)
+                for future in done:
+                    future.result()
+                self._note(observer)
+        finally:
+            for future in pending:
+                future.cancel()
+
+    def _note(self, observer: Callable[[Run], None] | None) -> None:
+        self.result.refresh()
+        if observer is not None:
+            observer(self.result)

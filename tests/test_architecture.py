@@ -1,0 +1,122 @@
+"""The layout: which module may import what, one door per heavy package, and a package that imports at once."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SOURCES = sorted([*(ROOT / "roughsim").rglob("*.py"), *(ROOT / "theory").rglob("*.py")])
+# data flows to the right: a module may import only what stands before it
+ORDER = (
+    "errors",
+    "grid",
+    "_kernels",
+    "fourier",
+    "spectrum",
+    "surface",
+    "contact",
+    "heat",
+    "observables",
+    "scene",
+    "estimate",
+    "analytic",
+    "plan",
+    "record",
+    "ensemble",
+    "compare",
+    "charts",
+    "tables",
+    "progress",
+    "cli",
+)
+DOORS = {
+    "pyfftw": {"roughsim.fourier"},
+    "numba": {"roughsim._kernels"},
+    "h5py": {"roughsim.record"},
+    "matplotlib": {"roughsim.charts"},
+    "pint": {"roughsim.scene"},
+    "pydantic": {"roughsim.scene"},
+    "typer": {"roughsim.cli"},
+    "theory": {"roughsim.analytic", "theory"},
+    "roughsim": {"roughsim"},
+}
+
+
+def module_name(path):
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imported(path):
+    """Every module that a file imports, also inside functions; not for type checking only."""
+    tree = ast.parse(path.read_text())
+    skipped = {
+        inner
+        for node in ast.walk(tree)
+        if isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING"
+        for inner in ast.walk(node)
+    }
+    for node in ast.walk(tree):
+        if node in skipped:
+            continue
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and node.module != "__future__":
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=module_name)
+def test_heavy_packages_come_through_their_door(path):
+    name = module_name(path)
+    for target in imported(path):
+        doors = DOORS.get(target.split(".")[0])
+        if doors is not None:
+            inside = any(name == door or name.startswith(door + ".") for door in doors)
+            assert inside, f"{name} imports {target}; its door is {', '.join(doors)}"
+
+
+@pytest.mark.parametrize("path", [p for p in SOURCES if module_name(p).startswith("roughsim.")], ids=module_name)
+def test_data_flows_one_way(path):
+    stage = module_name(path).split(".")[1]
+    if stage == "scenes":
+        return
+    for target in imported(path):
+        parts = target.split(".")
+        if (
+            parts[0] == "roughsim"
+            and len(parts) > 1
+            and parts[1] in ORDER
+            and (parts[1], stage) != ("charts", "compare")
+        ):
+            assert ORDER.index(parts[1]) <= ORDER.index(stage), f"{stage} imports {target}, which stands after it"
+
+
+def test_every_module_has_its_place():
+    stages = {module_name(path).split(".")[1] for path in SOURCES if module_name(path).startswith("roughsim.")}
+    assert stages - {"scenes"} == set(ORDER)
+
+
+def test_modules_stay_small():
+    long = {module_name(path): len(path.read_text().splitlines()) for path in SOURCES}
+    assert {name: lines for name, lines in long.items() if lines > 400} == {}
+
+
+def test_importing_roughsim_imports_nothing_heavy():
+    code = (
+        "import sys, roughsim; heavy = {'numpy', 'scipy', 'numba', 'h5py', 'matplotlib', 'pydantic', 'pint', 'pyfftw'};"
+        "print(sorted(heavy & set(sys.modules)))"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert found.stdout.strip() == "[]"
+
+
+def test_every_public_name_resolves_whatever_was_imported_before():
+    code = (
+        "import roughsim.plan, roughsim.compare, roughsim as rs;"
+        "[getattr(rs, name) for name in rs.__all__];"
+        "assert callable(rs.plan) and callable(rs.compare) and 'Grid' in dir(rs)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)

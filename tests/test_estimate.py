@@ -1,0 +1,165 @@
+"""Estimates: means, errors, extrapolation and stopping, against closed forms and a plain jackknife."""
+
+import numpy as np
+import pytest
+from scipy import special, stats
+
+from roughsim import estimate as est
+
+
+def sample(q_max=1.0, n=20, seed=0, speeds=2, shift=0.0):
+    rng = np.random.default_rng(seed)
+    numbers = {
+        "flash_temperature": 10.0 + rng.standard_normal((n, speeds)) + shift,
+        "flash_gradient": -3.0 + 0.2 * rng.standard_normal((n, speeds)),
+        "flash_laplacian": -5.0 + 0.3 * rng.standard_normal((n, speeds)),
+        "resting_flash_temperature": 20.0 + rng.standard_normal((n, speeds)),
+        "contact_fraction": 0.1 + 0.01 * rng.standard_normal((n, 1)),
+        "plastic_fraction": np.zeros((n, 1)),
+        "pressure_variance": 2.0 + 0.1 * rng.standard_normal((n, 1)),
+    }
+    q = np.linspace(1.0, 20.0, 60)
+    spectrum = q**-2 * rng.uniform(0.8, 1.2, (n, 60))
+    return est.Sample(q_max, numbers, q, spectrum)
+
+
+def jackknife(statistic, n):
+    """Standard error of a statistic of rows by leaving one out."""
+    left_out = np.array([statistic(np.delete(np.arange(n), i)) for i in range(n)])
+    return np.sqrt((n - 1) * np.mean((left_out - left_out.mean(axis=0)) ** 2, axis=0))
+
+
+def test_a_mean_has_students_interval():
+    data = sample()
+    found = est.estimate("flash_temperature", est.observe("flash_temperature", [data], capped=False))
+    rows = data.numbers["flash_temperature"]
+    interval = stats.t.interval(0.95, 19, rows.mean(axis=0), stats.sem(rows, axis=0))
+    np.testing.assert_allclose(found.mean - found.half_width, interval[0], rtol=1e-12)
+    np.testing.assert_allclose(found.mean + found.half_width, interval[1], rtol=1e-12)
+    np.testing.assert_array_equal(found.bias, 0.0)
+    np.testing.assert_allclose(found.total_error, found.half_width)
+    assert found.n == 20
+
+
+DERIVED = {
+    "flash_width": lambda m: np.sqrt(-m["flash_temperature"] / m["flash_laplacian"]),
+    "slope_length": lambda m: -m["flash_temperature"] / m["flash_gradient"],
+    "heat_partition": lambda m: (
+        2.0 * m["resting_flash_temperature"] / (2.0 * m["resting_flash_temperature"] + m["flash_temperature"])
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DERIVED)
+def test_ratios_of_means_have_the_error_of_a_jackknife(name):
+    data = sample(n=60)
+    found = est.estimate(name, est.observe(name, [data], capped=False, resting_ratio=2.0))
+
+    def statistic(rows):
+        return DERIVED[name]({key: values[rows].mean(axis=0) for key, values in data.numbers.items()})
+
+    np.testing.assert_allclose(found.mean, statistic(np.arange(60)), rtol=1e-12)
+    np.testing.assert_allclose(found.standard_error, jackknife(statistic, 60), rtol=0.03)
+
+
+@pytest.mark.parametrize(("name", "fraction"), est.RADII.items())
+def test_correlation_radii_have_the_error_of_a_jackknife(name, fraction):
+    data = sample(n=40)
+    found = est.estimate(name, est.observe(name, [data], capped=False))
+
+    def statistic(rows):
+        return est.first_radius(data.wavenumber, data.spectrum[rows].mean(axis=0), fraction)
+
+    assert found.mean[0] == pytest.approx(statistic(np.arange(40)), rel=1e-12)
+    assert found.standard_error[0] == pytest.approx(jackknife(statistic, 40), rel=0.05)
+
+
+def test_the_radius_of_one_wave_is_that_of_the_bessel_function():
+    q, variance = np.array([3.0]), np.array([7.0])
+    assert est.first_radius(q, variance, 0.0) == pytest.approx(special.jn_zeros(0, 1)[0] / 3.0, rel=1e-12)
+    half = est.first_radius(q, variance, 0.5)
+    assert special.j0(3.0 * half) == pytest.approx(0.5, rel=1e-12)
+    assert np.isnan(est.first_radius(q, 0.0 * variance, 0.5))
+
+
+def test_two_cut_offs_extrapolate_one_over_q_exactly():
+    coarse, fine = sample(q_max=2.0, shift=6.0 / 2.0), sample(q_max=6.0, shift=6.0 / 6.0)
+    found = est.estimate("flash_temperature", est.observe("flash_temperature", [coarse, fine], capped=True))
+    limit = sample().numbers["flash_temperature"].mean(axis=0)
+    np.testing.assert_allclose(found.mean, limit, rtol=1e-12)
+    np.testing.assert_allclose(found.bias, 1.0, rtol=1e-10)  # finest level − limit
+    np.testing.assert_allclose(found.total_error, np.hypot(found.half_width, 0.5), rtol=1e-10)
+
+
+def test_three_cut_offs_fit_the_exponent():
+    cutoffs, exponent = (1.0, 2.0, 5.0), 0.7
+    samples = [sample(q_max=q, shift=4.0 * q**-exponent) for q in cutoffs]
+    values = est.observe("flash_temperature", samples, capped=True)
+    assert values.exponent == pytest.approx(exponent, rel=1e-9)
+    limit = sample().numbers["flash_temperature"].mean(axis=0)
+    np.testing.assert_allclose(values.extrapolated.mean(axis=0), limit, rtol=1e-9)
+
+
+def test_values_that_do_not_settle_fall_back_to_first_order():
+    flat = [np.full((3, 1), value) for value in (1.0, 2.0, 1.5)]
+    assert est.fitted_exponent([1.0, 2.0, 4.0], flat) == 1.0
+
+
+@pytest.mark.parametrize("name", est.NO_LIMIT)
+def test_what_has_no_limit_is_not_extrapolated(name):
+    coarse, fine = sample(q_max=2.0, seed=1), sample(q_max=4.0, seed=2)
+    capped = est.observe(name, [coarse, fine], capped=True)
+    np.testing.assert_array_equal(capped.extrapolated, capped.finest)
+    elastic = est.observe(name, [coarse, fine], capped=False)
+    assert not np.array_equal(elastic.extrapolated, elastic.finest)
+
+
+def test_a_ratio_keeps_the_pairing():
+    rng = np.random.default_rng(3)
+    below = 5.0 + rng.standard_normal((50, 1))
+    values = est.ratio(3.0 * below, below)
+    np.testing.assert_allclose(values, 3.0, rtol=1e-12)  # the common scatter cancels
+    above = 7.0 + rng.standard_normal((50, 1))
+    error = est.standard_error(est.ratio(above, below))
+    expected = jackknife(lambda rows: above[rows].mean(axis=0) / below[rows].mean(axis=0), 50)
+    np.testing.assert_allclose(error, expected, rtol=0.05)
+
+
+def test_agreement_to_all_digits_is_no_scatter():
+    rows = 1.0 + 1e-15 * np.arange(12.0)[:, None]
+    assert est.standard_error(rows)[0] == 0.0
+    assert est.standard_error(rows[:1])[0] == np.inf
+
+
+def test_it_stops_at_the_first_sufficient_number_of_realizations():
+    rng = np.random.default_rng(4)
+    rows = 10.0 + rng.standard_normal((400, 2)) * [0.5, 1.0]
+    n = est.stopping_point([(rows, 0.02)])
+
+    def half_width(count):
+        part = rows[:count]
+        return (stats.t.ppf(0.975, count - 1) * stats.sem(part, axis=0) / part.mean(axis=0)).max()
+
+    assert half_width(n) <= 0.02 < half_width(n - 1)
+    assert est.stopping_point([(rows, 0.02), (rows[:, :1], 0.9)]) == n
+    assert est.stopping_point([(rows, 1e-6)]) is None
+    assert est.stopping_point([(rows, 0.99)]) == 12  # never fewer
+
+
+@pytest.mark.statistical
+def test_nominal_intervals_cover_the_truth():
+    # 4000 trials of 15 normal rows: 95 % ± 4 standard deviations of the count
+    rng = np.random.default_rng(5)
+    data = rng.standard_normal((4000, 15)) + 3.0
+    covered = 0
+    for row in data:
+        values = est.Values(row[:, None], row[:, None], np.nan)
+        found = est.estimate("flash_temperature", values)
+        covered += abs(found.mean[0] - 3.0) <= found.half_width[0]
+    assert abs(covered / 4000 - 0.95) < 4 * np.sqrt(0.95 * 0.05 / 4000)
+
+
+def test_an_estimate_explains_itself():
+    text = est.estimate("flash_temperature", est.observe("flash_temperature", [sample()], capped=False)).explain()
+    assert "flash_temperature" in text
+    assert "statistical (95 %, n = 20)" in text
