@@ -76,27 +76,38 @@ def theoretical_partition(scene: Scene, rule: str = "mean") -> Array:
 
 def predictions(scene: Scene) -> dict[str, Array]:
     """Return every observable over the whole spectrum, arrays over speed or of one entry."""
-    from theory import flash, persson
+    from theory import persson
 
-    spectrum, speeds = smoothed_spectrum(scene), np.array(scene.speeds)
-    stress: dict[str, Any] = {
-        "effective_modulus": scene.effective_modulus,
-        "nominal_pressure": scene.sliding.nominal_pressure,
-        "gamma": scene.theory.gamma,
-    }
-    heat = {
-        "friction_coefficient": scene.sliding.friction_coefficient,
-        "conductivity": scene.body.conductivity,
-        "diffusivity": scene.diffusivity,
-    }
-    names = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
-    result = {name: np.asarray(getattr(flash, name)(speeds, spectrum, **stress, **heat)) for name in names}
+    spectrum, stress = smoothed_spectrum(scene), _stress(scene)
+    result = over_speed(scene, np.array(scene.speeds))
     result["heat_partition"] = theoretical_partition(scene)
     result |= {name: np.array([value]) for name, value in area_fractions(scene).items()}
     result["pressure_variance"] = np.array([float(persson.pressure_correlation(0.0, spectrum, **stress))])
     for name, fraction in RADII.items():
         result[name] = np.array([persson.correlation_radius(fraction, spectrum, **stress)])
     return result
+
+
+def over_speed(scene: Scene, speeds: Array) -> dict[str, Array]:
+    """Return T_flash, T′, ∇²T, D_flash and d_flash over the whole spectrum at any speeds, m/s."""
+    from theory import flash
+
+    spectrum = smoothed_spectrum(scene)
+    heat = {
+        "friction_coefficient": scene.sliding.friction_coefficient,
+        "conductivity": scene.body.conductivity,
+        "diffusivity": scene.diffusivity,
+    }
+    names = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
+    return {name: np.asarray(getattr(flash, name)(speeds, spectrum, **_stress(scene), **heat)) for name in names}
+
+
+def _stress(scene: Scene) -> dict[str, Any]:
+    return {
+        "effective_modulus": scene.effective_modulus,
+        "nominal_pressure": scene.sliding.nominal_pressure,
+        "gamma": scene.theory.gamma,
+    }
 
 
 def area_fractions(scene: Scene) -> dict[str, float]:
@@ -117,13 +128,7 @@ def correlation(scene: Scene, distance: Array) -> Array:
     """Return g_σ(r) over the whole spectrum, Pa², at distances in m. Eq. (2)."""
     from theory import persson
 
-    return persson.pressure_correlation(
-        distance,
-        smoothed_spectrum(scene),
-        effective_modulus=scene.effective_modulus,
-        nominal_pressure=scene.sliding.nominal_pressure,
-        gamma=scene.theory.gamma,
-    )
+    return persson.pressure_correlation(distance, smoothed_spectrum(scene), **_stress(scene))
 
 
 def mode_sums(scene: Scene, spectrum: Any, grid: Grid) -> dict[str, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -79,7 +80,7 @@ def _spectra(axes: Axes, comparison: Comparison) -> None:
         values = smooth(q)
         low = float(whole(q[-1]))
         axes.loglog(q, np.where(values > 0.1 * low, values, np.nan), color=THEORY, lw=1.2, ls="--")
-        axes.text(0.97, 0.93, "C(q) solid, C_sm(q) dashed", transform=axes.transAxes, ha="right", fontsize=8)
+        axes.text(0.04, 0.06, "C(q) solid\nC_sm(q) dashed", transform=axes.transAxes, fontsize=8)
     for column in run.numerics.columns:
         for level in run.numerics.of_column(column):
             axes.axvline(run.numerics.levels[level].q_max, color=COLOURS[column], lw=1.0, ls=":")
@@ -101,14 +102,29 @@ def _correlation(axes: Axes, comparison: Comparison) -> None:
 def _over_speed(axes: Axes, comparison: Comparison, observable: str, label: str, factor: float) -> None:
     rows = [row for row in comparison.rows if row.observable == observable and row.speed]
     speed = np.array([row.speed for row in rows])
-    theory = np.array([row.theory for row in rows]) * factor
-    axes.plot(speed, theory, color=THEORY, lw=1.4, marker="" if len(speed) > 1 else "_", ms=12)
+    if speed.size == 0:  # only at rest
+        axes.set_axis_off()
+        return
+    dense = np.geomspace(speed.min() / 1.5, speed.max() * 1.5, 60)
+    axes.plot(dense, analytic.over_speed(comparison.run.scene, dense)[observable] * factor, color=THEORY, lw=1.4)
     for column in comparison.run.numerics.columns:
         mean = np.array([row.columns[column].mean for row in rows]) * factor
         error = np.array([row.columns[column].standard_error for row in rows]) * factor
         _band(axes, speed, mean, error, COLOURS[column])
         axes.plot(speed, mean, ls="", marker=MARKERS[column], ms=3.5, color=COLOURS[column])
     axes.set(xscale="log", yscale="log", xlabel="v, m/s", ylabel=label, title=_title(rows))
+    _plain_numbers(axes)
+
+
+def _plain_numbers(axes: Axes) -> None:
+    """Write 20, 50, 100 on a logarithmic axis of less than two decades."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    low, high = axes.get_ylim()
+    if high / low < 100.0:
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.yaxis.set_minor_formatter(NullFormatter())
 
 
 def _title(rows: list[Row]) -> str:
@@ -144,4 +160,5 @@ def _legend(axes: Axes, comparison: Comparison) -> None:
         f"{comparison.realizations} realizations; bands: ± 2 standard errors",
         f"heat share in the body {share.min():.3g}" + (f"…{share.max():.3g}" if np.ptp(share) > 0 else ""),
     ]
-    axes.text(0, 0.5, "\n".join(filter(None, lines)), transform=axes.transAxes, va="top", fontsize=8)
+    text = "\n".join(fill(line, 44) for line in lines if line)
+    axes.text(0, 0.55, text, transform=axes.transAxes, va="top", fontsize=8, linespacing=1.4)

@@ -173,12 +173,12 @@ def _run(scene: Scene, output: Path, *, workers: int | None, **options: Any) -> 
     numerics = make_plan(scene)
     for reason in numerics.reasons:
         if reason.choice in ("smoothed", "capped", "elastic"):
-            console.print(f"[dim]{reason.value}[/dim]", highlight=False)
+            console.print(f"[dim]{reason.value}[/dim]", highlight=False, soft_wrap=True)
     count = (os.cpu_count() or 1) if workers is None else workers
     with Progress(console) as progress:
         result = compute(scene, output, numerics=numerics, workers=count, observer=progress.update, **options)
     for line in progress.summary(result):
-        console.print(line, highlight=False)
+        console.print(line, highlight=False, soft_wrap=True)
     return result
 
 

@@ -17,12 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim import analytic
-from roughsim.estimate import NO_LIMIT, PER_SPEED, UNITS, Estimate, ratio, standard_error
+from roughsim.estimate import BY_FORCE_BALANCE, NO_LIMIT, PER_SPEED, UNITS, Estimate, ratio, standard_error
 from roughsim.record.run import TEMPERATURES, Run
 from roughsim.spectrum import TruncatedSpectrum
 
 Array = NDArray[np.float64]
-BY_FORCE_BALANCE = ("contact_fraction", "plastic_fraction", "pressure_variance")
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +133,7 @@ def _rows(run: Run) -> Iterator[Row]:
     for observable, unit in UNITS.items():
         measured = {name: run.estimate(observable, name) for name in run.numerics.columns}
         ratios = _ratios(run, observable, summed[observable])
-        share = run.heat_partition if observable in TEMPERATURES else np.ones(1)
+        share = run.heat_partition if observable in TEMPERATURES else np.ones(len(run.scene.speeds))
         note = _note(run, observable)
         for k, speed in enumerate(run.scene.speeds if observable in PER_SPEED else (None,)):
             yield Row(
@@ -163,6 +162,8 @@ def _ratios(run: Run, observable: str, theory: Array) -> dict[str, tuple[Array, 
     result = {}
     for name, (above, below) in pairs.items():
         values = ratio(above, below)
+        if not np.any(above):  # elastic contact has no plastic area: there is no ratio to speak of
+            values = np.full_like(values, np.nan)
         result[name] = values.mean(axis=0), standard_error(values)
     return result
 

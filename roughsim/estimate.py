@@ -39,6 +39,8 @@ RADII = {"correlation_radius_50": 0.5, "correlation_radius_10": 0.1, "correlatio
 PER_SPEED = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length", "heat_partition")
 # capped contact has steep edges of its plastic patches: these have no limit in q_c and are never extrapolated
 NO_LIMIT = ("flash_gradient", "flash_laplacian", "flash_width", "slope_length")
+# fixed by force balance where all contact has yielded, at every q_c that a plan chooses: nothing to extrapolate
+BY_FORCE_BALANCE = ("contact_fraction", "plastic_fraction", "pressure_variance")
 _BIAS_DOUBT = 0.5  # the exponent p of the extrapolation is known to about ±0.4, which moves the bias by half itself
 
 
@@ -135,9 +137,10 @@ def standard_error(values: Array) -> Array:
     n = len(values)
     if n < 2:
         return np.full(values.shape[1:], np.inf)
-    scatter = values.std(axis=0, ddof=1)
+    with np.errstate(invalid="ignore"):  # an undefined observable has an undefined error
+        scatter = values.std(axis=0, ddof=1)
     rounding = 1e-12 * np.abs(values).max(axis=0)
-    error: Array = np.where(scatter > rounding, scatter, 0.0) / sqrt(n)
+    error: Array = np.where(scatter <= rounding, 0.0, scatter) / sqrt(n)
     return error
 
 
@@ -156,7 +159,7 @@ def observe(observable: str, samples: list[Sample], *, capped: bool, resting_rat
         κ of the moving over κ of the resting body, for the heat share; NaN without a conducting counterface.
     """
     finest = _of_level(observable, samples[-1], resting_ratio)
-    if len(samples) == 1 or (capped and observable in NO_LIMIT):
+    if len(samples) == 1 or (capped and observable in (*NO_LIMIT, *BY_FORCE_BALANCE)):
         return Values(finest, finest, nan)
     coarser = _of_level(observable, samples[-2], resting_ratio)
     ratio = samples[-1].q_max / samples[-2].q_max

@@ -49,7 +49,7 @@ class Progress:
         self.bar.update(self.task, description=text, completed=min(count / needed, 1.0), left=f"{_clock(left)} left")
         if self.bar.disable and count and count % max(needed // 5, 1) == 0 and count != self.said:
             self.said = count
-            self.console.print(f"{text}, {_clock(left)} left", highlight=False)
+            self.console.print(f"{text}, {_clock(left)} left", highlight=False, soft_wrap=True)
 
     @staticmethod
     def _needed(run: Run) -> int:

@@ -128,13 +128,13 @@ def _digest(header: str, arrays: list[NDArray[Any]]) -> str:
 
 def _header(member: Member) -> dict[str, Any]:
     """All that is not an array; guarded by the digest."""
-    layout = {name: list(np.shape(values)) for name, values in member.numbers.items()}
+    layout = [[name, list(np.shape(values))] for name, values in member.numbers.items()]  # in the order of the numbers
     return {
         "level": member.level,
         "index": member.index,
         "failure": member.failure,
         "layout": layout,
-        "units": {name: NUMBER_UNITS[name] for name in layout},
+        "units": {name: NUMBER_UNITS[name] for name in member.numbers},
         "fields": list(member.fields),
         "lengths": list(member.lengths),
         "provenance": member.provenance,
@@ -201,9 +201,9 @@ def _field(dataset: Any, name: str) -> NDArray[np.float32]:
     return data
 
 
-def _split(flat: Array, layout: dict[str, list[int]]) -> dict[str, Array]:
+def _split(flat: Array, layout: list[tuple[str, list[int]]]) -> dict[str, Array]:
     numbers, start = {}, 0
-    for name, shape in layout.items():
+    for name, shape in layout:
         size = int(np.prod(shape))
         numbers[name] = flat[start : start + size].reshape(shape)
         start += size

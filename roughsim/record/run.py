@@ -12,7 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
-from roughsim.estimate import PER_SPEED, UNITS, Estimate, Sample, Values, estimate, observe, stopping_point
+from roughsim.estimate import (
+    BY_FORCE_BALANCE,
+    PER_SPEED,
+    UNITS,
+    Estimate,
+    Sample,
+    Values,
+    estimate,
+    observe,
+    stopping_point,
+)
 from roughsim.record.files import FORMAT, Member, member_path, read_member, write_text
 
 if TYPE_CHECKING:
@@ -184,6 +194,8 @@ class Run:
         notes = [f"{column} contact up to q_c = {cutoffs} rad/m, solver tolerance {self.numerics.tolerance:.1g}"]
         if np.isfinite(values.exponent):
             notes.append(f"extrapolated as q_c^(−{values.exponent:.2g}); half of the bias counts as its own error")
+        elif len(levels) > 1 and observable in BY_FORCE_BALANCE:
+            notes.append("fixed by force balance where all contact has yielded: the finest level, not extrapolated")
         elif len(levels) > 1:
             notes.append("no limit in q_c: the value of the finest level, not extrapolated")
         if observable in PER_SPEED:
