@@ -1,0 +1,232 @@
+"""The plane of modes reduced to its wavenumbers, and the compact stress spectrum that every moment is summed from.
+
+Σ_q |σ(q)|² f(|q|) needs f at up to a million wavenumbers. Here f is J₀(qr) with r inside the cell, or the response
+A(v/Dq)/q and the like, whose singularities in the complex plane of q lie on the imaginary axis. Either is smooth on
+the scale 1/r_max, once q is many times that. So each mode is spread over uniform nodes with the weights of Lagrange's
+interpolation; the few modes of longest wavelength, where A/q is not smooth, stay as they are. The sum of f over the
+compact entries then equals the sum over the modes to rounding.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import j0, j1
+
+from roughsim.errors import number
+from roughsim.grid import Grid
+
+Array = NDArray[np.float64]
+
+_STENCIL = 24  # nodes that one mode is spread over; modes below as many node spacings are kept as they are
+_NODE_PHASE = 0.6  # node spacing times the half-diagonal; J₀ then errs by 7e-15; by 1.4e-13 at 0.7
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StressSpectrum:
+    """The variance of the stress by wavenumber, compact enough to be stored, and linear in |σ(q)|².
+
+    Its wavenumbers depend on the grid alone, so spectra of one grid may be averaged entry by entry. All but the longest
+    waves are spread over the 24 nodes around them. Single entries may therefore be negative; sums against J₀(qr) and
+    against the response of the moving body at any speed are exact to rounding.
+
+    Attributes
+    ----------
+    wavenumber : ndarray
+        q of the entries, rad/m, > 0, increasing.
+    variance : ndarray
+        Share of ⟨σ²⟩ − σ₀² at each, Pa²; sums to g_σ(0).
+    reach : float
+        Half the diagonal of the cell, m: the largest distance that the cell holds and the nodes resolve.
+    """
+
+    wavenumber: Array
+    variance: Array
+    reach: float
+
+    @property
+    def pressure_variance(self) -> float:
+        """g_σ(0) = ⟨σ²⟩ − σ₀², Pa²."""
+        return float(self.variance.sum())
+
+    def pressure_correlation(self, r: ArrayLike) -> Array:
+        """Return g_σ(r) = Σ_q |σ(q)|² J₀(|q|r), Eqs. (1), (2), averaged over directions, without q = 0.
+
+        Parameters
+        ----------
+        r : array_like
+            Distances, m, 0 ≤ r ≤ `reach`.
+
+        Returns
+        -------
+        ndarray
+            Pa², of the shape of `r`.
+
+        Raises
+        ------
+        TypeError, ValueError
+            A distance that is not a number, negative, or beyond half the diagonal of the cell.
+        """
+        distance = np.asarray(r)
+        if distance.dtype.kind not in "iuf":
+            raise TypeError(f"r has dtype {distance.dtype}; real numbers in m are needed")
+        limit = self.reach * (1 + 1e-12)
+        outside = ~((distance >= 0) & (distance <= limit))
+        if outside.any():
+            raise ValueError(
+                f"r = {distance[outside].ravel()[0]:.6g} m must lie between 0 and half the diagonal of the cell, "
+                f"{self.reach:.6g} m; simulate a larger cell"
+            )
+        values = [float(self.variance @ j0(self.wavenumber * x)) for x in distance.ravel().tolist()]
+        return np.reshape(values, distance.shape)
+
+    def correlation_radius(self, fraction: float) -> float:
+        """Return the smallest r, m, with g_σ(r) = fraction·g_σ(0); NaN if there is none within `reach`.
+
+        From r the curve cannot fall below its tangent by more than Cs²/2 within s, C = Σ|σ(q)|²q²/2 ≥ |g″|. Each step
+        goes to where that bound meets the target: it never steps over a crossing and converges like Newton's method.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If `fraction` is not a number in [0, 1).
+        """
+        fraction = number("fraction", fraction)
+        if not 0.0 <= fraction < 1.0:
+            raise ValueError(f"fraction = {fraction:.6g} must be ≥ 0 and below 1, the value at r = 0")
+        share = self.variance / self.pressure_variance if self.pressure_variance > 0.0 else self.variance * math.nan
+        bend = 0.5 * float(share @ self.wavenumber**2)
+        r = 0.0
+        while r <= self.reach:
+            excess = float(share @ j0(self.wavenumber * r)) - fraction
+            if not excess > 0.0:
+                return r if excess <= 0.0 else math.nan
+            slope = -float((share * self.wavenumber) @ j1(self.wavenumber * r))
+            step = (slope + math.sqrt(slope**2 + 2 * bend * excess)) / bend
+            if step < 1e-14 * self.reach:
+                return r
+            r += step
+        return math.nan
+
+
+def stress_spectrum(amplitude: NDArray[np.complex128], grid: Grid) -> tuple[StressSpectrum, Array]:
+    """Return the spectrum of the stress, and the part of it that an odd derivative does not see, Pa².
+
+    A wave at the Nyquist wavenumber of an axis has no derivative along that axis on the points of the grid. Averaged
+    over directions it keeps q_y²/q² (or q_x²/q², or nothing) of its gradient; the rest is the second array, entry by
+    entry.
+
+    Parameters
+    ----------
+    amplitude : ndarray
+        σ(q), shape `grid.half_shape`, Pa.
+    grid : Grid
+        The periodic cell.
+    """
+    nx, ny = grid.shape
+    quarter = _quarter(amplitude, grid)
+    wavenumber, place = _table(grid)
+    index = np.arange(quarter.size) if place is None else place
+    variance = np.bincount(index, quarter.ravel(), minlength=wavenumber.size).astype(np.float64, copy=False)
+    qx, qy = (np.abs(q) for q in grid.wavevectors)
+    lost = np.zeros_like(quarter)
+    if nx % 2 == 0:
+        lost[-1] += quarter[-1] * (qx[nx // 2] / np.hypot(qx[nx // 2], qy[0])) ** 2
+    if ny % 2 == 0:
+        lost[:, -1] += quarter[:, -1] * (qy[0, -1] / np.hypot(qx[: nx // 2 + 1, 0], qy[0, -1])) ** 2
+    there = np.flatnonzero(lost)
+    reach = 0.5 * math.hypot(*grid.lengths)
+    spread = _Spread(wavenumber, _NODE_PHASE / reach)
+    unseen = spread(wavenumber[index[there]], lost.ravel()[there])
+    return StressSpectrum(spread.wavenumber, spread(wavenumber[1:], variance[1:]), reach), unseen
+
+
+class _Spread:
+    """Where the variance of each mode goes: to an entry of its own below `split`, else to the nodes around it.
+
+    `table` holds the wavenumbers of the grid, 0 first. If it is not longer than the nodes, every mode keeps its own.
+    """
+
+    def __init__(self, table: Array, spacing: float):
+        self.spacing, self.split = spacing, _STENCIL * spacing
+        self.cells = int((table.max() - self.split) / spacing) + 1
+        nodes = spacing * np.arange(_STENCIL // 2 + 1, _STENCIL // 2 + self.cells + _STENCIL)
+        if self.cells < 1 or nodes.size >= table.size:
+            self.split, nodes = math.inf, nodes[:0]
+        self.kept = np.unique(table[1:][table[1:] < self.split])
+        entries = np.concatenate((self.kept, nodes))
+        self.order = np.argsort(entries, kind="stable")
+        self.wavenumber = entries[self.order]
+
+    def __call__(self, wavenumber: Array, variance: Array) -> Array:
+        """Return the entries whose sum against smooth f(entry) equals Σ variance·f(wavenumber)."""
+        low = wavenumber < self.split
+        own = np.searchsorted(self.kept, wavenumber[low])
+        entries = np.bincount(own, variance[low], minlength=self.kept.size)
+        if math.isfinite(self.split):
+            position = wavenumber[~low] / self.spacing - _STENCIL
+            entries = np.concatenate((entries, _nodes(position, variance[~low], self.cells)))
+        return np.asarray(entries[self.order], dtype=np.float64)
+
+
+def _nodes(position: Array, variance: Array, cells: int) -> Array:
+    """The transpose of Lagrange's interpolation: from positions in units of the spacing to nodes −11, −10 …"""
+    cell = np.minimum(position.astype(np.intp), cells - 1)
+    offset = position - cell - 0.5
+    power, moments = variance.copy(), np.empty((_STENCIL, cells))
+    for row in moments:
+        row[:] = np.bincount(cell, power, minlength=cells)
+        power *= offset
+    nodes = np.zeros(cells + _STENCIL - 1)
+    for j, coefficients in enumerate(_lagrange()):
+        nodes[j : j + cells] += np.einsum("k,kc->c", coefficients, moments)
+    return nodes
+
+
+@lru_cache(maxsize=1)
+def _lagrange() -> Array:
+    """Coefficients, by powers of the distance from the middle, of the 24 Lagrange polynomials with nodes ±½, ±3/2 …"""
+    nodes = [Fraction(2 * j - _STENCIL + 1, 2) for j in range(_STENCIL)]
+    rows = []
+    for own in nodes:
+        row = [Fraction(1)]
+        for other in nodes:
+            if other != own:
+                shifted, scaled = [Fraction(0), *row], [*(-other * c for c in row), Fraction(0)]
+                row = [(a + b) / (own - other) for a, b in zip(shifted, scaled, strict=True)]
+        rows.append([float(c) for c in row])
+    return np.array(rows)
+
+
+def _quarter(amplitude: NDArray[np.complex128], grid: Grid) -> Array:
+    """|σ(q)|² of the four modes (±q_x, ±q_y) together, shape (n_x//2 + 1, n_y//2 + 1), Pa², without q = 0."""
+    variance: Array = amplitude.real**2
+    variance += amplitude.imag**2
+    variance *= grid.multiplicity
+    variance[0, 0] = 0.0
+    nx = grid.shape[0]
+    quarter = variance[: nx // 2 + 1]
+    quarter[1 : (nx + 1) // 2] += variance[: nx // 2 : -1]  # row −i onto row i
+    return quarter
+
+
+@lru_cache(maxsize=2)
+def _table(grid: Grid) -> tuple[Array, NDArray[np.intp] | None]:
+    """|q| of the quarter plane, 0 first, rad/m, and the entry of each mode; None: one entry per mode.
+
+    In a square cell many modes share k_x² + k_y².
+    """
+    nx, ny = (n // 2 + 1 for n in grid.shape)
+    qx, qy = (np.abs(q) for q in grid.wavevectors)
+    if grid.lengths[0] != grid.lengths[1]:
+        return np.hypot(qx[:nx], qy).ravel(), None
+    square = (np.arange(nx)[:, None] ** 2 + np.arange(ny)[None, :] ** 2).ravel()
+    present = np.zeros(square.max() + 1, np.bool_)
+    present[square] = True
+    place = (np.cumsum(present) - 1)[square]
+    return 2 * math.pi / grid.lengths[0] * np.sqrt(np.flatnonzero(present).astype(np.float64)), place
