@@ -211,10 +211,10 @@ def _print(*parts: Any) -> None:
         console.print(part, highlight=False)
 
 
-def main() -> None:
-    """Run the command line; an error is one line on standard error and a non-zero exit code."""
+def main(words: list[str] | None = None) -> None:
+    """Run the command line on `words`, or on the process's own; an error is one line and a non-zero exit code."""
     try:
-        app(standalone_mode=True)
+        app(words, standalone_mode=True)
     except KeyboardInterrupt:
         _fail("stopped; what was computed is stored, and the same command goes on from there", 130)
     except (ValueError, TypeError, OSError, RuntimeError, ArithmeticError) as error:

@@ -8,6 +8,7 @@ Nyquist mode stands for two modes of a finer grid and equals neither; a spectrum
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import is_dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -71,7 +72,8 @@ def synthesize(
         raise TypeError(f"rng = {rng!r} must be a numpy Generator; make one with np.random.default_rng(seed)")
     if amplitudes not in ("fixed", "gaussian"):
         raise ValueError(f'amplitudes = {amplitudes!r} must be "fixed" or "gaussian"')
-    modes = (_modes if _fixed(spectrum) else _find_modes)(spectrum, grid)
+    find: Callable[[Any, Grid], _Modes] = _modes if _fixed(spectrum) else _find_modes
+    modes = find(spectrum, grid)
     values = _draw(modes, rng, amplitudes)
     half = np.zeros(grid.half_shape, dtype=np.complex128)
     half.flat[modes.place] = values

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from roughsim import analytic
 from roughsim.ensemble.realization import Realization, level_spectrum, realize, versions
-from roughsim.ensemble.tasks import Tasks, workforce
+from roughsim.ensemble.tasks import Tasks, sweep, workforce
 from roughsim.errors import RecordError
 from roughsim.estimate import UNITS
 from roughsim.plan import Numerics, plan
@@ -91,6 +91,7 @@ def run(
     _prepare(place, scene, numerics)
     with writing(place):
         describe(place, _description(scene, numerics), scene)
+        sweep(place)
         result = open_run(place)
         tasks = Tasks(scene, numerics, place, result)
         with workforce(workers, executor, numerics.threads) as pool:

@@ -50,6 +50,19 @@ def _begin_worker(threads: int) -> None:
     threadpool_limits(threads)
 
 
+def sweep(place: Path) -> None:
+    """Remove what a killed writer left half done, and damaged files with a warning: they are done again."""
+    for path in sorted((place / "realizations").glob("*")):
+        if path.name.endswith(".tmp"):
+            path.unlink()
+            continue
+        try:
+            read_member(path)
+        except RecordError as error:
+            warnings.warn(f"{error}; doing it again", RuntimeWarning, stacklevel=3)
+            path.unlink()
+
+
 class Tasks:
     """The members still to do, in order, and the run that they make up."""
 
@@ -63,17 +76,7 @@ class Tasks:
             yield from ((level, index) for level in levels if not self._stored(level, index))
 
     def _stored(self, level: int, index: int) -> bool:
-        """Whether a sound or failed member is there; a damaged file is done again."""
-        path = member_path(self.place, level, index)
-        if not path.exists():
-            return False
-        try:
-            read_member(path)
-        except RecordError as error:
-            warnings.warn(f"{error}; doing it again", RuntimeWarning, stacklevel=2)
-            path.unlink()
-            return False
-        return True
+        return member_path(self.place, level, index).exists()
 
     def complete(
         self, make: Callable[[], Executor | None], workers: int, observer: Callable[[Run], None] | None

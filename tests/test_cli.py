@@ -1,0 +1,137 @@
+"""The command line as a newcomer meets it: tables, JSON, and errors of one line."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from roughsim import cli
+
+ROOT = Path(__file__).parents[1]
+
+
+def call(*words, expect=0):
+    """Run the command in a process of its own; return what it printed and complained."""
+    done = subprocess.run(
+        [sys.executable, "-m", "roughsim.cli", *map(str, words)], capture_output=True, text=True, cwd=ROOT, check=False
+    )
+    assert done.returncode == expect, done.stderr
+    assert "Traceback" not in done.stderr
+    return done.stdout, done.stderr
+
+
+def inside(capsys, *words):
+    """Run the command in this process."""
+    with pytest.raises(SystemExit) as ended:
+        cli.main(list(map(str, words)))
+    printed = capsys.readouterr()
+    return ended.value.code, printed.out, printed.err
+
+
+def test_theory_prints_the_steel_table(capsys):
+    code, out, _ = inside(capsys, "theory", "steel-1.2GPa", "--json")
+    told = json.loads(out)
+    k = told["speed"].index(35.0)
+    assert code == 0
+    assert told["flash_temperature"][k] == pytest.approx(258.9, abs=0.05)
+    assert told["flash_width"][k] * 1e6 == pytest.approx(46.60, abs=0.005)
+    assert told["slope_length"][k] * 1e6 == pytest.approx(118.0, abs=0.05)
+    assert told["heat_partition"][k] == 0.938
+    assert told["heat_partition_theory"][k] == pytest.approx(0.9380, abs=5e-5)
+    assert told["contact_fraction"] == pytest.approx(0.075, abs=1e-6)
+    assert len(told["pressure_correlation"]["r"]) == len(told["pressure_correlation"]["value"])
+    assert told["pressure_correlation"]["value"][0] == pytest.approx(4.6165e16, rel=1e-4)
+    assert set(told) == {
+        "speed",
+        "flash_temperature",
+        "flash_gradient",
+        "flash_laplacian",
+        "flash_width",
+        "slope_length",
+        "heat_partition",
+        "heat_partition_theory",
+        "contact_fraction",
+        "plastic_fraction",
+        "pressure_correlation",
+    }
+
+
+def test_theory_and_plan_print_tables(capsys):
+    code, out, _ = inside(capsys, "theory", "steel-1.2GPa")
+    assert code == 0
+    assert "258.9" in out
+    code, out, _ = inside(capsys, "plan", "steel-1.2GPa")
+    assert code == 0
+    assert "capped 2048 × 2048" in out
+    assert "99 % of the contact has yielded" in out
+    code, out, _ = inside(capsys, "plan", "steel-1.2GPa", "--json")
+    assert json.loads(out)["levels"][-1]["shape"] == [2048, 2048]
+
+
+def test_new_prints_a_scene_to_start_from(capsys, tmp_path):
+    code, out, _ = inside(capsys, "new", "demo")
+    assert code == 0
+    path = tmp_path / "mine.toml"
+    path.write_text(out)
+    assert inside(capsys, "plan", path)[0] == 0
+    code, out, _ = inside(capsys, "new")
+    assert out.split() == ["demo", "steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa"]
+
+
+def test_run_and_compare_a_scene_of_ones_own(capsys, tmp_path, capped_scene):
+    path, folder = tmp_path / "scene.toml", tmp_path / "out"
+    path.write_text(capped_scene.to_toml())
+    code, _, err = inside(capsys, "run", path, "-o", folder, "--workers", 1, "--max", 3)
+    assert code == 0
+    assert "3 realizations in" in err
+    code, out, err = inside(capsys, "compare", folder, "--json")
+    assert json.loads(out)["realizations"] == 3
+    code, out, err = inside(capsys, "compare", folder, "--chart", folder / "chart.png")
+    assert code == 0
+    assert "capped/smoothed" in out
+    assert (folder / "chart.png").exists()
+    code, _, err = inside(
+        capsys, "run", path, "-o", folder, "--workers", 1, "--max", 3, "--until", "flash_temperature=1%"
+    )
+    assert "target not reached" in err
+    assert code == 0
+
+
+def test_the_demo_ends_with_a_picture(tmp_path):
+    out, err = call("demo", "-o", tmp_path / "demo", "--workers", "2")
+    assert "flash_temperature" in out
+    assert (tmp_path / "demo" / "comparison.png").stat().st_size > 10_000
+    assert "12 realizations" in err
+
+
+WRONG = {
+    "no such scene": (("theory", "steal-1.2GPa"), "steel-1.2GPa"),
+    "no such file": (("plan", "missing.toml"), "missing.toml"),
+    "no such run": (("compare", "missing"), "missing does not exist; start it with"),
+    "bad target": (("run", "demo", "-o", "{tmp}/a", "--until", "flash_temperature=lots"), "write OBSERVABLE=PERCENT"),
+    "unknown observable": (("run", "demo", "-o", "{tmp}/a", "--until", "heat=1%"), "is no observable; choose among"),
+    "file in the way": (("run", "demo", "-o", "{tmp}/file"), "is a file; name a folder"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_errors_are_one_line(capsys, tmp_path, name):
+    words, message = WRONG[name]
+    (tmp_path / "file").write_text("x")
+    code, out, err = inside(capsys, *(str(word).format(tmp=tmp_path) for word in words))
+    assert code == 1
+    assert out == ""
+    lines = [line for line in err.strip().splitlines() if " × " not in line]  # the plan may have been shown
+    assert len(lines) == 1
+    assert lines[0].startswith("roughsim: ")
+    assert message in lines[0]
+
+
+def test_help_helps():
+    out, _ = call("--help")
+    for verb in ("demo", "new", "plan", "theory", "run", "compare"):
+        assert verb in out
+    out, _ = call("--version")
+    assert out.startswith("roughsim ")

@@ -1,0 +1,142 @@
+"""The comparison: exact in full contact, complete, and honest about what it compares."""
+
+import json
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim.compare import Ratio
+from roughsim.estimate import UNITS
+
+HEADINGS = {"observable", "speed", "theory", "theory_full_spectrum", "smoothed", "capped", "note"}
+
+
+@pytest.fixture(scope="module")
+def table(capped_run):
+    return rs.compare(capped_run)
+
+
+def test_full_contact_is_exact_through_the_whole_chain(full_scene, tmp_path):
+    # W = 1 and fixed amplitudes: every moment equals its mode sum, for every draw
+    run = rs.run(full_scene, tmp_path / "full")
+    for row in rs.compare(run).rows:
+        cell = row.columns["elastic"]
+        ratio = row.ratios["elastic_over_theory"]
+        if row.observable in ("plastic_fraction",) or row.speed == 0.0:
+            continue
+        assert ratio.value == pytest.approx(1.0, abs=1e-11), row.observable
+        assert cell.standard_error <= 1e-11 * abs(cell.mean), row.observable
+        assert ratio.z == pytest.approx(0.0, abs=3.0) or ratio.standard_error < 1e-12
+
+
+def test_the_table_has_every_observable_at_every_speed(table, capped_scene):
+    per_speed = {
+        "flash_temperature",
+        "flash_gradient",
+        "flash_laplacian",
+        "flash_width",
+        "slope_length",
+        "heat_partition",
+    }
+    expected = [(name, speed) for name in UNITS for speed in (capped_scene.speeds if name in per_speed else (None,))]
+    assert [(row.observable, row.speed) for row in table.rows] == expected
+
+
+def test_its_json_has_the_keys_programs_rely_on(table):
+    told = json.loads(json.dumps(table.to_dict()))
+    assert (told["realizations"], told["failed"]) == (6, 0)
+    for row in told["rows"]:
+        assert set(row) == HEADINGS | {"smoothed_over_theory", "capped_over_smoothed"}
+        assert set(row["capped"]) == {"mean", "standard_error", "bias"}
+        assert set(row["smoothed_over_theory"]) == {"value", "standard_error", "z"}
+        assert row["note"] in ("", "identity", "at q_c")
+
+
+def test_what_has_no_limit_is_marked(table):
+    notes = {row.observable: row.note for row in table.rows}
+    assert notes["flash_laplacian"] == notes["flash_width"] == notes["slope_length"] == "at q_c"
+    assert notes["flash_temperature"] == ""
+
+
+def test_force_balance_is_marked_where_all_has_yielded(tmp_path):
+    from dataclasses import replace
+
+    scene = rs.load_scene("demo")
+    small = replace(
+        scene,
+        numerics=replace(
+            scene.numerics,
+            lengths=(2e-3, 2e-3),
+            levels=(
+                {"column": "smoothed", "shape": [32, 32], "q_max": 4e4},
+                {"column": "capped", "shape": [64, 64], "q_max": 9e4},
+            ),
+        ),
+    )
+    table = rs.compare(rs.run(small, tmp_path / "run", max_realizations=3, until={}))
+    notes = {row.observable: row.note for row in table.rows}
+    assert notes["contact_fraction"] == notes["plastic_fraction"] == notes["pressure_variance"] == "identity"
+
+
+def test_temperatures_carry_the_share_and_ratios_do_not(table, capped_run):
+    row = next(r for r in table.rows if r.observable == "flash_temperature" and r.speed == 35.0)
+    assert row.ratios["smoothed_over_theory"].value == pytest.approx(row.columns["smoothed"].mean / row.theory)
+    assert row.columns["capped"].mean == pytest.approx(capped_run.estimate("flash_temperature").mean[2])
+    fine, coarse = (capped_run.samples("capped")[k].numbers["flash_temperature"].mean(axis=0)[2] for k in (1, 0))
+    assert row.columns["capped"].mean == pytest.approx(0.9 * (2 * fine - coarse))  # 1/q_c, q_c doubled
+    assert row.columns["capped"].bias == pytest.approx(0.9 * (coarse - fine))
+
+
+def test_ratios_keep_the_pairing(table, capped_run):
+    above = capped_run.values("flash_temperature", "capped").extrapolated[:, 2]
+    below = capped_run.values("flash_temperature", "smoothed").extrapolated[:, 2]
+    left_out = [np.delete(above, i).mean() / np.delete(below, i).mean() for i in range(6)]
+    jackknife = np.sqrt(5 * np.var(left_out))
+    row = next(r for r in table.rows if r.observable == "flash_temperature" and r.speed == 35.0)
+    assert row.ratios["capped_over_smoothed"].standard_error == pytest.approx(jackknife, rel=0.2)
+
+
+def test_theory_stands_beside_the_whole_spectrum(table):
+    from theory import flash, plasticity
+
+    scene = table.run.scene
+    smooth = plasticity.smoothed_spectrum(
+        scene.spectrum, effective_modulus=1.0 / (2 * 0.91 / 200e9), nominal_pressure=9e7, penetration_hardness=1e9
+    )
+    whole = flash.flash_temperature(
+        35.0,
+        smooth,
+        effective_modulus=1.0 / (2 * 0.91 / 200e9),
+        nominal_pressure=9e7,
+        friction_coefficient=0.11,
+        conductivity=30.0,
+        diffusivity=30.0 / (7900 * 500),
+    )
+    row = next(r for r in table.rows if r.observable == "flash_temperature" and r.speed == 35.0)
+    assert row.theory_full_spectrum == pytest.approx(0.9 * whole, rel=1e-9)
+    assert row.theory == pytest.approx(row.theory_full_spectrum, rel=0.05)
+
+
+def test_z_counts_standard_errors_from_one():
+    assert Ratio(1.3, 0.1).z == pytest.approx(3.0)
+    assert Ratio(1.0, 0.0).z == 0.0
+    assert Ratio(1.1, 0.0).z == float("inf")
+
+
+def test_one_realization_is_not_compared(quick, tmp_path):
+    run = rs.run(quick, tmp_path / "run", max_realizations=1)
+    with pytest.raises(ValueError, match="has 1 sound realizations; a comparison needs at least 2"):
+        rs.compare(run)
+
+
+@pytest.mark.parametrize("ending", [".png", ".pdf", ".svg"])
+def test_the_chart_is_drawn(table, tmp_path, ending):
+    path = tmp_path / f"chart{ending}"
+    table.chart(path)
+    assert path.stat().st_size > 10_000
+
+
+def test_other_endings_are_refused(table, tmp_path):
+    with pytest.raises(ValueError, match=r"must end in \.png, \.pdf, \.svg"):
+        table.chart(tmp_path / "chart.bmp")

@@ -1,0 +1,197 @@
+"""Ensembles: members by name, the same bits however they are computed, resuming, failing, stopping."""
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim.record import member_path, read_member
+
+
+def numbers(folder, level, index):
+    return read_member(member_path(folder, level, index)).numbers
+
+
+def assert_same(first, second, levels, count):
+    for level in range(levels):
+        for index in range(count):
+            a, b = numbers(first, level, index), numbers(second, level, index)
+            for name in a:
+                np.testing.assert_array_equal(a[name], b[name], err_msg=name)
+
+
+def test_a_member_is_named_by_level_and_index(capped_scene, capped_run):
+    numerics = rs.plan(capped_scene)
+    one = rs.realize(capped_scene, numerics, seed=3, level=1, index=2)
+    stored = numbers(capped_run.folder, 1, 2)
+    np.testing.assert_array_equal(one.observables.flash_temperature, stored["flash_temperature"])
+    assert one.contact.contact_fraction == stored["contact_fraction"][0]
+
+
+def test_a_member_is_the_surface_of_its_stream(capped_scene):
+    numerics = rs.plan(capped_scene)
+    one = rs.realize(capped_scene, numerics, seed=3, level=2, index=5)
+    stream = np.random.default_rng(np.random.SeedSequence(3, spawn_key=(2, 5)))
+    spectrum = capped_scene.spectrum.truncated(q_max=1e5)
+    np.testing.assert_array_equal(one.heights, rs.synthesize(spectrum, numerics.grid(2), stream))
+
+
+def test_all_levels_see_the_same_modes(capped_scene):
+    numerics = rs.plan(capped_scene)
+    smooth, coarse, fine = (rs.realize(capped_scene, numerics, seed=3, level=k, index=0).heights for k in range(3))
+    modes = [np.fft.fft2(heights) / heights.size for heights in (smooth, coarse, fine)]
+    low = (slice(0, 8), slice(0, 8))
+    q = numerics.grid(0).wavenumbers[low]
+    inside = (q > 6350 * 1.5) & (q < 2e4)
+    np.testing.assert_allclose(modes[1][low][inside], modes[2][low][inside], rtol=1e-10)
+    phase = np.angle(modes[0][low][inside] / modes[1][low][inside])
+    np.testing.assert_allclose(phase, 0.0, atol=1e-10)
+
+
+def test_two_workers_and_threads_give_the_same_bits(capped_scene, capped_run, tmp_path):
+    shared = rs.run(capped_scene, tmp_path / "two", workers=2)
+    assert_same(shared.folder, capped_run.folder, 3, 6)
+    with ThreadPoolExecutor(2) as pool:
+        threaded = rs.run(capped_scene, tmp_path / "threads", executor=pool)
+    assert_same(threaded.folder, capped_run.folder, 3, 6)
+    np.testing.assert_array_equal(
+        shared.estimate("flash_temperature").mean, capped_run.estimate("flash_temperature").mean
+    )
+
+
+def test_a_run_goes_on_where_it_stopped(capped_scene, capped_run, tmp_path):
+    rs.run(capped_scene, tmp_path / "run", max_realizations=2)
+    member_path(tmp_path / "run", 1, 1).unlink()  # as if killed between two levels
+    before = member_path(tmp_path / "run", 2, 1).stat().st_mtime_ns
+    resumed = rs.run(capped_scene, tmp_path / "run")
+    assert member_path(tmp_path / "run", 2, 1).stat().st_mtime_ns == before
+    assert resumed.realizations == 6
+    assert_same(tmp_path / "run", capped_run.folder, 3, 6)
+
+
+def test_a_damaged_member_is_done_again_with_a_warning(capped_scene, capped_run, tmp_path):
+    rs.run(capped_scene, tmp_path / "run", max_realizations=2)
+    path = member_path(tmp_path / "run", 1, 1)
+    path.write_bytes(path.read_bytes()[:1000])
+    with pytest.warns(RuntimeWarning, match="L1-000001.h5 is damaged"):
+        rs.run(capped_scene, tmp_path / "run", max_realizations=2)
+    assert_same(tmp_path / "run", capped_run.folder, 3, 2)
+
+
+def test_a_changed_scene_is_refused_naming_the_key(quick, tmp_path):
+    rs.run(quick, tmp_path / "run", max_realizations=1)
+    changed = replace(quick, sliding=replace(quick.sliding, friction_coefficient=0.2))
+    with pytest.raises(rs.RecordError, match=r"sliding.friction_coefficient is 0.11 there and 0.2 here"):
+        rs.run(changed, tmp_path / "run")
+    with pytest.raises(rs.RecordError, match="ensemble.seed is 3 there and 4 here"):
+        rs.run(quick, tmp_path / "run", seed=4)
+    finer = replace(rs.plan(quick), tolerance=1e-5)
+    with pytest.raises(rs.RecordError, match="tolerance is 0.0001 there and 1e-05 here"):
+        rs.run(quick, tmp_path / "run", numerics=finer)
+    # these are not the scene: more realizations, another target, more fields, another title
+    again = rs.run(
+        replace(quick, title="other"), tmp_path / "run", max_realizations=3, until={"flash_temperature": 0.5}
+    )
+    assert again.realizations == 3
+
+
+def test_it_stops_at_the_target_with_the_same_members_for_any_workers(quick, tmp_path):
+    goal = {"flash_temperature": 0.2}
+    alone = rs.run(quick, tmp_path / "alone", until=goal, max_realizations=60)
+    shared = rs.run(quick, tmp_path / "shared", until=goal, max_realizations=60, workers=2)
+    assert 12 <= alone.realizations < 60
+    assert alone.target_met
+    assert shared.realizations == alone.realizations
+    estimates = [run.estimate("flash_temperature") for run in (alone, shared)]
+    np.testing.assert_array_equal(estimates[0].mean, estimates[1].mean)
+    moving = estimates[0].mean > 0
+    relative = (estimates[0].half_width / estimates[0].mean)[moving]
+    assert relative.max() <= 0.2
+
+
+def test_a_target_out_of_reach_ends_at_the_last_realization(quick, tmp_path):
+    run = rs.run(quick, tmp_path / "run", until={"flash_temperature": 1e-9}, max_realizations=13)
+    assert run.realizations == 13
+    assert not run.target_met
+
+
+def test_members_that_do_not_converge_are_counted_and_left_out(quick, tmp_path, monkeypatch):
+    from roughsim.ensemble import realization
+
+    genuine = realization.realize
+
+    def some_fail(scene, numerics, *, seed, level, index):
+        if index == 1:
+            raise rs.ConvergenceError("contact solve stalled: residual 0.1", 0.1, 7)
+        return genuine(scene, numerics, seed=seed, level=level, index=index)
+
+    monkeypatch.setattr(realization, "realize", some_fail)
+    run = rs.run(quick, tmp_path / "run", max_realizations=4)
+    assert (run.realizations, run.failed) == (4, 1)
+    assert run.estimate("flash_temperature").n == 3
+    assert "stalled" in read_member(member_path(run.folder, 0, 1)).failure
+    assert rs.compare(run).to_dict()["failed"] == 1
+
+
+def test_run_json_tells_all_before_anything_slow(quick, tmp_path, monkeypatch):
+    from roughsim.ensemble import tasks
+
+    def never(*_):
+        raise RuntimeError("not now")
+
+    monkeypatch.setattr(tasks, "store_member", never)
+    with pytest.raises(RuntimeError, match="not now"):
+        rs.run(quick, tmp_path / "run")
+    told = json.loads((tmp_path / "run" / "run.json").read_text())
+    assert told["seed"] == 3
+    assert told["scene"]["sliding.friction_coefficient"] == 0.11
+    assert {"numpy", "numba", "fft", "roughsim"} <= set(told["versions"])
+    assert rs.load_scene(tmp_path / "run" / "scene.toml").sliding == quick.sliding
+    assert not (tmp_path / "run" / "lock").exists()
+
+
+def test_fields_are_kept_for_the_first_members_only(capped_run):
+    first = read_member(member_path(capped_run.folder, 2, 0), with_fields=True)
+    second = read_member(member_path(capped_run.folder, 2, 1), with_fields=True)
+    assert set(first.fields) == {"heights", "pressure"}
+    assert first.fields["pressure"].shape == (128, 128)
+    assert first.fields["pressure"].mean() == pytest.approx(9e7, rel=1e-5)
+    assert second.fields == {}
+
+
+def test_bad_arguments_are_refused_by_name(quick, tmp_path):
+    numerics = rs.plan(quick)
+    for name, value in (("seed", -1), ("level", 9), ("index", -1), ("seed", 1.5), ("index", None)):
+        with pytest.raises(ValueError, match=f"{name} = "):
+            rs.realize(quick, numerics, **({"seed": 1} | {name: value}))
+    with pytest.raises(ValueError, match="workers = 0"):
+        rs.run(quick, tmp_path / "run", workers=0)
+    with pytest.raises(ValueError, match="until = 'flash' is no observable"):
+        rs.run(quick, tmp_path / "run", until={"flash": 0.1})
+    with pytest.raises(ValueError, match="write 0.01 for 1 %"):
+        rs.run(quick, tmp_path / "run", until={"flash_temperature": 1.0})
+    assert not (tmp_path / "run").exists()
+
+
+def test_folders_with_other_content_are_left_alone(quick, tmp_path):
+    (tmp_path / "letter.txt").write_text("dear")
+    with pytest.raises(rs.RecordError, match="holds other files; name a new folder"):
+        rs.run(quick, tmp_path)
+    with pytest.raises(rs.RecordError, match="is a file; name a folder"):
+        rs.run(quick, tmp_path / "letter.txt")
+
+
+def test_estimates_are_asked_for_by_name(capped_run):
+    with pytest.raises(ValueError, match="observable = 'temperature' is unknown; choose one of flash_temperature"):
+        capped_run.estimate("temperature")
+    with pytest.raises(ValueError, match="column = 'elastic' is not in this run; it has smoothed, capped"):
+        capped_run.estimate("flash_temperature", column="elastic")
+
+
+def test_temperatures_are_those_of_the_share_used(capped_run):
+    found = capped_run.estimate("flash_temperature", column="smoothed").mean
+    rows = np.array([numbers(capped_run.folder, 0, i)["flash_temperature"] for i in range(6)])
+    np.testing.assert_allclose(found, 0.9 * rows.mean(axis=0), rtol=1e-12, atol=1e-150)

@@ -1,0 +1,123 @@
+"""Plans: the rules and their reasons, what a scene overrides, and what is refused."""
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim import plan as _function  # the public name is the function, whatever was imported
+from roughsim.plan import Level, Numerics, fast_size
+from roughsim.scene import parse_scene
+
+WAVE = 2 * pi / 6350
+# q_y, 1/m, where 99 % of the contact has yielded
+YIELD = {"steel-0.5GPa": 2.5e4, "steel-1.2GPa": 5.1e4, "steel-2.0GPa": 7.6e4}
+
+
+@pytest.mark.parametrize("name", YIELD)
+def test_steel_is_planned_from_where_it_yields(name):
+    numerics = rs.plan(rs.load_scene(name))
+    smoothed, coarse, fine = numerics.levels
+    assert numerics.lengths == pytest.approx((4 * WAVE, 4 * WAVE))
+    assert smoothed.q_max == pytest.approx(1.5 * YIELD[name], rel=0.02)
+    assert fine.q_max == pytest.approx(16 * YIELD[name], rel=0.02)
+    assert coarse.q_max == pytest.approx(fine.q_max / 2)
+    for level, pixels in ((smoothed, 8), (coarse, 4), (fine, 4)):
+        per_wave = level.shape[0] * 2 * pi / (level.q_max * numerics.lengths[0])
+        assert 0.98 * pixels <= per_wave < 1.5 * pixels
+    assert {"cell", "smoothed", "capped", "tolerance", "time", "memory"} <= {r.choice for r in numerics.reasons}
+
+
+def test_a_loose_target_takes_coarser_grids():
+    scene = rs.load_scene("steel-1.2GPa")
+    assert rs.plan(scene, 0.05).levels[-1].q_max == pytest.approx(rs.plan(scene, 0.01).levels[-1].q_max / 2)
+
+
+def test_an_elastic_scene_is_resolved_or_cut_with_a_word():
+    scene = rs.load_scene("steel-1.2GPa")
+    elastic = replace(scene, body=replace(scene.body, penetration_hardness=None))
+    (level,) = rs.plan(elastic).levels
+    assert level.column == "elastic"
+    assert level.shape == (2048, 2048)
+    assert "C(q) cut at q_c" in next(r.reason for r in rs.plan(elastic).reasons if r.choice == "elastic")
+    short = replace(elastic, surface=replace(elastic.surface, q_max=2e5))
+    assert rs.plan(short).levels[0].q_max == 2e5
+
+
+def test_a_plateau_is_given_eight_roll_off_waves():
+    scene = rs.load_scene("steel-1.2GPa")
+    flat = replace(scene, surface=replace(scene.surface, roll_off_exponent=0.0, q_min=5e4))
+    assert rs.plan(flat).lengths[0] == pytest.approx(8 * 2 * pi / 9.4e4)
+
+
+def test_what_the_scene_fixes_is_taken_as_it_is(capped_scene):
+    numerics = rs.plan(capped_scene)
+    assert [level.shape for level in numerics.levels] == [(64, 64), (64, 64), (128, 128)]
+    assert numerics.lengths == (2e-3, 2e-3)
+    assert {r.reason for r in numerics.reasons if r.choice in ("levels", "cell", "tolerance")} == {"given in the scene"}
+
+
+def test_numerics_survive_their_json():
+    numerics = rs.plan(rs.load_scene("demo"))
+    slid = replace(numerics, slid_distance=float("inf"))
+    for one in (numerics, slid):
+        assert Numerics.from_dict(one.to_dict()) == one
+
+
+def test_levels_of_a_column_are_ordered_and_the_finest_names_the_stream():
+    levels = (Level("capped", (128, 128), 1e5), Level("smoothed", (64, 64), 5e4), Level("capped", (64, 64), 5e4))
+    numerics = Numerics(levels, (2e-3, 2e-3))
+    assert numerics.of_column("capped") == (2, 0)
+    assert numerics.columns == ("smoothed", "capped")
+    assert numerics.stream == 0
+
+
+@pytest.mark.parametrize("points", np.geomspace(1, 5000, 60))
+def test_fast_sizes_are_just_large_enough(points):
+    size = fast_size(points)
+    odd = size
+    while odd % 2 == 0:
+        odd //= 2
+    assert odd in (1, 3, 5)
+    assert size >= min(0.98 * points, size)
+    assert size <= max(8, 1.34 * points)
+
+
+REFUSED = {
+    "tolerance": {"tolerance": 2.0},
+    "precision": {"precision": "half"},
+    "threads": {"threads": 0},
+    "keep_fields": {"keep_fields": -1},
+    "levels is empty": {"levels": ()},
+    "lengths": {"lengths": (1.0, -1.0)},
+}
+
+
+@pytest.mark.parametrize("match", REFUSED)
+def test_bad_numerics_are_refused_by_name(match):
+    values = {"levels": (Level("elastic", (64, 64), 1.0),), "lengths": (1.0, 1.0)} | REFUSED[match]
+    with pytest.raises(ValueError, match=match):
+        Numerics(**values)
+
+
+def test_a_cut_off_beyond_nyquist_is_refused():
+    with pytest.raises(rs.ResolutionError, match=r"q_max = .* rad/m exceeds the Nyquist wavenumber"):
+        Numerics((Level("elastic", (64, 64), 1e4),), (1.0, 1.0))
+
+
+def test_unfit_columns_targets_and_memory_are_refused(capped_scene):
+    with pytest.raises(ValueError, match="column = 'plastic' must be one of"):
+        Level("plastic", (8, 8), 1.0)
+    with pytest.raises(ValueError, match="target_error"):
+        rs.plan(capped_scene, 0.0)
+    huge = replace(capped_scene.numerics, levels=({"column": "capped", "shape": [10**6, 10**6], "q_max": 1e5},))
+    with pytest.raises(rs.ResolutionError, match="memory"):
+        rs.plan(replace(capped_scene, numerics=huge))
+
+
+def test_the_public_name_is_the_function():
+    assert callable(_function)
+    assert _function is rs.plan
+    assert parse_scene
