@@ -157,7 +157,7 @@ def mode_sums(scene: Scene, spectrum: Any, grid: Grid) -> dict[str, Array]:
     temperature, gradient = (2 / pi * even) @ (stress / q), (2 / pi * odd) @ stress
     laplacian, resting = -(2 / pi * even) @ (stress * q), float((stress / q).sum())
     with np.errstate(divide="ignore"):
-        slope_length = -temperature / gradient
+        slope_length = temperature / np.abs(gradient)
     result = {
         "flash_temperature": rate * temperature,
         "flash_gradient": rate * gradient,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import isfinite
+from math import isfinite, isnan, nan
 from pathlib import Path
 from typing import Any
 
@@ -43,8 +43,8 @@ class Ratio:
     @property
     def z(self) -> float:
         """(value − 1)/standard_error; 0 where both agree to rounding, infinite where they differ without scatter."""
-        if self.standard_error > 0.0:
-            return (self.value - 1.0) / self.standard_error
+        if self.standard_error > 0.0 or isnan(self.value):
+            return (self.value - 1.0) / self.standard_error if self.standard_error else nan
         return 0.0 if abs(self.value - 1.0) <= 1e-9 else (float("inf") if self.value > 1.0 else -float("inf"))
 
 

@@ -124,7 +124,8 @@ def estimate(observable: str, values: Values, notes: tuple[str, ...] = ()) -> Es
     mean = values.extrapolated.mean(axis=0)
     error = standard_error(values.extrapolated)
     half = error * float(student.ppf(0.975, n - 1)) if n > 1 else error
-    bias = values.finest.mean(axis=0) - mean
+    with np.errstate(invalid="ignore"):
+        bias = values.finest.mean(axis=0) - mean
     total = np.hypot(half, _BIAS_DOUBT * bias)
     return Estimate(observable, UNITS[observable], mean, error, half, bias, total, n, notes)
 
@@ -201,7 +202,7 @@ def _of_level(observable: str, sample: Sample, resting_ratio: float) -> Array:
 def _product(above: Array, below: Array, power: float) -> Array:
     """Influence values of (⟨above⟩/⟨below⟩)^power."""
     top, bottom = above.mean(axis=0), below.mean(axis=0)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(all="ignore"):  # what is undefined here is NaN in the end
         value = (top / bottom) ** power
         change: Array = value * (1.0 + power * ((above - top) / top - (below - bottom) / bottom))
     return np.where(np.isfinite(change), change, value)

@@ -159,7 +159,13 @@ class Run:
         name = self.column(column)
         resting = self.scene.counter_conductivity
         ratio = nan if resting is None else self.scene.body.conductivity / resting
-        return observe(observable, self.samples(name, rows), capped=name == "capped", resting_ratio=ratio)
+        values = observe(observable, self.samples(name, rows), capped=name == "capped", resting_ratio=ratio)
+        rest = {name: 0.0 for name in TEMPERATURES} | {"slope_length": np.inf}
+        if observable in rest:  # members are measured at a tiny speed instead: exact limits here
+            moving = np.array(self.scene.speeds) > 0.0
+            extrapolated, finest = (np.where(moving, v, rest[observable]) for v in (values.extrapolated, values.finest))
+            return Values(extrapolated, finest, values.exponent)
+        return values
 
     def estimate(self, observable: str, column: str | None = None) -> Estimate:
         """Return the mean of an observable with its errors.
