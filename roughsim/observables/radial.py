@@ -99,13 +99,15 @@ class StressSpectrum:
         fraction = number("fraction", fraction)
         if not 0.0 <= fraction < 1.0:
             raise ValueError(f"fraction = {fraction:.6g} must be ≥ 0 and below 1, the value at r = 0")
-        share = self.variance / self.pressure_variance if self.pressure_variance > 0.0 else self.variance * math.nan
+        if not self.pressure_variance > 0.0:
+            return math.nan
+        share = self.variance / self.pressure_variance
         bend = 0.5 * float(share @ self.wavenumber**2)
         r = 0.0
         while r <= self.reach:
             excess = float(share @ j0(self.wavenumber * r)) - fraction
-            if not excess > 0.0:
-                return r if excess <= 0.0 else math.nan
+            if excess <= 0.0:
+                return r
             slope = -float((share * self.wavenumber) @ j1(self.wavenumber * r))
             step = (slope + math.sqrt(slope**2 + 2 * bend * excess)) / bend
             if step < 1e-14 * self.reach:
@@ -139,6 +141,8 @@ def stress_spectrum(amplitude: NDArray[np.complex128], grid: Grid) -> tuple[Stre
         lost[-1] += quarter[-1] * (qx[nx // 2] / np.hypot(qx[nx // 2], qy[0])) ** 2
     if ny % 2 == 0:
         lost[:, -1] += quarter[:, -1] * (qy[0, -1] / np.hypot(qx[: nx // 2 + 1, 0], qy[0, -1])) ** 2
+    if nx % 2 == 0 and ny % 2 == 0:
+        lost[-1, -1] = quarter[-1, -1]  # both derivatives vanish: exactly all of it
     there = np.flatnonzero(lost)
     reach = 0.5 * math.hypot(*grid.lengths)
     spread = _Spread(wavenumber, _NODE_PHASE / reach)
