@@ -91,7 +91,7 @@ def comparison_table(comparison: Comparison) -> Table:
     table = Table(box=None, title=_title(comparison), title_justify="left")
     for title in ("observable", "m/s", "unit", "theory", *first.columns, *(_heading(name) for name in first.ratios)):
         table.add_column(title, justify="left" if title in ("observable", "unit") else "right", no_wrap=True)
-    table.add_column("note")
+    table.add_column("note", no_wrap=True)
     previous = ""
     for row in comparison.rows:
         name = "" if row.observable == previous else row.observable
