@@ -63,9 +63,9 @@ def comparison_chart(comparison: Comparison, path: Path) -> None:
         places = figure.subplots(2, 3).ravel()
         _spectra(places[0], comparison)
         _correlation(places[1], comparison)
-        _over_speed(places[2], comparison, "flash_temperature", "T_flash, K", 1.0)
-        _over_speed(places[3], comparison, "flash_width", "D_flash, µm", 1e6)
-        _over_speed(places[4], comparison, "slope_length", "d_flash, µm", 1e6)
+        _over_speed(places[2], comparison, "flash_temperature", r"$T_\mathrm{flash}$, K", 1.0)
+        _over_speed(places[3], comparison, "flash_width", r"$D_\mathrm{flash}$, µm", 1e6)
+        _over_speed(places[4], comparison, "slope_length", r"$d_\mathrm{flash}$, µm", 1e6)
         _legend(places[5], comparison)
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, dpi=160)
@@ -80,11 +80,12 @@ def _spectra(axes: Axes, comparison: Comparison) -> None:
         values = smooth(q)
         low = float(whole(q[-1]))
         axes.loglog(q, np.where(values > 0.1 * low, values, np.nan), color=THEORY, lw=1.2, ls="--")
-        axes.text(0.04, 0.06, "C(q) solid\nC_sm(q) dashed", transform=axes.transAxes, fontsize=8)
+        note = r"$C(q)$ solid" + "\n" + r"$C_\mathrm{sm}(q)$ dashed"
+        axes.text(0.98, 0.82, note, transform=axes.transAxes, fontsize=8, ha="right")
     for column in run.numerics.columns:
         for level in run.numerics.of_column(column):
             axes.axvline(run.numerics.levels[level].q_max, color=COLOURS[column], lw=1.0, ls=":")
-    axes.set(xlabel="q, 1/m", ylabel="C, m⁴", title="Roughness; dotted: cut-offs q_c")
+    axes.set(xlabel="$q$, 1/m", ylabel="$C$, m⁴", title=r"Roughness; dotted: cut-offs $q_c$")
 
 
 def _correlation(axes: Axes, comparison: Comparison) -> None:
@@ -96,7 +97,7 @@ def _correlation(axes: Axes, comparison: Comparison) -> None:
         mean, error = run.correlation(r, column)
         _band(axes, r * 1e6, mean * 1e-18, error * 1e-18, COLOURS[column])
     axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)
-    axes.set(xlabel="r, µm", ylabel="g_σ, GPa²", title="Stress correlation", xlim=(0, r[-1] * 1e6))
+    axes.set(xlabel="$r$, µm", ylabel=r"$g_\sigma$, GPa²", title="Stress correlation", xlim=(0, r[-1] * 1e6))
 
 
 def _over_speed(axes: Axes, comparison: Comparison, observable: str, label: str, factor: float) -> None:
@@ -112,7 +113,7 @@ def _over_speed(axes: Axes, comparison: Comparison, observable: str, label: str,
         error = np.array([row.columns[column].standard_error for row in rows]) * factor
         _band(axes, speed, mean, error, COLOURS[column])
         axes.plot(speed, mean, ls="", marker=MARKERS[column], ms=3.5, color=COLOURS[column])
-    axes.set(xscale="log", yscale="log", xlabel="v, m/s", ylabel=label, title=_title(rows))
+    axes.set(xscale="log", yscale="log", xlabel="$v$, m/s", ylabel=label, title=_title(rows))
     _plain_numbers(axes)
 
 
@@ -129,7 +130,7 @@ def _plain_numbers(axes: Axes) -> None:
 
 def _title(rows: list[Row]) -> str:
     words = {"flash_temperature": "Flash temperature", "flash_width": "Hot-spot width", "slope_length": "Slope length"}
-    note = " (capped: at q_c, no limit)" if rows and rows[0].note == "at q_c" else ""
+    note = r" (capped: at $q_c$, no limit)" if rows and rows[0].note == "at q_c" else ""
     return words[rows[0].observable] + note if rows else ""
 
 
@@ -145,11 +146,11 @@ def _legend(axes: Axes, comparison: Comparison) -> None:
     axes.set_axis_off()
     run = comparison.run
     meanings = {
-        "smoothed": "smoothed: elastic contact on C_sm",
-        "capped": "capped: contact with p ≤ σ_P",
+        "smoothed": r"smoothed: elastic contact on $C_\mathrm{sm}$",
+        "capped": r"capped: contact with $p \leq \sigma_P$",
         "elastic": "elastic contact",
     }
-    handles: list[Any] = [Line2D([], [], color=THEORY, lw=1.4, label=f"theory, γ = {run.scene.theory.gamma:g}")]
+    handles: list[Any] = [Line2D([], [], color=THEORY, lw=1.4, label=rf"theory, $\gamma$ = {run.scene.theory.gamma:g}")]
     for column in run.numerics.columns:
         style: Any = {"color": COLOURS[column], "marker": MARKERS[column], "ms": 4, "lw": 1.0}
         handles.append(Line2D([], [], label=meanings[column], **style))
@@ -160,5 +161,5 @@ def _legend(axes: Axes, comparison: Comparison) -> None:
         f"{comparison.realizations} realizations; bands: ± 2 standard errors",
         f"heat share in the body {share.min():.3g}" + (f"…{share.max():.3g}" if np.ptp(share) > 0 else ""),
     ]
-    text = "\n".join(fill(line, 44) for line in lines if line)
-    axes.text(0, 0.55, text, transform=axes.transAxes, va="top", fontsize=8, linespacing=1.4)
+    text = "\n".join(fill(line, 50) for line in lines if line)
+    axes.text(0, 0.6, text, transform=axes.transAxes, va="top", fontsize=8, linespacing=1.4)
