@@ -124,7 +124,20 @@ def test_a_nyquist_wave_across_the_track_is_carried_along():
     close(steady(alternating * np.cos(2 * pi * y), grid, speed=50.0, direction=pi / 2, **UNIT), expected, 1e-14)
 
 
-def test_an_oblique_nyquist_wave_is_the_mean_of_its_two_senses():
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_nyquist_wave_oblique_to_the_track_is_the_mean_of_its_two_senses(axis):
+    grid = Grid((8, 6), (1.0, 1.0))
+    alternating = (-1.0) ** np.expand_dims(np.arange(grid.shape[axis]), 1 - axis)
+    along, across = grid.shape[axis] * pi, 2 * pi
+    drift = (50 * np.cos(0.7), 50 * np.sin(0.7))
+    flow = [1j * (sense * along * drift[axis] + across * drift[1 - axis]) for sense in (1, -1)]
+    response = sum(1 / cmath.sqrt(along**2 + across**2 - term) for term in flow) / 2
+    phase = across * points(grid)[1 - axis]
+    expected = alternating * (response * np.exp(1j * phase)).real
+    close(steady(alternating * np.cos(phase), grid, speed=50.0, direction=0.7, **UNIT), expected, 1e-14)
+
+
+def test_the_shortest_wave_of_both_axes_is_the_mean_of_its_four_senses():
     grid = Grid((8, 6), (1.0, 1.0))
     flux = (-1.0) ** np.add.outer(np.arange(8), np.arange(6))
     qx, qy, vx, vy = 8 * pi, 6 * pi, 50 * np.cos(0.7), 50 * np.sin(0.7)
@@ -234,7 +247,9 @@ def test_sliding_distance_is_speed_times_time():
     flux = np.random.default_rng(8).random(grid.shape)
     slid = sliding_temperature(flux, grid, speed=-4.0, slid_distance=0.2, **UNIT)
     close(slid, sliding_temperature(flux, grid, speed=-4.0, time=0.05, **UNIT), 1e-14)
-    assert (sliding_temperature(flux, grid, speed=4.0, slid_distance=0.0, **UNIT) == 0.0).all()
+    for speed in (0.0, 4.0):
+        assert (sliding_temperature(flux, grid, speed=speed, slid_distance=0.0, **UNIT) == 0.0).all()
+    assert (sliding_temperature(flux, grid, speed=4.0, time=0.0, depth=0.1, **UNIT) == 0.0).all()
 
 
 def test_a_mode_forgets_its_start():

@@ -300,6 +300,16 @@ def test_spectra_of_one_grid_may_be_averaged():
     np.testing.assert_allclose(mean.pressure_correlation([0.01, 0.3]), (both[0] + both[1]) / 2, rtol=1e-12)
 
 
+def test_a_long_narrow_cell_keeps_its_few_modes():
+    grid = Grid((4, 5), (1.0, 1e4))
+    pressure = patches(grid)
+    seen = measure(Pressed(pressure), grid, Sliding([1.0], **UNIT))
+    qx, qy, variance = plane(pressure, grid)
+    assert seen.stress_spectrum.wavenumber.size == 8  # of (k_x, k_y) = 0 … 2 each, less q = 0
+    direct = [np.sum(variance * j0(np.hypot(qx, qy) * r)) for r in (1e-3, 1.0, 4e3)]
+    np.testing.assert_allclose(seen.pressure_correlation([1e-3, 1.0, 4e3]), direct, rtol=1e-12)
+
+
 def test_distances_keep_their_shape_and_end_at_half_the_diagonal():
     grid = Grid((16, 16), (3.0, 4.0))
     seen = measure(Pressed(patches(grid)), grid, Sliding([1.0], **UNIT))
@@ -356,8 +366,8 @@ def test_the_radius_solves_its_equation_on_a_rough_field():
 
 
 def test_uniform_pressure_makes_no_flash_temperature():
-    for shape in ((15, 11), (1, 1)):
-        grid = Grid(shape, (1.0, 1.0))
+    for shape, length in (((15, 11), 1.0), ((1, 1), 1.0), ((1, 1), 0.7), ((1, 1), 3e-3)):
+        grid = Grid(shape, (length, length))
         for direction in (None, 1.0):
             seen = measure(Pressed(np.full(shape, 0.1)), grid, Sliding([35.0], direction=direction, **UNIT))
             assert seen.flash_temperature[0] == seen.flash_laplacian[0] == seen.pressure_variance == 0.0

@@ -147,7 +147,7 @@ def stress_spectrum(amplitude: NDArray[np.complex128], grid: Grid) -> tuple[Stre
     reach = 0.5 * math.hypot(*grid.lengths)
     spread = _Spread(wavenumber, _NODE_PHASE / reach)
     unseen = spread(wavenumber[index[there]], lost.ravel()[there])
-    return StressSpectrum(spread.wavenumber, spread(wavenumber[1:], variance[1:]), reach), unseen
+    return StressSpectrum(spread.wavenumber, spread(wavenumber[1:], variance[1:]), reach), unseen  # 0 is q = 0
 
 
 class _Spread:
@@ -208,11 +208,10 @@ def _lagrange() -> Array:
 
 
 def _quarter(amplitude: NDArray[np.complex128], grid: Grid) -> Array:
-    """|σ(q)|² of the four modes (±q_x, ±q_y) together, shape (n_x//2 + 1, n_y//2 + 1), Pa², without q = 0."""
+    """|σ(q)|² of the four modes (±q_x, ±q_y) together, shape (n_x//2 + 1, n_y//2 + 1), Pa²."""
     variance: Array = amplitude.real**2
     variance += amplitude.imag**2
     variance *= grid.multiplicity
-    variance[0, 0] = 0.0
     nx = grid.shape[0]
     quarter = variance[: nx // 2 + 1]
     quarter[1 : (nx + 1) // 2] += variance[: nx // 2 : -1]  # row −i onto row i
