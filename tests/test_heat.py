@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from roughsim import Grid, fourier, sliding_temperature
-from roughsim.heat import uniform_temperature
+from roughsim.heat import responses, uniform_temperature
 
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "heat.json").read_text())
 UNIT = {"conductivity": 1.0, "diffusivity": 1.0}
@@ -143,6 +143,17 @@ def test_the_shortest_wave_of_both_axes_is_the_mean_of_its_four_senses():
     qx, qy, vx, vy = 8 * pi, 6 * pi, 50 * np.cos(0.7), 50 * np.sin(0.7)
     terms = [1 / cmath.sqrt(qx**2 + qy**2 - 1j * (sx * qx * vx + qy * vy)) for sx in (1, -1)]
     close(steady(flux, grid, speed=50.0, direction=0.7, **UNIT), flux * sum(terms).real / 2, 1e-14)
+
+
+@pytest.mark.parametrize("shape", [(8, 6), (7, 6), (8, 5)])
+def test_the_response_of_every_wave_is_that_of_a_real_field(shape):
+    grid = Grid(shape, (1.0, 1.4))
+    whole = np.empty(grid.half_shape, complex)
+    for rows, response in responses(grid, (30.0, -20.0)):
+        whole[rows] = response
+    edges = [0, -1] if shape[1] % 2 == 0 else [0]
+    opposite = whole[-np.arange(shape[0]) % shape[0]][:, edges]
+    np.testing.assert_allclose(opposite, whole[:, edges].conj(), rtol=1e-14, atol=1e-17)
 
 
 # symmetries

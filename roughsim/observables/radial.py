@@ -82,7 +82,7 @@ class StressSpectrum:
                 f"r = {distance[outside].ravel()[0]:.6g} m must lie between 0 and half the diagonal of the cell, "
                 f"{self.reach:.6g} m; simulate a larger cell"
             )
-        values = [float(self.variance @ j0(self.wavenumber * x)) for x in distance.ravel().tolist()]
+        values = [_total(self.variance, j0(self.wavenumber * x)) for x in distance.ravel().tolist()]
         return np.reshape(values, distance.shape)
 
     def correlation_radius(self, fraction: float) -> float:
@@ -102,13 +102,13 @@ class StressSpectrum:
         if not self.pressure_variance > 0.0:
             return math.nan
         share = self.variance / self.pressure_variance
-        bend = 0.5 * float(share @ self.wavenumber**2)
+        bend = 0.5 * _total(share, self.wavenumber**2)
         r = 0.0
         while r <= self.reach:
-            excess = float(share @ j0(self.wavenumber * r)) - fraction
+            excess = _total(share, j0(self.wavenumber * r)) - fraction
             if excess <= 0.0:
                 return r
-            slope = -float((share * self.wavenumber) @ j1(self.wavenumber * r))
+            slope = -_total(share * self.wavenumber, j1(self.wavenumber * r))
             step = (slope + math.sqrt(slope**2 + 2 * bend * excess)) / bend
             if step < 1e-14 * self.reach:
                 return r
@@ -148,6 +148,11 @@ def stress_spectrum(amplitude: NDArray[np.complex128], grid: Grid) -> tuple[Stre
     spread = _Spread(wavenumber, _NODE_PHASE / reach)
     unseen = spread(wavenumber[index[there]], lost.ravel()[there])
     return StressSpectrum(spread.wavenumber, spread(wavenumber[1:], variance[1:]), reach), unseen  # 0 is q = 0
+
+
+def _total(weight: Array, values: Array) -> float:
+    """Σ weight·values, summed alike on any number of threads (BLAS splits long products among them)."""
+    return float(np.sum(weight * values))
 
 
 class _Spread:
