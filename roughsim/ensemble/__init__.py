@@ -94,7 +94,7 @@ def run(
         sweep(place)
         result = open_run(place)
         tasks = Tasks(scene, numerics, place, result)
-        with workforce(workers, executor, numerics.threads) as pool:
+        with workforce(workers, executor) as pool:
             tasks.complete(pool, workers, observer)
     return result
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from roughsim import analytic, fourier
 from roughsim.contact import Contact, Solid, solve_contact
@@ -93,6 +94,11 @@ def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, inde
     ):
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < limit:
             raise ValueError(f"{name} = {value!r} must be a whole number from 0 to below {limit:g}")
+    with threadpool_limits(numerics.threads):  # sums in linear algebra depend on the number of threads
+        return _realize(scene, numerics, seed, level, index)
+
+
+def _realize(scene: Scene, numerics: Numerics, seed: int, level: int, index: int) -> Realization:
     grid = numerics.grid(level)
     stream = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(numerics.stream, index)))
     marks = [time.perf_counter()]

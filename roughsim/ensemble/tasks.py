@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import signal
 import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
@@ -22,7 +23,7 @@ RETRIES = 3  # how often a pool whose worker died is started anew
 
 
 @contextmanager
-def workforce(workers: int, executor: Executor | None, threads: int) -> Iterator[Callable[[], Executor | None]]:
+def workforce(workers: int, executor: Executor | None) -> Iterator[Callable[[], Executor | None]]:
     """Yield what makes a pool, and shut down the last one made; a given executor is left to its owner."""
     made: list[Executor] = []
 
@@ -30,7 +31,7 @@ def workforce(workers: int, executor: Executor | None, threads: int) -> Iterator
         if executor is not None or workers == 1:
             return executor
         context = multiprocessing.get_context("spawn")  # fork after threaded transforms hangs
-        made.append(ProcessPoolExecutor(workers, mp_context=context, initializer=_begin_worker, initargs=(threads,)))
+        made.append(ProcessPoolExecutor(workers, mp_context=context, initializer=_begin_worker))
         return made[-1]
 
     try:
@@ -40,14 +41,9 @@ def workforce(workers: int, executor: Executor | None, threads: int) -> Iterator
             pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _begin_worker(threads: int) -> None:
-    """Keep to the threads that the plan allows, also in linear algebra; leave interrupts to the main process."""
-    import signal
-
-    from threadpoolctl import threadpool_limits
-
+def _begin_worker() -> None:
+    """Leave interrupts to the main process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threadpool_limits(threads)
 
 
 def sweep(place: Path) -> None:
