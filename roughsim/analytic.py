@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.estimate import RADII, first_radius
+from roughsim.estimate import RADII
 from roughsim.grid import Grid
+from roughsim.observables import StressSpectrum
 from roughsim.surface import mode_variance
 
 if TYPE_CHECKING:
@@ -169,7 +170,8 @@ def mode_sums(scene: Scene, spectrum: Any, grid: Grid) -> dict[str, Array]:
         "plastic_fraction": np.array([area_fractions(scene)["plastic_fraction"]]),
         "pressure_variance": np.array([float(stress.sum())]),
     }
-    return result | {name: np.array([first_radius(q, stress, share)]) for name, share in RADII.items()}
+    modes = StressSpectrum(q, stress, 0.5 * float(np.hypot(*grid.lengths)))
+    return result | {name: np.array([modes.correlation_radius(share)]) for name, share in RADII.items()}
 
 
 def _mode_stress(scene: Scene, spectrum: Any, grid: Grid) -> tuple[Array, Array, float]:

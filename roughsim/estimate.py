@@ -18,6 +18,8 @@ from scipy.optimize import brentq
 from scipy.special import j0, j1
 from scipy.stats import t as student
 
+from roughsim.observables import StressSpectrum
+
 Array = NDArray[np.float64]
 
 # every observable with its SI unit, in the order of all tables
@@ -48,13 +50,14 @@ class Sample(NamedTuple):
     """The numbers of one level, a row per realization.
 
     `numbers` has arrays (n, speeds) or (n, 1); `wavenumber` (m,), rad/m, and `spectrum` (n, m), Pa², are the radial
-    stress spectra.
+    stress spectra, which hold up to the distance `reach`, m.
     """
 
     q_max: float
     numbers: dict[str, Array]
     wavenumber: Array
     spectrum: Array
+    reach: float
 
 
 class Values(NamedTuple):
@@ -219,32 +222,12 @@ def _share(resting: Array, moving: Array) -> Array:
 def _radius(sample: Sample, fraction: float) -> Array:
     """Influence values of the smallest r with g(r) = fraction·g(0) of the mean spectrum; NaN if there is none."""
     q, mean = sample.wavenumber, sample.spectrum.mean(axis=0)
-    r = first_radius(q, mean, fraction)
+    r = StressSpectrum(q, mean, sample.reach).correlation_radius(fraction)
     if not np.isfinite(r):
         return np.full((len(sample.spectrum), 1), nan)
     slope = -float((mean * q) @ j1(q * r))
     excess = sample.spectrum @ (j0(q * r) - fraction)
     return (r - excess / slope)[:, None]
-
-
-def first_radius(wavenumber: Array, variance: Array, fraction: float) -> float:
-    """Return the smallest r, m, where Σ variance J₀(qr) falls to `fraction` of its value at 0; NaN if it never does."""
-    total = float(variance.sum())
-    present = wavenumber[variance > 0.0]
-    if present.size == 0:
-        return nan
-    step = 0.25 / float(wavenumber[variance > 1e-8 * variance.max()].max())
-
-    def excess(r: float) -> float:
-        return float(variance @ j0(wavenumber * r)) / total - fraction
-
-    r, limit = step, 30.0 / float(present.min())
-    last = 0.0
-    while r < limit:
-        if excess(r) <= 0.0:
-            return float(brentq(excess, last, r, xtol=1e-15 * r, rtol=1e-14))
-        last, r = r, r + max(step, 0.02 * r)
-    return nan
 
 
 def ratio(above: Array, below: Array) -> Array:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import j0
 
 from roughsim.errors import RecordError
 from roughsim.estimate import (
@@ -21,6 +22,7 @@ from roughsim.estimate import (
     Values,
     estimate,
     observe,
+    standard_error,
     stopping_point,
 )
 from roughsim.record.files import FORMAT, Member, member_path, read_member, write_text
@@ -137,7 +139,8 @@ class Run:
             members = [self.members[level, i] for i in rows]
             numbers = {name: np.stack([m.numbers[name] for m in members]) for name in members[0].numbers}
             spectra = np.stack([m.spectrum for m in members])
-            result.append(Sample(self.numerics.levels[level].q_max, numbers, members[0].wavenumber, spectra))
+            q_max, reach = self.numerics.levels[level].q_max, 0.5 * float(np.hypot(*self.numerics.lengths))
+            result.append(Sample(q_max, numbers, members[0].wavenumber, spectra, reach))
         return result
 
     def values(self, observable: str, column: str | None = None) -> Values:
@@ -209,13 +212,27 @@ class Run:
         return (*notes, "the error of the pixel size is not in these figures")
 
     def correlation(self, distance: Array, column: str | None = None) -> tuple[Array, Array]:
-        """Return g_σ(r) of the finest level and its standard error, Pa², at distances in m."""
-        from scipy.special import j0
+        """Return g_σ(r) of the finest level and its standard error, Pa².
 
-        from roughsim.estimate import standard_error
+        Parameters
+        ----------
+        distance : ndarray
+            r, m, one-dimensional, at most half the diagonal of the cell.
+        column : str, optional
+            As in `estimate`.
 
+        Raises
+        ------
+        ValueError
+            If a distance lies beyond half the diagonal of the cell.
+        """
         sample = self.samples(column)[-1]
-        rows = sample.spectrum @ j0(np.multiply.outer(sample.wavenumber, np.asarray(distance)))
+        if distance.max(initial=0.0) > sample.reach * (1 + 1e-12):
+            raise ValueError(
+                f"distance = {distance.max():.4g} m exceeds half the diagonal of the cell, {sample.reach:.4g} m; "
+                f"ask for shorter distances"
+            )
+        rows = sample.spectrum @ j0(np.multiply.outer(sample.wavenumber, distance))
         return rows.mean(axis=0), standard_error(rows)
 
 
