@@ -1,0 +1,149 @@
+"""Exact limits of the moving sources at rest and when fast, and the temperature maps of the Hertz source there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, pi, sqrt
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import ellipe, ellipk
+
+from theory.arguments import Array, real_array
+
+_PER_POWER = 3 / 2 / pi  # q̇₁R² of the total power Q̇, Eq. (12)
+_FAR = 6.0  # from here on series: the closed forms cancel
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """Limit of the Hertz source: multiply by Pe^(−1/2) what is a temperature, a gradient or a Laplacian when fast.
+
+    Temperatures in q̇₁R/κ, the gradient in q̇₁/κ, the Laplacian in q̇₁/κR, lengths in R; `hottest_point` is x < 0.
+    """
+
+    flash_temperature: float
+    max_temperature: float
+    mean_temperature: float
+    flash_gradient: float
+    flash_laplacian: float
+    flash_width: float
+    slope_length: float
+    hottest_point: float
+
+    def per_power(self, temperature: float) -> float:
+        """Return a temperature in Q̇/κR instead of q̇₁R/κ, as Eqs. (14) to (16) and (21) to (23) print it."""
+        return _PER_POWER * temperature
+
+
+@dataclass(frozen=True, slots=True)
+class UniformLimit:
+    """Limit of a uniform source: temperatures in q̇R/κ at rest, in q̇R/κ · Pe^(−1/2) when fast; x/R of the hottest."""
+
+    max_temperature: float
+    mean_temperature: float
+    hottest_point: float
+
+
+STATIC = Limit(pi / 5, pi / 4, 3 * pi / 16, 0.0, -pi / 2, sqrt(0.4), inf, 0.0)  # Eqs. (14)-(18)
+_FAST_FLASH = 0.7438575075933168  # f_flash/√π; the reference script has 30 digits of each
+FAST = Limit(
+    _FAST_FLASH,
+    1.2346198309610956,
+    0.6765062816542482,
+    -0.7343784338214594 * _FAST_FLASH,
+    -81 / 16 * _FAST_FLASH,
+    4 / 9,
+    1.3616957605853632,
+    -0.6522295319699407,
+)
+DISC_STATIC = UniformLimit(1.0, 8 / 3 / pi, 0.0)
+DISC_FAST = UniformLimit(2 * sqrt(2 / pi), 0.9737507822395868, -1.0)
+SQUARE_STATIC = UniformLimit(1.1221997046783603, 0.946402008818677, 0.0)  # (4/π) asinh 1, and less (4/3π)(√2 − 1)
+SQUARE_FAST = UniformLimit(2 * sqrt(2 / pi), 4 / 3 * sqrt(2 / pi), -1.0)
+
+
+def static_temperature(x: ArrayLike, y: ArrayLike) -> Array | float:
+    """Temperature of the resting Hertz source on the whole surface. Eq. (13) inside the contact.
+
+    T = (π/8)(2 − r²) for r ≤ 1 and [(2 − r²) arcsin(1/r) + √(r² − 1)]/4 beyond.
+
+    Parameters
+    ----------
+    x, y : array_like
+        Position in R from the centre of contact; broadcast against each other.
+
+    Returns
+    -------
+    ndarray or float
+        In q̇₁R/κ, the common shape of `x` and `y`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a coordinate is not real and finite.
+    """
+    r = np.hypot(real_array("x", x, "R"), real_array("y", y, "R"))
+    outside = np.maximum(r, 1.0)
+    beyond = np.sqrt((outside - 1) * (outside + 1))
+    result = np.where(r <= 1.0, pi / 8 * (2 - r**2), ((2 - outside**2) * np.arcsin(1 / outside) + beyond) / 4)
+    return _as_given(np.where(r < _FAR, result, _far(np.maximum(r, _FAR))))
+
+
+def _far(r: Array) -> Array:
+    """Return the multipole series of the resting source, 1/3r + 1/30r³ + ...: the closed form cancels far away."""
+    total, term = np.zeros_like(r), 1 / r
+    for k in range(12):
+        total += term / ((2 * k + 1) * (2 * k + 3))
+        term = term * (2 * k + 1) / (2 * k + 2) / r**2
+    return np.asarray(total)
+
+
+def fast_temperature(x: ArrayLike, y: ArrayLike) -> Array | float:
+    """Temperature of the fast Hertz source, in q̇₁R/κ · Pe^(−1/2), on the whole surface. Eqs. (19) and (20).
+
+    T = f(−x, y)/√π: the source moves along +x, so the wake lies at x < 0. With s = √(1 − y²) and t = −x/s,
+    f = s^(3/2) F(t), F = (4√2/3)[(2m−1)E(m) + (1−m)K(m)], m = (1+t)/2 within the contact, and
+    F = (4/3)√(t+1) [t E(m) − (t−1) K(m)], m = 2/(1+t) in the wake, t > 1. Ahead and beside T = 0.
+
+    Parameters, errors: as `static_temperature`.
+    """
+    behind, beside = np.broadcast_arrays(-real_array("x", x, "R"), real_array("y", y, "R"))
+    square = (1 - beside) * (1 + beside)
+    result = np.zeros(square.shape)
+    half = np.sqrt(np.maximum(square, 0.0))
+    hot = (square > 0.0) & (behind > -half)
+    t = behind[hot] / half[hot]
+    result[hot] = half[hot] ** 1.5 * np.where(t <= 1.0, _within(np.minimum(t, 1.0)), _wake(np.maximum(t, 1.0)))
+    return _as_given(result / sqrt(pi))
+
+
+def _within(t: Array) -> Array:
+    m = (1 + t) / 2
+    return np.asarray(
+        4 * sqrt(2) / 3 * ((2 * m - 1) * ellipe(m) + (1 - m) * np.where(m < 1.0, ellipk(_below_one(m)), 0))
+    )
+
+
+def _wake(t: Array) -> Array:
+    m = 2 / (1 + t)
+    near = 4 / 3 * np.sqrt(t + 1) * (t * ellipe(m) - (t - 1) * ellipk(_below_one(m)))
+    return np.where(t < _FAR, near, _far_wake(np.maximum(t, _FAR)))
+
+
+def _far_wake(t: Array) -> Array:
+    """Return ∫√(1−u²)(t−u)^(−1/2) du as its series in 1/t²: the closed form cancels far behind."""
+    total, term = np.zeros_like(t), pi / 2 / np.sqrt(t)
+    for k in range(14):
+        total += term
+        term = term * (2 * k + 0.5) * (2 * k + 1.5) / ((2 * k + 1) * (2 * k + 2)) * (k + 0.5) / (k + 2) / t**2
+    return np.asarray(total)
+
+
+def _below_one(m: Array) -> Array:
+    """Keep K(m) finite where its factor vanishes."""
+    return np.minimum(m, np.nextafter(1.0, 0.0))
+
+
+def _as_given(values: Array) -> Array | float:
+    return float(values) if values.ndim == 0 else values
