@@ -202,7 +202,7 @@ class Run:
         cutoffs = ", ".join(f"{level.q_max:.3g}" for level in levels)
         notes = [f"{column} contact up to q_c = {cutoffs} rad/m, solver tolerance {self.numerics.tolerance:.1g}"]
         if np.isfinite(values.exponent):
-            notes.append(f"extrapolated as q_c^(−{values.exponent:.2g}); half of the bias counts as its own error")
+            notes.append(f"extrapolated as q_c^(−{values.exponent:.2g}); a quarter of the bias counts as its own error")
         elif len(levels) > 1 and observable in BY_FORCE_BALANCE:
             notes.append("fixed by force balance where all contact has yielded: the finest level, not extrapolated")
         elif len(levels) > 1:
