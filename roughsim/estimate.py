@@ -43,8 +43,8 @@ PER_SPEED = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_wi
 NO_LIMIT = ("flash_gradient", "flash_laplacian", "flash_width", "slope_length")
 # fixed by force balance where all contact has yielded, at every q_c that a plan chooses: nothing to extrapolate
 BY_FORCE_BALANCE = ("contact_fraction", "plastic_fraction", "pressure_variance")
-# the exponent of the extrapolation was measured as 0.90…1.15 on three steels up to four cut-offs; ±0.2 moves the bias by a
-# quarter of itself
+# the exponent of the extrapolation was measured as 0.90…1.15 on three steels, up to four cut-offs; ±0.2 moves the bias
+# by a quarter of itself
 _BIAS_DOUBT = 0.25
 
 
