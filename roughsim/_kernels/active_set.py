@@ -1,6 +1,10 @@
 """Loops of the contact solver: load equation, active set, directions, steps.
 
-Arrays are flat views; `cap` is the highest pressure (may be infinite); `free` is 1 on the free points and 0 elsewhere.
+Arrays are flat and of one or two precisions: p and gap in that of the solution, the others in that of the steps. Each
+loop covers the points start … stop − 1 and returns partial sums. It slices its arrays first, so that no index can be
+negative: otherwise the compiler's choice of loop, and with it the last bits of a sum, depend on addresses. `cap` is
+the highest pressure (may be infinite); `free` is 1 on the free points and 0 elsewhere; `law` holds the offset d, the
+stiffness κ and the cap of clip(p − κ(gap − d), 0, cap).
 """
 
 from __future__ import annotations
@@ -13,211 +17,203 @@ from roughsim._kernels import REORDER, kernel
 
 
 @kernel(fastmath=REORDER)
-def clipped_sum(p: Any, gap: Any, stiffness: float, offset: float, cap: float) -> Any:
+def subtract_heights(start: int, stop: int, heights: Any, middle: float, unit: float, gap: Any) -> Any:
+    """Turn the displacement in `gap` into the gap u − (heights − middle)/unit; return Σ u²."""
+    heights, gap = heights[start:stop], gap[start:stop]
+    square = 0.0
+    for i in range(stop - start):
+        u = gap[i]
+        square += u * u
+        gap[i] = u - (heights[i] - middle) / unit
+    return (square,)
+
+
+@kernel(fastmath=REORDER)
+def contact_sum(start: int, stop: int, p: Any, gap: Any) -> Any:
+    """Σ gap where p > 0, their number, and Σ p."""
+    p, gap = p[start:stop], gap[start:stop]
+    total, count, load = 0.0, 0, 0.0
+    for i in range(stop - start):
+        if p[i] > 0.0:
+            total += gap[i]
+            count += 1
+        load += p[i]
+    return total, count, load
+
+
+@kernel(fastmath=REORDER)
+def clipped_sum(start: int, stop: int, p: Any, gap: Any, law: Any) -> Any:
     """Σ clip(p − κ(gap − d), 0, cap), and how many points lie strictly between the bounds."""
-    total, free = 0.0, 0
-    for i in range(p.size):
+    p, gap = p[start:stop], gap[start:stop]
+    offset, stiffness, cap = law
+    total, inside = 0.0, 0
+    for i in range(stop - start):
         x = p[i] - stiffness * (gap[i] - offset)
         y = min(max(x, 0.0), cap)
         total += y
-        free += 1 if x == y else 0
-    return total, free
+        inside += 1 if x == y else 0
+    return total, inside
 
 
 @kernel()
-def _bracket(p: Any, gap: Any, stiffness: float, cap: float, target: float) -> Any:
-    """Offsets at which the clipped sum is surely zero and surely at least the target."""
+def bracket(start: int, stop: int, p: Any, gap: Any, stiffness: float, goal: float) -> Any:
+    """Offsets at which the clipped sum is surely zero, and surely `goal` at every point."""
+    p, gap = p[start:stop], gap[start:stop]
     low, high = np.inf, -np.inf
-    goal = min(cap, target / p.size * (1.0 + 1e-12))
-    for i in range(p.size):
+    for i in range(stop - start):
         low = min(low, gap[i] - p[i] / stiffness)
         high = max(high, gap[i] + (goal - p[i]) / stiffness)
-    return low, max(high, low)
-
-
-@kernel()
-def load_offset(p: Any, gap: Any, stiffness: float, offset: float, cap: float, target: float) -> float:
-    """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d by Newton's method, safeguarded by bisection."""
-    low, high = -np.inf, np.inf
-    bracketed = False
-    for _ in range(200):
-        total, free = clipped_sum(p, gap, stiffness, offset, cap)
-        excess = total - target
-        if abs(excess) <= 1e-14 * target:
-            break
-        if excess > 0.0:
-            high = min(high, offset)
-        else:
-            low = max(low, offset)
-        proposal = offset - excess / (stiffness * free) if free > 0 else np.nan
-        if not low < proposal < high:
-            if not bracketed:
-                a, b = _bracket(p, gap, stiffness, cap, target)
-                low, high, bracketed = max(low, a), min(high, b), True
-            proposal = 0.5 * (low + high)
-        if proposal == offset or not low < high:
-            break
-        offset = proposal
-    return offset
+    return low, high
 
 
 @kernel(fastmath=REORDER)
-def classify(p: Any, gap: Any, offset: float, stiffness: float, reach: float, cap: float, free: Any, r: Any) -> Any:
-    """Fill the active set, and r = gap − d on the free points (zero elsewhere); return their number.
+def classify(
+    start: int, stop: int, p: Any, gap: Any, law: Any, reach: float, unit: float, limit: float, free: Any, rest: Any
+) -> Any:
+    """Fill the active set, and gap − d on the free points (zero elsewhere).
 
-    A point is free where 0 < p − reach κ r < cap.
+    A point is free where 0 < p − reach κ (gap − d) < cap. With x = clip(p − κ(gap − d), 0, cap) and m = p − x, return
+    Σ x, how many x lie between the bounds, Σ (m·unit)², Σ (p·unit)², the number of free points, and that of points
+    with |m| > limit; `unit` keeps the squares of tiny pressures alive.
     """
-    count = 0
-    for i in range(p.size):
-        rest = gap[i] - offset
-        x = p[i] - reach * stiffness * rest
-        inside = (x > 0.0) & (x < cap)
-        free[i] = 1 if inside else 0
-        r[i] = rest if inside else 0.0
-        count += 1 if inside else 0
-    return count
-
-
-@kernel(fastmath=REORDER)
-def mismatch(p: Any, gap: Any, offset: float, stiffness: float, cap: float, unit: float) -> Any:
-    """√(Σ m²/Σ p²) and max |m|, m = p − clip(p − κ(gap − d)); `unit` keeps the squares of tiny pressures alive."""
-    square, norm, worst = 0.0, 0.0, 0.0
-    for i in range(p.size):
-        x = p[i] - stiffness * (gap[i] - offset)
-        m = (p[i] - min(max(x, 0.0), cap)) * unit
+    p, gap, free, rest = p[start:stop], gap[start:stop], free[start:stop], rest[start:stop]
+    offset, stiffness, cap = law
+    total, inside, square, norm, count, above = 0.0, 0, 0.0, 0.0, 0, 0
+    for i in range(stop - start):
+        r = gap[i] - offset
+        x = p[i] - stiffness * r
+        y = min(max(x, 0.0), cap)
+        total += y
+        inside += 1 if x == y else 0
+        m = p[i] - y
+        above += 1 if abs(m) > limit else 0
+        m *= unit
         square += m * m
-        norm += (p[i] * unit) ** 2
-        worst = max(worst, abs(m))
-    return np.sqrt(square / norm), worst / unit
-
-
-@kernel()
-def settle(free: Any, trial: Any, shift: float, cap: float, p: Any) -> None:
-    """Write p = clip(trial + shift): exact bounds on the points that are not free."""
-    for i in range(p.size):
-        p[i] = min(max(trial[i] + (shift if free[i] else 0.0), 0.0), cap)
+        norm += (p[i] * unit) * (p[i] * unit)
+        near = p[i] - reach * stiffness * r
+        is_free = (near > 0.0) & (near < cap)
+        free[i] = 1 if is_free else 0
+        rest[i] = r if is_free else 0.0
+        count += 1 if is_free else 0
+    return total, inside, square, norm, count, above
 
 
 @kernel(fastmath=REORDER)
-def conjugacy(free: Any, z: Any, step: Any, response: Any) -> Any:
-    """⟨z, S·step⟩ and ⟨step, S·step⟩ over the free points."""
-    cross, own = 0.0, 0.0
-    for i in range(free.size):
-        if free[i]:
-            cross += z[i] * response[i]
-            own += step[i] * response[i]
-    return cross, own
-
-
-@kernel()
 def propose(
-    free: Any, p: Any, gap: Any, offset: float, z: Any, alpha: float, beta: float, cap: float, trial: Any
-) -> None:
-    """Turn the last step into a trial: p − α z + β step on the free points, the nearest bound elsewhere."""
-    for i in range(free.size):
-        if free[i]:
-            trial[i] = p[i] - alpha * z[i] + beta * trial[i]
-        else:
-            rest = gap[i] - offset
-            trial[i] = cap if rest < 0.0 or (rest == 0.0 and p[i] > 0.0) else 0.0
+    start: int, stop: int, free: Any, p: Any, gap: Any, offset: float, z: Any, mix: Any, cap: float, change: Any
+) -> Any:
+    """Turn the last step into a trial change: β step − α z on the free points, to the nearest bound elsewhere.
 
-
-@kernel(fastmath=REORDER)
-def shifted_sum(free: Any, trial: Any, shift: float, cap: float) -> Any:
-    """Σ of the trial with its free points shifted and clipped, and how many of them stay between the bounds."""
+    Return Σ clip(p + change, 0, cap) and how many free points stay between the bounds.
+    """
+    free, p, gap, z, change = free[start:stop], p[start:stop], gap[start:stop], z[start:stop], change[start:stop]
+    alpha, beta = mix
     total, count = 0.0, 0
-    for i in range(free.size):
-        x = trial[i] + (shift if free[i] else 0.0)
+    for i in range(stop - start):
+        if free[i]:
+            c = beta * change[i] - alpha * z[i]
+        else:
+            r = gap[i] - offset
+            c = (cap if r < 0.0 or (r == 0.0 and p[i] > 0.0) else 0.0) - p[i]
+        change[i] = c
+        x = p[i] + change[i]
         y = min(max(x, 0.0), cap)
         total += y
         count += 1 if (x == y) & (free[i] == 1) else 0
     return total, count
 
 
-@kernel()
-def load_shift(free: Any, trial: Any, cap: float, target: float) -> Any:
-    """Solve for the shift of the free points that restores the load; False if none does."""
-    shift, low, high, excess = 0.0, -np.inf, np.inf, np.inf
-    for _ in range(100):
-        total, count = shifted_sum(free, trial, shift, cap)
-        excess = total - target
-        if abs(excess) <= 1e-14 * target:
-            return shift, True
-        if excess > 0.0:
-            high = shift
-        else:
-            low = shift
-        proposal = shift - excess / count if count > 0 else np.nan
-        if not low < proposal < high:
-            if not (np.isfinite(low) and np.isfinite(high)):
-                return shift, False
-            proposal = 0.5 * (low + high)
-            if proposal in (low, high):
-                break
-        shift = proposal
-    return shift, abs(excess) <= 1e-9 * target
+@kernel(fastmath=REORDER)
+def shifted_sum(start: int, stop: int, free: Any, p: Any, change: Any, shift: float, cap: float) -> Any:
+    """Σ clip(p + change + shift on the free points, 0, cap), and how many of these stay between the bounds."""
+    free, p, change = free[start:stop], p[start:stop], change[start:stop]
+    total, count = 0.0, 0
+    for i in range(stop - start):
+        x = p[i] + change[i] + (shift if free[i] else 0.0)
+        y = min(max(x, 0.0), cap)
+        total += y
+        count += 1 if (x == y) & (free[i] == 1) else 0
+    return total, count
 
 
 @kernel(fastmath=REORDER)
-def free_step(free: Any, trial: Any, shift: float, cap: float, p: Any, gap: Any, offset: float) -> float:
-    """Turn the trial into the step clip(trial + shift) − p and return its slope ⟨step, gap − d⟩."""
-    slope = 0.0
-    for i in range(free.size):
-        x = trial[i] + (shift if free[i] else 0.0)
-        change = min(max(x, 0.0), cap) - p[i]
-        trial[i] = change
-        slope += change * (gap[i] - offset)
-    return slope
+def free_step(
+    start: int, stop: int, free: Any, p: Any, gap: Any, offset: float, shift: float, cap: float, step: Any
+) -> Any:
+    """Turn the trial change into the step clip(p + change + shift) − p; return ⟨step, gap − d⟩ and Σ step²."""
+    free, p, gap, step = free[start:stop], p[start:stop], gap[start:stop], step[start:stop]
+    slope, square = 0.0, 0.0
+    for i in range(stop - start):
+        x = p[i] + step[i] + (shift if free[i] else 0.0)
+        c = min(max(x, 0.0), cap) - p[i]
+        step[i] = c
+        slope += c * (gap[i] - offset)
+        square += c * c
+    return slope, square
 
 
 @kernel(fastmath=REORDER)
-def gradient_step(p: Any, gap: Any, offset: float, stiffness: float, cap: float, step: Any) -> float:
-    """Write step = clip(p − κ(gap − d)) − p and return its slope ⟨step, gap − d⟩, never positive."""
-    slope = 0.0
-    for i in range(p.size):
-        rest = gap[i] - offset
-        change = min(max(p[i] - stiffness * rest, 0.0), cap) - p[i]
-        step[i] = change
-        slope += change * rest
-    return slope
+def gradient_step(start: int, stop: int, p: Any, gap: Any, law: Any, share: float, step: Any) -> Any:
+    """Write step = share · clip(p − κ(gap − d)) − p and return ⟨step, gap − d⟩ and Σ step²."""
+    p, gap, step = p[start:stop], gap[start:stop], step[start:stop]
+    offset, stiffness, cap = law
+    slope, square = 0.0, 0.0
+    for i in range(stop - start):
+        r = gap[i] - offset
+        c = share * min(max(p[i] - stiffness * r, 0.0), cap) - p[i]
+        step[i] = c
+        slope += c * r
+        square += c * c
+    return slope, square
 
 
 @kernel(fastmath=REORDER)
-def curvature(spectrum: Any, wavenumber: Any, multiplicity: Any) -> float:
-    """Σ_q S |step_q|², S = 2/q, over the full plane."""
-    total = 0.0
-    rows, columns = spectrum.shape
-    for i in range(rows):
-        for j in range(columns):
-            q = wavenumber[i, j]
-            if q > 0.0:
-                c = spectrum[i, j]
-                total += multiplicity[0, j] * 2.0 / q * (c.real * c.real + c.imag * c.imag)
-    return total
+def curvature(start: int, stop: int, step: Any, response: Any) -> Any:
+    """⟨step, S·step⟩ and Σ (S·step)²."""
+    step, response = step[start:stop], response[start:stop]
+    own, square = 0.0, 0.0
+    for i in range(stop - start):
+        own += step[i] * response[i]
+        square += response[i] * response[i]
+    return own, square
 
 
-@kernel()
-def comply(spectrum: Any, wavenumber: Any, factor: float) -> None:
-    """Multiply by factor · 2/q; q = 0 becomes zero: from pressure to displacement."""
-    rows, columns = spectrum.shape
-    for i in range(rows):
-        for j in range(columns):
-            q = wavenumber[i, j]
-            spectrum[i, j] *= 2.0 * factor / q if q > 0.0 else 0.0
+@kernel(fastmath=REORDER)
+def advance(
+    start: int, stop: int, p: Any, gap: Any, step: Any, response: Any, length: float, slack: float, law: Any
+) -> Any:
+    """Add τ step to the pressure and τ S·step to the gap; return the sums of `clipped_sum` there.
 
-
-@kernel()
-def stiffen(spectrum: Any, wavenumber: Any, factor: float) -> None:
-    """Multiply by factor · q/2: from displacement to pressure."""
-    rows, columns = spectrum.shape
-    for i in range(rows):
-        for j in range(columns):
-            spectrum[i, j] *= 0.5 * factor * wavenumber[i, j]
-
-
-@kernel()
-def advance(p: Any, gap: Any, step: Any, response: Any, length: float) -> None:
-    """Add τ step to the pressure and τ S·step to the gap."""
-    for i in range(p.size):
-        p[i] += length * step[i]
+    What the rounding of the step left of a bound (a share `slack` of p) goes onto the bound.
+    """
+    p, gap, step, response = p[start:stop], gap[start:stop], step[start:stop], response[start:stop]
+    offset, stiffness, cap = law
+    total, inside = 0.0, 0
+    top = cap * (1.0 - slack)
+    for i in range(stop - start):
+        x = p[i] + length * step[i]
+        x = 0.0 if x <= slack * p[i] else x
+        x = cap if x >= top else x
+        p[i] = x
         gap[i] += length * response[i]
+        x -= stiffness * (gap[i] - offset)
+        y = min(max(x, 0.0), cap)
+        total += y
+        inside += 1 if x == y else 0
+    return total, inside
+
+
+@kernel()
+def balance(start: int, stop: int, free: Any, shift: float, cap: float, p: Any) -> None:
+    """Write p = clip(p + shift on the free points)."""
+    free, p = free[start:stop], p[start:stop]
+    for i in range(stop - start):
+        p[i] = min(max(p[i] + (shift if free[i] else 0.0), 0.0), cap)
+
+
+@kernel()
+def continuation(start: int, stop: int, p: Any, gap: Any, offset: float, stiffness: float, result: Any) -> None:
+    """Write p − κ(gap − d): its positive part is close to the pressure, and it goes on smoothly into the gap."""
+    p, gap, result = p[start:stop], gap[start:stop], result[start:stop]
+    for i in range(stop - start):
+        result[i] = p[i] - stiffness * (gap[i] - offset)

@@ -1,7 +1,9 @@
 """Loops of the push–pull pyramid: the extension of a field from the free points to the plane, and its transpose.
 
 Weights are 1 on the free points. A parent cell has the weight min(1, Σ/3) and the weighted mean of its (up to) four
-children; on the way back u = w v + (1 − w)·(bilinear interpolation of the parents), periodic.
+children; on the way back u = w v + (1 − w)·(bilinear interpolation of the parents), periodic. The finest level has
+loops of its own: its weights are the bytes of the free set and its field is zero off the free points. Above it, level
+l lies at starts[l] in flat arrays and has the shape shapes[l].
 """
 
 from __future__ import annotations
@@ -14,66 +16,241 @@ from roughsim._kernels import REORDER, kernel
 
 
 @kernel(fastmath=REORDER)
-def push(weight: Any, value: Any, parent_weight: Any, parent_value: Any, parent_inverse: Any) -> None:
-    """Fill the parents: weight, weighted mean, and 1/Σ weights."""
-    rows, columns = weight.shape
-    for i in range(parent_weight.shape[0]):
-        for j in range(parent_weight.shape[1]):
-            total, mean = 0.0, 0.0
-            for a in range(2 * i, min(2 * i + 2, rows)):
-                for b in range(2 * j, min(2 * j + 2, columns)):
-                    total += weight[a, b]
-                    mean += weight[a, b] * value[a, b]
-            inverse = 1.0 / total if total > 0.0 else 0.0
-            parent_weight[i, j] = min(1.0, total / 3.0)
-            parent_value[i, j] = mean * inverse
-            parent_inverse[i, j] = inverse
+def push_finest(start: int, stop: int, free: Any, field: Any, weight: Any, value: Any, inverse: Any) -> None:
+    """Fill the parent rows of the rows start … stop − 1 (start even): weight, mean, 1/Σ weights."""
+    columns = field.shape[1]
+    one, third, zero = field.dtype.type(1.0), field.dtype.type(1.0 / 3.0), field.dtype.type(0.0)
+    for i in range(start, stop, 2):
+        k = min(i + 1, field.shape[0] - 1)
+        second = field.dtype.type(1.0) if k > i else zero  # an odd last row has no partner
+        bit = np.int8(1) if k > i else np.int8(0)
+        row = i // 2
+        for j in range(columns // 2):
+            a, b = 2 * j, 2 * j + 1
+            count = field.dtype.type(free[i, a] + free[i, b] + bit * (free[k, a] + free[k, b]))
+            total = field[i, a] + field[i, b] + second * (field[k, a] + field[k, b])
+            share = one / max(count, one) if count > zero else zero
+            inverse[row, j] = share
+            value[row, j] = total * share
+            weight[row, j] = min(one, count * third)
+        if columns % 2:
+            j, a = columns // 2, columns - 1
+            count = field.dtype.type(free[i, a] + bit * free[k, a])
+            share = one / max(count, one) if count > zero else zero
+            inverse[row, j] = share
+            value[row, j] = (field[i, a] + second * field[k, a]) * share
+            weight[row, j] = min(one, count * third)
 
 
 @kernel(fastmath=REORDER)
-def pull(weight: Any, value: Any, parent: Any, result: Any) -> None:
-    """Write w v + (1 − w)·bilinear(parent)."""
+def pull_finest(start: int, stop: int, free: Any, parent: Any, field: Any) -> None:
+    """Write the bilinear interpolation of the parents onto the points that are not free."""
+    columns, parents = field.shape[1], parent.shape[1]
+    blended = np.empty(parents + 2, parent.dtype)
+    big, small = parent.dtype.type(0.75), parent.dtype.type(0.25)
+    for i in range(start, stop):
+        _blend(parent, i, blended)
+        for j in range(columns // 2):
+            a, b = 2 * j, 2 * j + 1
+            middle = big * blended[j + 1]
+            left, right = middle + small * blended[j], middle + small * blended[j + 2]
+            field[i, a] = field[i, a] if free[i, a] else left
+            field[i, b] = field[i, b] if free[i, b] else right
+        if columns % 2 and not free[i, columns - 1]:
+            field[i, columns - 1] = big * blended[parents] + small * blended[parents - 1]
+
+
+@kernel(fastmath=REORDER)
+def gather_finest(start: int, stop: int, free: Any, source: Any, parent: Any) -> None:
+    """Fill the parent rows start … stop − 1 with the transpose of the bilinear part."""
+    rows, columns = source.shape
+    parents = parent.shape[1]
+    line = np.zeros(2 * parents + 2, source.dtype)
+    big, small, zero = source.dtype.type(0.75), source.dtype.type(0.25), source.dtype.type(0.0)
+    for i in range(start, stop):
+        line[:] = zero
+        for k in range(4):
+            row = _neighbour(2 * i - 1 + k, rows, parent.shape[0])
+            if row >= 0:
+                weight = small if k in (0, 3) else big
+                for j in range(columns):
+                    line[j + 1] += zero if free[row, j] else weight * source[row, j]
+        _collect(line, parent[i])
+
+
+@kernel(fastmath=REORDER)
+def scatter_finest(
+    start: int, stop: int, free: Any, parent: Any, inverse: Any, step: Any, response: Any, field: Any
+) -> Any:
+    """Write what reaches the free points, zero elsewhere; return ⟨field, response⟩ and ⟨step, response⟩ over them."""
+    columns = field.shape[1]
+    cross, own = 0.0, 0.0
+    zero = field.dtype.type(0.0)
+    shares = np.empty(parent.shape[1], field.dtype)
+    for i in range(start, stop):
+        for j in range(shares.size):
+            shares[j] = inverse[i // 2, j] * parent[i // 2, j]
+        for j in range(columns // 2):
+            a, b = 2 * j, 2 * j + 1
+            field[i, a] = field[i, a] + shares[j] if free[i, a] else zero
+            field[i, b] = field[i, b] + shares[j] if free[i, b] else zero
+        if columns % 2:
+            a = columns - 1
+            field[i, a] = field[i, a] + shares[columns // 2] if free[i, a] else zero
+        for j in range(columns):
+            cross += field[i, j] * response[i, j]
+            own += step[i, j] * response[i, j] if free[i, j] else zero
+    return cross, own
+
+
+@kernel(fastmath=REORDER)
+def extend_coarse(shapes: Any, starts: Any, weights: Any, inverses: Any, values: Any) -> None:
+    """Push from level 1 to the top and pull back to level 1."""
+    top = len(shapes) - 1
+    for level in range(1, top):
+        upper = level + 1
+        _push(
+            _level(weights, shapes, starts, level),
+            _level(values, shapes, starts, level),
+            _level(weights, shapes, starts, upper),
+            _level(values, shapes, starts, upper),
+            _level(inverses, shapes, starts, upper),
+        )
+    for level in range(top - 1, 0, -1):
+        _pull(
+            _level(weights, shapes, starts, level),
+            _level(values, shapes, starts, level + 1),
+            _level(values, shapes, starts, level),
+        )
+
+
+@kernel(fastmath=REORDER)
+def transpose_coarse(shapes: Any, starts: Any, weights: Any, inverses: Any, sources: Any) -> None:
+    """Gather from level 1 to the top and scatter back to level 1: the transpose of `extend_coarse`."""
+    top = len(shapes) - 1
+    for level in range(1, top):
+        _gather(
+            _level(weights, shapes, starts, level),
+            _level(sources, shapes, starts, level),
+            _level(sources, shapes, starts, level + 1),
+        )
+    for level in range(top - 1, 0, -1):
+        _scatter(
+            _level(weights, shapes, starts, level),
+            _level(sources, shapes, starts, level + 1),
+            _level(inverses, shapes, starts, level + 1),
+            _level(sources, shapes, starts, level),
+        )
+
+
+@kernel()
+def _level(flat: Any, shapes: Any, starts: Any, level: int) -> Any:
+    rows, columns = shapes[level, 0], shapes[level, 1]
+    return flat[starts[level] : starts[level] + rows * columns].reshape((rows, columns))
+
+
+@kernel(fastmath=REORDER)
+def _push(weight: Any, value: Any, parent_weight: Any, parent_value: Any, parent_inverse: Any) -> None:
+    rows, columns = weight.shape
+    one, third, zero = value.dtype.type(1.0), value.dtype.type(1.0 / 3.0), value.dtype.type(0.0)
+    for i in range(parent_weight.shape[0]):
+        k = min(2 * i + 1, rows - 1)
+        second = one if k > 2 * i else zero
+        for j in range(columns // 2):
+            a, b = 2 * j, 2 * j + 1
+            wa, wb, wc, wd = weight[2 * i, a], weight[2 * i, b], second * weight[k, a], second * weight[k, b]
+            total = wa + wb + wc + wd
+            mean = wa * value[2 * i, a] + wb * value[2 * i, b] + wc * value[k, a] + wd * value[k, b]
+            share = one / total if total > zero else zero
+            parent_inverse[i, j] = share
+            parent_value[i, j] = mean * share
+            parent_weight[i, j] = min(one, total * third)
+        if columns % 2:
+            j, a = columns // 2, columns - 1
+            wa, wc = weight[2 * i, a], second * weight[k, a]
+            share = one / (wa + wc) if wa + wc > zero else zero
+            parent_inverse[i, j] = share
+            parent_value[i, j] = (wa * value[2 * i, a] + wc * value[k, a]) * share
+            parent_weight[i, j] = min(one, (wa + wc) * third)
+
+
+@kernel(fastmath=REORDER)
+def _pull(weight: Any, parent: Any, value: Any) -> None:
     rows, columns = weight.shape
     parents = parent.shape[1]
     blended = np.empty(parents + 2, parent.dtype)
+    one, big, small = parent.dtype.type(1.0), parent.dtype.type(0.75), parent.dtype.type(0.25)
     for i in range(rows):
-        near, side = i // 2, (i // 2 + (1 if i % 2 else -1)) % parent.shape[0]
-        for j in range(parents):
-            blended[j + 1] = 0.75 * parent[near, j] + 0.25 * parent[side, j]
-        blended[0], blended[parents + 1] = blended[parents], blended[1]
-        for j in range(columns):
-            k = j // 2 + 1
-            w = weight[i, j]
-            bilinear = 0.75 * blended[k] + 0.25 * blended[k + (1 if j % 2 else -1)]
-            result[i, j] = w * value[i, j] + (1.0 - w) * bilinear
+        _blend(parent, i, blended)
+        for j in range(columns // 2):
+            a, b = 2 * j, 2 * j + 1
+            wa, wb, middle = weight[i, a], weight[i, b], big * blended[j + 1]
+            value[i, a] = wa * value[i, a] + (one - wa) * (middle + small * blended[j])
+            value[i, b] = wb * value[i, b] + (one - wb) * (middle + small * blended[j + 2])
+        if columns % 2:
+            a = columns - 1
+            wa = weight[i, a]
+            value[i, a] = wa * value[i, a] + (one - wa) * (big * blended[parents] + small * blended[parents - 1])
 
 
 @kernel(fastmath=REORDER)
-def pull_transposed(weight: Any, source: Any, parent: Any) -> None:
-    """Write the transpose of the bilinear part: parent = bilinearᵀ (1 − w) source."""
-    rows, columns = weight.shape
+def _gather(weight: Any, source: Any, parent: Any) -> None:
+    rows, columns = source.shape
     parents = parent.shape[1]
-    parent[:] = 0.0
-    gathered = np.empty(parents + 2, parent.dtype)
-    for i in range(rows):
-        near, side = i // 2, (i // 2 + (1 if i % 2 else -1)) % parent.shape[0]
-        gathered[:] = 0.0
-        for j in range(columns):
-            k = j // 2 + 1
-            x = (1.0 - weight[i, j]) * source[i, j]
-            gathered[k] += 0.75 * x
-            gathered[k + (1 if j % 2 else -1)] += 0.25 * x
-        gathered[parents] += gathered[0]
-        gathered[1] += gathered[parents + 1]
-        for j in range(parents):
-            parent[near, j] += 0.75 * gathered[j + 1]
-            parent[side, j] += 0.25 * gathered[j + 1]
+    line = np.zeros(2 * parents + 2, source.dtype)
+    one, big, small = source.dtype.type(1.0), source.dtype.type(0.75), source.dtype.type(0.25)
+    for i in range(parent.shape[0]):
+        line[:] = 0.0
+        for k in range(4):
+            row = _neighbour(2 * i - 1 + k, rows, parent.shape[0])
+            if row >= 0:
+                share = small if k in (0, 3) else big
+                for j in range(columns):
+                    line[j + 1] += share * (one - weight[row, j]) * source[row, j]
+        _collect(line, parent[i])
 
 
 @kernel(fastmath=REORDER)
-def push_transposed(weight: Any, source: Any, parent: Any, parent_inverse: Any, result: Any) -> None:
-    """Write w (source + parent / Σ weights): what reaches the values of this level."""
-    rows, columns = weight.shape
+def _scatter(weight: Any, parent: Any, inverse: Any, source: Any) -> None:
+    rows, columns = source.shape
+    shares = np.empty(parent.shape[1], source.dtype)
     for i in range(rows):
-        for j in range(columns):
-            result[i, j] = weight[i, j] * (source[i, j] + parent_inverse[i // 2, j // 2] * parent[i // 2, j // 2])
+        for j in range(shares.size):
+            shares[j] = inverse[i // 2, j] * parent[i // 2, j]
+        for j in range(columns // 2):
+            a, b = 2 * j, 2 * j + 1
+            source[i, a] = weight[i, a] * (source[i, a] + shares[j])
+            source[i, b] = weight[i, b] * (source[i, b] + shares[j])
+        if columns % 2:
+            a = columns - 1
+            source[i, a] = weight[i, a] * (source[i, a] + shares[columns // 2])
+
+
+@kernel(fastmath=REORDER)
+def _blend(parent: Any, row: int, blended: Any) -> None:
+    """Interpolate the parents' rows to a child row; a parent more, periodic, at each end."""
+    rows, columns = parent.shape
+    near = row // 2
+    side = near + 1 if row % 2 else near - 1
+    side = rows - 1 if side < 0 else (0 if side == rows else side)
+    big, small = parent.dtype.type(0.75), parent.dtype.type(0.25)
+    for j in range(columns):
+        blended[j + 1] = big * parent[near, j] + small * parent[side, j]
+    blended[0], blended[columns + 1] = blended[columns], blended[1]
+
+
+@kernel()
+def _neighbour(row: int, rows: int, parents: int) -> int:
+    """The child row at `row` of the periodic doubled parents; −1 if there is none (an odd number of rows)."""
+    row %= 2 * parents
+    return row if row < rows else -1
+
+
+@kernel(fastmath=REORDER)
+def _collect(line: Any, parent: Any) -> None:
+    """Transpose the interpolation along a row; child j of the doubled parents is at line[j + 1]."""
+    parents = parent.size
+    big, small = parent.dtype.type(0.75), parent.dtype.type(0.25)
+    line[0], line[2 * parents + 1] = line[2 * parents], line[1]
+    for j in range(parents):
+        parent[j] = big * (line[2 * j + 1] + line[2 * j + 2]) + small * (line[2 * j] + line[2 * j + 3])

@@ -2,7 +2,7 @@
 
 Minimise ½p·Sp − p·h with 0 ≤ p ≤ σ_P and mean p = σ₀, S(q) = 2/(E*|q|), S(0) = 0: strictly convex, so a small
 residual of the optimality conditions is necessary and sufficient (Stanley & Kato 1997; Almqvist et al. 2007 for the
-cap). The solve cascades from coarse grids (Bornemann & Deuflhard 1996); each level is `active_set.solve_level`.
+cap). The solve cascades from coarse grids (Bornemann & Deuflhard 1996); each level is an `active_set.Iteration`.
 """
 
 from __future__ import annotations
@@ -15,8 +15,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughsim.contact.active_set import Problem, Solution, rounding_floor
-from roughsim.contact.cascade import full_contact, solve_cascade
+from roughsim.contact.active_set import Iteration, Problem, rounding_floor
+from roughsim.contact.cascade import coarser, solve_cascade
+from roughsim.contact.full import FullContact, full_contact
+from roughsim.contact.operator import Operator
 from roughsim.errors import ConvergenceError, number, positive, real_field
 from roughsim.grid import Grid
 
@@ -119,12 +121,16 @@ def solve_contact(
     """
     heights = _checked(heights, grid, solid, nominal_pressure, tolerance, max_iterations, precision)
     limit = 1000 if max_iterations is None else int(max_iterations)
-    problem, length_unit, pressure_unit = _dimensionless(heights, grid, solid, nominal_pressure)
-    solution, transforms = full_contact(problem), 2.0
-    if solution is None:
-        solution, transforms = solve_cascade(problem, tolerance, limit)
-        _judge(problem, solution, tolerance, limit, pressure_unit)
-    return _contact(problem, solution, transforms, (length_unit, pressure_unit, solid.penetration_hardness), precision)
+    problem, spectrum, pressure_unit = _dimensionless(heights, grid, solid, nominal_pressure)
+    units = problem.unit, pressure_unit, solid.penetration_hardness
+    full = full_contact(problem, spectrum)
+    if full is not None:
+        return _contact(problem, full, units, precision, transforms=2.0)
+    levels = coarser(problem, spectrum)
+    del spectrum
+    state, transforms = solve_cascade(levels, tolerance, limit)
+    _judge(state, tolerance, limit, pressure_unit)
+    return _contact(problem, state, units, precision, transforms=transforms + 1.0)
 
 
 def _checked(
@@ -153,35 +159,32 @@ def _checked(
 
 def _dimensionless(
     heights: NDArray[np.float64], grid: Grid, solid: Solid, nominal_pressure: float
-) -> tuple[Problem, float, float]:
-    """Scale lengths to the longer side, heights to their range, and E* to 1; return also the units."""
-    middle = 0.5 * (float(heights.max()) + float(heights.min()))
-    centred = heights - middle
-    length_unit = float(np.abs(centred).max())
+) -> tuple[Problem, NDArray[Any], float]:
+    """Scale lengths to the longer side, heights to their range, and E* to 1; return also the heights' spectrum."""
+    low, high = float(heights.min()), float(heights.max())
+    middle = 0.5 * (high + low)
     side = max(grid.lengths)
-    if length_unit == 0.0:
-        length_unit = side
-    pressure_unit = solid.effective_modulus * (length_unit / side)
+    unit = max(high - middle, middle - low) or side
+    pressure_unit = solid.effective_modulus * (unit / side)
     unit_grid = Grid(grid.shape, (grid.lengths[0] / side, grid.lengths[1] / side))
     load, cap = nominal_pressure / pressure_unit, solid.penetration_hardness / pressure_unit
-    centred /= length_unit
-    return Problem(centred, unit_grid, load, cap, _stiffness(centred, unit_grid)), length_unit, pressure_unit
+    spectrum = Operator(unit_grid, np.float64).forward((heights - middle) / unit)
+    stiffness = _stiffness(spectrum, unit_grid)
+    return Problem(heights, middle, unit, unit_grid, load, cap, stiffness), spectrum, pressure_unit
 
 
-def _stiffness(heights: NDArray[np.float64], grid: Grid) -> float:
+def _stiffness(spectrum: NDArray[Any], grid: Grid) -> float:
     """κ = q_s/2, q_s the highest wavenumber present in the heights."""
-    from roughsim import fourier
-
-    power = np.abs(fourier.forward(heights))
-    present = grid.wavenumbers[power > 1e-12 * power.max()]
+    power = np.abs(spectrum)
+    present = grid.wavenumbers.T[power > 1e-12 * power.max()]
     return 0.5 * max(float(present.max(initial=0.0)), 2 * np.pi / max(grid.lengths))
 
 
-def _judge(problem: Problem, solution: Solution, tolerance: float, limit: int, pressure_unit: float) -> None:
+def _judge(solution: Iteration, tolerance: float, limit: int, pressure_unit: float) -> None:
     """Warn at the rounding floor, raise above it."""
     if solution.residual <= tolerance:
         return
-    floor = rounding_floor(problem, solution.pressure)
+    floor = rounding_floor(solution)
     if solution.residual <= 100.0 * floor:
         warnings.warn(
             f"tolerance = {tolerance:.3g} lies below what rounding allows for these heights and this load: stopped at "
@@ -201,19 +204,29 @@ def _judge(problem: Problem, solution: Solution, tolerance: float, limit: int, p
 
 
 def _contact(
-    problem: Problem, solution: Solution, transforms: float, units: tuple[float, float, float], precision: str
+    problem: Problem,
+    solution: Iteration | FullContact,
+    units: tuple[float, float, float],
+    precision: str,
+    *,
+    transforms: float,
 ) -> Contact:
     length_unit, pressure_unit, hardness = units
     kind = np.float32 if precision == "single" else np.float64
     yielded = solution.pressure >= problem.cap
-    pressure = solution.pressure * pressure_unit
+    contact_fraction = float(np.mean(solution.pressure > 0.0))
+    pressure, displacement = solution.pressure, solution.gap
+    pressure *= pressure_unit
     if hardness < inf:  # exactly the hardness, not the hardness to rounding
         np.minimum(pressure, hardness, out=pressure)
         pressure[yielded] = hardness
+    displacement *= length_unit
+    displacement += problem.heights
+    displacement -= problem.middle
     return Contact(
         pressure=pressure.astype(kind, copy=False),
-        displacement=((solution.gap + problem.heights) * length_unit).astype(kind, copy=False),
-        contact_fraction=float(np.mean(solution.pressure > 0.0)),
+        displacement=displacement.astype(kind, copy=False),
+        contact_fraction=contact_fraction,
         plastic_fraction=float(np.mean(yielded)),
         residual=solution.residual,
         iterations=solution.iterations,

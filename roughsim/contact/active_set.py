@@ -3,204 +3,313 @@
 Everything is dimensionless here: E* = 1, S(q) = 2/q. The free points are those of a primal–dual active set
 (Hintermüller, Ito & Kunisch 2003), the offset d of the gap is the multiplier of the load (Polonsky & Keer 1999 for
 conjugate gradients under load control), and the residual is that of the fixed point p = clip(p − κ(gap − d), 0, cap).
+
+Pressure and gap are float64; steps and their responses are float32 wherever its range allows: an increment need only
+be accurate relative to itself. What rounding has left in the gap is kept account of, and the gap is computed anew in
+float64 before that matters.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughsim._kernels import active_set as kernels
+from roughsim.contact.blocks import run, spans, total
 from roughsim.contact.extension import Extension
-from roughsim.fourier import Transform
+from roughsim.contact.operator import Operator
 from roughsim.grid import Grid
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]
 REACH = 0.5  # a point is free where 0 < p − REACH κ(gap − d) < cap
-ROUNDING = 64 * float(np.finfo(np.float64).eps)  # what rounding may leave of the gap, in units of the heights
+DOUBLE, SINGLE = float(np.finfo(np.float64).eps), float(np.finfo(np.float32).eps)
+ROUNDING = 64 * DOUBLE  # what rounding may leave of the gap, in units of the heights
 PATIENCE = 40  # iterations without a new best residual after which a solve counts as stalled
+NEGLIGIBLE = 0.1  # share of the tolerance that rounding may take
 
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """Minimise ½p·Sp − p·heights, 0 ≤ p ≤ cap, mean p = load: dimensionless."""
+    """Minimise ½p·Sp − p·(heights − middle)/unit, 0 ≤ p ≤ cap, mean p = load: dimensionless but for the heights."""
 
     heights: Array
+    middle: float
+    unit: float
     grid: Grid
     load: float
     cap: float
     stiffness: float  # κ = q_s/2, q_s the highest wavenumber of the heights
 
-
-@dataclass(slots=True)
-class Solution:
-    """Where an iteration stands: pressure, S p − heights, its offset d, and how good they are."""
-
-    pressure: Array
-    gap: Array
-    offset: float
-    residual: float
-    iterations: int
-    transforms: int
-
-    def continuation(self, stiffness: float) -> Array:
-        """A field whose positive part is the pressure and which goes on smoothly into the gap."""
-        return self.pressure - 0.15 * stiffness * (self.gap - self.offset)
-
-
-class _Iteration:
-    """The buffers and steps of one solve."""
-
-    def __init__(self, problem: Problem, start: Array):
-        shape = problem.heights.shape
-        self.problem = problem
-        self.transform = Transform((shape[0], shape[1]), normalized=False)
-        self.extension = Extension((shape[0], shape[1]))
-        self.free = np.zeros(shape, np.int8)
-        self.step, self.response = np.zeros(shape), np.zeros(shape)
-        self.alpha, self.curvature, self.reach = 1.0, 0.0, REACH
-        self.target = problem.load * start.size
-        self.transforms = 0
-        self.pressure = start
-        self.gap = np.empty(shape)
-        self.refresh()
-        self.offset = float(self.gap[start > 0.0].mean())
-
-    def refresh(self) -> None:
-        """Compute the gap anew from the pressure, free of accumulated rounding."""
-        self.transform.field[...] = self.pressure
-        self.transform.forward()
-        self._comply()
-        self.range = float(np.ptp(self.transform.field))
-        np.subtract(self.transform.field, self.problem.heights, out=self.gap)
-        self.transforms += 2
-
-    def _comply(self) -> None:
-        kernels.comply(self.transform.spectrum, self.problem.grid.wavenumbers, 1.0 / self.pressure.size)
-        self.transform.inverse()
-
-    def assess(self) -> float:
-        """Solve for the offset, mark the free points, and return the relative residual."""
-        problem, flat = self.problem, (self.pressure.ravel(), self.gap.ravel())
-        self.offset = kernels.load_offset(*flat, problem.stiffness, self.offset, problem.cap, self.target)
-        residual, worst = kernels.mismatch(*flat, self.offset, problem.stiffness, problem.cap, 1.0 / problem.load)
-        self.violation = float(worst) / problem.stiffness
-        self.free_count = kernels.classify(
-            *flat, self.offset, problem.stiffness, self.reach, problem.cap, self.free.ravel(), self._spare.ravel()
-        )
-        return float(residual)
-
     @property
-    def _spare(self) -> Array:
-        """The transform's own field: between two transforms it holds the residual gap, then the direction."""
-        return self.transform.field
+    def step_type(self) -> Any:
+        """Float32 where pressures keep well inside its range."""
+        return np.float32 if 1e-15 < self.load < 1e15 else np.float64
+
+
+class Iteration:
+    """The fields, buffers and steps of one solve."""
+
+    def __init__(self, problem: Problem):
+        shape = problem.grid.shape
+        kind = problem.step_type
+        self.problem, self.kind = problem, kind
+        self.blocks = [(a * shape[1], b * shape[1]) for a, b in spans(*shape)]
+        self.operator, self.extension = Operator(problem.grid, kind), Extension(shape, kind)
+        self.free = np.zeros(shape, np.int8)
+        self.step, self.response, self.field = (np.zeros(shape, kind) for _ in range(3))
+        self.pressure, self.gap = np.empty(shape), np.empty(shape)
+        self.alpha, self.curvature, self.reach, self.offset = 1.0, 0.0, REACH, 0.0
+        self.target = problem.load * problem.grid.points
+        self.slack = 2.0 * float(np.finfo(kind).eps)
+        self.range, self.noise, self.transforms, self.iterations = 0.0, 0.0, 0.0, 0
+        self._flat: tuple[Array, ...] = tuple(
+            a.ravel() for a in (self.pressure, self.gap, self.free, self.field, self.step)
+        )
+
+    def sums(self, kernel: Any, *arguments: Any) -> Any:
+        """Run a kernel over all blocks; add up what it returns."""
+        return total(run(lambda a, b: kernel(a, b, *arguments), self.blocks))
+
+    def refresh(self, dtype: Any) -> None:
+        """Compute the gap anew from the pressure."""
+        problem = self.problem
+        operator = self.operator if dtype == self.kind else Operator(problem.grid, dtype)
+        operator.comply(self.pressure, self.gap)
+        self._count(2, dtype)
+        self.range = float(np.ptp(self.gap))
+        heights = problem.heights.ravel()
+        (square,) = self.sums(kernels.subtract_heights, heights, problem.middle, problem.unit, self._flat[1])
+        self.noise = 2.0 * float(np.finfo(dtype).eps) * float(np.sqrt(square / self.pressure.size))
+
+    def _count(self, transforms: int, dtype: Any) -> None:
+        self.transforms += transforms * (0.5 if dtype == np.float32 else 1.0)
+
+    def _law(self) -> tuple[float, float, float]:
+        return self.offset, self.problem.stiffness, self.problem.cap
+
+    def begin(self) -> None:
+        """Guess the offset of a new start."""
+        gaps, count, _ = self.sums(kernels.contact_sum, *self._flat[:2])
+        self.offset = gaps / count
+
+    def assess(self, tolerance: float) -> None:
+        """Solve for the offset, mark the free points, and note the residual and how far rounding blurs it."""
+        if not self._classify(tolerance):
+            self._find_offset()
+            self._classify(tolerance)
+
+    def _classify(self, tolerance: float) -> bool:
+        problem = self.problem
+        p, gap, free, field, _ = self._flat
+        kappa, unit = problem.stiffness, 1.0 / problem.load
+        limit = kappa * (tolerance * self.range + ROUNDING)
+        clipped, self.inside, square, norm, self.free_count, self.above = self.sums(
+            kernels.classify, p, gap, self._law(), self.reach, unit, limit, free, field
+        )
+        self.residual = float(np.sqrt(square / norm))
+        self.excess = clipped - self.target
+        touching = float(np.sqrt(max(self.free_count, 1) / norm))
+        self.blur = kappa * unit * self.noise * touching
+        # what is free to vary: nothing if no point is between the bounds, little if nearly all have yielded
+        room = min(self.target, problem.cap * self.pressure.size - self.target) if self.inside else 0.0
+        return bool(abs(self.excess) <= max(0.05 * self.residual * room, 1e-14 * self.target))
+
+    def _find_offset(self) -> None:
+        """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d by Newton's method, safeguarded by bisection."""
+        problem, (p, gap) = self.problem, self._flat[:2]
+        low, high, bracketed = -np.inf, np.inf, False
+        excess, inside = self.excess, self.inside
+        for _ in range(200):
+            if excess > 0.0:
+                high = min(high, self.offset)
+            else:
+                low = max(low, self.offset)
+            proposal = self.offset - excess / (problem.stiffness * inside) if inside > 0 else np.nan
+            if not low < proposal < high:
+                if not bracketed:
+                    a, b = self._bracket()
+                    low, high, bracketed = max(low, a), min(high, b), True
+                proposal = 0.5 * (low + high)
+            if proposal == self.offset or not low < high:
+                break
+            self.offset = proposal
+            clipped, inside = self.sums(kernels.clipped_sum, p, gap, self._law())
+            excess = clipped - self.target
+            if abs(excess) <= 1e-14 * self.target:
+                break
+        if excess < -1e-9 * self.target and high < np.inf:  # no number meets a tiny load: rather exceed it
+            self.offset = high
+            clipped, inside = self.sums(kernels.clipped_sum, p, gap, self._law())
+            excess = clipped - self.target
+        self.excess, self.inside = excess, inside
+
+    def _bracket(self) -> tuple[float, float]:
+        problem = self.problem
+        goal = min(problem.cap, problem.load * (1.0 + 1e-12))
+        p, gap = self._flat[:2]
+        parts = run(lambda a, b: kernels.bracket(a, b, p, gap, problem.stiffness, goal), self.blocks)
+        low = min(part[0] for part in parts)
+        return low, max(low, *(part[1] for part in parts))
+
+    def blurred(self, tolerance: float) -> bool:
+        """Whether rounding in the gap now matters for the steps to come."""
+        noise_matters = self.blur > NEGLIGIBLE * tolerance or 8 * self.noise > NEGLIGIBLE * tolerance * self.range
+        return noise_matters and self.residual <= max(10.0 * self.blur, tolerance)
 
     def settle(self) -> None:
-        """Put the points that are not free exactly on their bounds, keep the load, and compute the gap anew."""
-        flat = self.free.ravel(), self.pressure.ravel(), self.gap.ravel()
-        trial = self.step.ravel()
-        kernels.propose(*flat, self.offset, self._spare.ravel(), 0.0, 0.0, self.problem.cap, trial)
-        shift, met = kernels.load_shift(flat[0], trial, self.problem.cap, self.target)
-        if met:
-            kernels.settle(flat[0], trial, shift, self.problem.cap, flat[1])
+        """Put the points that are not free exactly on their bounds, as a step of full length."""
+        self.step[...] = 0.0
+        slope_square = self._shifted(self._propose(0.0, 0.0))
+        if slope_square is None or slope_square[1] == 0.0:
+            return
+        self._respond()
+        self._apply(1.0)
         self.curvature, self.alpha = 0.0, 1.0  # the last step is gone
         self.response[...] = 0.0
-        self.refresh()
+
+    def balance(self) -> None:
+        """Bring the load of the settled pressure to the last digit."""
+        p, _, free, _, step = self._flat
+        self.step[...] = 0.0
+        sums = self.sums(kernels.shifted_sum, free, p, step, 0.0, self.problem.cap)
+        shift = self.load_shift(sums, 1e-15)
+        if shift is not None:
+            for a, b in self.blocks:
+                kernels.balance(a, b, free, shift, self.problem.cap, p)
 
     def advance(self) -> None:
         """Take one step: preconditioned conjugate direction, load shift, exact length."""
-        slope = self._conjugate_step() if self.free_count else 0.0
-        length = self._length(slope)
+        length = self._length(self._conjugate_step()) if self.free_count else 0.0
         if length < 0.05:
             self._fall_back()
             return
-        self.alpha = float(np.clip(self.alpha * length, 0.2, 3.0))
+        self.alpha = min(max(self.alpha * length, 0.2), 3.0)
         self.reach = min(1.5 * self.reach, REACH)
         self._apply(length)
 
     def _conjugate_step(self) -> float:
         """Fill `step` and return its slope; zero if the load cannot be met by shifting the free points."""
-        problem, free, field = self.problem, self.free, self.transform.field
-        self.extension.extend(free, field)
-        self.transform.forward()
-        kernels.stiffen(self.transform.spectrum, problem.grid.wavenumbers, 1.0 / field.size)
-        self.transform.inverse()
-        self.transforms += 2
-        self.extension.transpose(free, field)
-        flat = free.ravel(), self.pressure.ravel(), self.gap.ravel(), self.step.ravel(), field.ravel()
-        cross, own = kernels.conjugacy(flat[0], flat[4], flat[3], self.response.ravel())
+        self.extension.extend(self.free, self.field)
+        self.operator.stiffen(self.field, self.field)
+        self._count(2, self.kind)
+        cross, own = self.extension.transpose(self.free, self.field, self.step, self.response)
         beta = max(self.alpha * cross / self.curvature, 0.0) if own > 0.0 else 0.0
-        kernels.propose(*flat[:3], self.offset, flat[4], self.alpha, beta, problem.cap, flat[3])
-        shift, met = kernels.load_shift(flat[0], flat[3], problem.cap, self.target)
-        if not met:
-            return 0.0
-        return float(kernels.free_step(flat[0], flat[3], shift, problem.cap, flat[1], flat[2], self.offset))
+        slope_square = self._shifted(self._propose(self.alpha, beta))
+        return 0.0 if slope_square is None else slope_square[0]
+
+    def _propose(self, alpha: float, beta: float) -> tuple[float, int]:
+        p, gap, free, field, step = self._flat
+        sums: tuple[float, int] = self.sums(
+            kernels.propose, free, p, gap, self.offset, field, (alpha, beta), self.problem.cap, step
+        )
+        return sums
+
+    def _shifted(self, sums: tuple[float, int]) -> tuple[float, float] | None:
+        """Turn the proposed change into a step that keeps the load; return its slope and square."""
+        p, gap, free, _, step = self._flat
+        shift = self.load_shift(sums, min(1e-9, 1e-3 * self.residual))
+        if shift is None:
+            return None
+        result: tuple[float, float] = self.sums(
+            kernels.free_step, free, p, gap, self.offset, shift, self.problem.cap, step
+        )
+        return result
+
+    def load_shift(self, sums: tuple[float, int], accuracy: float) -> float | None:
+        """Solve for the shift of the free points that restores the load; None if none does."""
+        p, _, free, _, step = self._flat
+        (clipped, count), shift, low, high = sums, 0.0, -np.inf, np.inf
+        for _ in range(100):
+            excess = clipped - self.target
+            if abs(excess) <= accuracy * self.target:
+                return shift
+            if excess > 0.0:
+                high = shift
+            else:
+                low = shift
+            proposal = shift - excess / count if count > 0 else np.nan
+            if not low < proposal < high:
+                if not (np.isfinite(low) and np.isfinite(high)):
+                    return None
+                proposal = 0.5 * (low + high)
+                if proposal in (low, high):
+                    break
+            shift = proposal
+            clipped, count = self.sums(kernels.shifted_sum, free, p, step, shift, self.problem.cap)
+        return shift if abs(excess) <= 1e-9 * self.target else None
 
     def _length(self, slope: float) -> float:
-        """The length that minimises the energy along `step`, from its slope and its curvature (Parseval)."""
+        """The length that minimises the energy along `step`, from its slope and its curvature."""
         if not slope < 0.0:
             return 0.0
-        self.transform.field[...] = self.step
-        self.transform.forward()
-        self.transforms += 1
-        self.curvature = self._curvature()
+        self._respond()
         return -slope / self.curvature if self.curvature > 0.0 else 1.0
 
-    def _curvature(self) -> float:
-        grid = self.problem.grid
-        total = kernels.curvature(self.transform.spectrum, grid.wavenumbers, grid.multiplicity)
-        return float(total) / self.pressure.size
+    def _respond(self) -> None:
+        self.operator.comply(self.step, self.response)
+        self._count(2, self.kind)
+        self.curvature, square = self.sums(kernels.curvature, self._flat[4], self.response.ravel())
+        self.response_size = float(np.sqrt(square / self.response.size))
 
     def _fall_back(self) -> None:
         """Take a projected-gradient step, which always lowers the energy, and trust the active set less."""
-        problem = self.problem
-        flat = self.pressure.ravel(), self.gap.ravel()
-        slope = kernels.gradient_step(*flat, self.offset, problem.stiffness, problem.cap, self.step.ravel())
+        self._find_offset()
+        clipped = self.excess + self.target
+        share = self.target / clipped if self.excess > 1e-9 * self.target else 1.0
+        slope, _ = self.sums(kernels.gradient_step, *self._flat[:2], self._law(), share, self._flat[4])
         self.alpha, self.reach = 1.0, max(0.5 * self.reach, REACH / 64)
-        length = self._length(float(slope))
+        length = self._length(slope)
         if length > 0.0:
             self._apply(length)
 
     def _apply(self, length: float) -> None:
         """Move by min(length, 1) steps: beyond 1 the step could leave the bounds."""
-        self._comply()
-        self.transforms += 1
-        self.response[...] = self.transform.field
-        flat = self.pressure.ravel(), self.gap.ravel(), self.step.ravel(), self.response.ravel()
-        kernels.advance(*flat, min(length, 1.0))
+        problem = self.problem
+        length = min(length, 1.0)
+        p, gap, _, _, step = self._flat
+        arguments = p, gap, step, self.response.ravel(), length, self.slack, self._law()
+        clipped, inside = self.sums(kernels.advance, *arguments)
+        self.noise += self.slack * length * self.response_size
+        if inside > 0:
+            self.offset -= (clipped - self.target) / (problem.stiffness * inside)
 
-    def solution(self, residual: float, iterations: int) -> Solution:
-        """Hand over the fields."""
-        return Solution(self.pressure, self.gap, self.offset, residual, iterations, self.transforms)
+    def solve(self, tolerance: float, max_iterations: int, *, final: bool) -> None:
+        """Iterate until the residual meets the tolerance, stalls, or the iterations run out; never raises.
+
+        With `final`, the tolerance must also hold for the worst point (its gap against the range of the displacement),
+        rounding included, and for a pressure that is settled on its bounds.
+        """
+        best, since_best, settled = np.inf, 0, not final
+        self.begin()
+        self.assess(tolerance)
+        for iteration in range(max_iterations + 1):
+            self.iterations = iteration
+            if final and not settled and self.residual <= tolerance:
+                self.settle()
+                self.assess(tolerance)
+                settled = True
+            if final and self.blurred(tolerance):
+                self.refresh(np.float64)
+                self.assess(tolerance)
+            since_best = 0 if self.residual < 0.9 * best else since_best + 1
+            best = min(best, self.residual)
+            met = self.residual <= tolerance and not (final and self.above)
+            if met or since_best > PATIENCE or iteration == max_iterations:
+                break
+            self.advance()
+            self.assess(tolerance)
+            settled = not final
+        if final:
+            self.balance()
 
 
-def rounding_floor(problem: Problem, pressure: Array) -> float:
+def rounding_floor(state: Iteration) -> float:
     """The relative residual that rounding alone leaves: the gap cannot be known better than to ε·max|heights|."""
-    spread = float(np.abs(problem.heights).max())
-    rms = float(np.sqrt(np.mean(pressure**2)))
-    contact = float(np.sqrt(np.mean(pressure > 0.0)))
-    return 4.0 * float(np.finfo(np.float64).eps) * (1.0 + problem.stiffness * spread * contact / rms)
-
-
-def solve_level(problem: Problem, start: Array, tolerance: float, max_iterations: int, *, final: bool) -> Solution:
-    """Iterate until the residual meets the tolerance, stalls, or the iterations run out; never raises.
-
-    With `final`, the tolerance must also hold for the worst point (its gap against the range of the displacement), and
-    for a gap that is computed anew from the pressure.
-    """
-    state = _Iteration(problem, start)
-    residual, best, since_best, fresh = state.assess(), np.inf, 0, True
-    for iteration in range(max_iterations + 1):
-        if final and residual <= tolerance and not fresh:
-            state.settle()
-            residual, fresh = state.assess(), True
-        since_best = 0 if residual < 0.9 * best else since_best + 1
-        best = min(best, residual)
-        met = residual <= tolerance and not (final and state.violation > tolerance * state.range + ROUNDING)
-        if met or since_best > PATIENCE or iteration == max_iterations:
-            break
-        state.advance()
-        residual, fresh = state.assess(), False
-    return state.solution(residual, iteration)
+    problem = state.problem
+    spread = float(np.abs(problem.heights - problem.middle).max()) / problem.unit
+    rms = float(np.sqrt(np.mean(state.pressure**2)))
+    contact = float(np.sqrt(np.mean(state.pressure > 0.0)))
+    return 4.0 * DOUBLE * (1.0 + problem.stiffness * spread * contact / rms)

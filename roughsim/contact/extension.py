@@ -13,36 +13,46 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim._kernels import extension as kernels
+from roughsim.contact.blocks import run, spans, total
 
 
 class Extension:
     """Extension of a field from the free points to the plane, and its exact transpose; buffers included."""
 
-    def __init__(self, shape: tuple[int, int], dtype: Any = np.float64):
+    def __init__(self, shape: tuple[int, int], dtype: Any):
         shapes = [shape]
         while max(shapes[-1]) > 1:
             shapes.append(((shapes[-1][0] + 1) // 2, (shapes[-1][1] + 1) // 2))
-        # entry l belongs to level l; level 0 is handed in by the caller, its places hold nothing
-        self.weights, self.inverses, self.values, self.sources = (
-            [np.zeros(s if level else (0, 0), dtype) for level, s in enumerate(shapes)] for _ in range(4)
-        )
+        sizes = [0] + [rows * columns for rows, columns in shapes[1:]]  # the finest level belongs to the caller
+        self.shapes = np.array(shapes)
+        self.starts = np.cumsum([0, *sizes[:-1]])
+        self.weights, self.inverses, self.values = (np.zeros(sum(sizes), dtype) for _ in range(3))
+        self.trivial = len(shapes) == 1
+        if not self.trivial:
+            self.parents = [flat[: sizes[1]].reshape(shapes[1]) for flat in (self.weights, self.values, self.inverses)]
+            self.rows, self.parent_rows = spans(*shape), spans(*shapes[1])
 
     def extend(self, free: NDArray[np.int8], field: NDArray[Any]) -> None:
-        """Fill `field`, given on the free points, over the whole plane, in place."""
-        top = len(self.values) - 1
-        for level in range(top):
-            weight, value = (self.weights[level], self.values[level]) if level else (free, field)
-            kernels.push(weight, value, self.weights[level + 1], self.values[level + 1], self.inverses[level + 1])
-        for level in range(top - 1, -1, -1):
-            weight, value = (self.weights[level], self.values[level]) if level else (free, field)
-            kernels.pull(weight, value, self.values[level + 1], value)
+        """Fill `field`, zero off the free points, over the whole plane, in place."""
+        if self.trivial:
+            return
+        run(lambda a, b: kernels.push_finest(a, b, free, field, *self.parents), self.rows)
+        kernels.extend_coarse(self.shapes, self.starts, self.weights, self.inverses, self.values)
+        run(lambda a, b: kernels.pull_finest(a, b, free, self.parents[1], field), self.rows)
 
-    def transpose(self, free: NDArray[np.int8], field: NDArray[Any]) -> None:
-        """Gather `field` from the whole plane onto the free points, in place: the transpose of `extend`."""
-        top = len(self.values) - 1
-        for level in range(top):
-            weight, source = (self.weights[level], self.sources[level]) if level else (free, field)
-            kernels.pull_transposed(weight, source, self.sources[level + 1])
-        for level in range(top - 1, -1, -1):
-            weight, source = (self.weights[level], self.sources[level]) if level else (free, field)
-            kernels.push_transposed(weight, source, self.sources[level + 1], self.inverses[level + 1], source)
+    def transpose(
+        self, free: NDArray[np.int8], field: NDArray[Any], step: NDArray[Any], response: NDArray[Any]
+    ) -> tuple[float, float]:
+        """Gather `field` from the whole plane onto the free points, in place: the transpose of `extend`.
+
+        Return the products ⟨field, response⟩ and ⟨step, response⟩ over the free points.
+        """
+        if self.trivial:
+            field *= free
+            return float(np.sum(field * response)), float(np.sum(free * step * response))
+        run(lambda a, b: kernels.gather_finest(a, b, free, field, self.parents[1]), self.parent_rows)
+        kernels.transpose_coarse(self.shapes, self.starts, self.weights, self.inverses, self.values)
+        parents = self.parents[1], self.parents[2]
+        task = lambda a, b: kernels.scatter_finest(a, b, free, *parents, step, response, field)  # noqa: E731
+        cross, own = total(run(task, self.rows))
+        return cross, own

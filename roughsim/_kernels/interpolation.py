@@ -1,0 +1,85 @@
+"""Loops that bring a field to a finer grid by periodic cubic convolution (Keys 1981)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from roughsim._kernels import REORDER, kernel
+
+
+@kernel(fastmath=REORDER)
+def refine(start: int, stop: int, coarse: Any, cap: float, p: Any, free: Any) -> Any:
+    """Write p = the interpolated field where it is positive, zero elsewhere, and mark these points.
+
+    Return Σ min(p, cap) and the number of marked points below the cap.
+    """
+    rows, columns = p.shape
+    line = np.empty(coarse.shape[1], coarse.dtype)
+    fine = np.empty(columns, coarse.dtype)
+    total, count = 0.0, 0
+    for i in range(start, stop):
+        _across(coarse, i, rows, line)
+        _along(line, fine)
+        for j in range(columns):
+            x = fine[j]
+            inside = x > 0.0
+            x = x if inside else x * 0.0
+            p[i, j] = x
+            free[i, j] = 1 if inside else 0
+            total += min(x, cap)
+            count += 1 if inside & (x < cap) else 0
+    return total, count
+
+
+@kernel()
+def _weights(points: int, coarse: int, i: int) -> Any:
+    """The coarse point before fine point i, and the weights of the four around it."""
+    place = i * (coarse / points)
+    cell = int(np.floor(place))
+    f = place - cell
+    return (
+        cell,
+        f * (-0.5 + f * (1.0 - 0.5 * f)),
+        1.0 + f * f * (1.5 * f - 2.5),
+        f * (0.5 + f * (2.0 - 1.5 * f)),
+        f * f * (0.5 * f - 0.5),
+    )
+
+
+@kernel(fastmath=REORDER)
+def _across(coarse: Any, i: int, rows: int, line: Any) -> None:
+    size = coarse.shape[0]
+    kind = coarse.dtype.type
+    cell, a, b, c, d = _weights(rows, size, i)
+    a, b, c, d = kind(a), kind(b), kind(c), kind(d)
+    k0, k1, k2, k3 = (cell - 1) % size, cell % size, (cell + 1) % size, (cell + 2) % size
+    for j in range(line.size):
+        line[j] = a * coarse[k0, j] + b * coarse[k1, j] + c * coarse[k2, j] + d * coarse[k3, j]
+
+
+@kernel(fastmath=REORDER)
+def _along(line: Any, fine: Any) -> None:
+    size, points = line.size, fine.size
+    kind = line.dtype.type
+    if size == points:
+        fine[:] = line
+    elif points == 2 * size and size > 2:
+        outer, inner = kind(-0.0625), kind(0.5625)
+        for j in range(1, size - 2):
+            fine[2 * j] = line[j]
+            fine[2 * j + 1] = outer * (line[j - 1] + line[j + 2]) + inner * (line[j] + line[j + 1])
+        for j in (0, size - 2, size - 1):
+            fine[2 * j] = line[j]
+            near = line[j] + line[(j + 1) % size]
+            fine[2 * j + 1] = outer * (line[(j - 1) % size] + line[(j + 2) % size]) + inner * near
+    else:
+        for j in range(points):
+            cell, a, b, c, d = _weights(points, size, j)
+            fine[j] = (
+                a * line[(cell - 1) % size]
+                + b * line[cell % size]
+                + c * line[(cell + 1) % size]
+                + d * line[(cell + 2) % size]
+            )

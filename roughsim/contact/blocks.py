@@ -1,0 +1,55 @@
+"""Work on one array shared out in blocks: the same blocks, and so the same bits, for any number of threads."""
+
+from __future__ import annotations
+
+import itertools
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+
+from roughsim.fourier import get_threads
+
+POINTS = 1 << 17  # in a block: small enough for the cache, large enough for two threads to gain
+_pools: dict[tuple[int, int], ThreadPoolExecutor] = {}
+
+
+def spans(rows: int, columns: int) -> list[tuple[int, int]]:
+    """Ranges of an even number of rows, about `POINTS` points each."""
+    height = max(POINTS // columns // 2 * 2, 2)
+    return [(a, min(a + height, rows)) for a in range(0, rows, height)]
+
+
+def run(task: Callable[..., Any], blocks: list[Any]) -> list[Any]:
+    """Return [task(*block) for each block], by all threads."""
+    threads = min(get_threads(), len(blocks))
+    if threads <= 1:
+        return [task(*block) for block in blocks]
+    results: list[Any] = [None] * len(blocks)
+    order = itertools.count()
+
+    def work() -> None:
+        while (k := next(order)) < len(blocks):
+            results[k] = task(*blocks[k])
+
+    others = [_pool(threads - 1).submit(work) for _ in range(threads - 1)]
+    try:
+        work()
+    finally:
+        for other in others:
+            other.result()
+    return results
+
+
+def total(parts: list[Any]) -> Any:
+    """Sum tuples of partial sums, in the order of the blocks."""
+    return parts[0] if len(parts) == 1 else tuple(np.sum(np.array(parts, np.float64), axis=0).tolist())
+
+
+def _pool(helpers: int) -> ThreadPoolExecutor:
+    key = os.getpid(), helpers  # threads do not survive a fork
+    if key not in _pools:
+        _pools[key] = ThreadPoolExecutor(helpers, thread_name_prefix="roughsim")
+    return _pools[key]
