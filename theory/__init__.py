@@ -25,7 +25,7 @@ Equation numbers are those of B.N.J. Persson, "Flash temperature in sliding cont
 from importlib import import_module
 from typing import Any
 
-__all__ = ["background", "classical", "flash", "hertz", "partition", "persson", "plasticity", "quadrature"]
+__all__ = ["background", "classical", "flash", "hardness", "hertz", "partition", "persson", "plasticity", "quadrature"]
 
 
 def __getattr__(name: str) -> Any:

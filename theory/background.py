@@ -2,27 +2,43 @@
 
 from __future__ import annotations
 
-from math import pi
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from math import pi, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.integrate import quad
 
-from theory.arguments import Array, not_negative_array, positive
+from theory.arguments import Array, not_negative_array, positive, real_array
+from theory.quadrature import QuadratureError
+
+_ACCURACY = 1e-10
 
 
-def temperature(t: ArrayLike, *, heat_flux: float, conductivity: float, diffusivity: float) -> Array | float:
-    """Background surface temperature after a uniform constant heat flux for the time `t`. End of Sec. 4.
+def temperature(
+    t: ArrayLike,
+    *,
+    heat_flux: float | Callable[[float], float],
+    conductivity: float,
+    diffusivity: float,
+    breaks: Sequence[float] = (),
+) -> Array | float:
+    """Background surface temperature after a uniform heat flux for the time `t`. End of Sec. 4.
 
-    T₀(t) = (2 q̇/κ) √(Dt/π), with q̇ = s μ σ₀ v the share of the frictional power that enters the body.
+    T₀(t) = (1/κ) √(D/π) ∫₀ᵗ q̇(t′) (t − t′)^(−1/2) dt′, and (2 q̇/κ) √(Dt/π) for a constant flux, with q̇ = s μ σ₀ v the
+    share of the frictional power that enters the body.
 
     Parameters
     ----------
     t : array_like
         Time since sliding began, s, ≥ 0, any shape.
-    heat_flux : float
-        q̇ into the body, W/m², > 0.
+    heat_flux : float or callable
+        q̇ into the body, W/m²: one number > 0, or q̇(t′) of one time in s, finite and of either sign.
     conductivity, diffusivity : float
         κ, W/(m K), and D, m²/s, of the body.
+    breaks : sequence of float
+        Times, s, where a callable q̇ jumps or has kinks.
 
     Returns
     -------
@@ -33,9 +49,34 @@ def temperature(t: ArrayLike, *, heat_flux: float, conductivity: float, diffusiv
     ------
     TypeError, ValueError
         If an argument is not real, finite and of the right sign.
+    theory.quadrature.QuadratureError
+        If the integral over q̇(t′) does not reach its accuracy, 1e-10: name its breaks.
     """
     time = not_negative_array("t", t, "s")
-    flux = positive("heat_flux", heat_flux, "W/m²")
     kappa, diffusion = positive("conductivity", conductivity, "W/(m K)"), positive("diffusivity", diffusivity, "m²/s")
-    rise = 2 * flux / kappa * np.sqrt(diffusion * time / pi)
+    if callable(heat_flux):
+        turns = not_negative_array("breaks", np.asarray(breaks, dtype=np.float64), "s")
+        half = np.array([_accumulated(heat_flux, float(end), turns) for end in time.ravel()]).reshape(time.shape)
+    else:
+        half = positive("heat_flux", heat_flux, "W/m²") * np.sqrt(time)
+    rise = 2 / kappa * sqrt(diffusion / pi) * half
     return float(rise) if time.ndim == 0 else np.asarray(rise)
+
+
+def _accumulated(heat_flux: Callable[[float], float], end: float, breaks: Array) -> float:
+    """Return ∫₀^√t q̇(t − u²) du: half the integral over t′, without its singularity."""
+    inner = np.sqrt(end - breaks[(breaks > 0.0) & (breaks < end)])
+    edges = np.unique(np.concatenate([[0.0], inner, [sqrt(end)]]))
+
+    def flux(u: float) -> float:
+        return float(real_array("heat_flux", heat_flux(end - u * u), "W/m²"))
+
+    pieces = [
+        quad(flux, low, high, epsabs=0.0, epsrel=_ACCURACY / 10, limit=500, full_output=1)
+        for low, high in pairwise(edges)
+    ]
+    total, error = sum(piece[0] for piece in pieces), sum(piece[1] for piece in pieces)
+    scale = sum(abs(piece[0]) for piece in pieces)
+    if not error <= max(_ACCURACY * scale, np.finfo(float).tiny):
+        raise QuadratureError(f"the background at t = {end:.6g} s errs by {error / scale:.1e}; name the breaks of q̇(t)")
+    return float(total)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from math import pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -68,6 +70,28 @@ def stress_weight(
     return weight(share, np.asarray(q, dtype=np.float64), gamma)
 
 
+def wang_mueser(share: Array, wavenumber: Array) -> Array:
+    """Weight of Wang and Müser, W = P[γ − (2/9)P² + (11/9 − γ)P⁴] with γ = 5/9: pass it as `gamma`.
+
+    Source: A. Wang and M.H. Müser, Tribology Letters 65(3) (2017), in the form that the public code
+    PerssonModelFudgeFactor (Persson_LE_SE_WM17) gives it. There P follows from the stress spectrum so weighted; here,
+    as everywhere in this package, from that of full contact.
+
+    Parameters
+    ----------
+    share : ndarray
+        P, dimensionless, any shape.
+    wavenumber : ndarray
+        q, rad/m; the form does not depend on it.
+
+    Returns
+    -------
+    ndarray
+        W, dimensionless, the shape of `share`; 1 in full contact.
+    """
+    return share * (5 / 9 - 2 / 9 * share**2 + 2 / 3 * share**4)
+
+
 def pressure_correlation(
     r: ArrayLike,
     spectrum: Spectrum | None = None,
@@ -115,6 +139,8 @@ def correlation_radius(
     stress_spectrum: Spectrum | None = None,
 ) -> float:
     """Smallest distance where g_σ(r) = `fraction` · g_σ(0), m; `fraction` = 0 is the first zero.
+
+    At `fraction` = α, 0.1 say, it is the effective diameter of the macroasperity contacts (Sec. 2, after Eq. 2).
 
     Parameters, errors: as `pressure_correlation`; `fraction` from 0 up to, not including, 1.
     """
@@ -173,6 +199,30 @@ def stress_density(
     gamma: Weight,
 ) -> StressDensity:
     """Return s(q) on panels that resolve ∫ s/q, ∫ s and ∫ s q to 1e-11; arguments as in `pressure_correlation`."""
+    given: Any = (spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
+    return _remembered(*given) if all(_is_value(item) for item in given) else _resolved(*given)
+
+
+def _is_value(item: object) -> bool:
+    """Tell whether equal hashes mean equal spectra: not for objects that are known by their identity alone."""
+    if item is None or isinstance(item, (int, float)):
+        return True
+    if type(item).__hash__ in {None, object.__hash__} or (callable(item) and not hasattr(item, "breaks")):
+        return False
+    try:
+        hash(item)
+    except TypeError:
+        return False
+    return True
+
+
+def _resolved(
+    spectrum: Spectrum | None,
+    stress_spectrum: Spectrum | None,
+    effective_modulus: float | None,
+    nominal_pressure: float | None,
+    gamma: Weight,
+) -> StressDensity:
     if spectrum is not None and stress_spectrum is not None:
         raise TypeError("spectrum and stress_spectrum are both given; give one of them")
     if spectrum is not None:
@@ -188,7 +238,11 @@ def stress_density(
         return np.stack([s / q, s, s * q])
 
     panels, values = quadrature.refine(moments, start)
+    values[1].setflags(write=False)
     return StressDensity(panels, values[1])
+
+
+_remembered = lru_cache(maxsize=64, typed=True)(_resolved)  # all quantities of one surface share it, and every speed
 
 
 _Stress = Callable[[quadrature.Panels, Array], Array]

@@ -62,6 +62,60 @@ def area_fractions(
     return reached(rest, s, g), between(min(s, rest), g), reached(s, rest, g)
 
 
+def stress_distribution(
+    stress: ArrayLike, half_variance: float, nominal_pressure: float, penetration_hardness: float
+) -> Array:
+    """Probability density P(σ, ζ) of the pressure in elastic contact, 1/Pa.
+
+    P = Σ_k [φ(σ − σ₀ − 2kσ_P) − φ(σ + σ₀ + 2kσ_P)], φ the normal density of variance 2G. Its integral over 0 < σ < σ_P
+    is the elastic area fraction; the shares without contact (σ = 0) and yielded (σ = σ_P) stand beside it as points.
+
+    Parameters
+    ----------
+    stress : array_like
+        σ of any shape, Pa, from 0 to σ_P.
+    half_variance : float
+        G at the magnification ζ, Pa², > 0.
+    nominal_pressure, penetration_hardness : float
+        σ₀ and σ_P, Pa, 0 < σ₀ ≤ σ_P.
+
+    Returns
+    -------
+    ndarray
+        Density in 1/Pa, the shape of `stress`; it vanishes at both ends.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not real, finite and of the right sign, σ₀ > σ_P, or a stress exceeds σ_P.
+    """
+    pressure = not_negative_array("stress", stress, "Pa")
+    s, rest, hardness = _shares(nominal_pressure, penetration_hardness)
+    g = positive("half_variance", half_variance, "Pa²") / hardness**2
+    if (pressure > hardness).any():
+        raise ValueError(f"stress = {pressure.max():.6g} Pa exceeds the penetration_hardness {hardness:.6g} Pa")
+    t = pressure / hardness
+    if g < _SWITCH:
+        density_of_t = sum(_image_pair(t, s, 2.0 * k, g) for k in range(-_IMAGES // 2, _IMAGES // 2 + 1))
+    else:
+        small, sign = (s, 1) if s <= rest else (rest, -1)
+        modes = range(1, 2 * _MODES)
+        density_of_t = 2 * sum(_mode(n, small, sign, t) * np.exp(-((n * pi) ** 2) * g) for n in modes)
+    return np.asarray(density_of_t / hardness)
+
+
+def _image_pair(t: Array, s: float, shift: float, g: float) -> Array:
+    norm = 2 * np.sqrt(pi * g)
+    with np.errstate(under="ignore"):
+        pair = np.exp(-((t - s - shift) ** 2) / (4 * g)) - np.exp(-((t + s + shift) ** 2) / (4 * g))
+    return np.asarray(pair / norm)
+
+
+def _mode(n: int, small: float, sign: int, t: Array) -> Array:
+    """Return sin(nπs) sin(nπt), with s = `small` or, for a negative `sign`, 1 − `small`."""
+    return np.asarray(sign ** (n + 1) * np.sin(n * pi * small) * np.sin(n * pi * t))
+
+
 def _shares(nominal_pressure: float, penetration_hardness: float) -> tuple[float, float, float]:
     """Return σ₀/σ_P, 1 − σ₀/σ_P without cancellation, and σ_P."""
     pressure = positive("nominal_pressure", nominal_pressure, "Pa")

@@ -1,0 +1,75 @@
+"""Hardness of a hot contact: the penetration hardness at the temperature that it itself brings about."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq
+
+from theory.arguments import Array, real_array
+
+
+def self_consistent(
+    flash_temperature: Callable[[float], float],
+    temperature: ArrayLike,
+    penetration_hardness: ArrayLike,
+    *,
+    background: float = 0.0,
+) -> tuple[float, float]:
+    """Solve σ_P = H(T₀ + T_flash(σ_P)) for one effective hardness.
+
+    A softer body is less hot, and a hotter one softer, so there is one solution at most.
+
+    Parameters
+    ----------
+    flash_temperature : callable
+        T_flash in K of one penetration hardness in Pa, rising with it.
+    temperature : array_like
+        Temperatures of the table of hot hardness, shape (n,), n ≥ 2, rising, K above the same zero as `background`.
+    penetration_hardness : array_like
+        H at these temperatures, shape (n,), Pa, > 0, not rising; straight lines between.
+    background : float
+        T₀, the temperature to which T_flash adds, K.
+
+    Returns
+    -------
+    (penetration_hardness, flash_temperature) : float, float
+        σ_P in Pa and T_flash in K that belong together.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the table is not as above, T₀ lies below it, or the contact becomes hotter than the table reaches.
+    """
+    known, hardness = _table(temperature, penetration_hardness)
+    start = float(real_array("background", background, "K"))
+    if not known[0] <= start <= known[-1]:
+        raise ValueError(f"background = {start:.6g} K lies outside the table of {known[0]:.6g} to {known[-1]:.6g} K")
+
+    def excess(contact: float) -> float:
+        """Return T₀ + T_flash at the hardness of the temperature `contact`, less that temperature."""
+        return start + flash_temperature(float(np.interp(contact, known, hardness))) - contact
+
+    if excess(float(known[-1])) > 0.0:
+        raise ValueError(
+            f"the contact becomes hotter than the table, whose last temperature is {known[-1]:.6g} K; extend the table"
+        )
+    contact = float(brentq(excess, start, float(known[-1]), xtol=1e-12 * max(abs(start), 1.0), rtol=1e-14))
+    return float(np.interp(contact, known, hardness)), contact - start
+
+
+def _table(temperature: ArrayLike, penetration_hardness: ArrayLike) -> tuple[Array, Array]:
+    known, hardness = (
+        real_array("temperature", temperature, "K"),
+        real_array("penetration_hardness", penetration_hardness, "Pa"),
+    )
+    if known.ndim != 1 or known.size < 2 or hardness.shape != known.shape or (np.diff(known) <= 0.0).any():
+        raise ValueError(
+            f"temperature and penetration_hardness have shapes {known.shape} and {hardness.shape}; "
+            "give one hardness for each of two or more rising temperatures"
+        )
+    if (hardness <= 0.0).any() or (np.diff(hardness) > 0.0).any():
+        raise ValueError("penetration_hardness must be positive and must not rise with the temperature")
+    return known, hardness
