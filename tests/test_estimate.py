@@ -121,6 +121,21 @@ def test_a_ratio_keeps_the_pairing():
     np.testing.assert_allclose(error, expected, rtol=0.05)
 
 
+@pytest.mark.parametrize("name", [*DERIVED, *est.RADII])
+def test_each_row_is_its_realizations_own_influence(name):
+    # pairing rests on it: rows must follow the pseudo-values n θ − (n − 1) θ₋ᵢ of a jackknife, sign included
+    data, n = sample(n=40), 40
+
+    def statistic(rows):
+        numbers = {key: values[rows] for key, values in data.numbers.items()}
+        part = data._replace(numbers=numbers, spectrum=data.spectrum[rows])
+        return est.observe(name, [part], capped=False, resting_ratio=2.0).extrapolated.mean(axis=0)
+
+    rows = est.observe(name, [data], capped=False, resting_ratio=2.0).extrapolated[:, 0]
+    pseudo = [n * statistic(np.arange(n))[0] - (n - 1) * statistic(np.delete(np.arange(n), i))[0] for i in range(n)]
+    assert np.corrcoef(rows, pseudo)[0, 1] > 0.99
+
+
 def test_agreement_to_all_digits_is_no_scatter():
     rows = 1.0 + 1e-15 * np.arange(12.0)[:, None]
     assert est.standard_error(rows)[0] == 0.0
