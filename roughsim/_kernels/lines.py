@@ -35,12 +35,13 @@ def unpack(lines: Any, first: int, rows: int, field: Any) -> None:
     columns = field.shape[1]
     for r in range(lines.shape[0]):
         i = first + 2 * r
-        if i < rows:
-            for j in range(columns):
-                field[i, j] = lines[r, 2 * j]
         if i + 1 < rows:
             for j in range(columns):
+                field[i, j] = lines[r, 2 * j]
                 field[i + 1, j] = lines[r, 2 * j + 1]
+        elif i < rows:
+            for j in range(columns):
+                field[i, j] = lines[r, 2 * j]
 
 
 @kernel(fastmath=REORDER)

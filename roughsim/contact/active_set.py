@@ -65,6 +65,7 @@ class Iteration:
         self.target = problem.load * problem.grid.points
         self.slack = 2.0 * float(np.finfo(kind).eps)
         self.range, self.noise, self.transforms, self.iterations = 0.0, 0.0, 0.0, 0
+        self.response_size = 0.0
         self._flat: tuple[Array, ...] = tuple(
             a.ravel() for a in (self.pressure, self.gap, self.free, self.field, self.step)
         )
@@ -109,7 +110,7 @@ class Iteration:
         clipped, self.inside, square, norm, self.free_count, self.above = self.sums(
             kernels.classify, p, gap, self._law(), self.reach, unit, limit, free, field
         )
-        self.residual = float(np.sqrt(square / norm))
+        self.residual, self.norm = float(np.sqrt(square / norm)), float(np.sqrt(norm)) / unit
         self.excess = clipped - self.target
         touching = float(np.sqrt(max(self.free_count, 1) / norm))
         self.blur = kappa * unit * self.noise * touching
@@ -159,16 +160,27 @@ class Iteration:
         noise_matters = self.blur > NEGLIGIBLE * tolerance or 8 * self.noise > NEGLIGIBLE * tolerance * self.range
         return noise_matters and self.residual <= max(10.0 * self.blur, tolerance)
 
-    def settle(self) -> None:
-        """Put the points that are not free exactly on their bounds, as a step of full length."""
+    def settle(self, tolerance: float) -> bool:
+        """Put the points that are not free exactly on their bounds, as a step of full length.
+
+        Return whether the gap had to follow: not if the bound of its change is negligible.
+        """
         self.step[...] = 0.0
         slope_square = self._shifted(self._propose(0.0, 0.0))
         if slope_square is None or slope_square[1] == 0.0:
-            return
-        self._respond()
+            return False
+        amplification = self.problem.stiffness * max(self.problem.grid.lengths) / np.pi  # κ S at the lowest wavenumber
+        change = (2.0 + amplification) * float(np.sqrt(slope_square[1])) / self.norm
+        negligible = self.residual + change <= tolerance
+        if negligible:
+            self.residual += change  # its bound
+            self.response[...] = 0.0
+        else:
+            self._respond()
         self._apply(1.0)
         self.curvature, self.alpha = 0.0, 1.0  # the last step is gone
         self.response[...] = 0.0
+        return not negligible
 
     def balance(self) -> None:
         """Bring the load of the settled pressure to the last digit."""
@@ -288,9 +300,9 @@ class Iteration:
         for iteration in range(max_iterations + 1):
             self.iterations = iteration
             if final and not settled and self.residual <= tolerance:
-                self.settle()
-                self.assess(tolerance)
                 settled = True
+                if self.settle(tolerance):
+                    self.assess(tolerance)
             if final and self.blurred(tolerance):
                 self.refresh(np.float64)
                 self.assess(tolerance)

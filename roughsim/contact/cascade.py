@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from roughsim._kernels import active_set as kernels
 from roughsim._kernels.interpolation import refine
-from roughsim.contact.active_set import Iteration, Problem
+from roughsim.contact.active_set import NEGLIGIBLE, Iteration, Problem
 from roughsim.contact.blocks import run, spans, total
 from roughsim.contact.operator import Operator
 from roughsim.grid import Grid
@@ -32,8 +32,8 @@ def solve_cascade(levels: list[Problem], tolerance: float, max_iterations: int) 
             state.pressure[...] = problem.load
         else:
             _carry(coarse, state)
-        state.refresh(state.kind)
         final = problem is levels[0]
+        state.refresh(np.float64 if final and coarse and coarse.blur > 0.3 * NEGLIGIBLE * tolerance else state.kind)
         state.solve(tolerance if final else coarse_tolerance, max_iterations, final=final)
         work += state.transforms * problem.grid.points / levels[0].grid.points
     assert state is not None

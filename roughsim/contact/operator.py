@@ -18,6 +18,7 @@ from roughsim.fourier import Lines, lines
 from roughsim.grid import Grid
 
 CACHED = 1 << 14  # complex numbers in one group of lines
+GROUP = 16  # lines at least: shorter pieces of a column are slow to write
 PADDING = 16  # of the rows of the spectrum, so that they do not all fall onto the same places of the cache
 
 Visit = Callable[[Any, int, int], None]
@@ -117,5 +118,5 @@ class Operator:
 
 def _blocks(count: int, points: int) -> list[tuple[int, int]]:
     """(first, number) of groups of `count` lines of so many points."""
-    group = max(CACHED // points, 4)
+    group = max(CACHED // points, GROUP)
     return [(first, min(group, count - first)) for first in range(0, count, group)]
