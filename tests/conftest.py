@@ -29,6 +29,8 @@ nominal_pressure = "90 MPa"
 friction_coefficient = 0.11
 speed = [0, 0.1, 35]
 heat_partition = 0.9
+[theory]
+gamma = 0.3
 [ensemble]
 seed = 3
 max_realizations = 6

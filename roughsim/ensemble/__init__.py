@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from roughsim import analytic
 from roughsim.ensemble.realization import Realization, level_spectrum, realize, versions
-from roughsim.ensemble.tasks import Tasks, sweep, workforce
+from roughsim.ensemble.tasks import Tasks, stopped_by_signals, sweep, workforce
 from roughsim.errors import RecordError
 from roughsim.estimate import UNITS
 from roughsim.plan import Numerics, plan
@@ -56,7 +56,7 @@ def run(
     workers : int, optional
         Processes; 1 computes in this one. A script that asks for more needs ``if __name__ == "__main__":``.
     executor : concurrent.futures.Executor, optional
-        Used in place of own processes.
+        Used in place of own processes; twice `workers` members are kept in flight.
     observer : callable, optional
         Called with the run after each member has been stored.
 
@@ -71,6 +71,8 @@ def run(
         If the folder holds another scene, naming the first key that differs, or another process writes to it.
     OSError
         If the disk refuses; what was stored stays.
+    KeyboardInterrupt
+        After Ctrl-C or SIGTERM, within a second; what was stored stays.
     TypeError, ValueError
         Naming the argument, before any work.
     """
@@ -89,7 +91,7 @@ def run(
     numerics = plan(scene) if numerics is None else numerics
     place = Path(folder)
     _prepare(place, scene, numerics)
-    with writing(place):
+    with stopped_by_signals(), writing(place):
         describe(place, _description(scene, numerics), scene)
         sweep(place)
         result = open_run(place)

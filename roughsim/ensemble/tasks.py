@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
+import threading
+import time
 import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
@@ -19,31 +22,63 @@ from roughsim.record import Run, member_path, read_member
 if TYPE_CHECKING:
     from roughsim.scene import Scene
 
-RETRIES = 3  # how often a pool whose worker died is started anew
+RETRIES = 3  # how often a pool whose worker died is started anew without a new member in between
 
 
 @contextmanager
 def workforce(workers: int, executor: Executor | None) -> Iterator[Callable[[], Executor | None]]:
-    """Yield what makes a pool, and shut down the last one made; a given executor is left to its owner."""
+    """Yield what makes a pool, and end the last one made; a given executor is left to its owner.
+
+    After an error or an interrupt the processes are ended at once: what they were at is not stored yet, so nothing is
+    lost.
+    """
+    others = set(multiprocessing.active_children())
     made: list[Executor] = []
 
     def make() -> Executor | None:
         if executor is not None or workers == 1:
             return executor
         context = multiprocessing.get_context("spawn")  # fork after threaded transforms hangs
-        made.append(ProcessPoolExecutor(workers, mp_context=context, initializer=_begin_worker))
+        made.append(
+            ProcessPoolExecutor(workers, mp_context=context, initializer=_begin_worker, initargs=(os.getpid(),))
+        )
         return made[-1]
 
     try:
         yield make
+    except BaseException:
+        for child in multiprocessing.active_children():
+            if made and child not in others:
+                child.terminate()
+        raise
     finally:
         for pool in made:
             pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _begin_worker() -> None:
-    """Leave interrupts to the main process."""
+def _begin_worker(parent: int) -> None:
+    """Leave interrupts to the main process, and do not outlive it, however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.5)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def stopped_by_signals() -> Iterator[None]:
+    """Let SIGTERM end a run as an interrupt does; only the main thread of a process can arrange that."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def sweep(place: Path) -> None:
@@ -78,7 +113,8 @@ class Tasks:
         self, make: Callable[[], Executor | None], workers: int, observer: Callable[[Run], None] | None
     ) -> None:
         """Work through the tasks until the targets are met or there are none left."""
-        for attempt in range(RETRIES + 1):
+        died, stored = 0, len(self.result.members)
+        while True:
             pool = make()
             try:
                 if pool is None:
@@ -86,9 +122,13 @@ class Tasks:
                 else:
                     self._shared(pool, 2 * workers, observer)
             except BrokenExecutor as error:
-                if attempt == RETRIES:
+                self.result.refresh()
+                died = died + 1 if len(self.result.members) == stored else 1
+                stored = len(self.result.members)
+                if died > RETRIES:
                     raise RuntimeError(
-                        f"workers died {RETRIES + 1} times, last: {error}; see memory and disk"
+                        f"workers died {died} times without storing a member, last: {error}; see memory and disk, and "
+                        f"try fewer workers"
                     ) from error
                 continue
             return

@@ -67,18 +67,38 @@ def write_member(folder: Path, member: Member) -> None:
     OSError
         If the disk refuses, naming the path; no half-written file stays.
     """
+    place_bytes(member_path(folder, member.level, member.index), _image(member))
+
+
+def _image(member: Member) -> bytes:
+    """The file as bytes, made in memory: HDF5 never meets a full disk."""
     import h5py
 
-    path = member_path(folder, member.level, member.index)
+    with h5py.File("member", "w", driver="core", backing_store=False, libver="v110") as file:
+        _fill(file, member)
+        file.flush()
+        return bytes(file.id.get_file_image())
+
+
+def place_bytes(path: Path, content: bytes) -> None:
+    """Write a file beside its place, force it to disk, and move it there: whole or not at all.
+
+    Raises
+    ------
+    OSError
+        If the disk refuses, naming the path; no half-written file stays.
+    """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        with h5py.File(temporary, "w", libver="v110") as file:
-            _fill(file, member)
-        _place(temporary, path)
+        with open(temporary, "wb") as handle:
+            handle.write(content)
+            handle.flush()
+            os.fsync(handle.fileno())
+        os.replace(temporary, path)
     except BaseException as error:
         temporary.unlink(missing_ok=True)
         if isinstance(error, OSError):
-            raise OSError(error.errno, f"cannot write {path}: {error}") from error
+            raise OSError(error.errno, f"cannot write {path}: {error.strerror}") from error
         raise
 
 
@@ -95,7 +115,10 @@ def read_member(path: Path, *, with_fields: bool = False) -> Member:
     try:
         with h5py.File(path, "r") as file:
             _check_format(path, int(file.attrs["format_version"]))
-            return _take(file, with_fields=with_fields)
+            member = _take(file, with_fields=with_fields)
+            if member_path(path.parent.parent, member.level, member.index).name != path.name:
+                raise ValueError(f"it holds level {member.level}, index {member.index}, not what its name says")
+            return member
     except RecordError:
         raise
     except FileNotFoundError:
@@ -215,21 +238,3 @@ def _split(flat: Array, layout: list[tuple[str, list[int]]]) -> dict[str, Array]
 def _check_format(path: Path, version: int) -> None:
     if version > FORMAT:
         raise RecordError(f"{path} has format version {version}; this roughsim reads up to {FORMAT}: update it")
-
-
-def _place(temporary: Path, path: Path) -> None:
-    """Force a finished file to disk and move it into its place."""
-    with open(temporary, "rb") as handle:
-        os.fsync(handle.fileno())
-    os.replace(temporary, path)
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a small text file, whole or not at all."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        temporary.write_text(text, encoding="utf-8")
-        _place(temporary, path)
-    except OSError as error:
-        temporary.unlink(missing_ok=True)
-        raise OSError(error.errno, f"cannot write {path}: {error}") from error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import cached_property
 from math import nan
 from pathlib import Path
@@ -16,6 +17,7 @@ from roughsim.errors import RecordError
 from roughsim.estimate import (
     BY_FORCE_BALANCE,
     PER_SPEED,
+    RADII,
     UNITS,
     Estimate,
     Sample,
@@ -25,13 +27,14 @@ from roughsim.estimate import (
     standard_error,
     stopping_point,
 )
-from roughsim.record.files import FORMAT, Member, member_path, read_member, write_text
+from roughsim.record.files import FORMAT, Member, member_path, place_bytes, read_member
 
 if TYPE_CHECKING:
     from roughsim.plan import Numerics
     from roughsim.scene import Scene
 
 Array = NDArray[np.float64]
+_NONE: Array = np.empty(0)
 TEMPERATURES = ("flash_temperature", "flash_gradient", "flash_laplacian")
 
 
@@ -81,7 +84,8 @@ class Run:
                 path = member_path(self.folder, level, index)
                 if not path.exists():
                     return False
-                self.members[level, index] = read_member(path)
+                # the stress spectra stay on disk: memory must not grow with the number of realizations
+                self.members[level, index] = replace(read_member(path), wavenumber=_NONE, spectrum=_NONE)
         return True
 
     @cached_property
@@ -131,16 +135,22 @@ class Run:
             raise ValueError(f"column = {name!r} is not in this run; it has {', '.join(self.numerics.columns)}")
         return name
 
-    def samples(self, column: str | None = None, rows: list[int] | None = None) -> list[Sample]:
-        """Return the numbers of a column's levels, coarsest first, over the realizations that count."""
+    def samples(
+        self, column: str | None = None, rows: list[int] | None = None, *, spectra: bool = True
+    ) -> list[Sample]:
+        """Return the numbers of a column's levels, coarsest first, over the realizations that count.
+
+        The stress spectra are read from disk if wanted, else left empty.
+        """
         rows = self.sound(self.realizations) if rows is None else rows
+        reach = 0.5 * float(np.hypot(*self.numerics.lengths))
         result = []
         for level in self.numerics.of_column(self.column(column)):
             members = [self.members[level, i] for i in rows]
             numbers = {name: np.stack([m.numbers[name] for m in members]) for name in members[0].numbers}
-            spectra = np.stack([m.spectrum for m in members])
-            q_max, reach = self.numerics.levels[level].q_max, 0.5 * float(np.hypot(*self.numerics.lengths))
-            result.append(Sample(q_max, numbers, members[0].wavenumber, spectra, reach))
+            stored = [read_member(member_path(self.folder, level, i)) for i in rows] if spectra else members
+            spectrum = np.stack([m.spectrum for m in stored])
+            result.append(Sample(self.numerics.levels[level].q_max, numbers, stored[0].wavenumber, spectrum, reach))
         return result
 
     def values(self, observable: str, column: str | None = None) -> Values:
@@ -162,7 +172,8 @@ class Run:
         name = self.column(column)
         resting = self.scene.counter_conductivity
         ratio = nan if resting is None else self.scene.body.conductivity / resting
-        values = observe(observable, self.samples(name, rows), capped=name == "capped", resting_ratio=ratio)
+        samples = self.samples(name, rows, spectra=observable in RADII)
+        values = observe(observable, samples, capped=name == "capped", resting_ratio=ratio)
         rest = {name: 0.0 for name in TEMPERATURES} | {"slope_length": np.inf}
         if observable in rest:  # members are measured at a tiny speed instead: exact limits here
             moving = np.array(self.scene.speeds) > 0.0
@@ -239,8 +250,8 @@ class Run:
 def describe(folder: Path, description: dict[str, Any], scene: Scene) -> None:
     """Write what a run is, before anything slow."""
     (folder / "realizations").mkdir(parents=True, exist_ok=True)
-    write_text(folder / "scene.toml", scene.to_toml())
-    write_text(folder / "run.json", json.dumps(description, indent=1) + "\n")
+    place_bytes(folder / "scene.toml", scene.to_toml().encode())
+    place_bytes(folder / "run.json", (json.dumps(description, indent=1) + "\n").encode())
 
 
 def read_description(folder: Path) -> dict[str, Any]:
