@@ -74,7 +74,8 @@ def _image(member: Member) -> bytes:
     """The file as bytes, made in memory: HDF5 never meets a full disk."""
     import h5py
 
-    with h5py.File("member", "w", driver="core", backing_store=False, libver="v110") as file:
+    # HDF5 knows files by name, also those in memory: threads need names of their own
+    with h5py.File(f"member {id(member)}", "w", driver="core", backing_store=False, libver="v110") as file:
         _fill(file, member)
         file.flush()
         return bytes(file.id.get_file_image())
