@@ -148,6 +148,19 @@ def compare(
     _compare(open_run(run), chart=chart, as_json=as_json)
 
 
+@app.command()
+def status(run: RunFolder, as_json: Json = False) -> None:
+    """Say where a run stands: members, mean ± error, time left, failures; also while it is being computed."""
+    from roughsim.record import open_run
+    from roughsim.status import status_dict, status_lines
+
+    opened = open_run(run)
+    if as_json:
+        typer.echo(json.dumps(status_dict(opened), indent=1))
+    else:
+        _print(*status_lines(opened))
+
+
 def _goals(until: list[str] | None) -> dict[str, float] | None:
     if until is None:
         return None

@@ -28,6 +28,7 @@ ORDER = (
     "ensemble",
     "compare",
     "charts",
+    "status",
     "tables",
     "progress",
     "cli",

@@ -107,6 +107,7 @@ def test_ratios_keep_the_pairing(table, capped_run):
     left_out = [np.delete(above, i).mean() / np.delete(below, i).mean() for i in range(6)]
     jackknife = np.sqrt(5 * np.var(left_out))
     row = next(r for r in table.rows if r.observable == "flash_temperature" and r.speed == 35.0)
+    assert row.ratios["capped_over_smoothed"].value == pytest.approx(above.mean() / below.mean(), rel=1e-12)
     assert row.ratios["capped_over_smoothed"].standard_error == pytest.approx(jackknife, rel=0.2)
 
 

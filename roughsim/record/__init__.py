@@ -5,7 +5,7 @@ its place, forced to disk and then moved into it, so a killed run is a shorter r
 """
 
 from roughsim.record.files import Member, member_path, read_member, write_member
-from roughsim.record.lock import writing
+from roughsim.record.lock import writer, writing
 from roughsim.record.run import Run, describe, open_run, read_description
 
 __all__ = [
@@ -17,5 +17,6 @@ __all__ = [
     "read_description",
     "read_member",
     "write_member",
+    "writer",
     "writing",
 ]

@@ -39,6 +39,12 @@ def writing(folder: Path) -> Iterator[None]:
         path.unlink(missing_ok=True)
 
 
+def writer(folder: Path) -> str | None:
+    """Return who writes to a run folder now, as "process 12 on host"; None if nobody does."""
+    owner = _owner(folder / "lock")
+    return f"process {owner.get('pid')} on {owner.get('host')}" if _alive(owner) else None
+
+
 def _create(path: Path, text: str) -> bool:
     try:
         handle = os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o644)

@@ -1,0 +1,98 @@
+"""Where a run stands: members, mean ± error, time left, failures."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+from roughsim.compare import json_number
+from roughsim.estimate import relative_half_width
+from roughsim.record import member_path, writer
+
+if TYPE_CHECKING:
+    from roughsim.record import Run
+
+_RECENT = 20  # members over which the pace is measured
+
+
+def status_dict(run: Run) -> dict[str, Any]:
+    """Return where a run stands as JSON values: counts, targets, means at all speeds, seconds left."""
+    sound = len(run.sound(run.realizations))
+    result: dict[str, Any] = {
+        "folder": str(run.folder),
+        "writer": writer(run.folder),
+        "realizations": run.realizations,
+        "failed": run.failed,
+        "needed": realizations_needed(run),
+        "target_met": run.target_met,
+        "seconds_left": seconds_left(run),
+        "until": run.until,
+        "max_realizations": run.max_realizations,
+        "speed": list(run.scene.speeds),
+        "estimates": {},
+    }
+    if sound:
+        for name in dict.fromkeys((*run.until, "flash_temperature")):
+            found = run.estimate(name)
+            result["estimates"][name] = {
+                "mean": [json_number(float(x)) for x in found.mean],
+                "half_width": [json_number(float(x)) for x in found.half_width],
+                "bias": [json_number(float(x)) for x in found.bias],
+            }
+    return result
+
+
+def status_lines(run: Run) -> list[str]:
+    """Return where a run stands, for people."""
+    told = status_dict(run)
+    by = f"being computed by {told['writer']}" if told["writer"] else "not being computed now"
+    lines = [f"{run.folder}: {run.scene.title or 'untitled'}; {by}"]
+    lines.append(f"{told['realizations']} of about {told['needed']} realizations{reached(run)}")
+    if told["failed"]:
+        lines.append(f"{told['failed']} did not converge and are left out of the means")
+    for name in told["estimates"]:
+        lines += run.estimate(name).explain().splitlines()
+    if told["target_met"] or told["realizations"] >= run.max_realizations:
+        lines.append("finished: the target is met" if told["target_met"] else "finished: all realizations are there")
+    elif told["seconds_left"] is not None:
+        lines.append(f"{clock(told['seconds_left'])} left at the latest pace")
+    return lines
+
+
+def realizations_needed(run: Run) -> int:
+    """Return how many realizations the targets will take: the half-width falls as 1/√n."""
+    rows = run.sound(run.realizations)
+    if not run.until:
+        return run.max_realizations
+    if len(rows) < 4:
+        return min(12, run.max_realizations)
+    worst = max(relative_half_width(run.values(name).extrapolated) / goal for name, goal in run.until.items())
+    return int(min(max(12, round(len(rows) * worst**2), run.realizations), run.max_realizations))
+
+
+def seconds_left(run: Run) -> float | None:
+    """Return the time left at the pace of the latest members, s; None while there is no pace to tell."""
+    paths = (member_path(run.folder, level, index) for level, index in run.members)
+    written = sorted(path.stat().st_mtime for path in paths if path.exists())[-_RECENT:]
+    if len(written) < 2 or written[-1] <= written[0]:
+        return None
+    missing = max(realizations_needed(run) * len(run.numerics.levels) - len(run.members), 0)
+    waited = max(time.time() - written[-1], 0.0) if writer(run.folder) else 0.0
+    return max(missing * (written[-1] - written[0]) / (len(written) - 1) - waited, 0.0)
+
+
+def reached(run: Run) -> str:
+    """Return how near the targets are, as ": name ± x % (target y %)"; empty where nothing is to be told."""
+    if not run.until or len(run.sound(run.realizations)) < 4:
+        return ""
+    parts = (
+        f"{name} ± {100 * relative_half_width(run.values(name).extrapolated):.2g} % (target {100 * goal:g} %)"
+        for name, goal in run.until.items()
+    )
+    return ": " + ", ".join(parts)
+
+
+def clock(seconds: float) -> str:
+    """Return a time span in words: 12 s, 3 min 05 s."""
+    whole = round(seconds)
+    return f"{whole // 60} min {whole % 60:02d} s" if whole >= 60 else f"{whole} s"
