@@ -1,4 +1,4 @@
-"""What befalls a long run: kills, interrupts, full disks, dying workers. Nothing stored is lost, nothing is half done."""
+"""What befalls a long run: kills, interrupts, full disks, dying workers. Nothing stored is lost or half done."""
 
 import os
 import resource
@@ -18,7 +18,8 @@ ROOT = Path(__file__).parents[1]
 SCRIPT = """
 import sys, roughsim as rs
 if __name__ == "__main__":
-    rs.run(rs.load_scene(sys.argv[1]), sys.argv[2], workers=int(sys.argv[3]), max_realizations=int(sys.argv[4]), until={})
+    scene, folder, workers, most = sys.argv[1:]
+    rs.run(rs.load_scene(scene), folder, workers=int(workers), max_realizations=int(most), until={})
 """
 
 
@@ -32,9 +33,8 @@ def scene_file(quick, tmp_path):
 def start(scene_file, folder, workers=2, most=40):
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     words = [sys.executable, scene_file.with_name("go.py"), scene_file, folder, workers, most]
-    return subprocess.Popen(
-        [str(word) for word in words], env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-    )
+    with open(scene_file.with_name("said.txt"), "w") as said:
+        return subprocess.Popen([str(word) for word in words], env=environment, stdout=said, stderr=subprocess.STDOUT)
 
 
 def wait_for_members(folder, count, seconds=60):
@@ -78,7 +78,7 @@ def kill_and_resume(quick, scene_file, tmp_path, trials, seed):
     stored = {}
     for _ in range(trials):
         process = start(scene_file, folder, most=count)
-        time.sleep(rng.uniform(0.2, 4.0))
+        time.sleep(rng.uniform(0.5, 4.0))
         process.send_signal(signal.SIGKILL)
         process.wait()
         if (folder / "realizations").exists():
@@ -93,7 +93,7 @@ def kill_and_resume(quick, scene_file, tmp_path, trials, seed):
 
 
 def test_a_killed_run_is_a_shorter_run(quick, scene_file, tmp_path):
-    kill_and_resume(quick, scene_file, tmp_path, trials=3, seed=1)
+    kill_and_resume(quick, scene_file, tmp_path, trials=2, seed=1)
 
 
 @pytest.mark.slow
@@ -101,8 +101,15 @@ def test_twenty_kills_lose_nothing(quick, scene_file, tmp_path):
     kill_and_resume(quick, scene_file, tmp_path, trials=int(os.environ.get("ROUGHSIM_KILLS", "20")), seed=2)
 
 
-@pytest.mark.parametrize("which", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize(
+    ("which", "workers"),
+    [
+        (signal.SIGINT, 2),
+        pytest.param(signal.SIGINT, 1, marks=pytest.mark.slow),
+        pytest.param(signal.SIGTERM, 1, marks=pytest.mark.slow),
+        pytest.param(signal.SIGTERM, 2, marks=pytest.mark.slow),
+    ],
+)
 def test_an_interrupt_ends_all_within_a_second(scene_file, tmp_path, which, workers):
     folder = tmp_path / "run"
     process = start(scene_file, folder, workers=workers, most=100000)
@@ -113,13 +120,14 @@ def test_an_interrupt_ends_all_within_a_second(scene_file, tmp_path, which, work
     process.wait(timeout=20)
     assert time.monotonic() - began < 2.0  # a second, and a loaded machine
     assert process.returncode != 0
-    assert "KeyboardInterrupt" in process.stdout.read()
+    assert "KeyboardInterrupt" in scene_file.with_name("said.txt").read_text()
     time.sleep(0.2)
-    assert not [pid for pid in family if Path(f"/proc/{pid}").exists() and children(os.getpid()).count(pid)]
+    assert not [pid for pid in family if Path(f"/proc/{pid}").exists()]
     assert not (folder / "lock").exists()
     assert_all_sound(folder)
 
 
+@pytest.mark.slow
 def test_workers_do_not_outlive_a_killed_parent(scene_file, tmp_path):
     process = start(scene_file, tmp_path / "run", most=100000)
     wait_for_members(tmp_path / "run", 3)
@@ -133,13 +141,14 @@ def test_workers_do_not_outlive_a_killed_parent(scene_file, tmp_path):
         time.sleep(0.1)
 
 
+@pytest.mark.slow
 def test_a_dying_worker_costs_a_retry_not_the_run(quick, scene_file, tmp_path):
     folder = tmp_path / "run"
     process = start(scene_file, folder, most=60)
     wait_for_members(folder, 3)
     workers = [pid for pid in children(process.pid) if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
     os.kill(workers[0], signal.SIGKILL)
-    assert process.wait(timeout=120) == 0, process.stdout.read()
+    assert process.wait(timeout=120) == 0, scene_file.with_name("said.txt").read_text()
     assert rs.open_run(folder).realizations == 60
     undisturbed = rs.run(quick, tmp_path / "undisturbed", max_realizations=10, until={})
     assert_same_numbers(folder, undisturbed.folder, 10)
