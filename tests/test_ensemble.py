@@ -51,6 +51,37 @@ def test_all_levels_see_the_same_modes(capped_scene):
     np.testing.assert_allclose(phase, 0.0, atol=1e-10)
 
 
+def test_each_level_solves_what_its_column_says(capped_scene):
+    from theory import plasticity
+
+    numerics = rs.plan(capped_scene)
+    smooth, coarse, fine = (rs.realize(capped_scene, numerics, seed=3, level=k, index=0) for k in range(3))
+    assert smooth.contact.pressure.max() > 1e9  # elastic: above the hardness
+    assert coarse.contact.pressure.max() == fine.contact.pressure.max() == 1e9
+    pressures = {"effective_modulus": 1 / (2 * 0.91 / 200e9), "nominal_pressure": 9e7, "penetration_hardness": 1e9}
+    drawn = {
+        0: plasticity.smoothed_spectrum(capped_scene.spectrum, **pressures),
+        1: capped_scene.spectrum,
+        2: capped_scene.spectrum,
+    }
+    for level, one in enumerate((smooth, coarse, fine)):
+        q = np.linspace(6350, numerics.levels[level].q_max, 20001)
+        variance = np.trapezoid(2 * np.pi * q * drawn[level](q), q)
+        assert one.heights.var() == pytest.approx(variance, rel=0.03)  # a cell of two longest waves
+        assert one.contact.residual <= 1e-4
+        assert one.contact.pressure.mean() == pytest.approx(9e7)
+
+
+def test_the_correlation_starts_at_the_variance(capped_run):
+    mean, error = capped_run.correlation(np.array([0.0, 1e-5]))
+    variance = capped_run.samples("capped")[-1].numbers["pressure_variance"]
+    assert mean[0] == pytest.approx(variance.mean(), rel=1e-9)
+    assert error[0] == pytest.approx(variance.std(ddof=1) / np.sqrt(6), rel=1e-6)
+    assert mean[1] < mean[0]
+    with pytest.raises(ValueError, match="exceeds half the diagonal of the cell"):
+        capped_run.correlation(np.array([1.0]))
+
+
 def test_two_workers_and_threads_give_the_same_bits(capped_scene, capped_run, tmp_path):
     shared = rs.run(capped_scene, tmp_path / "two", workers=2)
     assert_same(shared.folder, capped_run.folder, 3, 6)
