@@ -93,6 +93,16 @@ def test_two_workers_and_threads_give_the_same_bits(capped_scene, capped_run, tm
     )
 
 
+def test_dask_gives_the_same_bits(quick, tmp_path):
+    distributed = pytest.importorskip("distributed", reason="the extra dask is not installed")
+    alone = rs.run(quick, tmp_path / "alone", max_realizations=4)
+    options = {"n_workers": 2, "threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}
+    with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
+        executor = client.get_executor(pure=False)
+        shared = rs.run(quick, tmp_path / "dask", max_realizations=4, executor=executor, workers=2)
+    assert_same(alone.folder, shared.folder, 1, 4)
+
+
 def test_a_run_goes_on_where_it_stopped(capped_scene, capped_run, tmp_path):
     rs.run(capped_scene, tmp_path / "run", max_realizations=2)
     member_path(tmp_path / "run", 1, 1).unlink()  # as if killed between two levels
