@@ -46,7 +46,8 @@ class Progress:
         rate = (members - self.first) / max(time.monotonic() - self.began, 1e-9)
         left = max(needed * len(run.numerics.levels) - members, 0) / rate
         text = f"{count} of about {needed} realizations{reached(run)}"
-        self.bar.update(self.task, description=text, completed=min(count / needed, 1.0), left=f"{clock(left)} left")
+        done = members / (needed * len(run.numerics.levels))
+        self.bar.update(self.task, description=text, completed=min(done, 1.0), left=f"{clock(left)} left")
         if self.bar.disable and count and count % max(needed // 5, 1) == 0 and count != self.said:
             self.said = count
             self.console.print(f"{text}, {clock(left)} left", highlight=False, soft_wrap=True)
