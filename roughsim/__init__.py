@@ -23,7 +23,33 @@ Heat
 import sys
 from importlib import import_module
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # for readers of types; at run time names are imported when they are first asked for
+    from roughsim.compare import compare as compare
+    from roughsim.contact import Contact as Contact
+    from roughsim.contact import Solid as Solid
+    from roughsim.contact import solve_contact as solve_contact
+    from roughsim.ensemble import realize as realize
+    from roughsim.ensemble import run as run
+    from roughsim.errors import ConvergenceError as ConvergenceError
+    from roughsim.errors import RecordError as RecordError
+    from roughsim.errors import ResolutionError as ResolutionError
+    from roughsim.errors import RoughsimError as RoughsimError
+    from roughsim.fourier import set_threads as set_threads
+    from roughsim.grid import Grid as Grid
+    from roughsim.heat import sliding_temperature as sliding_temperature
+    from roughsim.observables import Sliding as Sliding
+    from roughsim.observables import measure as measure
+    from roughsim.plan import Level as Level
+    from roughsim.plan import Numerics as Numerics
+    from roughsim.plan import plan as plan
+    from roughsim.record import open_run as open_run
+    from roughsim.scene import Scene as Scene
+    from roughsim.scene import load_scene as load_scene
+    from roughsim.spectrum import SelfAffineSpectrum as SelfAffineSpectrum
+    from roughsim.spectrum import TabulatedSpectrum as TabulatedSpectrum
+    from roughsim.surface import synthesize as synthesize
 
 __version__ = "0.1.0"
 

@@ -114,6 +114,15 @@ def test_importing_roughsim_imports_nothing_heavy():
     assert found.stdout.strip() == "[]"
 
 
+def test_typed_names_are_the_public_ones():
+    tree = ast.parse((ROOT / "roughsim" / "__init__.py").read_text())
+    (block,) = [n for n in tree.body if isinstance(n, ast.If)]
+    typed = {alias.asname: node.module for node in block.body for alias in node.names}
+    import roughsim
+
+    assert typed == {name: f"roughsim.{home}" for name, home in roughsim._HOME.items()}
+
+
 def test_every_public_name_resolves_whatever_was_imported_before():
     code = (
         "import roughsim.plan, roughsim.compare, roughsim as rs;"
