@@ -172,9 +172,10 @@ def chart(folder: Path, bounds: dict[str, tuple[float, float]], family: list[tup
     figure.savefig(folder / "inverse.png")
 
 
-FOUND = """So gamma is known to about 0.02 if all four numbers are taken as printed, and the 0.42 ... 0.5 of public codes
-cannot have produced them; the level and the lower end of C(q) go with the exponent. Only d_flash = 118 um tells the exponents
-apart (1.3 ... 1.7 within its rounding), and what C(q) does where everything has yielded leaves no trace."""
+FOUND = """So gamma is known to about 0.02 if all four numbers are taken as printed, and the 0.42 ... 0.5 of public
+codes cannot have produced them; the level and the lower end of C(q) go with the exponent. Only d_flash = 118 um
+tells the exponents apart (1.3 ... 1.7 within its rounding), and what C(q) does where everything has yielded leaves
+no trace."""
 
 
 def main() -> None:

@@ -110,10 +110,10 @@ def table(cases: list[Case]) -> None:
             print(f"  {speed:6g} m/s: multiscale {value:9.4g}   classical {low:9.4g} ... {high:9.4g}   ratio {ratio}")
 
 
-FOUND = """The classical value is a matter of choice: over the decades of roughness it falls by the factors above, and
-at the smallest spots it misses the temperature by up to four orders of magnitude. At the largest spots it comes within some
-30 %, but that nothing smaller counts is what only the multiscale theory can tell; for steel, which yields, one decade
-is left and every choice is within a factor two."""
+FOUND = """The classical value is a matter of choice: over the decades of roughness it falls by the factors above,
+and at the smallest spots it misses the temperature by up to four orders of magnitude. At the largest spots it
+comes within some 30 %, but that nothing smaller counts is what only the multiscale theory can tell; for steel,
+which yields, one decade is left and every choice is within a factor two."""
 
 
 def chart(folder: Path, cases: list[Case], points: int) -> None:
