@@ -1,14 +1,21 @@
 """Ensembles: members by name, the same bits however they are computed, resuming, failing, stopping."""
 
 import json
+import os
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import roughsim as rs
 from roughsim.record import member_path, read_member
+
+
+ROOT = Path(__file__).parents[1]
 
 
 def numbers(folder, level, index):
@@ -236,3 +243,21 @@ def test_temperatures_are_those_of_the_share_used(capped_run):
     found = capped_run.estimate("flash_temperature", column="smoothed").mean
     rows = np.array([numbers(capped_run.folder, 0, i)["flash_temperature"] for i in range(6)])
     np.testing.assert_allclose(found, 0.9 * rows.mean(axis=0), rtol=1e-12, atol=1e-140)
+
+
+@pytest.mark.slow
+def test_a_first_compilation_gives_the_bits_of_the_cache(capped_scene, tmp_path):
+    # kernels that call kernels were once inlined when compiled, but not when loaded: sums were then ordered differently
+    (tmp_path / "scene.toml").write_text(capped_scene.to_toml())
+    code = (
+        "import sys, roughsim as rs; s = rs.load_scene(sys.argv[1]); n = rs.plan(s)\n"
+        "for level in range(3):\n"
+        "    for index in range(4):\n"
+        "        one = rs.realize(s, n, seed=3, level=level, index=index)\n"
+        "        print(one.contact.pressure.tobytes().hex()[:4000], one.observables.flash_temperature.tobytes().hex())\n"
+    )
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(ROOT)}
+    words = [sys.executable, "-c", code, str(tmp_path / "scene.toml")]
+    said = [subprocess.run(words, capture_output=True, text=True, check=True, env=environment).stdout for _ in range(2)]
+    assert len(said[0].splitlines()) == 12
+    assert said[0] == said[1]
