@@ -46,11 +46,11 @@ class Case:
 
 def granite() -> Case:
     """Two equal faces of a hard mineral, self-affine from 1 mm to 1 nm."""
-    face = rs.SelfAffineSpectrum.from_rms_height(10e-6, hurst=0.8, q_min=6e3, q_roll_off=6e3, q_max=6e9)
+    face = rs.SelfAffineSpectrum.from_rms_height(1e-6, hurst=0.8, q_min=6e3, q_roll_off=6e3, q_max=6e9)
     load = {"effective_modulus": 60e9 / (1 - 0.25**2) / 2, "nominal_pressure": 5e6}
     smooth = plasticity.smoothed_spectrum(face.scaled(2.0), penetration_hardness=10e9, **load)
     heat = {"friction_coefficient": 0.7, "conductivity": 2.7, "diffusivity": 2.7 / (2650 * 800)}
-    says = "assumed: 1 mm to 1 nm, h_rms 10 µm, H 0.8, E 60 GPa, hardness 10 GPa, 5 MPa, friction 0.7"
+    says = "assumed: 1 mm to 1 nm, h_rms 1 µm, H 0.8, E 60 GPa, hardness 10 GPa, 5 MPa, friction 0.7"
     return Case("granite-like", smooth, load, heat, says)
 
 
@@ -119,7 +119,7 @@ which yields, one decade is left and every choice is within a factor two."""
 def chart(folder: Path, cases: list[Case], points: int) -> None:
     figure = Figure((9.6, 5.6))
     axes = figure.subplots(2, len(cases))
-    v = np.geomspace(1e-5, 1e2, points)
+    v = np.geomspace(1e-5, 1e1, points)
     for case, (top, bottom) in zip(cases, axes.T, strict=True):
         coarse, fine = ends(case)
         q = np.geomspace(coarse, fine, points)

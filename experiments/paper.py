@@ -117,7 +117,7 @@ def maps(folder: Path, points: int) -> None:
         bottom.set(xlabel="x/R", ylabel="T/T$_{max}$ at y = 0", ylim=(0, 1.05), xlim=(x[0], x[-1]))
     axes[1, 0].legend()
     figure.colorbar(drawn, ax=axes[0, :], label="T/T$_{max}$", shrink=0.9)
-    figure.savefig(folder / "hertz_maps.png")
+    figure.savefig(folder / "hertz_maps.png", dpi=90)
 
 
 def areas(folder: Path, points: int) -> float:

@@ -74,6 +74,28 @@ def test_the_weight_of_wang_and_mueser_is_one_in_full_contact_and_five_ninths_of
     assert one == pytest.approx(float(area * (5 / 9 - 2 / 9 * area**2 + 2 / 3 * area**4)), rel=1e-13)
 
 
+def test_the_composite_modulus_adds_the_compliances():
+    assert persson.effective_modulus(2e11, 0.3) == pytest.approx(2e11 / 0.91, rel=1e-15)
+    assert persson.effective_modulus([2e11, 2e11], 0.3) == pytest.approx(2e11 / 0.91 / 2, rel=1e-15)  # 109.89 GPa
+    assert 1 / persson.effective_modulus([1e7, 5e10], [0.5, 0.2]) == pytest.approx(0.75 / 1e7 + 0.96 / 5e10, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((2e11, 0.51), "poisson_ratio = 0.51 must lie above −1 and be at most 0.5"),
+        ((2e11, -1.0), "poisson_ratio = -1"),
+        ((2e11, np.nan), "poisson_ratio"),
+        ((0.0, 0.3), "youngs_modulus = 0 Pa must be positive"),
+        (([1e9, 1e9, 1e9], 0.3), "one or two numbers each"),
+        (([1e9, 1e9], [0.3, 0.3, 0.3]), "one or two numbers each"),
+    ],
+)
+def test_solids_that_do_not_exist_are_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        persson.effective_modulus(*arguments)
+
+
 def test_a_constant_history_is_the_closed_background():
     steady = background.temperature([0.0, 0.3, 2.0], heat_flux=1e6, **BODY)
     history = background.temperature([0.0, 0.3, 2.0], heat_flux=lambda t: 1e6, **BODY)
