@@ -133,10 +133,12 @@ def chart(folder: Path, cases: list[Case], points: int) -> None:
             ratio = single_scale(case, q, speed) / multiscale(case, speed)
             bottom.loglog(np.pi / q * 1e6, ratio, color=colour, label=f"{speed:g} m/s")
         bottom.axhline(1, color="k", lw=0.8)
-        bottom.set_ylim(1e-4, 3)
+        bottom.set_ylim(5e-5, 3)
         bottom.set(xlabel="contact diameter chosen (µm)")
         bottom.invert_xaxis()
         bottom.xaxis.set_minor_formatter(NullFormatter())
+        if coarse * 10 > fine:
+            bottom.set_xticks([60, 100, 200], ["60", "100", "200"])
     axes[0, 0].set_ylabel("$T_{flash}$ (K)")
     axes[1, 0].set_ylabel("classical / multiscale")
     axes[0, 0].legend(fontsize=7.5)

@@ -19,6 +19,40 @@ from theory.hankel import first_crossing, hankel_transform
 Weight = float | Callable[[Array, Array], Array]
 
 
+def effective_modulus(youngs_modulus: ArrayLike, poisson_ratio: ArrayLike) -> float:
+    """Composite modulus of the bodies in contact, 1/E* = Σ (1 − ν²)/E. After Eq. (2).
+
+    Parameters
+    ----------
+    youngs_modulus : array_like
+        E > 0 of each deformable body, Pa: one number, or two for two bodies.
+    poisson_ratio : array_like
+        ν of each, above −1 and at most 0.5.
+
+    Returns
+    -------
+    float
+        E* in Pa.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not real and finite, E ≤ 0, or no solid has such a ν.
+    """
+    modulus = real_array("youngs_modulus", youngs_modulus, "Pa")
+    ratio = real_array("poisson_ratio", poisson_ratio, "1")
+    if modulus.shape not in {(), (1,), (2,)} or ratio.shape not in {(), modulus.shape}:
+        raise ValueError(
+            f"youngs_modulus and poisson_ratio have shapes {modulus.shape} and {ratio.shape}; give one or two numbers each"
+        )
+    if (modulus <= 0.0).any():
+        raise ValueError(f"youngs_modulus = {modulus.min():.6g} Pa must be positive")
+    possible = (ratio > -1.0) & (ratio <= 0.5)
+    if not possible.all():
+        raise ValueError(f"poisson_ratio = {ratio[~possible].flat[0]:.6g} must lie above −1 and be at most 0.5")
+    return float(np.sum((1 - ratio**2) / modulus) ** -1.0)
+
+
 def half_variance(q: ArrayLike, spectrum: Spectrum, *, effective_modulus: float) -> Array:
     """Half the variance of the pressure in full contact from the roughness up to `q`.
 
@@ -207,7 +241,7 @@ def _is_value(item: object) -> bool:
     """Tell whether equal hashes mean equal spectra: not for objects that are known by their identity alone."""
     if item is None or isinstance(item, (int, float)):
         return True
-    if type(item).__hash__ in {None, object.__hash__} or (callable(item) and not hasattr(item, "breaks")):
+    if type(item).__hash__ in {None, object.__hash__}:
         return False
     try:
         hash(item)

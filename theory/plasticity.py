@@ -96,7 +96,7 @@ def stress_distribution(
         raise ValueError(f"stress = {pressure.max():.6g} Pa exceeds the penetration_hardness {hardness:.6g} Pa")
     t = pressure / hardness
     if g < _SWITCH:
-        density_of_t = sum(_image_pair(t, s, 2.0 * k, g) for k in range(-_IMAGES // 2, _IMAGES // 2 + 1))
+        density_of_t = sum(_image_pair(t, s, 2.0 * k, g) for k in range(-3, 4))
     else:
         small, sign = (s, 1) if s <= rest else (rest, -1)
         modes = range(1, 2 * _MODES)
