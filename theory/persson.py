@@ -43,7 +43,8 @@ def effective_modulus(youngs_modulus: ArrayLike, poisson_ratio: ArrayLike) -> fl
     ratio = real_array("poisson_ratio", poisson_ratio, "1")
     if modulus.shape not in {(), (1,), (2,)} or ratio.shape not in {(), modulus.shape}:
         raise ValueError(
-            f"youngs_modulus and poisson_ratio have shapes {modulus.shape} and {ratio.shape}; give one or two numbers each"
+            f"youngs_modulus and poisson_ratio have shapes {modulus.shape} and {ratio.shape}; "
+            "give one or two numbers each"
         )
     if (modulus <= 0.0).any():
         raise ValueError(f"youngs_modulus = {modulus.min():.6g} Pa must be positive")

@@ -109,7 +109,7 @@ def test_a_rising_flux_heats_as_the_power_three_halves():
 
 
 def test_a_flux_that_stops_cools_as_the_difference_of_two_roots():
-    got = background.temperature(0.7, heat_flux=lambda t: 1e6 * (t < 0.2), breaks=[0.2], **BODY)
+    got = background.temperature(0.7, heat_flux=lambda t: 1e6 * (t < 0.2), breaks=[0.2, 5.0], **BODY)
     assert got == pytest.approx(2e6 / 20 * sqrt(5e-6 / pi) * (sqrt(0.7) - sqrt(0.5)), rel=1e-11)
 
 
