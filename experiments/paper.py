@@ -215,7 +215,8 @@ WHY = """
 Why some differ from print
 - Fast limit: 1.305, 0.352, 0.549, 4.93, 0.45 and 3.0 are rounded or slightly inexact quadratures; exact are 1.31845,
   0.35517, 0.54795, 81/16, 4/9 and 3.0638. The limit is reached slowly: -Lap T R^2/T = 5.0625 - 3.9/sqrt(Pe).
-- gamma is not given in the paper: 259 K, 46.58 um and 0.938 need 0.257 ... 0.311 for any C(q); 0.294 is used here.
+- gamma is not given in the paper: 259 K, 46.58 um, 0.938 and 118 um need 0.29 ... 0.31 for any C(q) that yields fully
+  (0.26 ... 0.34 without the 118 um; experiments/inverse.py); 0.294 is used here.
 - Eq. (2) has no q = 0 term: g_sigma lacks sigma_0^2 and must go negative, so a diameter read "where g = 0" (255 um) and
   one at g/g(0) = 0.1 (125 um) straddle the paper's ~200 um.
 - E/2 = 100 GPa is read as E* = 109.89 GPa with C(q) doubled; taken literally, 100 GPa gives 252 K.
