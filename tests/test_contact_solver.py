@@ -1,0 +1,271 @@
+"""The contact solver inside: its operator, preconditioner and cascade, its accounts of rounding, and how it runs."""
+
+import multiprocessing
+import signal
+import time
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim._kernels.interpolation import refine
+from roughsim.contact import active_set
+from roughsim.contact.blocks import spans
+from roughsim.contact.extension import Extension
+from roughsim.contact.operator import Operator
+
+SIZES = [1, 2, 3, 4, 5, 7, 8, 61, 64]
+
+
+def rough(points=64, *, slope=0.5, seed=0, per_wave=4):
+    grid = rs.Grid((points, points), (1.0, 1.0))
+    spectrum = rs.SelfAffineSpectrum.from_rms_slope(
+        slope, hurst=0.8, q_min=2 * np.pi, q_roll_off=4 * np.pi, q_max=grid.nyquist * 2 / per_wave
+    )
+    return rs.synthesize(spectrum, grid, np.random.default_rng(seed)), grid
+
+
+def dense_product(field, lengths, weight):
+    """F⁻¹ weight(|q|) F field by matrices of exponentials: the definition, without an FFT."""
+    waves, q = [], []
+    for points, length in zip(field.shape, lengths, strict=True):
+        n = np.arange(points)
+        waves.append(np.exp(-2j * np.pi * np.outer(n, n) / points))
+        q.append(2 * np.pi / length * np.where(n <= points // 2, n, n - points))
+    wavenumber = np.hypot(q[0][:, None], q[1][None, :])
+    spectrum = weight(wavenumber) * (waves[0] @ field @ waves[1])
+    return (waves[0].conj() @ spectrum @ waves[1].conj()).real / field.size
+
+
+def compliance(q):
+    return np.divide(2.0, q, out=np.zeros_like(q), where=q > 0)
+
+
+@pytest.mark.parametrize("rows", SIZES)
+@pytest.mark.parametrize("columns", SIZES)
+def test_the_operator_is_its_definition_by_a_dense_transform(rows, columns):
+    grid = rs.Grid((rows, columns), (1.0, 1.7))
+    field = np.random.default_rng(rows * 100 + columns).standard_normal(grid.shape)
+    for dtype, accuracy in ((np.float64, 1e-13), (np.float32, 2e-6)):
+        operator, result = Operator(grid, dtype), np.empty(grid.shape, dtype)
+        for apply, weight in ((operator.comply, compliance), (operator.stiffen, lambda q: q / 2)):
+            expected = dense_product(field, grid.lengths, weight)
+            apply(field.astype(dtype), result)
+            scale = np.abs(expected).max() or 1.0
+            np.testing.assert_allclose(result, expected, rtol=0, atol=accuracy * scale)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 7), (6, 5), (64, 61), (300, 32)])
+def test_the_half_spectrum_is_numpys_and_comes_back(shape):
+    field = np.random.default_rng(1).standard_normal(shape)
+    operator, back = Operator(rs.Grid(shape, (1.0, 1.0)), np.float64), np.empty(shape)
+    np.testing.assert_allclose(operator.forward(field).T, np.fft.rfft2(field) / field.size, atol=1e-15)
+    operator.inverse(back)
+    np.testing.assert_allclose(back, field, atol=1e-14)
+
+
+def push_pull(weight, value):
+    """The extension, written as its definition: loops over cells, one level at a time."""
+    if weight.shape == (1, 1):
+        return value
+    shape = [(n + 1) // 2 for n in weight.shape]
+    total, mean = np.zeros(shape), np.zeros(shape)
+    for i, j in np.ndindex(weight.shape):
+        total[i // 2, j // 2] += weight[i, j]
+        mean[i // 2, j // 2] += weight[i, j] * value[i, j]
+    mean = np.divide(mean, total, out=np.zeros(shape), where=total > 0)
+    parent = push_pull(np.minimum(total / 3, 1), mean)
+    result = np.empty(weight.shape)
+    for i, j in np.ndindex(weight.shape):
+        rows = (i // 2, 0.75), ((i // 2 + (1 if i % 2 else -1)) % shape[0], 0.25)
+        columns = (j // 2, 0.75), ((j // 2 + (1 if j % 2 else -1)) % shape[1], 0.25)
+        bilinear = sum(a * b * parent[k, m] for k, a in rows for m, b in columns)
+        result[i, j] = weight[i, j] * value[i, j] + (1 - weight[i, j]) * bilinear
+    return result
+
+
+@pytest.mark.parametrize("shape", [(8, 8), (7, 5), (1, 6), (9, 1), (13, 16), (2, 3), (1, 1)])
+def test_the_extension_is_push_pull_and_its_transpose_the_transpose(shape):
+    rng = np.random.default_rng(2)
+    free = (rng.random(shape) < 0.3).astype(np.int8)
+    free.flat[0] = 1
+    extension = Extension(shape, np.float64)
+    field, other = rng.standard_normal(shape) * free, rng.standard_normal(shape)
+    step, response = rng.standard_normal(shape), rng.standard_normal(shape)
+    extended, gathered = field.copy(), other.copy()
+    extension.extend(free, extended)
+    cross, own = extension.transpose(free, gathered, step, response)
+    np.testing.assert_allclose(extended, push_pull(free.astype(float), field), atol=1e-14)
+    assert np.sum(extended * other) == pytest.approx(np.sum(field * gathered), rel=1e-12)
+    assert cross == pytest.approx(np.sum(gathered * response), rel=1e-12)
+    assert own == pytest.approx(np.sum(free * step * response), rel=1e-12)
+    assert np.all(gathered[free == 0] == 0.0)
+
+
+@pytest.mark.parametrize("shape", [((32, 32), (64, 64)), ((33, 32), (65, 32)), ((50, 20), (100, 39))])
+def test_interpolation_to_a_finer_grid_errs_at_third_order(shape):
+    errors = []
+    for factor in (1, 2):
+        coarse, fine = (tuple(n * factor if n > 1 else n for n in s) for s in shape)
+        x, y = np.arange(coarse[0]) / coarse[0], np.arange(coarse[1]) / coarse[1]
+        wave = 2.0 + np.add.outer(np.cos(2 * np.pi * x), np.sin(4 * np.pi * y))
+        pressure, free = np.empty(fine), np.empty(fine, np.int8)
+        total, count = refine(0, fine[0], wave, np.inf, pressure, free)
+        x, y = np.arange(fine[0]) / fine[0], np.arange(fine[1]) / fine[1]
+        errors.append(np.abs(pressure - 2.0 - np.add.outer(np.cos(2 * np.pi * x), np.sin(4 * np.pi * y))).max())
+        assert total == pytest.approx(pressure.sum(), rel=1e-12)
+        assert count == np.count_nonzero(pressure)
+    assert errors[0] < 0.1
+    assert errors[1] < errors[0] / 7
+
+
+def test_blocks_cover_all_rows_and_start_at_even_ones():
+    for rows, columns in ((1, 1), (7, 3), (64, 64), (1001, 999), (5, 1 << 20)):
+        blocks = spans(rows, columns)
+        assert [b for _, b in blocks[:-1]] == [a for a, _ in blocks[1:]]
+        assert (blocks[0][0], blocks[-1][1]) == (0, rows)
+        assert all(a % 2 == 0 for a, _ in blocks)
+
+
+def outer_residual(heights, grid, cap, pressure):
+    """The residual with numpy's transform and a bisected offset."""
+    q = np.hypot(*np.meshgrid(*(2 * np.pi * np.fft.fftfreq(n) * n for n in grid.shape), indexing="ij"))
+    gap = np.fft.ifft2(compliance(q) * np.fft.fft2(pressure)).real - heights
+    kappa = 0.5 * q[np.abs(np.fft.fft2(heights)) > 1e-9 * np.abs(np.fft.fft2(heights)).max()].max()
+    low, high = gap.min() - 1, gap.max() + pressure.max()
+    for _ in range(200):
+        offset = 0.5 * (low + high)
+        target = np.clip(pressure - kappa * (gap - offset), 0, cap)
+        low, high = (low, offset) if target.mean() > pressure.mean() else (offset, high)
+    return np.linalg.norm(pressure - target) / np.linalg.norm(pressure)
+
+
+@pytest.mark.parametrize("cap", [np.inf, 0.3])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-6, 1e-9, 1e-12])
+def test_the_reported_residual_holds_outside_though_steps_are_single(cap, tolerance):
+    # float32 steps must not show: what rounding leaves is bounded by a tenth of the tolerance
+    heights, grid = rough(256)
+    contact = rs.solve_contact(heights, grid, rs.Solid(1.0, cap), nominal_pressure=0.1, tolerance=tolerance)
+    assert contact.residual <= tolerance
+    assert outer_residual(heights, grid, cap, contact.pressure) <= 1.2 * tolerance
+
+
+def test_loads_that_float32_cannot_hold_are_stepped_in_float64():
+    heights, grid = rough()
+    for load, kind in ((1e-3, np.float32), (1e-20, np.float64)):
+        assert active_set.Problem(heights, 0.0, 1.0, grid, load, np.inf, 100.0).step_type is kind
+
+
+@pytest.mark.parametrize("cap", [np.inf, 0.3])
+def test_work_hardly_grows_as_one_surface_is_refined(cap):
+    # goals of the solver: about 20 transforms to 1e-6 at any size; a broken preconditioner needs several times that
+    coarse, coarse_grid = rough(128, per_wave=8)
+    work = []
+    for factor in (1, 2, 4):
+        points = 128 * factor
+        spectrum = np.zeros((points, points // 2 + 1), complex)
+        rows = np.rint(np.fft.fftfreq(128) * 128).astype(int)
+        spectrum[rows, :65] = np.fft.rfft2(coarse) * factor**2
+        grid = rs.Grid((points, points), coarse_grid.lengths)
+        heights = np.fft.irfft2(spectrum, s=grid.shape)
+        work.append(rs.solve_contact(heights, grid, rs.Solid(1.0, cap), nominal_pressure=0.1).transforms)
+    assert max(work) < 26
+    assert work[2] < 1.25 * work[0]
+
+
+def fields(seed, points=96):
+    heights, grid = rough(points, seed=seed)
+    return rs.solve_contact(heights, grid, rs.Solid(1.0, 0.3), nominal_pressure=0.1).pressure
+
+
+def test_one_and_two_threads_give_the_same_bits():
+    try:
+        rs.set_threads(2)
+        two = fields(0, 520)
+    finally:
+        rs.set_threads(1)
+    np.testing.assert_array_equal(two, fields(0, 520))
+
+
+def test_two_solves_at_once_equal_two_in_a_row():
+    expected = [fields(seed, 200) for seed in range(4)]
+    with ThreadPoolExecutor(2) as pool:
+        for pressure, alone in zip(pool.map(fields, range(4), [200] * 4), expected, strict=True):
+            np.testing.assert_array_equal(pressure, alone)
+
+
+def pressed(heights, grid, threads):
+    """Solve with so many threads: the contact solver's own pool, not FFTW's, which do not survive a fork."""
+    try:
+        rs.set_threads(threads)
+        return rs.solve_contact(heights, grid, rs.Solid(1.0, 0.3), nominal_pressure=0.1).pressure
+    finally:
+        rs.set_threads(1)
+
+
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+@pytest.mark.parametrize("start", ["spawn", "fork"])
+def test_a_new_process_gives_the_same_bits(start):
+    heights, grid = rough(520)
+    expected = pressed(heights, grid, 2)  # leaves a pool of threads, which a fork does not inherit
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context(start)) as pool:
+        moved = pool.submit(pressed, heights, grid, 2).result(timeout=60)
+    np.testing.assert_array_equal(moved, expected)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_an_interrupt_ends_the_solve_soon_and_leaves_it_usable(threads):
+    heights, grid = rough(1024)
+    expected = fields(1)
+    old = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    try:
+        rs.set_threads(threads)
+        signal.setitimer(signal.ITIMER_REAL, 0.1)
+        start = time.perf_counter()
+        with pytest.raises(KeyboardInterrupt):
+            rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=0.1, tolerance=1e-12)
+        assert time.perf_counter() - start < 1.1
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, old)
+        rs.set_threads(1)
+    np.testing.assert_array_equal(fields(1), expected)
+
+
+def test_a_stall_is_noticed_and_raised_with_the_best_field(monkeypatch):
+    monkeypatch.setattr(active_set.Iteration, "advance", lambda self: None)
+    heights, grid = rough()
+    with pytest.raises(
+        rs.ConvergenceError, match=r"stalled: residual .* after \d+ iterations, tolerance 1e-06"
+    ) as caught:
+        rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=0.1)
+    assert active_set.PATIENCE <= caught.value.iterations < 2 * active_set.PATIENCE
+    assert caught.value.residual > 1e-6
+    assert caught.value.pressure.shape == grid.shape
+
+
+def test_a_failed_solve_leaves_no_trace():
+    heights, grid = rough()
+    before = fields(0)
+    with pytest.raises(rs.ConvergenceError):
+        rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=0.1, max_iterations=2)
+    np.testing.assert_array_equal(fields(0), before)
+
+
+def test_a_conjugate_step_lowers_the_energy_and_keeps_the_load():
+    heights, grid = rough()
+    problem = active_set.Problem(heights, 0.0, 1.0, grid, 0.05, 0.2, 100.0)
+    state = active_set.Iteration(problem)
+    state.pressure[...] = problem.load
+    state.refresh(np.float64)
+    state.begin()
+    energies = []
+    for _ in range(6):
+        state.assess(1e-6)
+        energies.append(np.sum(state.pressure * (0.5 * (state.gap + heights) - heights)))
+        state.advance()
+        assert state.pressure.mean() == pytest.approx(problem.load, rel=1e-6)
+        assert state.pressure.min() >= 0.0
+        assert state.pressure.max() <= problem.cap
+    assert np.all(np.diff(energies) < 0)
