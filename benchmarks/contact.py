@@ -3,7 +3,7 @@
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/contact.py            # 512 and 1024
     ... python benchmarks/contact.py --sizes 512 --loads 0.02 0.1 --caps inf 0.6 --error 1e-3
 
-The error is ‖p − p*‖/‖p*‖ against our solution at 1e-10; each peer's own tightest run is compared with it too. Every
+The error is ‖p − p*‖/‖p*‖ against our solution at 1e-10, so a peer that meets it also checks that solution. Every
 solver is run at the loosest of its tolerances that meets the error; finding it also warms the solver up. Solvers that
 are not installed (`pip install 'roughsim[peers]'`) or do not converge are listed as such.
 """

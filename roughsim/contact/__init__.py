@@ -61,7 +61,7 @@ class Contact:
     iterations : int
         Iterations on the finest grid.
     transforms : float
-        Work in real FFTs of the finest grid, coarse grids counted by their number of points.
+        Work in real float64 FFTs of the finest grid: coarse grids counted by their points, float32 ones as a half.
     """
 
     pressure: NDArray[Any]
@@ -100,7 +100,7 @@ def solve_contact(
     max_iterations : int, optional
         Limit on each grid; 1000 if left out.
     precision : {"double", "single"}, optional
-        Of the returned fields. The solve itself is done in double precision.
+        Of the returned fields; how precisely the solve computes follows from the tolerance.
 
     Returns
     -------
