@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from roughsim import analytic, fourier
 from roughsim.contact import Contact, Solid, solve_contact
@@ -94,8 +94,14 @@ def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, inde
     ):
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < limit:
             raise ValueError(f"{name} = {value!r} must be a whole number from 0 to below {limit:g}")
-    with threadpool_limits(numerics.threads):  # sums in linear algebra depend on the number of threads
+    with _linear_algebra().limit(limits=numerics.threads):  # its sums depend on the number of threads
         return _realize(scene, numerics, seed, level, index)
+
+
+@lru_cache(maxsize=1)
+def _linear_algebra() -> ThreadpoolController:
+    """Look for thread pools once: they are loaded by now, and the search takes milliseconds."""
+    return ThreadpoolController()
 
 
 def _realize(scene: Scene, numerics: Numerics, seed: int, level: int, index: int) -> Realization:
@@ -201,6 +207,7 @@ def _provenance(
     }
 
 
+@lru_cache(maxsize=1)
 def versions() -> dict[str, str]:
     """Return the versions that the bits of a result may depend on."""
     found = {"python": platform.python_version(), "fft": fourier.backend()}
