@@ -49,7 +49,8 @@ class KeptFields:
     def __getitem__(self, key: tuple[Any, ...]) -> NDArray[np.float32]:
         which, *inside = key
         if isinstance(which, (int, np.integer)):
-            return read_field(self.paths[which], self.name)[tuple(inside)]
+            one: NDArray[np.float32] = read_field(self.paths[which], self.name)[tuple(inside)]
+            return one
         chosen = [read_field(path, self.name)[tuple(inside)] for path in self.paths[which]]
         return np.stack(chosen) if chosen else np.empty((0, *self.shape[1:]), self.dtype)[(slice(None), *inside)]
 
@@ -177,7 +178,7 @@ def to_xarray(run: Run) -> Any:
 
     indices = kept_everywhere(run)
     axes = {a.name: (a.axes, a.data, a.attributes) for a in coordinates(run, indices)}
-    variables = {}
+    variables: dict[str, Any] = {}
     for array in (*numbers(run), *fields(run, indices)):
         data = lazily(array.data) if isinstance(array.data, KeptFields) else array.data
         place = axes if array.axes == (array.name,) else variables
