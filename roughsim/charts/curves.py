@@ -33,7 +33,8 @@ def spectrum_chart(subject: Subject, path: Path) -> None:
 
 def _heights(axes: Axes, subject: Subject) -> None:
     run, grid = subject.run, subject.run.numerics.grid(subject.level)
-    band_ends = run.scene.spectrum.breaks[0], run.numerics.levels[subject.level].q_max
+    half = np.pi * np.sqrt(2.0) / min(grid.lengths)  # modes whose Fourier cell lies inside the band as a whole
+    band_ends = run.scene.spectrum.breaks[0] + half, run.numerics.levels[subject.level].q_max - half
     q = _wavenumbers(*band_ends)
     indices = kept(run, subject.level) if subject.index is None else [subject.index]
     rows = np.array([radial_psd(member_field(run, subject.level, i, "heights"), grid, q, band_ends) for i in indices])
@@ -54,9 +55,7 @@ def _heights(axes: Axes, subject: Subject) -> None:
 
 def _stress(axes: Axes, subject: Subject) -> None:
     run, grid = subject.run, subject.run.numerics.grid(subject.level)
-    first = 2 * np.pi / max(grid.lengths)
-    ends = (0.5 * first, grid.nyquist)
-    q = _wavenumbers(*ends)
+    q = _wavenumbers(2 * np.pi / max(grid.lengths), grid.nyquist)
     sample = run.samples(subject.column)[-1]
     spectra = sample.spectrum if subject.index is None else sample.spectrum[[_row(subject)]]
     kernel = _kernel(q, sample.wavenumber)

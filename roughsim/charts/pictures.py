@@ -47,7 +47,7 @@ class Subject:
             which.append(f"realization {self.index}")
         if self.speed is not None:
             which.append(f"$v$ = {self.speed:g} m/s")
-        scene = shorten(self.run.scene.title, 90, placeholder=" …")
+        scene = shorten(self.run.scene.title, 90, placeholder=" …").replace("$", r"\$")  # no formulas
         return "\n".join(line for line in (scene, what, ", ".join(which)) if line)
 
 

@@ -7,6 +7,7 @@ again as NeXus has it, so that viewers find what to show first.
 from __future__ import annotations
 
 import os
+from io import FileIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -69,9 +70,11 @@ def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
     place.parent.mkdir(parents=True, exist_ok=True)
     temporary = place.with_name(f".{place.name}.{os.getpid()}.tmp")
     try:
-        with h5py.File(temporary, "w", libver="v110", track_order=True) as file:
-            _fill(file, run, bits)
-        _settle(temporary, place)
+        with _Deferring(temporary) as handle:
+            with h5py.File(handle, "w", libver="v110", track_order=True) as file:
+                _fill(file, run, bits)
+            handle.settle()
+        os.replace(temporary, place)
     except BaseException as error:
         temporary.unlink(missing_ok=True)
         if isinstance(error, OSError):
@@ -80,11 +83,37 @@ def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
     return place
 
 
-def _settle(temporary: Path, place: Path) -> None:
-    """Force a finished file to disk and move it into its place."""
-    with open(temporary, "rb") as handle:
-        os.fsync(handle.fileno())
-    os.replace(temporary, place)
+class _Deferring(FileIO):
+    """A new file that keeps the first failure to write until `settle`: HDF5 itself crashes on a full disk."""
+
+    def __init__(self, path: Path):
+        super().__init__(path, "w+")
+        self.failure: OSError | None = None
+
+    def write(self, data: Any) -> int:
+        """Write all of `data`, or nothing once a write has failed."""
+        rest = memoryview(data).cast("B")
+        whole = len(rest)
+        try:
+            while len(rest) and self.failure is None:
+                rest = rest[super().write(rest) or 0 :]
+        except OSError as error:
+            self.failure = error
+        return whole
+
+    def truncate(self, size: int | None = None) -> int:
+        """Set the length; a failure is kept."""
+        try:
+            return super().truncate(size)
+        except OSError as error:
+            self.failure = self.failure or error
+            return size or 0
+
+    def settle(self) -> None:
+        """Force the file to disk; raise what failed before."""
+        if self.failure is not None:
+            raise self.failure
+        os.fsync(self.fileno())
 
 
 def _fill(file: Any, run: Run, bits: int | None) -> None:

@@ -1,0 +1,210 @@
+"""Pictures of a run: each shows what its title says, at its place, with its unit."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib import colormaps
+from matplotlib.figure import Figure
+from scipy.integrate import quad
+
+import roughsim as rs
+from roughsim import analytic
+from roughsim.charts import QUANTITIES, curves, maps, pictures, plot_run, profile
+from roughsim.charts.style import scaled
+from roughsim.cli import main
+
+SPEED = ("temperature", "heat_flux", "profile")
+
+
+@pytest.fixture(scope="module")
+def full_run(full_scene, tmp_path_factory):
+    """Full contact in an oblong cell: nothing to outline, nothing to enlarge."""
+    numerics = replace(
+        full_scene.numerics,
+        lengths=(4e-3, 2e-3),
+        levels=({"column": "elastic", "shape": [192, 96], "q_max": 1e5},),
+        tolerance=1e-6,
+    )
+    scene = replace(full_scene, title="costs $5 & more $", numerics=numerics)
+    return rs.run(scene, tmp_path_factory.mktemp("runs") / "full", max_realizations=2)
+
+
+def subject(run, column="capped", speed=None, index=0):
+    return pictures.Subject(run, column, run.numerics.of_column(column)[-1], index, speed)
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_every_picture_says_what_it_is_of(capped_run, tmp_path, quantity):
+    path = plot_run(capped_run, quantity, tmp_path / "new" / "one.svg")
+    text = path.read_text()
+    assert "small capped" in text
+    assert "capped contact" in text
+    assert ("35 m/s" in text) == (quantity in SPEED)  # the highest speed unless told
+    assert ("realization 0" in text) == (quantity not in ("spectrum", "correlation"))
+    unit = {"heights": "µm", "pressure": "GPa", "heat_flux": "GW/m²", "spectrum": "m⁴", "correlation": "GPa²"}
+    assert unit.get(quantity, ", K") in text
+
+
+@pytest.mark.parametrize(("ending", "start"), [(".png", b"\x89PNG"), (".pdf", b"%PDF"), (".SVG", b"<?xml")])
+def test_the_ending_says_the_format(capped_run, tmp_path, ending, start):
+    assert plot_run(capped_run, "pressure", tmp_path / f"one{ending}").read_bytes().startswith(start)
+
+
+def test_pictures_lie_beside_the_run(capped_run):
+    first = plot_run(capped_run, "heights")
+    assert first == capped_run.folder.resolve().parent / "capped-heights.png"
+    second = plot_run(capped_run, "temperature", realization=0, speed=0.1, column="smoothed")
+    assert second == first.with_name("capped-temperature-smoothed-r0-0.1mps.png")
+    for path in (first, second):
+        assert path.stat().st_size > 10_000
+        path.unlink()
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_full_contact_in_an_oblong_cell_is_drawn_too(full_run, tmp_path, quantity):
+    text = plot_run(full_run, quantity, tmp_path / "one.svg").read_text()
+    assert "costs $5 &amp; more $" in text  # a title is no formula
+    assert "elastic contact" in text
+
+
+WRONG = {
+    "quantity": (("gap",), {}, "quantity = 'gap' is no picture; choose one of heights, pressure"),
+    "ending": (("heights", "a.gif"), {}, "must end in .png, .pdf, .svg"),
+    "column": (("heights",), {"column": "elastic"}, "column = 'elastic' is not in this run"),
+    "not kept": (("pressure",), {"realization": 4}, "fields of realization 4 at level 2; .*--keep-fields 5.*index=4"),
+    "a mean": (("correlation",), {"realization": 0}, "mean over all"),
+    "useless speed": (("heights",), {"speed": 1.0}, "speed = 1 m/s: heights does not depend on it"),
+    "at rest": (("temperature",), {"speed": 0.0}, "speed = 0 m/s makes no heat"),
+    "speed": (("profile",), {"speed": np.inf}, "speed = inf m/s must be finite"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_what_cannot_be_drawn_is_refused(capped_run, tmp_path, case, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    words, options, message = WRONG[case]
+    with pytest.raises(ValueError, match=message):
+        plot_run(capped_run, *words, **options)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_command_line_draws_and_complains_in_one_line(capped_run, tmp_path, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["plot", str(capped_run.folder), "profile", "-o", str(tmp_path / "a.png"), "--speed", "-0.1", "-r", "0"])
+    assert ended.value.code == 0
+    assert "picture: " in capsys.readouterr().err
+    assert (tmp_path / "a.png").exists()
+    with pytest.raises(SystemExit) as ended:
+        main(["plot", str(capped_run.folder), "gap"])
+    assert ended.value.code == 1
+    assert capsys.readouterr().err.startswith("roughsim: quantity = 'gap'")
+
+
+def test_units_get_the_prefix_that_keeps_numbers_readable():
+    cases = {(3.2e-6, "m"): ("µm", 3.2), (1e-3, "m"): ("mm", 1.0), (999e-9, "m"): ("nm", 999.0), (2.0, "m"): ("m", 2.0)}
+    cases |= {(5e8, "Pa"): ("MPa", 500.0), (1e9, "Pa"): ("GPa", 1.0), (2e9, "W/m^2"): ("GW/m^2", 2.0)}
+    cases |= {(1500.0, "K"): ("K", 1500.0), (0.0, "m"): ("m", 0.0)}
+    for (value, unit), (name, number) in cases.items():
+        factor, shown = scaled(value, unit)
+        assert shown == name
+        assert value * factor == pytest.approx(number, rel=1e-12)
+
+
+def test_axis_0_is_x_and_points_stand_at_their_coordinates():
+    field = np.zeros((6, 4))
+    field[5, 1] = 1.0
+    axes = Figure().subplots()
+    image = maps._panel(axes, field, (2e-6, 3e-6), (slice(0, 6), slice(0, 4)), {})
+    assert image.get_array()[1, 5] == 1.0  # rows are y
+    assert image.origin == "lower"
+    left, right, bottom, top = image.get_extent()  # in µm; half a point beyond the first and the last
+    np.testing.assert_allclose([left, right, bottom, top], [-1.0, 11.0, -1.5, 10.5])
+    assert axes.get_xlabel() == "$x$, µm"
+
+
+def test_zero_pressure_is_white_and_heights_are_symmetric():
+    colours = maps._colours("pressure", np.array([[0.0, 3.0]]))
+    assert colours["cmap"](0.0) == (1.0, 1.0, 1.0, 1.0)
+    assert (colours["vmin"], colours["vmax"]) == (0.0, 3.0)
+    colours = maps._colours("heights", np.array([[-1.0, 3.0]]))
+    assert (colours["vmin"], colours["vmax"]) == (-3.0, 3.0)
+    lightness = colormaps["inferno"](np.linspace(0, 1, 64))[:, :3] @ [0.2126, 0.7152, 0.0722]
+    assert np.all(np.diff(lightness) > 0)
+
+
+def test_the_enlarged_part_holds_the_largest_value_and_stays_in_the_cell():
+    rng = np.random.default_rng(2)
+    for place in ((0, 0), (200, 383), *rng.integers(0, 384, (20, 2))):
+        field = np.zeros((384, 400))
+        field[tuple(place)] = 1.0
+        part = maps._window(field)
+        assert field[part].max() == 1.0
+        assert field[part].shape == (192, 192)
+    assert maps._window(np.zeros((383, 400))) is None
+
+
+def test_the_contact_is_enlarged_where_most_of_it_is():
+    pressure = np.zeros((512, 512))
+    pressure[300:340, 100:140] = 1.0
+    pressure[50, 400] = 100.0  # one hard point is not much contact
+    part = maps._window(maps._coarse(pressure))
+    assert pressure[part].sum() == 1600.0
+
+
+def test_the_profile_runs_along_x_through_the_hottest_point(capped_run):
+    one = subject(capped_run, speed=35.0)
+    hottest, across, lines = profile._lines(one)
+    temperature = next(capped_run.fields("temperature", speed=35.0))[1]
+    assert temperature[hottest, across] == temperature.max() == lines["temperature"].max()
+    np.testing.assert_array_equal(lines["pressure"], next(capped_run.fields("pressure"))[1][:, across])
+
+
+def test_a_wave_has_its_variance_in_the_measured_spectrum():
+    # ⟨h²⟩ = 2π ∫ q C dq: a cosine of amplitude a has a²/2, wherever it lies
+    grid = rs.Grid((128, 96), (3e-3, 2e-3))
+    x, y = np.meshgrid(np.arange(128) * 3e-3 / 128, np.arange(96) * 2e-3 / 96, indexing="ij")
+    q1, q2 = 2 * np.pi * 17 / 3e-3, 2 * np.pi * 9 / 2e-3
+    heights = 2e-6 * np.cos(q1 * x + q2 * y + 0.3)
+    q = np.geomspace(0.5 * np.hypot(q1, q2), 2 * np.hypot(q1, q2), 4000)
+    density = 2 * np.pi * q**2 * curves.radial_psd(heights, grid, q, (0.0, np.inf))
+    assert np.trapezoid(density, np.log(q)) == pytest.approx(2e-12, rel=0.05)  # few modes near it: their density varies
+    assert q[density.argmax()] == pytest.approx(np.hypot(q1, q2), rel=0.05)
+
+
+def test_a_drawn_surface_has_the_spectrum_that_it_was_drawn_from():
+    spectrum = rs.SelfAffineSpectrum.from_rms_height(1e-6, hurst=0.8, q_min=2e4, q_max=4e5)
+    grid = rs.Grid((512, 512), (2e-3, 2e-3))
+    heights = rs.synthesize(spectrum, grid, np.random.default_rng(1), amplitudes="fixed")
+    q = np.geomspace(2.5e4, 3.5e5, 30)
+    measured = curves.radial_psd(heights, grid, q, (2.3e4, 3.97e5))
+    # the mean over the Fourier cell of a steep C exceeds C in its middle, by ΔC·cell²/24 ~ (3.6·2π/qL)²/24 and less
+    np.testing.assert_allclose(measured / spectrum(q), 1.0, atol=0.02)
+
+
+def test_the_stress_spectrum_of_full_contact_is_exact(full_scene):
+    q = np.geomspace(7e3, 9.9e4, 20)
+    exact = (full_scene.effective_modulus * q / 2) ** 2 * full_scene.spectrum(q)  # every wave pressed flat: W = 1
+    np.testing.assert_allclose(analytic.stress_spectrum(full_scene, q), exact, rtol=1e-9)
+
+
+def test_the_stress_spectrum_sums_to_the_variance_of_the_pressure(capped_scene):
+    def density(s):
+        q = np.exp(s)
+        return 2 * np.pi * q**2 * float(analytic.stress_spectrum(capped_scene, np.array([q]))[0])
+
+    low, high = np.log(capped_scene.spectrum.breaks[0]), np.log(capped_scene.spectrum.breaks[-1])
+    total = quad(density, low, high, limit=200, points=[np.log(2e4)])[0]
+    assert total == pytest.approx(analytic.predictions(capped_scene)["pressure_variance"][0], rel=1e-5)
+
+
+def test_the_measured_stress_spectrum_sums_to_the_measured_variance(capped_run):
+    one, axes = subject(capped_run, index=None), Figure().subplots()
+    curves._stress(axes, one)
+    line = next(
+        line for line in axes.lines if line.get_color() == curves.COLOURS["capped"] and len(line.get_xdata()) > 9
+    )
+    q, density = line.get_data()
+    sample = capped_run.samples("capped")[-1]
+    inside = sample.wavenumber < q[-1]
+    assert np.trapezoid(density, np.log(q)) == pytest.approx(1e-18 * sample.spectrum[:, inside].sum(1).mean(), rel=0.03)
