@@ -190,6 +190,16 @@ def test_every_array_has_its_axes_and_unit_and_no_long_name(file):
         assert "heat_partition = 0.9" in stored.attrs["scene"]
 
 
+def test_an_oblong_cell_has_its_own_axes(quick, tmp_path):
+    levels = ({"column": "capped", "shape": [48, 32], "q_max": 4e4},)
+    scene = replace(quick, numerics=replace(quick.numerics, lengths=(3e-3, 2e-3 * 1.1), levels=levels))
+    run = rs.run(scene, tmp_path / "oblong", max_realizations=1)
+    with h5py.File(export_run(run, tmp_path / "oblong.nc")) as stored:
+        assert stored["pressure_L0"].shape == (1, 48, 32)
+        np.testing.assert_allclose(stored["x_L0"], np.arange(48) * 3e-3 / 48)
+        np.testing.assert_allclose(stored["y_L0"], np.arange(32) * 2.2e-3 / 32)
+
+
 def test_viewers_find_the_finest_pressure_first(file):
     with h5py.File(file) as stored:
         place = stored

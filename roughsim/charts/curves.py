@@ -50,7 +50,7 @@ def _heights(axes: Axes, subject: Subject) -> None:
     axes.loglog(q[::2], rows.mean(axis=0)[::2], ls="", ms=3, **colour, label=f"measured, {count}")
     axes.set(xlabel="$q$, rad/m", ylabel="$C$, m⁴", title="Roughness")
     _ends(axes, subject)
-    axes.legend(loc="lower left")
+    axes.legend(loc="upper right", bbox_to_anchor=(1.0, 0.92))
 
 
 def _stress(axes: Axes, subject: Subject) -> None:

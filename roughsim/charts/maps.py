@@ -63,7 +63,7 @@ def map_chart(subject: Subject, name: str, title: str, path: Path) -> None:
 
 
 def _colours(name: str, field: Array) -> dict[str, Any]:
-    """Colour maps of even steps in lightness: heights about their mean plane, zero pressure white."""
+    """Colour maps of even steps in lightness: heights about their mean plane, the smallest pressure (0) white."""
     from matplotlib import colormaps
     from matplotlib.colors import LinearSegmentedColormap
 
@@ -74,7 +74,7 @@ def _colours(name: str, field: Array) -> dict[str, Any]:
         return {"cmap": "inferno", "vmin": float(field.min()), "vmax": float(field.max())}
     shades = colormaps["magma_r"](np.linspace(0.03, 0.9, 255))
     white = LinearSegmentedColormap.from_list("pressure", np.vstack([[1.0, 1.0, 1.0, 1.0], shades]))
-    return {"cmap": white, "vmin": 0.0, "vmax": float(field.max()) or 1.0}
+    return {"cmap": white, "vmin": float(field.min()), "vmax": float(field.max())}
 
 
 def _panel(axes: Axes, field: Array, spacing: tuple[float, float], part: Any, colours: dict[str, Any]) -> Any:
