@@ -207,3 +207,115 @@ def test_the_measured_stress_spectrum_sums_to_the_measured_variance(capped_run):
     sample = capped_run.samples("capped")[-1]
     inside = sample.wavenumber < q[-1]
     assert np.trapezoid(density, np.log(q)) == pytest.approx(1e-18 * sample.spectrum[:, inside].sum(1).mean(), rel=0.03)
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """What a chart would have written: its figure."""
+    figures = []
+    for module in (maps, profile, curves):
+        monkeypatch.setattr(module, "save", lambda figure, path: figures.append(figure))
+    return figures
+
+
+def test_maps_show_the_values_in_the_unit_of_the_bar(capped_run, drawn):
+    values = {
+        "heights": ("µm", 1e6),
+        "pressure": ("GPa", 1e-9),
+        "temperature": ("K", 1.0),
+        "heat_flux": ("GW/m²", 1e-9),
+    }
+    for name, (unit, factor) in values.items():
+        speed = 35.0 if name in SPEED else None
+        plot_run(capped_run, name, speed=speed)
+        image, bar = drawn[-1].axes[0].images[0], drawn[-1].axes[-1]
+        field = next(capped_run.fields(name, speed=speed))[1]
+        np.testing.assert_allclose(image.get_array(), field.T.astype(float) * factor, rtol=1e-6)
+        assert bar.get_ylabel().endswith(f", {unit}")
+
+
+def test_contact_is_outlined_where_it_is(full_run):
+    grid, pressure = rs.Grid((40, 30), (4e-3, 6e-3)), np.zeros((40, 30))
+    pressure[10:20, 5:8] = 1.0
+    axes = Figure().subplots()
+    maps._outlines(axes, pressure, grid, (slice(8, 30), slice(2, 20)))
+    (lines,) = axes.collections
+    corners = np.vstack([path.vertices for path in lines.get_paths()])
+    # between the last point without contact and the first with it: x = 9.5 … 19.5 of 0.1 mm, y = 4.5 … 7.5 of 0.2 mm
+    np.testing.assert_allclose(corners.min(0), [0.95, 0.9])
+    np.testing.assert_allclose(corners.max(0), [1.95, 1.5])
+
+
+def test_the_frame_shows_what_is_enlarged(capped_run, monkeypatch, drawn):
+    monkeypatch.setattr(maps, "_WINDOW", 32)
+    plot_run(capped_run, "temperature")
+    whole, part = drawn[0].axes[:2]
+    (frame,) = whole.patches
+    left, right, bottom, top = part.images[0].get_extent()
+    unit = 1e-3 if part.get_xlabel() != whole.get_xlabel() else 1.0  # µm beside mm
+    half = 0.51 * 2.0 / 128
+    np.testing.assert_allclose(frame.get_x(), left * unit, atol=half)
+    np.testing.assert_allclose(frame.get_y(), bottom * unit, atol=half)
+    np.testing.assert_allclose([frame.get_width(), frame.get_height()], [(right - left) * unit, (top - bottom) * unit])
+    assert part.images[0].get_array().max() == whole.images[0].get_array().max()  # the hottest point
+
+
+@pytest.mark.parametrize("speed", [35.0, -35.0])
+def test_the_arrow_points_where_the_source_slides(capped_run, drawn, speed):
+    plot_run(capped_run, "temperature", speed=speed)
+    arrow = next(text for text in drawn[0].axes[0].texts if hasattr(text, "xyann"))
+    assert np.sign(arrow.xy[0] - arrow.xyann[0]) == np.sign(speed)
+
+
+def test_profiles_show_their_values(capped_run, drawn):
+    plot_run(capped_run, "profile", speed=35.0)
+    _, _, lines = profile._lines(subject(capped_run, speed=35.0))
+    factors = {"heights": 1e6, "pressure": 1e-9, "temperature": 1.0}
+    for axes, (name, factor) in zip(drawn[0].axes, factors.items(), strict=True):
+        x, values = axes.lines[0].get_data()
+        np.testing.assert_allclose(values, lines[name] * factor, rtol=1e-12)
+        np.testing.assert_allclose(x, np.arange(128) * 2.0 / 128)  # mm
+    assert [axes.get_ylabel() for axes in drawn[0].axes] == ["$h$, µm", r"$\sigma$, GPa", "$T$, K"]
+
+
+def test_full_contact_has_the_stress_spectrum_of_the_theory(full_run, drawn):
+    # all waves are pressed flat: |σ_q|² = (E*q/2)² C exactly, drawn twice on different ways
+    plot_run(full_run, "spectrum")
+    theory, measured = drawn[0].axes[1].lines[:2]
+    q = np.geomspace(1.2e4, 8e4, 30)
+    there = np.interp(q, *measured.get_data()) / np.interp(q, *theory.get_data())
+    np.testing.assert_allclose(there, 1.0, atol=0.03)
+    q, heights = drawn[0].axes[0].lines[1].get_data()
+    far = q > 1.2e4  # nearer to q_min a mode's Fourier cell is wide: its mean exceeds the steep C in the middle
+    np.testing.assert_allclose(heights[far], full_run.scene.spectrum(q[far]), rtol=0.03)
+
+
+def half_band(axes):
+    """Half the height of the band of a chart, and where."""
+    (band,) = axes.collections
+    corners = band.get_paths()[0].vertices
+    x = np.unique(corners[:, 0])
+    return x, np.array([np.ptp(corners[corners[:, 0] == value, 1]) for value in x]) / 2
+
+
+def test_bands_are_two_standard_errors(capped_run, drawn):
+    plot_run(capped_run, "correlation")
+    for axes in drawn[0].axes[:2]:
+        r, half = half_band(axes)
+        mean, error = capped_run.correlation(r * 1e-6)
+        np.testing.assert_allclose(half, 2e-18 * error, rtol=1e-6, atol=1e-9)
+        theory, measured = axes.lines[:2]
+        np.testing.assert_allclose(measured.get_ydata(), mean * 1e-18, rtol=1e-6, atol=1e-9)
+        exact = 1e-18 * analytic.predictions(capped_run.scene)["pressure_variance"][0]
+        assert theory.get_ydata()[0] == pytest.approx(exact, rel=1e-4)
+    plot_run(capped_run, "spectrum")
+    _, half = half_band(drawn[1].axes[1])
+    one = [curve(capped_run, index) for index in range(6)]
+    np.testing.assert_allclose(half, 2 * np.std(one, axis=0, ddof=1) / np.sqrt(6), rtol=1e-6)
+
+
+def curve(run, index):
+    """The stress spectrum of one member as it is drawn."""
+    axes = Figure().subplots()
+    curves._stress(axes, subject(run, index=index))
+    return axes.lines[1].get_ydata()

@@ -72,5 +72,5 @@ def scaled(largest: float, unit: str) -> tuple[float, str]:
     """Return the factor to a unit with an SI prefix in which `largest` lies between 1 and 1000, and that unit."""
     if not largest > 0.0 or unit == "K":
         return 1.0, unit
-    power = min(max(3 * floor(log10(largest) / 3 + 1e-9), -12), 12)
+    power = min(max(3 * floor(log10(largest) / 3), -12), 12)
     return 10.0**-power, PREFIXES[power] + unit
