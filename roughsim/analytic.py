@@ -132,6 +132,23 @@ def correlation(scene: Scene, distance: Array) -> Array:
     return persson.pressure_correlation(distance, smoothed_spectrum(scene), **_stress(scene))
 
 
+def stress_spectrum(scene: Scene, q: Array) -> Array:
+    """Return |σ_q|² = (E* q/2)² C(q) W(q) over the whole spectrum, Pa² m², so that g_σ(0) = 2π ∫ q |σ_q|² dq. Eq. (2).
+
+    Parameters
+    ----------
+    scene : Scene
+        What is computed; C is C_sm where there is a hardness.
+    q : ndarray
+        Wavenumbers, rad/m.
+    """
+    from theory import persson
+
+    spectrum = smoothed_spectrum(scene)
+    density: Array = (0.5 * scene.effective_modulus * q) ** 2 * spectrum(q)
+    return density * persson.stress_weight(q, spectrum, **_stress(scene))
+
+
 def mode_sums(scene: Scene, spectrum: Any, grid: Grid) -> dict[str, Array]:
     """Return every observable summed over the modes of a grid instead of integrated: what a simulation can see.
 

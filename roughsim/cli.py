@@ -161,6 +161,46 @@ def status(run: RunFolder, as_json: Json = False) -> None:
         _print(*status_lines(opened))
 
 
+@app.command()
+def plot(
+    run: RunFolder,
+    quantity: Annotated[
+        str,
+        typer.Argument(
+            metavar="QUANTITY",
+            help="heights, pressure, temperature, heat_flux (maps), spectrum, correlation or profile.",
+        ),
+    ],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="F", help="Picture: .png, .pdf or .svg; beside RUN.")
+    ] = None,
+    realization: Annotated[int | None, typer.Option("-r", min=0, metavar="K", help="A kept realization.")] = None,
+    speed: Annotated[float | None, typer.Option(metavar="V", help="m/s; the scene's highest if left out.")] = None,
+    column: Annotated[str | None, typer.Option(help="smoothed, capped or elastic.")] = None,
+) -> None:
+    """Draw a field or a curve of a run; temperatures are recomputed from the stored pressure."""
+    from roughsim.charts import plot_run
+    from roughsim.record import open_run
+
+    place = plot_run(open_run(run), quantity, output, realization=realization, speed=speed, column=column)
+    typer.echo(f"picture: {place}", err=True)
+
+
+@app.command()
+def export(
+    run: RunFolder,
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="F", help="The file: .h5, .hdf5 or .nc.")],
+    bits: Annotated[
+        int | None, typer.Option(min=1, max=23, metavar="N", help="Mantissa bits that fields keep; all 23 if left out.")
+    ] = None,
+) -> None:
+    """Write the numbers of all members and the kept fields into one HDF5 (netCDF-4) file."""
+    from roughsim.record import export_run, open_run
+
+    place = export_run(open_run(run), output, bits)
+    typer.echo(f"file: {place}, {place.stat().st_size / 1e6:.3g} MB", err=True)
+
+
 def _goals(until: list[str] | None) -> dict[str, float] | None:
     if until is None:
         return None

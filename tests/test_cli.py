@@ -131,7 +131,7 @@ def test_errors_are_one_line(capsys, tmp_path, name):
 
 def test_help_helps():
     out, _ = call("--help")
-    for verb in ("demo", "new", "plan", "theory", "run", "compare"):
+    for verb in ("demo", "new", "plan", "theory", "run", "compare", "plot", "export"):
         assert verb in out
     out, _ = call("--version")
     assert out.startswith("roughsim ")

@@ -4,6 +4,7 @@ A run folder holds ``scene.toml``, ``run.json`` and ``realizations/L{level}-{ind
 its place, forced to disk and then moved into it, so a killed run is a shorter run. Readers never block the writer.
 """
 
+from roughsim.record.export import export_run
 from roughsim.record.files import Member, member_path, read_member, write_member
 from roughsim.record.lock import writer, writing
 from roughsim.record.run import Run, describe, open_run, read_description
@@ -12,6 +13,7 @@ __all__ = [
     "Member",
     "Run",
     "describe",
+    "export_run",
     "member_path",
     "open_run",
     "read_description",

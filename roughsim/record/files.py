@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -111,15 +113,34 @@ def read_member(path: Path, *, with_fields: bool = False) -> Member:
     RecordError
         If the file is damaged, or written by a newer format; the message names the file.
     """
+    with _opened(path) as file:
+        member = _take(file, with_fields=with_fields)
+        if member_path(path.parent.parent, member.level, member.index).name != path.name:
+            raise ValueError(f"it holds level {member.level}, index {member.index}, not what its name says")
+        return member
+
+
+def kept_fields(path: Path) -> tuple[str, ...]:
+    """Return the names of the fields that a realization's file holds, without reading them; errors as `read_member`."""
+    with _opened(path) as file:
+        return tuple(name for name in FIELD_UNITS if f"entry/fields/{name}" in file)
+
+
+def read_field(path: Path, name: str) -> NDArray[np.float32]:
+    """Read one field of a realization's file and check its bytes; errors as `read_member`."""
+    with _opened(path) as file:
+        return _field(file["entry/fields"][name], name)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """Open a file for reading; whatever goes wrong in it means that the file is damaged."""
     import h5py
 
     try:
         with h5py.File(path, "r") as file:
             _check_format(path, int(file.attrs["format_version"]))
-            member = _take(file, with_fields=with_fields)
-            if member_path(path.parent.parent, member.level, member.index).name != path.name:
-                raise ValueError(f"it holds level {member.level}, index {member.index}, not what its name says")
-            return member
+            yield file
     except RecordError:
         raise
     except FileNotFoundError:

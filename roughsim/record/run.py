@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
 from math import nan
@@ -245,6 +246,60 @@ class Run:
             )
         rows = sample.spectrum @ j0(np.multiply.outer(sample.wavenumber, distance))
         return rows.mean(axis=0), standard_error(rows)
+
+    def fields(
+        self, name: str, column: str | None = None, *, speed: float | None = None, direction: float = 0.0
+    ) -> Iterator[tuple[int, NDArray[np.float32]]]:
+        """Go through the kept fields of a column's finest level, one in memory at a time.
+
+        Parameters
+        ----------
+        name : {"heights", "pressure", "heat_flux", "temperature"}
+            Composite heights, m; pressure, Pa; the frictional heat μσ|v| of both bodies, W/m²; the temperature above
+            the mean of the cell that the share of that heat leaves in the moving body, K, after the slide from rest
+            that the numerics say (`slid_distance`). The last two are computed from the stored pressure.
+        column : str, optional
+            As in `estimate`.
+        speed : float, optional
+            v, m/s, for heat_flux and temperature: any speed, also one that the run has no moments for; a negative
+            one slides the other way.
+        direction : float
+            Angle of sliding, radians from axis 0 towards axis 1.
+
+        Returns
+        -------
+        iterator of (int, ndarray)
+            Index of the realization, and its field of the shape of the level, float32.
+
+        Raises
+        ------
+        ValueError
+            If there is no such field or column, the speed is missing, or no realization kept its fields.
+        RecordError
+            If a file is damaged.
+        """
+        from roughsim.record.fields import stream
+
+        return stream(self, name, column, speed, direction)
+
+    def to_xarray(self) -> Any:
+        """Return all numbers of all members, and the kept fields, as an `xarray.Dataset`.
+
+        Its dimensions are level, realization and speed, with the column and q_c of each level as coordinates, so that
+        ``ds.flash_temperature.isel(level=-1).mean("realization")`` is a curve over speed. What depends on the grid of
+        a level carries its number: ``pressure_L2`` (kept_realization, x_L2, y_L2) is read when it is used.
+        Temperatures are those of the heat share used, `heat_partition`. Failed members are NaN with converged = 0.
+
+        Raises
+        ------
+        ImportError
+            If xarray is not installed: ``pip install 'roughsim[xarray]'``.
+        ValueError
+            If the run has no sound realization yet.
+        """
+        from roughsim.record.labelled import to_xarray
+
+        return to_xarray(self)
 
 
 def describe(folder: Path, description: dict[str, Any], scene: Scene) -> None:

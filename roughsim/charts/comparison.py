@@ -1,4 +1,4 @@
-"""Figures, the one door to matplotlib: measured bands over theory lines, in colours told apart by everyone."""
+"""A comparison as a figure: measured bands over theory lines."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim import analytic
+from roughsim.charts.style import COLOURS, MARKERS, THEORY, band, new_figure, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,23 +18,6 @@ if TYPE_CHECKING:
     from roughsim.compare import Comparison, Row
 
 Array = NDArray[np.float64]
-THEORY = "#222222"
-COLOURS = {"smoothed": "#0072B2", "capped": "#D55E00", "elastic": "#0072B2"}  # Okabe & Ito
-MARKERS = {"smoothed": "o", "capped": "s", "elastic": "o"}
-FORMATS = (".png", ".pdf", ".svg")
-STYLE: Any = {
-    "font.size": 9,
-    "axes.titlesize": 9,
-    "axes.titlelocation": "left",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "legend.frameon": False,
-    "legend.fontsize": 8,
-    "xtick.direction": "in",
-    "ytick.direction": "in",
-    "svg.fonttype": "none",
-    "pdf.fonttype": 42,
-}
 
 
 def comparison_chart(comparison: Comparison, path: Path) -> None:
@@ -51,15 +35,7 @@ def comparison_chart(comparison: Comparison, path: Path) -> None:
     ValueError
         If the ending is none of these.
     """
-    if path.suffix.lower() not in FORMATS:
-        raise ValueError(f"chart = {str(path)!r} must end in {', '.join(FORMATS)}")
-    import matplotlib as mpl
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.6, 5.8), layout="constrained")
-        FigureCanvasAgg(figure)
+    with new_figure(path, (9.6, 5.8)) as figure:
         places = figure.subplots(2, 3).ravel()
         _spectra(places[0], comparison)
         _correlation(places[1], comparison)
@@ -67,8 +43,7 @@ def comparison_chart(comparison: Comparison, path: Path) -> None:
         _over_speed(places[3], comparison, "flash_width", r"$D_\mathrm{flash}$, µm", 1e6)
         _over_speed(places[4], comparison, "slope_length", r"$d_\mathrm{flash}$, µm", 1e6)
         _legend(places[5], comparison)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=160)
+        save(figure, path)
 
 
 def _spectra(axes: Axes, comparison: Comparison) -> None:
@@ -95,7 +70,7 @@ def _correlation(axes: Axes, comparison: Comparison) -> None:
     axes.plot(r * 1e6, analytic.correlation(run.scene, r) * 1e-18, color=THEORY, lw=1.4)
     for column in run.numerics.columns:
         mean, error = run.correlation(r, column)
-        _band(axes, r * 1e6, mean * 1e-18, error * 1e-18, COLOURS[column])
+        band(axes, r * 1e6, mean * 1e-18, error * 1e-18, COLOURS[column])
     axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)
     axes.set(xlabel="$r$, µm", ylabel=r"$g_\sigma$, GPa²", title="Stress correlation", xlim=(0, r[-1] * 1e6))
 
@@ -111,7 +86,7 @@ def _over_speed(axes: Axes, comparison: Comparison, observable: str, label: str,
     for column in comparison.run.numerics.columns:
         mean = np.array([row.columns[column].mean for row in rows]) * factor
         error = np.array([row.columns[column].standard_error for row in rows]) * factor
-        _band(axes, speed, mean, error, COLOURS[column])
+        band(axes, speed, mean, error, COLOURS[column])
         axes.plot(speed, mean, ls="", marker=MARKERS[column], ms=3.5, color=COLOURS[column])
     axes.set(xscale="log", yscale="log", xlabel="$v$, m/s", ylabel=label, title=_title(rows))
     _plain_numbers(axes)
@@ -132,12 +107,6 @@ def _title(rows: list[Row]) -> str:
     words = {"flash_temperature": "Flash temperature", "flash_width": "Hot-spot width", "slope_length": "Slope length"}
     note = r" (capped: at $q_c$, no limit)" if rows and rows[0].note == "at q_c" else ""
     return words[rows[0].observable] + note if rows else ""
-
-
-def _band(axes: Axes, x: Array, mean: Array, error: Array, colour: str) -> None:
-    """Mean with ± two standard errors."""
-    axes.fill_between(x, mean - 2 * error, mean + 2 * error, color=colour, alpha=0.25, lw=0)
-    axes.plot(x, mean, color=colour, lw=1.0)
 
 
 def _legend(axes: Axes, comparison: Comparison) -> None:

@@ -1,0 +1,6 @@
+"""Figures, the one door to matplotlib: a comparison with the theory, and the pictures of a run."""
+
+from roughsim.charts.comparison import comparison_chart
+from roughsim.charts.pictures import QUANTITIES, plot_run
+
+__all__ = ["QUANTITIES", "comparison_chart", "plot_run"]

@@ -1,0 +1,76 @@
+"""What all figures share: colours told apart by everyone, fonts, units with prefixes, and how a file is written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from math import floor, log10
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+THEORY = "#222222"
+COLOURS = {"smoothed": "#0072B2", "capped": "#D55E00", "elastic": "#0072B2"}  # Okabe & Ito
+MARKERS = {"smoothed": "o", "capped": "s", "elastic": "o"}
+FORMATS = (".png", ".pdf", ".svg")
+STYLE: Any = {
+    "font.size": 9,
+    "axes.titlesize": 9,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "svg.fonttype": "none",
+    "pdf.fonttype": 42,
+}
+PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
+
+
+def check_ending(path: Path) -> None:
+    """Refuse a picture that is not to be .png, .pdf or .svg."""
+    if path.suffix.lower() not in FORMATS:
+        raise ValueError(f"chart = {str(path)!r} must end in {', '.join(FORMATS)}")
+
+
+@contextmanager
+def new_figure(path: Path, size: tuple[float, float]) -> Iterator[Figure]:
+    """Give an empty figure of a size in inches, in the style of all, whose file may be written to `path`."""
+    check_ending(path)
+    import matplotlib as mpl
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=size, layout="constrained")
+        FigureCanvasAgg(figure)
+        yield figure
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=160)
+
+
+def band(axes: Axes, x: Array, mean: Array, error: Array, colour: str) -> None:
+    """Draw a mean with ± two standard errors."""
+    axes.fill_between(x, mean - 2 * error, mean + 2 * error, color=colour, alpha=0.25, lw=0)
+    axes.plot(x, mean, color=colour, lw=1.0)
+
+
+def scaled(largest: float, unit: str) -> tuple[float, str]:
+    """Return the factor to a unit with an SI prefix in which `largest` lies between 1 and 1000, and that unit."""
+    if not largest > 0.0 or unit == "K":
+        return 1.0, unit
+    power = min(max(3 * floor(log10(largest) / 3), -12), 12)
+    return 10.0**-power, PREFIXES[power] + unit
