@@ -149,20 +149,23 @@ def _sliding(scene: Scene) -> Sliding:
     )
 
 
-def store_member(scene: Scene, numerics: Numerics, level: int, index: int, place: Path) -> None:
-    """Compute one member and write its file; a solve that does not converge is stored as a failure."""
+def store_member(scene: Scene, numerics: Numerics, level: int, index: int, place: Path) -> Member:
+    """Compute one member, write its file, and return what a run keeps of it in memory.
+
+    A solve that does not converge is stored as a failure.
+    """
     fourier.set_threads(numerics.threads)
     seed = scene.ensemble.seed
     try:
         with warnings.catch_warnings():
             # the plan says what a cell leaves out of the spectrum; each member need not repeat it
             warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
-            one = realize(scene, numerics, seed=seed, level=level, index=index)
+            member = _member(scene, numerics, realize(scene, numerics, seed=seed, level=level, index=index))
     except ConvergenceError as error:
         provenance = _provenance(scene, numerics, error.residual, error.iterations, {})
-        write_member(place, Member(level, index, failure=str(error), lengths=numerics.lengths, provenance=provenance))
-        return
-    write_member(place, _member(scene, numerics, one))
+        member = Member(level, index, failure=str(error), lengths=numerics.lengths, provenance=provenance)
+    write_member(place, member)
+    return member.without_arrays()
 
 
 def _member(scene: Scene, numerics: Numerics, one: Realization) -> Member:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from roughsim.ensemble.realization import store_member
 from roughsim.errors import RecordError
 from roughsim.plan import Numerics
-from roughsim.record import Run, member_path, read_member
+from roughsim.record import Member, Run, member_path, read_member
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene
@@ -137,12 +137,12 @@ class Tasks:
         for level, index in self._to_do():
             if self.result.target_met:
                 return
-            store_member(self.scene, self.numerics, level, index, self.place)
-            self._note(observer)
+            self.result.take(store_member(self.scene, self.numerics, level, index, self.place))
+            self._tell(observer)
 
     def _shared(self, pool: Executor, ahead: int, observer: Callable[[Run], None] | None) -> None:
         to_do = self._to_do()
-        pending: set[Future[None]] = set()
+        pending: set[Future[Member]] = set()
         try:
             while not self.result.target_met:
                 while len(pending) < ahead and (task := next(to_do, None)) is not None:
@@ -151,13 +151,12 @@ class Tasks:
                     return
                 done, pending = wait(pending, return_when=FIRST_COMPLETED)
                 for future in done:
-                    future.result()
-                self._note(observer)
+                    self.result.take(future.result())
+                self._tell(observer)
         finally:
             for future in pending:
                 future.cancel()
 
-    def _note(self, observer: Callable[[Run], None] | None) -> None:
-        self.result.refresh()
+    def _tell(self, observer: Callable[[Run], None] | None) -> None:
         if observer is not None:
             observer(self.result)

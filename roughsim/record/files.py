@@ -7,7 +7,7 @@ import json
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +54,10 @@ class Member:
     fields: dict[str, NDArray[np.float32]] = field(default_factory=dict)
     lengths: tuple[float, float] = (1.0, 1.0)
     provenance: dict[str, Any] = field(default_factory=dict)
+
+    def without_arrays(self) -> Member:
+        """Return the member without spectrum and fields: what is kept in memory of many."""
+        return replace(self, wavenumber=np.empty(0), spectrum=np.empty(0), fields={})
 
 
 def member_path(folder: Path, level: int, index: int) -> Path:
@@ -167,7 +171,7 @@ def _fill(file: Any, member: Member) -> None:
 def _digest(header: str, arrays: list[NDArray[Any]]) -> str:
     digest = hashlib.sha256(header.encode())
     for array in arrays:
-        digest.update(np.ascontiguousarray(array).tobytes())
+        digest.update(np.ascontiguousarray(array).data)
     return digest.hexdigest()
 
 
@@ -189,12 +193,13 @@ def _header(member: Member) -> dict[str, Any]:
 def _fill_stress(entry: Any, member: Member) -> list[NDArray[Any]]:
     group = entry.create_group("stress")
     group.attrs.update(NX_class="NXdata", signal="stress_spectrum", axes=["wavenumber"])
-    for name, values, unit in (("wavenumber", member.wavenumber, "1/m"), ("stress_spectrum", member.spectrum, "Pa^2")):
-        flat = np.ascontiguousarray(values, dtype="<f8")
-        group.create_dataset(name, data=flat, chunks=flat.shape, fletcher32=True).attrs["units"] = unit
-    group["wavenumber"].make_scale("wavenumber")
-    group["stress_spectrum"].dims[0].attach_scale(group["wavenumber"])
-    return [group["wavenumber"][()], group["stress_spectrum"][()]]
+    arrays = [np.ascontiguousarray(values, dtype="<f8") for values in (member.wavenumber, member.spectrum)]
+    scale = group.create_dataset("wavenumber", data=arrays[0], chunks=arrays[0].shape, fletcher32=True)
+    signal = group.create_dataset("stress_spectrum", data=arrays[1], chunks=arrays[1].shape, fletcher32=True)
+    scale.attrs["units"], signal.attrs["units"] = "1/m", "Pa^2"
+    scale.make_scale("wavenumber")
+    signal.dims[0].attach_scale(scale)
+    return arrays
 
 
 def _fill_fields(entry: Any, member: Member) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import replace
 from functools import cached_property
 from math import nan
 from pathlib import Path
@@ -35,7 +34,6 @@ if TYPE_CHECKING:
     from roughsim.scene import Scene
 
 Array = NDArray[np.float64]
-_NONE: Array = np.empty(0)
 TEMPERATURES = ("flash_temperature", "flash_gradient", "flash_laplacian")
 
 
@@ -70,6 +68,11 @@ class Run:
         self.heat_partition: Array = np.array(description["heat_partition"])
         self.members: dict[tuple[int, int], Member] = {}
 
+    def take(self, member: Member) -> None:
+        """Count a member that has just been stored, without reading it back."""
+        self.members[member.level, member.index] = member
+        self.refresh()
+
     def refresh(self) -> None:
         """Read the members that have come since, in order, up to the first gap."""
         index = 0
@@ -85,8 +88,7 @@ class Run:
                 path = member_path(self.folder, level, index)
                 if not path.exists():
                     return False
-                # the stress spectra stay on disk: memory must not grow with the number of realizations
-                self.members[level, index] = replace(read_member(path), wavenumber=_NONE, spectrum=_NONE)
+                self.members[level, index] = read_member(path).without_arrays()
         return True
 
     @cached_property
