@@ -3,8 +3,8 @@
     python benchmarks/runner.py [--realizations N]
 
 Capped steel contact at 1024². Times are taken between the first and the last file of each run, so that starting Python
-and making the plan do not count. The overhead is what a member of a run costs beyond the same member computed by a plain
-loop over `realize`: its file, the stopping rule, the hand-over.
+and making the plan do not count. The overhead is what a member of a run costs beyond the same member in a plain loop
+over `realize`: its file, the stopping rule, the hand-over.
 """
 
 from __future__ import annotations
@@ -54,9 +54,8 @@ def main() -> None:
         timed(Path(folder) / "warm", 1, 1)
         alone, shared = timed(Path(folder) / "alone", count, 1), timed(Path(folder) / "shared", count, 2)
         bare = loop(count)
-        print(
-            f"a member: {pace(alone):.4f} s, in a plain loop {bare:.4f} s, overhead {100 * (pace(alone) / bare - 1):.1f} %"
-        )
+        more = 100 * (pace(alone) / bare - 1)
+        print(f"a member: {pace(alone):.4f} s, in a plain loop {bare:.4f} s, overhead {more:.1f} %")
         print(f"two workers: {pace(shared):.4f} s a member, {pace(alone) / pace(shared):.2f} times one")
 
 
