@@ -135,3 +135,26 @@ def test_help_helps():
         assert verb in out
     out, _ = call("--version")
     assert out.startswith("roughsim ")
+
+
+def test_too_many_failures_make_the_exit_code_tell(capsys, tmp_path, quick, monkeypatch):
+    from roughsim import ConvergenceError
+    from roughsim.ensemble import realization
+
+    def fails(*_, **__):
+        raise ConvergenceError("contact solve stalled: residual 0.1", 0.1, 7)
+
+    genuine = realization.realize
+    monkeypatch.setattr(realization, "realize", lambda *a, **k: fails() if k["index"] == 1 else genuine(*a, **k))
+    (tmp_path / "scene.toml").write_text(quick.to_toml())
+    words = ("run", tmp_path / "scene.toml", "-o", tmp_path / "run", "--workers", 1, "--max", 3)
+    code, _, err = inside(capsys, *words)
+    assert code == 1
+    assert "1 did not converge and are left out of the means" in err
+    code, out, _ = inside(capsys, "status", tmp_path / "run", "--json")
+    told = json.loads(out)
+    assert (told["realizations"], told["failed"], told["writer"]) == (3, 1, None)
+    assert len(told["estimates"]["flash_temperature"]["mean"]) == 3
+    code, out, _ = inside(capsys, "status", tmp_path / "run")
+    assert code == 0
+    assert "1 did not converge" in out
