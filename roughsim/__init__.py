@@ -38,6 +38,9 @@ if TYPE_CHECKING:  # for readers of types; at run time names are imported when t
     from roughsim.errors import RoughsimError as RoughsimError
     from roughsim.fourier import set_threads as set_threads
     from roughsim.grid import Grid as Grid
+    from roughsim.heat import Body as Body
+    from roughsim.heat import half_space_temperature as half_space_temperature
+    from roughsim.heat import partition_heat as partition_heat
     from roughsim.heat import sliding_temperature as sliding_temperature
     from roughsim.observables import Sliding as Sliding
     from roughsim.observables import measure as measure
@@ -61,6 +64,9 @@ _HOME = {
     "Solid": "contact",
     "Contact": "contact",
     "solve_contact": "contact",
+    "Body": "heat",
+    "half_space_temperature": "heat",
+    "partition_heat": "heat",
     "sliding_temperature": "heat",
     "Sliding": "observables",
     "measure": "observables",

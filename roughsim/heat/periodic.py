@@ -131,7 +131,7 @@ def uniform_temperature(
     """
     flux = number("mean_flux", mean_flux, "W/m²")
     conductivity = positive("conductivity", conductivity, "W/(m K)")
-    instants = _instants(time)
+    instants = checked_times(time)
     if np.isinf(instants).any():
         raise ValueError("time = inf s must be finite: a half-space under a uniform flux warms without limit")
     reach = np.sqrt(positive("diffusivity", diffusivity, "m²/s") * instants)
@@ -269,7 +269,7 @@ def _durations(speed: float, chord: float, slid_distance: float | None, time: Ar
     if time is not None:
         if slid_distance is not None:
             raise ValueError(f"slid_distance = {slid_distance} m and time are both given; give one of them")
-        return _instants(time)
+        return checked_times(time)
     distance = chord / 2 if slid_distance is None else slid_distance
     if not (isinstance(distance, (float, np.floating)) and distance == math.inf):
         distance = not_negative("slid_distance", distance, "m")
@@ -279,7 +279,7 @@ def _durations(speed: float, chord: float, slid_distance: float | None, time: Ar
         return np.asarray(np.float64(distance) / abs(speed))
 
 
-def _instants(time: ArrayLike) -> NDArray[np.float64]:
+def checked_times(time: ArrayLike) -> NDArray[np.float64]:
     """`time` as a float array of at most one axis, s, ≥ 0; inf may stay."""
     instants = np.asarray(time)
     if instants.dtype.kind not in "iuf":

@@ -1,0 +1,135 @@
+"""Frictional heat on the free half-space: one source, and nothing around it.
+
+The flux is constant over each pixel, and temperatures are those at the centres of the pixels. The sum over all pixels is
+a convolution without wrap-around: the field is padded with zeros.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.fft import next_fast_len
+
+from roughsim import fourier
+from roughsim.errors import not_negative, number, positive, real_field
+from roughsim.grid import Grid
+from roughsim.heat.influence import Axis, pixel_influence
+from roughsim.heat.periodic import checked_times, unit_vector
+
+Field = NDArray[Any]
+
+
+def half_space_temperature(
+    heat_flux: ArrayLike,
+    grid: Grid,
+    *,
+    speed: float,
+    conductivity: float,
+    diffusivity: float,
+    direction: float = 0.0,
+    time: ArrayLike = math.inf,
+    depth: float = 0.0,
+) -> Field:
+    """Return the temperature that a sliding heat source leaves in a half-space, with no heat outside the grid.
+
+    Parameters
+    ----------
+    heat_flux : array_like
+        Heat entering the body, shape `grid.shape`, W/m²: the mean over each pixel. float32 stays float32.
+    grid : Grid
+        The pixels; here the cell is not periodic.
+    speed : float
+        Speed of the source through the body, m/s; a negative speed is the opposite direction.
+    conductivity : float
+        κ, W/(m K).
+    diffusivity : float
+        D, m²/s.
+    direction : float
+        Angle of sliding, radians from axis 0 towards axis 1.
+    time : float or array_like
+        Time since the start from rest, s, ≥ 0; inf is the steady state. A 1-D array adds a leading axis.
+    depth : float
+        Distance below the surface, m, ≥ 0.
+
+    Returns
+    -------
+    ndarray
+        T above the body's temperature far away, K, at the centres of the pixels, shape `grid.shape` or
+        `(len(time), *grid.shape)`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        An argument of the wrong kind, not finite or out of its range.
+    """
+    flux = real_field("heat_flux", heat_flux, grid.shape)
+    drift = number("speed", speed, "m/s") / positive("diffusivity", diffusivity, "m²/s")
+    scale = grid.spacing[0] / positive("conductivity", conductivity, "W/(m K)")
+    depth, times = not_negative("depth", depth, "m"), checked_times(time)
+    ux, uy = unit_vector(direction)
+    fields = np.zeros((times.size, *grid.shape), flux.dtype)
+    source = padded_spectrum(flux * flux.dtype.type(scale))
+    for field, instant in zip(fields, times.ravel(), strict=True):
+        if instant > 0.0:
+            spread = math.sqrt(diffusivity * instant)
+            response = influence_spectrum(grid, (drift * ux, drift * uy), depth, spread, flux.dtype.char)
+            field[...] = cropped(source * response, grid.shape)
+    return fields.reshape(times.shape + grid.shape)
+
+
+def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:
+    """Return a shape for fast transforms that holds every offset between two pixels once."""
+    nx, ny = (next_fast_len(2 * n - 1, real=True) for n in shape)
+    return nx, ny
+
+
+def padded_spectrum(field: Field) -> Field:
+    """Return the half spectrum of a field padded with zeros."""
+    padded = np.zeros(padded_shape((field.shape[0], field.shape[1])), field.dtype)
+    padded[: field.shape[0], : field.shape[1]] = field
+    return fourier.forward(padded)
+
+
+def cropped(spectrum: Field, shape: tuple[int, int]) -> Field:
+    """Return the part that belongs to the grid of the field with this padded half spectrum."""
+    return fourier.inverse(spectrum, padded_shape(shape))[: shape[0], : shape[1]]
+
+
+def influence_spectrum(
+    grid: Grid, drift: tuple[float, float], depth: float, spread: float, precision: str = "d"
+) -> Field:
+    """Return the padded half spectrum that turns the one of q̇Δx/κ into that of T.
+
+    Parameters
+    ----------
+    grid : Grid
+        The pixels; Δx is their side along x.
+    drift : (float, float)
+        v/D along x and y, 1/m.
+    depth, spread : float
+        z and √(Dt), m.
+    precision : str
+        "d" or "f", the type code of float64 or float32.
+    """
+    unit, side = grid.spacing
+    return _spectrum(grid.shape, side / unit, (drift[0] * unit, drift[1] * unit), depth / unit, spread / unit, precision)
+
+
+@lru_cache(maxsize=4)
+def _spectrum(
+    shape: tuple[int, int], side: float, drift: tuple[float, float], depth: float, spread: float, precision: str
+) -> Field:
+    """The same in units of the pixel along x; these numbers are all that the influence of a pixel depends on."""
+    x, y = Axis(shape[0], 1.0, drift[0]), Axis(shape[1], side, drift[1])
+    influence = pixel_influence(x, y, depth=depth, end=spread)
+    padded = np.zeros(padded_shape(shape))
+    padded[: influence.shape[0], : influence.shape[1]] = influence
+    wrapped = np.roll(padded, (1 - shape[0], 1 - shape[1]), (0, 1))
+    spectrum = fourier.forward(wrapped) * wrapped.size
+    spectrum = spectrum.astype(np.result_type(precision, np.complex64))
+    spectrum.flags.writeable = False
+    return spectrum

@@ -1,0 +1,152 @@
+"""What one heated pixel does to the centres of all others, on the free half-space.
+
+Heat released at a point of the surface a time τ ago has spread over √(Dτ) and lags v τ behind. Summed over a pixel it
+is a product of one factor along x and one along y, and with u = √(Dτ) the temperature of a pixel with unit flux is
+
+    κT = (2/√π) ∫₀^√(Dt) e^(−z²/4u²) E(x, a) E(y, b) du,
+    E(x, a) = ½ erf((x + p u² + a/2)/2u) − ½ erf((x + p u² − a/2)/2u),   p = v/D along that axis
+
+(Carslaw & Jaeger, 10.2 and 10.7). All offsets share the nodes in u, so each panel of nodes is one matrix product, over
+those offsets alone that the heat has reached by then and not yet left.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+Vector = NDArray[np.float64]
+_REACH = 10.0  # in units of u: erfc(10/2) = 2e-12 of the heat has gone further
+_STEP = 5.0  # a panel where heat drifts over the edge of a pixel, in units of the width 1/p of that passage
+_FAR = 300.0  # in units of the box: beyond it the heat has spread so far that a closed form is exact to 1e-9
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """One axis of the grid: `count` pixels of side `size`, drift = v/D along it; lengths in any one unit."""
+
+    count: int
+    size: float
+    drift: float
+
+    @property
+    def extent(self) -> float:
+        """Distance over which heat matters to the grid."""
+        return self.count * self.size
+
+    @property
+    def start(self) -> float:
+        """A u before which heat has neither left its pixel nor spread to its edge from the centre."""
+        return min(self.size / 52, math.sqrt(self.size / (4 * abs(self.drift))) if self.drift else math.inf)
+
+    @property
+    def end(self) -> float:
+        """The u after which the heat lies behind the whole grid."""
+        p = abs(self.drift)
+        root = math.sqrt(_REACH**2 + 4 * p * (self.extent + self.size))
+        return (_REACH + root) / (2 * p) if p > 0.0 else math.inf
+
+    def reached(self, low: float, high: float) -> tuple[int, int]:
+        """First and last offset, in pixels, that heat of the age low < u < high can be over."""
+        shifts = (-self.drift * low**2, -self.drift * high**2)
+        reach, last = self.size / 2 + _REACH * high, self.count - 1
+        first = math.ceil(max((min(shifts) - reach) / self.size, -float(last)))
+        return first, math.floor(min((max(shifts) + reach) / self.size, float(last)))
+
+    def share(self, offsets: Vector, u: Vector) -> Vector:
+        """E(x, a): share of a pixel's heat over the point at each offset, shape (offsets, u), times the pixel size."""
+        edges = np.append(offsets - 0.5, offsets[-1] + 0.5)[:, None] * self.size
+        risen = special.erf((edges + self.drift * u**2) / (2 * u))
+        return np.diff(risen, axis=0) / 2
+
+
+def pixel_influence(x: Axis, y: Axis, *, depth: float, end: float) -> Vector:
+    """Return κT at all offsets for unit flux on the pixel at 0, in the unit of length of the axes.
+
+    Parameters
+    ----------
+    x, y : Axis
+        The axes of the grid.
+    depth : float
+        Distance below the surface, ≥ 0.
+    end : float
+        √(Dt), t the time since the start from rest; inf is the steady state.
+
+    Returns
+    -------
+    ndarray
+        Shape (2 n_x − 1, 2 n_y − 1): offsets from −(n − 1) to n − 1 pixels.
+    """
+    mirrored = y.drift == 0.0  # then half of the offsets along y are enough
+    base = (x.count - 1, 0 if mirrored else y.count - 1)
+    result = np.zeros((2 * x.count - 1, y.count + base[1]))
+    for low, high in _panels(x, y, depth, end):
+        nodes = (low + high) / 2 + (high - low) / 2 * _NODES
+        weights = (high - low) / math.sqrt(math.pi) * _WEIGHTS * np.exp(-((depth / (2 * nodes)) ** 2))
+        (i0, i1), (j0, j1) = x.reached(low, high), y.reached(low, high)
+        j0 = max(j0, -base[1])
+        if i0 > i1 or j0 > j1:
+            continue
+        along = x.share(np.arange(i0, i1 + 1.0), nodes) * weights
+        across = y.share(np.arange(j0, j1 + 1.0), nodes)
+        result[i0 + base[0] : i1 + base[0] + 1, j0 + base[1] : j1 + base[1] + 1] += along @ across.T
+    result += _far(x, y, depth, end, base[1])
+    return np.concatenate((result[:, :0:-1], result), axis=1) if mirrored else result
+
+
+def _far(x: Axis, y: Axis, depth: float, end: float, before: int) -> Vector:
+    """The heat older than `_FAR` boxes: e^(−p·x/2) a b/4π · (2/√π) ∫ e^(−p²u²/4)/u² du."""
+    start, p = _far_start(x, y, depth), math.hypot(x.drift, y.drift)
+    if min(end, x.end, y.end) <= start:
+        return np.zeros((1, 1))
+
+    def older(u: float) -> float:
+        if math.isinf(u):
+            return 0.0
+        return math.exp(-((p * u / 2) ** 2)) / u - p * math.sqrt(math.pi) / 2 * math.erfc(p * u / 2)
+
+    amount = x.size * y.size / (2 * math.pi**1.5) * (older(start) - older(end))
+    along = np.exp(-x.drift * x.size / 2 * np.arange(1.0 - x.count, x.count))
+    across = np.exp(-y.drift * y.size / 2 * np.arange(-before, y.count))
+    return amount * along[:, None] * across
+
+
+def _far_start(x: Axis, y: Axis, depth: float) -> float:
+    return _FAR * max(x.extent, y.extent, depth)
+
+
+def _panels(x: Axis, y: Axis, depth: float, end: float) -> Iterator[tuple[float, float]]:
+    """Panels in u: each at most doubles u, and none is wider than the passage of an edge of a pixel inside it."""
+    last = min(end, x.end, y.end, _far_start(x, y, depth))
+    low = min(depth / 13 if depth > 0.0 else min(x.start, y.start), last)  # e^(−13²/4) = 4e-19
+    if depth == 0.0 and low > 0.0:
+        yield 0.0, low
+    passages = [_Passages(axis) for axis in (x, y) if axis.drift]
+    while low < last:
+        high = min([2 * low, last, *(passage.next(low) for passage in passages)])
+        yield low, high
+        low = high
+
+
+class _Passages:
+    """When the edges of pixels at −(k + ½)a pass over a heated line: at u = √((k + ½)a/p), within a few 1/p."""
+
+    def __init__(self, axis: Axis):
+        self.width = 1 / abs(axis.drift)
+        self.times = np.sqrt((np.arange(axis.count) + 0.5) * axis.size * self.width).tolist()
+
+    def next(self, low: float) -> float:
+        """End of a panel that begins at `low`."""
+        margin = _REACH * 0.6 * self.width
+        k = bisect_left(self.times, low - margin * (1 - 1e-9))
+        if k == len(self.times):
+            return math.inf
+        opening = self.times[k] - margin
+        return low + _STEP * self.width if opening <= low * (1 + 1e-12) else opening
