@@ -1,7 +1,7 @@
 """Frictional heat on the free half-space: one source, and nothing around it.
 
-The flux is constant over each pixel, and temperatures are those at the centres of the pixels. The sum over all pixels is
-a convolution without wrap-around: the field is padded with zeros.
+The flux is constant over each pixel, and temperatures are those at the centres of the pixels. The sum over all
+pixels is a convolution without wrap-around: the field is padded with zeros.
 """
 
 from __future__ import annotations
@@ -116,7 +116,9 @@ def influence_spectrum(
         "d" or "f", the type code of float64 or float32.
     """
     unit, side = grid.spacing
-    return _spectrum(grid.shape, side / unit, (drift[0] * unit, drift[1] * unit), depth / unit, spread / unit, precision)
+    return _spectrum(
+        grid.shape, side / unit, (drift[0] * unit, drift[1] * unit), depth / unit, spread / unit, precision
+    )
 
 
 @lru_cache(maxsize=4)

@@ -61,10 +61,10 @@ class Axis:
         return first, math.floor(min((max(shifts) + reach) / self.size, float(last)))
 
     def share(self, offsets: Vector, u: Vector) -> Vector:
-        """E(x, a): share of a pixel's heat over the point at each offset, shape (offsets, u), times the pixel size."""
+        """E(x, a): share of a pixel's heat over the point at each offset, shape (offsets, u)."""
         edges = np.append(offsets - 0.5, offsets[-1] + 0.5)[:, None] * self.size
-        risen = special.erf((edges + self.drift * u**2) / (2 * u))
-        return np.diff(risen, axis=0) / 2
+        risen: Vector = special.erf((edges + self.drift * u**2) / (2 * u))
+        return (risen[1:] - risen[:-1]) / 2
 
 
 def pixel_influence(x: Axis, y: Axis, *, depth: float, end: float) -> Vector:
@@ -115,7 +115,8 @@ def _far(x: Axis, y: Axis, depth: float, end: float, before: int) -> Vector:
     amount = x.size * y.size / (2 * math.pi**1.5) * (older(start) - older(end))
     along = np.exp(-x.drift * x.size / 2 * np.arange(1.0 - x.count, x.count))
     across = np.exp(-y.drift * y.size / 2 * np.arange(-before, y.count))
-    return amount * along[:, None] * across
+    product: Vector = amount * along[:, None] * across
+    return product
 
 
 def _far_start(x: Axis, y: Axis, depth: float) -> float:
