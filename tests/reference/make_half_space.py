@@ -17,6 +17,7 @@ from scipy.special import erfc
 DRIFTS, OFFSETS = (0.0, 0.01, 1.0, 10.0, 100.0), ((0, 0), (-1, 0), (-1, 1), (-5, 2))
 CASES = [  # offset (pixels), pixel (Δx, Δy), drift v/D, direction, depth, Dt
     *((ij, (1.0, 1.0), p, 0.0, 0.0, inf) for p in DRIFTS for ij in OFFSETS),
+    ((-3, 1), (1.0, 1.0), 1e-3, 0.0, 0.0, inf),
     ((0, 0), (1.0, 0.4), 3.0, 0.7, 0.0, inf),
     ((-2, -3), (1.0, 0.4), 3.0, 0.7, 0.0, inf),
     ((1, -1), (1.0, 2.5), 3.0, -2.0, 0.0, 0.5),

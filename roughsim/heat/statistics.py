@@ -1,0 +1,249 @@
+"""What a temperature field says about its contact: how hot, over how much of it, in how many spots.
+
+Weights are the heat set free (the pressure, when μ and v are one for all), as in T_flash = Σ T q̇/Σ q̇. An empty contact
+gives NaN with a warning.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import ndimage
+
+from roughsim.errors import ConvergenceError, number, positive, real_field
+from roughsim.grid import Grid
+
+Vector = NDArray[np.float64]
+RESOLVED = 4  # pixels: the size of a smaller patch is a number of the grid
+_STEPS = 100  # of the fixed point
+
+
+@dataclass(frozen=True, slots=True)
+class ContactTemperature:
+    """Temperatures of the contact, K above the background of the field.
+
+    Attributes
+    ----------
+    flash_temperature, mean_temperature, max_temperature : float
+        Weighted by the heat; by area; the highest of a pixel.
+    temperatures : ndarray
+        Those of all contact pixels, ascending.
+    cooler : ndarray
+        Share of the heat that is set free at each of `temperatures` or below.
+    """
+
+    flash_temperature: float
+    mean_temperature: float
+    max_temperature: float
+    temperatures: Vector
+    cooler: Vector
+
+
+@dataclass(frozen=True, slots=True)
+class HotSpots:
+    """Connected regions hotter than a threshold.
+
+    Attributes
+    ----------
+    areas : ndarray
+        Area of each, m², largest first.
+    unresolved : int
+        How many have fewer than 4 pixels.
+    """
+
+    areas: Vector
+    unresolved: int
+
+    @property
+    def count(self) -> int:
+        """Number of hot spots."""
+        return self.areas.size
+
+
+def contact_temperature(temperature: ArrayLike, heat_flux: ArrayLike) -> ContactTemperature:
+    """Return T_flash, T_max and the distribution of temperature over the contact, where `heat_flux` > 0.
+
+    Parameters
+    ----------
+    temperature, heat_flux : array_like
+        Fields of one shape, K and W/m²; the flux ≥ 0.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Fields of different shapes, not finite, or a negative flux.
+
+    Warns
+    -----
+    RuntimeWarning
+        For an empty contact; all is NaN then.
+    """
+    values, weights = _contact(temperature, heat_flux)
+    if not values.size:
+        return ContactTemperature(math.nan, math.nan, math.nan, values, values.copy())
+    order = np.argsort(values)
+    values, weights = values[order], weights[order]
+    cooler = np.cumsum(weights) / weights.sum()
+    flash = float((values * weights).sum() / weights.sum())
+    return ContactTemperature(flash, float(values.mean()), float(values[-1]), values, cooler)
+
+
+def share_above(
+    temperature: ArrayLike, heat_flux: ArrayLike, threshold: float, *, background_temperature: float = 0.0
+) -> float:
+    """Return the share of the contact area where T₀ + T exceeds a threshold: melting, a change of phase.
+
+    Parameters
+    ----------
+    temperature, heat_flux : array_like
+        Fields of one shape, K and W/m².
+    threshold : float
+        K, on the scale of T₀ + T.
+    background_temperature : float
+        T₀, K.
+    """
+    excess = number("threshold", threshold, "K") - number("background_temperature", background_temperature, "K")
+    values, _ = _contact(temperature, heat_flux)
+    return float((values > excess).mean()) if values.size else math.nan
+
+
+def hot_spots(temperature: ArrayLike, grid: Grid, threshold: float, *, periodic: bool = True) -> HotSpots:
+    """Return the regions hotter than a threshold; pixels are joined by their sides.
+
+    Parameters
+    ----------
+    temperature : array_like
+        Shape `grid.shape`, K.
+    grid : Grid
+        The pixels.
+    threshold : float
+        K.
+    periodic : bool
+        Join regions over the sides of the cell; False for fields of the free half-space.
+    """
+    field = real_field("temperature", temperature, grid.shape)
+    labels, count = ndimage.label(field > number("threshold", threshold, "K"))
+    pixels = np.bincount(labels.ravel(), minlength=count + 1)[1:]
+    if periodic and count:
+        pixels = np.bincount(_regions(labels, count), weights=pixels)
+    sizes: Vector = np.sort(pixels.astype(np.float64))[::-1]
+    return HotSpots(sizes * math.prod(grid.spacing), int((sizes < RESOLVED).sum()))
+
+
+def profiles(temperature: ArrayLike, grid: Grid, point: tuple[int, int] | None = None) -> tuple[Vector, Vector]:
+    """Return the temperature along x and along y through a pixel: along and across sliding in the x direction.
+
+    Parameters
+    ----------
+    temperature : array_like
+        Shape `grid.shape`, K.
+    grid : Grid
+        The pixels.
+    point : (int, int), optional
+        Indices of the pixel. Default: the hottest.
+
+    Returns
+    -------
+    along, across : ndarray
+        Shapes (n_x,) and (n_y,), K.
+    """
+    field = real_field("temperature", temperature, grid.shape)
+    i, j = hottest_pixel(field) if point is None else point
+    if not (0 <= i < grid.shape[0] and 0 <= j < grid.shape[1]):
+        raise ValueError(f"point = {point} lies outside the grid {grid.shape}")
+    return field[:, j].copy(), field[i].copy()
+
+
+def hottest_pixel(temperature: ArrayLike) -> tuple[int, int]:
+    """Return the indices of the hottest pixel."""
+    field = real_field("temperature", temperature)
+    i, j = np.unravel_index(int(field.argmax()), field.shape)
+    return int(i), int(j)
+
+
+def depth_profile(field_at: Callable[[float], NDArray[Any]], depths: ArrayLike) -> Vector:
+    """Return the temperature straight below the hottest point of the surface.
+
+    Parameters
+    ----------
+    field_at : callable
+        Temperature field, K, at a depth, m: `sliding_temperature` or `half_space_temperature` with all else given.
+    depths : array_like
+        Shape (n,), m, ≥ 0.
+    """
+    point = hottest_pixel(field_at(0.0))
+    return np.array([field_at(float(depth))[point] for depth in np.atleast_1d(depths)], np.float64)
+
+
+def effective_conductivity(
+    conductivity: Callable[[float], float],
+    flash_temperature: Callable[[float], float],
+    *,
+    background_temperature: float = 0.0,
+) -> float:
+    """Return the constant κ that stands for a κ(T): its value at T₀ + 0.75 T_flash, by fixed point.
+
+    It is meant for a κ(T) that varies smoothly; a hardness σ_P(T) or a step in μ(T) acts back on the contact, and no
+    effective constant stands for that.
+
+    Parameters
+    ----------
+    conductivity : callable
+        κ(T), W/(m K), on the scale of T₀ + T, K.
+    flash_temperature : callable
+        T_flash, K above the background, for a constant κ.
+    background_temperature : float
+        T₀, K.
+
+    Raises
+    ------
+    ValueError
+        κ or T_flash not finite, or κ ≤ 0.
+    ConvergenceError
+        No fixed point in 100 steps.
+    """
+    start = number("background_temperature", background_temperature, "K")
+    value, change = positive("conductivity", conductivity(start), "W/(m K)"), math.inf
+    for _ in range(_STEPS):
+        hot = start + 0.75 * number("flash_temperature", flash_temperature(value), "K")
+        wanted = positive("conductivity", conductivity(hot), "W/(m K)")
+        change = abs(wanted / value - 1)
+        if change < 1e-10:
+            return wanted
+        value = math.sqrt(value * wanted)  # halfway, since T_flash falls as κ rises
+    raise ConvergenceError(
+        f"conductivity: changes by {change:.3g} after {_STEPS} steps; it has no fixed point at T₀ + 0.75 T_flash",
+        change,
+        _STEPS,
+    )
+
+
+def _regions(labels: NDArray[Any], count: int) -> NDArray[Any]:
+    """Number of the region, joined over the sides of the cell, of each labelled part."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    first = np.concatenate((labels[0], labels[:, 0]))
+    last = np.concatenate((labels[-1], labels[:, -1]))
+    both = (first > 0) & (last > 0)
+    joins = coo_array((np.ones(int(both.sum())), (first[both] - 1, last[both] - 1)), shape=(count, count))
+    region: NDArray[Any] = connected_components(joins, directed=False)[1]
+    return region
+
+
+def _contact(temperature: ArrayLike, heat_flux: ArrayLike) -> tuple[Vector, Vector]:
+    """Temperatures and heat fluxes of the contact pixels."""
+    field = real_field("temperature", temperature)
+    flux = real_field("heat_flux", heat_flux, (field.shape[0], field.shape[1]))
+    if flux.min() < 0.0:
+        raise ValueError(f"heat_flux = {flux.min():.6g} W/m² must not be negative: friction only heats")
+    contact = flux > 0.0
+    if not contact.any():
+        warnings.warn("heat_flux = 0 W/m² everywhere: no contact has no temperature", RuntimeWarning, stacklevel=3)
+    return field[contact].astype(np.float64), flux[contact].astype(np.float64)

@@ -1,0 +1,95 @@
+"""What a temperature field says: distributions, hot spots, profiles, and the conductivity of a hot contact."""
+
+import math
+
+import numpy as np
+import pytest
+
+from roughsim import ConvergenceError, Grid, half_space_temperature
+from roughsim.heat import contact_temperature, depth_profile, effective_conductivity, hot_spots, profiles, share_above
+
+GRID = Grid((6, 5), (12.0, 5.0))  # pixels of 2 m²
+
+
+def spotted(*pixels):
+    field = np.zeros(GRID.shape)
+    for pixel in pixels:
+        field[pixel] = 10.0
+    return field
+
+
+def test_the_heat_weights_the_flash_temperature_and_the_area_the_mean():
+    temperature = np.array([[5.0, 1.0, 100.0], [3.0, 7.0, -2.0]])
+    flux = np.array([[1.0, 2.0, 0.0], [0.0, 1.0, 0.0]])
+    contact = contact_temperature(temperature, flux)
+    assert contact.flash_temperature == pytest.approx((5 + 2 + 7) / 4)
+    assert contact.mean_temperature == pytest.approx(13 / 3)
+    assert contact.max_temperature == 7.0  # not the 100 K beside the contact
+    np.testing.assert_array_equal(contact.temperatures, [1.0, 5.0, 7.0])
+    np.testing.assert_allclose(contact.cooler, [0.5, 0.75, 1.0])
+
+
+def test_the_share_above_counts_area_and_adds_the_background():
+    temperature, flux = np.array([[5.0, 1.0, 100.0, 7.0]]), np.array([[1.0, 9.0, 0.0, 1.0]])
+    assert share_above(temperature, flux, 4.0) == pytest.approx(2 / 3)
+    assert share_above(temperature, flux, 306.0, background_temperature=300.0) == pytest.approx(1 / 3)
+    assert share_above(temperature, flux, 7.0) == 0.0  # at the threshold nothing has melted yet
+
+
+def test_hot_spots_join_over_the_sides_of_a_periodic_cell():
+    field = spotted((0, 0), (5, 0), (0, 4), (2, 2), (3, 2), (4, 3))
+    joined = hot_spots(field, GRID, 5.0)
+    np.testing.assert_allclose(joined.areas, [6.0, 4.0, 2.0])
+    assert (joined.count, joined.unresolved) == (3, 3)
+    free = hot_spots(field, GRID, 5.0, periodic=False)
+    np.testing.assert_allclose(free.areas, [4.0, 2.0, 2.0, 2.0, 2.0])
+
+
+def test_hot_spots_are_none_one_or_all():
+    assert hot_spots(spotted(), GRID, 5.0).count == 0
+    whole = hot_spots(spotted() + 9.0, GRID, 5.0)
+    assert (whole.count, whole.areas[0], whole.unresolved) == (1, 60.0, 0)
+
+
+def test_profiles_pass_through_the_hottest_point():
+    field = np.arange(30.0).reshape(6, 5)
+    field[2, 3] = 99.0
+    along, across = profiles(field, GRID)
+    np.testing.assert_array_equal(along, field[:, 3])
+    np.testing.assert_array_equal(across, field[2])
+    np.testing.assert_array_equal(profiles(field, GRID, (1, 0))[0], field[:, 0])
+    with pytest.raises(ValueError, match="point = .* outside"):
+        profiles(field, GRID, (6, 0))
+
+
+def test_below_a_resting_square_the_temperature_falls_as_a_point_source():
+    grid, flux = Grid((5, 5), (1.0, 1.0)), np.zeros((5, 5))
+    flux[1:4, 1:4] = 1.0
+    body = {"speed": 0.0, "conductivity": 1.0, "diffusivity": 1.0}
+    depths = np.array([0.0, 50.0, 100.0])
+    below = depth_profile(lambda z: half_space_temperature(flux, grid, depth=z, **body), depths)
+    assert below[0] == half_space_temperature(flux, grid, **body).max()
+    np.testing.assert_allclose(below[1:], 0.36 / (2 * math.pi * depths[1:]), rtol=1e-4)
+
+
+def test_a_hot_contact_conducts_as_at_three_quarters_of_its_flash_temperature():
+    # κ = 50 − T/10 and T_flash = 6000/κ: κ = 50 − 30 − 450/κ has the root (20 + …) below with T₀ = 300
+    value = effective_conductivity(lambda t: 80 - t / 10, lambda k: 6000 / k, background_temperature=300.0)
+    assert value == pytest.approx(25 + math.sqrt(625 - 450), rel=1e-8)
+    assert effective_conductivity(lambda t: 30.0, lambda k: 1e9 / k) == 30.0
+
+
+def test_a_conductivity_without_fixed_point_is_an_error():
+    with pytest.raises(ConvergenceError, match="no fixed point"):
+        effective_conductivity(lambda t: 10.0 if t < 50 else 100.0, lambda k: 2000 / k)
+    with pytest.raises(ValueError, match="conductivity = -1"):
+        effective_conductivity(lambda t: -1.0, lambda k: 1.0)
+
+
+def test_no_contact_has_no_temperature():
+    with pytest.warns(RuntimeWarning, match="no contact"):
+        assert math.isnan(contact_temperature(np.ones((2, 2)), np.zeros((2, 2))).max_temperature)
+    with pytest.warns(RuntimeWarning, match="no contact"):
+        assert math.isnan(share_above(np.ones((2, 2)), np.zeros((2, 2)), 1.0))
+    with pytest.raises(ValueError, match="heat_flux = -1"):
+        contact_temperature(np.ones((2, 2)), -np.ones((2, 2)))
