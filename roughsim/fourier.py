@@ -167,11 +167,25 @@ def _transform(shape: tuple[int, int], dtype: DTypeLike) -> Transform:
     return result
 
 
-def forward(field: NDArray[Any]) -> NDArray[Any]:
-    """Return the half spectrum f(q) = (1/N) Σ_x f(x) exp(−iq·x), shape (n_x, n_y//2 + 1), of a real field."""
-    transform = _transform(field.shape, field.dtype)
-    transform.field[...] = field
+def forward(field: NDArray[Any], shape: tuple[int, int] | None = None) -> NDArray[Any]:
+    """Return the half spectrum f(q) = (1/N) Σ_x f(x) exp(−iq·x), shape (n_x, n_y//2 + 1), of a real field.
+
+    With `shape` the field is first padded with zeros to it.
+    """
+    transform = _transform(shape or field.shape, field.dtype)
+    if transform.field.shape != field.shape:
+        transform.field[...] = 0.0
+    transform.field[: field.shape[0], : field.shape[1]] = field
     return transform.forward().copy()
+
+
+def product_inverse(
+    first: NDArray[Any], second: NDArray[Any], shape: tuple[int, int], part: tuple[int, int]
+) -> NDArray[Any]:
+    """Return the first `part` (rows, columns) of the real field of `shape` whose half spectrum is a product."""
+    transform = _transform(shape, first.real.dtype)
+    np.multiply(first, second, out=transform.spectrum)
+    return transform.inverse()[: part[0], : part[1]].copy()
 
 
 def inverse(spectrum: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:

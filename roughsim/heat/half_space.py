@@ -77,7 +77,7 @@ def half_space_temperature(
         if instant > 0.0:
             spread = math.sqrt(diffusivity * instant)
             response = influence_spectrum(grid, (drift * ux, drift * uy), depth, spread, flux.dtype.char)
-            field[...] = cropped(source * response, grid.shape)
+            field[...] = convolved(source, response, grid.shape)
     return fields.reshape(times.shape + grid.shape)
 
 
@@ -89,14 +89,12 @@ def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:
 
 def padded_spectrum(field: Field) -> Field:
     """Return the half spectrum of a field padded with zeros."""
-    padded = np.zeros(padded_shape((field.shape[0], field.shape[1])), field.dtype)
-    padded[: field.shape[0], : field.shape[1]] = field
-    return fourier.forward(padded)
+    return fourier.forward(field, padded_shape((field.shape[0], field.shape[1])))
 
 
-def cropped(spectrum: Field, shape: tuple[int, int]) -> Field:
-    """Return the part that belongs to the grid of the field with this padded half spectrum."""
-    return fourier.inverse(spectrum, padded_shape(shape))[: shape[0], : shape[1]]
+def convolved(source: Field, response: Field, shape: tuple[int, int]) -> Field:
+    """Return, on the grid, the field whose padded half spectrum is the product of these two."""
+    return fourier.product_inverse(source, response, padded_shape(shape), shape)
 
 
 def influence_spectrum(
@@ -128,10 +126,20 @@ def _spectrum(
     """The same in units of the pixel along x; these numbers are all that the influence of a pixel depends on."""
     x, y = Axis(shape[0], 1.0, drift[0]), Axis(shape[1], side, drift[1])
     influence = pixel_influence(x, y, depth=depth, end=spread)
-    padded = np.zeros(padded_shape(shape))
-    padded[: influence.shape[0], : influence.shape[1]] = influence
-    wrapped = np.roll(padded, (1 - shape[0], 1 - shape[1]), (0, 1))
-    spectrum = fourier.forward(wrapped) * wrapped.size
-    spectrum = spectrum.astype(np.result_type(precision, np.complex64))
+    wrapped = np.zeros(padded_shape(shape))
+    for rows, from_rows in _both_signs(shape[0]):
+        for columns, from_columns in _both_signs(shape[1]):
+            wrapped[rows, columns] = influence[from_rows, from_columns]
+    spectrum = fourier.forward(wrapped)
+    spectrum *= wrapped.size
+    spectrum = spectrum.astype(np.result_type(precision, np.complex64), copy=False)
     spectrum.flags.writeable = False
     return spectrum
+
+
+def _both_signs(count: int) -> list[tuple[slice, slice]]:
+    """Where the offsets ≥ 0 and < 0 stand on the padded axis, and among those from −(count − 1) on."""
+    signs = [(slice(0, count), slice(count - 1, None))]
+    if count > 1:
+        signs.append((slice(1 - count, None), slice(0, count - 1)))
+    return signs
