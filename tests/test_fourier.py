@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import textwrap
+import threading
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -179,3 +180,20 @@ def test_scipy_takes_over_without_pyfftw_and_says_so():
     """
     done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("library", ["pyfftw", "scipy"])
+@pytest.mark.parametrize(
+    ("shape", "padded"), [((5, 4), (9, 8)), ((3, 20), (5, 40)), ((1, 1), (1, 1)), ((7, 1), (15, 1))]
+)
+def test_a_padded_convolution_is_the_sum_over_the_field(monkeypatch, library, shape, padded):
+    if library == "scipy":
+        monkeypatch.setattr(fourier, "pyfftw", None)
+        monkeypatch.setattr(fourier, "_state", threading.local())
+    field, kernel = (np.random.default_rng(k).random(n) for k, n in enumerate((shape, padded)))
+    expected = np.zeros(shape)
+    for i, j in np.ndindex(shape):
+        for k, m in np.ndindex(shape):
+            expected[i, j] += field[k, m] * kernel[(i - k) % padded[0], (j - m) % padded[1]]
+    response = np.ascontiguousarray(fourier.forward(kernel).T)
+    np.testing.assert_allclose(fourier.convolve(field, response, padded), expected, rtol=1e-12)

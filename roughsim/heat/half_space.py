@@ -72,12 +72,12 @@ def half_space_temperature(
     depth, times = not_negative("depth", depth, "m"), checked_times(time)
     ux, uy = unit_vector(direction)
     fields = np.zeros((times.size, *grid.shape), flux.dtype)
-    source = padded_spectrum(flux * flux.dtype.type(scale))
+    source = flux * flux.dtype.type(scale)
     for field, instant in zip(fields, times.ravel(), strict=True):
         if instant > 0.0:
             spread = math.sqrt(diffusivity * instant)
             response = influence_spectrum(grid, (drift * ux, drift * uy), depth, spread, flux.dtype.char)
-            field[...] = convolved(source, response, grid.shape)
+            field[...] = fourier.convolve(source, response, padded_shape(grid.shape))
     return fields.reshape(times.shape + grid.shape)
 
 
@@ -87,20 +87,10 @@ def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:
     return nx, ny
 
 
-def padded_spectrum(field: Field) -> Field:
-    """Return the half spectrum of a field padded with zeros."""
-    return fourier.forward(field, padded_shape((field.shape[0], field.shape[1])))
-
-
-def convolved(source: Field, response: Field, shape: tuple[int, int]) -> Field:
-    """Return, on the grid, the field whose padded half spectrum is the product of these two."""
-    return fourier.product_inverse(source, response, padded_shape(shape), shape)
-
-
 def influence_spectrum(
     grid: Grid, drift: tuple[float, float], depth: float, spread: float, precision: str = "d"
 ) -> Field:
-    """Return the padded half spectrum that turns the one of q̇Δx/κ into that of T.
+    """Return the padded half spectrum, turned, that makes T of q̇Δx/κ by `fourier.convolve`.
 
     Parameters
     ----------
@@ -130,9 +120,7 @@ def _spectrum(
     for rows, from_rows in _both_signs(shape[0]):
         for columns, from_columns in _both_signs(shape[1]):
             wrapped[rows, columns] = influence[from_rows, from_columns]
-    spectrum = fourier.forward(wrapped)
-    spectrum *= wrapped.size
-    spectrum = spectrum.astype(np.result_type(precision, np.complex64), copy=False)
+    spectrum = np.ascontiguousarray(fourier.forward(wrapped).T, np.result_type(precision, np.complex64))
     spectrum.flags.writeable = False
     return spectrum
 

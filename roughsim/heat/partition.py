@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughsim import fourier
 from roughsim.errors import ConvergenceError, number, positive, real_field
 from roughsim.grid import Grid
-from roughsim.heat.half_space import convolved, influence_spectrum, padded_spectrum
+from roughsim.heat.half_space import influence_spectrum, padded_shape
 from roughsim.heat.periodic import checked_times
 
 Field = NDArray[Any]
@@ -138,8 +139,7 @@ class _Pair:
         self.unit = flux.max()
         self.flux, self.contact = flux / self.unit, flux > 0.0
         self.spectra = [self._spectrum(body) for body in bodies]
-        source = padded_spectrum(self.flux)
-        self.full = [convolved(source, spectrum, grid.shape) for spectrum in self.spectra]
+        self.full = [self._convolved(self.flux, spectrum) for spectrum in self.spectra]
         self.flash = [self._weighted(temperature) for temperature in self.full]
         self.mean_share = self.flash[0] / sum(self.flash)
         self.applications = 0
@@ -150,7 +150,7 @@ class _Pair:
 
     def pointwise(self) -> Partition:
         flux, residual = self._solve()
-        temperature = convolved(padded_spectrum(flux), self.spectra[1], self.grid.shape)
+        temperature = self._convolved(flux, self.spectra[1])
         return self._result(float(flux.sum() / self.flux.sum()), flux, temperature, residual)
 
     def _solve(self) -> tuple[Field, float]:
@@ -195,8 +195,11 @@ class _Pair:
         """Apply a convolution from the contact to the contact."""
         field = np.zeros(self.grid.shape)
         field[self.contact] = values
-        result: Field = convolved(padded_spectrum(field), spectrum, self.grid.shape)[self.contact]
+        result: Field = self._convolved(field, spectrum)[self.contact]
         return result
+
+    def _convolved(self, field: Field, spectrum: Field) -> Field:
+        return fourier.convolve(field, spectrum, padded_shape(self.grid.shape))
 
     def _weighted(self, temperature: Field) -> float:
         return float((temperature * self.flux).sum() / self.flux.sum())
