@@ -73,7 +73,7 @@ def test_below_a_resting_square_the_temperature_falls_as_a_point_source():
 
 
 def test_a_hot_contact_conducts_as_at_three_quarters_of_its_flash_temperature():
-    # κ = 50 − T/10 and T_flash = 6000/κ: κ = 50 − 30 − 450/κ has the root (20 + …) below with T₀ = 300
+    # κ(T) = 80 − T/10, T_flash = 6000/κ and T₀ = 300: κ = 50 − 450/κ, of which 25 + √175 is the stable root
     value = effective_conductivity(lambda t: 80 - t / 10, lambda k: 6000 / k, background_temperature=300.0)
     assert value == pytest.approx(25 + math.sqrt(625 - 450), rel=1e-8)
     assert effective_conductivity(lambda t: 30.0, lambda k: 1e9 / k) == 30.0
