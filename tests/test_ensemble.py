@@ -78,6 +78,23 @@ def test_each_level_solves_what_its_column_says(capped_scene):
         assert one.contact.pressure.mean() == pytest.approx(9e7)
 
 
+def test_the_smoothed_surface_is_drawn_from_the_smoothed_spectrum(capped_scene):
+    # same phases, same modes: the power of each mode falls by the factor of Eq. (27)
+    from theory import plasticity
+
+    numerics = rs.plan(capped_scene)
+    power = [
+        np.abs(np.fft.rfft2(rs.realize(capped_scene, numerics, seed=3, level=k, index=0).heights)) ** 2 for k in (0, 1)
+    ]
+    q = numerics.grid(0).wavenumbers
+    ring = (q > 4.2e4) & (q < 4.8e4)
+    pressures = {"effective_modulus": 1 / (2 * 0.91 / 200e9), "nominal_pressure": 9e7, "penetration_hardness": 1e9}
+    smooth = plasticity.smoothed_spectrum(capped_scene.spectrum, **pressures)
+    factor = smooth(q[ring]) / capped_scene.spectrum(q[ring])
+    assert factor.max() < 0.999
+    np.testing.assert_allclose(power[0][ring] / power[1][ring], factor, atol=0.1 * (1 - factor.min()))
+
+
 def test_the_correlation_starts_at_the_variance(capped_run):
     mean, error = capped_run.correlation(np.array([0.0, 1e-5]))
     variance = capped_run.samples("capped")[-1].numbers["pressure_variance"]
