@@ -6,7 +6,7 @@ import json
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -228,8 +228,11 @@ def _run(scene: Scene, output: Path, *, workers: int | None, **options: Any) -> 
         if reason.choice in ("smoothed", "capped", "elastic"):
             console.print(f"[dim]{reason.value}[/dim]", highlight=False, soft_wrap=True)
     count = (os.cpu_count() or 1) if workers is None else workers
-    with Progress(console) as progress:
-        result = compute(scene, output, numerics=numerics, workers=count, observer=progress.update, **options)
+    try:
+        with Progress(console) as progress:
+            result = compute(scene, output, numerics=numerics, workers=count, observer=progress.update, **options)
+    except KeyboardInterrupt:  # here, since the command line's own frame would swallow it without a word
+        _fail("stopped; what was computed is stored, and the same command goes on from there", 130)
     for line in progress.summary(result):
         console.print(line, highlight=False, soft_wrap=True)
     return result
@@ -268,13 +271,11 @@ def main(words: list[str] | None = None) -> None:
     """Run the command line on `words`, or on the process's own; an error is one line and a non-zero exit code."""
     try:
         app(words, standalone_mode=True)
-    except KeyboardInterrupt:
-        _fail("stopped; what was computed is stored, and the same command goes on from there", 130)
     except (ValueError, TypeError, OSError, RuntimeError, ArithmeticError) as error:
         _fail(" ".join(str(error).split()), 1)
 
 
-def _fail(message: str, code: int) -> None:
+def _fail(message: str, code: int) -> NoReturn:
     typer.echo(f"roughsim: {message}", err=True)
     raise SystemExit(code)
 

@@ -24,7 +24,7 @@ Column = Literal["smoothed", "capped", "elastic"]
 ELASTIC_LIMIT = 2048  # points per side up to which an elastic scene is resolved; beyond, C(q) is cut
 CAPPED_LIMIT = 4096
 BYTES_PER_POINT = 120  # peak memory of a solve, measured
-SECONDS_PER_POINT = 1.0e-6  # time of one realization per grid point, one thread, within a factor of two
+SECONDS_PER_POINT = 4.0e-7  # time of one realization per grid point, one thread, within a factor of two
 
 
 class Reason(NamedTuple):

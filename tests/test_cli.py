@@ -158,3 +158,15 @@ def test_too_many_failures_make_the_exit_code_tell(capsys, tmp_path, quick, monk
     code, out, _ = inside(capsys, "status", tmp_path / "run")
     assert code == 0
     assert "1 did not converge" in out
+
+
+def test_an_interrupt_says_that_nothing_is_lost(capsys, tmp_path, monkeypatch):
+    from roughsim import ensemble
+
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(ensemble, "run", interrupted)
+    code, _, err = inside(capsys, "run", "demo", "-o", tmp_path / "run")
+    assert code == 130
+    assert err.splitlines()[-1].startswith("roughsim: stopped; what was computed is stored")

@@ -25,7 +25,7 @@ from roughsim.grid import Grid
 
 Array = NDArray[Any]
 REACH = 0.5  # a point is free where 0 < p − REACH κ(gap − d) < cap
-DOUBLE, SINGLE = float(np.finfo(np.float64).eps), float(np.finfo(np.float32).eps)
+DOUBLE = float(np.finfo(np.float64).eps)
 ROUNDING = 64 * DOUBLE  # what rounding may leave of the gap, in units of the heights
 PATIENCE = 200  # iterations without a new best residual after which a solve counts as stalled
 NEGLIGIBLE = 0.1  # share of the tolerance that rounding may take

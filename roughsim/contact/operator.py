@@ -6,7 +6,6 @@ transformed back while they are in the cache: 2–3 times as fast as one two-dim
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -20,8 +19,6 @@ from roughsim.grid import Grid
 CACHED = 1 << 14  # complex numbers in one group of lines
 GROUP = 16  # lines at least: shorter pieces of a column are slow to write
 PADDING = 16  # of the rows of the spectrum, so that they do not all fall onto the same places of the cache
-
-Visit = Callable[[Any, int, int], None]
 
 
 class Operator:
