@@ -30,7 +30,6 @@ if TYPE_CHECKING:  # for readers of types; at run time names are imported when t
     from roughsim.contact import Contact as Contact
     from roughsim.contact import Solid as Solid
     from roughsim.contact import solve_contact as solve_contact
-    from roughsim.ensemble import realize as realize
     from roughsim.ensemble import run as run
     from roughsim.errors import ConvergenceError as ConvergenceError
     from roughsim.errors import RecordError as RecordError
@@ -42,11 +41,12 @@ if TYPE_CHECKING:  # for readers of types; at run time names are imported when t
     from roughsim.heat import half_space_temperature as half_space_temperature
     from roughsim.heat import partition_heat as partition_heat
     from roughsim.heat import sliding_temperature as sliding_temperature
+    from roughsim.numerics import Level as Level
+    from roughsim.numerics import Numerics as Numerics
     from roughsim.observables import Sliding as Sliding
     from roughsim.observables import measure as measure
-    from roughsim.plan import Level as Level
-    from roughsim.plan import Numerics as Numerics
     from roughsim.plan import plan as plan
+    from roughsim.realization import realize as realize
     from roughsim.record import open_run as open_run
     from roughsim.scene import Scene as Scene
     from roughsim.scene import load_scene as load_scene
@@ -73,10 +73,10 @@ _HOME = {
     "set_threads": "fourier",
     "Scene": "scene",
     "load_scene": "scene",
-    "Level": "plan",
-    "Numerics": "plan",
+    "Level": "numerics",
+    "Numerics": "numerics",
     "plan": "plan",
-    "realize": "ensemble",
+    "realize": "realization",
     "run": "ensemble",
     "open_run": "record",
     "compare": "compare",

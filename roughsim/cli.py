@@ -12,7 +12,7 @@ import typer
 
 if TYPE_CHECKING:
     from roughsim.compare import Comparison
-    from roughsim.plan import Numerics
+    from roughsim.numerics import Numerics
     from roughsim.record import Run
     from roughsim.scene import Scene
 

@@ -8,162 +8,22 @@ extrapolated; contact on the smoothed spectrum C_sm converges by itself.
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from math import ceil, inf, isfinite, pi
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
+from typing import TYPE_CHECKING
 
 from roughsim import analytic
-from roughsim.errors import ResolutionError, number, positive
-from roughsim.grid import Grid
+from roughsim.errors import ResolutionError, number
+from roughsim.numerics import Column, Level, Numerics, Reason
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene
     from roughsim.scene.sections import CounterfaceSection, SurfaceSection
 
-Column = Literal["smoothed", "capped", "elastic"]
 ELASTIC_LIMIT = 2048  # points per side up to which an elastic scene is resolved; beyond, C(q) is cut
 CAPPED_LIMIT = 4096
 BYTES_PER_POINT = 120  # peak memory of a solve, measured
 SECONDS_PER_POINT = 4.0e-7  # time of one realization per grid point, one thread, within a factor of two
-
-
-class Reason(NamedTuple):
-    """One choice of the plan: what was chosen, and why."""
-
-    choice: str
-    value: str
-    reason: str
-
-
-@dataclass(frozen=True, slots=True)
-class Level:
-    """One contact problem of each realization.
-
-    Parameters
-    ----------
-    column : {"smoothed", "capped", "elastic"}
-        Elastic contact on C_sm, capped contact on C, or elastic contact on C.
-    shape : (int, int)
-        Points along x and y.
-    q_max : float
-        Where the spectrum is cut, rad/m, at most the Nyquist wavenumber.
-    """
-
-    column: Column
-    shape: tuple[int, int]
-    q_max: float
-
-    def __post_init__(self) -> None:
-        if self.column not in get_args(Column):
-            raise ValueError(f"column = {self.column!r} must be one of {', '.join(get_args(Column))}")
-        object.__setattr__(self, "shape", Grid(self.shape, (1.0, 1.0)).shape)
-        positive("q_max", self.q_max, "rad/m")
-
-
-@dataclass(frozen=True, slots=True)
-class Numerics:
-    """How well a scene is computed. Levels with the same `column` are paired and extrapolated in q_max.
-
-    Parameters
-    ----------
-    levels : tuple of Level
-        Contact problems of each realization; the position is the level number.
-    lengths : (float, float)
-        Sides of the periodic cell, m.
-    tolerance : float
-        Relative pressure error aimed at in the contact solve.
-    precision : {"double", "single"}
-        Of the pressure fields.
-    slid_distance : float or None
-        Distance slid from rest in temperature fields, m; None is half the cell. Moments are steady.
-    threads : int
-        Threads of each realization.
-    keep_fields : int
-        Number of realizations, from the first, whose fields are stored.
-    reasons : tuple of Reason
-        Why the plan chose so; not part of what the numerics are.
-    """
-
-    levels: tuple[Level, ...]
-    lengths: tuple[float, float]
-    tolerance: float = 1e-4
-    precision: Literal["double", "single"] = "double"
-    slid_distance: float | None = None
-    threads: int = 1
-    keep_fields: int = 1
-    reasons: tuple[Reason, ...] = field(default=(), compare=False, repr=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "levels", tuple(self.levels))
-        if not self.levels:
-            raise ValueError("levels is empty; at least one level is needed")
-        for level in self.levels:
-            grid = Grid(level.shape, self.lengths)
-            if level.q_max > grid.nyquist * (1 + 1e-12):
-                raise ResolutionError(
-                    f"q_max = {level.q_max:.4g} rad/m exceeds the Nyquist wavenumber {grid.nyquist:.4g} rad/m of the "
-                    f"grid {level.shape}; refine the grid or lower q_max"
-                )
-        object.__setattr__(self, "lengths", grid.lengths)
-        if not 0.0 < number("tolerance", self.tolerance) < 1.0:
-            raise ValueError(f"tolerance = {self.tolerance:.6g} must lie between 0 and 1")
-        if self.precision not in ("double", "single"):
-            raise ValueError(f'precision = {self.precision!r} must be "double" or "single"')
-        _check_counts(self.threads, self.keep_fields)
-
-    def grid(self, level: int) -> Grid:
-        """Return the grid of a level."""
-        return Grid(self.levels[level].shape, self.lengths)
-
-    def of_column(self, column: str) -> tuple[int, ...]:
-        """Return the levels of a column, finest last."""
-        numbers = [i for i, level in enumerate(self.levels) if level.column == column]
-        return tuple(sorted(numbers, key=lambda i: self.levels[i].q_max))
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """The columns that are computed, in the order smoothed, capped, elastic."""
-        return tuple(column for column in get_args(Column) if self.of_column(column))
-
-    @property
-    def stream(self) -> int:
-        """The level whose random stream all levels share: the finest. Paired levels see the same modes."""
-        return max(range(len(self.levels)), key=lambda i: (self.levels[i].q_max, self.levels[i].shape))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return what these numerics are as JSON values, without the reasons and what does not change a number."""
-        levels = [{"column": a.column, "shape": list(a.shape), "q_max": a.q_max} for a in self.levels]
-        return {
-            "levels": levels,
-            "lengths": list(self.lengths),
-            "tolerance": self.tolerance,
-            "precision": self.precision,
-            "slid_distance": None if self.slid_distance is None else repr(float(self.slid_distance)),
-            "threads": self.threads,
-            "keep_fields": self.keep_fields,
-        }
-
-    @classmethod
-    def from_dict(cls, values: dict[str, Any]) -> Numerics:
-        """Return the numerics that `to_dict` described."""
-        levels = tuple(Level(a["column"], tuple(a["shape"]), a["q_max"]) for a in values["levels"])
-        distance = values["slid_distance"]
-        return cls(
-            levels,
-            tuple(values["lengths"]),
-            values["tolerance"],
-            values["precision"],
-            None if distance is None else float(distance),
-            values["threads"],
-            values["keep_fields"],
-        )
-
-
-def _check_counts(threads: Any, keep_fields: Any) -> None:
-    if isinstance(threads, bool) or int(threads) != threads or threads < 1:
-        raise ValueError(f"threads = {threads!r} must be a whole number ≥ 1")
-    if isinstance(keep_fields, bool) or int(keep_fields) != keep_fields or keep_fields < 0:
-        raise ValueError(f"keep_fields = {keep_fields!r} must be a whole number ≥ 0")
 
 
 def plan(scene: Scene, target_error: float | None = None) -> Numerics:
@@ -195,7 +55,7 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
     given = scene.numerics
     lengths, reasons = _lengths(scene)
     if given.levels is not None:
-        levels = tuple(Level(level.column, level.shape, level.q_max) for level in given.levels)
+        levels = tuple(Level(level.column, level.shape, level.q_max, level.every) for level in given.levels)
         reasons.append(Reason("levels", _listed(levels), "given in the scene"))
     else:
         chosen = _elastic_levels(scene, lengths) if scene.elastic else _capped_levels(scene, lengths, target_error)
@@ -340,4 +200,4 @@ def _mm(lengths: tuple[float, float]) -> str:
     return f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm"
 
 
-__all__ = ["Column", "Level", "Numerics", "Reason", "fast_size", "plan"]
+__all__ = ["fast_size", "plan"]

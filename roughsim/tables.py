@@ -13,7 +13,7 @@ from roughsim.compare import Cell, Comparison, Ratio, json_number
 from roughsim.estimate import UNITS
 
 if TYPE_CHECKING:
-    from roughsim.plan import Numerics
+    from roughsim.numerics import Numerics
     from roughsim.scene import Scene
 
 # SI unit → unit of the tables, and the factor between them

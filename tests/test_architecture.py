@@ -23,6 +23,8 @@ ORDER = (
     "scene",
     "estimate",
     "analytic",
+    "numerics",
+    "realization",
     "plan",
     "record",
     "ensemble",

@@ -139,13 +139,13 @@ def test_help_helps():
 
 def test_too_many_failures_make_the_exit_code_tell(capsys, tmp_path, quick, monkeypatch):
     from roughsim import ConvergenceError
-    from roughsim.ensemble import realization
+    from roughsim.ensemble import members
 
     def fails(*_, **__):
         raise ConvergenceError("contact solve stalled: residual 0.1", 0.1, 7)
 
-    genuine = realization.realize
-    monkeypatch.setattr(realization, "realize", lambda *a, **k: fails() if k["index"] == 1 else genuine(*a, **k))
+    genuine = members.realize
+    monkeypatch.setattr(members, "realize", lambda *a, **k: fails() if k["index"] == 1 else genuine(*a, **k))
     (tmp_path / "scene.toml").write_text(quick.to_toml())
     words = ("run", tmp_path / "scene.toml", "-o", tmp_path / "run", "--workers", 1, "--max", 3)
     code, _, err = inside(capsys, *words)

@@ -183,16 +183,16 @@ def test_a_target_out_of_reach_ends_at_the_last_realization(quick, tmp_path):
 
 
 def test_members_that_do_not_converge_are_counted_and_left_out(quick, tmp_path, monkeypatch):
-    from roughsim.ensemble import realization
+    from roughsim.ensemble import members
 
-    genuine = realization.realize
+    genuine = members.realize
 
     def some_fail(scene, numerics, *, seed, level, index):
         if index == 1:
             raise rs.ConvergenceError("contact solve stalled: residual 0.1", 0.1, 7)
         return genuine(scene, numerics, seed=seed, level=level, index=index)
 
-    monkeypatch.setattr(realization, "realize", some_fail)
+    monkeypatch.setattr(members, "realize", some_fail)
     run = rs.run(quick, tmp_path / "run", max_realizations=4)
     assert (run.realizations, run.failed) == (4, 1)
     assert run.estimate("flash_temperature").n == 3

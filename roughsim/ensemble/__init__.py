@@ -13,11 +13,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughsim import analytic
-from roughsim.ensemble.realization import Realization, level_spectrum, realize, versions
 from roughsim.ensemble.tasks import Tasks, stopped_by_signals, sweep, workforce
 from roughsim.errors import RecordError
 from roughsim.estimate import UNITS
-from roughsim.plan import Numerics, plan
+from roughsim.numerics import Numerics
+from roughsim.plan import plan
+from roughsim.realization import Realization, level_spectrum, realize, versions
 from roughsim.record import Run, describe, open_run, read_description, writing
 from roughsim.record.files import FORMAT
 

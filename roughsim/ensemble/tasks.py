@@ -14,9 +14,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from roughsim.ensemble.realization import store_member
+from roughsim.ensemble.members import store_member
 from roughsim.errors import RecordError
-from roughsim.plan import Numerics
+from roughsim.numerics import Numerics
 from roughsim.record import Member, Run, member_path, read_member
 
 if TYPE_CHECKING:

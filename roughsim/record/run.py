@@ -30,7 +30,7 @@ from roughsim.estimate import (
 from roughsim.record.files import FORMAT, Member, member_path, place_bytes, read_member
 
 if TYPE_CHECKING:
-    from roughsim.plan import Numerics
+    from roughsim.numerics import Numerics
     from roughsim.scene import Scene
 
 Array = NDArray[np.float64]
@@ -352,7 +352,7 @@ def open_run(folder: str | Path) -> Run:
     RecordError
         If it is no run, of a newer format, or one of its files is damaged.
     """
-    from roughsim.plan import Numerics
+    from roughsim.numerics import Numerics
     from roughsim.scene import load_scene
 
     place = Path(folder)

@@ -312,6 +312,7 @@ KEYS: dict[str, Key] = {
     "until": Targets(Quantity("", '"1 %"', above=0, below=1)),
     "column": Choice(("capped", "smoothed", "elastic")),
     "shape": Pair(Whole("1024", at_least=1, at_most=2**31), "[1024, 1024]"),
+    "every": Whole("1", at_least=1, at_most=1_000_000),
     "lengths": Pair(Quantity("m", '"4 mm"', above=0), '["4 mm", "4 mm"]'),
     "tolerance": Quantity("", "1e-4", above=0, below=1),
     "precision": Choice(("double", "single")),

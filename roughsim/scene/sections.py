@@ -245,11 +245,12 @@ class EnsembleSection:
 @section("numerics.levels")
 @dataclass(frozen=True, slots=True, kw_only=True, config=STRICT)
 class LevelSection:
-    """One level: which contact, on how many points (x, y), with C(q) up to which wavenumber, rad/m."""
+    """One level: which contact, on how many points (x, y), C(q) up to which wavenumber, rad/m, every how many times."""
 
     column: Literal["capped", "smoothed", "elastic"]
     shape: tuple[int, int]
     q_max: float
+    every: int = 1
     _read = read_values()
 
 

@@ -1,15 +1,13 @@
-"""One member of an ensemble: synthesis, contact and moments, and its file."""
+"""One member of an ensemble: synthesis, contact and moments."""
 
 from __future__ import annotations
 
 import platform
 import time
-import warnings
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +15,9 @@ from threadpoolctl import ThreadpoolController
 
 from roughsim import analytic, fourier
 from roughsim.contact import Contact, Solid, solve_contact
-from roughsim.errors import ConvergenceError
 from roughsim.grid import Grid
+from roughsim.numerics import Numerics
 from roughsim.observables import Observables, Sliding, measure
-from roughsim.plan import Numerics
-from roughsim.record import Member, write_member
 from roughsim.spectrum import Spectrum, TruncatedSpectrum
 from roughsim.surface import synthesize
 
@@ -147,67 +143,6 @@ def _sliding(scene: Scene) -> Sliding:
         conductivity=scene.body.conductivity,
         diffusivity=scene.diffusivity,
     )
-
-
-def store_member(scene: Scene, numerics: Numerics, level: int, index: int, place: Path) -> Member:
-    """Compute one member, write its file, and return what a run keeps of it in memory.
-
-    A solve that does not converge is stored as a failure.
-    """
-    fourier.set_threads(numerics.threads)
-    seed = scene.ensemble.seed
-    try:
-        with warnings.catch_warnings():
-            # the plan says what a cell leaves out of the spectrum; each member need not repeat it
-            warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
-            member = _member(scene, numerics, realize(scene, numerics, seed=seed, level=level, index=index))
-    except ConvergenceError as error:
-        provenance = _provenance(scene, numerics, error.residual, error.iterations, {})
-        member = Member(level, index, failure=str(error), lengths=numerics.lengths, provenance=provenance)
-    write_member(place, member)
-    return member.without_arrays()
-
-
-def _member(scene: Scene, numerics: Numerics, one: Realization) -> Member:
-    seen, contact = one.observables, one.contact
-    numbers = {
-        "flash_temperature": seen.flash_temperature,
-        "flash_gradient": seen.flash_gradient,
-        "flash_laplacian": seen.flash_laplacian,
-        "resting_flash_temperature": seen.resting_flash_temperature,
-        "contact_fraction": np.array([contact.contact_fraction]),
-        "plastic_fraction": np.array([contact.plastic_fraction]),
-        "pressure_variance": np.array([seen.pressure_variance]),
-    }
-    kept = one.index < numerics.keep_fields
-    fields = {"heights": one.heights, "pressure": contact.pressure} if kept else {}
-    return Member(
-        one.level,
-        one.index,
-        numbers=numbers,
-        wavenumber=seen.stress_spectrum.wavenumber,
-        spectrum=seen.stress_spectrum.variance,
-        fields={name: values.astype(np.float32) for name, values in fields.items()},
-        lengths=numerics.lengths,
-        provenance=_provenance(scene, numerics, contact.residual, contact.iterations, one.seconds),
-    )
-
-
-def _provenance(
-    scene: Scene, numerics: Numerics, residual: float, iterations: int, seconds: dict[str, float]
-) -> dict[str, Any]:
-    return {
-        "scene": scene.identity(),
-        "numerics": numerics.to_dict(),
-        "seed": scene.ensemble.seed,
-        "stream": numerics.stream,
-        "versions": versions(),
-        "threads": numerics.threads,
-        "residual": residual,
-        "iterations": iterations,
-        "seconds": seconds,
-        "written": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
-    }
 
 
 @lru_cache(maxsize=1)

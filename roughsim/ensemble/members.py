@@ -1,0 +1,80 @@
+"""The file of one member: computed, stored, and remembered without its arrays."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roughsim import fourier
+from roughsim.errors import ConvergenceError
+from roughsim.numerics import Numerics
+from roughsim.realization import Realization, realize, versions
+from roughsim.record import Member, write_member
+
+if TYPE_CHECKING:
+    from roughsim.scene import Scene
+
+
+def store_member(scene: Scene, numerics: Numerics, level: int, index: int, place: Path) -> Member:
+    """Compute one member, write its file, and return what a run keeps of it in memory.
+
+    A solve that does not converge is stored as a failure.
+    """
+    fourier.set_threads(numerics.threads)
+    seed = scene.ensemble.seed
+    try:
+        with warnings.catch_warnings():
+            # the plan says what a cell leaves out of the spectrum; each member need not repeat it
+            warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
+            member = _member(scene, numerics, realize(scene, numerics, seed=seed, level=level, index=index))
+    except ConvergenceError as error:
+        provenance = _provenance(scene, numerics, error.residual, error.iterations, {})
+        member = Member(level, index, failure=str(error), lengths=numerics.lengths, provenance=provenance)
+    write_member(place, member)
+    return member.without_arrays()
+
+
+def _member(scene: Scene, numerics: Numerics, one: Realization) -> Member:
+    seen, contact = one.observables, one.contact
+    numbers = {
+        "flash_temperature": seen.flash_temperature,
+        "flash_gradient": seen.flash_gradient,
+        "flash_laplacian": seen.flash_laplacian,
+        "resting_flash_temperature": seen.resting_flash_temperature,
+        "contact_fraction": np.array([contact.contact_fraction]),
+        "plastic_fraction": np.array([contact.plastic_fraction]),
+        "pressure_variance": np.array([seen.pressure_variance]),
+    }
+    kept = one.index < numerics.keep_fields
+    fields = {"heights": one.heights, "pressure": contact.pressure} if kept else {}
+    return Member(
+        one.level,
+        one.index,
+        numbers=numbers,
+        wavenumber=seen.stress_spectrum.wavenumber,
+        spectrum=seen.stress_spectrum.variance,
+        fields={name: values.astype(np.float32) for name, values in fields.items()},
+        lengths=numerics.lengths,
+        provenance=_provenance(scene, numerics, contact.residual, contact.iterations, one.seconds),
+    )
+
+
+def _provenance(
+    scene: Scene, numerics: Numerics, residual: float, iterations: int, seconds: dict[str, float]
+) -> dict[str, Any]:
+    return {
+        "scene": scene.identity(),
+        "numerics": numerics.to_dict(),
+        "seed": scene.ensemble.seed,
+        "stream": numerics.stream,
+        "versions": versions(),
+        "threads": numerics.threads,
+        "residual": residual,
+        "iterations": iterations,
+        "seconds": seconds,
+        "written": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+    }
