@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.estimate import RADII
 from roughsim.grid import Grid
+from roughsim.means import RADII
 from roughsim.observables import StressSpectrum
+from roughsim.spectrum import TruncatedSpectrum
 from roughsim.surface import mode_variance
 
 if TYPE_CHECKING:
@@ -77,23 +78,27 @@ def theoretical_partition(scene: Scene, rule: str = "mean") -> Array:
 
 def predictions(scene: Scene) -> dict[str, Array]:
     """Return every observable over the whole spectrum, arrays over speed or of one entry."""
+    result = over_speed(scene, np.array(scene.speeds)) | _without_speed(scene, smoothed_spectrum(scene))
+    result["heat_partition"] = theoretical_partition(scene)
+    return result | {name: np.array([value]) for name, value in area_fractions(scene).items()}
+
+
+def _without_speed(scene: Scene, spectrum: Any) -> dict[str, Array]:
+    """⟨σ²⟩ − σ₀² and the radii of g_σ."""
     from theory import persson
 
-    spectrum, stress = smoothed_spectrum(scene), _stress(scene)
-    result = over_speed(scene, np.array(scene.speeds))
-    result["heat_partition"] = theoretical_partition(scene)
-    result |= {name: np.array([value]) for name, value in area_fractions(scene).items()}
-    result["pressure_variance"] = np.array([float(persson.pressure_correlation(0.0, spectrum, **stress))])
+    stress = _stress(scene)
+    result = {"pressure_variance": np.array([float(persson.pressure_correlation(0.0, spectrum, **stress))])}
     for name, fraction in RADII.items():
         result[name] = np.array([persson.correlation_radius(fraction, spectrum, **stress)])
     return result
 
 
-def over_speed(scene: Scene, speeds: Array) -> dict[str, Array]:
-    """Return T_flash, T′, ∇²T, D_flash and d_flash over the whole spectrum at any speeds, m/s."""
+def over_speed(scene: Scene, speeds: Array, spectrum: Any = None) -> dict[str, Array]:
+    """Return T_flash, T′, ∇²T, D_flash and d_flash at any speeds, m/s, over the whole spectrum or a given one."""
     from theory import flash
 
-    spectrum = smoothed_spectrum(scene)
+    spectrum = smoothed_spectrum(scene) if spectrum is None else spectrum
     heat = {
         "friction_coefficient": scene.sliding.friction_coefficient,
         "conductivity": scene.body.conductivity,
@@ -101,6 +106,23 @@ def over_speed(scene: Scene, speeds: Array) -> dict[str, Array]:
     }
     names = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
     return {name: np.asarray(getattr(flash, name)(speeds, spectrum, **_stress(scene), **heat)) for name in names}
+
+
+def size_errors(scene: Scene, grid: Grid, q_max: float) -> dict[str, Array]:
+    """Return |sum over the modes of a cell / integral − 1| of every observable in the theory, up to the same q_max.
+
+    It tells what the cell leaves out: waves longer than itself, and all between its modes. Zero where the theory has
+    no value.
+    """
+    spectrum = TruncatedSpectrum(smoothed_spectrum(scene), q_max)
+    sums = mode_sums(scene, spectrum, grid)
+    whole = over_speed(scene, np.array(scene.speeds), spectrum) | _without_speed(scene, spectrum)
+    result = {}
+    for name, value in sums.items():
+        with np.errstate(all="ignore"):
+            error = np.abs(value / whole.get(name, value) - 1.0)
+        result[name] = np.where(np.isfinite(error), error, 0.0)
+    return result
 
 
 def _stress(scene: Scene) -> dict[str, Any]:

@@ -17,11 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim import analytic
-from roughsim.estimate import BY_FORCE_BALANCE, NO_LIMIT, PER_SPEED, UNITS, Estimate, ratio, standard_error
+from roughsim.estimate import Estimate, paired, standard_error
+from roughsim.ladder import NO_LIMIT
+from roughsim.means import PER_SPEED, UNITS, ratio
 from roughsim.record.run import TEMPERATURES, Run
 from roughsim.spectrum import TruncatedSpectrum
 
 Array = NDArray[np.float64]
+# fixed by force balance where all contact has yielded
+BY_FORCE_BALANCE = ("contact_fraction", "plastic_fraction", "pressure_variance")
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,16 +159,19 @@ def _cell(estimate: Estimate, k: int) -> Cell:
 def _ratios(run: Run, observable: str, theory: Array) -> dict[str, tuple[Array, Array]]:
     """Value and paired standard error of first/theory and, for capped scenes, capped/smoothed."""
     columns = run.numerics.columns
-    first = run.values(observable, columns[0]).extrapolated
-    pairs = {f"{columns[0]}_over_theory": (first, np.broadcast_to(theory, first.shape))}
+    first = run.values(observable, columns[0])
+    exact = np.broadcast_to(theory, first.extrapolated.shape)
+    pairs = {f"{columns[0]}_over_theory": (first.extrapolated, exact, first.group)}
     if len(columns) > 1:
-        pairs[f"{columns[1]}_over_{columns[0]}"] = (run.values(observable, columns[1]).extrapolated, first)
+        second = run.values(observable, columns[1])
+        name = f"{columns[1]}_over_{columns[0]}"
+        pairs[name] = (second.extrapolated, first.extrapolated, paired(second, first))
     result = {}
-    for name, (above, below) in pairs.items():
+    for name, (above, below, group) in pairs.items():
         values = ratio(above, below)
         if not np.any(above):  # elastic contact has no plastic area: there is no ratio to speak of
             values = np.full_like(values, np.nan)
-        result[name] = values.mean(axis=0), standard_error(values)
+        result[name] = values.mean(axis=0), standard_error(values, group)
     return result
 
 

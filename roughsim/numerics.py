@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import sqrt
 from typing import Any, Literal, NamedTuple, get_args
 
 from roughsim.errors import ResolutionError, number, positive
@@ -17,6 +18,24 @@ class Reason(NamedTuple):
     choice: str
     value: str
     reason: str
+
+
+class Forecast(NamedTuple):
+    """What a plan expects of the highest T_flash in the column that the run is judged by: relative errors; the cost.
+
+    `statistical` is the 95 % half-width at `realizations`; `cpu_seconds` is of one thread on the machine of the plan.
+    """
+
+    realizations: int
+    statistical: float
+    bandwidth: float
+    pixel: float
+    cpu_seconds: float
+
+    @property
+    def total(self) -> float:
+        """Root of the sum of squares."""
+        return sqrt(self.statistical**2 + self.bandwidth**2 + self.pixel**2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +90,8 @@ class Numerics:
         Number of realizations, from the first, whose fields are stored.
     reasons : tuple of Reason
         Why the plan chose so; not part of what the numerics are.
+    forecast : Forecast or None
+        What the plan expects; None where the levels were given.
     """
 
     levels: tuple[Level, ...]
@@ -81,6 +102,7 @@ class Numerics:
     threads: int = 1
     keep_fields: int = 1
     reasons: tuple[Reason, ...] = field(default=(), compare=False, repr=False)
+    forecast: Forecast | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "levels", tuple(self.levels))
@@ -175,4 +197,4 @@ def _check_count(name: str, value: Any, least: int) -> None:
         raise ValueError(f"{name} = {value!r} must be a whole number ≥ {least}")
 
 
-__all__ = ["Column", "Level", "Numerics", "Reason"]
+__all__ = ["Column", "Forecast", "Level", "Numerics", "Reason"]

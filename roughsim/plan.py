@@ -9,12 +9,16 @@ from __future__ import annotations
 
 import os
 from dataclasses import replace
-from math import ceil, inf, isfinite, pi
+from math import ceil, hypot, inf, isfinite, pi, sqrt
 from typing import TYPE_CHECKING
+
+from scipy.stats import t as student
 
 from roughsim import analytic
 from roughsim.errors import ResolutionError, number
-from roughsim.numerics import Column, Level, Numerics, Reason
+from roughsim.estimate import LEAST
+from roughsim.numerics import Column, Forecast, Level, Numerics, Reason
+from roughsim.pilot import Pilot, pilot
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene
@@ -23,7 +27,10 @@ if TYPE_CHECKING:
 ELASTIC_LIMIT = 2048  # points per side up to which an elastic scene is resolved; beyond, C(q) is cut
 CAPPED_LIMIT = 4096
 BYTES_PER_POINT = 120  # peak memory of a solve, measured
-SECONDS_PER_POINT = 4.0e-7  # time of one realization per grid point, one thread, within a factor of two
+SECONDS_PER_POINT = 4.0e-7  # CPU time of one realization per grid point where no pilot was run, within a factor of two
+START_SECONDS = 3.0  # until processes have loaded what they need
+_TOPS = (8, 16, 32)  # cut-offs of capped contact, in q_y
+_SYSTEMATIC = 0.6  # share of the target that bandwidth and pixel may take
 
 
 def plan(scene: Scene, target_error: float | None = None) -> Numerics:
@@ -34,7 +41,8 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
     scene : Scene
         What is to be computed.
     target_error : float, optional
-        Relative error aimed at in T_flash; left out: what the scene's `until` asks of it, or 1 %.
+        Relative error in all aimed at in T_flash; left out: what the scene's `until` asks of its statistical part, or
+        1 % in all. The reasons say at which statistical error to stop the run.
 
     Returns
     -------
@@ -48,8 +56,10 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
     ResolutionError
         If the machine has too little memory for what is asked.
     """
+    stop = None
     if target_error is None:
-        target_error = dict(scene.ensemble.until).get("flash_temperature", 0.01)
+        stop = dict(scene.ensemble.until).get("flash_temperature")
+        target_error = stop or 0.01
     if not 0.0 < number("target_error", target_error) < 1.0:
         raise ValueError(f"target_error = {target_error:.6g} must lie between 0 and 1")
     given = scene.numerics
@@ -57,13 +67,92 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
     if given.levels is not None:
         levels = tuple(Level(level.column, level.shape, level.q_max, level.every) for level in given.levels)
         reasons.append(Reason("levels", _listed(levels), "given in the scene"))
+        forecast = None
     else:
-        chosen = _elastic_levels(scene, lengths) if scene.elastic else _capped_levels(scene, lengths, target_error)
-        levels = tuple(level for level, _ in chosen)
-        reasons += [reason for _, reason in chosen]
-    numerics = _overridden(Numerics(levels, lengths), scene, reasons)
+        levels, forecast, more = _chosen(scene, lengths, target_error, stop)
+        reasons += more
+    numerics = _overridden(Numerics(levels, lengths, forecast=forecast), scene, reasons)
     _check_columns(scene, numerics)
     return replace(numerics, reasons=(*reasons, *_costs(numerics)))
+
+
+def _chosen(
+    scene: Scene, lengths: tuple[float, float], target: float, stop: float | None
+) -> tuple[tuple[Level, ...], Forecast, list[Reason]]:
+    """Levels, what to expect of them, and why; `stop` is the statistical target if that is fixed."""
+    column: Column = "elastic" if scene.elastic else "capped"
+    q_max = scene.spectrum.breaks[-1]
+    seen = pilot(scene, column, lengths, q_max if scene.elastic else min(q_max, 4.0 * _scale(scene)[0]))
+    build = _elastic_levels if scene.elastic else _capped_levels
+    chosen, (bandwidth, pixel) = build(scene, lengths, target, seen)
+    goal = sqrt(max(target**2 - bandwidth**2 - pixel**2, 0.1 * target**2)) if stop is None else stop
+    scatter, hot, change = (0.02, 0.02, 0.003)
+    if seen is not None:
+        scatter, hot, change = seen.scatter, seen.hot_scatter, 0.75 * seen.change_scatter
+    bare, most = [level for level, _ in chosen], scene.ensemble.max_realizations
+    every = _stride(bare, scatter, change, goal, most)
+    levels = _strided(bare, every)
+    count = min(_realizations(hypot(scatter, sqrt(every) * change), goal), most)
+    statistical = _quantile(count) * hypot(hot, sqrt(every) * change) / sqrt(count)
+    pace = SECONDS_PER_POINT if seen is None else 1.15 * seen.seconds_per_point
+    forecast = Forecast(count, statistical, bandwidth, pixel, pace * _points(levels, count))
+    why = [reason for _, reason in chosen]
+    reasons = [Reason(a.column, _listed((a,)), reason) for a, reason in zip(levels, why, strict=True)]
+    return levels, forecast, [*reasons, _told(seen), *_expected(forecast, goal)]
+
+
+def _told(seen: Pilot | None) -> Reason:
+    if seen is None:
+        return Reason("pilot", "none", "a cheap solve did not converge: what is expected below is a guess")
+    return Reason(
+        "pilot",
+        f"scatter {100 * seen.scatter:.2g} %, step {100 * seen.step:.2g} %, pixel {100 * seen.pixel:.2g} %",
+        f"of T_flash: one realization; the last doubling of q_c to {seen.q_max:.3g} rad/m; half the pixel",
+    )
+
+
+def _expected(forecast: Forecast, goal: float) -> list[Reason]:
+    parts = f"statistical {100 * forecast.statistical:.2g} %, bandwidth {100 * forecast.bandwidth:.2g} %, "
+    parts += f"pixel {100 * forecast.pixel:.2g} % of the highest T_flash"
+    workers = os.cpu_count() or 1
+    wall = START_SECONDS + forecast.cpu_seconds / workers
+    count, cost = f"about {forecast.realizations}", f"{forecast.cpu_seconds:.2g} s of CPU in all"
+    return [
+        Reason("realizations", count, f"stopped at --until flash_temperature={100 * goal:.3g}%, {LEAST} at least"),
+        Reason("error", f"{100 * forecast.total:.2g} %", parts),
+        Reason("workers", f"{workers}: {wall:.2g} s", f"one per core; {cost}, within a factor of two"),
+    ]
+
+
+def _quantile(count: int) -> float:
+    return float(student.ppf(0.975, max(count - 1, 1)))
+
+
+def _realizations(scatter: float, goal: float) -> int:
+    """How many realizations bring the 95 % half-width to the goal."""
+    count = LEAST
+    while _quantile(count) * scatter / sqrt(count) > goal and count < 1_000_000:
+        count += max(1, count // 50)
+    return count
+
+
+def _stride(levels: list[Level], scatter: float, change: float, goal: float, most: int) -> int:
+    """Every how many realizations a fine level is solved: the cheapest power of two that gives it three at least."""
+    cost: dict[int, int] = {}
+    for every in (2**k for k in range(10)):
+        count = min(_realizations(hypot(scatter, sqrt(every) * change), goal), most)
+        if every == 1 or 2 * every < count:
+            cost[every] = _points(_strided(levels, every), count)
+    return min(cost, key=cost.__getitem__)
+
+
+def _strided(levels: list[Level], every: int) -> tuple[Level, ...]:
+    return tuple(level if level.every == 1 else replace(level, every=every) for level in levels)
+
+
+def _points(levels: tuple[Level, ...], count: int) -> int:
+    """Grid points of all solves of so many realizations."""
+    return sum(level.shape[0] * level.shape[1] * -(-count // level.every) for level in levels)
 
 
 def _lengths(scene: Scene) -> tuple[tuple[float, float], list[Reason]]:
@@ -94,40 +183,79 @@ def _plateau_end(scene: Scene) -> float | None:
     return min(ends)
 
 
-def _elastic_levels(scene: Scene, lengths: tuple[float, float]) -> list[tuple[Level, Reason]]:
+Chosen = tuple[list[tuple[Level, str]], tuple[float, float]]
+_FINE = 2  # stands for the stride that is chosen later
+
+
+def _elastic_levels(scene: Scene, lengths: tuple[float, float], target: float, seen: Pilot | None) -> Chosen:
+    """One cut-off, on two grids: the coarse one always, the fine one for the pixel."""
     q_max = scene.spectrum.breaks[-1]
     limit = ELASTIC_LIMIT * 2 * pi / (8 * max(lengths))
-    reason = "8 pixels per shortest wave"
+    change = 0.01 if seen is None else seen.pixel
+    pixels = 4 if change / 3 <= _SYSTEMATIC * target else 8  # second order: a third of the change is left
+    left = change / 3 if pixels == 4 else change / 12
+    cut = ""
     if q_max > limit:
-        reason += f"; C(q) cut at q_c = {limit:.3g} rad/m (q_max = {q_max:.3g}): theory is summed over the same modes"
-    return [_level("elastic", min(q_max, limit), 8, lengths, reason)]
+        cut = f"; C(q) cut at q_c = {limit:.3g} rad/m (q_max = {q_max:.3g}): theory is summed over the same modes"
+    q_c = min(q_max, limit)
+    return [
+        (_level("elastic", q_c, pixels, lengths), f"{pixels} pixels per shortest wave" + cut),
+        (_level("elastic", q_c, 2 * pixels, lengths, _FINE), "half the pixel, to know and take off its error"),
+    ], (0.0, left)
 
 
-def _capped_levels(scene: Scene, lengths: tuple[float, float], target_error: float) -> list[tuple[Level, Reason]]:
-    q_max = scene.spectrum.breaks[-1]
+def _scale(scene: Scene) -> tuple[float, str]:
+    """q_y, or q_max where the theory's contact does not yield before, and what to call it."""
     q_yield = analytic.yield_wavenumber(scene)
-    where = f"q_y = {q_yield:.3g} rad/m, where 99 % of the contact has yielded"
-    if not isfinite(q_yield):
-        q_yield, where = q_max, f"q_max = {q_max:.3g} rad/m: 99 % yielding is not reached"
+    if isfinite(q_yield):
+        return q_yield, f"q_y = {q_yield:.3g} rad/m, where 99 % of the contact has yielded"
+    q_max = scene.spectrum.breaks[-1]
+    return q_max, f"q_max = {q_max:.3g} rad/m: 99 % yielding is not reached"
+
+
+def _capped_levels(scene: Scene, lengths: tuple[float, float], target: float, seen: Pilot | None) -> Chosen:
+    """The smoothed surface on two grids, and a ladder of capped contact up to some q_y."""
+    q_max = scene.spectrum.breaks[-1]
+    q_yield, where = _scale(scene)
     smooth = min(1.5 * q_yield, q_max)
-    chosen = [_level("smoothed", smooth, 8, lengths, f"1.5 × {where}; 8 pixels per shortest wave: converged")]
-    finest = 16 if target_error <= 0.02 else 8
+    smoothed = [
+        (_level("smoothed", smooth, 4, lengths), f"1.5 × {where}; 4 pixels per shortest wave"),
+        (_level("smoothed", smooth, 8, lengths, _FINE), "half the pixel, to know and take off its error"),
+    ]
     limit = CAPPED_LIMIT * 2 * pi / (4 * max(lengths))
-    top = min(finest * q_yield, q_max, limit)
-    if top < q_max:
-        chosen.append(_level("capped", top / 2, 4, lengths, "half of the finest q_c, to extrapolate as 1/q_c"))
-    reason = f"{top / q_yield:.3g} q_y at 4 pixels per shortest wave"
-    if top == limit:
-        reason += f"; cut by the limit of {CAPPED_LIMIT} points per side"
-    return [*chosen, _level("capped", top, 4, lengths, reason)]
+    for factor in _TOPS:
+        top = min(factor * q_yield, q_max, limit)
+        errors = _capped_errors(top, top < q_max, seen, 0.12 if factor >= 16 else 0.35)
+        if hypot(*errors) <= _SYSTEMATIC * target or top < factor * q_yield:
+            break
+    if top >= q_max:
+        return [
+            *smoothed,
+            (_level("capped", top, 4, lengths), f"all of C(q), {top / q_yield:.3g} q_y, at 4 pixels per shortest wave"),
+            (_level("capped", top, 8, lengths, _FINE), "half the pixel, to know and take off its error"),
+        ], errors
+    ladder = [(_level("capped", top / 4, 4, lengths), f"{top / 4 / q_yield:.3g} q_y at 4 pixels per shortest wave")]
+    ladder += [(_level("capped", top / k, 8, lengths, _FINE), "the same at half the pixel") for k in (4, 2)]
+    last = f"{top / q_yield:.3g} q_y" + (f": the limit of {CAPPED_LIMIT} points per side" if top == limit else "")
+    ladder.insert(2, (_level("capped", top / 2, 4, lengths, _FINE), "twice the q_c, to extrapolate"))
+    return [*smoothed, *ladder, (_level("capped", top, 4, lengths, _FINE), last + ", to fit the exponent")], errors
 
 
-def _level(
-    column: Column, q_max: float, pixels: int, lengths: tuple[float, float], reason: str
-) -> tuple[Level, Reason]:
+def _capped_errors(top: float, extrapolated: bool, seen: Pilot | None, doubt: float) -> tuple[float, float]:
+    """Bandwidth and pixel error to expect of capped T_flash up to a cut-off; shares measured on steel.
+
+    `doubt` is the share of the remainder that three rungs leave: small once the lowest stands at 4 q_y.
+    """
+    if seen is None:
+        return (0.005, 0.002)
+    if not extrapolated:
+        return (0.0, 0.6 * seen.pixel * min(seen.q_max / top, 1.0) ** 0.5)
+    return (doubt * seen.step * seen.q_max / top, seen.pixel * seen.q_max / top)
+
+
+def _level(column: Column, q_max: float, pixels: int, lengths: tuple[float, float], every: int = 1) -> Level:
     shape = fast_size(pixels * q_max * lengths[0] / (2 * pi)), fast_size(pixels * q_max * lengths[1] / (2 * pi))
-    level = Level(column, shape, q_max)
-    return level, Reason(column, _listed((level,)), reason)
+    return Level(column, shape, q_max, every)
 
 
 def fast_size(points: float) -> int:
@@ -178,11 +306,7 @@ def _costs(numerics: Numerics) -> list[Reason]:
             f"memory = {memory / 1e9:.3g} GB for a grid of {max(points)} points exceeds 80 % of the machine's "
             f"{available / 1e9:.3g} GB; lower the levels' shape"
         )
-    seconds = SECONDS_PER_POINT * sum(points)
-    return [
-        Reason("memory", f"{memory / 1e9:.2g} GB per worker", "largest grid"),
-        Reason("time", f"about {seconds:.2g} s per realization", "one thread, within a factor of two"),
-    ]
+    return [Reason("memory", f"{memory / 1e9:.2g} GB per worker", "largest grid")]
 
 
 def _memory() -> float:
@@ -193,7 +317,11 @@ def _memory() -> float:
 
 
 def _listed(levels: tuple[Level, ...]) -> str:
-    return ", ".join(f"{a.column} {a.shape[0]} × {a.shape[1]} to q_c = {a.q_max:.3g} rad/m" for a in levels)
+    def told(a: Level) -> str:
+        seldom = f", 1 in {a.every}" if a.every > 1 else ""
+        return f"{a.shape[0]} × {a.shape[1]} to q_c = {a.q_max:.3g} rad/m{seldom}"
+
+    return "; ".join(told(level) if len(levels) == 1 else f"{level.column} {told(level)}" for level in levels)
 
 
 def _mm(lengths: tuple[float, float]) -> str:

@@ -44,9 +44,10 @@ class Progress:
             self.first = members - 1
         needed = realizations_needed(run)
         rate = (members - self.first) / max(time.monotonic() - self.began, 1e-9)
-        left = max(needed * len(run.numerics.levels) - members, 0) / rate
+        expected = run.numerics.members(needed)
+        left = max(expected - members, 0) / rate
         text = f"{count} of about {needed} realizations{reached(run)}"
-        done = members / (needed * len(run.numerics.levels))
+        done = members / expected
         self.bar.update(self.task, description=text, completed=min(done, 1.0), left=f"{clock(left)} left")
         if self.bar.disable and count and count % max(needed // 5, 1) == 0 and count != self.said:
             self.said = count

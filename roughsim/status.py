@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from roughsim.compare import json_number
@@ -66,8 +67,10 @@ def realizations_needed(run: Run) -> int:
         return run.max_realizations
     if len(rows) < 4:
         return min(12, run.max_realizations)
-    worst = max(relative_half_width(run.values(name).extrapolated) / goal for name, goal in run.until.items())
-    return int(min(max(12, round(len(rows) * worst**2), run.realizations), run.max_realizations))
+    worst = max(relative_half_width(run.values(name)) / goal for name, goal in run.until.items())
+    seldom = max(level.every for level in run.numerics.levels)
+    wanted = max(12, seldom + 1, round(len(rows) * worst**2) if isfinite(worst) else 0, run.realizations)
+    return min(wanted, run.max_realizations)
 
 
 def seconds_left(run: Run) -> float | None:
@@ -76,7 +79,7 @@ def seconds_left(run: Run) -> float | None:
     written = sorted(path.stat().st_mtime for path in paths if path.exists())[-_RECENT:]
     if len(written) < 2 or written[-1] <= written[0]:
         return None
-    missing = max(realizations_needed(run) * len(run.numerics.levels) - len(run.members), 0)
+    missing = max(run.numerics.members(realizations_needed(run)) - len(run.members), 0)
     waited = max(time.time() - written[-1], 0.0) if writer(run.folder) else 0.0
     return max(missing * (written[-1] - written[0]) / (len(written) - 1) - waited, 0.0)
 
@@ -86,10 +89,11 @@ def reached(run: Run) -> str:
     if not run.until or len(run.sound(run.realizations)) < 4:
         return ""
     parts = (
-        f"{name} ± {100 * relative_half_width(run.values(name).extrapolated):.2g} % (target {100 * goal:g} %)"
+        f"{name} ± {100 * relative_half_width(run.values(name)):.2g} % (target {100 * goal:g} %)"
         for name, goal in run.until.items()
     )
-    return ": " + ", ".join(parts)
+    told = ", ".join(parts)
+    return "" if "inf" in told else ": " + told
 
 
 def clock(seconds: float) -> str:

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from roughsim import analytic
 from roughsim.compare import Cell, Comparison, Ratio, json_number
-from roughsim.estimate import UNITS
+from roughsim.means import UNITS
 
 if TYPE_CHECKING:
     from roughsim.numerics import Numerics

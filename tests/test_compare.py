@@ -7,7 +7,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.compare import Ratio
-from roughsim.estimate import UNITS
+from roughsim.means import UNITS
 
 HEADINGS = {"observable", "speed", "theory", "theory_full_spectrum", "smoothed", "capped", "note"}
 

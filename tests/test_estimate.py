@@ -5,6 +5,8 @@ import pytest
 from scipy import special, stats
 
 from roughsim import estimate as est
+from roughsim.ladder import NO_LIMIT, Values, fitted_exponent, observe
+from roughsim.means import RADII, Sample, ratio
 
 
 def sample(q_max=1.0, n=20, seed=0, speeds=2, shift=0.0):
@@ -20,7 +22,7 @@ def sample(q_max=1.0, n=20, seed=0, speeds=2, shift=0.0):
     }
     q = np.linspace(1.0, 20.0, 60)
     spectrum = q**-2 * rng.uniform(0.8, 1.2, (n, 60))
-    return est.Sample(q_max, numbers, q, spectrum, 20.0)
+    return Sample(q_max, 16.0 * q_max, np.arange(n), numbers, q, spectrum, 20.0)
 
 
 def jackknife(statistic, n):
@@ -31,7 +33,7 @@ def jackknife(statistic, n):
 
 def test_a_mean_has_students_interval():
     data = sample()
-    found = est.estimate("flash_temperature", est.observe("flash_temperature", [data], capped=False))
+    found = est.estimate("flash_temperature", observe("flash_temperature", [data], capped=False))
     rows = data.numbers["flash_temperature"]
     interval = stats.t.interval(0.95, 19, rows.mean(axis=0), stats.sem(rows, axis=0))
     np.testing.assert_allclose(found.mean - found.half_width, interval[0], rtol=1e-12)
@@ -53,7 +55,7 @@ DERIVED = {
 @pytest.mark.parametrize("name", DERIVED)
 def test_ratios_of_means_have_the_error_of_a_jackknife(name):
     data = sample(n=60)
-    found = est.estimate(name, est.observe(name, [data], capped=False, resting_ratio=2.0))
+    found = est.estimate(name, observe(name, [data], capped=False, resting_ratio=2.0))
 
     def statistic(rows):
         return DERIVED[name]({key: values[rows].mean(axis=0) for key, values in data.numbers.items()})
@@ -62,10 +64,10 @@ def test_ratios_of_means_have_the_error_of_a_jackknife(name):
     np.testing.assert_allclose(found.standard_error, jackknife(statistic, 60), rtol=0.03)
 
 
-@pytest.mark.parametrize(("name", "fraction"), est.RADII.items())
+@pytest.mark.parametrize(("name", "fraction"), RADII.items())
 def test_correlation_radii_have_the_error_of_a_jackknife(name, fraction):
     data = sample(n=40)
-    found = est.estimate(name, est.observe(name, [data], capped=False))
+    found = est.estimate(name, observe(name, [data], capped=False))
 
     def statistic(rows):
         mean = data.spectrum[rows].mean(axis=0)
@@ -80,7 +82,7 @@ def test_correlation_radii_have_the_error_of_a_jackknife(name, fraction):
 
 def test_two_cut_offs_extrapolate_one_over_q_exactly():
     coarse, fine = sample(q_max=2.0, shift=6.0 / 2.0), sample(q_max=6.0, shift=6.0 / 6.0)
-    found = est.estimate("flash_temperature", est.observe("flash_temperature", [coarse, fine], capped=True))
+    found = est.estimate("flash_temperature", observe("flash_temperature", [coarse, fine], capped=True))
     limit = sample().numbers["flash_temperature"].mean(axis=0)
     np.testing.assert_allclose(found.mean, limit, rtol=1e-12)
     np.testing.assert_allclose(found.bias, 1.0, rtol=1e-10)  # finest level − limit
@@ -90,7 +92,7 @@ def test_two_cut_offs_extrapolate_one_over_q_exactly():
 def test_three_cut_offs_fit_the_exponent():
     cutoffs, exponent = (1.0, 2.0, 5.0), 0.7
     samples = [sample(q_max=q, shift=4.0 * q**-exponent) for q in cutoffs]
-    values = est.observe("flash_temperature", samples, capped=True)
+    values = observe("flash_temperature", samples, capped=True)
     assert values.exponent == pytest.approx(exponent, rel=1e-9)
     limit = sample().numbers["flash_temperature"].mean(axis=0)
     np.testing.assert_allclose(values.extrapolated.mean(axis=0), limit, rtol=1e-9)
@@ -98,30 +100,30 @@ def test_three_cut_offs_fit_the_exponent():
 
 def test_values_that_do_not_settle_fall_back_to_first_order():
     flat = [np.full((3, 1), value) for value in (1.0, 2.0, 1.5)]
-    assert est.fitted_exponent([1.0, 2.0, 4.0], flat) == 1.0
+    assert fitted_exponent([1.0, 2.0, 4.0], flat) == 1.0
 
 
-@pytest.mark.parametrize("name", est.NO_LIMIT)
+@pytest.mark.parametrize("name", NO_LIMIT)
 def test_what_has_no_limit_is_not_extrapolated(name):
     coarse, fine = sample(q_max=2.0, seed=1), sample(q_max=4.0, seed=2)
-    capped = est.observe(name, [coarse, fine], capped=True)
+    capped = observe(name, [coarse, fine], capped=True)
     np.testing.assert_array_equal(capped.extrapolated, capped.finest)
-    elastic = est.observe(name, [coarse, fine], capped=False)
+    elastic = observe(name, [coarse, fine], capped=False)
     assert not np.array_equal(elastic.extrapolated, elastic.finest)
 
 
 def test_a_ratio_keeps_the_pairing():
     rng = np.random.default_rng(3)
     below = 5.0 + rng.standard_normal((50, 1))
-    values = est.ratio(3.0 * below, below)
+    values = ratio(3.0 * below, below)
     np.testing.assert_allclose(values, 3.0, rtol=1e-12)  # the common scatter cancels
     above = 7.0 + rng.standard_normal((50, 1))
-    error = est.standard_error(est.ratio(above, below))
+    error = est.standard_error(ratio(above, below))
     expected = jackknife(lambda rows: above[rows].mean(axis=0) / below[rows].mean(axis=0), 50)
     np.testing.assert_allclose(error, expected, rtol=0.05)
 
 
-@pytest.mark.parametrize("name", [*DERIVED, *est.RADII])
+@pytest.mark.parametrize("name", [*DERIVED, *RADII])
 def test_each_row_is_its_realizations_own_influence(name):
     # pairing rests on it: rows must follow the pseudo-values n θ − (n − 1) θ₋ᵢ of a jackknife, sign included
     data, n = sample(n=40), 40
@@ -129,9 +131,9 @@ def test_each_row_is_its_realizations_own_influence(name):
     def statistic(rows):
         numbers = {key: values[rows] for key, values in data.numbers.items()}
         part = data._replace(numbers=numbers, spectrum=data.spectrum[rows])
-        return est.observe(name, [part], capped=False, resting_ratio=2.0).extrapolated.mean(axis=0)
+        return observe(name, [part], capped=False, resting_ratio=2.0).extrapolated.mean(axis=0)
 
-    rows = est.observe(name, [data], capped=False, resting_ratio=2.0).extrapolated[:, 0]
+    rows = observe(name, [data], capped=False, resting_ratio=2.0).extrapolated[:, 0]
     pseudo = [n * statistic(np.arange(n))[0] - (n - 1) * statistic(np.delete(np.arange(n), i))[0] for i in range(n)]
     assert np.corrcoef(rows, pseudo)[0, 1] > 0.99
 
@@ -142,21 +144,6 @@ def test_agreement_to_all_digits_is_no_scatter():
     assert est.standard_error(rows[:1])[0] == np.inf
 
 
-def test_it_stops_at_the_first_sufficient_number_of_realizations():
-    rng = np.random.default_rng(4)
-    rows = 10.0 + rng.standard_normal((400, 2)) * [0.5, 1.0]
-    n = est.stopping_point([(rows, 0.02)])
-
-    def half_width(count):
-        part = rows[:count]
-        return (stats.t.ppf(0.975, count - 1) * stats.sem(part, axis=0) / part.mean(axis=0)).max()
-
-    assert half_width(n) <= 0.02 < half_width(n - 1)
-    assert est.stopping_point([(rows, 0.02), (rows[:, :1], 0.9)]) == n
-    assert est.stopping_point([(rows, 1e-6)]) is None
-    assert est.stopping_point([(rows, 0.99)]) == 12  # never fewer
-
-
 @pytest.mark.statistical
 def test_nominal_intervals_cover_the_truth():
     # 4000 trials of 15 normal rows: 95 % ± 4 standard deviations of the count
@@ -164,13 +151,13 @@ def test_nominal_intervals_cover_the_truth():
     data = rng.standard_normal((4000, 15)) + 3.0
     covered = 0
     for row in data:
-        values = est.Values(row[:, None], row[:, None], np.nan)
+        values = Values(row[:, None], row[:, None], np.nan)
         found = est.estimate("flash_temperature", values)
         covered += abs(found.mean[0] - 3.0) <= found.half_width[0]
     assert abs(covered / 4000 - 0.95) < 4 * np.sqrt(0.95 * 0.05 / 4000)
 
 
 def test_an_estimate_explains_itself():
-    text = est.estimate("flash_temperature", est.observe("flash_temperature", [sample()], capped=False)).explain()
+    text = est.estimate("flash_temperature", observe("flash_temperature", [sample()], capped=False)).explain()
     assert "flash_temperature" in text
     assert "statistical (95 %, n = 20)" in text

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from roughsim import analytic
 from roughsim.ensemble.tasks import Tasks, stopped_by_signals, sweep, workforce
 from roughsim.errors import RecordError
-from roughsim.estimate import UNITS
+from roughsim.means import UNITS
 from roughsim.numerics import Numerics
 from roughsim.plan import plan
 from roughsim.realization import Realization, level_spectrum, realize, versions

@@ -104,7 +104,8 @@ class Tasks:
         """Yield (level, index) of what is not stored yet, index by index, the largest grid first."""
         levels = sorted(range(len(self.numerics.levels)), key=lambda i: -self.numerics.grid(i).points)
         for index in range(self.scene.ensemble.max_realizations):
-            yield from ((level, index) for level in levels if not self._stored(level, index))
+            wanted = self.numerics.of_index(index)
+            yield from ((level, index) for level in levels if level in wanted and not self._stored(level, index))
 
     def _stored(self, level: int, index: int) -> bool:
         return member_path(self.place, level, index).exists()

@@ -49,7 +49,8 @@ def checked_speed(name: str, speed: float | None) -> float | None:
 
 def kept(run: Run, level: int) -> list[int]:
     """Return the sound realizations that count and whose fields are stored at a level."""
-    return [i for i in run.sound(run.realizations) if kept_fields(member_path(run.folder, level, i))]
+    there = [i for i in run.sound(run.realizations) if (level, i) in run.members]
+    return [i for i in there if kept_fields(member_path(run.folder, level, i))]
 
 
 def not_kept(run: Run, level: int, index: int | None = None) -> ValueError:

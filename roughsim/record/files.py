@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
-from roughsim.estimate import UNITS
+from roughsim.means import UNITS
 
 Array = NDArray[np.float64]
 FORMAT = 1  # raised when older readers would misread

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.estimate import PER_SPEED
+from roughsim.means import PER_SPEED
 from roughsim.record.fields import kept
 from roughsim.record.files import FIELD_UNITS, NUMBER_UNITS, member_path, read_field, read_member
 
@@ -92,7 +92,7 @@ def numbers(run: Run) -> Iterator[Labelled]:
     share = {"units": "1", "description": "share of the heat that the temperatures are of"}
     yield Labelled("heat_partition", ("speed",), run.heat_partition, share)
     members = {key: member for key, member in run.members.items() if key[1] < count}
-    for name in members[0, rows[0]].numbers:
+    for name in next(member for member in members.values() if not member.failure).numbers:
         wide = name in (*PER_SPEED, "resting_flash_temperature")
         values = np.full((levels, count, len(run.scene.speeds) if wide else 1), np.nan)
         for (level, index), member in members.items():
@@ -124,7 +124,7 @@ def _spectra(run: Run, level: int, count: int) -> Iterator[Labelled]:
     """The stress spectra of a level, read one by one."""
     wavenumber = spectra = np.empty(0)
     for index in range(count):
-        if run.members[level, index].failure:
+        if (level, index) not in run.members or run.members[level, index].failure:
             continue
         member = read_member(member_path(run.folder, level, index))
         if not spectra.size:

@@ -13,20 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import j0
 
+from roughsim import analytic
 from roughsim.errors import RecordError
-from roughsim.estimate import (
-    BY_FORCE_BALANCE,
-    PER_SPEED,
-    RADII,
-    UNITS,
-    Estimate,
-    Sample,
-    Values,
-    estimate,
-    observe,
-    standard_error,
-    stopping_point,
-)
+from roughsim.estimate import LEAST, Estimate, estimate, relative_half_width, standard_error
+from roughsim.ladder import Values, observe
+from roughsim.means import PER_SPEED, RADII, UNITS, Sample
 from roughsim.record.files import FORMAT, Member, member_path, place_bytes, read_member
 
 if TYPE_CHECKING:
@@ -67,6 +58,7 @@ class Run:
         self.max_realizations: int = description["max_realizations"]
         self.heat_partition: Array = np.array(description["heat_partition"])
         self.members: dict[tuple[int, int], Member] = {}
+        self._short = LEAST - 1  # so many sound realizations are known not to meet the targets
 
     def take(self, member: Member) -> None:
         """Count a member that has just been stored, without reading it back."""
@@ -83,7 +75,7 @@ class Run:
 
     def _read(self, index: int) -> bool:
         """Read all levels of one index; False if one is not there yet."""
-        for level in range(len(self.numerics.levels)):
+        for level in self.numerics.of_index(index):
             if (level, index) not in self.members:
                 path = member_path(self.folder, level, index)
                 if not path.exists():
@@ -105,10 +97,16 @@ class Run:
         return available if stop is None else rows[stop - 1] + 1
 
     def _stop(self, rows: list[int]) -> int | None:
-        if not self.until or not rows:
+        """How many of the rows meet the targets first; what did not suffice once never will."""
+        if not self.until:
             return None
-        targets = [(self._values(name, None, rows).extrapolated, goal) for name, goal in self.until.items()]
-        return stopping_point(targets)
+        for n in range(self._short + 1, len(rows) + 1):
+            if all(
+                relative_half_width(self._values(name, None, rows[:n])) <= goal for name, goal in self.until.items()
+            ):
+                return n
+            self._short = n
+        return None
 
     @property
     def target_met(self) -> bool:
@@ -122,8 +120,8 @@ class Run:
 
     def sound(self, count: int) -> list[int]:
         """Return the indices below `count` of which every level is sound."""
-        levels = range(len(self.numerics.levels))
-        return [i for i in range(count) if not any(self.members[level, i].failure for level in levels)]
+        of_index = self.numerics.of_index
+        return [i for i in range(count) if not any(self.members[level, i].failure for level in of_index(i))]
 
     def column(self, column: str | None) -> str:
         """Return the name of a column: the capped one where there is a hardness, else the elastic one, if None.
@@ -149,11 +147,15 @@ class Run:
         reach = 0.5 * float(np.hypot(*self.numerics.lengths))
         result = []
         for level in self.numerics.of_column(self.column(column)):
-            members = [self.members[level, i] for i in rows]
+            every = self.numerics.levels[level].every
+            there = [k for k, index in enumerate(rows) if index % every == 0]
+            members = [self.members[level, rows[k]] for k in there]
             numbers = {name: np.stack([m.numbers[name] for m in members]) for name in members[0].numbers}
-            stored = [read_member(member_path(self.folder, level, i)) for i in rows] if spectra else members
+            stored = [read_member(member_path(self.folder, level, rows[k])) for k in there] if spectra else members
             spectrum = np.stack([m.spectrum for m in stored])
-            result.append(Sample(self.numerics.levels[level].q_max, numbers, stored[0].wavenumber, spectrum, reach))
+            side = float(self.numerics.levels[level].shape[0])
+            q_max, place = self.numerics.levels[level].q_max, np.array(there, dtype=np.intp)
+            result.append(Sample(q_max, side, place, numbers, stored[0].wavenumber, spectrum, reach))
         return result
 
     def values(self, observable: str, column: str | None = None) -> Values:
@@ -176,12 +178,13 @@ class Run:
         resting = self.scene.counter_conductivity
         ratio = nan if resting is None else self.scene.body.conductivity / resting
         samples = self.samples(name, rows, spectra=observable in RADII)
-        values = observe(observable, samples, capped=name == "capped", resting_ratio=ratio)
+        end = self.scene.spectrum.breaks[-1]
+        values = observe(observable, samples, capped=name == "capped", resting_ratio=ratio, end=end)
         rest = {name: 0.0 for name in TEMPERATURES} | {"slope_length": np.inf}
         if observable in rest:  # members are measured at a tiny speed instead: exact limits here
             moving = np.array(self.scene.speeds) > 0.0
             extrapolated, finest = (np.where(moving, v, rest[observable]) for v in (values.extrapolated, values.finest))
-            return Values(extrapolated, finest, values.exponent)
+            return values._replace(extrapolated=extrapolated, finest=finest)
         return values
 
     def estimate(self, observable: str, column: str | None = None) -> Estimate:
@@ -206,24 +209,37 @@ class Run:
         """
         name, values = self.column(column), self.values(observable, column)
         if observable in TEMPERATURES:
-            values = values._replace(
-                extrapolated=values.extrapolated * self.heat_partition, finest=values.finest * self.heat_partition
-            )
-        return estimate(observable, values, self._notes(observable, name, values))
+            share = self.heat_partition
+            scaled = {key: getattr(values, key) * share for key in ("extrapolated", "finest", "bandwidth", "pixel")}
+            values = values._replace(**scaled)
+        return estimate(
+            observable,
+            values,
+            self._notes(observable, name, values),
+            size=self._size_errors[observable],
+            tolerance=self.numerics.tolerance,
+        )
+
+    @cached_property
+    def _size_errors(self) -> dict[str, Array]:
+        """Relative error of the finite cell, from the first column, whose C(q) holds what matters."""
+        first = self.numerics.of_column(self.numerics.columns[0])
+        q_max = self.numerics.levels[first[-1]].q_max
+        level = next(i for i in first if self.numerics.levels[i].q_max == q_max)
+        return analytic.size_errors(self.scene, self.numerics.grid(level), q_max)
 
     def _notes(self, observable: str, column: str, values: Values) -> tuple[str, ...]:
         levels = [self.numerics.levels[i] for i in self.numerics.of_column(column)]
-        cutoffs = ", ".join(f"{level.q_max:.3g}" for level in levels)
-        notes = [f"{column} contact up to q_c = {cutoffs} rad/m, solver tolerance {self.numerics.tolerance:.1g}"]
-        if np.isfinite(values.exponent):
-            notes.append(f"extrapolated as q_c^(−{values.exponent:.2g}); a quarter of the bias counts as its own error")
-        elif len(levels) > 1 and observable in BY_FORCE_BALANCE:
-            notes.append("fixed by force balance where all contact has yielded: the finest level, not extrapolated")
-        elif len(levels) > 1:
-            notes.append("no limit in q_c: the value of the finest level, not extrapolated")
+        grids = ", ".join(f"{level.shape[0]} × {level.shape[1]} to {level.q_max:.3g}" for level in levels)
+        notes = [f"{column} contact on {grids} rad/m, solver tolerance {self.numerics.tolerance:.1g}"]
+        if np.any(np.isfinite(values.exponent)):
+            shown = ", ".join(dict.fromkeys(f"{p:.2f}" for p in values.exponent))
+            notes.append(f"extrapolated as q_c^(−p) with p = {shown}")
+        elif len({level.q_max for level in levels}) > 1:
+            notes.append("does not converge with the grid: the value of the finest level, not extrapolated")
         if observable in PER_SPEED:
             notes.append(f"speeds {', '.join(f'{v:g}' for v in self.scene.speeds)} m/s")
-        return (*notes, "the error of the pixel size is not in these figures")
+        return tuple(notes)
 
     def correlation(self, distance: Array, column: str | None = None) -> tuple[Array, Array]:
         """Return g_σ(r) of the finest level and its standard error, Pa².

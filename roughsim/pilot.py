@@ -1,0 +1,127 @@
+"""A few cheap solves ahead of a run: how much T_flash scatters, how it falls with the cut-off and with the pixel.
+
+They use cut-offs far below those of the run, where a solve takes hundredths of a second, and random streams of their
+own; the same scene gives the same pilot. What it measures scales to the run's levels as 1/q_c.
+"""
+
+from __future__ import annotations
+
+import time
+import warnings
+from dataclasses import dataclass
+from functools import lru_cache
+from math import inf, pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim.errors import ConvergenceError
+from roughsim.numerics import Column, Level, Numerics
+from roughsim.realization import realize
+
+if TYPE_CHECKING:
+    from roughsim.scene import Scene
+
+Array = NDArray[np.float64]
+SINGLE, PAIRS = 16, 4  # solves of the coarsest level, and of each finer one
+POINTS = 512  # points per side that no solve of a pilot exceeds
+_SEED = 20  # any number: a pilot must not see the surfaces of the run
+
+
+@dataclass(frozen=True, slots=True)
+class Pilot:
+    """What the pilot of one column found, of T_flash: relative to its own mean (scatter) or to its limit (the rest).
+
+    Attributes
+    ----------
+    scatter : float
+        Standard deviation of one realization at the worst speed.
+    hot_scatter : float
+        The same at the speed with the highest T_flash; so are all others.
+    step : float
+        Change from `q_max`/2 to `q_max`, of the mean.
+    pixel : float
+        Change from 4 to 8 pixels per shortest wave at `q_max`/2, of the mean.
+    change_scatter : float
+        Standard deviation of these changes of one realization.
+    q_max : float
+        Its highest cut-off, rad/m.
+    seconds_per_point : float
+        CPU time of one realization per grid point on this machine; never decides anything.
+    """
+
+    scatter: float
+    hot_scatter: float
+    step: float
+    pixel: float
+    change_scatter: float
+    q_max: float
+    seconds_per_point: float
+
+
+def pilot(scene: Scene, column: Column, lengths: tuple[float, float], q_max: float) -> Pilot | None:
+    """Measure T_flash at a few low cut-offs.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is to be computed.
+    column : {"smoothed", "capped", "elastic"}
+        Which contact.
+    lengths : (float, float)
+        The cell, m.
+    q_max : float
+        Highest cut-off wanted, rad/m; lowered to what `POINTS` per side resolve with 4 pixels per wave.
+
+    Returns
+    -------
+    Pilot or None
+        None where a solve did not converge, or the cell is too small to halve the cut-off.
+    """
+    cut = min(q_max, POINTS * 2 * pi / (4 * max(lengths)))
+    sides = tuple(max(16, round(4 * cut * length / (2 * pi))) for length in lengths)
+    half = (max(8, sides[0] // 2), max(8, sides[1] // 2))
+    levels = (
+        Level(column, half, cut / 2),
+        Level(column, (sides[0], sides[1]), cut),
+        Level(column, (sides[0], sides[1]), cut / 2),
+    )
+    try:
+        return _measured(scene, Numerics(levels, lengths), sides[0] * sides[1])
+    except ConvergenceError:
+        return None
+
+
+@lru_cache(maxsize=32)
+def _measured(scene: Scene, numerics: Numerics, points: int) -> Pilot:
+    coarse, _ = _flash_temperatures(scene, numerics, 0, SINGLE)
+    pairs, seconds = _flash_temperatures(scene, numerics, 1, PAIRS)
+    finer, _ = _flash_temperatures(scene, numerics, 2, PAIRS)
+    first = coarse[:PAIRS]
+    hottest = int(np.argmax(pairs.mean(axis=0)))
+    limit = float((2.0 * pairs - first).mean(axis=0)[hottest])
+    steps, pixels = ((fine - first)[:, hottest] / limit for fine in (pairs, finer))
+    mean = coarse.mean(axis=0)
+    scatter = np.divide(coarse.std(axis=0, ddof=1), mean, out=np.zeros_like(mean), where=mean > 0.0)
+    return Pilot(
+        float(scatter.max()),
+        float(scatter[hottest]),
+        abs(float(steps.mean())),
+        abs(float(pixels.mean())),
+        max(float(change.std(ddof=1)) for change in (steps, pixels)),
+        numerics.levels[1].q_max,
+        seconds / points,
+    )
+
+
+def _flash_temperatures(scene: Scene, numerics: Numerics, level: int, count: int) -> tuple[Array, float]:
+    """T_flash of some members (count, speeds), and the least CPU time of one, s."""
+    rows, least = [], inf
+    for index in range(count):
+        start = time.process_time()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # the run itself says what is to be said
+            rows.append(realize(scene, numerics, seed=_SEED, level=level, index=index).observables.flash_temperature)
+        least = min(least, time.process_time() - start)
+    return np.stack(rows), least
