@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -100,14 +101,14 @@ def estimate(
     """
     mean = values.extrapolated.mean(axis=0)
     error, freedom = spread(values.extrapolated, values.group)
-    budget = {
-        "statistical": _half_width(error, freedom),
-        "bandwidth": values.bandwidth,
-        "pixel": values.pixel,
-        "size": np.abs(mean) * size,
-        "solver": 2.0 * tolerance * np.abs(mean),
-    }
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore"):  # slope_length is infinite at rest: its errors are undefined
+        budget = {
+            "statistical": _half_width(error, freedom),
+            "bandwidth": values.bandwidth,
+            "pixel": values.pixel,
+            "size": np.abs(mean) * size,
+            "solver": 2.0 * tolerance * np.abs(mean),
+        }
         bias = values.finest.mean(axis=0) - mean
     total = np.sqrt(sum(np.where(np.isnan(part), 0.0, part) ** 2 for part in budget.values()))
     total = np.where(np.isnan(mean), np.nan, total)
@@ -179,4 +180,30 @@ def relative_half_width(values: Values) -> float:
     return float(relative.max())
 
 
-__all__ = ["LEAST", "SOURCES", "Estimate", "estimate", "paired", "relative_half_width", "spread", "standard_error"]
+def first_sufficient(targets: Callable[[int], Iterable[tuple[Values, float]]], counts: range) -> int | None:
+    """Return the first of `counts` realizations at which every observable meets its target; None if at none.
+
+    Parameters
+    ----------
+    targets : callable
+        Of a number of realizations: pairs of the values of an observable and its relative 95 % half-width.
+    counts : range
+        To be tried; start at `LEAST` or above.
+    """
+    for count in counts:
+        if all(relative_half_width(values) <= target for values, target in targets(count)):
+            return count
+    return None
+
+
+__all__ = [
+    "LEAST",
+    "SOURCES",
+    "Estimate",
+    "estimate",
+    "first_sufficient",
+    "paired",
+    "relative_half_width",
+    "spread",
+    "standard_error",
+]

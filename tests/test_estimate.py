@@ -144,20 +144,46 @@ def test_agreement_to_all_digits_is_no_scatter():
     assert est.standard_error(rows[:1])[0] == np.inf
 
 
-@pytest.mark.statistical
-def test_nominal_intervals_cover_the_truth():
-    # 4000 trials of 15 normal rows: 95 % ± 4 standard deviations of the count
-    rng = np.random.default_rng(5)
-    data = rng.standard_normal((4000, 15)) + 3.0
-    covered = 0
-    for row in data:
-        values = Values(row[:, None], row[:, None], np.nan)
-        found = est.estimate("flash_temperature", values)
-        covered += abs(found.mean[0] - 3.0) <= found.half_width[0]
-    assert abs(covered / 4000 - 0.95) < 4 * np.sqrt(0.95 * 0.05 / 4000)
-
-
 def test_an_estimate_explains_itself():
-    text = est.estimate("flash_temperature", observe("flash_temperature", [sample()], capped=False)).explain()
+    values = observe("flash_temperature", [sample()], capped=False)
+    found = est.estimate("flash_temperature", values, size=0.01, tolerance=1e-4)
+    text = found.explain()
     assert "flash_temperature" in text
-    assert "statistical (95 %, n = 20)" in text
+    assert "n = 20" in text
+    assert "pixel: no levels tell, not in these figures" in text
+    np.testing.assert_allclose(found.budget["size"], 0.01 * found.mean)
+    np.testing.assert_allclose(found.budget["solver"], 2e-4 * found.mean)
+    parts = [found.budget[name] ** 2 for name in ("statistical", "size", "solver")]
+    np.testing.assert_allclose(found.total_error, np.sqrt(sum(parts)))
+
+
+def test_it_stops_at_the_first_sufficient_number_of_realizations():
+    rng = np.random.default_rng(4)
+    rows = 10.0 + rng.standard_normal((400, 2)) * [0.5, 1.0]
+    first = est.first_sufficient(lambda n: [(values_of(rows[:n]), 0.02)], range(12, 401))
+
+    def half_width(count):
+        part = rows[:count]
+        return (stats.t.ppf(0.975, count - 1) * stats.sem(part, axis=0) / part.mean(axis=0)).max()
+
+    assert first is not None
+    assert half_width(first) <= 0.02 < half_width(first - 1)
+    assert est.first_sufficient(lambda n: [(values_of(rows[:n]), 1e-6)], range(12, 401)) is None
+
+
+def values_of(rows):
+    none = np.zeros(rows.shape[1:])
+    return Values(rows, rows, np.zeros(len(rows), dtype=int), none, none, none)
+
+
+def test_groups_that_scatter_differently_add_up():
+    # var of a mean over unlike rows is the sum of their own variances over n²; worth after Satterthwaite by hand
+    rng = np.random.default_rng(7)
+    rows, group = rng.standard_normal((30, 1)), np.repeat([0, 1], [24, 6])
+    rows[group == 1] *= 5.0
+    error, freedom = est.spread(rows, group)
+    square = (rows - rows.mean()) ** 2
+    a, b = square[:24].sum() * 24 / 23 / 900, square[24:].sum() * 6 / 5 / 900
+    assert error[0] == pytest.approx(np.sqrt(a + b), rel=1e-12)
+    assert freedom[0] == pytest.approx((a + b) ** 2 / (a**2 / 23 + b**2 / 5), rel=1e-12)
+    assert est.spread(rows[:25], group[:25])[0][0] == np.inf  # one row tells nothing of its scatter

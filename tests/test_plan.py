@@ -20,15 +20,24 @@ YIELD = {"steel-0.5GPa": 2.5e4, "steel-1.2GPa": 5.1e4, "steel-2.0GPa": 7.6e4}
 @pytest.mark.parametrize("name", YIELD)
 def test_steel_is_planned_from_where_it_yields(name):
     numerics = rs.plan(rs.load_scene(name))
-    smoothed, coarse, fine = numerics.levels
+    coarse, fine = (numerics.levels[i] for i in numerics.of_column("smoothed"))
     assert numerics.lengths == pytest.approx((4 * WAVE, 4 * WAVE))
-    assert smoothed.q_max == pytest.approx(1.5 * YIELD[name], rel=0.02)
-    assert fine.q_max == pytest.approx(16 * YIELD[name], rel=0.02)
-    assert coarse.q_max == pytest.approx(fine.q_max / 2)
-    for level, pixels in ((smoothed, 8), (coarse, 4), (fine, 4)):
-        per_wave = level.shape[0] * 2 * pi / (level.q_max * numerics.lengths[0])
-        assert 0.98 * pixels <= per_wave < 1.5 * pixels
-    assert {"cell", "smoothed", "capped", "tolerance", "time", "memory"} <= {r.choice for r in numerics.reasons}
+    assert fine.q_max == coarse.q_max == pytest.approx(1.5 * YIELD[name], rel=0.02)
+    assert (pixels(coarse, numerics), pixels(fine, numerics)) == (4, 8)
+    ladder = [numerics.levels[i] for i in numerics.of_column("capped")]
+    assert [pixels(level, numerics) for level in ladder] == [4, 8, 4, 8, 4]  # partners on the lower rungs
+    top = ladder[-1].q_max
+    assert [top / level.q_max for level in ladder] == pytest.approx([4, 4, 2, 2, 1])
+    assert top / YIELD[name] == pytest.approx(32 if name == "steel-0.5GPa" else 16, rel=0.02)
+    assert [level.every == 1 for level in ladder] == [True, False, False, False, False]
+    told = {r.choice for r in numerics.reasons}
+    assert {"cell", "smoothed", "capped", "pilot", "realizations", "error", "workers", "tolerance", "memory"} <= told
+
+
+def pixels(level, numerics):
+    """Pixels per shortest wave, to the nearest whole number below 4/3 of the wanted."""
+    per_wave = level.shape[0] * 2 * pi / (level.q_max * numerics.lengths[0])
+    return next(n for n in (4, 8, 16) if 0.98 * n <= per_wave < 1.34 * n)
 
 
 def test_a_loose_target_takes_coarser_grids():
@@ -36,13 +45,29 @@ def test_a_loose_target_takes_coarser_grids():
     assert rs.plan(scene, 0.05).levels[-1].q_max == pytest.approx(rs.plan(scene, 0.01).levels[-1].q_max / 2)
 
 
+def test_a_plan_is_the_same_every_time_and_tells_what_to_expect():
+    scene = rs.load_scene("steel-1.2GPa")
+    first, second = rs.plan(scene, 0.02), rs.plan(scene, 0.02)
+    assert first == second
+    forecast = first.forecast
+    assert forecast.total == pytest.approx(np.hypot(forecast.statistical, np.hypot(forecast.bandwidth, forecast.pixel)))
+    assert forecast.total <= 0.02
+    assert forecast.realizations >= 12
+    assert forecast.cpu_seconds > 0.0
+    assert any(
+        r.choice == "realizations" and "--until flash_temperature=" in r.reason for r in first.reasons
+    )  # a target in all says at which statistical error to stop
+
+
 def test_an_elastic_scene_is_resolved_or_cut_with_a_word():
     scene = rs.load_scene("steel-1.2GPa")
     elastic = replace(scene, body=replace(scene.body, penetration_hardness=None))
-    (level,) = rs.plan(elastic).levels
-    assert level.column == "elastic"
-    assert level.shape == (2048, 2048)
-    assert "C(q) cut at q_c" in next(r.reason for r in rs.plan(elastic).reasons if r.choice == "elastic")
+    numerics = rs.plan(elastic)
+    coarse, fine = numerics.levels
+    assert coarse.column == fine.column == "elastic"
+    assert coarse.q_max == fine.q_max == pytest.approx(2048 * pi / (4 * 4 * WAVE))  # 8 pixels per wave on 2048²
+    assert fine.shape[0] == 2 * coarse.shape[0]
+    assert "C(q) cut at q_c" in next(r.reason for r in numerics.reasons if r.choice == "elastic")
     short = replace(elastic, surface=replace(elastic.surface, q_max=2e5))
     assert rs.plan(short).levels[0].q_max == 2e5
 
@@ -84,6 +109,16 @@ def test_fast_sizes_are_just_large_enough(points):
     assert odd in (1, 3, 5)
     assert size >= min(0.98 * points, size)
     assert size <= max(8, 1.34 * points)
+
+
+def test_fine_levels_are_solved_for_few():
+    levels = (Level("capped", (64, 64), 5e4), Level("capped", (128, 128), 1e5, every=4))
+    numerics = Numerics(levels, (2e-3, 2e-3))
+    assert [numerics.of_index(i) for i in (0, 1, 4)] == [(0, 1), (0,), (0, 1)]
+    assert numerics.members(13) == 13 + 4
+    for bad in ((Level("capped", (64, 64), 5e4, every=2),), (*levels, Level("capped", (256, 256), 2e5, every=6))):
+        with pytest.raises(ValueError, match="every = . does not fit"):
+            Numerics(bad, (2e-3, 2e-3))
 
 
 REFUSED = {

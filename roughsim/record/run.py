@@ -15,7 +15,7 @@ from scipy.special import j0
 
 from roughsim import analytic
 from roughsim.errors import RecordError
-from roughsim.estimate import LEAST, Estimate, estimate, relative_half_width, standard_error
+from roughsim.estimate import LEAST, Estimate, estimate, first_sufficient, standard_error
 from roughsim.ladder import Values, observe
 from roughsim.means import PER_SPEED, RADII, UNITS, Sample
 from roughsim.record.files import FORMAT, Member, member_path, place_bytes, read_member
@@ -100,13 +100,13 @@ class Run:
         """How many of the rows meet the targets first; what did not suffice once never will."""
         if not self.until:
             return None
-        for n in range(self._short + 1, len(rows) + 1):
-            if all(
-                relative_half_width(self._values(name, None, rows[:n])) <= goal for name, goal in self.until.items()
-            ):
-                return n
-            self._short = n
-        return None
+        until = self.until.items()
+        stop = first_sufficient(
+            lambda n: ((self._values(name, None, rows[:n]), goal) for name, goal in until),
+            range(self._short + 1, len(rows) + 1),
+        )
+        self._short = max(self._short, len(rows)) if stop is None else stop - 1
+        return stop
 
     @property
     def target_met(self) -> bool:

@@ -1,0 +1,148 @@
+"""Ladders of levels: corrections from few realizations, the limit in q_c, the pixel, and what an interval is worth."""
+
+import numpy as np
+import pytest
+
+from roughsim import estimate as est
+from roughsim.ladder import observe
+from roughsim.means import Sample
+
+NAME = "flash_temperature"
+
+
+def level(values, *, q_max=1.0, side=64.0, rows=None):
+    """A level that has only a T_flash: values (n, speeds) at the given realizations."""
+    rows = np.arange(len(values)) if rows is None else rows
+    return Sample(q_max, side, rows, {NAME: values}, np.ones(1), np.ones((len(values), 1)), 1.0)
+
+
+def seldom(values, every, **names):
+    rows = np.arange(0, len(values), every)
+    return level(values[rows], rows=rows, **names)
+
+
+def test_a_fine_level_of_few_realizations_corrects_the_coarse_one():
+    rng = np.random.default_rng(0)
+    coarse = 10.0 + rng.standard_normal((24, 2))
+    fine = coarse - 3.0 + 0.01 * rng.standard_normal((24, 2))
+    samples = [level(coarse), seldom(fine, 4, q_max=2.0, side=128.0)]
+    values = observe(NAME, samples, capped=True, end=2.0)  # C(q) ends at the finest level: nothing to extrapolate
+    expected = coarse.mean(axis=0) + (fine - coarse)[::4].mean(axis=0)
+    np.testing.assert_allclose(values.extrapolated.mean(axis=0), expected, rtol=1e-13)
+    np.testing.assert_array_equal(np.unique(values.group, return_counts=True)[1], [18, 6])
+    full = observe(NAME, [level(coarse), level(fine, q_max=2.0, side=128.0)], capped=True, end=2.0)
+    few, all_ = est.standard_error(values.extrapolated, values.group), est.standard_error(full.extrapolated)
+    np.testing.assert_allclose(few, all_, rtol=0.2)  # six fine solves are worth almost as much as 24
+
+
+@pytest.mark.statistical
+def test_the_error_of_a_ladder_is_its_scatter_over_many_ladders():
+    rng = np.random.default_rng(1)
+    means, variances = [], []
+    for _ in range(2000):
+        coarse = rng.standard_normal((24, 1))
+        fine = 0.8 * coarse + 0.5 * rng.standard_normal((24, 1))
+        values = observe(NAME, [level(coarse), seldom(fine, 4, q_max=2.0)], capped=True, end=2.0)
+        means.append(values.extrapolated.mean())
+        variances.append(est.standard_error(values.extrapolated, values.group)[0] ** 2)
+    # relative error of both sides 1/√1000 = 3 %; a group of six rows is taken as a little too uncertain
+    assert np.mean(variances) == pytest.approx(np.var(means), rel=0.12)
+
+
+def power_law(cutoffs, exponent, limit=7.0, c=3.0, **names):
+    return [level(np.full((13, 1), limit + c * q**-exponent), q_max=q, side=64.0 * q, **names) for q in cutoffs]
+
+
+@pytest.mark.parametrize("exponent", [0.7, 1.0, 1.4])
+def test_three_rungs_reach_the_end_of_the_spectrum_exactly(exponent):
+    end = 40.0
+    values = observe(NAME, power_law([1.0, 2.0, 4.0], exponent), capped=True, end=end)
+    assert values.extrapolated.mean() == pytest.approx(7.0 + 3.0 * end**-exponent, rel=1e-10)
+    assert values.exponent[0] == pytest.approx(exponent, rel=1e-9)
+    remainder = 3.0 * (4.0**-exponent - end**-exponent)
+    first_order = 3.0 * (2.0**-exponent - 4.0**-exponent) * (1.0 - 4.0 / end)
+    assert values.bandwidth[0] == pytest.approx(max(abs(remainder - first_order), 0.1 * remainder), rel=1e-9)
+
+
+def test_each_speed_has_its_own_exponent():
+    slow, fast = (power_law([1.0, 2.0, 4.0], p) for p in (1.5, 0.8))
+    both = [
+        a._replace(numbers={NAME: np.hstack([a.numbers[NAME], b.numbers[NAME]])})
+        for a, b in zip(slow, fast, strict=True)
+    ]
+    np.testing.assert_allclose(observe(NAME, both, capped=True).exponent, [1.5, 0.8], rtol=1e-9)
+
+
+def test_two_rungs_are_doubted_by_a_quarter_of_the_remainder():
+    values = observe(NAME, power_law([2.0, 4.0], 1.0), capped=True)
+    assert values.extrapolated.mean() == pytest.approx(7.0, rel=1e-12)
+    assert values.bandwidth[0] == pytest.approx(0.25 * 3.0 / 4.0, rel=1e-12)
+
+
+@pytest.mark.parametrize(("capped", "order"), [(False, 2.0), (True, 1.4)])
+def test_a_partner_takes_the_error_of_the_pixel_off(capped, order):
+    coarse, fine = (level(np.full((12, 1), 5.0 + 0.4 * side**-order), side=side) for side in (1.0, 2.0))
+    values = observe(NAME, [coarse, fine], capped=capped, end=1.0)
+    assert values.extrapolated.mean() == pytest.approx(5.0, rel=1e-12)
+    assert values.finest.mean() == pytest.approx(5.0 + 0.4 * 2.0**-order, rel=1e-12)
+    assert values.pixel[0] == pytest.approx(0.4 * 2.0**-order, rel=1e-9)  # as much as was taken off
+
+
+def test_a_pixel_error_that_goes_with_the_cut_off_is_extrapolated_away():
+    def rung(q, pixels):
+        return level(np.full((12, 1), 7.0 + 3.0 / q + 2.0 / (pixels * q)), q_max=q, side=pixels * q)
+
+    samples = [rung(1.0, 4.0), rung(1.0, 8.0), rung(2.0, 4.0), rung(2.0, 8.0), rung(4.0, 4.0)]
+    values = observe(NAME, samples, capped=True)
+    assert values.extrapolated.mean() == pytest.approx(7.0, rel=1e-12)
+    assert values.pixel[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_what_is_left_of_the_pixel_shrinks_on_the_way_to_the_top_rung():
+    def rung(q, pixels, error):
+        return level(np.full((12, 1), 7.0 + 3.0 / q + error), q_max=q, side=pixels * q)
+
+    # half the pixel changes the lower rung by −0.3, the upper one by −0.2: their limit by 2(−0.2) + 0.3 = −0.1
+    samples = [rung(1.0, 4.0, 0.3), rung(1.0, 8.0, 0.0), rung(2.0, 4.0, 0.2), rung(2.0, 8.0, 0.0), rung(4.0, 4.0, 0.1)]
+    expected = 0.1 * (2.0 / 4.0) / (1.0 - 2.0**-1.4)
+    assert observe(NAME, samples, capped=True).pixel[0] == pytest.approx(expected, rel=1e-9)
+    alone = [samples[0], samples[2], samples[3], samples[4]]
+    expected = 0.2 * (2.0 / 4.0) ** 0.5 / (1.0 - 2.0**-1.4)
+    assert observe(NAME, alone, capped=True).pixel[0] == pytest.approx(expected, rel=1e-9)
+
+
+def test_without_a_finer_grid_nobody_knows_the_pixel():
+    for samples in (power_law([1.0], 1.0), power_law([1.0, 2.0], 1.0)):
+        assert np.isnan(observe(NAME, samples, capped=True).pixel[0])
+
+
+def coverage(trials, target, skew, seed):
+    """Share of 95 % intervals that hold the truth, stopped at the first n ≥ 12 that meets the target."""
+    rng = np.random.default_rng(seed)
+    covered = 0
+    for _ in range(trials):
+        noise = rng.gamma(1.0 / skew**2, skew**2, 240) - 1.0 if skew else rng.standard_normal(240)
+        base = 10.0 * (1.0 + 0.03 * noise / (skew or 1.0))[:, None]
+        steps = 1.0 + 0.002 * rng.standard_normal((2, 240, 1))
+
+        def prefix(n, base=base, steps=steps):
+            coarse = base[:n] + 8.0 / 1.0
+            middle = coarse - (8.0 - 4.0) * steps[0, :n]
+            top = middle - (4.0 - 2.0) * steps[1, :n]
+            return [level(coarse), seldom(middle, 4, q_max=2.0), seldom(top, 4, q_max=4.0)]
+
+        stop = est.first_sufficient(lambda n: [(observe(NAME, prefix(n), capped=True), target)], range(12, 241))
+        found = est.estimate(NAME, observe(NAME, prefix(stop or 240), capped=True))
+        covered += abs(found.mean[0] - 10.0) <= found.half_width[0]
+    return covered / trials
+
+
+@pytest.mark.statistical
+def test_intervals_hold_the_truth_as_often_as_they_say():
+    assert 0.90 < coverage(300, 0.01, 0.0, 2) < 0.99
+
+
+@pytest.mark.slow
+@pytest.mark.statistical
+def test_intervals_cover_over_many_sequential_trials():
+    assert 0.925 <= coverage(2000, 0.012, 0.5, 3) <= 0.97
