@@ -19,6 +19,7 @@ def pattern(*rows):
 def flooded(mask, *, periodic):
     """Sizes of the patches by filling them one after the other."""
     left, sizes = mask.copy(), []
+    wrap = mask.shape if periodic else (1 << 30, 1 << 30)
     while left.any():
         start = tuple(np.argwhere(left)[0])
         left[start] = False
@@ -26,10 +27,9 @@ def flooded(mask, *, periodic):
         while queue:
             i, j = queue.popleft()
             size += 1
-            for near in ((i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)):
-                if periodic:
-                    near = (near[0] % mask.shape[0], near[1] % mask.shape[1])
-                inside = 0 <= near[0] < mask.shape[0] and 0 <= near[1] < mask.shape[1]
+            for x, y in ((i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)):
+                near = (x % wrap[0], y % wrap[1])
+                inside = near[0] < mask.shape[0] and near[1] < mask.shape[1]
                 if inside and left[near]:
                     left[near] = False
                     queue.append(near)
