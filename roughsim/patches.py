@@ -129,9 +129,10 @@ def corrected_area(mask: ArrayLike, grid: Grid) -> float:
     """Return the area of a contact, less what its pixels add along its edge, m².
 
     A − (π − 1 + ln 2)/24 · S Δx, S the length of the edge as the pixels draw it; for oblong pixels the strip along
-    each side is taken of the pixel's width across it. It is meant for edges of all directions alike (rough contact):
-    one straight along a row of pixels errs by 1/6 pixel instead. What is left of the error of Hertz contacts and
-    rough ones falls faster than the pixel.
+    each side is taken of the pixel's width across it. It is meant for edges of all directions alike (rough contact);
+    one straight along a row of pixels errs by 1/6 pixel instead. And it is meant for pressures that fall to zero as a
+    root, as on any smooth surface: a surface that has yielded and is pressed again has steep edges, whose pixels add
+    less.
 
     Parameters
     ----------
