@@ -221,6 +221,8 @@ def test_bad_loads_are_refused_before_the_first_is_pressed(load):
         rs.follow_loads(heights, grid, rs.Solid(1.0, 0.1), nominal_pressures=[0.01, load])
 
 
-def test_no_loads_are_no_steps():
+def test_no_loads_are_no_steps_and_the_hardness_itself_is_one():
     heights, grid = rough(16)
+    (step,) = rs.follow_loads(heights, grid, rs.Solid(1.0, 0.1), nominal_pressures=[0.1])
+    assert step.contact.plastic_fraction == 1.0
     assert list(rs.follow_loads(heights, grid, rs.Solid(1.0, 0.1), nominal_pressures=[])) == []
