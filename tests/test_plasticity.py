@@ -100,6 +100,45 @@ def test_the_deformed_surface_repeats_the_pressures_elastically_and_without_new_
         assert more.volume < 10 * tolerance * deformed.volume
 
 
+def hard_surfaces():
+    rng = np.random.default_rng(1)
+    plateau, step = np.zeros((64, 64)), np.zeros((64, 64))
+    plateau[20:40, 25:45] = step[:32] = 0.01
+    unit = rs.Grid((64, 64), (1.0, 1.0))
+    return {
+        "plateau": (plateau, unit),
+        "step": (step, unit),
+        "white noise": (0.01 * rng.standard_normal((64, 64)), unit),
+        "heavy tail": (0.01 * np.exp(2 * rng.standard_normal((64, 64))), unit),
+        "steep": rough(64, slope=10.0, per_wave=2),
+        "smooth": rough(64, slope=1e-8),
+        "prime": rough(61),
+        "oblong": (rough(64)[0], rs.Grid((64, 64), (1.0, 3.0))),
+        "3 × 3": (0.01 * rng.standard_normal((3, 3)), rs.Grid((3, 3), (1.0, 1.0))),
+        "1 × 128": (0.01 * np.cumsum(rng.standard_normal((1, 128))).reshape(1, 128), rs.Grid((1, 128), (1.0, 1.0))),
+    }
+
+
+HARD = hard_surfaces()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", HARD)
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6, 1e-9])
+def test_pressures_repeat_on_hard_surfaces(name, tolerance):
+    heights, grid = HARD[name]
+    q = np.hypot(*np.meshgrid(*(np.fft.fftfreq(n, d) for n, d in zip(grid.shape, grid.spacing, strict=True)))).T
+    flattening = np.abs(np.fft.ifft2(np.fft.fft2(heights) * np.pi * q)).max()
+    for share in (1e-3, 0.1, 0.9):
+        for ratio in (1.0001, 2.0, 50.0):
+            solid = rs.Solid(1.0, ratio * share * flattening)
+            contact, deformed = press(heights, grid, solid, share * flattening, tolerance)
+            for again in (rs.Solid(1.0), solid):
+                reloaded, _ = press(deformed.heights, grid, again, share * flattening, tolerance)
+                difference = np.linalg.norm(reloaded.pressure - contact.pressure)
+                assert difference < 3 * tolerance * np.linalg.norm(contact.pressure)
+
+
 def test_a_load_that_returns_again_and_again_deforms_once():
     heights, grid = rough(64)
     first, *later = rs.follow_loads(
