@@ -30,6 +30,8 @@ if TYPE_CHECKING:  # for readers of types; at run time names are imported when t
     from roughsim.contact import Contact as Contact
     from roughsim.contact import Solid as Solid
     from roughsim.contact import solve_contact as solve_contact
+    from roughsim.contact.plasticity import follow_loads as follow_loads
+    from roughsim.contact.plasticity import plastic_deformation as plastic_deformation
     from roughsim.ensemble import run as run
     from roughsim.errors import ConvergenceError as ConvergenceError
     from roughsim.errors import RecordError as RecordError
@@ -45,6 +47,9 @@ if TYPE_CHECKING:  # for readers of types; at run time names are imported when t
     from roughsim.numerics import Numerics as Numerics
     from roughsim.observables import Sliding as Sliding
     from roughsim.observables import measure as measure
+    from roughsim.patches import contact_patches as contact_patches
+    from roughsim.patches import corrected_area as corrected_area
+    from roughsim.patches import corrected_fractions as corrected_fractions
     from roughsim.plan import plan as plan
     from roughsim.realization import realize as realize
     from roughsim.record import open_run as open_run
@@ -64,6 +69,11 @@ _HOME = {
     "Solid": "contact",
     "Contact": "contact",
     "solve_contact": "contact",
+    "plastic_deformation": "contact.plasticity",
+    "follow_loads": "contact.plasticity",
+    "contact_patches": "patches",
+    "corrected_area": "patches",
+    "corrected_fractions": "patches",
     "Body": "heat",
     "half_space_temperature": "heat",
     "partition_heat": "heat",

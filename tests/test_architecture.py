@@ -13,6 +13,7 @@ SOURCES = sorted([*(ROOT / "roughsim").rglob("*.py"), *(ROOT / "theory").rglob("
 ORDER = (
     "errors",
     "grid",
+    "patches",
     "_kernels",
     "fourier",
     "spectrum",

@@ -15,6 +15,8 @@ import numpy as np
 
 from roughsim._kernels import REORDER, kernel
 
+ROUNDING = 2 * float(np.finfo(np.float64).eps)
+
 
 @kernel(fastmath=REORDER)
 def subtract_heights(start: int, stop: int, heights: Any, middle: float, unit: float, gap: Any) -> Any:
@@ -184,16 +186,17 @@ def advance(
 ) -> Any:
     """Add τ step to the pressure and τ S·step to the gap; return the sums of `clipped_sum` there.
 
-    What the rounding of the step left of a bound (a share `slack` of p) goes onto the bound.
+    What the rounding of the step left of a bound (a share `slack` of the step) goes onto the bound: no more, since the
+    gap knows nothing of it.
     """
     p, gap, step, response = p[start:stop], gap[start:stop], step[start:stop], response[start:stop]
     offset, stiffness, cap = law
     total, inside = 0.0, 0
-    top = cap * (1.0 - slack)
+    top = cap * (1.0 - ROUNDING)
     for i in range(stop - start):
         x = p[i] + length * step[i]
         x = 0.0 if x <= slack * p[i] else x
-        x = cap if x >= top else x
+        x = cap if x >= top - slack * length * step[i] else x
         p[i] = x
         gap[i] += length * response[i]
         x -= stiffness * (gap[i] - offset)

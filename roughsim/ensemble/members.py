@@ -47,6 +47,8 @@ def _member(scene: Scene, numerics: Numerics, one: Realization) -> Member:
         "resting_flash_temperature": seen.resting_flash_temperature,
         "contact_fraction": np.array([contact.contact_fraction]),
         "plastic_fraction": np.array([contact.plastic_fraction]),
+        "contact_fraction_corrected": np.array([seen.contact_fraction_corrected]),
+        "plastic_fraction_corrected": np.array([seen.plastic_fraction_corrected]),
         "pressure_variance": np.array([seen.pressure_variance]),
     }
     kept = one.index < numerics.keep_fields

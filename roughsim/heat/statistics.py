@@ -14,13 +14,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import ndimage
 
 from roughsim.errors import ConvergenceError, number, positive, real_field
 from roughsim.grid import Grid
+from roughsim.patches import RESOLVED, patch_sizes
 
 Vector = NDArray[np.float64]
-RESOLVED = 4  # pixels: the size of a smaller patch is a number of the grid
 _STEPS = 100  # of the fixed point
 
 
@@ -128,12 +127,11 @@ def hot_spots(temperature: ArrayLike, grid: Grid, threshold: float, *, periodic:
         Join regions over the sides of the cell; False for fields of the free half-space.
     """
     field = real_field("temperature", temperature, grid.shape)
-    labels, count = ndimage.label(field > number("threshold", threshold, "K"))
-    pixels = np.bincount(labels.ravel(), minlength=count + 1)[1:]
-    if periodic and count:
-        pixels = np.bincount(_regions(labels, count), weights=pixels)
-    sizes: Vector = np.sort(pixels.astype(np.float64))[::-1]
-    return HotSpots(sizes * math.prod(grid.spacing), int((sizes < RESOLVED).sum()))
+    sizes: NDArray[np.int64] = np.sort(patch_sizes(field > number("threshold", threshold, "K"), periodic=periodic))[
+        ::-1
+    ]
+    areas = np.multiply(sizes, math.prod(grid.spacing), dtype=np.float64)
+    return HotSpots(areas, int((sizes < RESOLVED).sum()))
 
 
 def profiles(temperature: ArrayLike, grid: Grid, point: tuple[int, int] | None = None) -> tuple[Vector, Vector]:
@@ -222,19 +220,6 @@ def effective_conductivity(
         change,
         _STEPS,
     )
-
-
-def _regions(labels: NDArray[Any], count: int) -> NDArray[Any]:
-    """Number of the region, joined over the sides of the cell, of each labelled part."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    first = np.concatenate((labels[0], labels[:, 0]))
-    last = np.concatenate((labels[-1], labels[:, -1]))
-    both = (first > 0) & (last > 0)
-    joins = coo_array((np.ones(int(both.sum())), (first[both] - 1, last[both] - 1)), shape=(count, count))
-    region: NDArray[Any] = connected_components(joins, directed=False)[1]
-    return region
 
 
 def _contact(temperature: ArrayLike, heat_flux: ArrayLike) -> tuple[Vector, Vector]:

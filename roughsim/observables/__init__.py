@@ -28,6 +28,7 @@ from roughsim.grid import Grid
 from roughsim.heat import responses, unit_vector
 from roughsim.observables.angular import angular_means
 from roughsim.observables.radial import StressSpectrum, stress_spectrum
+from roughsim.patches import corrected_fractions
 
 Array = NDArray[np.float64]
 
@@ -119,7 +120,9 @@ class Observables:
     resting_flash_temperature : ndarray
         ⟨Tσ⟩/σ₀, K, of the same heat μσ|v| in a body that does not move under it.
     contact_fraction, plastic_fraction : float
-        As the contact gives them.
+        As the contact gives them: shares of the pixels.
+    contact_fraction_corrected, plastic_fraction_corrected : float
+        The same, less what the pixels add along the edges of the contact (`roughsim.patches`).
     nominal_pressure : float
         σ₀, the mean pressure, Pa.
     stress_spectrum : StressSpectrum
@@ -135,6 +138,8 @@ class Observables:
     resting_flash_temperature: Array
     contact_fraction: float
     plastic_fraction: float
+    contact_fraction_corrected: float
+    plastic_fraction_corrected: float
     nominal_pressure: float
     stress_spectrum: StressSpectrum
 
@@ -202,6 +207,8 @@ def _observables(
     """Give the sums over the modes their factor, and form the ratios; 0/0 without stress variance is NaN."""
     speed = np.abs(sliding.speeds)
     resting = float(np.sum(spectrum.variance / spectrum.wavenumber))
+    hardness = float(contact.pressure.max()) if contact.plastic_fraction > 0.0 else math.inf
+    corrected = corrected_fractions(np.maximum(contact.pressure, 0.0), hardness)
     with np.errstate(divide="ignore", invalid="ignore"):
         factor = sliding.heat_partition * sliding.friction_coefficient * speed / (sliding.conductivity * mean)
         ratios = sums[0] / (sums[1:] + 0.0)  # a sum of −0 would give −inf at rest
@@ -215,6 +222,8 @@ def _observables(
             resting_flash_temperature=factor * resting,
             contact_fraction=contact.contact_fraction,
             plastic_fraction=contact.plastic_fraction,
+            contact_fraction_corrected=corrected[0],
+            plastic_fraction_corrected=corrected[1],
             nominal_pressure=mean,
             stress_spectrum=spectrum,
         )

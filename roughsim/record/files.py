@@ -19,7 +19,11 @@ from roughsim.means import UNITS
 
 Array = NDArray[np.float64]
 FORMAT = 1  # raised when older readers would misread
-NUMBER_UNITS = UNITS | {"resting_flash_temperature": "K"}
+NUMBER_UNITS = UNITS | {
+    "resting_flash_temperature": "K",
+    "contact_fraction_corrected": "1",
+    "plastic_fraction_corrected": "1",
+}
 FIELD_UNITS = {"heights": "m", "pressure": "Pa"}
 
 

@@ -26,6 +26,8 @@ _WORDS = {
     "resting_flash_temperature": "<T sigma>/<sigma> of the same heat in a body that does not move under it",
     "contact_fraction": "A/A0",
     "plastic_fraction": "share of the cell at the penetration hardness",
+    "contact_fraction_corrected": "A/A0 less what the pixels add along the edge of the contact",
+    "plastic_fraction_corrected": "plastic_fraction with what the pixels take along its edge",
     "pressure_variance": "<sigma^2> - sigma0^2",
     "heights": "composite heights",
     "pressure": "contact pressure, positive in compression",

@@ -1,0 +1,188 @@
+"""A steel surface pressed once, relieved and pressed again: what yields, what stays, and what Eq. (27) says of it.
+
+    python experiments/unloading.py [--toy] [-o FOLDER]
+
+Two rough steel faces of hardness 1.2 GPa are pressed with up to 90 MPa, relieved, pressed to the same load and beyond.
+Drawn: the way of the flat; contact and yielded area on the way up and down; one profile before and after; the power
+spectrum of the deformed surface beside C_sm(q) of the theory; patches by size; how well the deformed surface repeats
+the pressures elastically, which it should to the tolerance of the solver.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+import roughsim as rs
+from theory import plasticity
+
+mpl.use("Agg")
+mpl.rcParams.update({"font.size": 9, "axes.titlesize": 9, "axes.spines.top": False, "axes.spines.right": False})
+mpl.rcParams.update({"legend.frameon": False, "legend.fontsize": 8, "savefig.dpi": 150})
+mpl.rcParams.update({"figure.constrained_layout.use": True, "axes.grid": True, "grid.alpha": 0.25})
+BLUE, RED, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "0.55"
+SCENE = rs.load_scene("steel-1.2GPa")
+LENGTH, LOAD, MICRON, MEGA = 3.96e-3, 90e6, 1e6, 1e-6
+STEEL = rs.Solid(SCENE.effective_modulus, SCENE.penetration_hardness)
+
+
+def history(heights, grid, points, tolerance):
+    """Up to the load, down, up again and to twice the load: (load, flat, areas, plastic volume so far) of each step."""
+    up = LOAD * np.linspace(0, 1, points + 1)[1:] ** 2
+    beyond = LOAD * np.linspace(1, 2, 6)[1:]
+    parts = {"first loading": up, "unloading": up[-2::-1], "loading again": np.concatenate((up[1:], beyond))}
+    loads = np.concatenate(list(parts.values()))
+    steps = rs.follow_loads(heights, grid, STEEL, nominal_pressures=loads, tolerance=tolerance)
+    rows, volume = [], 0.0
+    for load, (contact, deformed) in zip(loads, steps, strict=True):
+        volume += deformed.volume
+        rows.append([load, deformed.flat_height, contact.contact_fraction, contact.plastic_fraction, volume])
+    ends = np.cumsum([len(part) for part in parts.values()])[:-1]
+    return dict(zip(parts, np.split(np.array(rows), ends), strict=True))
+
+
+def ring_psd(heights, grid, edges):
+    """C(q) of a surface in rings of wavenumber, m⁴: ⟨|h_q|²⟩ A₀/4π²."""
+    power = np.abs(np.fft.rfft2(heights) / heights.size) ** 2 * np.prod(grid.lengths) / (4 * np.pi**2)
+    ring = np.digitize(grid.wavenumbers.ravel(), edges)
+    weights = np.broadcast_to(grid.multiplicity, power.shape).ravel()
+    total = np.bincount(ring, power.ravel() * weights, len(edges) + 1)[1:-1]
+    return total / np.bincount(ring, weights, len(edges) + 1)[1:-1]
+
+
+def repeats(heights, grid, tolerances):
+    """Relative difference of the pressures when the deformed surface is pressed elastically by the same load."""
+    found = []
+    for tolerance in tolerances:
+        first = rs.solve_contact(heights, grid, STEEL, nominal_pressure=LOAD, tolerance=tolerance)
+        surface = rs.plastic_deformation(first, heights, grid, STEEL).heights
+        elastic = rs.Solid(STEEL.effective_modulus)
+        again = rs.solve_contact(surface, grid, elastic, nominal_pressure=LOAD, tolerance=tolerance)
+        found.append(np.linalg.norm(again.pressure - first.pressure) / np.linalg.norm(first.pressure))
+    return np.array(found)
+
+
+def draw_history(way, area, parts):
+    styles = {"first loading": (BLUE, "-"), "unloading": (RED, "-"), "loading again": ("k", ":")}
+    origin = parts["first loading"][0, 1]
+    for name, (colour, line) in styles.items():
+        rows = parts[name]
+        way.plot((origin - rows[:, 1]) * MICRON, rows[:, 0] * MEGA, color=colour, ls=line, label=name)
+        area.plot(rows[:, 0] * MEGA, 100 * rows[:, 2], color=colour, ls=line)
+    for name, first in (("first loading", 0.0), ("loading again", LOAD)):  # on unloading nothing yields
+        rows = parts[name][parts[name][:, 0] > first]
+        area.plot(rows[:, 0] * MEGA, 100 * rows[:, 3], color=styles[name][0], ls="--", lw=1)
+    area.plot([], [], color=GREY, label="contact")
+    area.plot([], [], color=GREY, ls="--", lw=1, label="yielded")
+    way.set(title="the flat moves down and comes back a little", xlabel="way of the flat (µm)", ylabel="load (MPa)")
+    area.set(title="unloading is elastic and keeps its area", xlabel="load (MPa)", ylabel="share of the cell (%)")
+    way.legend()
+    area.legend()
+
+
+def draw_profile(axis, heights, deformed, grid):
+    row, middle = np.unravel_index(deformed.displacement.argmax(), grid.shape)
+    y = (np.arange(grid.shape[1]) - grid.shape[1] // 2) * grid.spacing[1] * MICRON
+    shift = grid.shape[1] // 2 - middle
+    axis.plot(y, np.roll(heights[row], shift) * MICRON, color=GREY, lw=1, label="new")
+    axis.plot(y, np.roll(deformed.heights[row], shift) * MICRON, color=RED, lw=1, label="after 90 MPa, relieved")
+    axis.axhline(deformed.flat_height * MICRON, color=BLUE, lw=0.8, label="flat at 90 MPa")
+    axis.set(title="profile through the largest plastic displacement", xlabel="y (µm)", ylabel="height (µm)")
+    axis.set(xlim=(-300, 300), ylim=(-3.5, heights[row].max() * MICRON * 1.45))
+    axis.legend(loc="upper left")
+
+
+def draw_spectra(axis, heights, deformed, grid):
+    load = {"effective_modulus": STEEL.effective_modulus, "nominal_pressure": LOAD}
+    spectrum = SCENE.spectrum
+    smooth = plasticity.smoothed_spectrum(spectrum, penetration_hardness=STEEL.penetration_hardness, **load)
+    edges = np.geomspace(spectrum.breaks[0], grid.nyquist / 2, max(4, grid.shape[0] // 40))
+    edges = edges[np.concatenate(([True], np.diff(edges) > 2 * np.pi / LENGTH))]
+    q = np.sqrt(edges[1:] * edges[:-1])
+    before, after = (ring_psd(surface, grid, edges) for surface in (heights, deformed.heights))
+    axis.loglog(q, before, color=GREY, label="new")
+    axis.loglog(q, after, color=RED, label="deformed")
+    theory = smooth(q)
+    axis.loglog(q, theory, color="k", ls="--", label="theory, $C_{sm}$")
+    axis.set(title="the spectrum falls far less than in Eq. (27)", xlabel="wavenumber (rad/m)", ylabel="C(q) (m⁴)")
+    axis.set_ylim(before[-1] / 100, 2 * before[0])
+    axis.legend()
+    return q, after / before, theory / spectrum(q)
+
+
+def draw_patches(axis, top, relieved, grid):
+    fields = {
+        "contact at 90 MPa": (top.pressure > 0, BLUE),
+        "yielded at 90 MPa": (top.pressure == STEEL.penetration_hardness, RED),
+        "contact after, at 10 MPa": (relieved.pressure > 0, GREEN),
+    }
+    for name, (mask, colour) in fields.items():
+        found = rs.contact_patches(mask, grid)
+        sizes = found.size_distribution()
+        middle, some = np.sqrt(sizes.edges[1:] * sizes.edges[:-1]) * MICRON**2, sizes.counts > 0
+        axis.loglog(middle[some], sizes.density[some] / MICRON**2, "o-", ms=3, color=colour, label=name)
+        print(
+            f"{name}: {found.count} patches, largest {found.largest * MICRON**2:.4g} µm², "
+            f"{100 * found.unresolved_share:.1f} % of the area in patches below 4 pixels"
+        )
+    pixel = np.prod(grid.spacing) * MICRON**2
+    axis.axvspan(axis.get_xlim()[0], 4 * pixel, color="0.93", zorder=0)
+    axis.margins(x=0)
+    axis.set(title="patches by size (grey: below 4 pixels)", xlabel="area (µm²)", ylabel="patches per µm² of size")
+    axis.legend()
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--toy", action="store_true", help="small and quick, to see it work")
+    options.add_argument("-o", "--output", type=Path, default=Path("runs/unloading"), help="folder of the figure")
+    given = options.parse_args()
+    given.output.mkdir(parents=True, exist_ok=True)
+    points = 64 if given.toy else 1024
+    grid = rs.Grid((points, points), (LENGTH, LENGTH))
+    spectrum = SCENE.spectrum.truncated(q_max=grid.nyquist / 2)  # four pixels per shortest wave
+    heights = rs.synthesize(spectrum, grid, np.random.default_rng(1))
+    figure = Figure(figsize=(11, 6.4))
+    (way, area, repeat), (profile, psd, patch) = figure.subplots(2, 3)
+    parts = history(heights, grid, 6 if given.toy else 16, 1e-6)
+    draw_history(way, area, parts)
+    top, deformed = next(rs.follow_loads(heights, grid, STEEL, nominal_pressures=[LOAD]))
+    relieved = rs.solve_contact(deformed.heights, grid, STEEL, nominal_pressure=10e6)
+    draw_profile(profile, heights, deformed, grid)
+    q, kept, theory = draw_spectra(psd, heights, deformed, grid)
+    draw_patches(patch, top, relieved, grid)
+    tolerances = np.array([1e-2, 1e-6]) if given.toy else 10.0 ** np.arange(-9, -1)
+    errors = repeats(heights, grid, tolerances)
+    repeat.loglog(tolerances, errors, "o-", color=RED, ms=4, label="found")
+    repeat.loglog(tolerances, tolerances, color=GREY, lw=0.8, label="the tolerance itself")
+    repeat.set(title="pressures repeat on the deformed surface", xlabel="tolerance", ylabel="relative difference")
+    repeat.legend()
+    figure.savefig(given.output / "unloading.png")
+    tell(parts, top, deformed, errors / tolerances, (q, kept, theory))
+
+
+def tell(parts, top, deformed, ratio, spectra):
+    rows, again, area = parts["first loading"], parts["loading again"], LENGTH**2
+    contact, plastic = rs.corrected_fractions(top.pressure, STEEL.penetration_hardness)
+    print(f"at 90 MPa: contact {top.contact_fraction:.4f}, yielded {top.plastic_fraction:.4f} of the cell")
+    print(f"  (corrected for the pixels {contact:.4f}, {plastic:.4f}; load over hardness {90 / 1200:.4f})")
+    print(f"  plastic displacement up to {deformed.displacement.max() * MICRON:.3f} µm,")
+    print(
+        f"  {deformed.volume / area * 1e9:.3f} nm over the cell, plastic work {1.2e9 * deformed.volume / area:.4g} J/m²"
+    )
+    down = parts["unloading"][-1, 2] / rows[0, 2]
+    print(f"relieved to {rows[0, 0] * MEGA:.2g} MPa: contact {down:.2f} times that of the first loading")
+    repeated, doubled = again[again[:, 0] <= LOAD, 4][-1] / rows[-1, 4], again[-1, 4] / rows[-1, 4]
+    print(f"pressed again to 90 MPa: {repeated - 1:.1e} of the plastic volume is added; to 180 MPa: {doubled - 1:.2f}")
+    print(f"pressures repeat elastically to {ratio.min():.2f} ... {ratio.max():.2f} tolerances")
+    q, kept, theory = spectra
+    for k in np.unique(np.linspace(0, len(q) - 1, 5).astype(int)):
+        print(f"  q = {q[k]:8.3g} rad/m: C falls to {kept[k]:.3f}, in the theory to {theory[k]:.3g}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,168 @@
+"""What hardness-capped contact leaves behind: the plastic displacement, and how it acts on later loads.
+
+The material is elastic and perfectly plastic (Almqvist et al. 2007): where p = σ_P the elastic surface would overlap
+the flat, gap < d, and the overlap w = d − gap is the plastic displacement. On the surface h − w the same pressures
+meet the conditions of elastic contact. So the same load repeats them without new yielding, lower loads are
+elastic, and higher ones go on where the first loading stopped: plastic displacements add up to that of the highest
+load. The plastic work is σ_P times the volume, since the pressure stays at σ_P while w grows. Pile-up is left out:
+the volume is that of pressed-in material, which real metals push up beside the contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import pi, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughsim.contact import Contact, Solid, solve_contact
+from roughsim.errors import positive, real_field
+from roughsim.grid import Grid
+from roughsim.patches import yielded_points
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlasticDeformation:
+    """What a contact has deformed for good.
+
+    Attributes
+    ----------
+    displacement : ndarray
+        w ≥ 0, shape `grid.shape`, m, away from the flat: what is left when the load is gone.
+    heights : ndarray
+        The deformed surface, heights − w, m.
+    volume : float
+        ∫ w, m³; times σ_P it is the plastic work, J.
+    flat_height : float
+        Where the flat lies under load, m, on the scale of the heights; heights that it passes are pressed down.
+    """
+
+    displacement: Array
+    heights: Array
+    volume: float
+    flat_height: float
+
+
+class LoadStep(NamedTuple):
+    """One step of a history of loads: its contact, and what this step has deformed."""
+
+    contact: Contact
+    deformation: PlasticDeformation
+
+
+def plastic_deformation(contact: Contact, heights: ArrayLike, grid: Grid, solid: Solid) -> PlasticDeformation:
+    """Return what a solved contact has deformed for good; nothing if it is elastic.
+
+    Parameters
+    ----------
+    contact : Contact
+        From `solve_contact`.
+    heights : array_like
+        The heights it was solved with, shape `grid.shape`, m.
+    grid : Grid
+        Its cell.
+    solid : Solid
+        Its solid.
+
+    Returns
+    -------
+    PlasticDeformation
+        Its displacement is known to the tolerance of the solve. Without any elastic contact the flat may lie anywhere
+        between the lowest yielded point and the highest free one: the smallest displacement is taken.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Fields that are not finite, real and of `grid.shape`, pressures beyond the hardness, or heights whose gap is
+        not constant over the elastic contact: then they, or the cell, are not those of the contact.
+    """
+    surface = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
+    pressure = real_field("pressure", contact.pressure, grid.shape)
+    if not pressure.any():
+        raise ValueError("pressure = 0 Pa everywhere; without contact the flat lies nowhere")
+    yielded = yielded_points(pressure, solid.penetration_hardness)
+    gap = real_field("displacement", contact.displacement, grid.shape) - surface
+    free = gap[(pressure > 0.0) & ~yielded]
+    offset = float(free.mean() if free.size else gap[yielded].max())
+    _check_gap(free - offset, contact, surface, grid, solid)
+    displacement = np.where(yielded, np.maximum(offset - gap, 0.0), 0.0)
+    volume = float(displacement.mean()) * grid.lengths[0] * grid.lengths[1]
+    return PlasticDeformation(displacement, surface - displacement, volume, -offset)
+
+
+def _check_gap(error: Array, contact: Contact, heights: Array, grid: Grid, solid: Solid) -> None:
+    """The residual bounds the errors of the gap: κ‖gap − d‖ ≤ residual ‖p‖ over the elastic contact, κ ≥ πE*/L."""
+    if not error.size:
+        return
+    stiffness = pi * solid.effective_modulus / max(grid.lengths)
+    largest = float(contact.pressure.max())
+    norm = largest * sqrt(float(np.square(contact.pressure / largest).sum()))
+    rounding = 4 * float(np.finfo(contact.displacement.dtype).eps) * float(np.ptp(contact.displacement))
+    rounding += 64 * float(np.finfo(np.float64).eps) * float(np.abs(heights).max())
+    limit = 4 * contact.residual * norm / stiffness + rounding * sqrt(error.size)
+    found = float(np.abs(error).max())
+    if found > limit:
+        raise ValueError(
+            f"heights: the gap over the elastic contact varies by {found:.6g} m, but the contact was solved to "
+            f"{limit:.6g} m; give the heights, the grid and the solid it was solved with"
+        )
+
+
+def follow_loads(
+    heights: ArrayLike,
+    grid: Grid,
+    solid: Solid,
+    *,
+    nominal_pressures: Sequence[float],
+    tolerance: float = 1e-6,
+) -> Iterator[LoadStep]:
+    """Press a surface with one load after another, each on what the loads before have left of it.
+
+    Parameters
+    ----------
+    heights : array_like
+        The new surface, shape `grid.shape`, m.
+    grid : Grid
+        The periodic cell.
+    solid : Solid
+        E* and σ_P.
+    nominal_pressures : sequence of float
+        σ₀ of each step, Pa, rising or falling.
+    tolerance : float, optional
+        Of each solve.
+
+    Yields
+    ------
+    LoadStep
+        `contact`, and the `deformation` that this step adds; `deformation.heights` is the surface after it.
+
+    Raises
+    ------
+    ConvergenceError, TypeError, ValueError
+        As `solve_contact`; all loads are checked before the first solve.
+    """
+    surface = real_field("heights", heights, grid.shape)
+    loads = [positive("nominal_pressures", load, "Pa") for load in nominal_pressures]
+    highest = max(loads, default=0.0)
+    if highest > solid.penetration_hardness:
+        raise ValueError(
+            f"nominal_pressures = {highest:.6g} Pa exceeds penetration_hardness = {solid.penetration_hardness:.6g} "
+            "Pa; no contact can carry it"
+        )
+    return _steps(surface, grid, solid, loads, tolerance)
+
+
+def _steps(surface: NDArray[Any], grid: Grid, solid: Solid, loads: list[float], tolerance: float) -> Iterator[LoadStep]:
+    for load in loads:
+        contact = solve_contact(surface, grid, solid, nominal_pressure=load, tolerance=tolerance)
+        deformation = plastic_deformation(contact, surface, grid, solid)
+        surface = deformation.heights
+        yield LoadStep(contact, deformation)
+
+
+__all__ = ["LoadStep", "PlasticDeformation", "follow_loads", "plastic_deformation"]
