@@ -150,7 +150,8 @@ class Run:
             every = self.numerics.levels[level].every
             there = [k for k, index in enumerate(rows) if index % every == 0]
             members = [self.members[level, rows[k]] for k in there]
-            numbers = {name: np.stack([m.numbers[name] for m in members]) for name in members[0].numbers}
+            names = [n for n in members[0].numbers if all(n in m.numbers for m in members)]  # older files have fewer
+            numbers = {name: np.stack([m.numbers[name] for m in members]) for name in names}
             stored = [read_member(member_path(self.folder, level, rows[k])) for k in there] if spectra else members
             spectrum = np.stack([m.spectrum for m in stored])
             side = float(self.numerics.levels[level].shape[0])
