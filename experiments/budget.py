@@ -1,0 +1,188 @@
+"""The error budget, foretold and found: the three steels and ten random scenes, and what levels are worth.
+
+    python experiments/budget.py [--toy] [-o FOLDER] [--workers N]
+
+Each scene is planned for a total error of T_flash, run until the statistical error that the plan names, and set beside
+what the plan foretold: realizations, error in all, CPU and wall time. Then the gain of solving fine levels for few
+realizations, by observable: the cost of all levels for every realization over that of the best split at equal
+statistical error, from the scatter that each steel run has found. --toy takes three quick scenes at 4 %.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+import roughsim as rs
+from roughsim.ladder import observe
+from roughsim.means import UNITS
+from roughsim.record import Run
+from roughsim.scene import parse_scene
+
+mpl.use("Agg")
+
+RANDOM = """
+title = "random {number}"
+[surface]
+rms_height = "{height:.3g} um"
+hurst = {hurst:.2f}
+q_min = "{q_min:.4g} 1/m"
+q_max = "{q_max:.4g} 1/m"
+[body]
+youngs_modulus = "{modulus:.0f} GPa"
+poisson_ratio = 0.3
+{hardness}
+conductivity = {conductivity:.1f}
+density = 7000
+heat_capacity = 500
+[counterface]
+like = "body"
+[sliding]
+nominal_pressure = "{pressure:.1f} MPa"
+friction_coefficient = 0.2
+speed = [{slow:.3g}, {fast:.3g}]
+heat_partition = 0.8
+[ensemble]
+max_realizations = 400
+"""
+
+
+def random_scene(number: int) -> rs.Scene:
+    """Return a scene with everything drawn at random; every third one is elastic with fewer decades of roughness."""
+    draw = np.random.default_rng(1000 + number)
+    elastic = number % 3 == 2
+    q_min = 10 ** draw.uniform(3, 4)
+    decades = draw.uniform(1.0, 1.6) if elastic else draw.uniform(1.8, 3.0)
+    hardness = draw.uniform(0.5, 3.0)
+    return parse_scene(
+        RANDOM.format(
+            number=number,
+            height=draw.uniform(0.3, 2.0),
+            hurst=draw.uniform(0.5, 0.95),
+            q_min=q_min,
+            q_max=q_min * 10**decades,
+            modulus=draw.uniform(60, 300),
+            hardness="" if elastic else f'penetration_hardness = "{hardness:.2f} GPa"',
+            conductivity=draw.uniform(5, 100),
+            pressure=1e3 * hardness * draw.uniform(0.03, 0.3) if not elastic else draw.uniform(20, 200),
+            slow=10 ** draw.uniform(-2, 0),
+            fast=10 ** draw.uniform(0.5, 1.7),
+        )
+    )
+
+
+@dataclass(frozen=True)
+class Row:
+    """What was foretold of a scene, and what was found."""
+
+    name: str
+    realizations: tuple[int, int]
+    error: tuple[float, float]
+    cpu: tuple[float, float]
+    wall: float
+    parts: dict[str, float]
+
+
+def used() -> float:
+    """CPU seconds of this process and of its ended workers."""
+    own, others = resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)
+    return own.ru_utime + own.ru_stime + others.ru_utime + others.ru_stime
+
+
+def foretold_and_found(name: str, scene: rs.Scene, target: float, folder: Path, workers: int) -> tuple[Row, Run]:
+    numerics = rs.plan(replace(scene, ensemble=replace(scene.ensemble, until={})), target)
+    forecast = numerics.forecast
+    assert forecast is not None
+    stop = max(target**2 - forecast.bandwidth**2 - forecast.pixel**2, 0.1 * target**2) ** 0.5
+    cpu, wall = used(), time.perf_counter()
+    run = rs.run(scene, folder / name, numerics=numerics, until={"flash_temperature": stop}, workers=workers)
+    cpu, wall = used() - cpu, time.perf_counter() - wall
+    found = run.estimate("flash_temperature")
+    k = int(np.argmax(found.mean))
+    parts = {source: float(part[k] / found.mean[k]) for source, part in found.budget.items()}
+    error = forecast.total, float(found.total_error[k] / found.mean[k])
+    return Row(name, (forecast.realizations, found.n), error, (forecast.cpu_seconds, cpu), wall, parts), run
+
+
+def gain(run: Run) -> dict[str, float]:
+    """Cost of all levels for every realization over that of the best split, at equal statistical error."""
+    level = run.numerics.of_column(run.column(None))
+    points = [run.numerics.grid(i).points for i in level]
+    few = [i for i in run.sound(run.realizations) if i % run.numerics.levels[level[-1]].every == 0]
+    result = {}
+    for name in UNITS:
+        samples = run.samples(None, few)
+        whole = observe(name, samples, capped=True, end=run.scene.spectrum.breaks[-1]).extrapolated
+        base = observe(name, samples[:1], capped=True).extrapolated
+        with np.errstate(invalid="ignore"):
+            v_all, v_base, v_rest = (x.var(axis=0, ddof=1) for x in (whole, base, whole - base))
+            split = (np.sqrt(v_base * points[0]) + np.sqrt(v_rest * sum(points[1:]))) ** 2
+        ratio = sum(points) * v_all / np.where(split > 0, split, np.nan)
+        if np.any(np.isfinite(ratio)):
+            result[name] = float(np.nanmedian(ratio))
+    return result
+
+
+def told(rows: list[Row]) -> None:
+    print(f"{'scene':14s}{'n':>10s}{'total error':>18s}{'CPU s':>16s}{'wall s':>8s}   parts found, %")
+    for row in rows:
+        parts = " ".join(f"{name} {100 * part:.2g}" for name, part in row.parts.items())
+        n, error, cpu = row.realizations, row.error, row.cpu
+        print(
+            f"{row.name:14s}{n[0]:>5d}/{n[1]:<4d}{100 * error[0]:>9.2f}/{100 * error[1]:<6.2f} %"
+            f"{cpu[0]:>9.1f}/{cpu[1]:<7.1f}{row.wall:>7.1f}   {parts}"
+        )
+    print("foretold/found; the total error is of the highest T_flash; CPU includes starting the workers")
+
+
+def chart(rows: list[Row], path: Path) -> None:
+    figure = Figure((7.2, 3.4), layout="constrained")
+    for axes, title, pairs in zip(
+        figure.subplots(1, 2),
+        ("total error (%)", "CPU time (s)"),
+        ([[100 * x for x in row.error] for row in rows], [row.cpu for row in rows]),
+        strict=True,
+    ):
+        low, high = 0.6 * min(map(min, pairs)), 1.7 * max(map(max, pairs))
+        axes.fill_between([low, high], [low / 2, high / 2], [2 * low, 2 * high], color="0.92", label="within 2×")
+        axes.plot([low, high], [low, high], color="0.5", lw=0.8)
+        for row, pair in zip(rows, pairs, strict=True):
+            steel = row.name.startswith("steel")
+            axes.plot(*pair, "o" if steel else "s", ms=6, mfc="#d55e00" if steel else "#0072b2", mec="white")
+        axes.set(xscale="log", yscale="log", xlim=(low, high), ylim=(low, high))
+        axes.set(xlabel=f"{title}, foretold", ylabel=f"{title}, found")
+        axes.legend(frameon=False, loc="upper left")
+    figure.savefig(path, dpi=130)
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--toy", action="store_true", help="three quick scenes at 4 %%")
+    options.add_argument("-o", "--output", type=Path, default=Path("runs/budget"), help="folder of the runs")
+    options.add_argument("--workers", type=int, default=1, help="processes")
+    given = options.parse_args()
+    given.output.mkdir(parents=True, exist_ok=True)
+    steels = [] if given.toy else [f"steel-{x}GPa" for x in ("0.5", "1.2", "2.0")]
+    scenes = {name: rs.load_scene(name) for name in steels or ["demo"]}
+    scenes |= {f"random-{i}": random_scene(i) for i in range(1, 3 if given.toy else 11)}
+    rows, runs = [], {}
+    for name, scene in scenes.items():
+        row, runs[name] = foretold_and_found(name, scene, 0.04 if given.toy else 0.01, given.output, given.workers)
+        rows.append(row)
+        print(f"{name}: done after {row.wall:.0f} s", flush=True)
+    told(rows)
+    for name in list(scenes)[: 1 if given.toy else 3]:
+        gains = ", ".join(f"{observable} {value:.2g}" for observable, value in gain(runs[name]).items())
+        print(f"{name}, fine levels for few instead of for all: {gains}")
+    chart(rows, given.output / "budget.png")
+
+
+if __name__ == "__main__":
+    main()
