@@ -49,7 +49,7 @@ def test_the_total_share_measured_in_full_contact_is_the_theory_to_rounding(full
         np.testing.assert_allclose(analytic.heat_partition(scene), told, rtol=1e-12)
     # long after the start the two backgrounds dominate: effusivities share the heat, κ₁ρ₁c₁ = 2 κ₂ρ₂c₂
     np.testing.assert_allclose(shares[1e-3], np.sqrt(2) / (1 + np.sqrt(2)), rtol=1e-2)
-    assert shares[1e-6] != pytest.approx(shares[1e-3], rel=1e-3)
+    assert max(shares[1e-6]) < 0.6  # without the backgrounds it is 2/3 at rest and more at speed
 
 
 def test_at_rest_there_is_no_heat_but_a_width_and_a_share(table):
