@@ -6,13 +6,14 @@ All temperatures here are with all the heat in the moving body; the share is a q
 from __future__ import annotations
 
 from math import pi
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import erf
 
 from roughsim.grid import Grid
-from roughsim.means import RADII
+from roughsim.means import RADII, Sample
 from roughsim.observables import StressSpectrum
 from roughsim.spectrum import TruncatedSpectrum
 from roughsim.surface import mode_variance
@@ -53,10 +54,14 @@ def heat_partition(scene: Scene) -> Array:
     return np.full(len(scene.speeds), 1.0 if rule == "all" else float(rule))
 
 
-def theoretical_partition(scene: Scene, rule: str = "mean") -> Array:
-    """Return the theory's share per speed; NaN without a conducting counterface."""
+def theoretical_partition(scene: Scene, rule: str | None = None) -> Array:
+    """Return the theory's share per speed; NaN without a conducting counterface.
+
+    The rule, if None, is that of the scene: "total" where it says so, else "mean".
+    """
     from theory import partition
 
+    rule = rule or ("total" if scene.sliding.heat_partition == "total" else "mean")
     if scene.counter_conductivity is None:
         return np.full(len(scene.speeds), np.nan)
     duration: dict[str, Any] = {"duration": scene.sliding.duration} if rule == "total" else {}
@@ -195,7 +200,7 @@ def mode_sums(scene: Scene, spectrum: Any, grid: Grid) -> dict[str, Array]:
     rate = scene.sliding.friction_coefficient * speeds / (scene.body.conductivity * scene.sliding.nominal_pressure)
     even, odd = flash.angular_integrals(speeds[:, None] / (scene.diffusivity * q))
     temperature, gradient = (2 / pi * even) @ (stress / q), (2 / pi * odd) @ stress
-    laplacian, resting = -(2 / pi * even) @ (stress * q), float((stress / q).sum())
+    laplacian = -(2 / pi * even) @ (stress * q)
     with np.errstate(divide="ignore"):
         slope_length = temperature / np.abs(gradient)
     result = {
@@ -204,7 +209,7 @@ def mode_sums(scene: Scene, spectrum: Any, grid: Grid) -> dict[str, Array]:
         "flash_laplacian": rate * laplacian,
         "flash_width": np.sqrt(-temperature / laplacian),
         "slope_length": slope_length,
-        "heat_partition": _mode_share(scene, resting, temperature),
+        "heat_partition": _mode_share(scene, q, stress / q, temperature),
         "contact_fraction": np.array([probability]),
         "plastic_fraction": np.array([area_fractions(scene)["plastic_fraction"]]),
         "pressure_variance": np.array([float(stress.sum())]),
@@ -227,8 +232,63 @@ def _mode_stress(scene: Scene, spectrum: Any, grid: Grid) -> tuple[Array, Array,
     return q, (0.5 * scene.effective_modulus * q) ** 2 * roughness * weight, float(share)
 
 
-def _mode_share(scene: Scene, resting: float, moving: Array) -> Array:
+def _mode_share(scene: Scene, q: Array, resting: Array, moving: Array) -> Array:
+    """Share of the moving body; `resting` (modes,) and `moving` (speeds,) are κT σ₀/μv without the background."""
     if scene.counter_conductivity is None:
         return np.full(moving.shape, np.nan)
-    still = resting * scene.body.conductivity / scene.counter_conductivity
-    return still / (still + moving)
+    heated = _heating(scene, q)
+    still = float(resting @ heated.growth) + heated.resting
+    still *= scene.body.conductivity / scene.counter_conductivity
+    return still / (still + moving + heated.moving)
+
+
+class _Heating(NamedTuple):
+    """What the time of sliding adds to the balance of the two bodies.
+
+    `growth` (modes,) is the part of the steady temperature that the resting body has reached; `moving` and `resting`
+    are the backgrounds κT₀ σ₀/μv, Pa² m. With the rule "mean" they are 1, 0 and 0.
+    """
+
+    growth: Array
+    moving: float
+    resting: float
+
+
+def _heating(scene: Scene, q: Array) -> _Heating:
+    from theory import background
+
+    time, diffusivity = scene.sliding.duration, scene.counter_diffusivity
+    if scene.sliding.heat_partition != "total" or time is None or diffusivity is None:
+        return _Heating(np.ones_like(q), 0.0, 0.0)
+    square = scene.sliding.nominal_pressure**2
+    moving, resting = (
+        float(background.temperature(time, heat_flux=square, conductivity=1.0, diffusivity=d))
+        for d in (scene.diffusivity, diffusivity)
+    )
+    return _Heating(erf(q * np.sqrt(diffusivity * time)), moving, resting)
+
+
+def balanced(scene: Scene, sample: Sample) -> Sample:
+    """Return a level with the temperatures that the two bodies should have in common for the share of the scene.
+
+    For "total" they include the background T₀ after the sliding duration, and the resting body's has grown for that
+    time; for all other scenes they are the flash temperatures as they are.
+
+    Parameters
+    ----------
+    scene : Scene
+        What was computed.
+    sample : Sample
+        The level, its stress spectra included.
+    """
+    if scene.sliding.heat_partition != "total":
+        return sample
+    steady = sample.spectrum / sample.wavenumber
+    heated = _heating(scene, sample.wavenumber)
+    rate = sample.numbers["resting_flash_temperature"] / steady.sum(axis=1, keepdims=True)  # μv/κσ₀, also at rest
+    grown = (steady @ heated.growth)[:, None] + heated.resting
+    numbers = {
+        "resting_flash_temperature": rate * grown,
+        "flash_temperature": sample.numbers["flash_temperature"] + rate * heated.moving,
+    }
+    return sample._replace(numbers=sample.numbers | numbers)

@@ -1,13 +1,16 @@
 """What the theory says of a scene: the share that is used, and the sums over modes."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.special import erf
 
 import roughsim as rs
 from roughsim import analytic
-from theory import partition
+from roughsim.spectrum import TruncatedSpectrum
+from theory import flash, partition
 
 
 def sliding(scene, **changes):
@@ -40,6 +43,39 @@ def test_the_rules_of_the_share_are_those_of_the_theory():
     assert 0.77 < total[at_35] < 0.785
 
 
+def different_bodies(scene, **changes):
+    other = {"like": None, "conductivity": 12.0, "density": 2700.0, "heat_capacity": 900.0}
+    return sliding(replace(scene, counterface=replace(scene.counterface, **other)), **changes)
+
+
+def test_the_total_temperatures_of_two_different_bodies_agree_in_theory_and_over_the_modes():
+    # s (τ₂ + T₂) = (1 − s)(τ₁ + T₁(t)), each side with all the heat and written out here
+    steel = different_bodies(rs.load_scene("steel-1.2GPa"), heat_partition="total", duration=1e-3)
+    spectrum, length = analytic.smoothed_spectrum(steel), 6 * 2 * np.pi / 6350
+    stress = {
+        "effective_modulus": steel.effective_modulus,
+        "nominal_pressure": 9e7,
+        "gamma": 0.294,
+    }
+    heat = {"friction_coefficient": 0.11, "conductivity": 30.0, "diffusivity": steel.diffusivity}
+    moving = flash.flash_temperature(35.0, spectrum, **stress, **heat)
+    moving += 2 * 0.11 * 9e7 * 35 / 30 * np.sqrt(steel.diffusivity * 1e-3 / np.pi)
+    spread = np.sqrt(12 / (2700 * 900) * 1e-3)
+    nodes, weights = np.polynomial.legendre.leggauss(120)
+    pieces = []
+    for low, high in pairwise(np.log(spectrum.breaks)):
+        q = np.exp(0.5 * (high - low) * nodes + 0.5 * (high + low))
+        density = 2 * np.pi * analytic.stress_spectrum(steel, q) * erf(q * spread)
+        pieces.append(0.5 * (high - low) * weights @ (density * q))
+    resting = 0.11 * 35 / (12 * 9e7) * sum(pieces) + 2 * 0.11 * 9e7 * 35 / 12 * spread / np.sqrt(np.pi)
+    expected, k = resting / (resting + moving), steel.speeds.index(35.0)
+    assert analytic.heat_partition(steel)[k] == pytest.approx(expected, rel=1e-6)
+    assert analytic.predictions(steel)["heat_partition"][k] == pytest.approx(expected, rel=1e-6)
+    drawn = TruncatedSpectrum(spectrum, 1.9e5)
+    summed = analytic.mode_sums(steel, drawn, rs.Grid((384, 384), (length, length)))
+    assert summed["heat_partition"][k] == pytest.approx(expected, rel=5e-3)
+
+
 def test_without_a_conducting_counterface_there_is_no_theoretical_share(capped_scene):
     alone = replace(sliding(capped_scene, heat_partition="all"), counterface=None)
     assert np.isnan(analytic.theoretical_partition(alone)).all()
@@ -58,7 +94,7 @@ def test_mode_sums_approach_the_integrals_as_the_cell_grows():
     for waves in (1, 4, 12):
         length = waves * 2 * np.pi / 6350
         grid = rs.Grid((48 * waves, 48 * waves), (length, length))
-        sums = analytic.mode_sums(steel, rs.spectrum.TruncatedSpectrum(spectrum, 1.3e5), grid)
+        sums = analytic.mode_sums(steel, TruncatedSpectrum(spectrum, 1.3e5), grid)
         errors[waves] = {
             name: abs(sums[name][-1] / whole[name][-1] - 1) for name in sums if name not in ("plastic_fraction",)
         }

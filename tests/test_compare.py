@@ -1,11 +1,13 @@
 """The comparison: exact in full contact, complete, and honest about what it compares."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import roughsim as rs
+from roughsim import analytic
 from roughsim.compare import Ratio
 from roughsim.means import UNITS
 
@@ -31,6 +33,23 @@ def test_full_contact_is_exact_through_the_whole_chain(full_scene, tmp_path):
         assert ratio.z == 0.0
         checked += 1
     assert checked == 25
+
+
+def test_the_total_share_measured_in_full_contact_is_the_theory_to_rounding(full_scene, tmp_path):
+    shares = {}
+    for duration in (1e-6, 1e-3):
+        sliding = replace(full_scene.sliding, heat_partition="total", duration=duration)
+        scene = replace(full_scene, sliding=sliding)
+        rows = [r for r in rs.compare(rs.run(scene, tmp_path / str(duration))).rows if r.observable == "heat_partition"]
+        for row in rows:
+            assert row.columns["elastic"].mean == pytest.approx(row.theory, rel=1e-10)
+            assert row.ratios["elastic_over_theory"].value == pytest.approx(1.0, abs=1e-10)
+        shares[duration] = [row.theory for row in rows]
+        told = [row.theory_full_spectrum for row in rows]
+        np.testing.assert_allclose(analytic.heat_partition(scene), told, rtol=1e-12)
+    # long after the start the two backgrounds dominate: effusivities share the heat, κ₁ρ₁c₁ = 2 κ₂ρ₂c₂
+    np.testing.assert_allclose(shares[1e-3], np.sqrt(2) / (1 + np.sqrt(2)), rtol=1e-2)
+    assert max(shares[1e-6]) < 0.6  # without the backgrounds it is 2/3 at rest and more at speed
 
 
 def test_at_rest_there_is_no_heat_but_a_width_and_a_share(table):

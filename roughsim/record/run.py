@@ -178,7 +178,9 @@ class Run:
         name = self.column(column)
         resting = self.scene.counter_conductivity
         ratio = nan if resting is None else self.scene.body.conductivity / resting
-        samples = self.samples(name, rows, spectra=observable in RADII)
+        samples = self.samples(name, rows, spectra=observable in (*RADII, "heat_partition"))
+        if observable == "heat_partition":
+            samples = [analytic.balanced(self.scene, sample) for sample in samples]
         end = self.scene.spectrum.breaks[-1]
         values = observe(observable, samples, capped=name == "capped", resting_ratio=ratio, end=end)
         rest = {name: 0.0 for name in TEMPERATURES} | {"slope_length": np.inf}
