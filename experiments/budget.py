@@ -100,7 +100,8 @@ def foretold_and_found(name: str, scene: rs.Scene, target: float, folder: Path, 
     numerics = rs.plan(replace(scene, ensemble=replace(scene.ensemble, until={})), target)
     forecast = numerics.forecast
     assert forecast is not None
-    stop = max(target**2 - forecast.bandwidth**2 - forecast.pixel**2, 0.1 * target**2) ** 0.5
+    systematic = forecast.bandwidth**2 + forecast.pixel**2 + forecast.size**2
+    stop = max(target**2 - systematic, 0.1 * target**2) ** 0.5
     cpu, wall = used(), time.perf_counter()
     run = rs.run(scene, folder / name, numerics=numerics, until={"flash_temperature": stop}, workers=workers)
     cpu, wall = used() - cpu, time.perf_counter() - wall

@@ -30,12 +30,13 @@ class Forecast(NamedTuple):
     statistical: float
     bandwidth: float
     pixel: float
+    size: float
     cpu_seconds: float
 
     @property
     def total(self) -> float:
         """Root of the sum of squares."""
-        return sqrt(self.statistical**2 + self.bandwidth**2 + self.pixel**2)
+        return sqrt(self.statistical**2 + self.bandwidth**2 + self.pixel**2 + self.size**2)
 
 
 @dataclass(frozen=True, slots=True)

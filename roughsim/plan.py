@@ -12,11 +12,13 @@ from dataclasses import replace
 from math import ceil, hypot, inf, isfinite, pi, sqrt
 from typing import TYPE_CHECKING
 
+import numpy as np
 from scipy.stats import t as student
 
 from roughsim import analytic
 from roughsim.errors import ResolutionError, number
 from roughsim.estimate import LEAST
+from roughsim.grid import Grid
 from roughsim.numerics import Column, Forecast, Level, Numerics, Reason
 from roughsim.pilot import Pilot, pilot
 
@@ -85,7 +87,9 @@ def _chosen(
     seen = pilot(scene, column, lengths, q_max if scene.elastic else min(q_max, 4.0 * _scale(scene)[0]))
     build = _elastic_levels if scene.elastic else _capped_levels
     chosen, (bandwidth, pixel) = build(scene, lengths, target, seen)
-    goal = sqrt(max(target**2 - bandwidth**2 - pixel**2, 0.1 * target**2)) if stop is None else stop
+    size = _size_error(scene, lengths, chosen[0][0])
+    systematic = hypot(bandwidth, pixel, size)
+    goal = sqrt(max(target**2 - systematic**2, 0.1 * target**2)) if stop is None else stop
     scatter, hot, change = (0.02, 0.02, 0.003)
     if seen is not None:
         scatter, hot, change = seen.scatter, seen.hot_scatter, 0.75 * seen.change_scatter
@@ -95,10 +99,17 @@ def _chosen(
     count = min(_realizations(hypot(scatter, sqrt(every) * change), goal), most)
     statistical = _quantile(count) * hypot(hot, sqrt(every) * change) / sqrt(count)
     pace = SECONDS_PER_POINT if seen is None else 1.15 * seen.seconds_per_point
-    forecast = Forecast(count, statistical, bandwidth, pixel, pace * _points(levels, count))
+    forecast = Forecast(count, statistical, bandwidth, pixel, size, pace * _points(levels, count))
     why = [reason for _, reason in chosen]
     reasons = [Reason(a.column, _listed((a,)), reason) for a, reason in zip(levels, why, strict=True)]
     return levels, forecast, [*reasons, _told(seen), *_expected(forecast, goal)]
+
+
+def _size_error(scene: Scene, lengths: tuple[float, float], level: Level) -> float:
+    """What the cell leaves out of the highest T_flash, in the theory; ratios to it are free of this error."""
+    hottest = int(np.argmax(analytic.over_speed(scene, np.array(scene.speeds))["flash_temperature"]))
+    errors = analytic.size_errors(scene, Grid(level.shape, lengths), level.q_max)
+    return float(errors["flash_temperature"][hottest])
 
 
 def _told(seen: Pilot | None) -> Reason:
@@ -113,7 +124,7 @@ def _told(seen: Pilot | None) -> Reason:
 
 def _expected(forecast: Forecast, goal: float) -> list[Reason]:
     parts = f"statistical {100 * forecast.statistical:.2g} %, bandwidth {100 * forecast.bandwidth:.2g} %, "
-    parts += f"pixel {100 * forecast.pixel:.2g} % of the highest T_flash"
+    parts += f"pixel {100 * forecast.pixel:.2g} %, size {100 * forecast.size:.2g} % of the highest T_flash"
     workers = os.cpu_count() or 1
     wall = START_SECONDS + forecast.cpu_seconds / workers
     count, cost = f"about {forecast.realizations}", f"{forecast.cpu_seconds:.2g} s of CPU in all"

@@ -50,7 +50,8 @@ def test_a_plan_is_the_same_every_time_and_tells_what_to_expect():
     first, second = rs.plan(scene, 0.02), rs.plan(scene, 0.02)
     assert first == second
     forecast = first.forecast
-    assert forecast.total == pytest.approx(np.hypot(forecast.statistical, np.hypot(forecast.bandwidth, forecast.pixel)))
+    parts = (forecast.statistical, forecast.bandwidth, forecast.pixel, forecast.size)
+    assert forecast.total == pytest.approx(np.linalg.norm(parts))
     assert forecast.total <= 0.02
     assert forecast.realizations >= 12
     assert forecast.cpu_seconds > 0.0
