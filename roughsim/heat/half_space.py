@@ -17,7 +17,7 @@ from scipy.fft import next_fast_len
 from roughsim import fourier
 from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.grid import Grid
-from roughsim.heat.influence import Axis, pixel_influence
+from roughsim.heat.influence import Axis, one_sided_influence
 from roughsim.heat.periodic import checked_times, unit_vector
 
 Field = NDArray[Any]
@@ -72,12 +72,17 @@ def half_space_temperature(
     depth, times = not_negative("depth", depth, "m"), checked_times(time)
     ux, uy = unit_vector(direction)
     fields = np.zeros((times.size, *grid.shape), flux.dtype)
-    source = flux * flux.dtype.type(scale)
-    for field, instant in zip(fields, times.ravel(), strict=True):
-        if instant > 0.0:
-            spread = math.sqrt(diffusivity * instant)
-            response = influence_spectrum(grid, (drift * ux, drift * uy), depth, spread, flux.dtype.char)
-            field[...] = fourier.convolve(source, response, padded_shape(grid.shape))
+    flowing = np.flatnonzero(times.ravel() > 0.0)
+    spreads = np.sqrt(diffusivity * times.ravel()[flowing])
+    responses = (
+        influence_spectrum(grid, (drift * ux, drift * uy), depth, spread, flux.dtype.char) for spread in spreads
+    )
+    padded = padded_shape(grid.shape)
+    if flowing.size == 1:
+        fields[flowing[0]] = fourier.convolve(flux, next(responses), padded, scale)
+    elif flowing.size:
+        for index, field in zip(flowing, fourier.convolutions(flux, responses, padded, scale), strict=True):
+            fields[index] = field
     return fields.reshape(times.shape + grid.shape)
 
 
@@ -115,19 +120,7 @@ def _spectrum(
 ) -> Field:
     """The same in units of the pixel along x; these numbers are all that the influence of a pixel depends on."""
     x, y = Axis(shape[0], 1.0, drift[0]), Axis(shape[1], side, drift[1])
-    influence = pixel_influence(x, y, depth=depth, end=spread)
-    wrapped = np.zeros(padded_shape(shape))
-    for rows, from_rows in _both_signs(shape[0]):
-        for columns, from_columns in _both_signs(shape[1]):
-            wrapped[rows, columns] = influence[from_rows, from_columns]
-    spectrum = np.ascontiguousarray(fourier.forward(wrapped).T, np.result_type(precision, np.complex64))
+    influence = one_sided_influence(x, y, depth=depth, end=spread)
+    spectrum = fourier.influence_spectrum(influence, shape[1], padded_shape(shape), precision)
     spectrum.flags.writeable = False
     return spectrum
-
-
-def _both_signs(count: int) -> list[tuple[slice, slice]]:
-    """Where the offsets ≥ 0 and < 0 stand on the padded axis, and among those from −(count − 1) on."""
-    signs = [(slice(0, count), slice(count - 1, None))]
-    if count > 1:
-        signs.append((slice(1 - count, None), slice(0, count - 1)))
-    return signs
