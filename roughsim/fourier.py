@@ -24,7 +24,7 @@ except ImportError:  # the wheel of pyfftw bundles GPL code; some sites do witho
 
 PADDING = 8  # complex numbers between lines, so that equal places do not all fall onto the same part of the cache
 _ROWS = 64  # rows at a time, of an influence
-_BLOCK = 16  # columns at a time: they stay in the cache
+_BLOCK = 256  # bytes of a row of columns taken at a time: they stay in the cache
 _state = threading.local()
 _threads = 1
 
@@ -221,8 +221,8 @@ def convolutions(
     for part, block in _columns_forward(rows.spectrum, shape):
         source[part] = block.result[: part.stop - part.start]
     for response in responses:
-        rows, block = _rows((field.shape[0], shape[1]), field.dtype), lines(_BLOCK, shape[0], field.dtype)
-        for part in _parts(shape):
+        rows, block = _rows((field.shape[0], shape[1]), field.dtype), _block(shape, field.dtype)
+        for part in _parts(shape, block):
             _column_backward(block, source[part], response, part, rows.spectrum)
         yield _rows_backward(rows, field.shape, factor)
 
@@ -252,8 +252,8 @@ def influence_spectrum(
     nx = influence.shape[0] // 2 + 1
     turned = _influence_rows(influence, count, shape[1])
     result = np.empty((shape[1] // 2 + 1, shape[0]), np.result_type(dtype, np.complex64))
-    kernels, block = _column_kernels(), lines(_BLOCK, shape[0], np.float64)
-    for part in _parts(shape):
+    kernels, block = _column_kernels(), _block(shape, np.dtype(np.float64))
+    for part in _parts(shape, block):
         width = part.stop - part.start
         kernels.gather(turned[nx - 1 :], part.start, width, block.source)
         block.source[:width, nx : shape[0] - nx + 1] = 0.0
@@ -286,10 +286,15 @@ def _column_kernels() -> Any:
     return columns
 
 
-def _parts(shape: tuple[int, int]) -> Iterator[slice]:
+def _block(shape: tuple[int, int], dtype: Any) -> Lines:
+    """Lines for a few columns of the half spectrum of `shape`."""
+    return lines(_BLOCK // (2 * np.dtype(dtype).itemsize), shape[0], dtype)
+
+
+def _parts(shape: tuple[int, int], block: Lines) -> Iterator[slice]:
     """The columns of the half spectrum of `shape`, a block at a time."""
-    columns = shape[1] // 2 + 1
-    return (slice(start, min(start + _BLOCK, columns)) for start in range(0, columns, _BLOCK))
+    columns, width = shape[1] // 2 + 1, block.source.shape[0]
+    return (slice(start, min(start + width, columns)) for start in range(0, columns, width))
 
 
 def _rows_forward(field: NDArray[Any], shape: tuple[int, int]) -> _Rows:
@@ -302,8 +307,8 @@ def _rows_forward(field: NDArray[Any], shape: tuple[int, int]) -> _Rows:
 
 def _columns_forward(spectrum: NDArray[Any], shape: tuple[int, int]) -> Iterator[tuple[slice, Lines]]:
     """Yield each block of columns, transformed, in `result`."""
-    kernels, block = _column_kernels(), lines(_BLOCK, shape[0], spectrum.real.dtype)
-    for part in _parts(shape):
+    kernels, block = _column_kernels(), _block(shape, spectrum.real.dtype)
+    for part in _parts(shape, block):
         kernels.gather(spectrum, part.start, part.stop - part.start, block.source)
         block.source[:, spectrum.shape[0] :] = 0.0
         block.forward()
@@ -322,7 +327,8 @@ def _column_backward(
 
 def _rows_backward(rows: _Rows, shape: tuple[int, int], factor: float) -> NDArray[Any]:
     rows.backward()
-    return np.multiply(rows.field[:, : shape[1]], rows.field.dtype.type(factor))
+    result: NDArray[Any] = np.multiply(rows.field[:, : shape[1]], rows.field.dtype.type(factor))
+    return result
 
 
 def _rows(shape: tuple[int, int], dtype: DTypeLike) -> _Rows:

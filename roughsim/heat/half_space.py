@@ -10,15 +10,14 @@ import math
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.fft import next_fast_len
 
 from roughsim import fourier
 from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.grid import Grid
-from roughsim.heat.influence import Axis, one_sided_influence
-from roughsim.heat.periodic import checked_times, unit_vector
+from roughsim.heat.influence import Axis, Receiver, one_sided_influence
+from roughsim.heat.periodic import checked_times, fields_over_time, unit_vector
 
 Field = NDArray[Any]
 
@@ -71,18 +70,12 @@ def half_space_temperature(
     scale = grid.spacing[0] / positive("conductivity", conductivity, "W/(m K)")
     depth, times = not_negative("depth", depth, "m"), checked_times(time)
     ux, uy = unit_vector(direction)
-    fields = np.zeros((times.size, *grid.shape), flux.dtype)
-    flowing = np.flatnonzero(times.ravel() > 0.0)
-    spreads = np.sqrt(diffusivity * times.ravel()[flowing])
-    responses = (
-        influence_spectrum(grid, (drift * ux, drift * uy), depth, spread, flux.dtype.char) for spread in spreads
-    )
-    padded = padded_shape(grid.shape)
-    if flowing.size == 1:
-        fields[flowing[0]] = fourier.convolve(flux, next(responses), padded, scale)
-    elif flowing.size:
-        for index, field in zip(flowing, fourier.convolutions(flux, responses, padded, scale), strict=True):
-            fields[index] = field
+
+    def response(spread: float, kept: bool) -> Field:
+        drifts = (drift * ux, drift * uy)
+        return influence_spectrum(grid, drifts, depth, math.sqrt(spread), flux.dtype.char, kept=kept)
+
+    fields = fields_over_time(flux, diffusivity * times.ravel(), response, padded_shape(grid.shape), scale)
     return fields.reshape(times.shape + grid.shape)
 
 
@@ -93,7 +86,14 @@ def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:
 
 
 def influence_spectrum(
-    grid: Grid, drift: tuple[float, float], depth: float, spread: float, precision: str = "d"
+    grid: Grid,
+    drift: tuple[float, float],
+    depth: float,
+    spread: float,
+    precision: str = "d",
+    *,
+    receivers: tuple[Receiver, Receiver] = (Receiver.CENTRE, Receiver.CENTRE),
+    kept: bool = True,
 ) -> Field:
     """Return the padded half spectrum, turned, that makes T of q̇Δx/κ by `fourier.convolve`.
 
@@ -107,20 +107,24 @@ def influence_spectrum(
         z and √(Dt), m.
     precision : str
         "d" or "f", the type code of float64 or float32.
+    receivers : (Receiver, Receiver)
+        Where in the pixels the temperature is wanted, along x and y.
+    kept : bool
+        Keep it for the next call with the same dimensionless numbers: the latest four are kept.
     """
     unit, side = grid.spacing
-    return _spectrum(
-        grid.shape, side / unit, (drift[0] * unit, drift[1] * unit), depth / unit, spread / unit, precision
-    )
+    x = Axis(grid.shape[0], 1.0, drift[0] * unit, receivers[0])
+    y = Axis(grid.shape[1], side / unit, drift[1] * unit, receivers[1])
+    build = _kept_spectrum if kept else _spectrum
+    return build(x, y, depth / unit, float(spread) / unit, precision)
 
 
-@lru_cache(maxsize=4)
-def _spectrum(
-    shape: tuple[int, int], side: float, drift: tuple[float, float], depth: float, spread: float, precision: str
-) -> Field:
+def _spectrum(x: Axis, y: Axis, depth: float, spread: float, precision: str) -> Field:
     """The same in units of the pixel along x; these numbers are all that the influence of a pixel depends on."""
-    x, y = Axis(shape[0], 1.0, drift[0]), Axis(shape[1], side, drift[1])
     influence = one_sided_influence(x, y, depth=depth, end=spread)
-    spectrum = fourier.influence_spectrum(influence, shape[1], padded_shape(shape), precision)
+    spectrum = fourier.influence_spectrum(influence, y.count, padded_shape((x.count, y.count)), precision)
     spectrum.flags.writeable = False
     return spectrum
+
+
+_kept_spectrum = lru_cache(maxsize=4)(_spectrum)

@@ -81,8 +81,7 @@ class Axis:
     @property
     def passages(self) -> Vector:
         """Distances behind the source, in pixels, at which edges of pixels lie."""
-        first = 0.5 if self.receiver is Receiver.CENTRE else 0.0
-        return np.arange(self.count + 1) + first
+        return np.arange(0.5 if self.receiver is Receiver.CENTRE else 0.0, self.count + 1.0)
 
     def reached(self, low: float, high: float) -> tuple[int, int]:
         """First and last offset, in pixels, that heat of the age low < u < high can be over."""

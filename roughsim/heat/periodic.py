@@ -18,7 +18,8 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -101,7 +102,16 @@ def sliding_temperature(
     if np.isinf(durations).any() and abs(speed) * chord > 2 * math.pi * diffusivity:
         _warn_of_hot_tracks(abs(speed) * chord / (2 * math.pi * diffusivity))
     drift = (speed * ux / diffusivity, speed * uy / diffusivity)
-    fields = _fields(flux / flux.dtype.type(conductivity), grid, drift, depth, diffusivity * durations.ravel())
+    if (
+        flux[0, 0] == flux[-1, -1] and flux.min() == flux.max()
+    ):  # only q = 0: exactly nothing, whatever the transform rounds
+        return np.zeros((*durations.shape, *grid.shape), flux.dtype)
+
+    def response(spread: float, kept: bool) -> Field:
+        build = _kept_response if kept else _turned_response
+        return build(grid, drift, depth, spread, flux.dtype.char)
+
+    fields = fields_over_time(flux, diffusivity * durations.ravel(), response, grid.shape, 1 / conductivity)
     return fields.reshape(durations.shape + grid.shape)
 
 
@@ -188,21 +198,38 @@ def responses(
         yield count - rows[inner], partner
 
 
-def _fields(
-    flux: Field, grid: Grid, drift: tuple[float, float], depth: float, spreads: NDArray[np.float64]
-) -> NDArray[Any]:
-    """Temperatures for each D t in `spreads`: one forward transform, one inverse per field."""
-    fields = np.zeros((spreads.size, *grid.shape), flux.dtype)
-    if flux.min() == flux.max():  # only q = 0: exactly nothing, whatever the rounding of the transform
-        return fields
-    source = fourier.forward(flux)
-    product = np.empty_like(source)
-    for field, spread in zip(fields, spreads, strict=True):
-        if spread > 0.0:
-            for rows, response in responses(grid, drift, depth, spread):
-                product[rows] = source[rows] * response
-            field[...] = fourier.inverse(product, grid.shape)
+def fields_over_time(
+    flux: Field,
+    spreads: NDArray[np.float64],
+    response: Callable[[float, bool], Field],
+    shape: tuple[int, int],
+    factor: float,
+) -> Field:
+    """Return one field per entry of `spreads`: one forward transform for all, one inverse each; zero where D t = 0.
+
+    `response(spread, kept)` gives the response as `fourier.convolve` takes it; a single one is kept for the next call.
+    """
+    flowing = np.flatnonzero(spreads > 0.0)
+    if spreads.size == flowing.size == 1:
+        return fourier.convolve(flux, response(float(spreads[0]), True), shape, factor)[None]
+    fields = np.zeros((spreads.size, *flux.shape), flux.dtype)
+    if flowing.size:
+        series = (response(float(spread), False) for spread in spreads[flowing])
+        for index, field in zip(flowing, fourier.convolutions(flux, series, shape, factor), strict=True):
+            fields[index] = field
     return fields
+
+
+def _turned_response(grid: Grid, drift: tuple[float, float], depth: float, spread: float, precision: str) -> Field:
+    """κT/q̇ of all modes as `fourier.convolve` takes it, shape (n_y//2 + 1, n_x)."""
+    turned: Field = np.empty(grid.half_shape[::-1], np.result_type(precision, np.complex64))
+    for rows, response in responses(grid, drift, depth, spread):
+        turned[:, rows] = response.T / grid.points
+    turned.flags.writeable = False
+    return turned
+
+
+_kept_response = lru_cache(maxsize=2)(_turned_response)  # as large as the field: the latest two
 
 
 def _response_rows(
