@@ -16,7 +16,7 @@ from scipy.fft import next_fast_len
 from roughsim import fourier
 from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.grid import Grid
-from roughsim.heat.influence import Axis, Receiver, one_sided_influence
+from roughsim.heat.influence import Axis, one_sided_influence
 from roughsim.heat.periodic import checked_times, fields_over_time, unit_vector
 
 Field = NDArray[Any]
@@ -92,7 +92,6 @@ def influence_spectrum(
     spread: float,
     precision: str = "d",
     *,
-    receivers: tuple[Receiver, Receiver] = (Receiver.CENTRE, Receiver.CENTRE),
     kept: bool = True,
 ) -> Field:
     """Return the padded half spectrum, turned, that makes T of q̇Δx/κ by `fourier.convolve`.
@@ -107,24 +106,27 @@ def influence_spectrum(
         z and √(Dt), m.
     precision : str
         "d" or "f", the type code of float64 or float32.
-    receivers : (Receiver, Receiver)
-        Where in the pixels the temperature is wanted, along x and y.
     kept : bool
         Keep it for the next call with the same dimensionless numbers: the latest four are kept.
     """
+    unit = grid.spacing[0]
+    x, y = axes(grid, drift)
+    build = _kept_spectrum if kept else axes_spectrum
+    return build(x, y, depth / unit, spread / unit, precision)
+
+
+def axes(grid: Grid, drift: tuple[float, float]) -> tuple[Axis, Axis]:
+    """Return the axes in units of the pixel along x: with depth and time in it, all that an influence depends on."""
     unit, side = grid.spacing
-    x = Axis(grid.shape[0], 1.0, drift[0] * unit, receivers[0])
-    y = Axis(grid.shape[1], side / unit, drift[1] * unit, receivers[1])
-    build = _kept_spectrum if kept else _spectrum
-    return build(x, y, depth / unit, float(spread) / unit, precision)
+    return Axis(grid.shape[0], 1.0, drift[0] * unit), Axis(grid.shape[1], side / unit, drift[1] * unit)
 
 
-def _spectrum(x: Axis, y: Axis, depth: float, spread: float, precision: str) -> Field:
-    """The same in units of the pixel along x; these numbers are all that the influence of a pixel depends on."""
+def axes_spectrum(x: Axis, y: Axis, depth: float, spread: float, precision: str) -> Field:
+    """Return what `influence_spectrum` does, with all lengths in units of the pixel along x."""
     influence = one_sided_influence(x, y, depth=depth, end=spread)
     spectrum = fourier.influence_spectrum(influence, y.count, padded_shape((x.count, y.count)), precision)
     spectrum.flags.writeable = False
     return spectrum
 
 
-_kept_spectrum = lru_cache(maxsize=4)(_spectrum)
+_kept_spectrum = lru_cache(maxsize=4)(axes_spectrum)

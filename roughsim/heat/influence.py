@@ -6,10 +6,10 @@ is a product of one factor along x and one along y, and with u = √(Dτ) the te
     κT = (2/√π) ∫₀^√(Dt) e^(−z²/4u²) E(x, a) E(y, b) du,
     E(x, a) = ½ erf((x + p u² + a/2)/2u) − ½ erf((x + p u² − a/2)/2u),   p = v/D along that axis
 
-(Carslaw & Jaeger, 10.2 and 10.7). It is wanted at the centres of the pixels, at their edges, or as the mean over each
-of them: then E is [J(x + a) − 2J(x) + J(x − a)]/2a with J(x) the integral of erf((x + p u²)/2u). All offsets share the
-nodes in u, so each panel of nodes is one matrix product, over those offsets alone that the heat has reached by then and
-not yet left.
+(Carslaw & Jaeger, 10.2 and 10.7). It is wanted at the centres of the pixels, at points shifted from there, or as the
+mean over each pixel: then E is [J(x + a) − 2J(x) + J(x − a)]/2a with J(x) the integral of erf((x + p u²)/2u). All
+offsets share the nodes in u, so each panel of nodes is one matrix product, over those offsets alone that the heat has
+reached by then and not yet left.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ import math
 from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,28 +31,23 @@ _GROWTH = 4.0  # of u over a panel: 16 nodes then err by less than 1e-9 of the i
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
-class Receiver(Enum):
-    """Where in a pixel the temperature is wanted along an axis, in pixels from its centre."""
-
-    CENTRE = 0.0
-    LOWER_EDGE = -0.5
-    UPPER_EDGE = 0.5
-    MEAN = math.nan  # over the pixel
-
-
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """One axis of the grid: `count` pixels of side `size`, drift = v/D along it; lengths in any one unit."""
+    """One axis of the grid: `count` pixels of side `size`, drift = v/D along it; lengths in any one unit.
+
+    The temperature is wanted `shift` pixels from the centres, |shift| ≤ ½, or `averaged` over each pixel.
+    """
 
     count: int
     size: float
     drift: float
-    receiver: Receiver = Receiver.CENTRE
+    shift: float = 0.0
+    averaged: bool = False
 
     @property
     def mirrored(self) -> bool:
         """Whether the influence is even along this axis."""
-        return self.drift == 0.0 and self.receiver in {Receiver.CENTRE, Receiver.MEAN}
+        return self.drift == 0.0 and self.shift == 0.0
 
     @property
     def extent(self) -> float:
@@ -62,14 +56,14 @@ class Axis:
 
     @property
     def start(self) -> float:
-        """A u before which heat has neither left its pixel nor spread to its edge from the centre.
+        """A u before which heat has neither left its pixel nor spread to its edge from the point.
 
-        At an edge, or for the mean, spreading begins at once: there the drift over the edge must be slower than it.
+        On an edge, or for the mean, it spreads over the edge at once: there it must not yet have drifted as far.
         """
-        slow = math.sqrt(self.size / (4 * abs(self.drift))) if self.drift else math.inf
-        if self.receiver is not Receiver.CENTRE and self.drift:
-            slow = min(slow, 1 / abs(self.drift))
-        return min(self.size / 52, slow)
+        inside, p = 0.0 if self.averaged else (0.5 - abs(self.shift)) * self.size, abs(self.drift)
+        if inside > 0.0:
+            return min(inside / 26, math.sqrt(inside / (2 * p)) if p else math.inf)
+        return min(self.size / 52, 1 / p if p else math.inf)
 
     @property
     def end(self) -> float:
@@ -81,7 +75,9 @@ class Axis:
     @property
     def passages(self) -> Vector:
         """Distances behind the source, in pixels, at which edges of pixels lie."""
-        return np.arange(0.5 if self.receiver is Receiver.CENTRE else 0.0, self.count + 1.0)
+        first = 0.0 if self.averaged else (0.5 - math.copysign(self.shift, self.shift * self.drift)) % 1.0
+        distances: Vector = np.arange(first, self.count + 1.0)
+        return distances
 
     def reached(self, low: float, high: float) -> tuple[int, int]:
         """First and last offset, in pixels, that heat of the age low < u < high can be over."""
@@ -92,13 +88,13 @@ class Axis:
 
     def share(self, offsets: Vector, u: Vector) -> Vector:
         """E(x, a): share of a pixel's heat over the point, or over the pixel, at each offset; shape (offsets, u)."""
-        if self.receiver is Receiver.MEAN:
+        if self.averaged:
             edges = np.concatenate((offsets[:1] - 1, offsets, offsets[-1:] + 1))[:, None] * self.size
             scaled = (edges + self.drift * u**2) / (2 * u)
             integral = scaled * special.erf(scaled) + np.exp(-(scaled**2)) / math.sqrt(math.pi)
             mean: Vector = np.diff(integral, 2, axis=0) * (u / self.size)
             return mean
-        edges = (np.append(offsets - 0.5, offsets[-1] + 0.5) + self.receiver.value)[:, None] * self.size
+        edges = (np.append(offsets - 0.5, offsets[-1] + 0.5) + self.shift)[:, None] * self.size
         risen: Vector = special.erf((edges + self.drift * u**2) / (2 * u))
         return (risen[1:] - risen[:-1]) / 2
 
@@ -140,6 +136,28 @@ def one_sided_influence(x: Axis, y: Axis, *, depth: float, end: float) -> Vector
     return np.concatenate((result[:0:-1], result)) if x.mirrored else result
 
 
+def temperature_at(
+    pixel: tuple[int, int], flux: NDArray[np.float64], x: Axis, y: Axis, *, depth: float, end: float
+) -> float:
+    """Return κT at the point of one pixel that the shifts of the axes name, for a flux on all pixels."""
+    total, (i, j) = 0.0, pixel
+    for nodes, weights, reach in _rules(x, y, depth, end):
+        (i0, i1), (j0, j1) = x.reached(*reach), y.reached(*reach)
+        i0, i1, j0, j1 = max(i0, i + 1 - x.count), min(i1, i), max(j0, j + 1 - y.count), min(j1, j)
+        if i0 > i1 or j0 > j1:
+            continue
+        along = x.share(np.arange(i0, i1 + 1.0), nodes) * weights
+        across = y.share(np.arange(j0, j1 + 1.0), nodes)
+        part = flux[i - i1 : i - i0 + 1, j - j1 : j - j0 + 1]
+        total += float((along[::-1] * (part @ across[::-1])).sum())
+    # the oldest heat is the same at all offsets but for a factor along each axis
+    slants = (_slanted(axis, axis.count - 1)[k : k + axis.count][::-1] for axis, k in ((x, i), (y, j)))
+    far = _far_amount(x, y, depth, end)
+    if far:
+        total += far * float(next(slants) @ flux @ next(slants))
+    return total
+
+
 def _rules(x: Axis, y: Axis, depth: float, end: float) -> Iterator[tuple[Vector, Vector, tuple[float, float]]]:
     """Nodes in u, weights, and the interval that they stand for."""
     for low, high in _panels(x, y, depth, end):
@@ -170,26 +188,32 @@ def _spread(x: Axis, y: Axis, depth: float) -> float:
     return max(x.extent, y.extent, depth)
 
 
-def _far(x: Axis, y: Axis, depth: float, end: float, before: tuple[int, int]) -> Vector:
-    """The heat older than `_FAR` boxes: e^(−p·x/2) a b/4π · (2/√π) ∫ e^(−p²u²/4)/u² du."""
+def _far_amount(x: Axis, y: Axis, depth: float, end: float) -> float:
+    """The heat older than `_FAR` boxes: e^(−p·x/2) times this a b/4π · (2/√π) ∫ e^(−p²u²/4)/u² du."""
     start, p = _FAR * _spread(x, y, depth), math.hypot(x.drift, y.drift)
     if p == 0.0 or min(end, x.end, y.end) <= start:
-        return np.zeros((1, 1))
+        return 0.0
 
     def older(u: float) -> float:
         if math.isinf(u):
             return 0.0
         return math.exp(-((p * u / 2) ** 2)) / u - p * math.sqrt(math.pi) / 2 * math.erfc(p * u / 2)
 
-    amount = x.size * y.size / (2 * math.pi**1.5) * (older(start) - older(end))
+    return float(x.size * y.size / (2 * math.pi**1.5) * (older(start) - older(end)))
+
+
+def _far(x: Axis, y: Axis, depth: float, end: float, before: tuple[int, int]) -> Vector:
+    """The heat older than `_FAR` boxes at all offsets."""
+    amount = _far_amount(x, y, depth, end)
+    if amount == 0.0:
+        return np.zeros((1, 1))
     along, across = (_slanted(axis, count) for axis, count in zip((x, y), before, strict=True))
     product: Vector = amount * along[:, None] * across
     return product
 
 
 def _slanted(axis: Axis, before: int) -> Vector:
-    offset = 0.0 if axis.receiver is Receiver.MEAN else axis.receiver.value
-    slanted: Vector = np.exp(-axis.drift * axis.size / 2 * (np.arange(-before, axis.count) + offset))
+    slanted: Vector = np.exp(-axis.drift * axis.size / 2 * (np.arange(-before, axis.count) + axis.shift))
     return slanted
 
 
