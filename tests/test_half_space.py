@@ -42,7 +42,7 @@ def test_a_pixel_heats_the_others_as_moving_point_sources_do(case):
     end = inf if case["spread"] is None else sqrt(case["spread"])
     influence = pixel_influence(x, y, depth=case["depth"], end=end)
     assert influence.shape == (13, 11)
-    assert influence[6 + i, 5 + j] == pytest.approx(case["influence"], rel=0, abs=1e-8 * influence[6, 5])
+    assert influence[6 + i, 5 + j] == pytest.approx(case["influence"], rel=0, abs=1e-9 * influence[6, 5])
 
 
 @pytest.mark.parametrize(
