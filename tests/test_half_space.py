@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from roughsim import Grid, half_space_temperature, sliding_temperature
+from roughsim import Grid, fourier, half_space_temperature, sliding_temperature
 from roughsim.heat import contact_temperature, uniform_temperature
 from roughsim.heat.influence import Axis, pixel_influence
 from theory import hertz
@@ -130,6 +130,16 @@ def test_a_patch_of_few_pixels_is_hot_as_a_disc_of_its_area_to_some_percent(side
         mean = temperature[1:-1, 1:-1].mean() / radius
         worst = max(worst, abs(mean / hertz.disc_mean_temperature(peclet) - 1))
     assert 0.02 < worst < 0.25
+
+
+def test_a_response_does_not_depend_on_what_was_built_before():
+    # buffers are shared by all influences of one padded length
+    influence = np.random.default_rng(6).random((69, 69))
+    expected = np.zeros((80, 80))
+    expected[np.ix_(np.arange(-34, 35), np.arange(-34, 35))] = influence
+    fourier.influence_spectrum(np.ones((79, 79)), 40, (80, 80), "d")
+    response = fourier.influence_spectrum(influence, 35, (80, 80), "d")
+    np.testing.assert_allclose(response, np.fft.rfft2(expected).T / 6400, rtol=0, atol=1e-15)
 
 
 def test_no_heat_is_no_temperature():

@@ -404,7 +404,7 @@ def test_the_size_of_the_error_counts_every_mode_that_remembers_its_start():
     # against whole fields, on an oblong grid with odd and even sides, slid obliquely, at depth
     grid = Grid((45, 16), (3.0, 1.0))
     flux = np.random.default_rng(13).random(grid.shape)
-    heat = {"speed": 3.0, "direction": 0.3, "depth": 0.01} | UNIT
+    heat = {"speed": 3.0 * 7.6e-6, "direction": 0.3, "depth": 0.01} | STEEL
     with pytest.warns(RuntimeWarning, match="hot track") as caught:
         field = sliding_temperature(flux, grid, slid_distance=inf, **heat)
     named = float(re.search(r"by ([0-9.e+-]+) %", str(caught[0].message)).group(1)) / 100

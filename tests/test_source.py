@@ -194,17 +194,19 @@ def test_the_sum_over_pixels_is_the_same_with_influences(shift, drift):
         assert actual == pytest.approx(expected, rel=1e-10)
 
 
-@pytest.mark.parametrize("shift", [-0.5, 0.3])
-def test_a_point_of_a_large_pixel_is_a_centre_of_small_ones(shift):
-    # one heated pixel as 10 × 10 small ones: its edges and inner points are offsets of those by half or whole pixels
-    x, y = Axis(3, 1.0, 7.0, shift), Axis(2, 1.0, 0.0, 0.05)
+@pytest.mark.parametrize("shift", [-0.5, -0.2, 0.3])
+@pytest.mark.parametrize("drift", [5e-4, 7.0, 300.0, -1e4])
+def test_a_point_of_a_large_pixel_is_an_edge_of_small_ones(drift, shift):
+    # one heated pixel as 10 × 10 small ones: its edges and inner points are edges of those
+    x, y = Axis(3, 1.0, drift, shift), Axis(2, 1.0, 0.0, 0.05)
     influence = pixel_influence(x, y, depth=0.0, end=inf)
-    small = pixel_influence(Axis(40, 0.1, 7.0, 0.5), Axis(30, 0.1, 0.0), depth=0.0, end=inf)
+    small = pixel_influence(Axis(40, 0.1, drift, 0.5), Axis(30, 0.1, 0.0), depth=0.0, end=inf)
     for k in (-1, 0, 1):
-        at = round(10 * (k + shift)) - 1  # edges shifted by half a small pixel
+        at = round(10 * (k + shift)) - 1  # the small pixel of which that is the upper edge
         rows = [39 + at - i for i in range(-5, 5)]
         columns = [29 - j for j in range(-5, 5)]
-        assert influence[2 + k, 1] == pytest.approx(small[np.ix_(rows, columns)].sum(), rel=1e-8)
+        expected = small[np.ix_(rows, columns)].sum()
+        assert influence[2 + k, 1] == pytest.approx(expected, rel=0, abs=3e-9 * influence.max())
 
 
 @pytest.mark.parametrize("drift", [0.0, 1e-7, 0.6, 50.0])
@@ -221,6 +223,21 @@ def test_the_mean_over_a_pixel_is_the_mean_of_its_points(drift):
         for sy, wy in zip(nodes, weights, strict=True)
     )
     np.testing.assert_allclose(mean, expected, rtol=0, atol=2e-8 * mean.max())
+
+
+def test_steel_in_si_units_is_the_unit_problem_scaled():
+    flux, metre, steel = np.random.default_rng(4).random((7, 6)), 3e-6, {"conductivity": 30.0, "diffusivity": 7.6e-6}
+    unit = {"speed": 2.0, "time": 0.9, "depth": 0.2, "direction": 1.0} | UNIT
+    plain = source_temperature(flux, Grid((7, 6), (3.0, 4.0)), **unit)
+    there = {"speed": 2.0 * 7.6e-6 / metre, "time": 0.9 * metre**2 / 7.6e-6, "depth": 0.2 * metre, "direction": 1.0}
+    real = source_temperature(4e8 * flux, Grid((7, 6), (3 * metre, 4 * metre)), **there, **steel)
+    for name in ("flash_temperature", "mean_temperature", "max_temperature"):
+        assert getattr(real, name) == pytest.approx(getattr(plain, name) * 4e8 * metre / 30.0, rel=1e-11)
+    assert real.hottest_point == pytest.approx([metre * p for p in plain.hottest_point], rel=1e-9)
+    # the same source on pixels half as long
+    finer = source_temperature(np.repeat(flux, 2, axis=0), Grid((14, 6), (3.0, 4.0)), **unit)
+    assert finer.flash_temperature == pytest.approx(plain.flash_temperature, rel=1e-8)
+    assert finer.mean_temperature == pytest.approx(plain.mean_temperature, rel=1e-8)
 
 
 def test_depth_cools():
