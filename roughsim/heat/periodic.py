@@ -258,11 +258,14 @@ def _response_rows(
 
 def _response(square: Field, advection: Field, depth: float, spread: float) -> NDArray[np.complex128]:
     """κT/q̇ of the modes with q² = `square` and q·v/D = `advection`, both 1/m²."""
-    decay: NDArray[np.complex128] = np.sqrt(square - 1j * advection)
-    response: NDArray[np.complex128] = np.exp(-decay * depth) / decay if depth > 0.0 else 1.0 / decay
+    modulus = np.sqrt(square**2 + advection**2)  # |λ|²; real numbers cost half of a complex root
+    real = np.sqrt((modulus + square) / 2)
+    surface: NDArray[np.complex128] = np.empty(real.shape, np.complex128)
+    surface.real, surface.imag = real / modulus, advection / (2 * real * modulus)  # 1/λ
+    response = surface if depth == 0.0 else surface * np.exp(-depth * modulus * surface.conj())
     young = square * spread < _FORGOTTEN
     if young.any():
-        scaled = decay[young] * math.sqrt(spread)
+        scaled = math.sqrt(spread) / surface[young]
         if depth > 0.0:
             response[young] = math.sqrt(spread) * _buried(scaled, depth / (2 * math.sqrt(spread)))
         else:
