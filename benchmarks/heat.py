@@ -1,10 +1,10 @@
-"""What heat fields cost, in pairs of real transforms of the same size, and how exact each method is for that.
+"""What heat fields cost, in pairs of real transforms of the same size, how exact each method is, and where each fails.
 
-    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/heat.py [--points 2048] [-o FOLDER]
+    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/heat.py [--points 2048] [--charts docs/figures]
 
-Prints ratios to a bare pair of the same run, and draws the error of T_flash of a Hertz contact at Pe = 10 over the time
-of each method: periodic steady and from rest in a cell of 8 radii, the free half-space with pixel influences, and, as
-a warning, the free half-space with the values of the point source at the pixels in their place.
+Prints CPU times as ratios to a bare pair of the same run, then draws `heat_accuracy.png`, the error of T_flash of a
+Hertz contact over the time of each method, and `heat_limits.png`, the errors beyond the limits of each method. The
+free half-space with values of the point source at the pixels is there as a warning; the package has no such method.
 """
 
 from __future__ import annotations
@@ -14,55 +14,95 @@ import math
 import time
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 import roughsim as rs
 from roughsim import fourier
-from roughsim.heat import half_space
+from roughsim.heat import half_space, periodic, source_temperature, uniform_temperature
 from theory import hertz
 
 mpl.use("Agg")
 UNIT = {"conductivity": 1.0, "diffusivity": 1.0}
-PECLET = 10.0
+CELL = 8.0  # radii, of the periodic cell around a single contact
+COLORS = {"steady": "C3", "rest": "C0", "free": "C2", "means": "C4", "point": "0.5"}
 
 
 def best(work, repeats=3):
+    """Shortest CPU time, s, of a few runs after a first one that fills caches."""
     work()
     times = []
     for _ in range(repeats):
-        start = time.perf_counter()
+        start = time.process_time()
         work()
-        times.append(time.perf_counter() - start)
+        times.append(time.process_time() - start)
     return min(times)
 
 
+# costs
+
+
 def costs(points):
-    """One row per precision: everything in pairs."""
-    grid = rs.Grid((points, points), (1.0, 1.0))
+    grid, one = rs.Grid((points, points), (1.0, 1.0)), {}
     for dtype in (np.float64, np.float32):
         flux = np.random.default_rng(1).random((points, points)).astype(dtype)
         transform = fourier.Transform((points, points), dtype)
         transform.field[...] = flux
-        pair = best(lambda transform=transform: (transform.forward(), transform.inverse()))
-        free = best(lambda flux=flux: rs.half_space_temperature(flux, grid, speed=points, **UNIT))
-        cell = best(lambda flux=flux: rs.sliding_temperature(flux, grid, speed=points, **UNIT))
-        print(
-            f"{dtype.__name__}: pair {pair:.4f} s; pairs: free half-space {free / pair:.2f}, periodic {cell / pair:.2f}"
+        pair = best(lambda transform=transform: (transform.forward(), transform.inverse()), 5)
+        one[dtype] = pair
+        print(f"{dtype.__name__}: a bare pair takes {pair:.4f} s; in such pairs (in brackets: in pairs of float64)")
+        for name, work in fields(flux, grid).items():
+            cost = best(work)
+            print(f"  {name:44} {cost / pair:5.2f}  ({cost / one[np.float64]:.2f})")
+    for name, work in kernels(grid).items():
+        print(f"  {name:44} {best(work) / one[np.float64]:5.2f}")
+
+
+def fields(flux, grid):
+    times = [1e-5, 2e-5, 4e-5, 8e-5]
+    return {
+        "periodic field, kernel ready": lambda: rs.sliding_temperature(flux, grid, speed=grid.shape[0], **UNIT),
+        "free half-space, kernel ready": lambda: rs.half_space_temperature(flux, grid, speed=grid.shape[0], **UNIT),
+        "periodic, 4 times with their kernels": lambda: rs.sliding_temperature(
+            flux, grid, speed=grid.shape[0], time=times, **UNIT
+        ),
+    }
+
+
+def kernels(grid):
+    pixel, infinite = grid.shape[0], math.inf
+    contact = SimpleNamespace(
+        pressure=np.random.default_rng(1).random(grid.shape), contact_fraction=1.0, plastic_fraction=0.0
+    )
+    speeds = list(np.geomspace(1.0, 1e4, 20))
+    table = {
+        f"free kernel, pixel Péclet {peclet:g}": lambda peclet=peclet: half_space.influence_spectrum(
+            grid, (peclet * pixel, 0.0), 0.0, infinite, kept=False
         )
-        if dtype is np.float64:
-            for pixel_peclet in (0.0, 0.01, 1.0):
-                half_space._spectrum.cache_clear()
-                start = time.perf_counter()
-                half_space.influence_spectrum(grid, (pixel_peclet * points, 0.0), 0.0, math.inf)
-                print(
-                    f"  its kernel at pixel Péclet {pixel_peclet:g}: {(time.perf_counter() - start) / pair:.2f} pairs"
-                )
+        for peclet in (0.0, 0.01, 1.0, 100.0)
+    }
+    table["free kernel from rest, √(Dt) 30 pixels"] = lambda: half_space.influence_spectrum(
+        grid, (0.1 * pixel, 0.0), 0.0, 30 / pixel, kept=False
+    )
+    table["periodic kernel from rest"] = lambda: periodic._turned_response(grid, (pixel, 0.0), 0.0, 0.5 / pixel, "d")
+    table["moments, 20 speeds, mean over directions"] = lambda: rs.measure(
+        contact, grid, rs.Sliding(speeds, 0.1, 1.0, 1.0)
+    )
+    table["moments, 20 speeds, one direction"] = lambda: rs.measure(
+        contact, grid, rs.Sliding(speeds, 0.1, 1.0, 1.0, direction=0.0)
+    )
+    return table
 
 
-def source(pixels, margin):
+# accuracy
+
+
+def hertz_source(pixels, margin):
+    """Mean flux over each pixel, from 8² points, and the grid of a cell of 2·margin radii."""
     count = 2 * round(pixels * margin)
     x = (np.arange(8 * count) - (8 * count - 1) / 2) / pixels / 8
     fine = np.sqrt(np.maximum(1 - x[:, None] ** 2 - x**2, 0.0))
@@ -70,54 +110,188 @@ def source(pixels, margin):
     return flux, rs.Grid((count, count), (count / pixels,) * 2)
 
 
-def point_kernel(flux, grid):
+def point_kernel(flux, grid, speed):
     """The warning: e^(−p(r + x)/2)/2πr at the pixels, with that of the resting pixel at r = 0."""
     count, side = grid.shape[0], grid.spacing[0]
     x = (np.arange(2 * count) - count) * side
     r = np.hypot(x[:, None], x)
     r[count, count] = side / (2 * math.pi * 0.5610998523)
-    kernel = np.exp(-PECLET * (r + x[:, None]) / 2) / (2 * math.pi * r) * side**2
+    kernel = np.exp(-speed * (r + x[:, None]) / 2) / (2 * math.pi * r) * side**2
     spectrum = np.fft.rfft2(np.roll(kernel, (-count, -count), (0, 1)))
     return np.fft.irfft2(np.fft.rfft2(flux, s=kernel.shape) * spectrum, s=kernel.shape)[:count, :count]
 
 
-def chart(folder):
-    def steady(flux, grid):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)  # too hot: that is what the chart shows
-            return rs.sliding_temperature(flux, grid, speed=PECLET, slid_distance=math.inf, **UNIT)
+def steady(flux, grid, speed):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # too hot: that is what the charts show
+        return rs.sliding_temperature(flux, grid, speed=speed, slid_distance=math.inf, **UNIT)
 
-    methods = {
-        "periodic steady": (4.0, steady),
-        "periodic from rest": (4.0, lambda flux, grid: rs.sliding_temperature(flux, grid, speed=PECLET, **UNIT)),
-        "free, pixel influence": (1.05, lambda flux, grid: rs.half_space_temperature(flux, grid, speed=PECLET, **UNIT)),
-        "free, point values": (1.05, point_kernel),
+
+def from_rest(flux, grid, speed):
+    """Over half the cell, with the uniform term."""
+    slid = grid.lengths[0] / 2 / speed
+    return rs.sliding_temperature(flux, grid, speed=speed, **UNIT) + uniform_temperature(flux.mean(), slid, **UNIT)
+
+
+def free(flux, grid, speed):
+    return rs.half_space_temperature(flux, grid, speed=speed, **UNIT)
+
+
+METHODS = {
+    "periodic, steady": ("steady", CELL / 2, steady),
+    "periodic, from rest": ("rest", CELL / 2, from_rest),
+    "free, pixel influences": ("free", 1.05, free),
+    "free, point values (a warning)": ("point", 1.05, point_kernel),
+}
+
+
+def flash_error(method, flux, grid, speed):
+    temperature = method(flux, grid, speed)
+    return abs((temperature * flux).sum() / flux.sum() / float(hertz.flash_temperature(speed)) - 1)
+
+
+def accuracy(folder, pixels=(4, 8, 16, 32, 64, 128)):
+    figure = Figure(figsize=(8.4, 3.9), layout="constrained")
+    axes = figure.subplots(1, 2, sharey=True)
+    for axis, peclet in zip(axes, (10.0, 1000.0), strict=True):
+        for name, (color, margin, method) in METHODS.items():
+            rows = []
+            for count in pixels:
+                flux, grid = hertz_source(count, margin)
+                cost = best(lambda f=flux, g=grid, m=method, p=peclet: m(f, g, p), 2)
+                rows.append((1e3 * cost, flash_error(method, flux, grid, peclet)))
+            axis.loglog(*zip(*rows, strict=True), "o-", ms=3.5, color=COLORS[color], label=name)
+            print(f"Pe {peclet:g} {name:32}" + " ".join(f"{error:8.1e}" for _, error in rows))
+        axis.set(xlabel="CPU time of one field, kernel ready, ms", title=f"vR/D = {peclet:g}")
+        for level, label in ((0.01, "1 %"), (0.001, "0.1 %")):
+            axis.axhline(level, color="0.8", lw=0.8, zorder=0)
+            axis.text(1.01, level, label, transform=axis.get_yaxis_transform(), va="center", color="0.5")
+    axes[0].set_ylabel("relative error of T_flash")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False, columnspacing=1.2)
+    figure.suptitle(f"Hertz source, {pixels[0]} to {pixels[-1]} pixels per radius; periodic cell of {CELL:g} radii")
+    figure.savefig(folder / "heat_accuracy.png", dpi=150)
+
+
+# limits
+
+
+def hot_tracks(axis):
+    """Steady T_flash over that of an endless surface: the mean over all directions, by the closed angular mean."""
+    points, laps = 256, np.geomspace(1, 1e4, 13)
+    grid = rs.Grid((points, points), (1.0, 1.0))
+    for waves, style in ((1, "-"), (4, "--"), (16, ":")):
+        q = 2 * math.pi * waves
+        spectrum = rs.SelfAffineSpectrum.from_rms_height(
+            1.0, hurst=0.8, q_min=q, q_roll_off=2 * q, q_max=math.pi * points / 2
+        )
+        flux = 20 + rs.synthesize(spectrum, grid, np.random.default_rng(1), amplitudes="fixed")
+        contact = SimpleNamespace(pressure=flux, contact_fraction=1.0, plastic_fraction=0.0)
+        exact = rs.measure(contact, grid, rs.Sliding(2 * math.pi * laps, 1.0, 1.0, 1.0)).flash_temperature
+        for color, method in (
+            ("steady", steady),
+            ("rest", lambda f, g, s: rs.sliding_temperature(f, g, speed=s, **UNIT)),
+        ):
+            flash = [np.mean(method(flux, grid, 2 * math.pi * lap) * flux) for lap in laps]
+            error = np.abs(np.array(flash) / flux.mean() * 2 * math.pi * laps / exact - 1)
+            label = f"{'steady' if color == 'steady' else 'from rest'}, {waves} wave{'s' * (waves > 1)}"
+            axis.loglog(laps, error, style, color=COLORS[color], label=label)
+            print(f"hot tracks {color:6} {waves:2} waves: " + " ".join(f"{value:8.1e}" for value in error))
+    axis.set(
+        xlabel="vL/2πD",
+        ylabel="|error| of T_flash",
+        ylim=(1e-5, 1e3),
+        title="periodic: hot tracks, longest waves per side",
+    )
+    axis.legend(frameon=False, fontsize=7, ncols=2, loc="upper left", columnspacing=1)
+
+
+def point_values(axis, pixels=8):
+    """T_flash of a Hertz contact at 8 pixels per radius, over the Péclet number of a pixel."""
+    flux, grid = hertz_source(pixels, 1.05)
+    peclets = np.geomspace(0.1, 1e5, 19)
+    for color, method, label in (("point", point_kernel, "point values"), ("free", free, "pixel influences")):
+        errors = [flash_error(method, flux, grid, peclet) for peclet in peclets]
+        axis.loglog(peclets / pixels, errors, color=COLORS[color], label=label)
+        print(f"{label:18}" + " ".join(f"{value:8.1e}" for value in errors))
+    axis.set(xlabel="Péclet number of a pixel", ylabel="|error| of T_flash", title="free kernel, 8 pixels per radius")
+    axis.legend(frameon=False, fontsize=7.5)
+
+
+def square_source(pixels, margin):
+    count = 2 * round(pixels * margin)
+    inside = (abs(np.arange(count) - (count - 1) / 2) < pixels).astype(float)
+    return np.outer(inside, inside), rs.Grid((count, count), (count / pixels,) * 2)
+
+
+def undershoot(axis):
+    """Lowest over highest temperature of a fast square: the Gibbs oscillation of the periodic field."""
+    sizes = (4, 8, 16, 32, 64)
+    for peclet, style in ((100.0, "--"), (1e3, "-"), (1e5, ":")):
+        fields = {
+            "rest": [from_rest(*square_source(pixels, CELL / 2), peclet) for pixels in sizes],
+            "free": [free(*square_source(pixels, 2.0), peclet) for pixels in sizes],
+        }
+        shares = {name: [max(-field.min() / field.max(), 0.0) for field in made] for name, made in fields.items()}
+        axis.loglog(sizes, shares["rest"], "o" + style, ms=3, color=COLORS["rest"], label=f"vR/D = {peclet:g}")
+        print(f"undershoot vR/D = {peclet:g}: " + " ".join(f"{value:8.1e}" for value in shares["rest"]))
+        print(f"  free half-space at most {max(shares['free']):.0e}")
+    axis.text(0.05, 0.08, "free half-space: none (rounding, 1e−16)", transform=axis.transAxes, color=COLORS["free"])
+    axis.set(xlabel="pixels per half side", ylabel="−T_min/T_max", title="periodic: a sharp edge undershoots")
+    axis.set(ylim=(1e-4, 0.1))
+    axis.legend(frameon=False, fontsize=7.5, loc="upper right")
+    _ticks(axis, sizes)
+
+
+def _ticks(axis, sizes):
+    axis.set_xticks(sizes, [str(size) for size in sizes])
+    axis.xaxis.set_minor_locator(NullLocator())
+
+
+def resolution(axis):
+    """What a pixel costs: T_max read at centres, T_max of `source_temperature`, and ∇²T."""
+    sizes, peclet = (4, 8, 16, 32, 64), 1000.0
+    exact = float(hertz.square_max_temperature(peclet))
+    centres, search, laplacian = [], [], []
+    for pixels in sizes:
+        flux, grid = square_source(pixels, 1.25)
+        centres.append(1 - free(flux, grid, peclet).max() / exact)
+        search.append(abs(source_temperature(flux, grid, speed=peclet, **UNIT).max_temperature / exact - 1))
+        pressure, grid = hertz_source(pixels, CELL / 2)
+        power = np.abs(np.fft.rfft2(pressure) / grid.points) ** 2 * grid.multiplicity
+        laplacian.append(1 - float(np.sum(power * grid.wavenumbers) / pressure.mean()) / (math.pi / 2))
+    curves = {
+        "∇²T of a resting Hertz contact": (laplacian, "C1"),
+        "T_max of a fast square, at centres": (centres, COLORS["free"]),
+        "T_max, source_temperature": (search, COLORS["means"]),
     }
-    figure = Figure(figsize=(5, 4), layout="constrained")
-    axis = figure.subplots()
-    exact = float(hertz.flash_temperature(PECLET))
-    for name, (margin, method) in methods.items():
-        rows = []
-        for pixels in (4, 8, 16, 32, 64, 128):
-            flux, grid = source(pixels, margin)
-            temperature = method(flux, grid)
-            error = abs((temperature * flux).sum() / flux.sum() / exact - 1)
-            rows.append((best(lambda f=flux, g=grid, m=method: m(f, g), 2), error))
-        axis.loglog(*zip(*rows, strict=True), "o-", ms=3, label=name)
-        print(f"{name:24}" + " ".join(f"{error:9.2e}" for _, error in rows))
-    axis.set(xlabel="time, s", ylabel="relative error of T_flash", title="Hertz, vR/D = 10, 4 to 128 pixels per radius")
-    axis.legend(frameon=False)
-    folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / "heat.png", dpi=150)
+    for label, (values, color) in curves.items():
+        axis.loglog(sizes, values, "o-", ms=3, color=color, label=label)
+        print(f"{label:36}" + " ".join(f"{value:8.1e}" for value in values))
+    axis.set(xlabel="pixels per radius or half side", ylabel="|relative error|", title="what a pixel costs")
+    axis.legend(frameon=False, fontsize=7.5, loc="center left")
+    _ticks(axis, sizes)
+
+
+def limits(folder):
+    figure = Figure(figsize=(8.4, 6.8), layout="constrained")
+    axes = figure.subplots(2, 2)
+    for axis, draw in zip(axes.flat, (hot_tracks, point_values, undershoot, resolution), strict=True):
+        draw(axis)
+    figure.savefig(folder / "heat_limits.png", dpi=150)
 
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--points", type=int, default=2048, help="points per side")
-    options.add_argument("-o", "--output", type=Path, default=Path("runs/benchmarks"), help="folder of the chart")
+    options.add_argument("--points", type=int, default=2048, help="points per side; 0: no times")
+    options.add_argument("--charts", type=Path, default=None, help="folder for the two charts")
     given = options.parse_args()
-    costs(given.points)
-    chart(given.output)
+    if given.points:
+        costs(given.points)
+    if given.charts is not None:
+        given.charts.mkdir(parents=True, exist_ok=True)
+        accuracy(given.charts)
+        limits(given.charts)
 
 
 if __name__ == "__main__":

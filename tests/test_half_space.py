@@ -1,14 +1,14 @@
 """Heat on the free half-space: the influence of a pixel, and the exact values of Hertz, disc and square sources."""
 
 import json
-from math import cos, erf, exp, inf, nan, pi, sin, sqrt
+from math import asinh, cos, erf, exp, inf, nan, pi, sin, sqrt
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from roughsim import Grid, half_space_temperature, sliding_temperature
-from roughsim.heat import uniform_temperature
+from roughsim import Grid, fourier, half_space_temperature, sliding_temperature
+from roughsim.heat import contact_temperature, uniform_temperature
 from roughsim.heat.influence import Axis, pixel_influence
 from theory import hertz
 
@@ -42,7 +42,7 @@ def test_a_pixel_heats_the_others_as_moving_point_sources_do(case):
     end = inf if case["spread"] is None else sqrt(case["spread"])
     influence = pixel_influence(x, y, depth=case["depth"], end=end)
     assert influence.shape == (13, 11)
-    assert influence[6 + i, 5 + j] == pytest.approx(case["influence"], rel=0, abs=1e-8 * influence[6, 5])
+    assert influence[6 + i, 5 + j] == pytest.approx(case["influence"], rel=0, abs=1e-9 * influence[6, 5])
 
 
 @pytest.mark.parametrize(
@@ -71,33 +71,6 @@ def test_the_hertz_source_is_right_at_any_peclet_number(peclet, pixels, toleranc
     assert temperature.max() == pytest.approx(hertz.max_temperature(peclet), rel=tolerance)
 
 
-@pytest.mark.parametrize("peclet", PECLET)
-@pytest.mark.parametrize(("pixels", "tolerance"), [(8, 0.01), (32, 0.002)])  # centres of pixels at steep edges
-def test_disc_and_square_have_their_mean_temperature(peclet, pixels, tolerance):
-    x, y, grid = plane(pixels)
-    square = (abs(x) < 1) & (abs(y) < 1)
-    temperature = half_space_temperature(square, grid, speed=peclet, **UNIT)
-    assert temperature[square].mean() == pytest.approx(hertz.square_mean_temperature(peclet), rel=tolerance)
-    disc = x**2 + y**2 < 1
-    radius = sqrt(disc.sum() / pi) / pixels  # of a disc as large as its pixels
-    temperature = half_space_temperature(disc, grid, speed=peclet, **UNIT)
-    exact = radius * hertz.disc_mean_temperature(peclet * radius)
-    assert temperature[disc].mean() == pytest.approx(exact, rel=tolerance)
-
-
-@pytest.mark.parametrize("peclet", [0.0, 1.0, 100.0, 1e5])
-def test_the_hottest_pixel_of_a_square_lies_half_a_pixel_before_its_edge(peclet):
-    # the maximum of a fast square sits at its trailing edge: the pixels miss it by at most √ of half a pixel
-    errors = []
-    for pixels in (8, 32):
-        x, y, grid = plane(pixels)
-        square = (abs(x) < 1) & (abs(y) < 1)
-        temperature = half_space_temperature(square, grid, speed=peclet, **UNIT)
-        errors.append(temperature.max() / hertz.square_max_temperature(peclet) - 1)
-    assert -1 / 4 / 16 * 1.02 < errors[0] < 1e-3  # √(1 − 1/32) = 1 − 1/64
-    assert -1 / 4 / 64 * 1.02 < errors[1] < 1e-4
-
-
 def test_a_square_warms_from_rest_like_its_centre_line():
     # at rest the centre of a square of side 2 has κT = (2/√π) ∫ erf(1/2u)² du up to √(Dt)
     grid = Grid((33, 33), (2.0, 2.0))
@@ -117,15 +90,72 @@ def test_a_young_field_is_that_of_a_uniform_source(depth):
     assert actual[4, 4] == pytest.approx(uniform_temperature(7.0, 1e-4, depth=depth, **UNIT), rel=1e-10)
 
 
-def test_a_hertz_source_warms_from_rest_as_in_the_plane():
-    given = json.loads((Path(__file__).parent / "reference" / "heat.json").read_text())["hertz_from_rest"]
-    for case in given:
-        for pixels, tolerance in ((8, 0.01), (32, 0.001)):
-            flux, grid = hertz_source(pixels)
-            time = case["fourier_number"]
-            temperature = half_space_temperature(flux, grid, speed=case["peclet"], time=time, **UNIT)
-            flash = (temperature * flux).sum() / flux.sum()
-            assert flash == pytest.approx(case["flash_temperature"], rel=tolerance)
+@pytest.mark.parametrize("sides", [(1.0, 1.0), (1.0, 2.5), (3.0, 0.2)])
+def test_a_resting_rectangle_is_exact_everywhere(sides):
+    # κT = (1/2π) Σ ± [x asinh(y/x) + y asinh(x/y)] over its corners
+    def corner(x, y):
+        x, y = abs(x), abs(y)
+        return x * asinh(y / x) + y * asinh(x / y)
+
+    a, b = sides
+    grid, flux = Grid((7, 5), (7 * a, 5 * b)), np.zeros((7, 5))
+    flux[3, 2] = 1.0
+    temperature = half_space_temperature(flux, grid, speed=0.0, **UNIT)
+    for i in range(7):
+        for j in range(5):
+            x, y = (i - 3) * a, (j - 2) * b
+            ends = [(s, t) for s in (-1, 1) for t in (-1, 1)]
+            signs = [s * t * np.sign(x + s * a / 2) * np.sign(y + t * b / 2) for s, t in ends]
+            exact = sum(c * corner(x + s * a / 2, y + t * b / 2) for c, (s, t) in zip(signs, ends, strict=True))
+            assert temperature[i, j] == pytest.approx(exact / (2 * pi), rel=1e-9)
+
+
+@pytest.mark.parametrize("speed", [0.0, 1.0, 1e3, 1e6])
+def test_nothing_is_colder_than_the_body(speed):
+    # the influence of a pixel is positive: no edge undershoots, at any pixel Péclet number, beyond rounding
+    flux = np.zeros((40, 40))
+    flux[15:25, 15:25] = 1.0
+    temperature = half_space_temperature(flux, Grid((40, 40), (4.0, 4.0)), speed=speed, **UNIT)
+    assert temperature.min() > -1e-14 * temperature.max()
+
+
+@pytest.mark.parametrize("side", [1, 2])
+def test_a_patch_of_few_pixels_is_hot_as_a_disc_of_its_area_to_some_percent(side):
+    # its shape is that of the grid: nothing better than 10 % may be read off a patch under 4 pixels
+    radius, worst = side / sqrt(pi), 0.0
+    flux = np.zeros((side + 2, side + 2))
+    flux[1:-1, 1:-1] = 1.0
+    for peclet in PECLET:
+        temperature = half_space_temperature(flux, Grid(flux.shape, flux.shape), speed=peclet / radius, **UNIT)
+        mean = temperature[1:-1, 1:-1].mean() / radius
+        worst = max(worst, abs(mean / hertz.disc_mean_temperature(peclet) - 1))
+    assert 0.02 < worst < 0.25
+
+
+def test_a_response_does_not_depend_on_what_was_built_before():
+    # buffers are shared by all influences of one padded length
+    influence = np.random.default_rng(6).random((69, 69))
+    expected = np.zeros((80, 80))
+    expected[np.ix_(np.arange(-34, 35), np.arange(-34, 35))] = influence
+    fourier.influence_spectrum(np.ones((79, 79)), 40, (80, 80), "d")
+    response = fourier.influence_spectrum(influence, 35, (80, 80), "d")
+    np.testing.assert_allclose(response, np.fft.rfft2(expected).T / 6400, rtol=0, atol=1e-15)
+
+
+def test_no_heat_is_no_temperature():
+    flux, grid = np.zeros((6, 5)), Grid((6, 5), (1.0, 1.0))
+    assert not half_space_temperature(flux, grid, speed=3.0, **UNIT).any()
+    with pytest.warns(RuntimeWarning, match="no contact"):
+        assert np.isnan(contact_temperature(flux, flux).flash_temperature)
+
+
+@pytest.mark.parametrize("shape", [(23, 31), (1, 37), (41, 1)])
+def test_single_rows_and_primes_in_single_precision(shape):
+    flux, grid = np.random.default_rng(5).random(shape), Grid(shape, (3.0, 7.0))
+    heat = {"speed": 9.0, "direction": -0.6} | UNIT
+    single = half_space_temperature(flux.astype(np.float32), grid, **heat)
+    assert single.dtype == np.float32
+    np.testing.assert_allclose(single, half_space_temperature(flux, grid, **heat), rtol=0, atol=3e-6 * single.max())
 
 
 def test_an_isothermal_disc_carries_four_kappa_radius():

@@ -10,15 +10,14 @@ import math
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.fft import next_fast_len
 
 from roughsim import fourier
 from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.grid import Grid
-from roughsim.heat.influence import Axis, pixel_influence
-from roughsim.heat.periodic import checked_times, unit_vector
+from roughsim.heat.influence import Axis, one_sided_influence
+from roughsim.heat.periodic import checked_times, fields_over_time, unit_vector
 
 Field = NDArray[Any]
 
@@ -71,13 +70,12 @@ def half_space_temperature(
     scale = grid.spacing[0] / positive("conductivity", conductivity, "W/(m K)")
     depth, times = not_negative("depth", depth, "m"), checked_times(time)
     ux, uy = unit_vector(direction)
-    fields = np.zeros((times.size, *grid.shape), flux.dtype)
-    source = flux * flux.dtype.type(scale)
-    for field, instant in zip(fields, times.ravel(), strict=True):
-        if instant > 0.0:
-            spread = math.sqrt(diffusivity * instant)
-            response = influence_spectrum(grid, (drift * ux, drift * uy), depth, spread, flux.dtype.char)
-            field[...] = fourier.convolve(source, response, padded_shape(grid.shape))
+
+    def response(spread: float, kept: bool) -> Field:
+        drifts = (drift * ux, drift * uy)
+        return influence_spectrum(grid, drifts, depth, math.sqrt(spread), flux.dtype.char, kept=kept)
+
+    fields = fields_over_time(flux, diffusivity * times.ravel(), response, padded_shape(grid.shape), scale)
     return fields.reshape(times.shape + grid.shape)
 
 
@@ -88,7 +86,13 @@ def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:
 
 
 def influence_spectrum(
-    grid: Grid, drift: tuple[float, float], depth: float, spread: float, precision: str = "d"
+    grid: Grid,
+    drift: tuple[float, float],
+    depth: float,
+    spread: float,
+    precision: str = "d",
+    *,
+    kept: bool = True,
 ) -> Field:
     """Return the padded half spectrum, turned, that makes T of q̇Δx/κ by `fourier.convolve`.
 
@@ -102,32 +106,27 @@ def influence_spectrum(
         z and √(Dt), m.
     precision : str
         "d" or "f", the type code of float64 or float32.
+    kept : bool
+        Keep it for the next call with the same dimensionless numbers: the latest four are kept.
     """
+    unit = grid.spacing[0]
+    x, y = axes(grid, drift)
+    build = _kept_spectrum if kept else axes_spectrum
+    return build(x, y, depth / unit, spread / unit, precision)
+
+
+def axes(grid: Grid, drift: tuple[float, float]) -> tuple[Axis, Axis]:
+    """Return the axes in units of the pixel along x: with depth and time in it, all that an influence depends on."""
     unit, side = grid.spacing
-    return _spectrum(
-        grid.shape, side / unit, (drift[0] * unit, drift[1] * unit), depth / unit, spread / unit, precision
-    )
+    return Axis(grid.shape[0], 1.0, drift[0] * unit), Axis(grid.shape[1], side / unit, drift[1] * unit)
 
 
-@lru_cache(maxsize=4)
-def _spectrum(
-    shape: tuple[int, int], side: float, drift: tuple[float, float], depth: float, spread: float, precision: str
-) -> Field:
-    """The same in units of the pixel along x; these numbers are all that the influence of a pixel depends on."""
-    x, y = Axis(shape[0], 1.0, drift[0]), Axis(shape[1], side, drift[1])
-    influence = pixel_influence(x, y, depth=depth, end=spread)
-    wrapped = np.zeros(padded_shape(shape))
-    for rows, from_rows in _both_signs(shape[0]):
-        for columns, from_columns in _both_signs(shape[1]):
-            wrapped[rows, columns] = influence[from_rows, from_columns]
-    spectrum = np.ascontiguousarray(fourier.forward(wrapped).T, np.result_type(precision, np.complex64))
+def axes_spectrum(x: Axis, y: Axis, depth: float, spread: float, precision: str) -> Field:
+    """Return what `influence_spectrum` does, with all lengths in units of the pixel along x."""
+    influence = one_sided_influence(x, y, depth=depth, end=spread)
+    spectrum = fourier.influence_spectrum(influence, y.count, padded_shape((x.count, y.count)), precision)
     spectrum.flags.writeable = False
     return spectrum
 
 
-def _both_signs(count: int) -> list[tuple[slice, slice]]:
-    """Where the offsets ≥ 0 and < 0 stand on the padded axis, and among those from −(count − 1) on."""
-    signs = [(slice(0, count), slice(count - 1, None))]
-    if count > 1:
-        signs.append((slice(1 - count, None), slice(0, count - 1)))
-    return signs
+_kept_spectrum = lru_cache(maxsize=4)(axes_spectrum)

@@ -1,4 +1,4 @@
-"""What one heated pixel does to the centres of all others, on the free half-space.
+"""What one heated pixel does to all others, on the free half-space.
 
 Heat released at a point of the surface a time τ ago has spread over √(Dτ) and lags v τ behind. Summed over a pixel it
 is a product of one factor along x and one along y, and with u = √(Dτ) the temperature of a pixel with unit flux is
@@ -6,8 +6,10 @@ is a product of one factor along x and one along y, and with u = √(Dτ) the te
     κT = (2/√π) ∫₀^√(Dt) e^(−z²/4u²) E(x, a) E(y, b) du,
     E(x, a) = ½ erf((x + p u² + a/2)/2u) − ½ erf((x + p u² − a/2)/2u),   p = v/D along that axis
 
-(Carslaw & Jaeger, 10.2 and 10.7). All offsets share the nodes in u, so each panel of nodes is one matrix product, over
-those offsets alone that the heat has reached by then and not yet left.
+(Carslaw & Jaeger, 10.2 and 10.7). It is wanted at the centres of the pixels, at points shifted from there, or as the
+mean over each pixel: then E is [J(x + a) − 2J(x) + J(x − a)]/2a with J(x) the integral of erf((x + p u²)/2u). All
+offsets share the nodes in u, so each panel of nodes is one matrix product, over those offsets alone that the heat has
+reached by then and not yet left.
 """
 
 from __future__ import annotations
@@ -25,26 +27,43 @@ Vector = NDArray[np.float64]
 _REACH = 10.0  # in units of u: erfc(10/2) = 2e-12 of the heat has gone further
 _STEP = 5.0  # a panel where heat drifts over the edge of a pixel, in units of the width 1/p of that passage
 _FAR = 300.0  # in units of the box: beyond it the heat has spread so far that a closed form is exact to 1e-9
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
+_GROWTH = 4.0  # of u over a panel: 16 nodes then err by less than 1e-9 of the influence of a pixel on itself
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """One axis of the grid: `count` pixels of side `size`, drift = v/D along it; lengths in any one unit."""
+    """One axis of the grid: `count` pixels of side `size`, drift = v/D along it; lengths in any one unit.
+
+    The temperature is wanted `shift` pixels from the centres, |shift| ≤ ½, or `averaged` over each pixel.
+    """
 
     count: int
     size: float
     drift: float
+    shift: float = 0.0
+    averaged: bool = False
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether the influence is even along this axis."""
+        return self.drift == 0.0 and self.shift == 0.0
 
     @property
     def extent(self) -> float:
         """Distance over which heat matters to the grid."""
-        return self.count * self.size
+        return (self.count + 0.5) * self.size
 
     @property
     def start(self) -> float:
-        """A u before which heat has neither left its pixel nor spread to its edge from the centre."""
-        return min(self.size / 52, math.sqrt(self.size / (4 * abs(self.drift))) if self.drift else math.inf)
+        """A u before which heat has neither left its pixel nor spread to its edge from the point.
+
+        On an edge, or for the mean, it spreads over the edge at once: there it must not yet have drifted as far.
+        """
+        inside, p = 0.0 if self.averaged else (0.5 - abs(self.shift)) * self.size, abs(self.drift)
+        if inside > 0.0:
+            return min(inside / 26, math.sqrt(inside / (2 * p)) if p else math.inf)
+        return min(self.size / 52, 1 / p if p else math.inf)
 
     @property
     def end(self) -> float:
@@ -53,16 +72,29 @@ class Axis:
         root = math.sqrt(_REACH**2 + 4 * p * (self.extent + self.size))
         return (_REACH + root) / (2 * p) if p > 0.0 else math.inf
 
+    @property
+    def passages(self) -> Vector:
+        """Distances behind the source, in pixels, at which edges of pixels lie."""
+        first = 0.0 if self.averaged else (0.5 - math.copysign(self.shift, self.shift * self.drift)) % 1.0
+        distances: Vector = np.arange(first, self.count + 1.0)
+        return distances
+
     def reached(self, low: float, high: float) -> tuple[int, int]:
         """First and last offset, in pixels, that heat of the age low < u < high can be over."""
         shifts = (-self.drift * low**2, -self.drift * high**2)
-        reach, last = self.size / 2 + _REACH * high, self.count - 1
+        reach, last = self.size + _REACH * high, self.count - 1
         first = math.ceil(max((min(shifts) - reach) / self.size, -float(last)))
         return first, math.floor(min((max(shifts) + reach) / self.size, float(last)))
 
     def share(self, offsets: Vector, u: Vector) -> Vector:
-        """E(x, a): share of a pixel's heat over the point at each offset, shape (offsets, u)."""
-        edges = np.append(offsets - 0.5, offsets[-1] + 0.5)[:, None] * self.size
+        """E(x, a): share of a pixel's heat over the point, or over the pixel, at each offset; shape (offsets, u)."""
+        if self.averaged:
+            edges = np.concatenate((offsets[:1] - 1, offsets, offsets[-1:] + 1))[:, None] * self.size
+            scaled = (edges + self.drift * u**2) / (2 * u)
+            integral = scaled * special.erf(scaled) + np.exp(-(scaled**2)) / math.sqrt(math.pi)
+            mean: Vector = np.diff(integral, 2, axis=0) * (u / self.size)
+            return mean
+        edges = (np.append(offsets - 0.5, offsets[-1] + 0.5) + self.shift)[:, None] * self.size
         risen: Vector = special.erf((edges + self.drift * u**2) / (2 * u))
         return (risen[1:] - risen[:-1]) / 2
 
@@ -84,64 +116,126 @@ def pixel_influence(x: Axis, y: Axis, *, depth: float, end: float) -> Vector:
     ndarray
         Shape (2 n_x − 1, 2 n_y − 1): offsets from −(n − 1) to n − 1 pixels.
     """
-    mirrored = y.drift == 0.0  # then half of the offsets along y are enough
-    base = (x.count - 1, 0 if mirrored else y.count - 1)
-    result = np.zeros((2 * x.count - 1, y.count + base[1]))
-    for low, high in _panels(x, y, depth, end):
-        nodes = (low + high) / 2 + (high - low) / 2 * _NODES
-        weights = (high - low) / math.sqrt(math.pi) * _WEIGHTS * np.exp(-((depth / (2 * nodes)) ** 2))
-        (i0, i1), (j0, j1) = x.reached(low, high), y.reached(low, high)
-        j0 = max(j0, -base[1])
+    result = one_sided_influence(x, y, depth=depth, end=end)
+    return np.concatenate((result[:, :0:-1], result), axis=1) if y.mirrored else result
+
+
+def one_sided_influence(x: Axis, y: Axis, *, depth: float, end: float) -> Vector:
+    """Return the same without the negative offsets of an axis y along which it is even: shape (2 n_x − 1, n_y)."""
+    base = (0 if x.mirrored else x.count - 1, 0 if y.mirrored else y.count - 1)
+    result = np.zeros((x.count + base[0], y.count + base[1]))
+    for nodes, weights, reach in _rules(x, y, depth, end):
+        (i0, i1), (j0, j1) = x.reached(*reach), y.reached(*reach)
+        i0, j0 = max(i0, -base[0]), max(j0, -base[1])
         if i0 > i1 or j0 > j1:
             continue
         along = x.share(np.arange(i0, i1 + 1.0), nodes) * weights
         across = y.share(np.arange(j0, j1 + 1.0), nodes)
         result[i0 + base[0] : i1 + base[0] + 1, j0 + base[1] : j1 + base[1] + 1] += along @ across.T
-    result += _far(x, y, depth, end, base[1])
-    return np.concatenate((result[:, :0:-1], result), axis=1) if mirrored else result
+    result += _far(x, y, depth, end, base)
+    return np.concatenate((result[:0:-1], result)) if x.mirrored else result
 
 
-def _far(x: Axis, y: Axis, depth: float, end: float, before: int) -> Vector:
-    """The heat older than `_FAR` boxes: e^(−p·x/2) a b/4π · (2/√π) ∫ e^(−p²u²/4)/u² du."""
-    start, p = _far_start(x, y, depth), math.hypot(x.drift, y.drift)
-    if min(end, x.end, y.end) <= start:
-        return np.zeros((1, 1))
+def temperature_at(
+    pixel: tuple[int, int], flux: NDArray[np.float64], x: Axis, y: Axis, *, depth: float, end: float
+) -> float:
+    """Return κT at the point of one pixel that the shifts of the axes name, for a flux on all pixels."""
+    total, (i, j) = 0.0, pixel
+    for nodes, weights, reach in _rules(x, y, depth, end):
+        (i0, i1), (j0, j1) = x.reached(*reach), y.reached(*reach)
+        i0, i1, j0, j1 = max(i0, i + 1 - x.count), min(i1, i), max(j0, j + 1 - y.count), min(j1, j)
+        if i0 > i1 or j0 > j1:
+            continue
+        along = x.share(np.arange(i0, i1 + 1.0), nodes) * weights
+        across = y.share(np.arange(j0, j1 + 1.0), nodes)
+        part = flux[i - i1 : i - i0 + 1, j - j1 : j - j0 + 1]
+        total += float((along[::-1] * (part @ across[::-1])).sum())
+    # the oldest heat is the same at all offsets but for a factor along each axis
+    slants = (_slanted(axis, axis.count - 1)[k : k + axis.count][::-1] for axis, k in ((x, i), (y, j)))
+    far = _far_amount(x, y, depth, end)
+    if far:
+        total += far * float(next(slants) @ flux @ next(slants))
+    return total
+
+
+def _rules(x: Axis, y: Axis, depth: float, end: float) -> Iterator[tuple[Vector, Vector, tuple[float, float]]]:
+    """Nodes in u, weights, and the interval that they stand for."""
+    for low, high in _panels(x, y, depth, end):
+        nodes = (low + high) / 2 + (high - low) / 2 * _NODES
+        yield nodes, (high - low) / 2 * _WEIGHTS * _fading(nodes, depth), (low, high)
+    start = _spread(x, y, depth)
+    if _at_rest(x, y) and end > start:  # in 1/u, where the integrand is smooth to the end
+        low, high = 1 / end, 1 / start
+        nodes = 1 / ((low + high) / 2 + (high - low) / 2 * _NODES)
+        yield (
+            nodes,
+            (high - low) / 2 * _WEIGHTS * nodes**2 * _fading(nodes, depth),
+            (start, start),
+        )  # over the box already
+
+
+def _fading(nodes: Vector, depth: float) -> Vector:
+    fading: Vector = 2 / math.sqrt(math.pi) * np.exp(-((depth / (2 * nodes)) ** 2))
+    return fading
+
+
+def _at_rest(x: Axis, y: Axis) -> bool:
+    return x.drift == y.drift == 0.0
+
+
+def _spread(x: Axis, y: Axis, depth: float) -> float:
+    """A u at which the heat has spread over the box."""
+    return max(x.extent, y.extent, depth)
+
+
+def _far_amount(x: Axis, y: Axis, depth: float, end: float) -> float:
+    """The heat older than `_FAR` boxes: e^(−p·x/2) times this a b/4π · (2/√π) ∫ e^(−p²u²/4)/u² du."""
+    start, p = _FAR * _spread(x, y, depth), math.hypot(x.drift, y.drift)
+    if p == 0.0 or min(end, x.end, y.end) <= start:
+        return 0.0
 
     def older(u: float) -> float:
         if math.isinf(u):
             return 0.0
         return math.exp(-((p * u / 2) ** 2)) / u - p * math.sqrt(math.pi) / 2 * math.erfc(p * u / 2)
 
-    amount = x.size * y.size / (2 * math.pi**1.5) * (older(start) - older(end))
-    along = np.exp(-x.drift * x.size / 2 * np.arange(1.0 - x.count, x.count))
-    across = np.exp(-y.drift * y.size / 2 * np.arange(-before, y.count))
+    return float(x.size * y.size / (2 * math.pi**1.5) * (older(start) - older(end)))
+
+
+def _far(x: Axis, y: Axis, depth: float, end: float, before: tuple[int, int]) -> Vector:
+    """The heat older than `_FAR` boxes at all offsets."""
+    amount = _far_amount(x, y, depth, end)
+    if amount == 0.0:
+        return np.zeros((1, 1))
+    along, across = (_slanted(axis, count) for axis, count in zip((x, y), before, strict=True))
     product: Vector = amount * along[:, None] * across
     return product
 
 
-def _far_start(x: Axis, y: Axis, depth: float) -> float:
-    return _FAR * max(x.extent, y.extent, depth)
+def _slanted(axis: Axis, before: int) -> Vector:
+    slanted: Vector = np.exp(-axis.drift * axis.size / 2 * (np.arange(-before, axis.count) + axis.shift))
+    return slanted
 
 
 def _panels(x: Axis, y: Axis, depth: float, end: float) -> Iterator[tuple[float, float]]:
-    """Panels in u: each at most doubles u, and none is wider than the passage of an edge of a pixel inside it."""
-    last = min(end, x.end, y.end, _far_start(x, y, depth))
+    """Panels in u: each grows by a factor at most, and none is wider than the passage of an edge of a pixel in it."""
+    last = min(end, x.end, y.end, _spread(x, y, depth) * (1.0 if _at_rest(x, y) else _FAR))
     low = min(depth / 13 if depth > 0.0 else min(x.start, y.start), last)  # e^(−13²/4) = 4e-19
     if depth == 0.0 and low > 0.0:
         yield 0.0, low
     passages = [_Passages(axis) for axis in (x, y) if axis.drift]
     while low < last:
-        high = min([2 * low, last, *(passage.next(low) for passage in passages)])
+        high = min([_GROWTH * low, last, *(passage.next(low) for passage in passages)])
         yield low, high
         low = high
 
 
 class _Passages:
-    """When the edges of pixels at −(k + ½)a pass over a heated line: at u = √((k + ½)a/p), within a few 1/p."""
+    """When the edges of pixels at −ka pass over a heated line: at u = √(ka/p), within a few 1/p."""
 
     def __init__(self, axis: Axis):
         self.width = 1 / abs(axis.drift)
-        self.times = np.sqrt((np.arange(axis.count) + 0.5) * axis.size * self.width).tolist()
+        self.times = np.sqrt(axis.passages * axis.size * self.width).tolist()
 
     def next(self, low: float) -> float:
         """End of a panel that begins at `low`."""
