@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from roughsim._kernels import REORDER, kernel
+from roughsim._kernels import REORDER, kernel, oblong
 
 
 @kernel(fastmath=REORDER)
@@ -104,43 +104,52 @@ def scatter_finest(
 
 
 @kernel(fastmath=REORDER)
-def extend_coarse(shapes: Any, starts: Any, weights: Any, inverses: Any, values: Any) -> None:
-    """Push from level 1 to the top and pull back to level 1."""
+def extend_coarse(bottom: int, shapes: Any, starts: Any, weights: Any, inverses: Any, values: Any) -> None:
+    """Push from the level `bottom` to the top and pull back to it."""
     top = len(shapes) - 1
-    for level in range(1, top):
+    for level in range(bottom, top):
         upper = level + 1
-        _push(
-            _level(weights, shapes, starts, level),
-            _level(values, shapes, starts, level),
-            _level(weights, shapes, starts, upper),
-            _level(values, shapes, starts, upper),
-            _level(inverses, shapes, starts, upper),
-        )
-    for level in range(top - 1, 0, -1):
-        _pull(
-            _level(weights, shapes, starts, level),
-            _level(values, shapes, starts, level + 1),
-            _level(values, shapes, starts, level),
-        )
+        weight, value = _level(weights, shapes, starts, level), _level(values, shapes, starts, level)
+        parents = _level(weights, shapes, starts, upper), _level(values, shapes, starts, upper)
+        inverse = _level(inverses, shapes, starts, upper)
+        if _both(shapes, level):
+            _push(weight, value, parents[0], parents[1], inverse)
+        else:
+            oblong.push(weight, value, parents[0], parents[1], inverse)
+    for level in range(top - 1, bottom - 1, -1):
+        weight, value = _level(weights, shapes, starts, level), _level(values, shapes, starts, level)
+        parent = _level(values, shapes, starts, level + 1)
+        if _both(shapes, level):
+            _pull(weight, parent, value)
+        else:
+            oblong.pull(weight, parent, value)
 
 
 @kernel(fastmath=REORDER)
-def transpose_coarse(shapes: Any, starts: Any, weights: Any, inverses: Any, sources: Any) -> None:
-    """Gather from level 1 to the top and scatter back to level 1: the transpose of `extend_coarse`."""
+def transpose_coarse(bottom: int, shapes: Any, starts: Any, weights: Any, inverses: Any, sources: Any) -> None:
+    """Gather from the level `bottom` to the top and scatter back to it: the transpose of `extend_coarse`."""
     top = len(shapes) - 1
-    for level in range(1, top):
-        _gather(
-            _level(weights, shapes, starts, level),
-            _level(sources, shapes, starts, level),
-            _level(sources, shapes, starts, level + 1),
-        )
-    for level in range(top - 1, 0, -1):
-        _scatter(
-            _level(weights, shapes, starts, level),
-            _level(sources, shapes, starts, level + 1),
-            _level(inverses, shapes, starts, level + 1),
-            _level(sources, shapes, starts, level),
-        )
+    for level in range(bottom, top):
+        weight, source = _level(weights, shapes, starts, level), _level(sources, shapes, starts, level)
+        parent = _level(sources, shapes, starts, level + 1)
+        if _both(shapes, level):
+            _gather(weight, source, parent)
+        else:
+            oblong.gather(weight, source, parent)
+    for level in range(top - 1, bottom - 1, -1):
+        weight, source = _level(weights, shapes, starts, level), _level(sources, shapes, starts, level)
+        parent, inverse = _level(sources, shapes, starts, level + 1), _level(inverses, shapes, starts, level + 1)
+        if _both(shapes, level):
+            _scatter(weight, parent, inverse, source)
+        else:
+            oblong.scatter(weight, parent, inverse, source)
+
+
+@kernel()
+def _both(shapes: Any, level: int) -> bool:
+    """Whether both axes are halved above this level; a lone row or column cannot be."""
+    upper = level + 1
+    return bool(shapes[upper, 0] < shapes[level, 0] and shapes[upper, 1] < shapes[level, 1])
 
 
 @kernel()

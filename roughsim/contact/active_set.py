@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from roughsim._kernels import active_set as kernels
 from roughsim.contact.blocks import run, spans, total
 from roughsim.contact.extension import Extension
+from roughsim.contact.newton import exchange_points
 from roughsim.contact.operator import Operator
 from roughsim.grid import Grid
 
@@ -57,7 +58,7 @@ class Iteration:
         kind = problem.step_type
         self.problem, self.kind = problem, kind
         self.blocks = [(a * shape[1], b * shape[1]) for a, b in spans(*shape)]
-        self.operator, self.extension = Operator(problem.grid, kind), Extension(shape, kind)
+        self.operator, self.extension = Operator(problem.grid, kind), Extension(problem.grid, kind)
         self.free = np.zeros(shape, np.int8)
         self.step, self.response, self.field = (np.zeros(shape, kind) for _ in range(3))
         self.pressure, self.gap = np.empty(shape), np.empty(shape)
@@ -66,6 +67,7 @@ class Iteration:
         self.slack = 2.0 * float(np.finfo(kind).eps)
         self.range, self.noise, self.transforms, self.iterations = 0.0, 0.0, 0.0, 0
         self.response_size = 0.0
+        self.failures = 0
         self._flat: tuple[Array, ...] = tuple(
             a.ravel() for a in (self.pressure, self.gap, self.free, self.field, self.step)
         )
@@ -196,8 +198,15 @@ class Iteration:
         """Take one step: preconditioned conjugate direction, load shift, exact length."""
         length = self._length(self._conjugate_step()) if self.free_count else 0.0
         if length < 0.05:
+            self.failures += 1
+            if self.failures >= 8:
+                self.failures = 0
+                exchange_points(self)
+                self.begin(); self.curvature=0.0; self.step[...]=0; self.response[...]=0
+                return
             self._fall_back()
             return
+        self.failures = 0
         self.alpha = min(max(self.alpha * length, 0.2), 3.0)
         self.reach = min(1.5 * self.reach, REACH)
         self._apply(length)
