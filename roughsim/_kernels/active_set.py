@@ -19,15 +19,27 @@ ROUNDING = 2 * float(np.finfo(np.float64).eps)
 
 
 @kernel(fastmath=REORDER)
-def subtract_heights(start: int, stop: int, heights: Any, middle: float, unit: float, gap: Any) -> Any:
-    """Turn the displacement in `gap` into the gap u − (heights − middle)/unit; return Σ u²."""
-    heights, gap = heights[start:stop], gap[start:stop]
-    square = 0.0
+def subtract_heights(start: int, stop: int, heights: Any, middle: float, unit: float, p: Any, gap: Any) -> Any:
+    """Turn the displacement in `gap` into the gap u − (heights − middle)/unit; return Σ p² and Σ u²."""
+    heights, p, gap = heights[start:stop], p[start:stop], gap[start:stop]
+    pressure, square = 0.0, 0.0
     for i in range(stop - start):
         u = gap[i]
+        pressure += p[i] * p[i]
         square += u * u
         gap[i] = u - (heights[i] - middle) / unit
-    return (square,)
+    return pressure, square
+
+
+@kernel(fastmath=REORDER)
+def displacement_range(start: int, stop: int, heights: Any, middle: float, unit: float, gap: Any) -> Any:
+    """Lowest and highest displacement, gap + (heights − middle)/unit."""
+    heights, gap = heights[start:stop], gap[start:stop]
+    low, high = np.inf, -np.inf
+    for i in range(stop - start):
+        u = gap[i] + (heights[i] - middle) / unit
+        low, high = min(low, u), max(high, u)
+    return low, high
 
 
 @kernel(fastmath=REORDER)
@@ -171,13 +183,14 @@ def gradient_step(start: int, stop: int, p: Any, gap: Any, law: Any, share: floa
 
 @kernel(fastmath=REORDER)
 def curvature(start: int, stop: int, step: Any, response: Any) -> Any:
-    """⟨step, S·step⟩ and Σ (S·step)²."""
+    """⟨step, S·step⟩, Σ step² and Σ (S·step)²."""
     step, response = step[start:stop], response[start:stop]
-    own, square = 0.0, 0.0
+    own, size, square = 0.0, 0.0, 0.0
     for i in range(stop - start):
         own += step[i] * response[i]
+        size += step[i] * step[i]
         square += response[i] * response[i]
-    return own, square
+    return own, size, square
 
 
 @kernel(fastmath=REORDER)

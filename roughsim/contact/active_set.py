@@ -21,14 +21,15 @@ from roughsim._kernels import active_set as kernels
 from roughsim.contact.blocks import run, spans, total
 from roughsim.contact.extension import Extension
 from roughsim.contact.newton import exchange_points
-from roughsim.contact.operator import Operator
+from roughsim.contact.operator import Operator, rms_compliance
 from roughsim.grid import Grid
 
 Array = NDArray[Any]
 REACH = 0.5  # a point is free where 0 < p − REACH κ(gap − d) < cap
 DOUBLE = float(np.finfo(np.float64).eps)
 ROUNDING = 64 * DOUBLE  # what rounding may leave of the gap, in units of the heights
-PATIENCE = 200  # iterations without a new best residual after which a solve counts as stalled
+PATIENCE = 60  # iterations without a new best residual after which a solve counts as stalled
+BEARABLE = 3  # bad steps in a row before points are exchanged on solved problems; doubled each time
 NEGLIGIBLE = 0.1  # share of the tolerance that rounding may take
 
 
@@ -67,7 +68,7 @@ class Iteration:
         self.slack = 2.0 * float(np.finfo(kind).eps)
         self.range, self.noise, self.transforms, self.iterations = 0.0, 0.0, 0.0, 0
         self.response_size = 0.0
-        self.failures = 0
+        self.failures, self.bearable = 0, BEARABLE
         self._flat: tuple[Array, ...] = tuple(
             a.ravel() for a in (self.pressure, self.gap, self.free, self.field, self.step)
         )
@@ -84,8 +85,21 @@ class Iteration:
         self._count(2, dtype)
         self.range = float(np.ptp(self.gap))
         heights = problem.heights.ravel()
-        (square,) = self.sums(kernels.subtract_heights, heights, problem.middle, problem.unit, self._flat[1])
-        self.noise = 2.0 * float(np.finfo(dtype).eps) * float(np.sqrt(square / self.pressure.size))
+        sizes = self.sums(kernels.subtract_heights, heights, problem.middle, problem.unit, *self._flat[:2])
+        self.noise = 2.0 * float(np.finfo(dtype).eps) * self._size(*sizes)
+
+    def _size(self, pressure_square: float, displacement_square: float) -> float:
+        """What rounding in S p is relative to: its result, and what S makes of evenly spread noise in its argument."""
+        spread = rms_compliance(self.problem.grid) * float(np.sqrt(pressure_square / self.pressure.size))
+        return spread + float(np.sqrt(displacement_square / self.pressure.size))
+
+    def _range_shrank(self) -> bool:
+        """Measure the range of the displacement anew; worst points are judged against it."""
+        problem, old = self.problem, self.range
+        scale = problem.heights.ravel(), problem.middle, problem.unit
+        parts = run(lambda a, b: kernels.displacement_range(a, b, *scale, self._flat[1]), self.blocks)
+        self.range = max(part[1] for part in parts) - min(part[0] for part in parts)
+        return self.range < 0.9 * old
 
     def _count(self, transforms: int, dtype: Any) -> None:
         self.transforms += transforms * (0.5 if dtype == np.float32 else 1.0)
@@ -198,13 +212,7 @@ class Iteration:
         """Take one step: preconditioned conjugate direction, load shift, exact length."""
         length = self._length(self._conjugate_step()) if self.free_count else 0.0
         if length < 0.05:
-            self.failures += 1
-            if self.failures >= 8:
-                self.failures = 0
-                exchange_points(self)
-                self.begin(); self.curvature=0.0; self.step[...]=0; self.response[...]=0
-                return
-            self._fall_back()
+            self._recover()
             return
         self.failures = 0
         self.alpha = min(max(self.alpha * length, 0.2), 3.0)
@@ -272,8 +280,20 @@ class Iteration:
     def _respond(self) -> None:
         self.operator.comply(self.step, self.response)
         self._count(2, self.kind)
-        self.curvature, square = self.sums(kernels.curvature, self._flat[4], self.response.ravel())
-        self.response_size = float(np.sqrt(square / self.response.size))
+        self.curvature, *squares = self.sums(kernels.curvature, self._flat[4], self.response.ravel())
+        self.response_size = self._size(*squares)
+
+    def _recover(self) -> None:
+        """Projected gradients for a bad step; where they keep coming, exchange points between the sets."""
+        self.failures += 1
+        if self.failures < self.bearable:
+            self._fall_back()
+            return
+        exchange_points(self)
+        self.failures, self.bearable = 0, 2 * self.bearable
+        self.curvature, self.alpha, self.reach = 0.0, 1.0, REACH
+        self.step[...] = 0.0
+        self.begin()
 
     def _fall_back(self) -> None:
         """Take a projected-gradient step, which always lowers the energy, and trust the active set less."""
@@ -310,7 +330,7 @@ class Iteration:
             self.iterations = iteration
             if final and not settled and self.residual <= tolerance:
                 settled = True
-                if self.settle(tolerance):
+                if self.settle(tolerance) or self._range_shrank():
                     self.assess(tolerance)
             if final and self.blurred(tolerance):
                 self.refresh(np.float64)

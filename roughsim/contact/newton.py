@@ -21,15 +21,21 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 EXCHANGES = 60  # of points between the sets
 STEPS = 300  # of conjugate gradients on one set
-ENOUGH = 1e-5  # a step that gains less than this share of the energy gained so far ends them
+ENOUGH = (1e-4, 1e-8, 1e-13)  # a step that gains less than this share of the energy gained so far ends them
 
 
 def exchange_points(state: Iteration) -> None:
-    """Solve on the free points and exchange points until none changes sides; leave a lawful pressure and its gap."""
+    """Solve on the free points, ever more accurately, and exchange points until none changes sides."""
+    p, bound = state.pressure, np.where(state.gap < state.offset, state.problem.cap, 0.0)
+    p[...] = np.where(state.free.view(bool) | (p == state.problem.cap), p, bound)
+    accuracy = 0
     for _ in range(EXCHANGES):
         _settle(state)
-        if not _solve(state) or not _exchange(state):
-            break
+        _solve(state, ENOUGH[accuracy])
+        if not _exchange(state):
+            accuracy += 1
+            if accuracy == len(ENOUGH):
+                break
     np.clip(state.pressure, 0.0, state.problem.cap, out=state.pressure)
     _settle(state)
 
@@ -46,7 +52,7 @@ def _settle(state: Iteration) -> None:
     state.refresh(np.float64)
 
 
-def _solve(state: Iteration) -> bool:
+def _solve(state: Iteration, enough: float) -> None:
     """Conjugate gradients on the free points under their load, beyond the bounds if need be."""
     free = state.free.view(bool)
     count, gained = np.count_nonzero(free), 0.0
@@ -71,9 +77,8 @@ def _solve(state: Iteration) -> bool:
         state.gap += length * state.response
         gain = -0.5 * slope * length
         gained += gain
-        if gain <= ENOUGH * gained:
+        if gain <= enough * gained:
             break
-    return count > 1
 
 
 def _exchange(state: Iteration) -> bool:
