@@ -90,7 +90,7 @@ def test_the_extension_is_push_pull_and_its_transpose_the_transpose(shape):
     rng = np.random.default_rng(2)
     free = (rng.random(shape) < 0.3).astype(np.int8)
     free.flat[0] = 1
-    extension = Extension(shape, np.float64)
+    extension = Extension(rs.Grid(shape, lengths), np.float64)
     field, other = rng.standard_normal(shape) * free, rng.standard_normal(shape)
     step, response = rng.standard_normal(shape), rng.standard_normal(shape)
     extended, gathered = field.copy(), other.copy()
@@ -240,7 +240,7 @@ def test_a_stall_is_noticed_and_raised_with_the_best_field(monkeypatch):
         rs.ConvergenceError, match=r"stalled: residual .* after \d+ iterations, tolerance 1e-06"
     ) as caught:
         rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=0.1)
-    assert active_set.PATIENCE <= caught.value.iterations < 2 * active_set.PATIENCE
+    assert active_set.PATIENCE < caught.value.iterations < 10 * active_set.PATIENCE
     assert caught.value.residual > 1e-6
     assert caught.value.pressure.shape == grid.shape
 

@@ -28,7 +28,7 @@ Array = NDArray[Any]
 REACH = 0.5  # a point is free where 0 < p − REACH κ(gap − d) < cap
 DOUBLE = float(np.finfo(np.float64).eps)
 ROUNDING = 64 * DOUBLE  # what rounding may leave of the gap, in units of the heights
-PATIENCE = 60  # iterations without a new best residual after which a solve counts as stalled
+PATIENCE = 30  # iterations without a new best residual after which a solve counts as stalled
 BEARABLE = 3  # bad steps in a row before points are exchanged on solved problems; doubled each time
 NEGLIGIBLE = 0.1  # share of the tolerance that rounding may take
 
@@ -288,7 +288,10 @@ class Iteration:
         self.failures += 1
         if self.failures < self.bearable:
             self._fall_back()
-            return
+        else:
+            self._exchange()
+
+    def _exchange(self) -> None:
         exchange_points(self)
         self.failures, self.bearable = 0, 2 * self.bearable
         self.curvature, self.alpha, self.reach = 0.0, 1.0, REACH
@@ -317,6 +320,10 @@ class Iteration:
         if inside > 0:
             self.offset -= (clipped - self.target) / (problem.stiffness * inside)
 
+    def _hopeless(self) -> bool:
+        """Whether exchanges have been tried enough, or rounding is all that is left."""
+        return self.bearable > 8 * BEARABLE or self.residual <= 100.0 * rounding_floor(self)
+
     def solve(self, tolerance: float, max_iterations: int, *, final: bool) -> None:
         """Iterate until the residual meets the tolerance, stalls, or the iterations run out; never raises.
 
@@ -336,11 +343,16 @@ class Iteration:
                 self.refresh(np.float64)
                 self.assess(tolerance)
             since_best = 0 if self.residual < 0.9 * best else since_best + 1
-            best = min(best, self.residual)
+            best = self.residual if since_best == 0 else best
             met = self.residual <= tolerance and not (final and self.above)
-            if met or since_best > PATIENCE or iteration == max_iterations:
+            stalled = since_best > PATIENCE
+            if met or iteration == max_iterations or (stalled and self._hopeless()):
                 break
-            self.advance()
+            if stalled:
+                since_best = 0
+                self._exchange()
+            else:
+                self.advance()
             self.assess(tolerance)
             settled = not final
         if final:

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from roughsim.contact.active_set import Iteration
 
 Array = NDArray[Any]
-EXCHANGES = 60  # of points between the sets
+PATIENCE = 30  # exchanges without fewer points moving than ever before, after which they lead nowhere
+LEAST = 0.02  # share of the points on the wrong side that change it, when all at once lead in circles
 STEPS = 300  # of conjugate gradients on one set
 ENOUGH = (1e-4, 1e-8, 1e-13)  # a step that gains less than this share of the energy gained so far ends them
 
@@ -28,14 +29,15 @@ def exchange_points(state: Iteration) -> None:
     """Solve on the free points, ever more accurately, and exchange points until none changes sides."""
     p, bound = state.pressure, np.where(state.gap < state.offset, state.problem.cap, 0.0)
     p[...] = np.where(state.free.view(bool) | (p == state.problem.cap), p, bound)
-    accuracy = 0
-    for _ in range(EXCHANGES):
+    accuracy, fewest, share, idle = 0, p.size + 1, 1.0, 0
+    while accuracy < len(ENOUGH) and idle < PATIENCE:
         _settle(state)
         _solve(state, ENOUGH[accuracy])
-        if not _exchange(state):
-            accuracy += 1
-            if accuracy == len(ENOUGH):
-                break
+        wrong = _exchange(state, share)
+        idle = 0 if wrong < fewest else idle + 1
+        share = 1.0 if wrong < fewest else max(0.5 * share, LEAST)
+        fewest = min(fewest, wrong)
+        accuracy += 1 if wrong == 0 else 0
     np.clip(state.pressure, 0.0, state.problem.cap, out=state.pressure)
     _settle(state)
 
@@ -75,18 +77,26 @@ def _solve(state: Iteration, enough: float) -> None:
         length = -slope / state.curvature
         state.pressure += length * state.step
         state.gap += length * state.response
+        state.noise += state.slack * length * state.response_size
         gain = -0.5 * slope * length
         gained += gain
         if gain <= enough * gained:
             break
 
 
-def _exchange(state: Iteration) -> bool:
-    """Points beyond a bound go onto it; points that pull away from theirs are set free. Return whether any moved."""
-    p, cap, free = state.pressure, state.problem.cap, state.free.view(bool)
-    offset = state.gap[free].mean()
-    out = free & ((p <= 0.0) | (p >= cap))
-    back = ~free & np.where(p <= 0.0, state.gap < offset, state.gap > offset)
+def _exchange(state: Iteration, share: float) -> int:
+    """Points beyond a bound go onto it; points that pull away from theirs are set free: the worst, a share of them.
+
+    Return how many were on the wrong side.
+    """
+    p, cap, free, kappa = state.pressure, state.problem.cap, state.free.view(bool), state.problem.stiffness
+    pull = kappa * (state.gap - state.gap[free].mean())
+    wrong = np.where(free, np.maximum(-p, p - cap), np.where(p <= 0.0, -pull, pull) - kappa * state.noise)
+    places = np.flatnonzero(wrong > 0.0)
+    number = places.size
+    if share < 1.0 and number > 1:
+        keep = max(int(share * number), 1)
+        places = places[np.argpartition(wrong.ravel()[places], number - keep)[number - keep :]]
+    free.ravel()[places] ^= True
     np.clip(p, 0.0, cap, out=p)
-    free ^= out | back
-    return bool(out.any() or back.any())
+    return number
