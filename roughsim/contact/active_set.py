@@ -67,7 +67,7 @@ class Iteration:
         self.target = problem.load * problem.grid.points
         self.slack = 2.0 * float(np.finfo(kind).eps)
         self.range, self.noise, self.transforms, self.iterations = 0.0, 0.0, 0.0, 0
-        self.response_size = 0.0
+        self.response_size, self.room = 0.0, self.target
         self.failures, self.bearable = 0, BEARABLE
         self._flat: tuple[Array, ...] = tuple(
             a.ravel() for a in (self.pressure, self.gap, self.free, self.field, self.step)
@@ -122,7 +122,7 @@ class Iteration:
         problem = self.problem
         p, gap, free, field, _ = self._flat
         kappa, unit = problem.stiffness, 1.0 / problem.load
-        limit = kappa * (tolerance * self.range + ROUNDING)
+        limit = kappa * (0.9 * tolerance * self.range + ROUNDING)
         clipped, self.inside, square, norm, self.free_count, self.above = self.sums(
             kernels.classify, p, gap, self._law(), self.reach, unit, limit, free, field
         )
@@ -131,7 +131,8 @@ class Iteration:
         touching = float(np.sqrt(max(self.free_count, 1) / norm))
         self.blur = kappa * unit * self.noise * touching
         # what is free to vary: nothing if no point is between the bounds, little if nearly all have yielded
-        room = min(self.target, problem.cap * self.pressure.size - self.target) if self.inside else 0.0
+        self.room = min(self.target, problem.cap * self.pressure.size - self.target)
+        room = self.room if self.inside else 0.0
         return bool(abs(self.excess) <= max(0.05 * self.residual * room, 1e-14 * self.target))
 
     def _find_offset(self) -> None:
@@ -192,7 +193,7 @@ class Iteration:
             self.residual += change  # its bound
             self.response[...] = 0.0
         else:
-            self._respond()
+            self.respond()
         self._apply(1.0)
         self.curvature, self.alpha = 0.0, 1.0  # the last step is gone
         self.response[...] = 0.0
@@ -221,13 +222,17 @@ class Iteration:
 
     def _conjugate_step(self) -> float:
         """Fill `step` and return its slope; zero if the load cannot be met by shifting the free points."""
-        self.extension.extend(self.free, self.field)
-        self.operator.stiffen(self.field, self.field)
-        self._count(2, self.kind)
-        cross, own = self.extension.transpose(self.free, self.field, self.step, self.response)
+        cross, own = self.precondition()
         beta = max(self.alpha * cross / self.curvature, 0.0) if own > 0.0 else 0.0
         slope_square = self._shifted(self._propose(self.alpha, beta))
         return 0.0 if slope_square is None else slope_square[0]
+
+    def precondition(self) -> tuple[float, float]:
+        """Turn the gap on the free points in `field` into a pressure there; return ⟨field, response⟩ and ⟨step, response⟩."""
+        self.extension.extend(self.free, self.field)
+        self.operator.stiffen(self.field, self.field)
+        self._count(2, self.kind)
+        return self.extension.transpose(self.free, self.field, self.step, self.response)
 
     def _propose(self, alpha: float, beta: float) -> tuple[float, int]:
         p, gap, free, field, step = self._flat
@@ -239,7 +244,8 @@ class Iteration:
     def _shifted(self, sums: tuple[float, int]) -> tuple[float, float] | None:
         """Turn the proposed change into a step that keeps the load; return its slope and square."""
         p, gap, free, _, step = self._flat
-        shift = self.load_shift(sums, min(1e-9, 1e-3 * self.residual))
+        accuracy = min(1e-9, 1e-3 * self.residual) * self.room / self.target
+        shift = self.load_shift(sums, max(accuracy, 1e-15))
         if shift is None:
             return None
         result: tuple[float, float] = self.sums(
@@ -274,10 +280,11 @@ class Iteration:
         """The length that minimises the energy along `step`, from its slope and its curvature."""
         if not slope < 0.0:
             return 0.0
-        self._respond()
+        self.respond()
         return -slope / self.curvature if self.curvature > 0.0 else 1.0
 
-    def _respond(self) -> None:
+    def respond(self) -> None:
+        """Compute the response to the step, its curvature, and what its rounding is relative to."""
         self.operator.comply(self.step, self.response)
         self._count(2, self.kind)
         self.curvature, *squares = self.sums(kernels.curvature, self._flat[4], self.response.ravel())
