@@ -65,38 +65,53 @@ def test_the_half_spectrum_is_numpys_and_comes_back(shape):
     np.testing.assert_allclose(back, field, atol=1e-14)
 
 
-def push_pull(weight, value):
+def push_pull(weight, value, spacing):
     """The extension, written as its definition: loops over cells, one level at a time."""
     if weight.shape == (1, 1):
         return value
-    shape = [(n + 1) // 2 for n in weight.shape]
+    # both sides of a cell are doubled, or the much shorter one, or the one along which there is more than one cell
+    twice = [
+        n > 1 and (m == 1 or side <= 1.5 * other)
+        for n, m, side, other in zip(weight.shape, weight.shape[::-1], spacing, spacing[::-1], strict=True)
+    ]
+    factors = [2 if double else 1 for double in twice]
+    shape = [-(-n // factor) for n, factor in zip(weight.shape, factors, strict=True)]
     total, mean = np.zeros(shape), np.zeros(shape)
     for i, j in np.ndindex(weight.shape):
-        total[i // 2, j // 2] += weight[i, j]
-        mean[i // 2, j // 2] += weight[i, j] * value[i, j]
+        parent = i // factors[0], j // factors[1]
+        total[parent] += weight[i, j]
+        mean[parent] += weight[i, j] * value[i, j]
     mean = np.divide(mean, total, out=np.zeros(shape), where=total > 0)
-    parent = push_pull(np.minimum(total / 3, 1), mean)
+    whole = 3 if all(twice) else 1.5
+    coarse = push_pull(np.minimum(total / whole, 1), mean, [f * side for f, side in zip(factors, spacing, strict=True)])
     result = np.empty(weight.shape)
     for i, j in np.ndindex(weight.shape):
-        rows = (i // 2, 0.75), ((i // 2 + (1 if i % 2 else -1)) % shape[0], 0.25)
-        columns = (j // 2, 0.75), ((j // 2 + (1 if j % 2 else -1)) % shape[1], 0.25)
-        bilinear = sum(a * b * parent[k, m] for k, a in rows for m, b in columns)
-        result[i, j] = weight[i, j] * value[i, j] + (1 - weight[i, j]) * bilinear
+        rows, columns = (parents(k, n, double) for k, n, double in zip((i, j), shape, twice, strict=True))
+        linear = sum(a * b * coarse[k, m] for k, a in rows for m, b in columns)
+        result[i, j] = weight[i, j] * value[i, j] + (1 - weight[i, j]) * linear
     return result
 
 
-@pytest.mark.parametrize("shape", [(8, 8), (7, 5), (1, 6), (9, 1), (13, 16), (2, 3), (1, 1)])
-def test_the_extension_is_push_pull_and_its_transpose_the_transpose(shape):
+def parents(child, number, double):
+    if not double:
+        return [(child, 1.0)]
+    return [(child // 2, 0.75), ((child // 2 + (1 if child % 2 else -1)) % number, 0.25)]
+
+
+@pytest.mark.parametrize("shape", [(8, 8), (7, 5), (1, 6), (9, 1), (13, 16), (2, 3), (1, 1), (5, 32), (3, 2)])
+@pytest.mark.parametrize("lengths", [(1.0, 1.0), (1.0, 20.0), (300.0, 1.0), (1.0, 1.6)])
+def test_the_extension_is_push_pull_and_its_transpose_the_transpose(shape, lengths):
     rng = np.random.default_rng(2)
     free = (rng.random(shape) < 0.3).astype(np.int8)
     free.flat[0] = 1
-    extension = Extension(rs.Grid(shape, lengths), np.float64)
+    grid = rs.Grid(shape, lengths)
+    extension = Extension(grid, np.float64)
     field, other = rng.standard_normal(shape) * free, rng.standard_normal(shape)
     step, response = rng.standard_normal(shape), rng.standard_normal(shape)
     extended, gathered = field.copy(), other.copy()
     extension.extend(free, extended)
     cross, own = extension.transpose(free, gathered, step, response)
-    np.testing.assert_allclose(extended, push_pull(free.astype(float), field), atol=1e-14)
+    np.testing.assert_allclose(extended, push_pull(free.astype(float), field, grid.spacing), atol=1e-14)
     assert np.sum(extended * other) == pytest.approx(np.sum(field * gathered), rel=1e-12)
     assert cross == pytest.approx(np.sum(gathered * response), rel=1e-12)
     assert own == pytest.approx(np.sum(free * step * response), rel=1e-12)
@@ -235,6 +250,7 @@ def test_an_interrupt_ends_the_solve_soon_and_leaves_it_usable(threads):
 
 def test_a_stall_is_noticed_and_raised_with_the_best_field(monkeypatch):
     monkeypatch.setattr(active_set.Iteration, "advance", lambda self: None)
+    monkeypatch.setattr(active_set, "exchange_points", lambda state: None)
     heights, grid = rough()
     with pytest.raises(
         rs.ConvergenceError, match=r"stalled: residual .* after \d+ iterations, tolerance 1e-06"
