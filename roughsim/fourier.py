@@ -209,7 +209,11 @@ class _Rows:
         if pyfftw is None:
             self.forward, self.backward = self._scipy_forward, self._scipy_backward
             return
-        options: dict[str, Any] = {"axes": (1,), "flags": ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT"), "threads": _plan_threads()}
+        options: dict[str, Any] = {
+            "axes": (1,),
+            "flags": ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT"),
+            "threads": _plan_threads(),
+        }
         self.forward = pyfftw.FFTW(self.field, self.spectrum, **options).execute
         self.backward = pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options).execute
 

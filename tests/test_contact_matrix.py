@@ -47,7 +47,24 @@ def westergaard(fraction):
 
 def exact_waves():
     cases = {}
-    for fraction in (1e-6, 1e-3, 0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99, 0.999, 0.999999, 1.0, 1.0 + 1e-9, 1.001, 2.0, 10.0):
+    for fraction in (
+        1e-6,
+        1e-3,
+        0.01,
+        0.1,
+        0.3,
+        0.5,
+        0.7,
+        0.9,
+        0.99,
+        0.999,
+        0.999999,
+        1.0,
+        1.0 + 1e-9,
+        1.001,
+        2.0,
+        10.0,
+    ):
         highest = (1 + fraction) * WAVE_PRESSURE if fraction >= 1 else None
         cases[f"wave at {fraction:.9g} of full contact"] = Case(
             WAVE, fraction * WAVE_PRESSURE, fraction=westergaard(fraction), highest=highest
@@ -90,7 +107,9 @@ def shapes_of_the_surface():
     steep = 0.01 * np.fft.irfft2(np.fft.rfft2(RNG.standard_normal((64, 64))) / np.maximum(q, 2 * np.pi) ** 2.2)
     cases["H = 1.2, roll-off at the cell"] = Case(steep / steep.std() / 100, 1e-3)
     for over in (0.9, 0.999, 0.99999, 1.0, 1.0001, 3.0):
-        cases[f"rough at {over:g} of full contact"] = Case(ROUGH, over * full_load(ROUGH), fraction=1.0 if over >= 1 else None)
+        cases[f"rough at {over:g} of full contact"] = Case(
+            ROUGH, over * full_load(ROUGH), fraction=1.0 if over >= 1 else None
+        )
     return cases
 
 
@@ -102,7 +121,9 @@ def loads_and_hardnesses():
             cases[f"load {load:g} E*, hardness of twice that"] = Case(ROUGH, load, 2 * load)
     for ratio in (1.0, 1.0 + 1e-9, 1.0001, 1.01, 1.1, 1.5, 5.0, 20.0, 100.0, 1e6):
         highest = 0.01 if ratio == 1.0 else None
-        cases[f"hardness {ratio:.9g} of the load"] = Case(ROUGH, 0.01, ratio * 0.01, fraction=1.0 if ratio == 1 else None, highest=highest)
+        cases[f"hardness {ratio:.9g} of the load"] = Case(
+            ROUGH, 0.01, ratio * 0.01, fraction=1.0 if ratio == 1 else None, highest=highest
+        )
     cases["hardness far below E*: the bearing area"] = Case(100 * ROUGH, 1e-5, 1e-4, fraction=0.1, highest=1e-4)
     cases["slope 2, most of the contact yielded"] = Case(rough(slope=2.0)[0], 0.1, 0.15)
     return cases
@@ -140,7 +161,9 @@ def units():
         (1e100, 1.0), (1.0, 1e160), (1.0, 1e-100), (1e-6, 1e11),
     ):  # fmt: skip
         grid = rs.Grid((64, 64), (length, length))
-        cases[f"lengths × {length:g}, pressures × {pressure:g}"] = Case(ROUGH * length, 0.01 * pressure, 0.05 * pressure, grid, pressure)
+        cases[f"lengths × {length:g}, pressures × {pressure:g}"] = Case(
+            ROUGH * length, 0.01 * pressure, 0.05 * pressure, grid, pressure
+        )
     for offset in (1.0, -1.0, 1e3, -1e3, 1e6, 1e9, -1e9):
         cases[f"heights {offset:+g}"] = Case(ROUGH + offset)
     return cases
@@ -158,7 +181,10 @@ def forms():
         "uint8": ((whole - whole.min()) / np.ptp(whole) * 255).astype(np.uint8), "truth values": whole > 0, "Fortran order": np.asfortranarray(whole), "every other point": padded[::2, ::2],
         "backwards": whole[::-1, ::-1], "read-only": frozen, "lists": whole.tolist(), "a matrix's transpose": whole.T,
     }  # fmt: skip
-    return {f"heights as {name}": Case(form, 0.03 * max(float(np.ptp(np.asarray(form, float))), 0.1)) for name, form in forms.items()}
+    return {
+        f"heights as {name}": Case(form, 0.03 * max(float(np.ptp(np.asarray(form, float))), 0.1))
+        for name, form in forms.items()
+    }
 
 
 def moved():
@@ -170,7 +196,15 @@ def moved():
     }
 
 
-LAWFUL = {**exact_waves(), **shapes_of_the_surface(), **loads_and_hardnesses(), **grids(), **units(), **forms(), **moved()}
+LAWFUL = {
+    **exact_waves(),
+    **shapes_of_the_surface(),
+    **loads_and_hardnesses(),
+    **grids(),
+    **units(),
+    **forms(),
+    **moved(),
+}
 
 
 @pytest.mark.parametrize("name", LAWFUL)

@@ -13,7 +13,7 @@ from roughsim._kernels.interpolation import refine
 from roughsim.contact import active_set
 from roughsim.contact.blocks import spans
 from roughsim.contact.extension import Extension
-from roughsim.contact.operator import Operator
+from roughsim.contact.operator import Operator, rms_compliance
 
 SIZES = [1, 2, 3, 4, 5, 7, 8, 61, 64]
 
@@ -145,7 +145,8 @@ def test_blocks_cover_all_rows_and_start_at_even_ones():
 
 def outer_residual(heights, grid, cap, pressure):
     """The residual with numpy's transform and a bisected offset."""
-    q = np.hypot(*np.meshgrid(*(2 * np.pi * np.fft.fftfreq(n) * n for n in grid.shape), indexing="ij"))
+    waves = (2 * np.pi * np.fft.fftfreq(n, a / n) for n, a in zip(grid.shape, grid.lengths, strict=True))
+    q = np.hypot(*np.meshgrid(*waves, indexing="ij"))
     gap = np.fft.ifft2(compliance(q) * np.fft.fft2(pressure)).real - heights
     kappa = 0.5 * q[np.abs(np.fft.fft2(heights)) > 1e-9 * np.abs(np.fft.fft2(heights)).max()].max()
     low, high = gap.min() - 1, gap.max() + pressure.max()
@@ -229,9 +230,9 @@ def test_a_new_process_gives_the_same_bits(start):
     np.testing.assert_array_equal(moved, expected)
 
 
-@pytest.mark.parametrize("threads", [1, 2])
-def test_an_interrupt_ends_the_solve_soon_and_leaves_it_usable(threads):
-    heights, grid = rough(1024)
+@pytest.mark.parametrize(("threads", "points"), [(1, 1024), (2, 1024), pytest.param(1, 2048, marks=pytest.mark.slow)])
+def test_an_interrupt_ends_the_solve_soon_and_leaves_it_usable(threads, points):
+    heights, grid = rough(points)
     expected = fields(1)
     old = signal.signal(signal.SIGALRM, signal.default_int_handler)
     try:
@@ -259,6 +260,51 @@ def test_a_stall_is_noticed_and_raised_with_the_best_field(monkeypatch):
     assert active_set.PATIENCE < caught.value.iterations < 10 * active_set.PATIENCE
     assert caught.value.residual > 1e-6
     assert caught.value.pressure.shape == grid.shape
+
+
+def white_noise(shape, lengths):
+    """Noise on every pixel, and the range of its full-contact pressure."""
+    heights, grid = 0.02 * np.random.default_rng(3).standard_normal(shape), rs.Grid(shape, lengths)
+    return heights, grid, np.abs(np.fft.irfft2(np.fft.rfft2(heights) * grid.wavenumbers / 2, s=shape)).max()
+
+
+@pytest.mark.parametrize("cap", [np.inf, 0.25])
+@pytest.mark.parametrize(
+    ("shape", "lengths"), [((64, 64), (1.0, 1000.0)), ((8, 8192), (1.0, 1.0)), ((301, 7), (1, 1e-3))]
+)
+def test_noise_on_every_pixel_of_oblong_cells_is_solved_with_little_work(shape, lengths, cap):
+    heights, grid, full = white_noise(shape, lengths)
+    contact = rs.solve_contact(heights, grid, rs.Solid(1.0, cap * full), nominal_pressure=0.1 * full)
+    assert contact.transforms < 400
+    assert outer_residual(heights, grid, cap * full, contact.pressure) <= 2e-6
+
+
+@pytest.mark.parametrize("cap", [np.inf, 0.3])
+def test_exchanges_of_points_alone_lead_to_the_solution(cap, monkeypatch):
+    heights, grid = rough()
+    solid = rs.Solid(1.0, cap)
+    expected = rs.solve_contact(heights, grid, solid, nominal_pressure=0.1, tolerance=1e-9).pressure
+    monkeypatch.setattr(active_set.Iteration, "advance", lambda self: None)
+    alone = rs.solve_contact(heights, grid, solid, nominal_pressure=0.1, tolerance=1e-9).pressure
+    np.testing.assert_allclose(alone, expected, atol=1e-8 * expected.max())
+
+
+@pytest.mark.parametrize(("load", "cap"), [(0.1, 0.25), (0.1, 0.10001), (0.3, np.inf)])
+@pytest.mark.parametrize("lengths", [(1.0, 1.0), (1.0, 1000.0)])
+def test_the_displacement_follows_the_pressure_through_single_precision_steps(load, cap, lengths):
+    # neither what is snapped onto a bound nor what is added to meet the load may be missing from it
+    heights, grid, full = white_noise((256, 256), lengths)
+    contact = rs.solve_contact(heights, grid, rs.Solid(1.0, cap * full), nominal_pressure=load * full)
+    exact = np.fft.irfft2(compliance(grid.wavenumbers) * np.fft.rfft2(contact.pressure), s=grid.shape)
+    assert np.abs(contact.displacement - exact).max() <= 3e-7 * np.ptp(exact)
+
+
+def test_the_mean_square_compliance_is_that_of_all_modes():
+    for shape, lengths in (((6, 5), (1.0, 3.0)), ((300, 700), (1.0, 1.0)), ((1, 8), (1.0, 2.0)), ((1, 1), (1.0, 1.0))):
+        grid = rs.Grid(shape, lengths)
+        qx, qy = (2 * np.pi * np.fft.fftfreq(n, a / n) for n, a in zip(shape, lengths, strict=True))
+        expected = np.sqrt(np.mean(compliance(np.hypot(qx[:, None], qy)) ** 2))
+        assert rms_compliance(grid) == pytest.approx(expected, rel=1e-12)
 
 
 def test_a_failed_solve_leaves_no_trace():

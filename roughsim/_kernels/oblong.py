@@ -33,7 +33,9 @@ def push(weight: Any, value: Any, parent_weight: Any, parent_value: Any, parent_
                 totals[j] += weight[second, j]
                 sums[j] += weight[second, j] * value[second, j]
         for j in range(parent_weight.shape[1]):
-            total, mean = (totals[2 * j] + totals[2 * j + 1], sums[2 * j] + sums[2 * j + 1]) if wide else (totals[j], sums[j])
+            total, mean = (
+                (totals[2 * j] + totals[2 * j + 1], sums[2 * j] + sums[2 * j + 1]) if wide else (totals[j], sums[j])
+            )
             inverse = one / total if total > zero else zero
             parent_inverse[i, j] = inverse
             parent_value[i, j] = mean * inverse

@@ -25,9 +25,8 @@ class Extension:
 
     def __init__(self, grid: Grid, dtype: Any):
         shapes = _shapes(grid)
-        self.trivial = len(shapes) == 1
-        # the finest level belongs to the caller where both axes are halved above it
-        self.bottom = int(not self.trivial and all(b < a for a, b in zip(*shapes[:2], strict=True)))
+        # level 0 is the caller's free set and field where both axes are halved above it, a copy elsewhere
+        self.bottom = int(len(shapes) > 1 and all(b < a for a, b in zip(*shapes[:2], strict=True)))
         sizes = [rows * columns for rows, columns in shapes]
         sizes[0] *= 1 - self.bottom
         self.starts = np.cumsum([0, *sizes[:-1]])
@@ -39,8 +38,6 @@ class Extension:
 
     def extend(self, free: NDArray[np.int8], field: NDArray[Any]) -> None:
         """Fill `field`, zero off the free points, over the whole plane, in place."""
-        if self.trivial:
-            return
         if self.bottom == 0:
             self.parents[0][...], self.parents[1][...] = free, field
             kernels.extend_coarse(0, *self.pyramid)
@@ -57,13 +54,11 @@ class Extension:
 
         Return the products ⟨field, response⟩ and ⟨step, response⟩ over the free points.
         """
-        if self.trivial or self.bottom == 0:
-            if not self.trivial:
-                self.parents[1][...] = field
-                kernels.transpose_coarse(0, *self.pyramid)
-                field[...] = self.parents[1]
-            field *= free
-            return float(np.sum(field * response)), float(np.sum(free * step * response))
+        if self.bottom == 0:
+            self.parents[1][...] = field
+            kernels.transpose_coarse(0, *self.pyramid)
+            np.multiply(self.parents[1], free, out=field)
+            return float(np.sum(field * response, dtype=float)), float(np.sum(free * step * response, dtype=float))
         run(lambda a, b: kernels.gather_finest(a, b, free, field, self.parents[1]), self.parent_rows)
         kernels.transpose_coarse(1, *self.pyramid)
         parents = self.parents[1], self.parents[2]
