@@ -132,11 +132,24 @@ def loads_and_hardnesses():
 def grids():
     cases = {}
     for shape, lengths in (
-        ((63, 63), (1.0, 1.0)), ((64, 128), (1.0, 2.0)), ((64, 64), (1.0, 3.0)), ((64, 64), (1000.0, 1.0)),
-        ((64, 64), (1.0, 1000.0)), ((127, 64), (1.0, 1.0)), ((61, 67), (1.0, 1.0)), ((128, 128), (1.0, 1.0)),
-        ((97, 89), (1.0, 500.0)), ((2, 2), (1.0, 1.0)), ((3, 3), (1.0, 1.0)), ((4, 3), (1.0, 1.0)), ((1, 61), (1.0, 1.0)),
-        ((1, 257), (1.0, 1.0)), ((251, 1), (1.0, 1e-3)), ((2, 300), (1.0, 1.0)), ((8, 1024), (1.0, 1.0)),
-    ):  # fmt: skip
+        ((63, 63), (1.0, 1.0)),
+        ((64, 128), (1.0, 2.0)),
+        ((64, 64), (1.0, 3.0)),
+        ((64, 64), (1000.0, 1.0)),
+        ((64, 64), (1.0, 1000.0)),
+        ((127, 64), (1.0, 1.0)),
+        ((61, 67), (1.0, 1.0)),
+        ((128, 128), (1.0, 1.0)),
+        ((97, 89), (1.0, 500.0)),
+        ((2, 2), (1.0, 1.0)),
+        ((3, 3), (1.0, 1.0)),
+        ((4, 3), (1.0, 1.0)),
+        ((1, 61), (1.0, 1.0)),
+        ((1, 257), (1.0, 1.0)),
+        ((251, 1), (1.0, 1e-3)),
+        ((2, 300), (1.0, 1.0)),
+        ((8, 1024), (1.0, 1.0)),
+    ):
         grid, noise = rs.Grid(shape, lengths), RNG.standard_normal(shape)
         q = np.hypot(np.fft.fftfreq(shape[0])[:, None] * shape[0], np.arange(shape[1] // 2 + 1))
         falling = np.fft.irfft2(np.fft.rfft2(noise) * np.maximum(q, 1) ** -1.8 * (q > 0), s=shape)
@@ -176,11 +189,21 @@ def forms():
     frozen = whole.copy()
     frozen.flags.writeable = False
     forms = {
-        "int64": whole.astype(np.int64), "int32": whole.astype(np.int32), "float32": whole.astype(np.float32),
-        "float16": ROUGH.astype(np.float16) * np.float16(64), "long double": whole.astype(np.longdouble), "big-endian": whole.astype(">f8"),
-        "uint8": ((whole - whole.min()) / np.ptp(whole) * 255).astype(np.uint8), "truth values": whole > 0, "Fortran order": np.asfortranarray(whole), "every other point": padded[::2, ::2],
-        "backwards": whole[::-1, ::-1], "read-only": frozen, "lists": whole.tolist(), "a matrix's transpose": whole.T,
-    }  # fmt: skip
+        "int64": whole.astype(np.int64),
+        "int32": whole.astype(np.int32),
+        "float32": whole.astype(np.float32),
+        "float16": ROUGH.astype(np.float16) * np.float16(64),
+        "long double": whole.astype(np.longdouble),
+        "big-endian": whole.astype(">f8"),
+        "uint8": ((whole - whole.min()) / np.ptp(whole) * 255).astype(np.uint8),
+        "truth values": whole > 0,
+        "Fortran order": np.asfortranarray(whole),
+        "every other point": padded[::2, ::2],
+        "backwards": whole[::-1, ::-1],
+        "read-only": frozen,
+        "lists": whole.tolist(),
+        "a matrix's transpose": whole.T,
+    }
     return {
         f"heights as {name}": Case(form, 0.03 * max(float(np.ptp(np.asarray(form, float))), 0.1))
         for name, form in forms.items()
@@ -265,7 +288,10 @@ UNLAWFUL = {
     "load infinite": (lambda: press(nominal_pressure=np.inf), "nominal_pressure = inf Pa must be finite"),
     "load complex": (lambda: press(nominal_pressure=1j), "nominal_pressure = 1j must be one real number"),
     "load a field": (lambda: press(nominal_pressure=[1.0]), r"nominal_pressure = \[1.0\] must be one real number"),
-    "load above hardness": (lambda: press(solid=rs.Solid(1.0, 0.001)), "0.01 Pa exceeds penetration_hardness = 0.001 Pa"),
+    "load above hardness": (
+        lambda: press(solid=rs.Solid(1.0, 0.001)),
+        "0.01 Pa exceeds penetration_hardness = 0.001 Pa",
+    ),
     "hardness zero": (lambda: rs.Solid(1.0, 0.0), "penetration_hardness = 0 Pa must be positive"),
     "hardness below zero": (lambda: rs.Solid(1.0, -1.0), "penetration_hardness = -1 Pa must be positive"),
     "hardness NaN": (lambda: rs.Solid(1.0, np.nan), "penetration_hardness = nan Pa must be finite"),
@@ -273,8 +299,11 @@ UNLAWFUL = {
     "modulus below zero": (lambda: rs.Solid(-1.0), "effective_modulus = -1 Pa must be positive"),
     "modulus NaN": (lambda: rs.Solid(np.nan), "effective_modulus = nan Pa must be finite"),
     "modulus infinite": (lambda: rs.Solid(np.inf), "effective_modulus = inf Pa must be finite"),
-    "a NaN among heights": (lambda: press(np.where(np.eye(64) > 0, np.nan, WAVE)), "heights holds 64 values that are NaN"),
-    "an infinity among heights": (lambda: press(np.where(WAVE == WAVE[3, 3], -np.inf, WAVE)), "heights holds .* infinite"),
+    "a NaN among heights": (
+        lambda: press(np.where(np.eye(64) > 0, np.nan, WAVE)),
+        "heights holds 64 values that are NaN",
+    ),
+    "an infinity among heights": (lambda: press(np.where(np.eye(64) > 0, -np.inf, WAVE)), "heights holds .* infinite"),
     "heights complex": (lambda: press(WAVE * (1 + 0j)), "heights has dtype complex128"),
     "heights masked": (lambda: press(np.ma.masked_greater(WAVE, 0.005)), "heights is a masked array"),
     "heights words": (lambda: press(np.full((64, 64), "1")), "heights has dtype <U1"),
@@ -299,7 +328,7 @@ UNLAWFUL = {
     "ν = −1": (lambda: parse_scene(SCENE.format(ratio=-1)), "poisson_ratio"),
     "ν = 1": (lambda: parse_scene(SCENE.format(ratio=1)), "poisson_ratio"),
     "ν = NaN": (lambda: parse_scene(SCENE.format(ratio="nan")), "poisson_ratio"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", UNLAWFUL)

@@ -228,7 +228,10 @@ class Iteration:
         return 0.0 if slope_square is None else slope_square[0]
 
     def precondition(self) -> tuple[float, float]:
-        """Turn the gap on the free points in `field` into a pressure there; return ⟨field, response⟩ and ⟨step, response⟩."""
+        """Turn the gap in `field` into a pressure, both on the free points.
+
+        Return ⟨field, response⟩ and ⟨step, response⟩ there.
+        """
         self.extension.extend(self.free, self.field)
         self.operator.stiffen(self.field, self.field)
         self._count(2, self.kind)
