@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import roughsim as rs
+from roughsim._kernels import active_set as kernels
 from roughsim._kernels.interpolation import refine
 from roughsim.contact import active_set
 from roughsim.contact.blocks import spans
@@ -297,6 +298,52 @@ def test_the_displacement_follows_the_pressure_through_single_precision_steps(lo
     contact = rs.solve_contact(heights, grid, rs.Solid(1.0, cap * full), nominal_pressure=load * full)
     exact = np.fft.irfft2(compliance(grid.wavenumbers) * np.fft.rfft2(contact.pressure), s=grid.shape)
     assert np.abs(contact.displacement - exact).max() <= 3e-7 * np.ptp(exact)
+
+
+def test_a_step_moves_no_point_further_than_it_says():
+    # bounds are met exactly, but by no more than the rounding of the step itself: all points near one share its sign
+    rng, cap, slack = np.random.default_rng(4), 1.0, 2.0 * float(np.finfo(np.float32).eps)
+    pressure = np.concatenate([1.0 - 10.0 ** rng.uniform(-16, -4, 500), 10.0 ** rng.uniform(-16, -4, 500)])
+    step = (rng.uniform(-0.9, 0.9, 1000) * np.minimum(pressure, 1 - pressure)).astype(np.float32)
+    step[::5] = (np.where(pressure > 0.5, cap, 0.0) - pressure)[::5]
+    moved, still = pressure.copy(), np.zeros(1000)
+    kernels.advance(0, 1000, moved, still, step, np.zeros(1000, np.float32), 1.0, slack, (0.0, 1.0, cap))
+    assert np.all(np.abs(moved - pressure - step) <= slack * np.abs(step) + 1e-16)
+    assert set(moved[::5]) == {0.0, cap}
+    assert 0.0 <= moved.min() <= moved.max() <= cap
+
+
+def test_a_point_near_its_bound_is_judged_by_its_gap_too():
+    # p − clip(p − κ gap) sees no more than p; the point is free, so its gap may be twice that
+    pressure, gap, limit = np.array([0.6e-3, 1.0, 1.0]), np.array([1.1e-3, -0.9e-3, 1.1e-3]), 1e-3
+    free, rest = np.empty(3, np.int8), np.empty(3)
+    sums = kernels.classify(0, 3, pressure, gap, (0.0, 1.0, np.inf), active_set.REACH, 1.0, limit, free, rest)
+    assert free.tolist() == [1, 1, 1]
+    assert sums[-1] == 2
+
+
+def test_the_worst_point_is_judged_against_the_range_of_its_own_displacement():
+    heights, grid, full = white_noise((64, 64), (1.0, 1000.0))
+    state = active_set.Iteration(
+        active_set.Problem(heights, 0.0, 1.0, grid, 0.1 * full, np.inf, grid.wavenumbers.max() / 2)
+    )
+    state.pressure[...] = 0.0
+    state.pressure[:, 5] = 64 * 0.1 * full  # the whole load on one line: a displacement far beyond that of the solution
+    state.refresh(np.float64)
+    state.solve(1e-6, 1000, final=True)
+    exact = np.fft.irfft2(compliance(grid.wavenumbers) * np.fft.rfft2(state.pressure), s=grid.shape)
+    assert state.residual <= 1e-6
+    assert state.range == pytest.approx(np.ptp(exact), rel=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_exchanges_that_lead_in_circles_are_led_out(seed):
+    grid = rs.Grid((293, 9), (502.0, 0.03))
+    heights = np.exp(1.5 * np.random.default_rng(seed).standard_normal(grid.shape))
+    load = 4e-4 * np.abs(np.fft.irfft2(np.fft.rfft2(heights) * grid.wavenumbers / 2, s=grid.shape)).max()
+    contact = rs.solve_contact(heights, grid, rs.Solid(1.0, 1.3 * load), nominal_pressure=load)
+    assert outer_residual(heights, grid, 1.3 * load, contact.pressure) <= 2e-6
 
 
 def test_the_mean_square_compliance_is_that_of_all_modes():
