@@ -8,6 +8,7 @@ once and `backend()` names it for the records.
 from __future__ import annotations
 
 import operator
+import os
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator
@@ -27,6 +28,8 @@ _ROWS = 64  # rows at a time, of an influence
 _BLOCK = 256  # bytes of a row of columns taken at a time: they stay in the cache
 _state = threading.local()
 _threads = 1
+_threaded = False  # whether FFTW has been asked for threads of its own
+_orphaned = False  # whether they were lost in a fork: what waits for them waits for ever
 
 
 def set_threads(count: int) -> None:
@@ -50,6 +53,32 @@ def set_threads(count: int) -> None:
 def get_threads() -> int:
     """Return the number of threads that transforms use in this process."""
     return _threads
+
+
+def _plan_threads() -> int:
+    """Return how many threads FFTW may plan for."""
+    global _threaded  # noqa: PLW0603
+    if _threads > 1 and _orphaned:
+        warnings.warn(
+            f"this process was forked from one with threads of FFTW, which do not survive that: transforms use one "
+            f"thread, not {_threads}; start worker processes by spawn or forkserver",
+            RuntimeWarning,
+            stacklevel=4,
+        )
+        return 1
+    _threaded = _threaded or _threads > 1
+    return _threads
+
+
+def _after_fork() -> None:
+    """Forget in a forked process the plans of its parent, whose threads are gone."""
+    global _orphaned  # noqa: PLW0603
+    _orphaned = _orphaned or (_threaded and pyfftw is not None)
+    _state.__dict__.clear()
+
+
+if hasattr(os, "register_at_fork"):  # there is no fork elsewhere
+    os.register_at_fork(after_in_child=_after_fork)
 
 
 def backend() -> str:
@@ -83,11 +112,21 @@ class Transform:
             return
         self.field = pyfftw.zeros_aligned(shape, real)
         self.spectrum = pyfftw.zeros_aligned(half, complex_type)
-        options: dict[str, Any] = {"axes": (0, 1), "flags": ("FFTW_ESTIMATE",), "threads": _threads}
+        self._plan()
+
+    def _plan(self) -> None:
+        options: dict[str, Any] = {"axes": (0, 1), "flags": ("FFTW_ESTIMATE",), "threads": _plan_threads()}
+        self._process = os.getpid()
         self._plans = (
             pyfftw.FFTW(self.field, self.spectrum, **options),
             pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options),
         )
+
+    def _execute(self, plan: int) -> None:
+        if self._process != os.getpid():  # plans with threads do not survive a fork
+            self._plan()
+        if self._plans is not None:
+            self._plans[plan].execute()
 
     def forward(self) -> NDArray[Any]:
         """Transform `field` into `spectrum` and return the latter."""
@@ -96,7 +135,7 @@ class Transform:
 
             self.spectrum[...] = fft.rfft2(self.field, workers=_threads)
         else:
-            self._plans[0].execute()
+            self._execute(0)
         if self.scale is not None:
             np.multiply(self.spectrum, self.scale, out=self.spectrum)
         return self.spectrum
@@ -108,7 +147,7 @@ class Transform:
 
             self.field[...] = fft.irfft2(self.spectrum, s=self.field.shape, norm="forward", workers=_threads)
         else:
-            self._plans[1].execute()
+            self._execute(1)
         return self.field
 
 
@@ -171,7 +210,11 @@ class _Rows:
         if pyfftw is None:
             self.forward, self.backward = self._scipy_forward, self._scipy_backward
             return
-        options: dict[str, Any] = {"axes": (1,), "flags": ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT"), "threads": _threads}
+        options: dict[str, Any] = {
+            "axes": (1,),
+            "flags": ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT"),
+            "threads": _plan_threads(),
+        }
         self.forward = pyfftw.FFTW(self.field, self.spectrum, **options).execute
         self.backward = pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options).execute
 

@@ -1,5 +1,6 @@
 """The one door to FFTW: against numpy's transforms, and against waves that are known."""
 
+import os
 import subprocess
 import sys
 import textwrap
@@ -112,6 +113,45 @@ def test_two_threads_of_fftw_agree_with_numpy():
     assert fourier.get_threads() == 2
     np.testing.assert_allclose(fourier.forward(field_of((128, 96))), half_of((128, 96)), rtol=0, atol=1e-15)
     np.testing.assert_allclose(fourier.inverse(half_of((128, 96)), (128, 96)), field_of((128, 96)), rtol=0, atol=1e-12)
+
+
+FORK = """
+    import os, signal, sys, warnings
+    import numpy as np
+    import roughsim as rs
+    from roughsim import fourier
+    rs.set_threads(2)
+    field, grid = np.random.default_rng(0).standard_normal((512, 512)), rs.Grid((512, 512), (1.0, 1.0))
+    kept = fourier.Transform((512, 512))
+    kept.field[...] = field
+
+    def work():
+        return [
+            fourier.forward(field),
+            fourier.convolve(field, np.ones((513, 1024)), (1024, 1024)),
+            kept.forward().copy(),
+            rs.solve_contact(field, grid, rs.Solid(1.0), nominal_pressure=100.0, tolerance=1e-2).pressure,
+        ]
+
+    parent = work()
+    child = os.fork()
+    if child == 0:
+        signal.alarm(60)  # a hang ends here
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            same = [np.abs(a - b).max() <= 1e-12 * np.abs(a).max() for a, b in zip(parent, work())]
+        told = any("forked from one with threads of FFTW" in str(w.message) for w in caught)
+        os._exit(0 if all(same) and (told or "scipy" in fourier.backend()) else 1)
+    sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_a_forked_process_transforms_on_though_the_threads_of_its_parent_are_gone():
+    free = {name: value for name, value in os.environ.items() if name != "OMP_NUM_THREADS"}
+    code = [sys.executable, "-W", "ignore", "-c", textwrap.dedent(FORK)]
+    done = subprocess.run(code, capture_output=True, text=True, check=False, timeout=100, env=free)
+    assert done.returncode == 0, done.stderr
 
 
 def test_two_python_threads_do_not_disturb_each_other():

@@ -19,15 +19,27 @@ ROUNDING = 2 * float(np.finfo(np.float64).eps)
 
 
 @kernel(fastmath=REORDER)
-def subtract_heights(start: int, stop: int, heights: Any, middle: float, unit: float, gap: Any) -> Any:
-    """Turn the displacement in `gap` into the gap u − (heights − middle)/unit; return Σ u²."""
-    heights, gap = heights[start:stop], gap[start:stop]
-    square = 0.0
+def subtract_heights(start: int, stop: int, heights: Any, middle: float, unit: float, p: Any, gap: Any) -> Any:
+    """Turn the displacement in `gap` into the gap u − (heights − middle)/unit; return Σ p² and Σ u²."""
+    heights, p, gap = heights[start:stop], p[start:stop], gap[start:stop]
+    pressure, square = 0.0, 0.0
     for i in range(stop - start):
         u = gap[i]
+        pressure += p[i] * p[i]
         square += u * u
         gap[i] = u - (heights[i] - middle) / unit
-    return (square,)
+    return pressure, square
+
+
+@kernel(fastmath=REORDER)
+def displacement_range(start: int, stop: int, heights: Any, middle: float, unit: float, gap: Any) -> Any:
+    """Lowest and highest displacement, gap + (heights − middle)/unit."""
+    heights, gap = heights[start:stop], gap[start:stop]
+    low, high = np.inf, -np.inf
+    for i in range(stop - start):
+        u = gap[i] + (heights[i] - middle) / unit
+        low, high = min(low, u), max(high, u)
+    return low, high
 
 
 @kernel(fastmath=REORDER)
@@ -76,10 +88,12 @@ def classify(
 
     A point is free where 0 < p − reach κ (gap − d) < cap. With x = clip(p − κ(gap − d), 0, cap) and m = p − x, return
     Σ x, how many x lie between the bounds, Σ (m·unit)², Σ (p·unit)², the number of free points, and that of points
-    with |m| > limit; `unit` keeps the squares of tiny pressures alive.
+    with |m| > limit; `unit` keeps the squares of tiny pressures alive. A free point that near its bound may have a
+    gap of 1/reach times its |m|: there the limit is half as large.
     """
     p, gap, free, rest = p[start:stop], gap[start:stop], free[start:stop], rest[start:stop]
     offset, stiffness, cap = law
+    near_bound = 0.5 * limit
     total, inside, square, norm, count, above = 0.0, 0, 0.0, 0.0, 0, 0
     for i in range(stop - start):
         r = gap[i] - offset
@@ -88,7 +102,7 @@ def classify(
         total += y
         inside += 1 if x == y else 0
         m = p[i] - y
-        above += 1 if abs(m) > limit else 0
+        above += 1 if abs(m) > (limit if x == y else near_bound) else 0
         m *= unit
         square += m * m
         norm += (p[i] * unit) * (p[i] * unit)
@@ -171,13 +185,14 @@ def gradient_step(start: int, stop: int, p: Any, gap: Any, law: Any, share: floa
 
 @kernel(fastmath=REORDER)
 def curvature(start: int, stop: int, step: Any, response: Any) -> Any:
-    """⟨step, S·step⟩ and Σ (S·step)²."""
+    """⟨step, S·step⟩, Σ step² and Σ (S·step)²."""
     step, response = step[start:stop], response[start:stop]
-    own, square = 0.0, 0.0
+    own, size, square = 0.0, 0.0, 0.0
     for i in range(stop - start):
         own += step[i] * response[i]
+        size += step[i] * step[i]
         square += response[i] * response[i]
-    return own, square
+    return own, size, square
 
 
 @kernel(fastmath=REORDER)

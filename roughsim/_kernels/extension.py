@@ -3,7 +3,8 @@
 Weights are 1 on the free points. A parent cell has the weight min(1, Σ/3) and the weighted mean of its (up to) four
 children; on the way back u = w v + (1 − w)·(bilinear interpolation of the parents), periodic. The finest level has
 loops of its own: its weights are the bytes of the free set and its field is zero off the free points. Above it, level
-l lies at starts[l] in flat arrays and has the shape shapes[l].
+l lies at starts[l] in flat arrays and has the shape shapes[l]. Where only one axis is halved, which the shapes say, a
+parent has two children and the weight min(1, Σ/`WHOLE`), and the interpolation is linear; these loops end in `_one`.
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ from typing import Any
 import numpy as np
 
 from roughsim._kernels import REORDER, kernel
+
+WHOLE = 1.5  # children on which a parent has the full weight, of two
 
 
 @kernel(fastmath=REORDER)
@@ -104,43 +107,52 @@ def scatter_finest(
 
 
 @kernel(fastmath=REORDER)
-def extend_coarse(shapes: Any, starts: Any, weights: Any, inverses: Any, values: Any) -> None:
-    """Push from level 1 to the top and pull back to level 1."""
+def extend_coarse(bottom: int, shapes: Any, starts: Any, weights: Any, inverses: Any, values: Any) -> None:
+    """Push from the level `bottom` to the top and pull back to it."""
     top = len(shapes) - 1
-    for level in range(1, top):
+    for level in range(bottom, top):
         upper = level + 1
-        _push(
-            _level(weights, shapes, starts, level),
-            _level(values, shapes, starts, level),
-            _level(weights, shapes, starts, upper),
-            _level(values, shapes, starts, upper),
-            _level(inverses, shapes, starts, upper),
-        )
-    for level in range(top - 1, 0, -1):
-        _pull(
-            _level(weights, shapes, starts, level),
-            _level(values, shapes, starts, level + 1),
-            _level(values, shapes, starts, level),
-        )
+        weight, value = _level(weights, shapes, starts, level), _level(values, shapes, starts, level)
+        parents = _level(weights, shapes, starts, upper), _level(values, shapes, starts, upper)
+        inverse = _level(inverses, shapes, starts, upper)
+        if _both(shapes, level):
+            _push(weight, value, parents[0], parents[1], inverse)
+        else:
+            _push_one(weight, value, parents[0], parents[1], inverse)
+    for level in range(top - 1, bottom - 1, -1):
+        weight, value = _level(weights, shapes, starts, level), _level(values, shapes, starts, level)
+        parent = _level(values, shapes, starts, level + 1)
+        if _both(shapes, level):
+            _pull(weight, parent, value)
+        else:
+            _pull_one(weight, parent, value)
 
 
 @kernel(fastmath=REORDER)
-def transpose_coarse(shapes: Any, starts: Any, weights: Any, inverses: Any, sources: Any) -> None:
-    """Gather from level 1 to the top and scatter back to level 1: the transpose of `extend_coarse`."""
+def transpose_coarse(bottom: int, shapes: Any, starts: Any, weights: Any, inverses: Any, sources: Any) -> None:
+    """Gather from the level `bottom` to the top and scatter back to it: the transpose of `extend_coarse`."""
     top = len(shapes) - 1
-    for level in range(1, top):
-        _gather(
-            _level(weights, shapes, starts, level),
-            _level(sources, shapes, starts, level),
-            _level(sources, shapes, starts, level + 1),
-        )
-    for level in range(top - 1, 0, -1):
-        _scatter(
-            _level(weights, shapes, starts, level),
-            _level(sources, shapes, starts, level + 1),
-            _level(inverses, shapes, starts, level + 1),
-            _level(sources, shapes, starts, level),
-        )
+    for level in range(bottom, top):
+        weight, source = _level(weights, shapes, starts, level), _level(sources, shapes, starts, level)
+        parent = _level(sources, shapes, starts, level + 1)
+        if _both(shapes, level):
+            _gather(weight, source, parent)
+        else:
+            _gather_one(weight, source, parent)
+    for level in range(top - 1, bottom - 1, -1):
+        weight, source = _level(weights, shapes, starts, level), _level(sources, shapes, starts, level)
+        parent, inverse = _level(sources, shapes, starts, level + 1), _level(inverses, shapes, starts, level + 1)
+        if _both(shapes, level):
+            _scatter(weight, parent, inverse, source)
+        else:
+            _scatter_one(weight, parent, inverse, source)
+
+
+@kernel()
+def _both(shapes: Any, level: int) -> bool:
+    """Whether both axes are halved above this level; a lone row or column cannot be."""
+    upper = level + 1
+    return bool(shapes[upper, 0] < shapes[level, 0] and shapes[upper, 1] < shapes[level, 1])
 
 
 @kernel()
@@ -254,3 +266,93 @@ def _collect(line: Any, parent: Any) -> None:
     line[0], line[2 * parents + 1] = line[2 * parents], line[1]
     for j in range(parents):
         parent[j] = big * (line[2 * j + 1] + line[2 * j + 2]) + small * (line[2 * j] + line[2 * j + 3])
+
+
+@kernel(fastmath=REORDER)
+def _push_one(weight: Any, value: Any, parent_weight: Any, parent_value: Any, parent_inverse: Any) -> None:
+    """Fill the parents: weight min(1, Σ/`WHOLE`), weighted mean, 1/Σ weights."""
+    rows, columns = weight.shape
+    high, wide = rows > parent_weight.shape[0], columns > parent_weight.shape[1]
+    one, zero, share = value.dtype.type(1.0), value.dtype.type(0.0), value.dtype.type(1.0 / WHOLE)
+    totals, sums = np.empty(columns + 1, value.dtype), np.empty(columns + 1, value.dtype)
+    totals[columns], sums[columns] = zero, zero  # the partner of an odd last column
+    for i in range(parent_weight.shape[0]):
+        first, second = (2 * i, 2 * i + 1) if high else (i, rows)
+        for j in range(columns):
+            totals[j] = weight[first, j]
+            sums[j] = weight[first, j] * value[first, j]
+        if second < rows:
+            for j in range(columns):
+                totals[j] += weight[second, j]
+                sums[j] += weight[second, j] * value[second, j]
+        for j in range(parent_weight.shape[1]):
+            total, mean = (
+                (totals[2 * j] + totals[2 * j + 1], sums[2 * j] + sums[2 * j + 1]) if wide else (totals[j], sums[j])
+            )
+            inverse = one / total if total > zero else zero
+            parent_inverse[i, j] = inverse
+            parent_value[i, j] = mean * inverse
+            parent_weight[i, j] = min(one, total * share)
+
+
+@kernel(fastmath=REORDER)
+def _pull_one(weight: Any, parent: Any, value: Any) -> None:
+    """Write w v + (1 − w)·(linear interpolation of the parents)."""
+    rows, columns = value.shape
+    high, wide = rows > parent.shape[0], columns > parent.shape[1]
+    parents = parent.shape[1]
+    one, big, small = parent.dtype.type(1.0), parent.dtype.type(0.75), parent.dtype.type(0.25)
+    line = np.empty(parents + 2, parent.dtype)
+    for i in range(rows):
+        near, side = _parents(i, parent.shape[0], high)
+        for j in range(parents):
+            line[j + 1] = big * parent[near, j] + small * parent[side, j]
+        line[0], line[parents + 1] = line[parents], line[1]
+        for j in range(columns):
+            at = j // 2 + 1
+            mean = big * line[at] + small * line[at + 2 * (j % 2) - 1] if wide else line[j + 1]
+            value[i, j] = weight[i, j] * value[i, j] + (one - weight[i, j]) * mean
+
+
+@kernel(fastmath=REORDER)
+def _gather_one(weight: Any, source: Any, parent: Any) -> None:
+    """Fill the parents with the transpose of the linear part of `_pull_one`."""
+    rows, columns = source.shape
+    high, wide = rows > parent.shape[0], columns > parent.shape[1]
+    one, big, small = source.dtype.type(1.0), source.dtype.type(0.75), source.dtype.type(0.25)
+    parent[:, :] = 0.0
+    line = np.empty(columns, source.dtype)
+    for i in range(rows):
+        near, side = _parents(i, parent.shape[0], high)
+        for j in range(columns):
+            line[j] = (one - weight[i, j]) * source[i, j]
+        if wide:
+            for j in range(columns):
+                other = _parents(j, parent.shape[1], True)
+                parent[i, other[0]] += big * line[j]
+                parent[i, other[1]] += small * line[j]
+        else:
+            for j in range(columns):
+                parent[near, j] += big * line[j]
+                parent[side, j] += small * line[j]
+
+
+@kernel(fastmath=REORDER)
+def _scatter_one(weight: Any, parent: Any, inverse: Any, source: Any) -> None:
+    """Write w (source + what the parent has for its children): the transpose of `_push_one`."""
+    rows, columns = source.shape
+    high, wide = rows > parent.shape[0], columns > parent.shape[1]
+    for i in range(rows):
+        k = i // 2 if high else i
+        for j in range(columns):
+            m = j // 2 if wide else j
+            source[i, j] = weight[i, j] * (source[i, j] + inverse[k, m] * parent[k, m])
+
+
+@kernel()
+def _parents(child: int, parents: int, halved: bool) -> Any:
+    """The parent of a child and the parent beside it, periodic; the child itself, twice, if the axis is not halved."""
+    if not halved:
+        return child, child
+    near = child // 2
+    return near, (near + 2 * (child % 2) - 1) % parents

@@ -20,14 +20,16 @@ from numpy.typing import NDArray
 from roughsim._kernels import active_set as kernels
 from roughsim.contact.blocks import run, spans, total
 from roughsim.contact.extension import Extension
-from roughsim.contact.operator import Operator
+from roughsim.contact.newton import exchange_points
+from roughsim.contact.operator import Operator, rms_compliance
 from roughsim.grid import Grid
 
 Array = NDArray[Any]
 REACH = 0.5  # a point is free where 0 < p − REACH κ(gap − d) < cap
 DOUBLE = float(np.finfo(np.float64).eps)
 ROUNDING = 64 * DOUBLE  # what rounding may leave of the gap, in units of the heights
-PATIENCE = 200  # iterations without a new best residual after which a solve counts as stalled
+PATIENCE = 30  # iterations without a new best residual after which a solve counts as stalled
+BEARABLE = 3  # bad steps in a row before points are exchanged on solved problems; doubled each time
 NEGLIGIBLE = 0.1  # share of the tolerance that rounding may take
 
 
@@ -57,7 +59,7 @@ class Iteration:
         kind = problem.step_type
         self.problem, self.kind = problem, kind
         self.blocks = [(a * shape[1], b * shape[1]) for a, b in spans(*shape)]
-        self.operator, self.extension = Operator(problem.grid, kind), Extension(shape, kind)
+        self.operator, self.extension = Operator(problem.grid, kind), Extension(problem.grid, kind)
         self.free = np.zeros(shape, np.int8)
         self.step, self.response, self.field = (np.zeros(shape, kind) for _ in range(3))
         self.pressure, self.gap = np.empty(shape), np.empty(shape)
@@ -65,7 +67,8 @@ class Iteration:
         self.target = problem.load * problem.grid.points
         self.slack = 2.0 * float(np.finfo(kind).eps)
         self.range, self.noise, self.transforms, self.iterations = 0.0, 0.0, 0.0, 0
-        self.response_size = 0.0
+        self.response_size, self.room = 0.0, self.target
+        self.failures, self.bearable = 0, BEARABLE
         self._flat: tuple[Array, ...] = tuple(
             a.ravel() for a in (self.pressure, self.gap, self.free, self.field, self.step)
         )
@@ -82,8 +85,21 @@ class Iteration:
         self._count(2, dtype)
         self.range = float(np.ptp(self.gap))
         heights = problem.heights.ravel()
-        (square,) = self.sums(kernels.subtract_heights, heights, problem.middle, problem.unit, self._flat[1])
-        self.noise = 2.0 * float(np.finfo(dtype).eps) * float(np.sqrt(square / self.pressure.size))
+        sizes = self.sums(kernels.subtract_heights, heights, problem.middle, problem.unit, *self._flat[:2])
+        self.noise = 2.0 * float(np.finfo(dtype).eps) * self._size(*sizes)
+
+    def _size(self, pressure_square: float, displacement_square: float) -> float:
+        """What rounding in S p is relative to: its result, and what S makes of evenly spread noise in its argument."""
+        spread = rms_compliance(self.problem.grid) * float(np.sqrt(pressure_square / self.pressure.size))
+        return spread + float(np.sqrt(displacement_square / self.pressure.size))
+
+    def _range_shrank(self) -> bool:
+        """Measure the range of the displacement anew; worst points are judged against it."""
+        problem, old = self.problem, self.range
+        scale = problem.heights.ravel(), problem.middle, problem.unit
+        parts = run(lambda a, b: kernels.displacement_range(a, b, *scale, self._flat[1]), self.blocks)
+        self.range = max(part[1] for part in parts) - min(part[0] for part in parts)
+        return self.range < 0.9 * old
 
     def _count(self, transforms: int, dtype: Any) -> None:
         self.transforms += transforms * (0.5 if dtype == np.float32 else 1.0)
@@ -106,7 +122,7 @@ class Iteration:
         problem = self.problem
         p, gap, free, field, _ = self._flat
         kappa, unit = problem.stiffness, 1.0 / problem.load
-        limit = kappa * (tolerance * self.range + ROUNDING)
+        limit = kappa * (0.9 * tolerance * self.range + ROUNDING)
         clipped, self.inside, square, norm, self.free_count, self.above = self.sums(
             kernels.classify, p, gap, self._law(), self.reach, unit, limit, free, field
         )
@@ -115,7 +131,8 @@ class Iteration:
         touching = float(np.sqrt(max(self.free_count, 1) / norm))
         self.blur = kappa * unit * self.noise * touching
         # what is free to vary: nothing if no point is between the bounds, little if nearly all have yielded
-        room = min(self.target, problem.cap * self.pressure.size - self.target) if self.inside else 0.0
+        self.room = min(self.target, problem.cap * self.pressure.size - self.target)
+        room = self.room if self.inside else 0.0
         return bool(abs(self.excess) <= max(0.05 * self.residual * room, 1e-14 * self.target))
 
     def _find_offset(self) -> None:
@@ -176,7 +193,7 @@ class Iteration:
             self.residual += change  # its bound
             self.response[...] = 0.0
         else:
-            self._respond()
+            self.respond()
         self._apply(1.0)
         self.curvature, self.alpha = 0.0, 1.0  # the last step is gone
         self.response[...] = 0.0
@@ -196,21 +213,29 @@ class Iteration:
         """Take one step: preconditioned conjugate direction, load shift, exact length."""
         length = self._length(self._conjugate_step()) if self.free_count else 0.0
         if length < 0.05:
-            self._fall_back()
+            self._recover()
             return
+        self.failures = 0
         self.alpha = min(max(self.alpha * length, 0.2), 3.0)
         self.reach = min(1.5 * self.reach, REACH)
         self._apply(length)
 
     def _conjugate_step(self) -> float:
         """Fill `step` and return its slope; zero if the load cannot be met by shifting the free points."""
-        self.extension.extend(self.free, self.field)
-        self.operator.stiffen(self.field, self.field)
-        self._count(2, self.kind)
-        cross, own = self.extension.transpose(self.free, self.field, self.step, self.response)
+        cross, own = self.precondition()
         beta = max(self.alpha * cross / self.curvature, 0.0) if own > 0.0 else 0.0
         slope_square = self._shifted(self._propose(self.alpha, beta))
         return 0.0 if slope_square is None else slope_square[0]
+
+    def precondition(self) -> tuple[float, float]:
+        """Turn the gap in `field` into a pressure, both on the free points.
+
+        Return ⟨field, response⟩ and ⟨step, response⟩ there.
+        """
+        self.extension.extend(self.free, self.field)
+        self.operator.stiffen(self.field, self.field)
+        self._count(2, self.kind)
+        return self.extension.transpose(self.free, self.field, self.step, self.response)
 
     def _propose(self, alpha: float, beta: float) -> tuple[float, int]:
         p, gap, free, field, step = self._flat
@@ -222,7 +247,8 @@ class Iteration:
     def _shifted(self, sums: tuple[float, int]) -> tuple[float, float] | None:
         """Turn the proposed change into a step that keeps the load; return its slope and square."""
         p, gap, free, _, step = self._flat
-        shift = self.load_shift(sums, min(1e-9, 1e-3 * self.residual))
+        accuracy = min(1e-9, 1e-3 * self.residual) * self.room / self.target
+        shift = self.load_shift(sums, max(accuracy, 1e-15))
         if shift is None:
             return None
         result: tuple[float, float] = self.sums(
@@ -257,14 +283,30 @@ class Iteration:
         """The length that minimises the energy along `step`, from its slope and its curvature."""
         if not slope < 0.0:
             return 0.0
-        self._respond()
+        self.respond()
         return -slope / self.curvature if self.curvature > 0.0 else 1.0
 
-    def _respond(self) -> None:
+    def respond(self) -> None:
+        """Compute the response to the step, its curvature, and what its rounding is relative to."""
         self.operator.comply(self.step, self.response)
         self._count(2, self.kind)
-        self.curvature, square = self.sums(kernels.curvature, self._flat[4], self.response.ravel())
-        self.response_size = float(np.sqrt(square / self.response.size))
+        self.curvature, *squares = self.sums(kernels.curvature, self._flat[4], self.response.ravel())
+        self.response_size = self._size(*squares)
+
+    def _recover(self) -> None:
+        """Projected gradients for a bad step; where they keep coming, exchange points between the sets."""
+        self.failures += 1
+        if self.failures < self.bearable:
+            self._fall_back()
+        else:
+            self._exchange()
+
+    def _exchange(self) -> None:
+        exchange_points(self)
+        self.failures, self.bearable = 0, 2 * self.bearable
+        self.curvature, self.alpha, self.reach = 0.0, 1.0, REACH
+        self.step[...] = 0.0
+        self.begin()
 
     def _fall_back(self) -> None:
         """Take a projected-gradient step, which always lowers the energy, and trust the active set less."""
@@ -288,6 +330,10 @@ class Iteration:
         if inside > 0:
             self.offset -= (clipped - self.target) / (problem.stiffness * inside)
 
+    def _hopeless(self) -> bool:
+        """Whether exchanges have been tried enough, or rounding is all that is left."""
+        return self.bearable > 8 * BEARABLE or self.residual <= 100.0 * rounding_floor(self)
+
     def solve(self, tolerance: float, max_iterations: int, *, final: bool) -> None:
         """Iterate until the residual meets the tolerance, stalls, or the iterations run out; never raises.
 
@@ -301,17 +347,22 @@ class Iteration:
             self.iterations = iteration
             if final and not settled and self.residual <= tolerance:
                 settled = True
-                if self.settle(tolerance):
+                if self.settle(tolerance) or self._range_shrank():
                     self.assess(tolerance)
             if final and self.blurred(tolerance):
                 self.refresh(np.float64)
                 self.assess(tolerance)
             since_best = 0 if self.residual < 0.9 * best else since_best + 1
-            best = min(best, self.residual)
+            best = self.residual if since_best == 0 else best
             met = self.residual <= tolerance and not (final and self.above)
-            if met or since_best > PATIENCE or iteration == max_iterations:
+            stalled = since_best > PATIENCE
+            if met or iteration == max_iterations or (stalled and self._hopeless()):
                 break
-            self.advance()
+            if stalled:
+                since_best = 0
+                self._exchange()
+            else:
+                self.advance()
             self.assess(tolerance)
             settled = not final
         if final:

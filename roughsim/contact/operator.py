@@ -6,6 +6,7 @@ transformed back while they are in the cache: 2–3 times as fast as one two-dim
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -111,6 +112,17 @@ class Operator:
 
     def _columns(self, count: int) -> Lines:
         return lines(count, self.shape[0], self.dtype)
+
+
+@lru_cache(maxsize=16)
+def rms_compliance(grid: Grid) -> float:
+    """Root mean square of 2/|q| over all modes, q = 0 left out."""
+    qx, qy = grid.wavevectors
+    square, rows = 0.0, max((1 << 16) // qy.size, 1)
+    for first in range(0, qx.size, rows):
+        power = np.square(qx[first : first + rows]) + np.square(qy)
+        square += float(np.sum(grid.multiplicity * np.divide(4.0, power, out=np.zeros_like(power), where=power > 0)))
+    return float(np.sqrt(square / grid.points))
 
 
 def _blocks(count: int, points: int) -> list[tuple[int, int]]:
