@@ -16,6 +16,7 @@ ORDER = (
     "patches",
     "_kernels",
     "fourier",
+    "convolution",
     "spectrum",
     "surface",
     "contact",

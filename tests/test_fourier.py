@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from roughsim import fourier
+from roughsim import convolution, fourier
 
 SIZES = [1, 2, 3, 4, 5, 7, 8, 61, 64]
 SHAPES = [
@@ -119,7 +119,7 @@ FORK = """
     import os, signal, sys, warnings
     import numpy as np
     import roughsim as rs
-    from roughsim import fourier
+    from roughsim import convolution, fourier
     rs.set_threads(2)
     field, grid = np.random.default_rng(0).standard_normal((512, 512)), rs.Grid((512, 512), (1.0, 1.0))
     kept = fourier.Transform((512, 512))
@@ -128,7 +128,7 @@ FORK = """
     def work():
         return [
             fourier.forward(field),
-            fourier.convolve(field, np.ones((513, 1024)), (1024, 1024)),
+            convolution.convolve(field, np.ones((513, 1024)), (1024, 1024)),
             kept.forward().copy(),
             rs.solve_contact(field, grid, rs.Solid(1.0), nominal_pressure=100.0, tolerance=1e-2).pressure,
         ]
@@ -207,7 +207,7 @@ def test_scipy_takes_over_without_pyfftw_and_says_so():
         sys.modules["pyfftw"] = None
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            from roughsim import fourier
+            from roughsim import convolution, fourier
         assert ["scipy.fft takes over" in str(w.message) for w in caught] == [True], caught
         assert fourier.backend().startswith("scipy.fft "), fourier.backend()
         import numpy as np
@@ -236,4 +236,4 @@ def test_a_padded_convolution_is_the_sum_over_the_field(monkeypatch, library, sh
         for k, m in np.ndindex(shape):
             expected[i, j] += field[k, m] * kernel[(i - k) % padded[0], (j - m) % padded[1]]
     response = np.ascontiguousarray(fourier.forward(kernel).T)
-    np.testing.assert_allclose(fourier.convolve(field, response, padded), expected, rtol=1e-12)
+    np.testing.assert_allclose(convolution.convolve(field, response, padded), expected, rtol=1e-12)

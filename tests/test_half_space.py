@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from roughsim import Grid, fourier, half_space_temperature, sliding_temperature
+from roughsim import Grid, convolution, half_space_temperature, sliding_temperature
 from roughsim.heat import contact_temperature, uniform_temperature
 from roughsim.heat.influence import Axis, pixel_influence
 from theory import hertz
@@ -137,8 +137,8 @@ def test_a_response_does_not_depend_on_what_was_built_before():
     influence = np.random.default_rng(6).random((69, 69))
     expected = np.zeros((80, 80))
     expected[np.ix_(np.arange(-34, 35), np.arange(-34, 35))] = influence
-    fourier.influence_spectrum(np.ones((79, 79)), 40, (80, 80), "d")
-    response = fourier.influence_spectrum(influence, 35, (80, 80), "d")
+    convolution.influence_spectrum(np.ones((79, 79)), 40, (80, 80), "d")
+    response = convolution.influence_spectrum(influence, 35, (80, 80), "d")
     np.testing.assert_allclose(response, np.fft.rfft2(expected).T / 6400, rtol=0, atol=1e-15)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy import special
 
-from roughsim import Grid, fourier, half_space_temperature, sliding_temperature
+from roughsim import Grid, convolution, half_space_temperature, sliding_temperature
 from roughsim.heat import responses, uniform_temperature
 
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "heat.json").read_text())
@@ -341,8 +341,8 @@ def test_single_precision_stays_single(options):
 def test_a_series_of_times_takes_one_forward_transform_and_one_inverse_each(monkeypatch, temperature):
     calls = []
     for name in ("_rows_forward", "_columns_forward", "_rows_backward"):
-        original = getattr(fourier, name)
-        monkeypatch.setattr(fourier, name, lambda *given, n=name, f=original: calls.append(n) or f(*given))
+        original = getattr(convolution, name)
+        monkeypatch.setattr(convolution, name, lambda *given, n=name, f=original: calls.append(n) or f(*given))
     grid, times = Grid((8, 8), (1.0, 1.0)), [0.1, 0.2, 0.0, 0.3]
     fields = temperature(np.eye(8), grid, speed=1.0, time=times, **UNIT)
     assert calls == ["_rows_forward", "_columns_forward", *["_rows_backward"] * 3]

@@ -13,7 +13,7 @@ from typing import Any
 from numpy.typing import ArrayLike, NDArray
 from scipy.fft import next_fast_len
 
-from roughsim import fourier
+from roughsim import convolution
 from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.grid import Grid
 from roughsim.heat.influence import Axis, one_sided_influence
@@ -94,7 +94,7 @@ def influence_spectrum(
     *,
     kept: bool = True,
 ) -> Field:
-    """Return the padded half spectrum, turned, that makes T of q̇Δx/κ by `fourier.convolve`.
+    """Return the padded half spectrum, turned, that makes T of q̇Δx/κ by `convolution.convolve`.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def axes(grid: Grid, drift: tuple[float, float]) -> tuple[Axis, Axis]:
 def axes_spectrum(x: Axis, y: Axis, depth: float, spread: float, precision: str) -> Field:
     """Return what `influence_spectrum` does, with all lengths in units of the pixel along x."""
     influence = one_sided_influence(x, y, depth=depth, end=spread)
-    spectrum = fourier.influence_spectrum(influence, y.count, padded_shape((x.count, y.count)), precision)
+    spectrum = convolution.influence_spectrum(influence, y.count, padded_shape((x.count, y.count)), precision)
     spectrum.flags.writeable = False
     return spectrum
 

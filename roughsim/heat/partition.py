@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughsim import fourier
+from roughsim import convolution, fourier
 from roughsim.errors import ConvergenceError, number, positive, real_field
 from roughsim.grid import Grid
 from roughsim.heat.half_space import influence_spectrum, padded_shape
@@ -158,7 +158,7 @@ class _Pair:
         from scipy.sparse.linalg import LinearOperator, gmres
 
         size, total = int(self.contact.sum()), self.spectra[0] + self.spectra[1]
-        inverse = _Inverse(self.contact, total, self._reach())
+        inverse = _Inverse(self.contact, self.grid, total, self._reach())
 
         def temperature_jump(values: Field) -> Field:
             self.applications += 1
@@ -207,7 +207,7 @@ class _Pair:
         return result
 
     def _convolved(self, field: Field, spectrum: Field) -> Field:
-        return fourier.convolve(field, spectrum, padded_shape(self.grid.shape))
+        return convolution.convolve(field, spectrum, padded_shape(self.grid.shape))
 
     def _weighted(self, temperature: Field) -> float:
         return float((temperature * self.flux).sum() / self.flux.sum())
@@ -240,15 +240,16 @@ class _Inverse:
     Off the contact it is multiplied by `reach`, at most 1.
     """
 
-    def __init__(self, contact: NDArray[np.bool_], spectrum: Field, reach: float):
+    def __init__(self, contact: NDArray[np.bool_], grid: Grid, spectrum: Field, reach: float):
         from roughsim.contact.extension import Extension
 
-        shape = padded_shape((contact.shape[0], contact.shape[1]))
+        shape = padded_shape(grid.shape)
+        padded = Grid(shape, (shape[0] * grid.spacing[0], shape[1] * grid.spacing[1]))
         self.contact, self.response = contact, np.ascontiguousarray((1 / spectrum).T)
         self.free, self.still = np.zeros(shape, np.int8), np.zeros(shape)
         self.free[: contact.shape[0], : contact.shape[1]] = contact
         self.weight = np.where(self.free > 0, 1.0, reach)
-        self.extension = Extension(shape, np.float64)
+        self.extension = Extension(padded, np.float64)
 
     def __call__(self, values: Field) -> Field:
         shape = (self.free.shape[0], self.free.shape[1])

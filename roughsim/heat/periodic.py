@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
-from roughsim import fourier
+from roughsim import convolution, fourier
 from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.grid import Grid
 
@@ -210,21 +210,21 @@ def fields_over_time(
 ) -> Field:
     """Return one field per entry of `spreads`: one forward transform for all, one inverse each; zero where D t = 0.
 
-    `response(spread, kept)` gives the response as `fourier.convolve` takes it; a single one is kept for the next call.
+    `response(spread, kept)` gives the response as `convolution.convolve` takes it; a single one is kept for later.
     """
     flowing = np.flatnonzero(spreads > 0.0)
     if spreads.size == flowing.size == 1:
-        return fourier.convolve(flux, response(float(spreads[0]), True), shape, factor)[None]
+        return convolution.convolve(flux, response(float(spreads[0]), True), shape, factor)[None]
     fields = np.zeros((spreads.size, *flux.shape), flux.dtype)
     if flowing.size:
         series = (response(float(spread), False) for spread in spreads[flowing])
-        for index, field in zip(flowing, fourier.convolutions(flux, series, shape, factor), strict=True):
+        for index, field in zip(flowing, convolution.convolutions(flux, series, shape, factor), strict=True):
             fields[index] = field
     return fields
 
 
 def _turned_response(grid: Grid, drift: tuple[float, float], depth: float, spread: float, precision: str) -> Field:
-    """κT/q̇ of all modes as `fourier.convolve` takes it, shape (n_y//2 + 1, n_x)."""
+    """κT/q̇ of all modes as `convolution.convolve` takes it, shape (n_y//2 + 1, n_x)."""
     turned: Field = np.empty(grid.half_shape[::-1], np.result_type(precision, np.complex64))
     for rows, response in responses(grid, drift, depth, spread):
         turned[:, rows] = response.T / grid.points

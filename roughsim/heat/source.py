@@ -17,7 +17,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughsim import fourier
+from roughsim import convolution
 from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.grid import Grid
 from roughsim.heat.half_space import axes, axes_spectrum, padded_shape
@@ -164,7 +164,7 @@ class _Source:
         """κT at the points that each pair of axes names, from one forward transform."""
         spectra = (axes_spectrum(x, y, self.depth, self.end, "d") for x, y in pairs)
         shape = padded_shape((self.flux.shape[0], self.flux.shape[1]))
-        return fourier.convolutions(self.flux, spectra, shape)
+        return convolution.convolutions(self.flux, spectra, shape)
 
 
 def _peclet(axis: Axis) -> float:
