@@ -1,0 +1,85 @@
+"""How often 95 % intervals hold the truth, when a run stops itself and fine levels are solved for few realizations.
+
+    python experiments/coverage.py [--toy] [-o FOLDER]
+
+A made-up observable with a known limit: T(q_c) = 10 + 8/q_c on three cut-offs, every fourth realization at the finer
+ones, scatter of 3 % between realizations (normal, or skewed as a gamma distribution) and 0.2 % of each step. Each trial
+stops at the first n ≥ 12 whose relative half-width meets the target, as a run does. --toy makes few trials.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from roughsim.estimate import estimate, first_sufficient
+from roughsim.ladder import Values, observe
+from roughsim.means import Sample
+
+mpl.use("Agg")
+
+NAME, LIMIT, MOST = "flash_temperature", 10.0, 240
+TARGETS = (0.03, 0.02, 0.015, 0.012, 0.01)
+
+
+def level(values: np.ndarray, q_max: float, every: int) -> Sample:
+    rows = np.arange(0, len(values), every)
+    chosen = values[rows]
+    return Sample(q_max, 64.0 * q_max, rows, {NAME: chosen}, np.ones(1), np.ones((len(chosen), 1)), 1.0)
+
+
+def trial(rng: np.random.Generator, target: float, skew: float) -> tuple[bool, int]:
+    """Return whether the interval of one run holds the limit, and where the run stopped."""
+    noise = rng.gamma(1.0 / skew**2, skew**2, MOST) - 1.0 if skew else rng.standard_normal(MOST)
+    base = LIMIT * (1.0 + 0.03 * noise / (skew or 1.0))[:, None] + 8.0
+    middle = base - 4.0 * (1.0 + 0.002 * rng.standard_normal((MOST, 1)))
+    top = middle - 2.0 * (1.0 + 0.002 * rng.standard_normal((MOST, 1)))
+
+    def seen(n: int) -> Values:
+        return observe(NAME, [level(base[:n], 1.0, 1), level(middle[:n], 2.0, 4), level(top[:n], 4.0, 4)], capped=True)
+
+    stop = first_sufficient(lambda n: [(seen(n), target)], range(12, MOST + 1)) or MOST
+    found = estimate(NAME, seen(stop))
+    return bool(abs(found.mean[0] - LIMIT) <= found.half_width[0]), stop
+
+
+def coverage(trials: int, target: float, skew: float, seed: int) -> tuple[float, float]:
+    """Return the share of intervals that hold the limit, and the mean number of realizations."""
+    rng = np.random.default_rng(seed)
+    told = np.array([trial(rng, target, skew) for _ in range(trials)], dtype=float)
+    return float(told[:, 0].mean()), float(told[:, 1].mean())
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--toy", action="store_true", help="few trials")
+    options.add_argument("-o", "--output", type=Path, default=Path("runs/coverage"), help="folder of the figure")
+    given = options.parse_args()
+    given.output.mkdir(parents=True, exist_ok=True)
+    trials = 40 if given.toy else 5000
+    figure = Figure((5.6, 3.4), layout="constrained")
+    axes = figure.subplots()
+    axes.axhspan(92.5, 97.0, color="0.93")
+    axes.axhline(95.0, color="0.5", lw=0.8)
+    for skew, colour in ((0.0, "#0072b2"), (0.5, "#d55e00")):
+        shares = []
+        for target in TARGETS:
+            share, count = coverage(trials, target, skew, 3)
+            shares.append(100 * share)
+            print(
+                f"skew {2 * skew:g}, target {100 * target:g} %: {100 * share:.2f} % covered, n = {count:.1f} on average"
+            )
+        error = 100 * np.sqrt(0.05 * 0.95 / trials)
+        words = "normal scatter" if skew == 0 else "gamma scatter, skewness 1"
+        axes.errorbar(100 * np.array(TARGETS), shares, yerr=2 * error, fmt="o-", color=colour, label=words, capsize=2)
+    axes.set(xlabel="target: relative half-width (%)", ylabel="intervals that hold the limit (%)", ylim=(90, 100))
+    axes.legend(frameon=False)
+    figure.savefig(given.output / "coverage.png", dpi=130)
+
+
+if __name__ == "__main__":
+    main()
