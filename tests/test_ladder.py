@@ -10,7 +10,7 @@ from roughsim import estimate as est
 from roughsim.ladder import observe
 from roughsim.means import Sample
 
-coverage = runpy.run_path(str(Path(__file__).parents[1] / "experiments" / "coverage.py"))["coverage"]
+coverage = runpy.run_path(str(Path(__file__).parents[1] / "experiments" / "intervals.py"))["coverage"]
 
 NAME = "flash_temperature"
 

@@ -1,6 +1,6 @@
 """How often 95 % intervals hold the truth, when a run stops itself and fine levels are solved for few realizations.
 
-    python experiments/coverage.py [--toy] [-o FOLDER]
+    python experiments/intervals.py [--toy] [-o FOLDER]
 
 A made-up observable with a known limit: T(q_c) = 10 + 8/q_c on three cut-offs, every fourth realization at the finer
 ones, scatter of 3 % between realizations (normal, or skewed as a gamma distribution) and 0.2 % of each step. Each trial
@@ -57,7 +57,7 @@ def coverage(trials: int, target: float, skew: float, seed: int) -> tuple[float,
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--toy", action="store_true", help="few trials")
-    options.add_argument("-o", "--output", type=Path, default=Path("runs/coverage"), help="folder of the figure")
+    options.add_argument("-o", "--output", type=Path, default=Path("runs/intervals"), help="folder of the figure")
     given = options.parse_args()
     given.output.mkdir(parents=True, exist_ok=True)
     trials = 40 if given.toy else 5000
@@ -71,14 +71,14 @@ def main() -> None:
             share, count = coverage(trials, target, skew, 3)
             shares.append(100 * share)
             print(
-                f"skew {2 * skew:g}, target {100 * target:g} %: {100 * share:.2f} % covered, n = {count:.1f} on average"
+                f"skew {2 * skew:g}, target {100 * target:g} %: {100 * share:.2f} % covered, mean n = {count:.1f}"
             )
         error = 100 * np.sqrt(0.05 * 0.95 / trials)
         words = "normal scatter" if skew == 0 else "gamma scatter, skewness 1"
         axes.errorbar(100 * np.array(TARGETS), shares, yerr=2 * error, fmt="o-", color=colour, label=words, capsize=2)
     axes.set(xlabel="target: relative half-width (%)", ylabel="intervals that hold the limit (%)", ylim=(90, 100))
     axes.legend(frameon=False)
-    figure.savefig(given.output / "coverage.png", dpi=130)
+    figure.savefig(given.output / "intervals.png", dpi=130)
 
 
 if __name__ == "__main__":
