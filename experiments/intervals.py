@@ -70,9 +70,7 @@ def main() -> None:
         for target in TARGETS:
             share, count = coverage(trials, target, skew, 3)
             shares.append(100 * share)
-            print(
-                f"skew {2 * skew:g}, target {100 * target:g} %: {100 * share:.2f} % covered, mean n = {count:.1f}"
-            )
+            print(f"skew {2 * skew:g}, target {100 * target:g} %: {100 * share:.2f} % covered, mean n = {count:.1f}")
         error = 100 * np.sqrt(0.05 * 0.95 / trials)
         words = "normal scatter" if skew == 0 else "gamma scatter, skewness 1"
         axes.errorbar(100 * np.array(TARGETS), shares, yerr=2 * error, fmt="o-", color=colour, label=words, capsize=2)
