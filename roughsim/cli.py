@@ -201,6 +201,23 @@ def export(
     typer.echo(f"file: {place}, {place.stat().st_size / 1e6:.3g} MB", err=True)
 
 
+@app.command()
+def explore(
+    run: RunFolder,
+    port: Annotated[
+        int | None, typer.Option(min=1, max=65535, help="Where it is served; the first free one from 5006 if left out.")
+    ] = None,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the web browser.")] = True,
+) -> None:
+    """Serve a page to look at a run, also while it is being computed: fields, any speed and direction, curves."""
+    from roughsim.explore import explore as serve
+
+    def announce(address: str) -> None:
+        typer.echo(f"page: {address} (this computer only; Ctrl-C ends it)", err=True)
+
+    serve(run, port=port, browser=browser, announce=announce)
+
+
 def _goals(until: list[str] | None) -> dict[str, float] | None:
     if until is None:
         return None
@@ -271,7 +288,7 @@ def main(words: list[str] | None = None) -> None:
     """Run the command line on `words`, or on the process's own; an error is one line and a non-zero exit code."""
     try:
         app(words, standalone_mode=True)
-    except (ValueError, TypeError, OSError, RuntimeError, ArithmeticError) as error:
+    except (ValueError, TypeError, OSError, RuntimeError, ArithmeticError, ImportError) as error:
         _fail(" ".join(str(error).split()), 1)
 
 

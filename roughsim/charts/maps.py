@@ -13,6 +13,7 @@ from roughsim.record.files import FIELD_UNITS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap
 
     from roughsim.charts.pictures import Subject
 
@@ -63,18 +64,28 @@ def map_chart(subject: Subject, name: str, title: str, path: Path) -> None:
 
 
 def _colours(name: str, field: Array) -> dict[str, Any]:
-    """Colour maps of even steps in lightness: heights about their mean plane, the smallest pressure (0) white."""
+    """Colour map and its ends: heights about their mean plane, everything else from its smallest value."""
+    limit = float(np.abs(field).max())
+    low, high = (-limit, limit) if name == "heights" else (float(field.min()), float(field.max()))
+    return {"cmap": colour_map(name), "vmin": low, "vmax": high}
+
+
+def colour_map(name: str) -> Colormap:
+    """Return the colours of a field, even in lightness for every eye; the smallest pressure (0) is white."""
     from matplotlib import colormaps
     from matplotlib.colors import LinearSegmentedColormap
 
-    if name == "heights":
-        limit = float(np.abs(field).max())
-        return {"cmap": "RdBu_r", "vmin": -limit, "vmax": limit}
-    if name == "temperature":
-        return {"cmap": "inferno", "vmin": float(field.min()), "vmax": float(field.max())}
+    if name in ("heights", "temperature"):
+        return colormaps["RdBu_r" if name == "heights" else "inferno"]
     shades = colormaps["magma_r"](np.linspace(0.03, 0.9, 255))
-    white = LinearSegmentedColormap.from_list("pressure", np.vstack([[1.0, 1.0, 1.0, 1.0], shades]))
-    return {"cmap": white, "vmin": float(field.min()), "vmax": float(field.max())}
+    return LinearSegmentedColormap.from_list("pressure", np.vstack([[1.0, 1.0, 1.0, 1.0], shades]))
+
+
+def palette(name: str) -> list[str]:
+    """Return the 256 colours of a field as "#rrggbb", for screens."""
+    from matplotlib.colors import to_hex
+
+    return [to_hex(colour) for colour in colour_map(name)(np.arange(256))]
 
 
 def _panel(axes: Axes, field: Array, spacing: tuple[float, float], part: Any, colours: dict[str, Any]) -> Any:
