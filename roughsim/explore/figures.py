@@ -109,7 +109,7 @@ def dial(source: ColumnDataSource) -> Any:
 
 def profiles(unit: str) -> tuple[list[Any], ColumnDataSource]:
     """Return three panels over one line through the cell: heights, pressure, temperature; contact is shaded."""
-    names = ("heights", "pressure", "temperature", "contact")
+    names = ("heights", "pressure", "temperature", "contact", "width")
     source = ColumnDataSource({"distance": [], **{name: [] for name in names}})
     panels: list[Any] = []
     for name in TITLES:
@@ -119,9 +119,8 @@ def profiles(unit: str) -> tuple[list[Any], ColumnDataSource]:
             width=690, height=150 if last else 112, tools="xpan,xwheel_zoom,reset", name=f"profile_{name}", **shared
         )
         plot.extra_y_ranges = {"share": Range1d(0, 1)}
-        plot.varea_step(
-            "distance", 0, "contact", source=source, y_range_name="share", color="#dddddd", step_mode="center"
-        )
+        # bars: a stepped area of no points keeps BokehJS 3.9 busy for ever
+        plot.vbar("distance", "width", "contact", 0, source=source, y_range_name="share", color="#dddddd")
         drawn = {"x": "distance", "y": name, "source": source, "color": LINE[name]}
         if name == "pressure":
             plot.step(**drawn, mode="center")

@@ -178,6 +178,7 @@ class Layout:
             at = values[name][middle]
             said.append(f"{figures.LETTERS[name]} = {'…' if isnan(at) else f'{at * factor:.5g} {unit}'}")
         data["contact"] = (values["pressure"] > 0.0).astype(np.float64)
+        data["width"] = np.full(len(line.i), min(grid.spacing) * self.factor)
         self._profile.data = data
         place = f"x = {x * self.factor:.5g} {self.unit}, y = {y * self.factor:.5g} {self.unit}"
         self.values.text = (
