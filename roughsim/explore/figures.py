@@ -19,7 +19,7 @@ from roughsim.charts.maps import palette
 from roughsim.charts.style import COLOURS, THEORY
 
 SIDE = 372  # pixels of the screen along the longer side of a map: three fit side by side on a small one
-TITLES = {"heights": "Composite heights", "pressure": "Contact pressure", "temperature": "Temperature above the mean"}
+TITLES = {"heights": "Composite heights", "pressure": "Contact pressure", "temperature": "Temperature"}
 IMAGE: dict[str, list[Any]] = {name: [] for name in ("image", "x", "y", "dw", "dh")}
 MARK = "#00b7c7"  # seen on white, blue, red and black alike
 LETTERS = {"heights": "h", "pressure": "σ", "temperature": "T"}
@@ -93,14 +93,15 @@ def _quiet(plot: Any) -> None:
 
 def dial(source: ColumnDataSource) -> Any:
     """Return the dial of the sliding direction: a hand over a circle that follows the pointer."""
-    reach = (-1.25, 1.25)
-    plot = figure(width=104, height=104, x_range=reach, y_range=reach, tools="", toolbar_location=None, name="dial")
+    reach = (-1.45, 1.45)
+    plot = figure(width=112, height=112, x_range=reach, y_range=reach, tools="", toolbar_location=None, name="dial")
     plot.axis.visible = plot.grid.visible = False
     plot.outline_line_color = None
     plot.min_border = 0
     plot.circle(0, 0, radius=1.0, fill_color="#f2f2f2", line_color="#888888")
     plot.scatter([1, 0, -1, 0], [0, 1, 0, -1], size=4, color="#888888")
-    plot.text([0.98, 0.0], [0.0, 0.98], ["x", "y"], text_font_size="11px", text_align=["right", "center"], x_offset=-4)
+    names = {"text": ["x", "y"], "text_font_size": "11px", "text_align": "center", "text_baseline": "middle"}
+    plot.text([1.28, 0.0], [0.0, 1.28], **names)
     plot.line("x", "y", source=source, line_width=3, color=LINE["temperature"])
     tip = {"x": "tip_x", "y": "tip_y", "angle": "angle"}
     plot.scatter(**tip, marker="triangle", size=13, color=LINE["temperature"], source=source)
@@ -139,19 +140,25 @@ def distribution() -> Chart:
     """Return the figure of the temperature over the contact, by area and by heat."""
     plot = figure(width=560, height=374, tools="xpan,xwheel_zoom,reset", x_axis_label="T, K", name="distribution")
     source = ColumnDataSource({"left": [], "right": [], "area": [], "middle": [], "heat": []})
-    plot.quad("left", "right", "area", 0, source=source, color="#bbbbbb", line_color=None, legend_label="of the area")
+    plot.quad(
+        "left", "right", "area", 0, source=source, color="#bbbbbb", line_color=None, legend_label="of the contact area"
+    )
     plot.line("middle", "heat", source=source, color=LINE["temperature"], line_width=2, legend_label="of the heat")
     flash = ColumnDataSource({"x": [], "y0": [], "y1": []})
     plot.segment("x", "y0", "x", "y1", source=flash, color=LINE["temperature"], line_dash="dashed", line_width=2)
-    plot.yaxis.axis_label = "share per K"
+    plot.yaxis.axis_label = "% per K"
     plot.y_range.start = 0
     _quiet(plot)
     _legend(plot)
     return Chart(plot, {"bins": source, "flash": flash})
 
 
-def curve(title: str, x_label: str, y_label: str, columns: tuple[str, ...], *, logarithmic: bool) -> Chart:
-    """Return an empty curve: a line of the theory, and a band with points for every column."""
+def curve(title: str, x_label: str, y_label: str, columns: tuple[str, ...], now: Span | None) -> Chart:
+    """Return an empty curve: a line of the theory, and a band with points for every column.
+
+    Over speed, `now` is a line at the chosen one, and the axes are logarithmic.
+    """
+    logarithmic = now is not None
     kind = "log" if logarithmic else "linear"
     plot = figure(
         title=title,
@@ -172,7 +179,11 @@ def curve(title: str, x_label: str, y_label: str, columns: tuple[str, ...], *, l
         if logarithmic:
             plot.scatter("x", "y", source=source, color=COLOURS[column], size=5, legend_label=column)
     _quiet(plot)
-    _legend(plot)
+    if now is None:  # one legend is enough for the row
+        _legend(plot)
+    else:
+        plot.legend.visible = False
+        plot.add_layout(now)
     return Chart(plot, sources)
 
 
@@ -182,6 +193,11 @@ def _legend(plot: Any) -> None:
     plot.legend.background_fill_alpha = 0.6
     plot.legend.padding = plot.legend.margin = 4
     plot.legend.spacing = 0
+
+
+def speed_line(speed: float) -> Span:
+    """Return a line at a speed, m/s."""
+    return Span(location=speed, dimension="height", line_color=MARK, line_width=1)
 
 
 def as_speed() -> CustomJSTickFormatter:

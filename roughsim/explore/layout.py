@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from roughsim.record import Run
 
 _UNITS = {"heights": "m", "pressure": "Pa", "temperature": "K"}
+_SMALL = {"font-size": "11px"}
 _STEPS = 40  # of the slider in a decade of speed
 _CURVES = {
     curves.CORRELATION: ("Stress correlation g_σ(r)", "r, µm", "g_σ, GPa²", 1e6, 1e-18),
@@ -55,9 +56,10 @@ class Layout:
     def __init__(self, run: Run, speed: float, ends: tuple[float, float]):
         self.run = run
         self.factor, self.unit = scaled(max(run.numerics.lengths), "m")
+        self.first_speed = speed
         self._build_controls(speed, ends)
         self._build_figures()
-        self.texts = {name: PreText(text="", name=f"budget_{name}") for name in run.numerics.columns}
+        self.texts = {name: PreText(text="", name=f"budget_{name}", styles=_SMALL) for name in run.numerics.columns}
         self.root = self._arranged()
 
     def _build_controls(self, speed: float, ends: tuple[float, float]) -> None:
@@ -89,7 +91,8 @@ class Layout:
         self.values = Div(text="", render_as_text=True, name="values")
 
     def _build_figures(self) -> None:
-        self._hand = ColumnDataSource(_hand(0.0))
+        self._turned = 0.0
+        self._hand = ColumnDataSource(_hand(self._turned))
         self.dial = figures.dial(self._hand)
         self._mark, self._line = (ColumnDataSource({"x": [], "y": []}) for _ in range(2))
         lengths = self.run.numerics.lengths[0] * self.factor, self.run.numerics.lengths[1] * self.factor
@@ -99,9 +102,9 @@ class Layout:
         self.panels, self._profile = figures.profiles(self.unit)
         self.distribution = figures.distribution()
         columns = self.run.numerics.columns
+        self._now = {name: figures.speed_line(self.first_speed) for name in curves.OVER_SPEED}
         self.charts = {
-            name: figures.curve(*words_[:3], columns, logarithmic=name != curves.CORRELATION)
-            for name, words_ in _CURVES.items()
+            name: figures.curve(*labels[:3], columns, self._now.get(name)) for name, labels in _CURVES.items()
         }
 
     def _arranged(self) -> Any:
@@ -110,7 +113,7 @@ class Layout:
         colours = column(Div(text="colours"), self.span)
         controls = row(self.level, self.member, self.slider, self.speed, self.dial, self.angle, colours)
         budget = Tabs(tabs=[TabPanel(child=text, title=f"error budget, {n}") for n, text in self.texts.items()])
-        scene = PreText(text=words.scene_of(self.run), name="scene", width=640)
+        scene = PreText(text=words.scene_of(self.run), name="scene", width=560, styles=_SMALL)
         return column(
             row(heading, self.state, self.busy, spacing=16),
             self.problems,
@@ -147,7 +150,15 @@ class Layout:
         if abs(self.slider.value - log10(speed)) > 0.5 / _STEPS:
             self.slider.value = min(max(log10(speed), self.slider.start), self.slider.end)
         self.angle.value = round(degrees(direction))
-        self._hand.data = _hand(direction)
+        self.turn_dial(direction)
+        for line in self._now.values():
+            line.location = speed
+
+    def turn_dial(self, direction: float) -> None:
+        """Point the hand of the dial along a direction, rad."""
+        if self._turned != direction:
+            self._turned = direction
+            self._hand.data = _hand(direction)
 
     def show_image(
         self, name: str, data: dict[str, Any], limits: tuple[float, float], step: tuple[int, int], note: str
@@ -157,7 +168,7 @@ class Layout:
         factor, unit = scaled(max(abs(limits[0]), abs(limits[1])), _UNITS[name])
         one.image.data = data
         one.scale.update(low=limits[0] * factor, high=max(limits[1] * factor, limits[0] * factor + 1e-9))
-        seen = f"averaged view, {step[0]} × {step[1]} points" if max(step) > 1 else "every point"
+        seen = f"averaged view, {step[0]} × {step[1]}" if max(step) > 1 else "every point"
         one.figure.title.text = f"{figures.TITLES[name]}, {unit}{note}  ({seen})"
 
     def show_line(self, grid: Grid, point: tuple[int, int], line: Line, values: dict[str, Any]) -> None:
@@ -189,14 +200,20 @@ class Layout:
         """Show the temperature over the contact."""
         edges, plot = found.edges, self.distribution.figure
         middle = 0.5 * (edges[1:] + edges[:-1])
-        bins = {"left": edges[:-1], "right": edges[1:], "area": found.area, "middle": middle, "heat": found.heat}
+        bins = {
+            "left": edges[:-1],
+            "right": edges[1:],
+            "area": 100 * found.area,
+            "middle": middle,
+            "heat": 100 * found.heat,
+        }
         self.distribution.sources["bins"].data = bins
-        top = float(max(found.area.max(initial=0.0), found.heat.max(initial=0.0)))
+        top = 100 * float(max(found.area.max(initial=0.0), found.heat.max(initial=0.0)))
         known = not isnan(found.flash_temperature)
         flash = {"x": [found.flash_temperature], "y0": [0.0], "y1": [top]}
         self.distribution.sources["flash"].data = flash if known else {"x": [], "y0": [], "y1": []}
         plot.title.text = (
-            f"Temperature in the contact: ⟨Tσ⟩/⟨σ⟩ = {found.flash_temperature:.4g} K (dashed), "
+            f"In the contact: ⟨Tσ⟩/⟨σ⟩ = {found.flash_temperature:.4g} K (dashed), "
             f"mean {found.mean_temperature:.4g} K, highest {found.max_temperature:.4g} K"
             if known
             else "No contact"

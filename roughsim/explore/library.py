@@ -19,12 +19,12 @@ _REMEMBERED = 2  # members in memory: one of 4096 × 4096 points takes 130 MB
 
 
 class Summary(NamedTuple):
-    """A run at one moment: problems, error budget and measured curves by column, kept members by level."""
+    """A run at one moment: problems, error budget and curves by column, sound and kept members by level."""
 
     problems: list[str]
     budget: dict[str, str]
     measured: dict[str, dict[str, curves.Curve]]
-    sound: list[int]
+    sound: dict[int, list[int]]
     kept: dict[int, list[int]]
 
 
@@ -77,9 +77,11 @@ class Library:
 
     def _summary_of(self, run: Run) -> Summary:
         sound = run.sound(run.realizations)
-        kept = {level: [i for i in sound if self._keeps(level, i)] for level in range(len(run.numerics.levels))}
+        levels = range(len(run.numerics.levels))
+        there = {level: [i for i in sound if (level, i) in run.members] for level in levels}
+        kept = {level: [i for i in there[level] if self._keeps(level, i)] for level in levels}
         budget = {column: words.budget_of(run, column) for column in run.numerics.columns}
-        return Summary(words.problems_of(run), budget, curves.measured_curves(run), sound, kept)
+        return Summary(words.problems_of(run), budget, curves.measured_curves(run), there, kept)
 
     def _keeps(self, level: int, index: int) -> bool:
         place = level, index

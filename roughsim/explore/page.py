@@ -56,9 +56,10 @@ class Page:
         self.point: tuple[int, int] | None = None
         self.limits: dict[str, tuple[float, float]] = {}
         self.summary: Summary | None = None
-        self._closed = False
+        self._closed = self._moving = False
         self.layout = Layout(run, self.speed, curves.speed_range(run.scene))
         self.fields, self.previews, self.looks, self.news = (Latest(self._deliver, self.say) for _ in range(4))
+        self.layout.show_theory(library.theory)
         self._connect()
         document.title = f"roughsim: {run.scene.title or run.folder.name}"
         document.add_root(self.layout.root)
@@ -101,16 +102,14 @@ class Page:
     # the run
 
     def look_for_news(self) -> None:
-        """Look whether the run has grown; the theory comes with the first look."""
-        self.news.ask(lambda: (self.library.state(), self.library.summary(), self.library.theory), self.show_news)
+        """Look whether the run has grown."""
+        self.news.ask(lambda: (self.library.state(), self.library.summary()), self.show_news)
 
-    def show_news(self, found: tuple[str, Summary, dict[str, Any]]) -> None:
+    def show_news(self, found: tuple[str, Summary]) -> None:
         """Show the state of the run, and its curves and texts if it has grown."""
-        state, summary, theory = found
-        self.layout.state.text = state
+        self.layout.state.text, summary = found
         if summary is self.summary:
             return
-        self.layout.show_theory(theory)
         self.summary = summary
         self.layout.show_curves(summary.measured)
         self.layout.show_budget(summary.budget)
@@ -121,15 +120,18 @@ class Page:
         """List the members of the chosen level; the first kept one is shown if none is yet."""
         if self.summary is None:
             return
-        kept = self.summary.kept[int(self.layout.level.value)]
-        self.layout.offer(self.summary.sound, kept)
-        if self.specimen is None and self.summary.sound and not self.layout.member.value:
-            self.layout.member.value = str((kept or self.summary.sound)[0])
+        level = int(self.layout.level.value)
+        sound, kept = self.summary.sound[level], self.summary.kept[level]
+        self.layout.offer(sound, kept)
+        if sound and self.layout.member.value not in map(str, sound):
+            self.layout.member.value = str((kept or sound)[0])
 
     def choose_level(self) -> None:
         """Show the same member at another level."""
+        before = self.layout.member.value
         self.offer_members()
-        self.choose_member()
+        if self.layout.member.value == before:
+            self.choose_member()
 
     def choose_member(self) -> None:
         """Read the fields of the chosen member."""
@@ -184,7 +186,8 @@ class Page:
 
     def move(self, speed: float, direction: float) -> None:
         """Show a preview at another speed and direction; what was asked for before and not begun is dropped."""
-        self._set(speed, direction)
+        self.speed, self.direction, self._moving = speed, direction, True
+        self.layout.turn_dial(direction)
         specimen = self.specimen
         if specimen is not None:
             self.previews.ask(lambda: _preview(specimen, speed, direction), self.show_preview)
@@ -192,14 +195,11 @@ class Page:
     def settle(self, speed: float, direction: float) -> None:
         """Show the whole field at another speed and direction."""
         self.move(speed, direction)
+        self.layout.show_controls(speed, direction)
         specimen = self.specimen
         if specimen is not None:
             self.layout.busy.text = "" if specimen.is_small else "computing the whole field …"
             self.fields.ask(lambda: _settled(specimen, speed, direction), self.show_whole)
-
-    def _set(self, speed: float, direction: float) -> None:
-        self.speed, self.direction = speed, direction
-        self.layout.show_controls(speed, direction)
 
     def _wanted(self, heat: Heat) -> bool:
         return (heat.speed, heat.direction) == (self.speed, self.direction)
@@ -215,7 +215,7 @@ class Page:
         heat, spread = found
         if self.specimen is None or heat.field.shape != self.specimen.grid.shape or not self._wanted(heat):
             return
-        self.layout.busy.text = ""
+        self.layout.busy.text, self._moving = "", False
         self.show_heat(heat)
         self.layout.show_distribution(spread)
         self.draw_line()
@@ -269,7 +269,8 @@ class Page:
     def _show_image(self, name: str, data: dict[str, Any], limits: tuple[float, float], step: tuple[int, int]) -> None:
         note = ""
         if name == "temperature" and self.heat is not None:
-            note = f", {self.heat.speed:.3g} m/s" + ("" if self.heat.whole else ", preview")
+            settled = self.heat.whole and not self._moving  # a title that changes is laid out anew: not at every move
+            note = f", {self.heat.speed:.3g} m/s" if settled else ", preview"
         self.layout.show_image(name, data, limits, step, note)
 
     def mark(self, x: float, y: float) -> None:

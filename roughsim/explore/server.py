@@ -36,6 +36,8 @@ def start(folder: str | Path, port: int | None = None) -> tuple[Server, str]:
         If the port is taken.
     """
     library = Library(folder)
+    _ = library.theory  # pages open with it
+    settings.log_level = "error"  # in the browser: figures that wait for their data are no news
     settings.resources = "server"  # whatever the environment says: scripts come from here, never from a CDN
 
     def open_page(document: Any) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import TYPE_CHECKING
 
-from roughsim.estimate import PER_SPEED, UNITS
+from roughsim.means import PER_SPEED, UNITS
 from roughsim.record import writer
 from roughsim.status import clock, reached, realizations_needed, seconds_left
 from roughsim.tables import SHOWN
@@ -55,25 +56,27 @@ def budget_of(run: Run, column: str) -> str:
     """Return every observable of a column with the parts of its error, a row per speed; units as in all tables."""
     if not run.sound(run.realizations):
         return "No realization yet: there is no error to speak of."
+    found = [run.estimate(name, column) for name in UNITS]
+    parts = list(found[0].budget)
     lines = [
-        f"{column} contact, mean of n = {len(run.sound(run.realizations))}. ± 95 %: statistical. finest: value at the",
-        "finest q_c minus the mean, which is extrapolated where there is a limit. ± all: both.",
-        "The error of the pixel size is not in these figures.",
+        f"{column} contact, n = {found[0].n} realizations. ± all: root of the sum of squares of the parts,",
+        "– where no level of the run tells. finest: the value at the finest level minus the mean.",
         "",
-        f"{'':24}{'m/s':>8}{'mean':>12}{'± 95 %':>10}{'finest':>10}{'± all':>10}",
+        f"{'':24}{'m/s':>7}{'mean':>12}{'± all':>9}" + "".join(f"{part:>12}" for part in parts) + f"{'finest':>9}",
     ]
-    for name in UNITS:
-        lines += _rows(run, run.estimate(name, column))
+    for one in found:
+        lines += _rows(run, one, parts)
     return "\n".join(lines)
 
 
-def _rows(run: Run, found: Estimate) -> list[str]:
+def _rows(run: Run, found: Estimate, parts: list[str]) -> list[str]:
     unit, factor = SHOWN[found.unit]
     speeds = [f"{v:g}" for v in run.scene.speeds] if found.observable in PER_SPEED else [""]
-    parts = zip(speeds, found.mean, found.half_width, found.bias, found.total_error, strict=True)
     title = f"{found.observable}{f', {unit}' if unit else ''}"
-    return [
-        f"{title if k == 0 else '':<28}{v:>4}{mean * factor:>12.5g}{half * factor:>10.2g}{bias * factor:>+10.2g}"
-        f"{total * factor:>10.2g}"
-        for k, (v, mean, half, bias, total) in enumerate(parts)
-    ]
+    lines = []
+    for k, speed in enumerate(speeds):
+        cells = [f"{found.mean[k] * factor:>12.5g}", f"{found.total_error[k] * factor:>9.2g}"]
+        errors = [float(found.budget[part][k]) * factor for part in parts]
+        cells += [f"{error:>12.2g}" if isfinite(error) else f"{'–':>12}" for error in errors]
+        lines.append(f"{title if k == 0 else '':<26}{speed:>5}{''.join(cells)}{found.bias[k] * factor:>+9.2g}")
+    return lines
