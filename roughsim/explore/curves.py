@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import ceil, floor, log10
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -46,7 +45,7 @@ def theory_curves(run: Run) -> dict[str, tuple[Array, Array]]:
     scene, r = run.scene, distances(run)
     speeds = np.geomspace(*speed_range(scene), 121)
     values = analytic.over_speed(scene, speeds)
-    share = analytic.heat_partition(replace(scene, sliding=replace(scene.sliding, speed=tuple(speeds.tolist()))))
+    share = analytic.heat_partition(scene, speeds)
     lines = {name: (speeds, values[name] * (share if name in TEMPERATURES else 1.0)) for name in OVER_SPEED}
     return {CORRELATION: (r, analytic.correlation(scene, r)), **lines}
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -96,5 +95,4 @@ def heat_share(run: Run, speed: float) -> float:
     """Return the share of the heat that temperatures are reported with, at any speed, m/s."""
     if abs(speed) in run.scene.speeds:
         return float(run.heat_partition[run.scene.speeds.index(abs(speed))])
-    other = replace(run.scene, sliding=replace(run.scene.sliding, speed=(abs(speed),)))
-    return float(analytic.heat_partition(other)[0])
+    return float(analytic.heat_partition(run.scene, np.array([abs(speed)]))[0])
