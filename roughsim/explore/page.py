@@ -56,7 +56,7 @@ class Page:
         self.point: tuple[int, int] | None = None
         self.limits: dict[str, tuple[float, float]] = {}
         self.summary: Summary | None = None
-        self._closed = self._moving = False
+        self._closed = self._moving = self._showing = False
         self.layout = Layout(run, self.speed, curves.speed_range(run.scene))
         self.fields, self.previews, self.looks, self.news = (Latest(self._deliver, self.say) for _ in range(4))
         self.layout.show_theory(library.theory)
@@ -68,21 +68,30 @@ class Page:
 
     def _connect(self) -> None:
         see = self.layout
-        _when(see.slider, "value", lambda: self.move(10.0**see.slider.value, self.direction))
-        _when(see.slider, "value_throttled", lambda: self.settle(10.0**see.slider.value, self.direction))
-        _when(see.speed, "value", lambda: self.type_speed(see.speed.value))
-        _when(see.angle, "value", lambda: self.type_angle(see.angle.value))
-        _when(see.level, "value", self.choose_level)
-        _when(see.member, "value", self.choose_member)
-        _when(see.span, "active", self.draw_maps)
+        self._when(see.slider, "value", lambda: self.move(10.0**see.slider.value, self.direction))
+        self._when(see.slider, "value_throttled", lambda: self.settle(10.0**see.slider.value, self.direction))
+        self._when(see.speed, "value", lambda: self.type_speed(see.speed.value))
+        self._when(see.angle, "value", lambda: self.type_angle(see.angle.value))
+        self._when(see.level, "value", self.choose_level)
+        self._when(see.member, "value", self.choose_member)
+        self._when(see.span, "active", self.draw_maps)
         see.dial.on_event("pan", lambda event: self.turn(event, done=False))
         see.dial.on_event("panend", lambda event: self.turn(event, done=True))
         see.dial.on_event("tap", lambda event: self.turn(event, done=True))
         for one in see.maps.values():
             one.figure.on_event("tap", lambda event: self.mark(event.x, event.y))
         for edge in (see.x_range, see.y_range):
-            _when(edge, "start", self.draw_maps)
-            _when(edge, "end", self.draw_maps)
+            self._when(edge, "start", self.draw_maps)
+            self._when(edge, "end", self.draw_maps)
+
+    def _when(self, model: Any, name: str, act: Callable[[], None]) -> None:
+        """Act when somebody has changed a property of a model; not when the page itself sets its controls."""
+
+        def changed(attr: str, old: Any, new: Any) -> None:
+            if not self._showing:
+                act()
+
+        model.on_change(name, changed)
 
     def _deliver(self, show: Any) -> None:
         if not self._closed:
@@ -103,11 +112,11 @@ class Page:
 
     def look_for_news(self) -> None:
         """Look whether the run has grown."""
-        self.news.ask(lambda: (self.library.state(), self.library.summary()), self.show_news)
+        self.news.ask(lambda: (self.library.summary(), self.library.state()), self.show_news)
 
-    def show_news(self, found: tuple[str, Summary]) -> None:
+    def show_news(self, found: tuple[Summary, str]) -> None:
         """Show the state of the run, and its curves and texts if it has grown."""
-        self.layout.state.text, summary = found
+        summary, self.layout.state.text = found
         if summary is self.summary:
             return
         self.summary = summary
@@ -169,12 +178,12 @@ class Page:
         except ValueError as error:
             self.say(error if "speed" in str(error) else f"speed = {text!r} is no number; write m/s, for example 35")
             return
-        if f"{speed:.4g}" != f"{self.speed:.4g}":
-            self.settle(speed, self.direction)
+        self.say("")
+        self.settle(speed, self.direction)
 
     def type_angle(self, angle: float | None) -> None:
         """Take an angle written in the box, degrees."""
-        if angle is not None and round(angle) % 360 != round(degrees(self.direction)) % 360:
+        if angle is not None:
             self.settle(self.speed, radians(angle % 360))
 
     def turn(self, event: Any, *, done: bool) -> None:
@@ -195,7 +204,9 @@ class Page:
     def settle(self, speed: float, direction: float) -> None:
         """Show the whole field at another speed and direction."""
         self.move(speed, direction)
+        self._showing = True
         self.layout.show_controls(speed, direction)
+        self._showing = False
         specimen = self.specimen
         if specimen is not None:
             self.layout.busy.text = "" if specimen.is_small else "computing the whole field …"
@@ -288,11 +299,6 @@ class Page:
         temperature = heat.field if heat.whole else None
         values = along(line, heights=specimen.heights, pressure=specimen.pressure, temperature=temperature)
         self.layout.show_line(specimen.grid, point, line, values)
-
-
-def _when(model: Any, name: str, act: Callable[[], None]) -> None:
-    """Act when a property of a model has changed."""
-    model.on_change(name, lambda attr, old, new: act())
 
 
 def _whole(specimen: Specimen, speed: float, direction: float) -> Heat:
