@@ -7,6 +7,8 @@ import socket
 import subprocess
 import sys
 import time
+from copy import copy
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +24,7 @@ from bokeh.events import Pan, PanEnd, Tap
 
 from roughsim.explore import page as page_module
 from roughsim.explore import views
+from roughsim.explore.layout import Layout
 from roughsim.explore.page import Page
 
 
@@ -43,21 +46,42 @@ class Now:
         pass
 
 
-@pytest.fixture
-def opened(monkeypatch):
-    monkeypatch.setattr(page_module, "Latest", Now)
-    return lambda folder: Page(Library(folder), Document())
-
-
 @pytest.fixture(scope="module")
 def library(capped_run):
     return Library(capped_run.folder)
 
 
 @pytest.fixture
-def page(library, monkeypatch):
+def opened(library, monkeypatch):
+    """Opens another folder of the same scene; its theory is known already."""
     monkeypatch.setattr(page_module, "Latest", Now)
-    return Page(library, Document())
+
+    def open_page(folder):
+        other = Library(folder)
+        other.theory = library.theory
+        return Page(other, Document())
+
+    return open_page
+
+
+@pytest.fixture(scope="module")
+def shared(library):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(page_module, "Latest", Now)
+        yield Page(library, Document())
+
+
+@pytest.fixture
+def page(shared):
+    """A page as it opens."""
+    see = shared.layout
+    see.span.active = 0
+    see.x_range.update(start=0.0, end=2.0)
+    see.y_range.update(start=0.0, end=2.0)
+    see.level.value, see.member.value = "2", "0"
+    shared.settle(35.0, 0.0)
+    shared.say("")
+    return shared
 
 
 def image(page, name="temperature"):
@@ -261,15 +285,17 @@ def test_a_page_of_an_empty_run_fills_as_members_come(capped_run, opened, tmp_pa
     assert len(page.layout.charts["flash_temperature"].sources["capped"].data["y"]) == 2
     assert page.heat.speed == 1.0
     (folder / "realizations" / "L2-000001.h5").write_bytes(b"")
-    opened_again = opened(folder)
-    assert "L2-000001.h5 is damaged" in opened_again.layout.problems.text
+    page.library.run = Library(folder).run
+    page.look_for_news()
+    assert "L2-000001.h5 is damaged" in page.layout.problems.text
+    assert "1 of about 6 realizations" in page.layout.state.text
 
 
-def test_a_title_is_text_and_never_html(capped_run, opened, tmp_path):
-    folder = Path(shutil.copytree(capped_run.folder, tmp_path / "copy"))
-    scene = folder / "scene.toml"
-    scene.write_text(scene.read_text().replace("small capped", "<img src=http://far.away/x>"))
-    html = opened(folder).layout.root.children[0].children[0].text
+def test_a_title_is_text_and_never_html(library):
+    title = "<img src=http://far.away/x>"
+    run = copy(library.run)
+    run.scene = replace(run.scene, title=title)
+    html = Layout(run, 1.0, (0.1, 10.0)).root.children[0].children[0].text
     assert "&lt;img" in html
     assert "<img" not in html
 
