@@ -18,7 +18,7 @@ from bokeh.plotting import figure
 from roughsim.charts.maps import palette
 from roughsim.charts.style import COLOURS, THEORY
 
-SIDE = 372  # pixels of the screen along the longer side of a map: three fit side by side on a small one
+SIDE = 336  # pixels of the screen along the longer side of a map: three fit side by side on a small one
 TITLES = {"heights": "Composite heights", "pressure": "Contact pressure", "temperature": "Temperature"}
 IMAGE: dict[str, list[Any]] = {name: [] for name in ("image", "x", "y", "dw", "dh")}
 MARK = "#00b7c7"  # seen on white, blue, red and black alike

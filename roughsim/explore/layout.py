@@ -147,8 +147,7 @@ class Layout:
     def show_controls(self, speed: float, direction: float) -> None:
         """Set every control to a speed, m/s, and a direction, rad."""
         self.speed.value = f"{speed:.4g}"
-        if abs(self.slider.value - log10(speed)) > 0.5 / _STEPS:
-            self.slider.value = min(max(log10(speed), self.slider.start), self.slider.end)
+        self.slider.value = min(max(log10(speed), self.slider.start), self.slider.end)
         self.angle.value = round(degrees(direction))
         self.turn_dial(direction)
         for line in self._now.values():
