@@ -5,6 +5,7 @@ All temperatures here are with all the heat in the moving body; the share is a q
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -46,8 +47,13 @@ def _pressures(scene: Scene) -> dict[str, float]:
     }
 
 
-def heat_partition(scene: Scene) -> Array:
-    """Return the share that temperatures are reported with, per speed: a number, 1, or the theory's rule."""
+def heat_partition(scene: Scene, speeds: Array | None = None) -> Array:
+    """Return the share that temperatures are reported with, per speed: a number, 1, or the theory's rule.
+
+    `speeds`, m/s, stand in for those of the scene.
+    """
+    if speeds is not None:
+        scene = replace(scene, sliding=replace(scene.sliding, speed=tuple(speeds.tolist())))
     rule = scene.sliding.heat_partition
     if isinstance(rule, str) and rule != "all":
         return theoretical_partition(scene, rule)

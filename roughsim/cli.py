@@ -168,7 +168,7 @@ def plot(
         str,
         typer.Argument(
             metavar="QUANTITY",
-            help="heights, pressure, temperature, heat_flux (maps), spectrum, correlation or profile.",
+            help="heights, pressure, temperature, heat_flux (maps), distribution, spectrum, correlation or profile.",
         ),
     ],
     output: Annotated[
@@ -177,12 +177,18 @@ def plot(
     realization: Annotated[int | None, typer.Option("-r", min=0, metavar="K", help="A kept realization.")] = None,
     speed: Annotated[float | None, typer.Option(metavar="V", help="m/s; the scene's highest if left out.")] = None,
     column: Annotated[str | None, typer.Option(help="smoothed, capped or elastic.")] = None,
+    zoom: Annotated[str | None, typer.Option(metavar="X0:X1,Y0:Y1", help="The part of a map that is drawn, m.")] = None,
+    side_by_side: Annotated[
+        bool, typer.Option("--side-by-side", help="Heights and pressure beside the temperature (or heat_flux).")
+    ] = False,
 ) -> None:
     """Draw a field or a curve of a run; temperatures are recomputed from the stored pressure."""
     from roughsim.charts import plot_run
     from roughsim.record import open_run
 
-    place = plot_run(open_run(run), quantity, output, realization=realization, speed=speed, column=column)
+    options: dict[str, Any] = {"realization": realization, "speed": speed, "column": column}
+    options |= {"zoom": _zoom(zoom), "side_by_side": side_by_side}
+    place = plot_run(open_run(run), quantity, output, **options)
     typer.echo(f"picture: {place}", err=True)
 
 
@@ -199,6 +205,33 @@ def export(
 
     place = export_run(open_run(run), output, bits)
     typer.echo(f"file: {place}, {place.stat().st_size / 1e6:.3g} MB", err=True)
+
+
+@app.command()
+def explore(
+    run: RunFolder,
+    port: Annotated[
+        int | None, typer.Option(min=1, max=65535, help="Where it is served; the first free one from 5006 if left out.")
+    ] = None,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the web browser.")] = True,
+) -> None:
+    """Serve a page to look at a run, also while it is being computed: fields, any speed and direction, curves."""
+    from roughsim.explore import explore as serve
+
+    def announce(address: str) -> None:
+        typer.echo(f"page: {address} (this computer only; Ctrl-C ends it)", err=True)
+
+    serve(run, port=port, browser=browser, announce=announce)
+
+
+def _zoom(text: str | None) -> Any:
+    if text is None:
+        return None
+    try:
+        (x0, x1), (y0, y1) = (side.split(":") for side in text.split(","))
+        return (float(x0), float(x1)), (float(y0), float(y1))
+    except ValueError:
+        raise ValueError(f"--zoom {text}: write X0:X1,Y0:Y1 in m, for example 0:5e-4,2e-4:7e-4") from None
 
 
 def _goals(until: list[str] | None) -> dict[str, float] | None:
@@ -271,7 +304,7 @@ def main(words: list[str] | None = None) -> None:
     """Run the command line on `words`, or on the process's own; an error is one line and a non-zero exit code."""
     try:
         app(words, standalone_mode=True)
-    except (ValueError, TypeError, OSError, RuntimeError, ArithmeticError) as error:
+    except (ValueError, TypeError, OSError, RuntimeError, ArithmeticError, ImportError) as error:
         _fail(" ".join(str(error).split()), 1)
 
 

@@ -38,6 +38,7 @@ ORDER = (
     "status",
     "tables",
     "progress",
+    "explore",
     "cli",
 )
 DOORS = {
@@ -48,6 +49,7 @@ DOORS = {
     "pint": {"roughsim.scene"},
     "pydantic": {"roughsim.scene"},
     "typer": {"roughsim.cli"},
+    "bokeh": {"roughsim.explore"},
     "theory": {"roughsim.analytic", "theory"},
     "roughsim": {"roughsim"},
 }

@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 
 import roughsim as rs
 from roughsim import analytic
-from roughsim.charts import QUANTITIES, curves, maps, pictures, plot_run, profile
+from roughsim.charts import QUANTITIES, comparison, curves, maps, pictures, plot_run, profile, spread
 from roughsim.charts.style import scaled
 from roughsim.cli import main
 
-SPEED = ("temperature", "heat_flux", "profile")
+SPEED = ("temperature", "heat_flux", "distribution", "profile")
 
 
 @pytest.fixture(scope="module")
@@ -141,6 +141,111 @@ def test_the_enlarged_part_holds_the_largest_value_and_stays_in_the_cell():
         assert field[part].max() == 1.0
         assert field[part].shape == (192, 192)
     assert maps._window(np.zeros((383, 400))) is None
+
+
+def test_a_zoom_draws_the_points_between_its_ends_alone(capped_run, drawn):
+    plot_run(capped_run, "pressure", zoom=((0.5e-3, 1.0e-3), (1.0e-3, 1.25e-3)))  # of 2 mm and 128 points
+    (axes, _) = drawn[-1].axes
+    field = next(capped_run.fields("pressure"))[1][32:64, 64:80]
+    image = axes.images[0]
+    np.testing.assert_allclose(image.get_array() / field.max(), field.T.astype(float) / field.max() * scale(field))
+    np.testing.assert_allclose(image.get_extent(), np.array([31.5, 63.5, 63.5, 79.5]) * 2.0 / 128 * unit_of(axes))
+
+
+def scale(field):
+    return scaled(float(field.max()), "Pa")[0]
+
+
+def unit_of(axes):
+    return {"mm": 1.0, "µm": 1000.0}[axes.get_xlabel().rpartition(" ")[2]]
+
+
+@pytest.mark.parametrize(
+    ("zoom", "message"),
+    [
+        (((0.0, 3e-3), (0.0, 1e-3)), "zoom = 0:0.003 m along x must rise and lie in the cell, 0:0.002 m"),
+        (((0.0, 1e-3), (1e-3, 0.5e-3)), "along y must rise"),
+        (((0.0, 1e-3), (1e-3, 1.05e-3)), "along y holds 3 points of 1.563e-05 m; at least 8"),
+        (((0.0, np.nan), (0.0, 1e-3)), "zoom = nan m must be finite"),
+    ],
+)
+def test_a_zoom_outside_the_cell_or_of_few_points_is_refused(capped_run, tmp_path, zoom, message):
+    with pytest.raises(ValueError, match=message):
+        plot_run(capped_run, "heights", tmp_path / "a.png", zoom=zoom)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_no_map_has_no_zoom_and_nothing_beside_it(capped_run, tmp_path):
+    for options in ({"zoom": ((0.0, 1e-3), (0.0, 1e-3))}, {"side_by_side": True}):
+        with pytest.raises(ValueError, match="are for maps, and profile is none"):
+            plot_run(capped_run, "profile", tmp_path / "a.png", **options)
+
+
+@pytest.mark.parametrize("third", ["temperature", "heat_flux"])
+def test_fields_stand_side_by_side_over_one_part(capped_run, drawn, third):
+    plot_run(capped_run, third, speed=35.0, side_by_side=True, zoom=((0.0, 1e-3), (0.0, 1e-3)))
+    panels = [axes for axes in drawn[-1].axes if axes.images]
+    for axes, name in zip(panels, ("heights", "pressure", third), strict=True):
+        field = next(capped_run.fields(name, speed=35.0 if name == third else None))[1][:64, :64].T
+        shown = np.asarray(axes.images[0].get_array())
+        np.testing.assert_allclose(shown / np.abs(shown).max(), field / np.abs(field).max(), atol=1e-6)
+    assert [len(axes.collections) for axes in panels] == [1, 0, 1]  # contact is outlined but where it is all there is
+
+
+def test_the_command_line_takes_zoom_and_side_by_side(capped_run, tmp_path, capsys):
+    words = ["plot", str(capped_run.folder), "temperature", "--zoom", "0:1e-3,5e-4:2e-3", "--side-by-side"]
+    with pytest.raises(SystemExit) as ended:
+        main([*words, "-o", str(tmp_path / "a.pdf")])
+    assert ended.value.code == 0
+    assert (tmp_path / "a.pdf").read_bytes().startswith(b"%PDF")
+    with pytest.raises(SystemExit):
+        main(["plot", str(capped_run.folder), "heights", "--zoom", "1,2"])
+    assert "--zoom 1,2: write X0:X1,Y0:Y1 in m" in capsys.readouterr().err
+
+
+def test_a_scale_bar_is_as_long_as_it_says():
+    axes = Figure().subplots()
+    axes.set(xlabel="$x$, µm", xlim=(100.0, 340.0))
+    maps.scale_bar(axes)
+    x = axes.lines[0].get_xdata()
+    assert axes.texts[0].get_text() == "50 µm"
+    assert x[1] - x[0] == 50.0
+    assert axes.get_xlim() == (100.0, 340.0)  # an axis does not grow for its bar
+    lengths = {0.9: 0.5, 1.0: 1.0, 1.99: 1.0, 2.0: 2.0, 4.9: 2.0, 52.0: 50.0, 1e-3: 1e-3}
+    for given, found in lengths.items():
+        assert maps.round_length(given) == pytest.approx(found, rel=1e-12)
+
+
+def test_the_distribution_chart_has_the_shares_of_the_contact(capped_run, monkeypatch):
+    figures = []
+    monkeypatch.setattr(spread, "save", lambda figure, path: figures.append(figure))
+    plot_run(capped_run, "distribution", speed=35.0)
+    temperature = next(capped_run.fields("temperature", speed=35.0))[1].astype(float)
+    pressure = next(capped_run.fields("pressure"))[1].astype(float)
+    values, weights = temperature[pressure > 0], pressure[pressure > 0]
+    density, hotter = figures[0].axes
+    for patch, mean in zip(density.patches, (values.mean(), np.average(values, weights=weights)), strict=True):
+        heights, edges, _ = patch.get_data()
+        width = np.diff(edges)
+        assert (heights * width).sum() == pytest.approx(100.0)
+        assert (heights * width) @ (edges[1:] + edges[:-1]) / 200 == pytest.approx(mean, abs=width[0] / 2)
+    area, heat = hotter.lines[:2]
+    middle = np.median(values)
+    assert np.interp(middle, *area.get_data()) == pytest.approx(50.0, abs=0.5)
+    exact = 100 * weights[values > middle].sum() / weights.sum()
+    assert np.interp(middle, *heat.get_data()) == pytest.approx(exact, abs=0.5)
+    text = figures[0].get_suptitle()
+    assert f"{np.average(values, weights=weights):.4g} K (dashed)" in text
+
+
+def test_the_line_of_the_theory_has_the_heat_share_of_its_points(capped_run, monkeypatch):
+    figures = []
+    monkeypatch.setattr(comparison, "save", lambda figure, path: figures.append(figure))
+    rs.compare(capped_run).chart("a.png")
+    line = figures[0].axes[2].lines[0]
+    (speed, value), exact = line.get_data(), analytic.predictions(capped_run.scene)["flash_temperature"][2]
+    at = np.exp(np.interp(np.log(35.0), np.log(speed), np.log(value)))
+    assert at == pytest.approx(0.9 * exact, rel=2e-3)  # interpolated
 
 
 def test_the_contact_is_enlarged_where_most_of_it_is():

@@ -82,7 +82,10 @@ def _over_speed(axes: Axes, comparison: Comparison, observable: str, label: str,
         axes.set_axis_off()
         return
     dense = np.geomspace(speed.min() / 1.5, speed.max() * 1.5, 60)
-    axes.plot(dense, analytic.over_speed(comparison.run.scene, dense)[observable] * factor, color=THEORY, lw=1.4)
+    theory = analytic.over_speed(comparison.run.scene, dense)[observable] * factor
+    if observable == "flash_temperature":
+        theory = theory * analytic.heat_partition(comparison.run.scene, dense)
+    axes.plot(dense, theory, color=THEORY, lw=1.4)
     for column in comparison.run.numerics.columns:
         mean = np.array([row.columns[column].mean for row in rows]) * factor
         error = np.array([row.columns[column].standard_error for row in rows]) * factor

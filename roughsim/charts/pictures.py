@@ -7,6 +7,10 @@ from pathlib import Path
 from textwrap import shorten
 from typing import TYPE_CHECKING
 
+from roughsim.charts.curves import correlation_chart, spectrum_chart
+from roughsim.charts.maps import Zoom, map_chart, side_by_side_chart
+from roughsim.charts.profile import profile_chart
+from roughsim.charts.spread import distribution_chart
 from roughsim.charts.style import Array, check_ending
 from roughsim.errors import number
 from roughsim.record.fields import DERIVED_UNITS, kept, member_field, not_kept
@@ -20,8 +24,16 @@ MAPS = {
     "temperature": "Temperature above the mean of the cell",
     "heat_flux": "Frictional heat of both bodies",
 }
-QUANTITIES = (*MAPS, "spectrum", "correlation", "profile")
-_NEEDS_SPEED = (*DERIVED_UNITS, "profile")
+QUANTITIES = (*MAPS, "distribution", "spectrum", "correlation", "profile")
+_NEEDS_SPEED = (*DERIVED_UNITS, "distribution", "profile")
+
+
+_CHARTS = {
+    "distribution": distribution_chart,
+    "spectrum": spectrum_chart,
+    "correlation": correlation_chart,
+    "profile": profile_chart,
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,6 +76,8 @@ def plot_run(
     realization: int | None = None,
     speed: float | None = None,
     column: str | None = None,
+    zoom: Zoom | None = None,
+    side_by_side: bool = False,
 ) -> Path:
     """Draw one quantity of a run.
 
@@ -72,17 +86,22 @@ def plot_run(
     run : Run
         From `run` or `open_run`.
     quantity : str
-        One of `QUANTITIES`: a map of "heights", "pressure", "temperature" or "heat_flux"; "profile": heights, pressure
-        and temperature on the line along the sliding direction (x) through the hottest point; "spectrum": the power
-        spectra of the kept heights and of the stress; "correlation": g_σ(r).
+        One of `QUANTITIES`: a map of "heights", "pressure", "temperature" or "heat_flux"; "distribution": of the
+        temperature over the contact; "profile": heights, pressure and temperature on the line along the sliding
+        direction (x) through the hottest point; "spectrum": the power spectra of the kept heights and of the stress;
+        "correlation": g_σ(r).
     path : str or Path, optional
         Of the picture: .png, .pdf or .svg. Left out: a .png beside the run folder, named after both.
     realization : int, optional
         Which kept member; the first if left out. Spectra are means over all members if left out.
     speed : float, optional
-        For temperature, heat_flux and profile, m/s; the scene's highest if left out.
+        For temperature, heat_flux, distribution and profile, m/s; the scene's highest if left out.
     column : str, optional
         As in `Run.estimate`.
+    zoom : ((float, float), (float, float)), optional
+        Of a map: draw the points between these ends along x and along y, m.
+    side_by_side : bool
+        Of a map: heights, pressure, and temperature (or heat_flux, if that is the quantity) beside each other.
 
     Returns
     -------
@@ -92,22 +111,23 @@ def plot_run(
     Raises
     ------
     ValueError
-        If the quantity, ending, column, realization or speed is none that there is; if the fields were not kept.
+        If the quantity, ending, column, realization, speed or zoom is none that there is; if the fields were not kept.
     """
-    from roughsim.charts.curves import correlation_chart, spectrum_chart
-    from roughsim.charts.maps import map_chart
-    from roughsim.charts.profile import profile_chart
-
     if quantity not in QUANTITIES:
         raise ValueError(f"quantity = {quantity!r} is no picture; choose one of {', '.join(QUANTITIES)}")
+    if quantity not in MAPS and (zoom is not None or side_by_side):
+        raise ValueError(f"zoom and side_by_side are for maps, and {quantity} is none; choose one of {', '.join(MAPS)}")
     place = Path(path) if path is not None else _beside(run, quantity, realization, speed, column)
     check_ending(place)
-    subject = _subject(run, quantity, realization, speed, column)
-    if quantity in MAPS:
-        map_chart(subject, quantity, subject.title(MAPS[quantity]), place)
+    third = quantity if quantity in DERIVED_UNITS else "temperature"
+    subject = _subject(run, third if side_by_side else quantity, realization, speed, column)
+    if side_by_side:
+        title = subject.title(f"Heights, pressure and {third.replace('_', ' ')}")
+        side_by_side_chart(subject, ("heights", "pressure", third), title, place, zoom)
+    elif quantity in MAPS:
+        map_chart(subject, quantity, subject.title(MAPS[quantity]), place, zoom)
     else:
-        charts = {"spectrum": spectrum_chart, "correlation": correlation_chart, "profile": profile_chart}
-        charts[quantity](subject, place)
+        _CHARTS[quantity](subject, place)
     return place
 
 

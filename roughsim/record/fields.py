@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +14,7 @@ from roughsim.heat import sliding_temperature, unit_vector
 from roughsim.record.files import FIELD_UNITS, kept_fields, member_path, read_field
 
 if TYPE_CHECKING:
+    from roughsim.grid import Grid
     from roughsim.record.run import Run
 
 Field = NDArray[np.float32]
@@ -73,13 +73,14 @@ def member_field(
     speed = checked_speed(name, speed) or 0.0
     flux = read_field(path, "pressure")
     flux *= np.float32(run.scene.sliding.friction_coefficient * abs(speed))
-    return flux if name == "heat_flux" else _temperature(run, level, flux, speed, direction)
+    return flux if name == "heat_flux" else temperature_of(run, run.numerics.grid(level), flux, speed, direction)
 
 
-def _temperature(run: Run, level: int, flux: Field, speed: float, direction: float) -> Field:
+def temperature_of(run: Run, grid: Grid, flux: Field, speed: float, direction: float = 0.0) -> Field:
+    """Return the temperature, K, that the frictional heat of both bodies (W/m², on any grid of the cell) leaves."""
     temperature: Field = sliding_temperature(
         flux,
-        run.numerics.grid(level),
+        grid,
         speed=speed,
         conductivity=run.scene.body.conductivity,
         diffusivity=run.scene.diffusivity,
@@ -94,5 +95,4 @@ def heat_share(run: Run, speed: float) -> float:
     """Return the share of the heat that temperatures are reported with, at any speed, m/s."""
     if abs(speed) in run.scene.speeds:
         return float(run.heat_partition[run.scene.speeds.index(abs(speed))])
-    other = replace(run.scene, sliding=replace(run.scene.sliding, speed=(abs(speed),)))
-    return float(analytic.heat_partition(other)[0])
+    return float(analytic.heat_partition(run.scene, np.array([abs(speed)]))[0])

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from functools import cached_property
 from math import nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +47,8 @@ class Run:
         Where it stops in any case.
     heat_partition : ndarray
         Share of the heat that temperatures are reported with, per speed.
+    damaged : dict of (int, int) to str, or None
+        By level and index, what is wrong with the files that are left out; None where a damaged file is an error.
     """
 
     def __init__(self, folder: Path, description: dict[str, Any], scene: Scene, numerics: Numerics):
@@ -59,6 +61,7 @@ class Run:
         self.heat_partition: Array = np.array(description["heat_partition"])
         self.members: dict[tuple[int, int], Member] = {}
         self._short = LEAST - 1  # so many sound realizations are known not to meet the targets
+        self.damaged: dict[tuple[int, int], str] | None = None
 
     def take(self, member: Member) -> None:
         """Count a member that has just been stored, without reading it back."""
@@ -66,8 +69,10 @@ class Run:
         self.refresh()
 
     def refresh(self) -> None:
-        """Read the members that have come since, in order, up to the first gap."""
+        """Read the members that have come since, in order, up to the first gap; damaged ones again."""
         index = 0
+        while self.damaged:
+            del self.members[self.damaged.popitem()[0]]
         while index < self.max_realizations and self._read(index):
             index += 1
         self.__dict__.pop("realizations", None)
@@ -80,7 +85,13 @@ class Run:
                 path = member_path(self.folder, level, index)
                 if not path.exists():
                     return False
-                self.members[level, index] = read_member(path).without_arrays()
+                try:
+                    self.members[level, index] = read_member(path).without_arrays()
+                except RecordError as error:
+                    if self.damaged is None:
+                        raise
+                    self.damaged[level, index] = str(error)
+                    self.members[level, index] = Member(level, index, failure=str(error))
         return True
 
     @cached_property
@@ -353,13 +364,15 @@ def read_description(folder: Path) -> dict[str, Any]:
     return dict(description)
 
 
-def open_run(folder: str | Path) -> Run:
+def open_run(folder: str | Path, *, damaged: Literal["refuse", "leave out"] = "refuse") -> Run:
     """Open a run folder for reading, also while another process writes to it.
 
     Parameters
     ----------
     folder : str or Path
         What `run` was given.
+    damaged : {"refuse", "leave out"}
+        What becomes of damaged files among good ones: an error, or entries of `Run.damaged`.
 
     Returns
     -------
@@ -382,5 +395,6 @@ def open_run(folder: str | Path) -> Run:
         run = Run(place, description, scene, numerics)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise RecordError(f"{place} cannot be opened: {error}") from error
+    run.damaged = {} if damaged == "leave out" else None
     run.refresh()
     return run

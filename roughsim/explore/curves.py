@@ -1,0 +1,67 @@
+"""The curves under the maps: g_σ(r), T_flash(v), D_flash(v) and d_flash(v), measured and in the theory."""
+
+from __future__ import annotations
+
+from math import ceil, floor, log10
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim import analytic
+from roughsim.record.run import TEMPERATURES
+
+if TYPE_CHECKING:
+    from roughsim.record import Run
+    from roughsim.scene import Scene
+
+Array = NDArray[np.float64]
+CORRELATION = "pressure_correlation"
+OVER_SPEED = ("flash_temperature", "flash_width", "slope_length")
+
+
+class Curve(NamedTuple):
+    """A measured curve: where (m/s or m), the mean, and its standard error (infinite for one realization)."""
+
+    x: Array
+    mean: Array
+    error: Array
+
+
+def speed_range(scene: Scene) -> tuple[float, float]:
+    """Return the speeds that can be chosen, m/s: a decade beyond those of the scene on either side."""
+    moving = [speed for speed in scene.speeds if speed > 0.0] or [1.0]
+    return 10.0 ** (floor(log10(min(moving))) - 1), 10.0 ** (ceil(log10(max(moving))) + 1)
+
+
+def distances(run: Run) -> Array:
+    """Return the r at which g_σ is drawn, m: up to 0.4 longest waves, and never beyond half the diagonal."""
+    longest = 2 * np.pi / run.scene.spectrum.breaks[0]
+    return np.linspace(0.0, min(0.4 * longest, 0.5 * float(np.hypot(*run.numerics.lengths))), 160)
+
+
+def theory_curves(run: Run) -> dict[str, tuple[Array, Array]]:
+    """Return (x, value) of each curve over the whole spectrum; temperatures with the heat share of the scene."""
+    scene, r = run.scene, distances(run)
+    speeds = np.geomspace(*speed_range(scene), 121)
+    values = analytic.over_speed(scene, speeds)
+    share = analytic.heat_partition(scene, speeds)
+    lines = {name: (speeds, values[name] * (share if name in TEMPERATURES else 1.0)) for name in OVER_SPEED}
+    return {CORRELATION: (r, analytic.correlation(scene, r)), **lines}
+
+
+def measured_curves(run: Run) -> dict[str, dict[str, Curve]]:
+    """Return the curves of every column by name; empty without a sound realization."""
+    if not run.sound(run.realizations):
+        return {}
+    return {column: _of_column(run, column) for column in run.numerics.columns}
+
+
+def _of_column(run: Run, column: str) -> dict[str, Curve]:
+    speeds, r = np.array(run.scene.speeds), distances(run)
+    moving = speeds > 0.0
+    curves = {CORRELATION: Curve(r, *run.correlation(r, column))}
+    for name in OVER_SPEED:
+        found = run.estimate(name, column)
+        curves[name] = Curve(speeds[moving], found.mean[moving], found.standard_error[moving])
+    return curves

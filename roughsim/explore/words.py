@@ -1,0 +1,82 @@
+"""A run in words: where it stands, what is wrong with it, its scene and its error budget. Plain text."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import TYPE_CHECKING
+
+from roughsim.means import PER_SPEED, UNITS
+from roughsim.record import writer
+from roughsim.status import clock, reached, realizations_needed, seconds_left
+from roughsim.tables import SHOWN
+
+if TYPE_CHECKING:
+    from roughsim.estimate import Estimate
+    from roughsim.record import Run
+
+
+def state_of(run: Run) -> str:
+    """Return in one line how many realizations there are and whether more are being computed."""
+    by = writer(run.folder)
+    sound = len(run.sound(run.realizations))
+    if not sound:
+        return f"no realization yet; {f'being computed by {by}' if by else 'not being computed now'}"
+    finished = run.target_met or run.realizations >= run.max_realizations
+    parts = [f"{sound} realizations" if finished else f"{sound} of about {realizations_needed(run)} realizations"]
+    parts[0] += reached(run)
+    left = seconds_left(run)
+    if by:
+        parts.append(f"being computed by {by}" + (f", {clock(left)} left" if left else ""))
+    else:
+        parts.append("finished" if finished else "not being computed now")
+    return "; ".join(parts)
+
+
+def problems_of(run: Run) -> list[str]:
+    """Return a line for each damaged file, and one for the members that did not converge."""
+    damaged = run.damaged or {}
+    lines = [f"{text}. The other realizations are shown." for text in damaged.values()]
+    failed = run.failed - len({index for _, index in damaged if index < run.realizations})
+    if failed > 0:
+        lines.append(f"{failed} realizations did not converge and are left out of the means")
+    return lines
+
+
+def scene_of(run: Run) -> str:
+    """Return the scene file and the grids of the run."""
+    grids = [
+        f"# L{number}: {level.column}, {level.shape[0]} × {level.shape[1]} points, q_c = {level.q_max:.4g} rad/m"
+        for number, level in enumerate(run.numerics.levels)
+    ]
+    sides = " × ".join(f"{1e3 * length:.4g}" for length in run.numerics.lengths)
+    return "\n".join([run.scene.to_toml().strip(), "", f"# cell {sides} mm, seed {run.seed}", *grids])
+
+
+def budget_of(run: Run, column: str) -> str:
+    """Return every observable of a column with the parts of its error, a row per speed; units as in all tables."""
+    if not run.sound(run.realizations):
+        return "No realization yet: there is no error to speak of."
+    found = [run.estimate(name, column) for name in UNITS]
+    parts = list(found[0].budget)
+    lines = [
+        f"{column} contact, n = {found[0].n} realizations. ± all: root of the sum of squares of the parts,",
+        "– where no level of the run tells. finest: the value at the finest level minus the mean.",
+        "",
+        f"{'':24}{'m/s':>7}{'mean':>12}{'± all':>9}" + "".join(f"{part:>12}" for part in parts) + f"{'finest':>9}",
+    ]
+    for one in found:
+        lines += _rows(run, one, parts)
+    return "\n".join(lines)
+
+
+def _rows(run: Run, found: Estimate, parts: list[str]) -> list[str]:
+    unit, factor = SHOWN[found.unit]
+    speeds = [f"{v:g}" for v in run.scene.speeds] if found.observable in PER_SPEED else [""]
+    title = f"{found.observable}{f', {unit}' if unit else ''}"
+    lines = []
+    for k, speed in enumerate(speeds):
+        cells = [f"{found.mean[k] * factor:>12.5g}", f"{found.total_error[k] * factor:>9.2g}"]
+        errors = [float(found.budget[part][k]) * factor for part in parts]
+        cells += [f"{error:>12.2g}" if isfinite(error) else f"{'–':>12}" for error in errors]
+        lines.append(f"{title if k == 0 else '':<26}{speed:>5}{''.join(cells)}{found.bias[k] * factor:>+9.2g}")
+    return lines
