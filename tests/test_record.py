@@ -26,6 +26,7 @@ def member(**changes):
         "spectrum": rng.random(8),
         "fields": {name: rng.random((40, 30)).astype(np.float32) for name in ("heights", "pressure")},
         "lengths": (2.0, 1.5),
+        "speeds": (0.0, 0.5, 3.0),
         "provenance": {"seed": 7, "text": "ünïcode"},
     }
     return Member(1, 42, **(values | changes))
