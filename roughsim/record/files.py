@@ -152,7 +152,7 @@ def _opened(path: Path) -> Iterator[Any]:
 
     try:
         with h5py.File(regular_file(path), "r") as file:
-            _check_format(path, int(file.attrs["format_version"]))
+            check_format(path, int(file.attrs["format_version"]))
             refuse_foreign(file, path)
             yield file
     except RecordError:
@@ -306,7 +306,8 @@ def _checked_header(header: dict[str, Any]) -> dict[str, Any]:
     return header
 
 
-def _check_format(path: Path, version: int) -> None:
+def check_format(path: Path, version: int) -> None:
+    """Refuse a version of the format that this reader does not know, RecordError."""
     if version > FORMAT:
         raise RecordError(f"{path} has format version {version}; this roughsim reads up to {FORMAT}: update it")
     if version < FORMAT:
