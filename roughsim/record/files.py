@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
+from roughsim.foreign import refuse_foreign, regular_file
 from roughsim.means import PER_SPEED, UNITS
-from roughsim.record.foreign import refuse_foreign, regular_file
 
 Array = NDArray[np.float64]
 FORMAT = 2  # raised when older readers would misread
