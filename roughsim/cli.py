@@ -187,17 +187,39 @@ def plot(
 
 
 @app.command()
+def report(
+    run: RunFolder,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="F", help="The page: .html; beside RUN if left out.")
+    ] = None,
+) -> None:
+    """Write a run as one page to mail: scene, plan, comparison, errors, pictures and provenance."""
+    from roughsim.record import open_run
+    from roughsim.report import report_run
+
+    place = report_run(open_run(run, damaged="skip"), output)
+    typer.echo(f"report: {place}, {place.stat().st_size / 1e6:.3g} MB", err=True)
+
+
+@app.command()
 def export(
     run: RunFolder,
     output: Annotated[Path, typer.Option("-o", "--output", metavar="F", help="The file: .h5, .hdf5 or .nc.")],
     bits: Annotated[
         int | None, typer.Option(min=1, max=23, metavar="N", help="Mantissa bits that fields keep; all 23 if left out.")
     ] = None,
+    surface: Annotated[
+        int | None,
+        typer.Option(min=0, metavar="K", help="Only the heights of realization K, as .nc or .npy for other programs."),
+    ] = None,
 ) -> None:
     """Write the numbers of all members and the kept fields into one HDF5 (netCDF-4) file."""
-    from roughsim.record import export_run, open_run
+    from roughsim.record import export_run, export_surface, open_run
 
-    place = export_run(open_run(run), output, bits)
+    if surface is not None and bits is not None:
+        raise ValueError("--bits does not go with --surface, which keeps all digits; leave one of them out")
+    opened = open_run(run)
+    place = export_run(opened, output, bits) if surface is None else export_surface(opened, output, surface)
     typer.echo(f"file: {place}, {place.stat().st_size / 1e6:.3g} MB", err=True)
 
 

@@ -258,7 +258,7 @@ def _netcdf(heights: Array, grid: Grid) -> bytes:
     file = netcdf_file(stream, "w", version=2)
     for axis, points, length in zip("xy", grid.shape, grid.lengths, strict=True):
         file.createDimension(axis, points)
-        variable = file.createVariable(axis, "d", (axis,))
+        variable: Any = file.createVariable(axis, "d", (axis,))
         variable[:] = np.arange(points) * (length / points)
         variable.length, variable.periodic, variable.unit, variable.units = length, 1, "m", "m"
     variable = file.createVariable("heights", "d", ("x", "y"))

@@ -39,6 +39,7 @@ ORDER = (
     "charts",
     "status",
     "tables",
+    "report",
     "progress",
     "cli",
 )

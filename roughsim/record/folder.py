@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from roughsim.errors import RecordError
+from roughsim.foreign import memory, regular_file
 from roughsim.means import UNITS
 from roughsim.record.files import check_format, place_bytes
-from roughsim.foreign import memory, regular_file
 from roughsim.record.run import Run
 
 if TYPE_CHECKING:

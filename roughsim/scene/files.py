@@ -159,13 +159,13 @@ def _with_tables(content: dict[str, Any], folder: Path | None) -> dict[str, Any]
     result = dict(content)
     for name in ("surface", "counterface"):
         section = content.get(name)
-        if isinstance(section, dict) and "psd_file" in section:
+        if isinstance(section, dict) and "topography" in section:
+            result[name] = _measured(section, name, folder)
+        elif isinstance(section, dict) and "psd_file" in section:
             rest = {key: value for key, value in section.items() if key != "psd_file"}
             if "psd" in rest:
                 raise SceneError(f"{name}.psd_file and {name}.psd are both given; keep exactly one")
             result[name] = {**rest, "psd": _table(section["psd_file"], f"{name}.psd_file", folder)}
-        elif isinstance(section, dict) and "topography" in section:
-            result[name] = _measured(section, name, folder)
     return result
 
 
@@ -174,7 +174,7 @@ def _measured(section: dict[str, Any], name: str, folder: Path | None) -> dict[s
     from roughsim.topography import read_topography
 
     rest = {key: value for key, value in section.items() if key != "topography"}
-    other = next((key for key in rest if key in ROUGHNESS_KEYS), None)
+    other = next((key for key in rest if key in (*ROUGHNESS_KEYS, "psd_file")), None)
     if other is not None:
         raise SceneError(
             f"{name}.{other} does not go with {name}.topography, whose map fixes C(q); remove one of the two"
