@@ -12,7 +12,8 @@ from roughsim.record import export_run, member_path
 # warnings are errors in all tests, so each of these also says that the reader has nothing to complain about
 UNITS = {"flash_temperature": "K", "flash_laplacian": "K/m^2", "contact_fraction": "1", "pressure_variance": "Pa^2"}
 MEMBER = {
-    **UNITS, "speed": "m/s", "wavenumber": "1/m", "stress_spectrum": "Pa^2", "x": "m", "y": "m", "heights": "m", "pressure": "Pa",
+    **UNITS, "speed": "m/s", "wavenumber": "1/m", "stress_spectrum": "Pa^2",
+    "x": "m", "y": "m", "heights": "m", "pressure": "Pa",
 }  # fmt: skip
 EXPORT = {**UNITS, "speed": "m/s", "q_max": "1/m", "x_L2": "m", "y_L2": "m", "heights_L2": "m", "pressure_L2": "Pa"}
 AXES = {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from html import escape
 from math import floor, isfinite, log10
 
@@ -61,7 +60,14 @@ def number(value: float | None, digits: int = 4) -> Html:
     """Return a number with its significant digits, powers of ten written out; a dash where there is none."""
     if value is None or not isfinite(value):
         return Html("–")
-    return _written(f"{value:.{digits}g}")
+    shown = f"{value:.{digits - 1}e}"
+    mantissa, _, exponent = shown.partition("e")
+    power = int(exponent)
+    if value == 0.0:
+        return Html("0")
+    if -4 <= power < 5:
+        return Html(_minus(f"{float(shown):.{max(digits - 1 - power, 0)}f}"))
+    return Html(f"{_minus(mantissa)} × 10<sup>{_minus(str(power))}</sup>")
 
 
 def plus_minus(mean: float, error: float) -> Html:
@@ -83,14 +89,6 @@ def plus_minus(mean: float, error: float) -> Html:
     return Html(
         f"({_minus(f'{mean / scale:.{places}f}')} ± {error / scale:.{places}f}) × 10<sup>{_minus(str(power))}</sup>"
     )
-
-
-def _written(shown: str) -> Html:
-    match = re.fullmatch(r"(-?[\d.]+)e([+-])0*(\d+)", shown)
-    if match is None:
-        return Html(_minus(shown))
-    power = ("−" if match[2] == "-" else "") + match[3]
-    return Html(f"{_minus(match[1])} × 10<sup>{power}</sup>")
 
 
 def _minus(shown: str) -> str:

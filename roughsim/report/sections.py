@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 COLUMNS = {
     "theory": "theory",
     "smoothed": "smoothed: elastic contact on the smoothed spectrum",
-    "capped": "capped: contact of the surface, p ≤ hardness",
+    "capped": "capped: contact of the surface, p\N{NO-BREAK SPACE}≤\N{NO-BREAK SPACE}hardness",
     "elastic": "elastic contact of the surface",
 }
 _FEW_ROWS = 6  # of a table C(q) in the text of the scene
