@@ -81,9 +81,10 @@ def read_topography(path: str | Path) -> Topography:
         raise FileNotFoundError(f"{place} does not exist; check the path")
     try:
         refuse_file_of_instrument(place)
-        reader = library.open_topography(str(place))
-        _check_channel(place, reader.default_channel)
-        measured = reader.topography()
+        with open(place, "rb") as stream:  # some of its readers would leave the file open
+            reader = library.open_topography(stream)
+            _check_channel(place, reader.default_channel)
+            measured = reader.topography()
         return _prepared(place, measured.to_unit("m"))
     except RecordError:
         raise
@@ -105,6 +106,8 @@ def _check_channel(place: Path, channel: Any) -> None:
     """Refuse what is no map of known size, before its heights are read."""
     if channel.dim != 2:
         raise RecordError(f"{place} holds a line scan; C(q) of a surface needs a map")
+    if min(channel.nb_grid_pts) < 8:
+        raise RecordError(f"{place} has {channel.nb_grid_pts} points; C(q) needs at least 8 along each side")
     if channel.physical_sizes is None or channel.unit is None:
         missing = "size" if channel.physical_sizes is None else "unit"
         raise RecordError(f"{place} does not say its {missing}; save it as x3p or nc, which do")
@@ -113,8 +116,6 @@ def _check_channel(place: Path, channel: Any) -> None:
         raise RecordError(
             f"{place} declares {points:.3g} points, for which this machine has too little memory; crop it"
         )
-    if min(channel.nb_grid_pts) < 8:
-        raise RecordError(f"{place} has {channel.nb_grid_pts} points; C(q) needs at least 8 along each side")
 
 
 def _prepared(place: Path, measured: Any) -> Topography:
@@ -260,7 +261,8 @@ def _netcdf(heights: Array, grid: Grid) -> bytes:
         file.createDimension(axis, points)
         variable: Any = file.createVariable(axis, "d", (axis,))
         variable[:] = np.arange(points) * (length / points)
-        variable.length, variable.periodic, variable.unit, variable.units = length, 1, "m", "m"
+        variable.length = np.float64(length)  # a bare float would be stored in single precision
+        variable.periodic, variable.unit, variable.units = 1, "m", "m"
     variable = file.createVariable("heights", "d", ("x", "y"))
     variable[:] = heights
     variable.unit = variable.units = "m"
