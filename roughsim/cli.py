@@ -151,10 +151,9 @@ def compare(
 @app.command()
 def status(run: RunFolder, as_json: Json = False) -> None:
     """Say where a run stands: members, mean ± error, time left, failures; also while it is being computed."""
-    from roughsim.record import open_run
     from roughsim.status import status_dict, status_lines
 
-    opened = open_run(run)
+    opened = _opened(run)
     if as_json:
         typer.echo(json.dumps(status_dict(opened), indent=1))
     else:
@@ -180,9 +179,8 @@ def plot(
 ) -> None:
     """Draw a field or a curve of a run; temperatures are recomputed from the stored pressure."""
     from roughsim.charts import plot_run
-    from roughsim.record import open_run
 
-    place = plot_run(open_run(run), quantity, output, realization=realization, speed=speed, column=column)
+    place = plot_run(_opened(run), quantity, output, realization=realization, speed=speed, column=column)
     typer.echo(f"picture: {place}", err=True)
 
 
@@ -194,10 +192,9 @@ def report(
     ] = None,
 ) -> None:
     """Write a run as one page to mail: scene, plan, comparison, errors, pictures and provenance."""
-    from roughsim.record import open_run
     from roughsim.report import report_run
 
-    place = report_run(open_run(run, damaged="skip"), output)
+    place = report_run(_opened(run), output)
     typer.echo(f"report: {place}, {place.stat().st_size / 1e6:.3g} MB", err=True)
 
 
@@ -221,6 +218,16 @@ def export(
     opened = open_run(run)
     place = export_run(opened, output, bits) if surface is None else export_surface(opened, output, surface)
     typer.echo(f"file: {place}, {place.stat().st_size / 1e6:.3g} MB", err=True)
+
+
+def _opened(folder: Path) -> Run:
+    """The run for looking at: damaged files are named, and the others shown."""
+    from roughsim.record import open_run
+
+    run = open_run(folder, damaged="skip")
+    for reason in run.damaged.values():
+        typer.echo(f"left out: {reason}", err=True)
+    return run
 
 
 def _goals(until: list[str] | None) -> dict[str, float] | None:

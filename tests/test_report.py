@@ -140,7 +140,7 @@ def test_the_page_says_what_the_run_says(kept_run, written):
         assert f"= {ratio.value:.{digits}f} ± {ratio.standard_error:.{digits}f}: tests" in words
     assert f"{row.theory:#.4g}" in words
     estimate = kept_run.estimate("flash_temperature")
-    for part in (estimate.half_width, estimate.bias, estimate.total_error):
+    for part in (*estimate.budget.values(), estimate.bias, estimate.total_error):
         assert re.search(rf"(^| |−){re.escape(html.unescape(number(abs(float(part[-1])), 2)))}( |$)", words)
     assert all(note in words for note in estimate.notes if not note.startswith("speeds"))
     assert "3 realizations" in words
@@ -160,15 +160,17 @@ def test_the_scene_in_the_page_gives_the_run_again(kept_run, written):
 
 def test_the_plan_stands_with_its_reasons(kept_run, written):
     words = Reader(written.read_text()).words
-    for reason in rs.plan(kept_run.scene).reasons:
+    plan = rs.plan(kept_run.scene)
+    assert [tuple(reason) for reason in kept_run.reasons] == [tuple(reason) for reason in plan.reasons]
+    for reason in plan.reasons:
         assert " ".join(reason.reason.split()) in words
 
 
 @pytest.mark.usefixtures("no_pictures")
 def test_numerics_that_no_plan_made_are_shown_without_reasons(quick, tmp_path):
-    numerics = replace(rs.plan(quick), tolerance=1e-3)
+    numerics = replace(rs.plan(quick), tolerance=1e-3, reasons=())
     words = Reader(page(rs.run(quick, tmp_path / "run", numerics=numerics, max_realizations=1))).words
-    assert "These numerics were given to the run" in words
+    assert "These numerics were given to the run without a plan" in words
     assert "tolerance 0.001" in words
     assert "capped 32 × 32 to q_c = 4e+04 rad/m" in words
 
@@ -240,6 +242,12 @@ def test_the_command_line_writes_the_page(copy, tmp_path, capsys, no_pictures):
         0,
         f"report: {copy}.html, {(tmp_path / 'copy.html').stat().st_size / 1e6:.3g} MB\n",
     )
+    member_path(copy, 0, 2).write_bytes(b"")
+    for verb in (["report", str(copy)], ["status", str(copy)]):
+        code, said = call(*verb)
+        assert code == 0
+        assert re.search(r"left out: .*L0-000002.h5 is damaged", said)
+    assert call("compare", str(copy))[0] == 1  # numbers are never made of a part of a run
     code, said = call("report", str(copy), "-o", str(tmp_path / "r.pdf"))
     assert code == 1
     assert "must end in .html" in said

@@ -223,6 +223,7 @@ DESCRIPTIONS = {
     "until": ({"until": {"../x": 0.1}}, "until = '../x'"),
     "scene": ({"scene": {}}, "run.json and scene.toml are of different scenes"),
     "numerics": ({"numerics": {"levels": []}}, "cannot be opened"),
+    "reasons": ({"reasons": [["a", "b"]]}, "reasons must be lists of choice, value and reason"),
     "list": ({"numerics": []}, "cannot be opened"),
 }
 

@@ -109,6 +109,8 @@ def _check(description: dict[str, Any], scene: Scene, numerics: Numerics) -> Non
     for name, goal in description["until"].items():
         if name not in UNITS or not 0.0 < goal < 1.0:
             raise ValueError(f"run.json: until = {name!r}, {goal!r} is no observable with a goal between 0 and 1")
+    if not all(len(reason) == 3 and all(isinstance(word, str) for word in reason) for reason in description["reasons"]):
+        raise ValueError("run.json: reasons must be lists of choice, value and reason")
     if description["scene"] != scene.identity():
         raise ValueError("run.json and scene.toml are of different scenes")
     most = max(level.shape[0] * level.shape[1] for level in numerics.levels)

@@ -46,6 +46,8 @@ class Run:
         Where it stops in any case.
     heat_partition : ndarray
         Share of the heat that temperatures are reported with, per speed.
+    reasons : list of [str, str, str]
+        What the plan chose and why, as `plan` told it; empty if the numerics were given without reasons.
     damaged : dict of (int, int) to str
         Level and index of files that could not be used, and why; empty unless opened with ``damaged="skip"``.
     """
@@ -66,6 +68,7 @@ class Run:
         self.until: dict[str, float] = description["until"]
         self.max_realizations: int = description["max_realizations"]
         self.heat_partition: Array = np.array(description["heat_partition"])
+        self.reasons: list[list[str]] = description["reasons"]
         self.members: dict[tuple[int, int], Member] = {}
         self._short = LEAST - 1  # so many sound realizations are known not to meet the targets
         self.damaged: dict[tuple[int, int], str] = {}

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roughsim.compare import compare
-from roughsim.estimate import PER_SPEED, UNITS
-from roughsim.plan import plan
+from roughsim.estimate import SOURCES
+from roughsim.means import PER_SPEED, UNITS
 from roughsim.record import writer
 from roughsim.report.markup import Html, grouped_table, joined, number, plus_minus, table, tag
 from roughsim.report.pictures import picture
@@ -142,7 +142,10 @@ def budget(run: Run) -> Html:
     """Return each reported mean with the parts of its error, and what was done about the cut-off."""
     if not run.sound(run.realizations):
         return tag("p", "There is no sound realization yet.", css="warning")
-    parts = [tag("p", "Each value is the mean over all sound realizations; each part of its error stands by itself.")]
+    told = "; ".join(f"{source}: {words}" for source, words in SOURCES.items())
+    lead = "Means over all sound realizations, at the highest speed, with each source of error by itself."
+    note = f"A dash: no level tells, and it is not in the sum. {told[0].upper()}{told[1:]}."
+    parts = [tag("p", lead), tag("p", note, css="note")]
     for column in run.numerics.columns:
         found = [run.estimate(name, column) for name in UNITS]
         parts += [tag("h3", COLUMNS[column]), _budget_table(run, found)]
@@ -154,37 +157,27 @@ def budget(run: Run) -> Html:
 
 
 def _budget_table(run: Run, found: list[Estimate]) -> Html:
-    titles = ["observable", "m/s", "value", "statistical, 95 %", "finest level − value", "in all", "n"]
+    titles = ["observable", "m/s", "value", *SOURCES, "in all", "finest level − value"]
     rows: list[list[object]] = []
     for one in found:
         factor = SHOWN[one.unit][1]
         k = int(np.argmax(run.scene.speeds)) if one.observable in PER_SPEED else 0
         speed = f"{run.scene.speeds[k]:g}" if one.observable in PER_SPEED else ""
-        errors = (one.half_width[k], one.bias[k], one.total_error[k])
-        cells = [number(float(error) * factor, 2) for error in errors]
-        value = number(float(one.mean[k]) * factor)
-        rows.append([_name(one.observable), speed, value, *cells, str(one.n)])
-    return table(titles, rows, numbers=set(range(1, 7)))
+        parts = [*(one.budget[source][k] for source in SOURCES), one.total_error[k], one.bias[k]]
+        cells = [number(float(part) * factor, 2) for part in parts]
+        rows.append([_name(one.observable), speed, number(float(one.mean[k]) * factor), *cells])
+    return table(titles, rows, numbers=set(range(1, len(titles))))
 
 
 def plan_of(run: Run) -> Html:
-    """Return the choices of the plan with their reasons, or the numerics where they were given instead."""
-    try:
-        planned = plan(run.scene)
-    except ValueError:  # this machine is too small to plan it anew
-        planned = None
-    if planned is not None and _same(planned.to_dict(), run.numerics.to_dict()):
-        rows: list[list[object]] = [list(reason) for reason in planned.reasons]
-        return table(["choice", "value", "because"], rows, numbers=set())
-    rows = [[key, _shown(value)] for key, value in run.numerics.to_dict().items()]
-    given = (
-        "These numerics were given to the run; the plan of this version would differ, so there are no reasons to show."
-    )
-    return joined(tag("p", given), table(["choice", "value"], rows, numbers=set()))
-
-
-def _same(one: dict[str, object], other: dict[str, object]) -> bool:
-    return all(one[key] == other[key] for key in one if key not in ("keep_fields", "threads"))
+    """Return the choices of the plan with their reasons, and the numerics as they were used."""
+    numerics: list[list[object]] = [[key.replace("_", " "), _shown(v)] for key, v in run.numerics.to_dict().items()]
+    used = table(["numerics", "as used"], numerics, numbers=set())
+    if not run.reasons:
+        given = "These numerics were given to the run without a plan, so there are no reasons to show."
+        return joined(tag("p", given), used)
+    reasons: list[list[object]] = [list(reason) for reason in run.reasons]
+    return joined(table(["choice", "value", "because"], reasons, numbers=set()), used)
 
 
 def _shown(value: object) -> str:
