@@ -279,4 +279,5 @@ def test_a_mean_ends_where_its_error_does(given, shown):
 
 
 def test_control_characters_do_not_reach_the_page():
+    assert text("p\N{NO-BREAK SPACE}≤ q\n") == "p\N{NO-BREAK SPACE}≤ q\n"
     assert text("a\x1b[31m\x00b<") == "a\N{REPLACEMENT CHARACTER}[31m\N{REPLACEMENT CHARACTER}b&lt;"

@@ -16,7 +16,9 @@ def text(value: object) -> Html:
     """Return a value as HTML: escaped, without control characters, unless it is HTML already."""
     if isinstance(value, Html):
         return value
-    shown = "".join(c if c.isprintable() or c in "\n\t" else "\N{REPLACEMENT CHARACTER}" for c in str(value))
+    shown = "".join(
+        c if c.isprintable() or c in "\n\t\N{NO-BREAK SPACE}" else "\N{REPLACEMENT CHARACTER}" for c in str(value)
+    )
     return Html(escape(shown, quote=True))
 
 

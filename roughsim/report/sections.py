@@ -149,11 +149,19 @@ def budget(run: Run) -> Html:
     for column in run.numerics.columns:
         found = [run.estimate(name, column) for name in UNITS]
         parts += [tag("h3", COLUMNS[column]), _budget_table(run, found)]
-        notes = dict.fromkeys(note for one in found for note in one.notes)
-        parts.append(
-            tag("ul", *(tag("li", note) for note in notes if not note.startswith("speeds ")), css="plain note")
-        )
+        parts.append(_notes(found))
     return joined(*parts)
+
+
+def _notes(found: list[Estimate]) -> Html:
+    """What the estimates say beyond numbers, each once, with the observables that it is said of, unless of all."""
+    said: dict[str, list[str]] = {}
+    for one in found:
+        for note in one.notes:
+            if not note.startswith("speeds "):
+                said.setdefault(note, []).append(one.observable.replace("_", " "))
+    told = (note if len(names) == len(found) else f"{', '.join(names)}: {note}" for note, names in said.items())
+    return tag("ul", *(tag("li", line) for line in told), css="plain note")
 
 
 def _budget_table(run: Run, found: list[Estimate]) -> Html:
@@ -170,14 +178,13 @@ def _budget_table(run: Run, found: list[Estimate]) -> Html:
 
 
 def plan_of(run: Run) -> Html:
-    """Return the choices of the plan with their reasons, and the numerics as they were used."""
-    numerics: list[list[object]] = [[key.replace("_", " "), _shown(v)] for key, v in run.numerics.to_dict().items()]
-    used = table(["numerics", "as used"], numerics, numbers=set())
-    if not run.reasons:
-        given = "These numerics were given to the run without a plan, so there are no reasons to show."
-        return joined(tag("p", given), used)
-    reasons: list[list[object]] = [list(reason) for reason in run.reasons]
-    return joined(table(["choice", "value", "because"], reasons, numbers=set()), used)
+    """Return the choices of the plan with their reasons, or the numerics where they were given without any."""
+    if run.reasons:
+        reasons: list[list[object]] = [list(reason) for reason in run.reasons]
+        return table(["choice", "value", "because"], reasons, numbers=set())
+    given = "These numerics were given to the run without a plan, so there are no reasons to show."
+    rows: list[list[object]] = [[key.replace("_", " "), _shown(v)] for key, v in run.numerics.to_dict().items()]
+    return joined(tag("p", given), table(["numerics", "value"], rows, numbers=set()))
 
 
 def _shown(value: object) -> str:
