@@ -1,7 +1,9 @@
 """Every file opens in the readers of the trade, with names, axes, units and a default plot, and without a warning."""
 
 import logging
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,6 +25,7 @@ EXPORT_AXES = {
     "flash_temperature": ("level", "realization", "speed"), "contact_fraction": ("level", "realization"),
     "stress_spectrum_L2": ("realization", "wavenumber_L2"), "pressure_L2": ("kept_realization", "x_L2", "y_L2"),
 }  # fmt: skip
+ROOT = Path(__file__).parents[1]
 CASES = ("member", "member without fields", "export", "export without fields", "failed member")
 
 
@@ -156,3 +159,17 @@ def test_stored_numbers_are_those_that_the_run_reports(kept_run, files):
             np.testing.assert_array_equal(np.atleast_1d(data[name]), mean[name])
         np.testing.assert_array_equal(data.speed, kept_run.scene.speeds)
         assert float(data.pressure.mean()) == pytest.approx(90e6, rel=1e-4)  # force balance, solver tolerance 1e-4
+
+
+def test_the_examples_of_the_page_on_files_run(kept_run, tmp_path, monkeypatch):
+    for name in ("xarray", "h5netcdf", "netCDF4", "nexusformat.nexus"):
+        pytest.importorskip(name)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "runs").mkdir()
+    (tmp_path / "runs" / "steel").symlink_to(kept_run.folder)
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "files.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert len(blocks) == 5
+    names = {}
+    for block in blocks:
+        exec(block, names)
+    assert {path.name for path in tmp_path.iterdir()} == {"runs", "surface.nc", "surface.npy"}
