@@ -142,6 +142,9 @@ def test_the_page_says_what_the_run_says(kept_run, written):
     estimate = kept_run.estimate("flash_temperature")
     for part in (*estimate.budget.values(), estimate.bias, estimate.total_error):
         assert re.search(rf"(^| |−){re.escape(html.unescape(number(abs(float(part[-1])), 2)))}( |$)", words)
+    width = kept_run.estimate("flash_width")
+    for part in (*width.budget.values(), width.total_error):
+        assert f" {html.unescape(number(float(part[-1]) * 1e6, 2))} " in words  # in µm
     assert all(note in words for note in estimate.notes if not note.startswith("speeds"))
     assert "3 realizations" in words
     assert "heat share 0.9" in words

@@ -186,7 +186,7 @@ HEADERS = {
     "other shape": lambda h: h["numbers"][0].__setitem__(1, [2]),
     "negative shape": lambda h: h["numbers"][-1].__setitem__(1, [-1]),
     "unknown field": lambda h: h["fields"].append(["/etc/passwd", [32, 32]]),
-    "no provenance": lambda h: h.__setitem__("provenance", "none"),
+    "list of provenance": lambda h: h.__setitem__("provenance", "none"),
     "sound and failed": lambda h: h.__setitem__("failure", "stalled"),
     "lengths": lambda h: h.__setitem__("lengths", []),
 }
@@ -204,10 +204,21 @@ def test_a_header_that_no_writer_makes_is_refused(folder, case):
 
 
 def test_a_realization_of_another_run_is_refused(folder, whole, tmp_path):
-    other = rs.run(whole.scene, tmp_path / "other", seed=99, max_realizations=1)
-    shutil.copy(member_path(other.folder, 0, 0), member_path(folder, 0, 0))
-    with pytest.raises(rs.RecordError, match="L0-000000.h5 belongs to another run: its scene or seed differs"):
-        rs.open_run(folder)
+    exact = replace(rs.plan(whole.scene), tolerance=1e-5)
+    slow = replace(whole.scene, sliding=replace(whole.scene.sliding, speed=(1.0, 2.0, 3.0)))
+    for k, (scene, how) in enumerate(
+        [(whole.scene, {"seed": 99}), (whole.scene, {"numerics": exact}), (slow, {})]  # another seed, tolerance, speed
+    ):
+        other = rs.run(scene, tmp_path / f"other{k}", max_realizations=1, **how)
+        shutil.copy(member_path(other.folder, 0, 0), member_path(folder, 0, 0))
+        with pytest.raises(rs.RecordError, match="L0-000000.h5 is of another run: its scene, seed or numerics differ"):
+            rs.open_run(folder)
+
+
+def test_fields_may_be_kept_from_a_resumed_run_on(whole, folder):
+    scene = replace(whole.scene, numerics=replace(whole.scene.numerics, keep_fields=3))
+    assert rs.run(scene, folder, max_realizations=3).realizations == 3
+    assert rs.open_run(folder).sound(3) == [0, 1, 2]
 
 
 def change(folder, **values):
@@ -219,6 +230,8 @@ DESCRIPTIONS = {
     "seed": ({"seed": "1; rm"}, "seed = '1; rm' must be a whole number"),
     "negative": ({"max_realizations": -1}, "max_realizations = -1"),
     "shares": ({"heat_partition": [0.9]}, "heat_partition must be 3 numbers"),
+    "zero": ({"heat_partition": [0.9, 0.0, 0.9]}, "heat_partition must be 3 numbers"),
+    "above one": ({"heat_partition": [0.9, 1.5, 0.9]}, "heat_partition must be 3 numbers"),
     "nan": ({"heat_partition": [0.9, float("nan"), 0.9]}, "heat_partition must be 3 numbers"),
     "until": ({"until": {"../x": 0.1}}, "until = '../x'"),
     "scene": ({"scene": {}}, "run.json and scene.toml are of different scenes"),
@@ -316,6 +329,7 @@ def test_pickles_are_not_unpacked(tmp_path, kind):
     with pytest.raises(rs.RecordError) as refused:
         read_topography(path)
     assert str(path) in str(refused.value)
+    assert ("holds pickled Python objects" in str(refused.value)) == (kind != "npz")  # that one its reader refuses
     assert not trace.exists()
 
 

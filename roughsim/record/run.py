@@ -72,7 +72,7 @@ class Run:
         self.members: dict[tuple[int, int], Member] = {}
         self._short = LEAST - 1  # so many sound realizations are known not to meet the targets
         self.damaged: dict[tuple[int, int], str] = {}
-        self._identity = description["scene"]
+        self._identity = _identity(description)
         self._skip_damaged = skip_damaged
 
     def take(self, member: Member) -> None:
@@ -102,8 +102,9 @@ class Run:
         """Read one member; where that is wanted, a damaged file stands as a failed member."""
         try:
             member = read_member(path).without_arrays()
-            if (member.provenance.get("seed"), member.provenance.get("scene")) != (self.seed, self._identity):
-                raise RecordError(f"{path} belongs to another run: its scene or seed differs; delete it to redo it")
+            told = {"residual", "iterations", "versions"} <= set(member.provenance)
+            if not told or _identity(member.provenance) != self._identity:
+                raise RecordError(f"{path} is of another run: its scene, seed or numerics differ; delete it to redo it")
         except RecordError as error:
             if not self._skip_damaged:
                 raise
@@ -350,3 +351,11 @@ class Run:
         from roughsim.record.labelled import to_xarray
 
         return to_xarray(self)
+
+
+def _identity(description: dict[str, Any]) -> tuple[Any, Any]:
+    """What a run and each of its files must have in common: scene with seed, and numerics but for what is kept."""
+    numerics = description.get("numerics")
+    if isinstance(numerics, dict):
+        numerics = {key: value for key, value in numerics.items() if key != "keep_fields"}
+    return description.get("scene"), numerics
