@@ -140,8 +140,7 @@ def _prepared(place: Path, measured: Any) -> Topography:
 
 def _spectrum(flat: Any, grid: Grid) -> TabulatedSpectrum:
     """C(q) of a detrended map in our convention, up to where the instrument is reliable."""
-    window = "None" if flat.is_periodic else "hann"
-    *_, theirs = flat.power_spectrum_from_area(window=None if window == "None" else window, return_map=True)
+    *_, theirs = flat.power_spectrum_from_area(return_map=True)  # under a Hann window unless it is periodic
     cutoff = flat.short_reliability_cutoff()
     reliable = np.inf if cutoff is None else 2 * np.pi / float(cutoff)
     return radial_average(np.asarray(theirs) / (4 * np.pi**2), grid, min(grid.nyquist, reliable))

@@ -75,6 +75,8 @@ def test_other_tools_find_names_axes_and_units(folder):
             assert scale.attrs["units"] == "m"
             np.testing.assert_allclose(scale[()], np.arange(points) * length / points)
             assert scale.name.endswith(name)
+        for name in ("flash_temperature", "flash_gradient"):
+            assert file[name].dims[0][0] == file["speed"]
 
 
 def test_no_flipped_bit_goes_unseen(folder):
