@@ -151,10 +151,9 @@ def compare(
 @app.command()
 def status(run: RunFolder, as_json: Json = False) -> None:
     """Say where a run stands: members, mean ± error, time left, failures; also while it is being computed."""
-    from roughsim.record import open_run
     from roughsim.status import status_dict, status_lines
 
-    opened = open_run(run)
+    opened = _opened(run)
     if as_json:
         typer.echo(json.dumps(status_dict(opened), indent=1))
     else:
@@ -184,12 +183,25 @@ def plot(
 ) -> None:
     """Draw a field or a curve of a run; temperatures are recomputed from the stored pressure."""
     from roughsim.charts import plot_run
-    from roughsim.record import open_run
 
     options: dict[str, Any] = {"realization": realization, "speed": speed, "column": column}
     options |= {"zoom": _zoom(zoom), "side_by_side": side_by_side}
-    place = plot_run(open_run(run), quantity, output, **options)
+    place = plot_run(_opened(run), quantity, output, **options)
     typer.echo(f"picture: {place}", err=True)
+
+
+@app.command()
+def report(
+    run: RunFolder,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="F", help="The page: .html; beside RUN if left out.")
+    ] = None,
+) -> None:
+    """Write a run as one page to mail: scene, plan, comparison, errors, pictures and provenance."""
+    from roughsim.report import report_run
+
+    place = report_run(_opened(run), output)
+    typer.echo(f"report: {place}, {place.stat().st_size / 1e6:.3g} MB", err=True)
 
 
 @app.command()
@@ -199,11 +211,18 @@ def export(
     bits: Annotated[
         int | None, typer.Option(min=1, max=23, metavar="N", help="Mantissa bits that fields keep; all 23 if left out.")
     ] = None,
+    surface: Annotated[
+        int | None,
+        typer.Option(min=0, metavar="K", help="Only the heights of realization K, as .nc or .npy for other programs."),
+    ] = None,
 ) -> None:
     """Write the numbers of all members and the kept fields into one HDF5 (netCDF-4) file."""
-    from roughsim.record import export_run, open_run
+    from roughsim.record import export_run, export_surface, open_run
 
-    place = export_run(open_run(run), output, bits)
+    if surface is not None and bits is not None:
+        raise ValueError("--bits does not go with --surface, which keeps all digits; leave one of them out")
+    opened = open_run(run)
+    place = export_run(opened, output, bits) if surface is None else export_surface(opened, output, surface)
     typer.echo(f"file: {place}, {place.stat().st_size / 1e6:.3g} MB", err=True)
 
 
@@ -232,6 +251,16 @@ def _zoom(text: str | None) -> Any:
         return (float(x0), float(x1)), (float(y0), float(y1))
     except ValueError:
         raise ValueError(f"--zoom {text}: write X0:X1,Y0:Y1 in m, for example 0:5e-4,2e-4:7e-4") from None
+
+
+def _opened(folder: Path) -> Run:
+    """The run for looking at: damaged files are named, and the others shown."""
+    from roughsim.record import open_run
+
+    run = open_run(folder, damaged="skip")
+    for reason in run.damaged.values():
+        typer.echo(f"left out: {reason}", err=True)
+    return run
 
 
 def _goals(until: list[str] | None) -> dict[str, float] | None:

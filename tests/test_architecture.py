@@ -12,6 +12,7 @@ SOURCES = sorted([*(ROOT / "roughsim").rglob("*.py"), *(ROOT / "theory").rglob("
 # data flows to the right: a module may import only what stands before it
 ORDER = (
     "errors",
+    "foreign",
     "grid",
     "patches",
     "_kernels",
@@ -19,6 +20,7 @@ ORDER = (
     "convolution",
     "spectrum",
     "surface",
+    "topography",
     "contact",
     "heat",
     "observables",
@@ -37,6 +39,7 @@ ORDER = (
     "charts",
     "status",
     "tables",
+    "report",
     "progress",
     "explore",
     "cli",
@@ -44,7 +47,8 @@ ORDER = (
 DOORS = {
     "pyfftw": {"roughsim.fourier"},
     "numba": {"roughsim._kernels"},
-    "h5py": {"roughsim.record"},
+    "h5py": {"roughsim.record", "roughsim.foreign"},
+    "SurfaceTopography": {"roughsim.topography"},
     "matplotlib": {"roughsim.charts"},
     "pint": {"roughsim.scene"},
     "pydantic": {"roughsim.scene"},

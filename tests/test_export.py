@@ -1,6 +1,7 @@
 """Fields, xarray and the exported file: what was stored comes back with names, axes and units, in every reader."""
 
 import os
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -11,7 +12,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.cli import main
-from roughsim.record import export_run, member_path, read_member
+from roughsim.record import export_run, member_path, read_member, write_member
 from roughsim.record.export import rounded
 
 
@@ -250,7 +251,8 @@ def test_fewer_bits_shrink_the_file(kept_run, file, tmp_path):
             assert np.all(np.abs(b - a) <= 2.0**-7 * np.abs(a))
             assert less[name].attrs["_QuantizeBitRoundNumberOfSignificantBits"] == 6
             sizes.append((whole[name].id.get_storage_size(), less[name].id.get_storage_size()))
-        np.testing.assert_array_equal(less["flash_temperature"], whole["flash_temperature"])  # numbers keep all digits
+        for name in ("flash_temperature", "stress_spectrum_L2", "wavenumber_L2"):  # numbers keep all digits
+            np.testing.assert_array_equal(less[name], whole[name])
     assert sizes[0][1] < 0.6 * sizes[0][0]
     assert small.stat().st_size < file.stat().st_size
 
@@ -332,6 +334,34 @@ def test_xarray_reads_fields_when_they_are_used(kept_run, monkeypatch):
     np.testing.assert_array_equal(data.pressure_L2[::-1, 5], [fields[1][5], fields[0][5]])
     np.testing.assert_array_equal(data.pressure_L2[[1], [4, 2]], fields[1][None, [4, 2]])
     assert data.pressure_L2[:0, 3].shape == (0, 128)
+
+
+def test_stress_spectra_are_read_when_they_are_used(kept_run, monkeypatch):
+    pytest.importorskip("xarray")
+    from roughsim.record import labelled
+
+    true, read = labelled.read_member, []
+    monkeypatch.setattr(labelled, "read_member", lambda path: read.append(path.name) or true(path))
+    data = kept_run.to_xarray()
+    assert read == [f"L{level}-000000.h5" for level in range(3)]  # the wavenumbers of each level
+    read.clear()
+    row = data.stress_spectrum_L1[2].values
+    assert read == ["L1-000002.h5"]
+    np.testing.assert_array_equal(row, true(member_path(kept_run.folder, 1, 2)).spectrum)
+    assert data.stress_spectrum_L1[1:, 3:5].shape == (2, 2)
+
+
+def test_a_field_of_another_grid_is_not_shown(kept_run, tmp_path):
+    shutil.copytree(kept_run.folder, tmp_path / "run")
+    path = member_path(tmp_path / "run", 2, 0)
+    one = read_member(path, with_fields=True)
+    path.unlink()
+    write_member(tmp_path / "run", replace(one, fields={name: f[:, :64] for name, f in one.fields.items()}))
+    run = rs.open_run(tmp_path / "run")
+    with pytest.raises(rs.RecordError, match=r"shape \(128, 64\), but this run has \(128, 128\)"):
+        next(run.fields("pressure"))
+    with pytest.raises(rs.RecordError, match=r"shape \(128, 64\)"):
+        export_run(run, tmp_path / "out.h5")
 
 
 @pytest.mark.parametrize("engine", ["h5netcdf", "netcdf4"])

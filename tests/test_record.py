@@ -26,6 +26,7 @@ def member(**changes):
         "spectrum": rng.random(8),
         "fields": {name: rng.random((40, 30)).astype(np.float32) for name in ("heights", "pressure")},
         "lengths": (2.0, 1.5),
+        "speeds": (0.0, 0.5, 3.0),
         "provenance": {"seed": 7, "text": "ünïcode"},
     }
     return Member(1, 42, **(values | changes))
@@ -74,6 +75,8 @@ def test_other_tools_find_names_axes_and_units(folder):
             assert scale.attrs["units"] == "m"
             np.testing.assert_allclose(scale[()], np.arange(points) * length / points)
             assert scale.name.endswith(name)
+        for name in ("flash_temperature", "flash_gradient"):
+            assert file[name].dims[0][0] == file["speed"]
 
 
 def test_no_flipped_bit_goes_unseen(folder):

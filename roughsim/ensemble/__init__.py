@@ -141,6 +141,7 @@ def _description(scene: Scene, numerics: Numerics) -> dict[str, Any]:
         "until": dict(scene.ensemble.until),
         "max_realizations": scene.ensemble.max_realizations,
         "heat_partition": analytic.heat_partition(scene).tolist(),
+        "reasons": [list(reason) for reason in numerics.reasons],
         "versions": versions(),
     }
 

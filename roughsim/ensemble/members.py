@@ -61,6 +61,7 @@ def _member(scene: Scene, numerics: Numerics, one: Realization) -> Member:
         spectrum=seen.stress_spectrum.variance,
         fields={name: values.astype(np.float32) for name, values in fields.items()},
         lengths=numerics.lengths,
+        speeds=scene.speeds,
         provenance=_provenance(scene, numerics, contact.residual, contact.iterations, one.seconds),
     )
 

@@ -43,7 +43,7 @@ class Library:
     """
 
     def __init__(self, folder: str | Path):
-        self.run: Run = open_run(folder, damaged="leave out")
+        self.run: Run = open_run(folder, damaged="skip")
         self._lock = Lock()
         self._known: tuple[Any, Summary] | None = None
         self._kept: dict[tuple[int, int], bool] = {}
@@ -63,7 +63,7 @@ class Library:
         """Read the members that have come since; the same object comes back as long as there are none."""
         with self._lock:
             self.run.refresh()
-            key = len(self.run.members), tuple(self.run.damaged or {})
+            key = len(self.run.members), tuple(self.run.damaged)
             if self._known is None or self._known[0] != key:
                 self._known = key, self._summarize()
             return self._known[1]
@@ -72,7 +72,7 @@ class Library:
         try:
             return self._summary_of(self.run)
         except RecordError:  # a file was damaged after it had been read
-            self.run = open_run(self.run.folder, damaged="leave out")
+            self.run = open_run(self.run.folder, damaged="skip")
             return self._summary_of(self.run)
 
     def _summary_of(self, run: Run) -> Summary:

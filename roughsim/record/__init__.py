@@ -6,14 +6,17 @@ its place, forced to disk and then moved into it, so a killed run is a shorter r
 
 from roughsim.record.export import export_run
 from roughsim.record.files import Member, member_path, read_member, write_member
+from roughsim.record.folder import describe, open_run, read_description
 from roughsim.record.lock import writer, writing
-from roughsim.record.run import Run, describe, open_run, read_description
+from roughsim.record.run import Run
+from roughsim.record.surfaces import export_surface
 
 __all__ = [
     "Member",
     "Run",
     "describe",
     "export_run",
+    "export_surface",
     "member_path",
     "open_run",
     "read_description",

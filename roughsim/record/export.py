@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.record.labelled import (
-    KeptFields,
     Labelled,
+    Stored,
     about,
     coordinates,
     fields,
@@ -137,8 +137,8 @@ def _fill(file: Any, run: Run, bits: int | None) -> None:
 
 
 def _store(file: Any, array: Labelled, bits: int | None) -> Any:
-    if isinstance(array.data, KeptFields):
-        dataset = _store_fields(file, array.name, array.data, bits)
+    if isinstance(array.data, Stored):
+        dataset = _store_one_by_one(file, array.name, array.data, bits)
     elif array.data.dtype.kind == "U":
         dataset = file.create_dataset(array.name, data=array.data.tolist())
     else:
@@ -148,16 +148,18 @@ def _store(file: Any, array: Labelled, bits: int | None) -> Any:
     return dataset
 
 
-def _store_fields(file: Any, name: str, stack: KeptFields, bits: int | None) -> Any:
-    """Write field after field, one in memory at a time."""
-    chunks = (1, *(min(n, 256) for n in stack.shape[1:]))
+def _store_one_by_one(file: Any, name: str, stack: Stored, bits: int | None) -> Any:
+    """Write array after array, one in memory at a time; fields are rounded, numbers are not."""
+    is_field = stack.dtype == np.float32
+    chunks = (1, *(min(n, 256) for n in stack.shape[1:])) if is_field else (1, *stack.shape[1:])
     options = {"chunks": chunks, "compression": "gzip", "compression_opts": 4, "shuffle": True, "fletcher32": True}
-    dataset = file.create_dataset(name, stack.shape, "<f4", **options)
+    dataset = file.create_dataset(name, stack.shape, stack.dtype, **options)
     for row, values in enumerate(stack):
-        dataset[row] = values if bits is None else rounded(values, bits)
-    dataset.attrs["interpretation"] = "image"
-    if bits is not None:  # netCDF's own word for such rounding
-        dataset.attrs["_QuantizeBitRoundNumberOfSignificantBits"] = np.int32(bits)
+        dataset[row] = rounded(values, bits) if is_field and bits is not None else values
+    if is_field:
+        dataset.attrs["interpretation"] = "image"
+        if bits is not None:  # netCDF's own word for such rounding
+            dataset.attrs["_QuantizeBitRoundNumberOfSignificantBits"] = np.int32(bits)
     return dataset
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughsim import analytic
-from roughsim.errors import number
+from roughsim.errors import RecordError, number
 from roughsim.heat import sliding_temperature, unit_vector
 from roughsim.record.files import FIELD_UNITS, kept_fields, member_path, read_field
 
@@ -69,11 +70,18 @@ def member_field(
     """Return one field of one kept realization; arguments as in `Run.fields`."""
     path = member_path(run.folder, level, index)
     if name in FIELD_UNITS:
-        return read_field(path, name)
+        return _of_shape(path, name, run.numerics.grid(level).shape)
     speed = checked_speed(name, speed) or 0.0
-    flux = read_field(path, "pressure")
+    flux = _of_shape(path, "pressure", run.numerics.grid(level).shape)
     flux *= np.float32(run.scene.sliding.friction_coefficient * abs(speed))
     return flux if name == "heat_flux" else temperature_of(run, run.numerics.grid(level), flux, speed, direction)
+
+
+def _of_shape(path: Path, name: str, shape: tuple[int, ...]) -> Field:
+    values = read_field(path, name)
+    if values.shape != shape:
+        raise RecordError(f"{path} holds {name} of shape {values.shape}, but this run has {shape}: it is not its own")
+    return values
 
 
 def temperature_of(run: Run, grid: Grid, flux: Field, speed: float, direction: float = 0.0) -> Field:

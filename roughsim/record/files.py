@@ -15,15 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
-from roughsim.means import UNITS
+from roughsim.foreign import refuse_foreign, regular_file
+from roughsim.means import PER_SPEED, UNITS
 
 Array = NDArray[np.float64]
-FORMAT = 1  # raised when older readers would misread
+FORMAT = 2  # raised when older readers would misread
 NUMBER_UNITS = UNITS | {
     "resting_flash_temperature": "K",
     "contact_fraction_corrected": "1",
     "plastic_fraction_corrected": "1",
 }
+OVER_SPEED = (*PER_SPEED, "resting_flash_temperature")
 FIELD_UNITS = {"heights": "m", "pressure": "Pa"}
 
 
@@ -45,6 +47,8 @@ class Member:
         "heights" (m) and "pressure" (Pa) in single precision, if kept.
     lengths : (float, float)
         Sides of the cell, m.
+    speeds : tuple of float
+        Sliding speeds of the arrays over speed, m/s.
     provenance : dict
         Versions, numerics, seed, residual, iterations, times.
     """
@@ -57,6 +61,7 @@ class Member:
     spectrum: Array = field(default_factory=lambda: np.empty(0))
     fields: dict[str, NDArray[np.float32]] = field(default_factory=dict)
     lengths: tuple[float, float] = (1.0, 1.0)
+    speeds: tuple[float, ...] = ()
     provenance: dict[str, Any] = field(default_factory=dict)
 
     def without_arrays(self) -> Member:
@@ -131,13 +136,13 @@ def read_member(path: Path, *, with_fields: bool = False) -> Member:
 def kept_fields(path: Path) -> tuple[str, ...]:
     """Return the names of the fields that a realization's file holds, without reading them; errors as `read_member`."""
     with _opened(path) as file:
-        return tuple(name for name in FIELD_UNITS if f"entry/fields/{name}" in file)
+        return tuple(name for name in FIELD_UNITS if name in file)
 
 
 def read_field(path: Path, name: str) -> NDArray[np.float32]:
     """Read one field of a realization's file and check its bytes; errors as `read_member`."""
     with _opened(path) as file:
-        return _field(file["entry/fields"][name], name)
+        return _field(file[name], name)
 
 
 @contextmanager
@@ -146,30 +151,30 @@ def _opened(path: Path) -> Iterator[Any]:
     import h5py
 
     try:
-        with h5py.File(path, "r") as file:
-            _check_format(path, int(file.attrs["format_version"]))
+        with h5py.File(regular_file(path), "r") as file:
+            check_format(path, int(file.attrs["format_version"]))
+            refuse_foreign(file, path)
             yield file
     except RecordError:
         raise
     except FileNotFoundError:
         raise RecordError(f"{path} does not exist") from None
-    except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
+    except (OSError, LookupError, ValueError, TypeError, RuntimeError) as error:
         raise RecordError(f"{path} is damaged ({error}); delete it and run the scene again to redo it") from error
 
 
 def _fill(file: Any, member: Member) -> None:
+    """Put all arrays into the root group, as netCDF-4 has it; the groups of NeXus below link to them again."""
     file.attrs.update(NX_class="NXroot", default="entry", format="roughsim realization", format_version=FORMAT)
     entry = file.create_group("entry")
     entry.attrs.update(NX_class="NXentry", default="fields" if member.fields else "stress")
     file.attrs["header"] = header = json.dumps(_header(member), sort_keys=True)
-    numbers: list[NDArray[Any]] = []
+    arrays: list[NDArray[Any]] = []
     if member.numbers:
-        flat = np.concatenate([np.ravel(values) for values in member.numbers.values()]).astype("<f8")
-        entry.create_dataset("numbers", data=flat, chunks=flat.shape, fletcher32=True)
-        numbers = [flat, *_fill_stress(entry, member)]
+        arrays = [*_fill_numbers(file, member), *_fill_stress(file, member)]
     if member.fields:
-        _fill_fields(entry, member)
-    file.attrs["sha256"] = _digest(header, numbers)
+        _fill_fields(file, member)
+    file.attrs["sha256"] = _digest(header, arrays)
 
 
 def _digest(header: str, arrays: list[NDArray[Any]]) -> str:
@@ -181,60 +186,88 @@ def _digest(header: str, arrays: list[NDArray[Any]]) -> str:
 
 def _header(member: Member) -> dict[str, Any]:
     """All that is not an array; guarded by the digest."""
-    layout = [[name, list(np.shape(values))] for name, values in member.numbers.items()]  # in the order of the numbers
     return {
         "level": member.level,
         "index": member.index,
         "failure": member.failure,
-        "layout": layout,
-        "units": {name: NUMBER_UNITS[name] for name in member.numbers},
-        "fields": list(member.fields),
+        "numbers": [[name, list(np.shape(values))] for name, values in member.numbers.items()],  # in their order
+        "fields": [[name, list(values.shape)] for name, values in member.fields.items()],
         "lengths": list(member.lengths),
+        "speeds": list(member.speeds),
         "provenance": member.provenance,
     }
 
 
-def _fill_stress(entry: Any, member: Member) -> list[NDArray[Any]]:
-    group = entry.create_group("stress")
-    group.attrs.update(NX_class="NXdata", signal="stress_spectrum", axes=["wavenumber"])
-    arrays = [np.ascontiguousarray(values, dtype="<f8") for values in (member.wavenumber, member.spectrum)]
-    scale = group.create_dataset("wavenumber", data=arrays[0], chunks=arrays[0].shape, fletcher32=True)
-    signal = group.create_dataset("stress_spectrum", data=arrays[1], chunks=arrays[1].shape, fletcher32=True)
-    scale.attrs["units"], signal.attrs["units"] = "1/m", "Pa^2"
-    scale.make_scale("wavenumber")
-    signal.dims[0].attach_scale(scale)
+def _fill_numbers(file: Any, member: Member) -> list[NDArray[Any]]:
+    speed = _store_scale(file, "speed", np.array(member.speeds, dtype="<f8"), "m/s")
+    arrays = []
+    for name, values in member.numbers.items():
+        wide = name in OVER_SPEED
+        data = np.asarray(values, dtype="<f8").reshape((len(member.speeds),) if wide else ())
+        guard = {"chunks": data.shape, "fletcher32": True} if wide else {}  # no filter can guard a scalar
+        dataset = file.create_dataset(name, data=data, **guard)
+        dataset.attrs["units"] = NUMBER_UNITS[name]
+        if wide:
+            dataset.dims[0].attach_scale(speed)
+        arrays.append(data)
+    _link(file, "numbers", "flash_temperature", ["speed"], list(member.numbers))
     return arrays
 
 
-def _fill_fields(entry: Any, member: Member) -> None:
-    group = entry.create_group("fields")
-    group.attrs.update(NX_class="NXdata", signal="pressure", axes=["x", "y"])
+def _fill_stress(file: Any, member: Member) -> list[NDArray[Any]]:
+    arrays = [np.ascontiguousarray(values, dtype="<f8") for values in (member.wavenumber, member.spectrum)]
+    scale = _store_scale(file, "wavenumber", arrays[0], "1/m")
+    signal = file.create_dataset("stress_spectrum", data=arrays[1], chunks=arrays[1].shape, fletcher32=True)
+    signal.attrs["units"] = "Pa^2"
+    signal.dims[0].attach_scale(scale)
+    _link(file, "stress", "stress_spectrum", ["wavenumber"], [])
+    return arrays
+
+
+def _fill_fields(file: Any, member: Member) -> None:
     shape = next(iter(member.fields.values())).shape
     for axis, points, length in zip("xy", shape, member.lengths, strict=True):
-        group.create_dataset(axis, data=np.arange(points) * (length / points)).attrs["units"] = "m"
-        group[axis].make_scale(axis)
+        _store_scale(file, axis, np.arange(points) * (length / points), "m")
     for name, values in member.fields.items():
         data = np.ascontiguousarray(values, dtype="<f4")
         chunks = tuple(min(n, 256) for n in data.shape)
         options = {"compression": "gzip", "compression_opts": 1, "shuffle": True, "fletcher32": True}
-        dataset = group.create_dataset(name, data=data, chunks=chunks, **options)
-        dataset.attrs.update(units=FIELD_UNITS[name], sha256=_digest(name, [data]))
+        dataset = file.create_dataset(name, data=data, chunks=chunks, **options)
+        dataset.attrs.update(units=FIELD_UNITS[name], sha256=_digest(name, [data]), interpretation="image")
         for number, scale in enumerate("xy"):
-            dataset.dims[number].attach_scale(group[scale])
+            dataset.dims[number].attach_scale(file[scale])
+    _link(file, "fields", "pressure", ["x", "y"], [name for name in member.fields if name != "pressure"])
+
+
+def _store_scale(file: Any, name: str, data: Array, unit: str) -> Any:
+    scale = file.create_dataset(name, data=data, chunks=data.shape, fletcher32=True)
+    scale.attrs["units"] = unit
+    scale.make_scale(name)
+    return scale
+
+
+def _link(file: Any, name: str, signal: str, axes: list[str], others: list[str]) -> None:
+    """Make the group that viewers draw: hard links to a signal, its axes, and what stands beside it."""
+    group = file["entry"].create_group(name)
+    group.attrs.update(NX_class="NXdata", signal=signal, axes=axes)
+    for array in dict.fromkeys((signal, *axes, *others)):
+        if array in file:
+            group[array] = file[array]
 
 
 def _take(file: Any, *, with_fields: bool) -> Member:
     text = str(file.attrs["header"])
-    header = json.loads(text)
-    entry, numbers, arrays = file["entry"], {}, []
+    header = _checked_header(json.loads(text))
+    numbers: dict[str, Array] = {}
     wavenumber = spectrum = np.empty(0)
-    if header["layout"]:
-        flat = entry["numbers"][()]
-        wavenumber, spectrum = entry["stress/wavenumber"][()], entry["stress/stress_spectrum"][()]
-        numbers, arrays = _split(flat, header["layout"]), [flat, wavenumber, spectrum]
+    arrays: list[Array] = []
+    if header["numbers"]:
+        numbers = {name: np.reshape(file[name][()], shape) for name, shape in header["numbers"]}
+        wavenumber, spectrum = file["wavenumber"][()], file["stress_spectrum"][()]
+        arrays = [*numbers.values(), wavenumber, spectrum]
     if _digest(text, arrays) != file.attrs["sha256"]:
         raise ValueError("its SHA-256 does not match")
-    fields = {name: _field(entry["fields"][name], name) for name in header["fields"]} if with_fields else {}
+    fields = {name: _field(file[name], name, shape) for name, shape in header["fields"] if with_fields}
     return Member(
         header["level"],
         header["index"],
@@ -244,28 +277,38 @@ def _take(file: Any, *, with_fields: bool) -> Member:
         spectrum,
         fields,
         (header["lengths"][0], header["lengths"][1]),
+        tuple(header["speeds"]),
         header["provenance"],
     )
 
 
-def _field(dataset: Any, name: str) -> NDArray[np.float32]:
+def _field(dataset: Any, name: str, shape: list[int] | None = None) -> NDArray[np.float32]:
     data: NDArray[np.float32] = dataset[()]
-    if _digest(name, [data]) != dataset.attrs["sha256"]:
+    if _digest(name, [data]) != dataset.attrs["sha256"] or list(data.shape) != (shape or list(data.shape)):
         raise ValueError(f"the SHA-256 of its {name} does not match")
     return data
 
 
-def _split(flat: Array, layout: list[tuple[str, list[int]]]) -> dict[str, Array]:
-    numbers, start = {}, 0
-    for name, shape in layout:
-        size = int(np.prod(shape))
-        numbers[name] = flat[start : start + size].reshape(shape)
-        start += size
-    if start != flat.size:
-        raise ValueError("its numbers do not fit their layout")
-    return numbers
+def _checked_header(header: dict[str, Any]) -> dict[str, Any]:
+    """Return what `_header` made; ValueError if some of it is not what the writer writes."""
+    wide = len(header["speeds"])
+    sound = {
+        "numbers": all(
+            name in NUMBER_UNITS and shape == [wide if name in OVER_SPEED else 1] for name, shape in header["numbers"]
+        ),
+        "fields": all(name in FIELD_UNITS and len(shape) == 2 for name, shape in header["fields"]),
+        "failure": isinstance(header["failure"], str) and bool(header["failure"]) != bool(header["numbers"]),
+        "provenance": isinstance(header["provenance"], dict),
+    }
+    for name, good in sound.items():
+        if not good:
+            raise ValueError(f"its header has {name} that no writer of this format makes")
+    return header
 
 
-def _check_format(path: Path, version: int) -> None:
+def check_format(path: Path, version: int) -> None:
+    """Refuse a version of the format that this reader does not know, RecordError."""
     if version > FORMAT:
         raise RecordError(f"{path} has format version {version}; this roughsim reads up to {FORMAT}: update it")
+    if version < FORMAT:
+        raise RecordError(f"{path} has format version {version}; this roughsim reads {FORMAT}: run the scene again")

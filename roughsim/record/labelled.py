@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.means import PER_SPEED
+from roughsim.errors import RecordError
 from roughsim.record.fields import kept
-from roughsim.record.files import FIELD_UNITS, NUMBER_UNITS, member_path, read_field, read_member
+from roughsim.record.files import FIELD_UNITS, NUMBER_UNITS, OVER_SPEED, member_path, read_field, read_member
 
 if TYPE_CHECKING:
     from roughsim.record.run import Run
 
+Array = NDArray[Any]
 _HEATED = ("flash_temperature", "flash_gradient", "flash_laplacian", "resting_flash_temperature")
 _WORDS = {
     "flash_temperature": "<T sigma>/<sigma>, steady sliding, averaged over directions",
@@ -35,26 +38,31 @@ _WORDS = {
 }
 
 
-class KeptFields:
-    """The stored field `name` of the kept members of a level, (realization, x, y), read one by one when asked for."""
+class Stored:
+    """Arrays of many files as one, (file, ...): each is read when it is asked for; NaN where there is no file."""
 
-    dtype = np.dtype(np.float32)
+    def __init__(self, paths: list[Path | None], shape: tuple[int, ...], read: Callable[[Path], Array], kind: str):
+        self.paths, self.read = paths, read
+        self.shape, self.dtype = (len(paths), *shape), np.dtype(kind)
 
-    def __init__(self, run: Run, level: int, indices: list[int], name: str):
-        self.paths = [member_path(run.folder, level, index) for index in indices]
-        self.name = name
-        self.shape = (len(indices), *run.numerics.grid(level).shape)
+    def __iter__(self) -> Iterator[Array]:
+        return (self._one(path) for path in self.paths)
 
-    def __iter__(self) -> Iterator[NDArray[np.float32]]:
-        return (read_field(path, self.name) for path in self.paths)
-
-    def __getitem__(self, key: tuple[Any, ...]) -> NDArray[np.float32]:
+    def __getitem__(self, key: tuple[Any, ...]) -> Array:
         which, *inside = key
         if isinstance(which, (int, np.integer)):
-            one: NDArray[np.float32] = read_field(self.paths[which], self.name)[tuple(inside)]
+            one: Array = self._one(self.paths[which])[tuple(inside)]
             return one
-        chosen = [read_field(path, self.name)[tuple(inside)] for path in self.paths[which]]
+        chosen = [self._one(path)[tuple(inside)] for path in self.paths[which]]
         return np.stack(chosen) if chosen else np.empty((0, *self.shape[1:]), self.dtype)[(slice(None), *inside)]
+
+    def _one(self, path: Path | None) -> Array:
+        if path is None:
+            return np.full(self.shape[1:], np.nan, self.dtype)
+        values = self.read(path)
+        if values.shape != self.shape[1:]:
+            raise RecordError(f"{path} holds an array of shape {values.shape}, but this run has {self.shape[1:]}")
+        return values
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,7 +71,7 @@ class Labelled:
 
     name: str
     axes: tuple[str, ...]
-    data: NDArray[Any] | KeptFields
+    data: NDArray[Any] | Stored
     attributes: dict[str, Any]
 
 
@@ -95,7 +103,7 @@ def numbers(run: Run) -> Iterator[Labelled]:
     yield Labelled("heat_partition", ("speed",), run.heat_partition, share)
     members = {key: member for key, member in run.members.items() if key[1] < count}
     for name in next(member for member in members.values() if not member.failure).numbers:
-        wide = name in (*PER_SPEED, "resting_flash_temperature")
+        wide = name in OVER_SPEED
         values = np.full((levels, count, len(run.scene.speeds) if wide else 1), np.nan)
         for (level, index), member in members.items():
             if not member.failure:
@@ -123,28 +131,34 @@ def _solves(members: dict[tuple[int, int], Any], shape: tuple[int, int]) -> Iter
 
 
 def _spectra(run: Run, level: int, count: int) -> Iterator[Labelled]:
-    """The stress spectra of a level, read one by one."""
-    wavenumber = spectra = np.empty(0)
-    for index in range(count):
-        if (level, index) not in run.members or run.members[level, index].failure:
-            continue
-        member = read_member(member_path(run.folder, level, index))
-        if not spectra.size:
-            wavenumber, spectra = member.wavenumber, np.full((count, member.wavenumber.size), np.nan)
-        spectra[index] = member.spectrum
+    """The stress spectra of a level, unread but for the first, which has the wavenumbers of all."""
+    there = [(level, index) in run.members and not run.members[level, index].failure for index in range(count)]
+    paths = [member_path(run.folder, level, index) if there[index] else None for index in range(count)]
+    first = next((path for path in paths if path), None)
+    if first is None:
+        return
+    wavenumber = read_member(first).wavenumber
     axis = f"wavenumber_L{level}"
     yield Labelled(axis, (axis,), wavenumber, {"units": "1/m"})
     attributes = {"units": "Pa^2", "description": _WORDS["stress_spectrum"]} | _of_level(run, level)
+    spectra = Stored(paths, wavenumber.shape, lambda path: read_member(path).spectrum, "<f8")
     yield Labelled(f"stress_spectrum_L{level}", ("realization", axis), spectra, attributes)
 
 
 def fields(run: Run, indices: list[int]) -> Iterator[Labelled]:
     """Yield the stored fields of the kept realizations, level by level, unread."""
     for level in range(len(run.numerics.levels) if indices else 0):
+        paths: list[Path | None] = [member_path(run.folder, level, index) for index in indices]
+        shape = run.numerics.grid(level).shape
         for name, unit in FIELD_UNITS.items():
             axes = ("kept_realization", f"x_L{level}", f"y_L{level}")
             attributes = {"units": unit, "description": _WORDS[name]} | _of_level(run, level)
-            yield Labelled(f"{name}_L{level}", axes, KeptFields(run, level, indices, name), attributes)
+            stack = Stored(paths, shape, partial(_field_of, name), "<f4")
+            yield Labelled(f"{name}_L{level}", axes, stack, attributes)
+
+
+def _field_of(name: str, path: Path) -> Array:
+    return read_field(path, name)
 
 
 def _of_level(run: Run, level: int) -> dict[str, Any]:
@@ -182,7 +196,7 @@ def to_xarray(run: Run) -> Any:
     axes = {a.name: (a.axes, a.data, a.attributes) for a in coordinates(run, indices)}
     variables: dict[str, Any] = {}
     for array in (*numbers(run), *fields(run, indices)):
-        data = lazily(array.data) if isinstance(array.data, KeptFields) else array.data
+        data = lazily(array.data) if isinstance(array.data, Stored) else array.data
         place = axes if array.axes == (array.name,) else variables
         place[array.name] = (array.axes, data, array.attributes)
     return xarray.Dataset(variables, axes, about(run))

@@ -56,9 +56,11 @@ def _create(path: Path, text: str) -> bool:
 
 
 def _owner(path: Path) -> dict[str, object]:
+    if not path.is_file():  # a pipe would block
+        return {}
     try:
         owner = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return {}
     return owner if isinstance(owner, dict) else {}
 
@@ -69,7 +71,7 @@ def _alive(owner: dict[str, object]) -> bool:
         return "host" in owner
     try:
         os.kill(int(str(owner.get("pid"))), 0)
-    except (ProcessLookupError, ValueError):
+    except (ProcessLookupError, ValueError, OverflowError):
         return False
     except PermissionError:
         return True

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from functools import cached_property
 from math import nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +17,7 @@ from roughsim.errors import RecordError
 from roughsim.estimate import LEAST, Estimate, estimate, first_sufficient, standard_error
 from roughsim.ladder import Values, observe
 from roughsim.means import PER_SPEED, RADII, UNITS, Sample
-from roughsim.record.files import FORMAT, Member, member_path, place_bytes, read_member
+from roughsim.record.files import Member, member_path, read_member
 
 if TYPE_CHECKING:
     from roughsim.numerics import Numerics
@@ -47,11 +46,21 @@ class Run:
         Where it stops in any case.
     heat_partition : ndarray
         Share of the heat that temperatures are reported with, per speed.
-    damaged : dict of (int, int) to str, or None
-        By level and index, what is wrong with the files that are left out; None where a damaged file is an error.
+    reasons : list of [str, str, str]
+        What the plan chose and why, as `plan` told it; empty if the numerics were given without reasons.
+    damaged : dict of (int, int) to str
+        Level and index of files that could not be used, and why; empty unless opened with ``damaged="skip"``.
     """
 
-    def __init__(self, folder: Path, description: dict[str, Any], scene: Scene, numerics: Numerics):
+    def __init__(
+        self,
+        folder: Path,
+        description: dict[str, Any],
+        scene: Scene,
+        numerics: Numerics,
+        *,
+        skip_damaged: bool = False,
+    ):
         self.folder = folder
         self.scene = scene
         self.numerics = numerics
@@ -59,9 +68,12 @@ class Run:
         self.until: dict[str, float] = description["until"]
         self.max_realizations: int = description["max_realizations"]
         self.heat_partition: Array = np.array(description["heat_partition"])
+        self.reasons: list[list[str]] = description["reasons"]
         self.members: dict[tuple[int, int], Member] = {}
         self._short = LEAST - 1  # so many sound realizations are known not to meet the targets
-        self.damaged: dict[tuple[int, int], str] | None = None
+        self.damaged: dict[tuple[int, int], str] = {}
+        self._identity = _identity(description)
+        self._skip_damaged = skip_damaged
 
     def take(self, member: Member) -> None:
         """Count a member that has just been stored, without reading it back."""
@@ -85,14 +97,23 @@ class Run:
                 path = member_path(self.folder, level, index)
                 if not path.exists():
                     return False
-                try:
-                    self.members[level, index] = read_member(path).without_arrays()
-                except RecordError as error:
-                    if self.damaged is None:
-                        raise
-                    self.damaged[level, index] = str(error)
-                    self.members[level, index] = Member(level, index, failure=str(error))
+                self.members[level, index] = self._member(path, level, index)
         return True
+
+    def _member(self, path: Path, level: int, index: int) -> Member:
+        """Read one member; where that is wanted, a damaged file stands as a failed member."""
+        try:
+            member = read_member(path).without_arrays()
+            told = {"residual", "iterations", "versions"} <= set(member.provenance)
+            if not told or _identity(member.provenance) != self._identity:
+                raise RecordError(f"{path} is of another run: its scene, seed or numerics differ; delete it to redo it")
+        except RecordError as error:
+            if not self._skip_damaged:
+                raise
+            self.damaged[level, index] = str(error)
+            provenance = {"residual": nan, "iterations": 0, "versions": {}}
+            return Member(level, index, failure=str(error), provenance=provenance)
+        return member
 
     @cached_property
     def _available(self) -> int:
@@ -334,67 +355,9 @@ class Run:
         return to_xarray(self)
 
 
-def describe(folder: Path, description: dict[str, Any], scene: Scene) -> None:
-    """Write what a run is, before anything slow."""
-    (folder / "realizations").mkdir(parents=True, exist_ok=True)
-    place_bytes(folder / "scene.toml", scene.to_toml().encode())
-    place_bytes(folder / "run.json", (json.dumps(description, indent=1) + "\n").encode())
-
-
-def read_description(folder: Path) -> dict[str, Any]:
-    """Return what `describe` wrote.
-
-    Raises
-    ------
-    RecordError
-        If the folder is no run, or one of a newer format.
-    """
-    path = folder / "run.json"
-    if not folder.exists():
-        raise RecordError(f"{folder} does not exist; start it with: roughsim run SCENE -o {folder}")
-    try:
-        description = json.loads(path.read_text(encoding="utf-8"))
-        version = int(description["format_version"])
-    except FileNotFoundError:
-        raise RecordError(f"{folder} is no run: it has no run.json") from None
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise RecordError(f"{path} is damaged ({error})") from error
-    if version > FORMAT:
-        raise RecordError(f"{path} has format version {version}; this roughsim reads up to {FORMAT}: update it")
-    return dict(description)
-
-
-def open_run(folder: str | Path, *, damaged: Literal["refuse", "leave out"] = "refuse") -> Run:
-    """Open a run folder for reading, also while another process writes to it.
-
-    Parameters
-    ----------
-    folder : str or Path
-        What `run` was given.
-    damaged : {"refuse", "leave out"}
-        What becomes of damaged files among good ones: an error, or entries of `Run.damaged`.
-
-    Returns
-    -------
-    Run
-        With `estimate`, `samples` and `correlation`.
-
-    Raises
-    ------
-    RecordError
-        If it is no run, of a newer format, or one of its files is damaged.
-    """
-    from roughsim.numerics import Numerics
-    from roughsim.scene import load_scene
-
-    place = Path(folder)
-    description = read_description(place)
-    try:
-        scene = load_scene(place / "scene.toml")
-        numerics = Numerics.from_dict(description["numerics"])
-        run = Run(place, description, scene, numerics)
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise RecordError(f"{place} cannot be opened: {error}") from error
-    run.damaged = {} if damaged == "leave out" else None
-    run.refresh()
-    return run
+def _identity(description: dict[str, Any]) -> tuple[Any, Any]:
+    """What a run and each of its files must have in common: scene with seed, and numerics but for what is kept."""
+    numerics = description.get("numerics")
+    if isinstance(numerics, dict):
+        numerics = {key: value for key, value in numerics.items() if key != "keep_fields"}
+    return description.get("scene"), numerics

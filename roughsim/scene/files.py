@@ -13,6 +13,7 @@ from typing import Any
 from roughsim.scene.messages import SceneError, plain, shown
 from roughsim.scene.model import Scene
 from roughsim.scene.quantities import MAX_ROWS
+from roughsim.scene.sections import ROUGHNESS_KEYS
 
 MAX_BYTES = 64 * 1024
 
@@ -154,11 +155,13 @@ def _toml_error(text: str, message: str) -> str:
 
 
 def _with_tables(content: dict[str, Any], folder: Path | None) -> dict[str, Any]:
-    """The content with each `psd_file` replaced by the table it holds: files count by content."""
+    """The content with each `psd_file` and `topography` replaced by the table C(q) it holds: files count by content."""
     result = dict(content)
     for name in ("surface", "counterface"):
         section = content.get(name)
-        if isinstance(section, dict) and "psd_file" in section:
+        if isinstance(section, dict) and "topography" in section:
+            result[name] = _measured(section, name, folder)
+        elif isinstance(section, dict) and "psd_file" in section:
             rest = {key: value for key, value in section.items() if key != "psd_file"}
             if "psd" in rest:
                 raise SceneError(f"{name}.psd_file and {name}.psd are both given; keep exactly one")
@@ -166,16 +169,41 @@ def _with_tables(content: dict[str, Any], folder: Path | None) -> dict[str, Any]
     return result
 
 
-def _table(value: Any, key: str, folder: Path | None) -> list[list[float]]:
-    """The rows of a text file of two columns, q in rad/m and C in m⁴."""
+def _measured(section: dict[str, Any], name: str, folder: Path | None) -> dict[str, Any]:
+    """The section with the C(q) of a measured map in place of its `topography`."""
+    from roughsim.topography import read_topography
+
+    rest = {key: value for key, value in section.items() if key != "topography"}
+    other = next((key for key in rest if key in (*ROUGHNESS_KEYS, "psd_file")), None)
+    if other is not None:
+        raise SceneError(
+            f"{name}.{other} does not go with {name}.topography, whose map fixes C(q); remove one of the two"
+        )
+    path = _beside(section["topography"], f"{name}.topography", '"scan.x3p"', folder)
+    try:
+        spectrum = read_topography(path).spectrum
+    except (OSError, ValueError, ImportError) as error:
+        raise SceneError(f"{name}.topography = {shown(section['topography'])}: {error}") from None
+    rows = [[float(q), float(psd)] for q, psd in zip(spectrum.q, spectrum.psd, strict=True)]
+    return {**rest, "psd": rows, "psd_convention": "persson"}
+
+
+def _beside(value: Any, key: str, example: str, folder: Path | None) -> Path:
+    """The path of a file that a scene names, which lies beside the scene."""
     if not isinstance(value, str) or not value:
-        raise SceneError(f'{key} = {shown(value)} must be the path of a file, for example "psd.csv"')
+        raise SceneError(f"{key} = {shown(value)} must be the path of a file, for example {example}")
     if folder is None:
         raise SceneError(
             f"{key} = {shown(value)} needs a scene file to lie beside; write the table as psd = [[q, C], ...]"
         )
+    return folder / value
+
+
+def _table(value: Any, key: str, folder: Path | None) -> list[list[float]]:
+    """The rows of a text file of two columns, q in rad/m and C in m⁴."""
+    path = _beside(value, key, '"psd.csv"', folder)
     try:
-        text = _text(folder / value, "the table", 1024 * 1024)
+        text = _text(path, "the table", 1024 * 1024)
     except (SceneError, FileNotFoundError) as error:
         raise SceneError(f"{key} = {shown(value)}: {error}") from None
     lines = [(n, line.split("#")[0].strip()) for n, line in enumerate(text.splitlines(), start=1)]

@@ -36,7 +36,7 @@ def section(name: str) -> Callable[[type[Record]], type[Record]]:
 
     def register(record: type[Record]) -> type[Record]:
         keys = tuple(field.name for field in fields(record))  # type: ignore[arg-type]
-        _KNOWN[name] = (*keys, "psd_file") if "psd" in keys else keys
+        _KNOWN[name] = (*keys, "psd_file", "topography") if "psd" in keys else keys
         construct = record.__init__
 
         def checked(self: Record, *args: Any, **values: Any) -> None:
@@ -75,7 +75,7 @@ class SurfaceSection:
     rms_slope : float or None
         √⟨|∇h|²⟩, dimensionless.
     psd : tuple of (float, float) or None
-        Rows (q in rad/m, C in m⁴), what `psd_file` held.
+        Rows (q in rad/m, C in m⁴), what `psd_file` held or the map `topography` has.
     psd_convention : str or None
         "persson" (⟨h²⟩ = 2π ∫ q C dq) or "surfacetopography" (C is 4π² larger).
     hurst, q_min, q_roll_off, q_max, roll_off_exponent : float or None

@@ -1,0 +1,72 @@
+"""A run as one page that can be mailed: scene, plan, comparison, errors, figures and provenance, all in one file."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+from string import Template
+from typing import TYPE_CHECKING
+
+from roughsim.record.files import place_bytes
+from roughsim.report.markup import joined, tag, text
+from roughsim.report.pictures import figures
+from roughsim.report.sections import answer, budget, compared, comparison, header, origin, plan_of, scene_of
+
+if TYPE_CHECKING:
+    from roughsim.record import Run
+
+ENDINGS = (".html", ".htm")
+
+
+def report_run(run: Run, path: str | Path | None = None) -> Path:
+    """Write a run as one self-contained HTML page: no script, no outside request, printable.
+
+    Parameters
+    ----------
+    run : Run
+        From `run` or `open_run`, also one that is still going on, or has no realization yet. Opened with
+        ``damaged="skip"``, damaged files are named and the others shown.
+    path : str or Path, optional
+        Of the page: .html; written anew if it is there. Left out: beside the run folder, named after it.
+
+    Returns
+    -------
+    Path
+        Where the page is.
+
+    Raises
+    ------
+    ValueError
+        If the ending is not .html.
+    OSError
+        If the disk refuses, naming the path.
+    """
+    folder = run.folder.resolve()
+    place = folder.with_name(f"{folder.name}.html") if path is None else Path(path)
+    if place.suffix.lower() not in ENDINGS:
+        raise ValueError(f"path = {str(place)!r} of a report must end in .html")
+    place.parent.mkdir(parents=True, exist_ok=True)
+    place_bytes(place, page(run).encode())
+    return place
+
+
+def page(run: Run) -> str:
+    """Return the page of a run as HTML."""
+    found = compared(run)
+    parts = {
+        "Result": answer(found),
+        "Comparison": comparison(found),
+        "Errors": budget(run),
+        "Pictures": figures(run),
+        "Plan": plan_of(run),
+        "Scene": scene_of(run),
+        "Provenance": origin(run),
+    }
+    links = (tag("a", name, href=f"#{name.lower()}") for name in parts)
+    sections = (tag("section", tag("h2", name), content, id=name.lower()) for name, content in parts.items())
+    body = joined(header(run), tag("nav", *links), *sections)
+    template = Template((resources.files("roughsim.report") / "page.html").read_text(encoding="utf-8"))
+    return template.substitute(title=text(run.scene.title or run.folder.resolve().name), body=body)
+
+
+__all__ = ["page", "report_run"]

@@ -1,0 +1,257 @@
+"""The sections of a report, from what a run says of itself."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roughsim.compare import compare
+from roughsim.estimate import SOURCES
+from roughsim.means import PER_SPEED, UNITS
+from roughsim.record import writer
+from roughsim.report.markup import Html, grouped_table, joined, number, plus_minus, table, tag
+from roughsim.report.pictures import picture
+from roughsim.status import clock, reached, status_dict
+from roughsim.tables import SHOWN
+
+if TYPE_CHECKING:
+    from roughsim.compare import Comparison, Row
+    from roughsim.estimate import Estimate
+    from roughsim.record import Run
+
+COLUMNS = {
+    "theory": "theory",
+    "smoothed": "smoothed: elastic contact on the smoothed spectrum",
+    "capped": "capped: contact of the surface, p\N{NO-BREAK SPACE}≤\N{NO-BREAK SPACE}hardness",
+    "elastic": "elastic contact of the surface",
+}
+_FEW_ROWS = 6  # of a table C(q) in the text of the scene
+
+
+def header(run: Run) -> Html:
+    """Return the title and where the run stands."""
+    counted = f"{run.realizations} realizations"
+    failed = f", {run.failed} failed and left out of all means" if run.failed else ""
+    parts = [
+        tag("h1", run.scene.title or run.folder.resolve().name),
+        tag(
+            "p",
+            f"Flash temperature of a sliding rough contact, theory beside simulation. {counted}{failed}; {_state(run)}",
+            css="state",
+        ),
+    ]
+    if run.damaged:
+        parts.append(tag("p", "Damaged files, left out; all else is shown:", css="warning"))
+        parts.append(tag("ul", *(tag("li", reason) for reason in run.damaged.values()), css="plain"))
+    return joined(*parts)
+
+
+def _state(run: Run) -> str:
+    if run.target_met:
+        return f"finished, the target is met{reached(run)}"
+    if run.realizations >= run.max_realizations:
+        return f"finished, all realizations are there{reached(run)}"
+    if writer(run.folder):
+        left = status_dict(run)["seconds_left"]
+        return "being computed while this was written" + (f", {clock(left)} left" if left is not None else "")
+    return f"not finished{reached(run)}"
+
+
+def compared(run: Run) -> Comparison | Html:
+    """Return the comparison of a run, or the sentence that says why there is none yet."""
+    try:
+        return compare(run)
+    except ValueError as error:  # fewer than two sound realizations
+        return tag("p", f"There is nothing to compare yet: {error}", css="warning")
+
+
+def answer(found: Comparison | Html) -> Html:
+    """Return the flash temperature at the highest speed in each column, and the figure of the comparison."""
+    if isinstance(found, Html):
+        return found
+    row = max((r for r in found.rows if r.observable == "flash_temperature"), key=lambda r: r.speed or 0.0)
+    boxes = [_box("theory", number(row.theory))]
+    boxes += [_box(name, plus_minus(cell.mean, cell.standard_error)) for name, cell in row.columns.items()]
+    told = [tag("li", _ratio_words(name, row)) for name in row.ratios]
+    caption = (
+        "Roughness, stress correlation g(r), flash temperature T, hot-spot width D and slope length d over the sliding "
+        "speed. Bands are ± 2 standard errors; the black line is the theory over the whole spectrum."
+    )
+    return joined(
+        tag("p", f"Flash temperature ⟨Tσ⟩/⟨σ⟩ at {row.speed:g} m/s, with the heat share {_share(found.run)}:"),
+        tag("ul", *boxes, css="answer"),
+        tag("ul", *told, css="plain"),
+        picture(found.chart, ".svg", caption),
+    )
+
+
+def _box(column: str, value: Html) -> Html:
+    label = tag("span", COLUMNS[column], css="label")
+    return tag("li", tag("span", value, tag("small", " K"), css="value"), label, css=column)
+
+
+def _ratio_words(name: str, row: Row) -> Html:
+    above, _, below = name.partition("_over_")
+    found = row.ratios[name]
+    tested = {
+        "smoothed_over_theory": "tests the weight W(q) of the theory",
+        "capped_over_smoothed": "tests the plastic smoothing, Eq. (27); γ drops out",
+        "elastic_over_theory": "tests the weight W(q) of the theory",
+    }
+    return Html(f"{above} / {below} = {plus_minus(found.value, found.standard_error)}: {tested.get(name, '')}")
+
+
+def _share(run: Run) -> str:
+    low, high = run.heat_partition.min(), run.heat_partition.max()
+    return f"{high:.3g}" if high - low < 1e-12 else f"{low:.3g} to {high:.3g}, by speed"
+
+
+def comparison(found: Comparison | Html) -> Html:
+    """Return the whole table of theory beside simulation."""
+    if isinstance(found, Html):
+        return found
+    first = found.rows[0]
+    titles = ["m/s", "theory", *first.columns, *(name.replace("_over_", " / ") for name in first.ratios), ""]
+    groups = {name: [row for row in found.rows if row.observable == name] for name in UNITS}
+    rows = {_name(name): [_row(row) for row in members] for name, members in groups.items() if members}
+    note = (
+        "± standard errors. The theory is summed over the modes of the simulation: both see the same roughness. "
+        "identity: fixed by force balance. at q_c: no limit in the cut-off. Neither counts as agreement."
+    )
+    return joined(grouped_table(titles, rows), tag("p", note, css="note"))
+
+
+def _name(observable: str) -> str:
+    unit = SHOWN[UNITS[observable]][0]
+    return observable.replace("_", " ") + (f", {unit}" if unit else "")
+
+
+def _row(row: Row) -> list[object]:
+    factor = SHOWN[row.unit][1]
+    cells: list[object] = ["" if row.speed is None else f"{row.speed:g}", number(row.theory * factor)]
+    cells += [plus_minus(cell.mean * factor, cell.standard_error * factor) for cell in row.columns.values()]
+    cells += [plus_minus(ratio.value, ratio.standard_error) for ratio in row.ratios.values()]
+    return [*cells, row.note]
+
+
+def budget(run: Run) -> Html:
+    """Return each reported mean with the parts of its error, and what was done about the cut-off."""
+    if not run.sound(run.realizations):
+        return tag("p", "There is no sound realization yet.", css="warning")
+    told = "; ".join(f"{source}: {words}" for source, words in SOURCES.items())
+    lead = "Means over all sound realizations, at the highest speed, with each source of error by itself."
+    note = f"A dash: no level tells, and it is not in the sum. {told[0].upper()}{told[1:]}."
+    parts = [tag("p", lead), tag("p", note, css="note")]
+    for column in run.numerics.columns:
+        found = [run.estimate(name, column) for name in UNITS]
+        parts += [tag("h3", COLUMNS[column]), _budget_table(run, found)]
+        parts.append(_notes(found))
+    return joined(*parts)
+
+
+def _notes(found: list[Estimate]) -> Html:
+    """What the estimates say beyond numbers, each once, with the observables that it is said of, unless of all."""
+    said: dict[str, list[str]] = {}
+    for one in found:
+        for note in one.notes:
+            if not note.startswith("speeds "):
+                said.setdefault(note, []).append(one.observable.replace("_", " "))
+    told = (note if len(names) == len(found) else f"{', '.join(names)}: {note}" for note, names in said.items())
+    return tag("ul", *(tag("li", line) for line in told), css="plain note")
+
+
+def _budget_table(run: Run, found: list[Estimate]) -> Html:
+    titles = ["observable", "m/s", "value", *SOURCES, "in all", "finest level − value"]
+    rows: list[list[object]] = []
+    for one in found:
+        factor = SHOWN[one.unit][1]
+        k = int(np.argmax(run.scene.speeds)) if one.observable in PER_SPEED else 0
+        speed = f"{run.scene.speeds[k]:g}" if one.observable in PER_SPEED else ""
+        parts = [*(one.budget[source][k] for source in SOURCES), one.total_error[k], one.bias[k]]
+        cells = [number(float(part) * factor, 2) for part in parts]
+        rows.append([_name(one.observable), speed, number(float(one.mean[k]) * factor), *cells])
+    return table(titles, rows, numbers=set(range(1, len(titles))))
+
+
+def plan_of(run: Run) -> Html:
+    """Return the choices of the plan with their reasons, or the numerics where they were given without any."""
+    if run.reasons:
+        reasons: list[list[object]] = [list(reason) for reason in run.reasons]
+        return table(["choice", "value", "because"], reasons, numbers=set())
+    given = "These numerics were given to the run without a plan, so there are no reasons to show."
+    rows: list[list[object]] = [[key.replace("_", " "), _shown(v)] for key, v in run.numerics.to_dict().items()]
+    return joined(tag("p", given), table(["numerics", "value"], rows, numbers=set()))
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        return "; ".join(
+            f"{a['column']} {a['shape'][0]} × {a['shape'][1]} to q_c = {a['q_max']:.3g} rad/m" for a in value
+        )
+    return str(value)
+
+
+def scene_of(run: Run) -> Html:
+    """Return the scene file, long tables C(q) cut short, and what follows from it."""
+    scene = run.scene
+    derived: list[list[object]] = [
+        ["effective modulus E*", number(scene.effective_modulus / 1e9), "GPa"],
+        ["rms height of both faces", number(scene.spectrum.rms_height * 1e6), "µm"],
+        ["rms slope of both faces, whole spectrum", number(scene.spectrum.rms_slope), ""],
+        ["penetration hardness", number(scene.penetration_hardness / 1e9), "GPa"],
+        ["thermal diffusivity", number(scene.diffusivity * 1e6), "mm²/s"],
+    ]
+    shown = re.sub(r"((?:^\[[^\[\]\n]*\],\n)+)", _shortened, scene.to_toml(), flags=re.MULTILINE)
+    return joined(table(["what follows from it", "", ""], derived, numbers={1}), tag("pre", shown))
+
+
+def _shortened(match: re.Match[str]) -> str:
+    rows = match[1].splitlines(keepends=True)
+    if len(rows) <= _FEW_ROWS:
+        return match[1]
+    half = _FEW_ROWS // 2
+    return "".join([*rows[:half], f"# … {len(rows) - 2 * half} rows more in scene.toml of the run …\n", *rows[-half:]])
+
+
+def origin(run: Run) -> Html:
+    """Return what is needed to have the same numbers again, and what they cost."""
+    sound = [member for member in run.members.values() if not member.failure]
+    name = run.folder.resolve().name
+    rows: list[list[object]] = [
+        ["run", name],
+        ["seed", str(run.seed)],
+        ["files", f"{len(run.members)} of one realization and level each"],
+    ]
+    if sound:
+        written = sorted(str(member.provenance.get("written", "")) for member in sound)
+        stages: Counter[str] = Counter()
+        for member in sound:
+            stages.update(member.provenance.get("seconds", {}))
+        cost = ", ".join(f"{stage} {clock(seconds)}" for stage, seconds in stages.items())
+        worst = max(float(member.provenance.get("residual", np.nan)) for member in sound)
+        rows += [["computed", f"{written[0]} to {written[-1]}"], ["time", cost], ["largest residual", f"{worst:.2g}"]]
+        versions = {
+            str(sorted(m.provenance.get("versions", {}).items())): m.provenance.get("versions", {}) for m in sound
+        }
+        rows += [["versions", ", ".join(f"{k} {v}" for k, v in found.items())] for found in versions.values()]
+    rows.append(["written", time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime())])
+    again = (
+        "Saved as scene.toml, the scene above gives these numbers again, to the bit on one kind of CPU with the same "
+        "versions:"
+    )
+    command = f"roughsim run scene.toml -o {name}"
+    failures = [
+        f"level {m.level}, realization {m.index}: {m.failure}"
+        for k, m in run.members.items()
+        if m.failure and k not in run.damaged
+    ]
+    lost = (
+        [tag("p", "Left out of all means:"), tag("ul", *(tag("li", f) for f in failures[:20]), css="plain")]
+        if failures
+        else []
+    )
+    return joined(table(["", ""], rows, numbers=set()), *lost, tag("p", again), tag("pre", command))
