@@ -2,7 +2,7 @@
 
     python experiments/budget.py [--toy] [-o FOLDER] [--workers N]
 
-Each scene is planned for a total error of T_flash, run until the statistical error that the plan names, and set beside
+Each scene is planned for a total error of T_flash (1 % for the steels, 2 % for the others), run until the statistical error that the plan names, and set beside
 what the plan foretold: realizations, error in all, CPU and wall time. Then the gain of solving fine levels for few
 realizations, by observable: the cost of all levels for every realization over that of the best split at equal
 statistical error, from the scatter that each steel run has found. --toy takes three quick scenes at 4 %.
@@ -175,7 +175,8 @@ def main() -> None:
     scenes |= {f"random-{i}": random_scene(i) for i in range(1, 3 if given.toy else 11)}
     rows, runs = [], {}
     for name, scene in scenes.items():
-        row, runs[name] = foretold_and_found(name, scene, 0.04 if given.toy else 0.01, given.output, given.workers)
+        target = 0.04 if given.toy else 0.01 if name in steels else 0.02
+        row, runs[name] = foretold_and_found(name, scene, target, given.output, given.workers)
         rows.append(row)
         print(f"{name}: done after {row.wall:.0f} s", flush=True)
     told(rows)
