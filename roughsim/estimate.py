@@ -144,12 +144,12 @@ def spread(values: Array, group: NDArray[np.intp] | None = None) -> tuple[Array,
     group = np.zeros(n, dtype=np.intp) if group is None else group
     variance, doubt = np.zeros(shape), np.zeros(shape)
     with np.errstate(invalid="ignore"):  # an undefined observable has an undefined error
-        square = (values - values.mean(axis=0)) ** 2
         for one in np.unique(group):
-            count = int((group == one).sum())
+            rows = values[group == one]
+            count = len(rows)
             if count < 2:
                 return np.full(shape, np.inf), np.zeros(shape)
-            part = square[group == one].sum(axis=0) * count / (count - 1) / n**2
+            part = count * rows.var(axis=0, ddof=1) / n**2
             variance, doubt = variance + part, doubt + part**2 / (count - 1)
         freedom = np.divide(variance**2, doubt, out=np.full(shape, n - 1.0), where=doubt > 0.0)
         rounding = 1e-12 * np.abs(values).max(axis=0)

@@ -182,8 +182,7 @@ def test_groups_that_scatter_differently_add_up():
     rows, group = rng.standard_normal((30, 1)), np.repeat([0, 1], [24, 6])
     rows[group == 1] *= 5.0
     error, freedom = est.spread(rows, group)
-    square = (rows - rows.mean()) ** 2
-    a, b = square[:24].sum() * 24 / 23 / 900, square[24:].sum() * 6 / 5 / 900
+    a, b = 24 * rows[:24].var(ddof=1) / 900, 6 * rows[24:].var(ddof=1) / 900
     assert error[0] == pytest.approx(np.sqrt(a + b), rel=1e-12)
     assert freedom[0] == pytest.approx((a + b) ** 2 / (a**2 / 23 + b**2 / 5), rel=1e-12)
     assert est.spread(rows[:25], group[:25])[0][0] == np.inf  # one row tells nothing of its scatter

@@ -50,7 +50,7 @@ def test_the_error_of_a_ladder_is_its_scatter_over_many_ladders():
         values = observe(NAME, [level(coarse), seldom(fine, 4, q_max=2.0)], capped=True, end=2.0)
         means.append(values.extrapolated.mean())
         variances.append(est.standard_error(values.extrapolated, values.group)[0] ** 2)
-    # relative error of both sides 1/√1000 = 3 %; a group of six rows is taken as a little too uncertain
+    # 1/√1000 = 3 % is the relative error of the right side, 2 % of the left
     assert np.mean(variances) == pytest.approx(np.var(means), rel=0.12)
 
 
