@@ -3,10 +3,10 @@
     python experiments/budget.py [--toy] [-o FOLDER] [--workers N]
 
 Each scene is planned for a total error of T_flash (1 % for the steels, 2 % for the others), run until the statistical
-error that the plan names, and set beside what the plan foretold: realizations, error in all, CPU and wall time. Then the
-gain of solving fine levels for few realizations, by observable: the cost of all levels for every realization over that
-of the best split at equal statistical error, from the scatter that each steel run has found. --toy takes three quick
-scenes at 4 %.
+error that the plan names, and set beside what the plan foretold: realizations, error in all, CPU and wall time. Then
+the gain of solving fine levels for few realizations, by observable: the cost of all levels for every realization over
+that of the best split at equal statistical error, from the scatter that each steel run has found. --toy takes three
+quick scenes at 4 %.
 """
 
 from __future__ import annotations

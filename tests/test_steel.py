@@ -24,7 +24,7 @@ def test_capped_flash_temperature_falls_as_one_over_the_cut_off():
     scene = rs.load_scene("steel-0.5GPa")
     planned = rs.plan(scene)
     top = planned.levels[-1].q_max
-    levels = tuple(Level("capped", (n, n), top * n / 1024) for n in (256, 512, 1024))
+    levels = tuple(Level("capped", (n, n), top * n / 2048) for n in (256, 512, 1024))
     numerics = Numerics(levels, planned.lengths)
     rows = [
         [rs.realize(scene, numerics, seed=1, level=k, index=i).observables.flash_temperature[5] for k in range(3)]
