@@ -5,7 +5,7 @@
 Ours is one run at one thread: its total error includes statistics, bandwidth, pixel, cell and solver. The plain
 pipeline has the same scatter and extrapolates the same two finest cut-offs, but solves both for every realization,
 capped contact by tamaas (`KatoSaturated`, pip install 'roughsim[peers]') at the loosest tolerance whose pressure is
-within 1e-3. tamaas is timed on the ladder's surfaces up to `--largest` points per side; larger ones are counted as if
+within 1e-3. tamaas is timed on the lowest rung, halved until it has `--largest` points per side; larger ones are counted as if
 its time grew with the number of points only, and its heat costs nothing, so that the ratio is a lower bound.
 """
 
@@ -82,9 +82,11 @@ def main() -> None:
     print(f"roughsim: {cpu:.1f} s of CPU, ± {100 * total:.2f} % in all")
     column = numerics.of_column("capped")
     ladder = {numerics.levels[i].q_max: i for i in reversed(column)}  # the coarsest grid of each cut-off
-    timed = [i for i in ladder.values() if max(numerics.levels[i].shape) <= given.largest]
-    level = max(timed, key=lambda i: numerics.grid(i).points)
-    per_point = tamaas_seconds(scene, numerics, level) / numerics.grid(level).points
+    base = numerics.levels[column[0]]
+    while max(base.shape) > given.largest:
+        base = replace(base, shape=(base.shape[0] // 2, base.shape[1] // 2), q_max=base.q_max / 2)
+    small = replace(numerics, levels=(base,))
+    per_point = tamaas_seconds(scene, small, 0) / small.grid(0).points
     finest = [ladder[q] for q in sorted(ladder)[-2:]]
     count = 12
     while float(student.ppf(0.975, count - 1)) * scatter / count**0.5 > total:
