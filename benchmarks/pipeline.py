@@ -5,8 +5,9 @@
 Ours is one run at one thread: its total error includes statistics, bandwidth, pixel, cell and solver. The plain
 pipeline has the same scatter and extrapolates the same two finest cut-offs, but solves both for every realization,
 capped contact by tamaas (`KatoSaturated`, pip install 'roughsim[peers]') at the loosest tolerance whose pressure is
-within 1e-3. tamaas is timed on the lowest rung, halved until it has `--largest` points per side; larger ones are counted as if
-its time grew with the number of points only, and its heat costs nothing, so that the ratio is a lower bound.
+within 1e-3. tamaas is timed on the lowest rung, halved until it has `--largest` points per side; larger ones are
+counted as if its time grew with the number of points only, and its heat costs nothing, so that the ratio is a lower
+bound.
 """
 
 from __future__ import annotations
