@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 from pydantic import model_validator
 from pydantic.dataclasses import dataclass
 
-from roughsim.scene.messages import refused_section
+from roughsim.scene.messages import SceneError, refused_section, shown
 from roughsim.scene.quantities import MAX_ROWS
 from roughsim.scene.sections import (
     STRICT,
@@ -19,6 +19,7 @@ from roughsim.scene.sections import (
     CounterfaceSection,
     EnsembleSection,
     NumericsSection,
+    Rows,
     SlidingSection,
     SurfaceSection,
     TheorySection,
@@ -30,6 +31,15 @@ if TYPE_CHECKING:
     from roughsim.spectrum import SelfAffineSpectrum, SumSpectrum, TabulatedSpectrum
 
 _NOT_IDENTITY = {"title", "ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"}
+
+
+class Conduction(NamedTuple):
+    """κ, W/(m K), and D = κ/(ρc), m²/s, of the moving body and of the counterface; None if that is insulating."""
+
+    conductivity: float
+    diffusivity: float
+    counter_conductivity: float | None
+    counter_diffusivity: float | None
 
 
 @section("")
@@ -64,6 +74,7 @@ class Scene:
     def _fits(self) -> Self:
         _check_load(self)
         _check_partition(self)
+        _check_conductivity(self)
         _check_levels(self)
         _check_derived(self)
         return self
@@ -101,26 +112,62 @@ class Scene:
 
     @property
     def diffusivity(self) -> float:
-        """D = κ/(ρc) of the moving body, m²/s."""
-        return self.body.conductivity / (self.body.density * self.body.heat_capacity)
+        """D = κ/(ρc) of the moving body, m²/s; SceneError where a κ is a table, as for the next two."""
+        return self.conduction().diffusivity
 
     @property
     def counter_conductivity(self) -> float | None:
         """κ of the counterface, W/(m K); None if it is insulating."""
-        return None if self._resting is None else self._resting.conductivity
+        return self.conduction().counter_conductivity
 
     @property
     def counter_diffusivity(self) -> float | None:
         """D = κ/(ρc) of the counterface, m²/s; None if it is insulating."""
-        other = self._resting
-        if other is None or other.conductivity is None or other.density is None or other.heat_capacity is None:
-            return None
-        return other.conductivity / (other.density * other.heat_capacity)
+        return self.conduction().counter_diffusivity
+
+    @property
+    def counterface_conducts(self) -> bool:
+        """Whether there is a second body that takes up heat."""
+        return self._resting is not None and self._resting.conductivity is not None
+
+    @property
+    def temperature_range(self) -> tuple[float, float]:
+        """Absolute temperatures, K, at which all conductivities are known: (0, inf) if they are numbers."""
+        tables = [body.conductivity for body in self._bodies if isinstance(body.conductivity, tuple)]
+        low, high = ([rows[end][0] for rows in tables] for end in (0, -1))
+        return max(low, default=0.0), min(high, default=math.inf)
+
+    def conduction(self, temperature: float | None = None) -> Conduction:
+        """Return κ and D of both bodies.
+
+        Parameters
+        ----------
+        temperature : float, optional
+            Absolute temperature, K, within `temperature_range`; needed where a conductivity is a table.
+
+        Raises
+        ------
+        SceneError
+            A temperature that is missing or not within the tables.
+        """
+        low, high = self.temperature_range
+        if high < math.inf and (temperature is None or not low <= temperature <= high):
+            raise SceneError(
+                f"temperature = {shown(temperature, 'K')} must lie between {low:g} K and {high:g} K, where the tables "
+                "of conductivity are given"
+            )
+        bodies = [_conduction(body, temperature) for body in self._bodies]
+        return Conduction(*bodies[0], *(bodies[1] if self.counterface_conducts else (None, None)))
 
     @property
     def speeds(self) -> tuple[float, ...]:
         """Sliding speeds, m/s."""
         return self.sliding.speed
+
+    @property
+    def _bodies(self) -> tuple[BodySection | CounterfaceSection, ...]:
+        """The moving body, and the resting one if there is one."""
+        return (self.body,) if self._resting is None else (self.body, self._resting)
 
     @property
     def _resting(self) -> BodySection | CounterfaceSection | None:
@@ -182,6 +229,22 @@ def _plain(value: Any) -> Any:
     return "inf" if isinstance(value, float) and math.isinf(value) else value
 
 
+def _conduction(body: BodySection | CounterfaceSection, temperature: float | None) -> tuple[float, float]:
+    """κ and D of a body; κ is linear between the rows of a table."""
+    kappa, density, capacity = body.conductivity, body.density, body.heat_capacity
+    if kappa is None or density is None or capacity is None:
+        return math.nan, math.nan
+    if isinstance(kappa, tuple):
+        kappa = float(np.interp(temperature or 0.0, *np.array(kappa).T))
+    return kappa, kappa / (density * capacity)
+
+
+def _diffusivities(body: BodySection | CounterfaceSection) -> list[float]:
+    """D of a body at each temperature of its table; none if it is insulating."""
+    rows = body.conductivity if isinstance(body.conductivity, tuple) else ((None, body.conductivity),)
+    return [_conduction(body, temperature)[1] for temperature, kappa in rows if kappa is not None]
+
+
 def _compliance(youngs_modulus: float, poisson_ratio: float) -> float:
     return (1.0 - poisson_ratio**2) / youngs_modulus
 
@@ -213,11 +276,31 @@ def _check_load(scene: Scene) -> None:
 
 def _check_partition(scene: Scene) -> None:
     rule = scene.sliding.heat_partition
-    if rule in ("mean", "total") and scene.counter_conductivity is None:
+    if rule in ("mean", "total") and not scene.counterface_conducts:
         missing = "[counterface]" if scene.counterface is None else "counterface.conductivity"
         raise refused_section(
             f'sliding.heat_partition = "{rule}" shares the heat with a second body, but {missing} is missing; add it '
             '(like = "body" for the same material), or write "all" or a number'
+        )
+
+
+def _check_conductivity(scene: Scene) -> None:
+    low, high = scene.temperature_range
+    start = scene.sliding.background_temperature
+    if start is None and high < math.inf:
+        raise refused_section(
+            "sliding.background_temperature is missing; a conductivity that is a table over temperature needs it: add "
+            'for example background_temperature = "300 K"'
+        )
+    if start is not None and high == math.inf:
+        raise refused_section(
+            f"sliding.background_temperature = {start:g} K goes with a conductivity that is a table over temperature; "
+            "remove it"
+        )
+    if start is not None and not low <= start <= high:
+        raise refused_section(
+            f"sliding.background_temperature = {start:g} K must lie between {low:g} K and {high:g} K, where the tables "
+            "of conductivity are given; extend them"
         )
 
 
@@ -239,19 +322,18 @@ def _check_derived(scene: Scene) -> None:
             "bins of log q"
         )
     try:
-        derived = {
-            "rms height": (scene.spectrum.rms_height, "m"),
-            "rms slope": (scene.spectrum.rms_slope, ""),
-            "effective modulus": (scene.effective_modulus, "Pa"),
-            "diffusivity": (scene.diffusivity, "m²/s"),
-        }
-        if scene.counter_diffusivity is not None:
-            derived["diffusivity of the counterface"] = (scene.counter_diffusivity, "m²/s")
+        derived = [
+            ("rms height", scene.spectrum.rms_height, "m"),
+            ("rms slope", scene.spectrum.rms_slope, ""),
+            ("effective modulus", scene.effective_modulus, "Pa"),
+        ]
+        for name, body in zip(("diffusivity", "diffusivity of the counterface"), scene._bodies, strict=False):
+            derived += [(name, value, "m²/s") for value in _diffusivities(body)]
     except (ArithmeticError, ValueError) as error:
         raise refused_section(
             f"surface or body: numbers beyond what can be computed with ({error}); check them"
         ) from None
-    for name, (value, unit) in derived.items():
+    for name, value, unit in derived:
         if not 0.0 < value < math.inf:
             raise refused_section(
                 f"surface or body: the {name} becomes {value:.6g} {unit}; check the numbers it is made of"

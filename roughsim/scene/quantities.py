@@ -19,6 +19,7 @@ from typing import Any
 from roughsim.scene.messages import did_you_mean, refused_value, shown
 
 MAX_ROWS = 1200  # of all tables C(q) of a scene together: written inline they still fit into 64 KiB
+_MAX_TEMPERATURES = 100  # of a table over temperature
 OBSERVABLES = (
     "flash_temperature",
     "flash_gradient",
@@ -43,6 +44,7 @@ _MEANING = {
     "J/(kg K)": "a specific heat capacity",
     "m/s": "a speed",
     "s": "a time",
+    "K": "an absolute temperature",
 }
 _NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([\w%°/*^()·⋅.\-⁻ ]*)")
 
@@ -266,6 +268,53 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True)
+class OverTemperature:
+    """A number, or a table of it over the absolute temperature, kept as rows (temperature, value)."""
+
+    each: Quantity
+
+    @property
+    def example(self) -> str:
+        """A number, as a scene file would write it."""
+        return self.each.example
+
+    def __call__(self, value: Any) -> float | tuple[tuple[float, float], ...]:
+        """Return the number, or the rows with the temperatures rising; rows as they are kept are read too."""
+        if isinstance(value, tuple) and all(isinstance(row, tuple) and len(row) == 2 for row in value):
+            value = {"temperature": [row[0] for row in value], "value": [row[1] for row in value]}
+        if not isinstance(value, Mapping):
+            return self.each(value)
+        temperatures, values = self._columns(value)
+        rows = tuple(
+            (_KELVIN(t, f".temperature[{i}]"), self.each(entry, f".value[{i}]"))
+            for i, (t, entry) in enumerate(zip(temperatures, values, strict=True))
+        )
+        for i in range(1, len(rows)):
+            if rows[i][0] <= rows[i - 1][0]:
+                raise refused_value(
+                    f".temperature[{i}] = {rows[i][0]!r} K after {rows[i - 1][0]!r} K; the temperatures must rise, so "
+                    "sort the table"
+                )
+        return rows
+
+    def _columns(self, table: Mapping[Any, Any]) -> tuple[Any, Any]:
+        """The two lists of a table, of one length."""
+        wanted = f'write for example {{ temperature = ["300 K", "900 K"], value = ["50 {self.each.unit}", ...] }}'
+        for name in table:
+            if name not in ("temperature", "value"):
+                raise refused_value(f".{shown(name)} is not a key of a table over temperature; {wanted}")
+        columns = table.get("temperature"), table.get("value")
+        if not all(isinstance(column, (list, tuple)) for column in columns):
+            raise refused_value(f" needs two lists, temperature and value; {wanted}")
+        lengths = [len(column or ()) for column in columns]
+        if lengths[0] != lengths[1] or not 2 <= lengths[0] <= _MAX_TEMPERATURES:
+            raise refused_value(
+                f" has {lengths[0]} temperatures and {lengths[1]} values; give 2 to {_MAX_TEMPERATURES} of each, in pairs"
+            )
+        return columns
+
+
+@dataclass(frozen=True, slots=True)
 class Title:
     """One line of text."""
 
@@ -280,9 +329,10 @@ class Title:
         return value
 
 
-Key = Quantity | Whole | Choice | Speeds | Pair | Share | Targets | Table | Title
+Key = Quantity | Whole | Choice | Speeds | Pair | Share | Targets | Table | OverTemperature | Title
 _TABLE_Q = Quantity("rad/m", "1e4", above=0)
 _TABLE_PSD = Quantity("", "1e-24", above=0)
+_KELVIN = Quantity("K", '"300 K"', above=0)
 KEYS: dict[str, Key] = {
     "title": Title(),
     "rms_height": Quantity("m", '"0.90 um"', above=0),
@@ -298,7 +348,7 @@ KEYS: dict[str, Key] = {
     "youngs_modulus": Quantity("Pa", '"200 GPa"', above=0),
     "poisson_ratio": Quantity("", "0.3", above=-1, at_most=0.5),
     "penetration_hardness": Quantity("Pa", '"1.2 GPa"', above=0),
-    "conductivity": Quantity("W/(m K)", '"30 W/(m K)"', above=0),
+    "conductivity": OverTemperature(Quantity("W/(m K)", '"30 W/(m K)"', above=0)),
     "density": Quantity("kg/m^3", '"7900 kg/m^3"', above=0),
     "heat_capacity": Quantity("J/(kg K)", '"500 J/(kg K)"', above=0),
     "nominal_pressure": Quantity("Pa", '"90 MPa"', above=0),
@@ -306,6 +356,7 @@ KEYS: dict[str, Key] = {
     "speed": Speeds(Quantity("m/s", '"35 m/s"', at_least=0)),
     "heat_partition": Share(Quantity("", "0.938", above=0, at_most=1), ("mean", "total", "all")),
     "duration": Quantity("s", '"1 ms"', above=0),
+    "background_temperature": _KELVIN,
     "gamma": Quantity("", "0.45", at_least=0, at_most=1),
     "seed": Whole("1", at_least=0),
     "max_realizations": Whole("400", at_least=1, at_most=1_000_000),
@@ -325,7 +376,7 @@ KEYS: dict[str, Key] = {
 def unit_of(key: str) -> str:
     """Return the SI unit of a key's number or numbers, "" if it has none."""
     entry = KEYS.get(key)
-    each = entry.each if isinstance(entry, (Speeds, Pair)) else entry
+    each = entry.each if isinstance(entry, (Speeds, Pair, OverTemperature)) else entry
     return each.unit if isinstance(each, Quantity) else ""
 
 

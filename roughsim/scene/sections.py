@@ -112,8 +112,8 @@ class BodySection:
         ν in (−1, 0.5].
     penetration_hardness : float or None
         σ_P, Pa; None is elastic.
-    conductivity : float
-        κ, W/(m K).
+    conductivity : float or tuple of (float, float)
+        κ, W/(m K), or rows (absolute temperature in K, κ), linear between.
     density : float
         ρ, kg/m³.
     heat_capacity : float
@@ -123,7 +123,7 @@ class BodySection:
     youngs_modulus: float
     poisson_ratio: float
     penetration_hardness: float | None = None
-    conductivity: float
+    conductivity: float | Rows
     density: float
     heat_capacity: float
     _read = read_values()
@@ -151,7 +151,7 @@ class CounterfaceSection:
     youngs_modulus: float | None = None
     poisson_ratio: float | None = None
     penetration_hardness: float | None = None
-    conductivity: float | None = None
+    conductivity: float | Rows | None = None
     density: float | None = None
     heat_capacity: float | None = None
     _read = read_values()
@@ -194,6 +194,8 @@ class SlidingSection:
         Share of the heat into the moving body in (0, 1], or "mean", "total" or "all".
     duration : float or None
         Time since sliding began, s; None is steady.
+    background_temperature : float or None
+        T₀, the absolute temperature of both bodies without their flash temperatures, K; goes with a table κ(T).
     """
 
     nominal_pressure: float
@@ -201,6 +203,7 @@ class SlidingSection:
     speed: tuple[float, ...]
     heat_partition: float | Literal["mean", "total", "all"] = "all"
     duration: float | None = None
+    background_temperature: float | None = None
     _read = read_values()
 
     @model_validator(mode="after")

@@ -33,6 +33,9 @@ def _line(key: str, value: Any) -> str:
     if key == "psd":
         rows = "".join(f"[{q!r}, {psd!r}],\n" for q, psd in value)
         return f"psd = [  # q in rad/m, C in m⁴\n{rows}]"
+    if key == "conductivity" and isinstance(value, tuple):
+        temperatures, values = (list(column) for column in zip(*value, strict=True))
+        return f"conductivity = {{ temperature = {temperatures}, value = {values} }}  # K, W/(m K)"
     unit = unit_of(key)
     return f"{key} = {_value(value)}" + (f"  # {unit}" if unit else "")
 
