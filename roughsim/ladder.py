@@ -57,7 +57,7 @@ class _Rung(NamedTuple):
 
 
 def observe(
-    observable: str, samples: list[Sample], *, capped: bool, resting_ratio: float = nan, end: float = inf
+    observable: str, samples: list[Sample], *, capped: bool, resting_ratio: float | Array = nan, end: float = inf
 ) -> Values:
     """Return the values of an observable from the levels of one column.
 
@@ -69,8 +69,9 @@ def observe(
         The levels of the column by q_c, then by points; the first has every realization.
     capped : bool
         Whether the contact is capped: decides what has a limit in q_c.
-    resting_ratio : float, optional
-        κ of the moving over κ of the resting body, for the heat share; NaN without a conducting counterface.
+    resting_ratio : float or ndarray, optional
+        κ of the moving over κ of the resting body, one or (speeds,), for the heat share; NaN without a conducting
+        counterface.
     end : float, optional
         Where the spectrum itself ends, rad/m: what is extrapolated to.
     """
@@ -87,7 +88,7 @@ def observe(
     return Values(top + remainder, top, group, exponent, bandwidth, _pixel_of_limit(ladder, order))
 
 
-def _climb(observable: str, samples: list[Sample], resting_ratio: float) -> list[_Rung]:
+def _climb(observable: str, samples: list[Sample], resting_ratio: float | Array) -> list[_Rung]:
     """Rows of each rung for all realizations: those of the rung below, corrected by the known differences."""
     count = len(samples[0].rows)
     ladder: list[_Rung] = []

@@ -58,7 +58,7 @@ class Sample(NamedTuple):
         return self._replace(rows=self.rows[chosen], numbers=numbers, spectrum=self.spectrum[chosen])
 
 
-def of_level(observable: str, sample: Sample, resting_ratio: float) -> Array:
+def of_level(observable: str, sample: Sample, resting_ratio: float | Array) -> Array:
     """Return the influence values (n, speeds) of an observable at one level.
 
     Parameters
@@ -67,8 +67,9 @@ def of_level(observable: str, sample: Sample, resting_ratio: float) -> Array:
         A key of `UNITS`.
     sample : Sample
         The level.
-    resting_ratio : float
-        κ of the moving over κ of the resting body, for the heat share; NaN without a conducting counterface.
+    resting_ratio : float or ndarray
+        κ of the moving over κ of the resting body, one or (speeds,), for the heat share; NaN without a conducting
+        counterface.
     """
     numbers = sample.numbers
     if observable in RADII:

@@ -75,7 +75,7 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
         reasons += more
     numerics = _overridden(Numerics(levels, lengths, forecast=forecast), scene, reasons)
     _check_columns(scene, numerics)
-    return replace(numerics, reasons=(*reasons, *_costs(numerics)))
+    return replace(numerics, reasons=(*reasons, *_conductivity(scene), *_costs(numerics)))
 
 
 def _chosen(
@@ -299,6 +299,14 @@ def _overridden(numerics: Numerics, scene: Scene, reasons: list[Reason]) -> Nume
         )
     )
     return numerics
+
+
+def _conductivity(scene: Scene) -> list[Reason]:
+    if not isfinite(scene.temperature_range[1]):
+        return []
+    kappa = analytic.conduction(scene).conductivity
+    shown = " … ".join(dict.fromkeys(f"{value:.4g}" for value in (kappa.max(), kappa.min())))
+    return [Reason("conductivity", f"{shown} W/(m K)", "of the moving body at T₀ + 0.75 T_flash of the theory")]
 
 
 def _check_columns(scene: Scene, numerics: Numerics) -> None:

@@ -137,11 +137,12 @@ def _solid(scene: Scene, column: str) -> Solid:
 
 
 def _sliding(scene: Scene) -> Sliding:
+    bodies = analytic.conduction(scene)
     return Sliding(
         speeds=[speed or _AT_REST for speed in scene.speeds],
         friction_coefficient=scene.sliding.friction_coefficient,
-        conductivity=scene.body.conductivity,
-        diffusivity=scene.diffusivity,
+        conductivity=bodies.conductivity.tolist(),
+        diffusivity=bodies.diffusivity.tolist(),
     )
 
 

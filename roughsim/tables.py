@@ -48,6 +48,7 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
     for name in ("flash_width", "slope_length"):
         result[name] = _listed(values[name])
     return result | {
+        "conductivity": _listed(analytic.conduction(scene).conductivity),
         "heat_partition": _listed(share),
         "heat_partition_theory": _listed(values["heat_partition"]),
         "contact_fraction": float(values["contact_fraction"][0]),
@@ -73,12 +74,13 @@ def theory_table(scene: Scene) -> Table:
     table.add_column("speed m/s", justify="right")
     for name in names:
         table.add_column(f"{name} {SHOWN[UNITS[name]][0]}", justify="right")
+    table.add_column("κ W/(m K)", justify="right")
     table.add_column("share used", justify="right")
     table.add_column("share in theory", justify="right")
     for k, speed in enumerate(scene.speeds):
         cells = [_number(values[name][k], UNITS[name]) for name in names]
         shares = [_number(values[name][k], "1") for name in ("heat_partition", "heat_partition_theory")]
-        table.add_row(f"{speed:g}", *cells, *shares)
+        table.add_row(f"{speed:g}", *cells, _number(values["conductivity"][k], "1"), *shares)
     table.caption = (
         f"contact_fraction {values['contact_fraction']:.4g}, plastic_fraction {values['plastic_fraction']:.4g}"
     )

@@ -50,6 +50,7 @@ def test_theory_prints_the_steel_table(capsys):
         "flash_laplacian",
         "flash_width",
         "slope_length",
+        "conductivity",
         "heat_partition",
         "heat_partition_theory",
         "contact_fraction",

@@ -81,10 +81,12 @@ def _over_speed(axes: Axes, comparison: Comparison, observable: str, label: str,
     if speed.size == 0:  # only at rest
         axes.set_axis_off()
         return
-    dense = np.geomspace(speed.min() / 1.5, speed.max() * 1.5, 60)
-    theory = analytic.over_speed(comparison.run.scene, dense)[observable] * factor
+    scene = comparison.run.scene
+    beyond = 1.5 if np.isinf(scene.temperature_range[1]) else 1.0  # a table of conductivity may end at these speeds
+    dense = np.geomspace(speed.min() / beyond, speed.max() * beyond, 60)
+    theory = analytic.over_speed(scene, dense)[observable] * factor
     if observable == "flash_temperature":
-        theory = theory * analytic.heat_partition(comparison.run.scene, dense)
+        theory *= analytic.heat_partition(scene, dense)
     axes.plot(dense, theory, color=THEORY, lw=1.4)
     for column in comparison.run.numerics.columns:
         mean = np.array([row.columns[column].mean for row in rows]) * factor

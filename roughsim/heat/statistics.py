@@ -204,20 +204,47 @@ def effective_conductivity(
     ValueError
         κ or T_flash not finite, or κ ≤ 0.
     ConvergenceError
+        As `effective_temperature`.
+    """
+
+    def at(temperature: float) -> float:
+        return positive("conductivity", conductivity(temperature), "W/(m K)")
+
+    hot = effective_temperature(lambda t: flash_temperature(at(t)), background_temperature=background_temperature)
+    return at(hot)
+
+
+def effective_temperature(flash_temperature: Callable[[float], float], *, background_temperature: float = 0.0) -> float:
+    """Return T = T₀ + 0.75 T_flash where T_flash depends on the properties at T: the fixed point next above T₀.
+
+    Parameters
+    ----------
+    flash_temperature : callable
+        T_flash, K above the background, for properties at a temperature on the scale of T₀ + T, K.
+    background_temperature : float
+        T₀, K.
+
+    Raises
+    ------
+    ValueError
+        T_flash not finite.
+    ConvergenceError
         No fixed point in 100 steps.
     """
     start = number("background_temperature", background_temperature, "K")
-    value, change = positive("conductivity", conductivity(start), "W/(m K)"), math.inf
+    value, weight, last = start, 1.0, 0.0
     for _ in range(_STEPS):
-        hot = start + 0.75 * number("flash_temperature", flash_temperature(value), "K")
-        wanted = positive("conductivity", conductivity(hot), "W/(m K)")
-        change = abs(wanted / value - 1)
-        if change < 1e-10:
+        wanted = start + 0.75 * number("flash_temperature", flash_temperature(value), "K")
+        change = wanted - value
+        if abs(change) <= 1e-11 * abs(wanted):
             return wanted
-        value = math.sqrt(value * wanted)  # halfway, since T_flash falls as κ rises
+        if change * last < 0.0:  # beyond the fixed point: smaller steps, for good
+            weight *= 0.5
+        value, last = value + weight * change, change
+    residual = abs(change / wanted)
     raise ConvergenceError(
-        f"conductivity: changes by {change:.3g} after {_STEPS} steps; it has no fixed point at T₀ + 0.75 T_flash",
-        change,
+        f"temperature: changes by {residual:.3g} after {_STEPS} steps; it has no fixed point at T₀ + 0.75 T_flash",
+        residual,
         _STEPS,
     )
 

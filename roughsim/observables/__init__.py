@@ -59,10 +59,8 @@ class Sliding:
         Sliding speeds, m/s, at least one. A negative speed slides the other way; heat is μσ|v|.
     friction_coefficient : float
         μ ≥ 0.
-    conductivity : float
-        κ of the body whose temperature is measured, W/(m K).
-    diffusivity : float
-        D of that body, m²/s.
+    conductivity, diffusivity : float or sequence of float
+        κ, W/(m K), and D, m²/s, of the body whose temperature is measured: one for all speeds, or one for each.
     heat_partition : float
         Share of the heat that enters the body, 0 to 1: a factor on all temperatures.
     direction : float, optional
@@ -77,8 +75,8 @@ class Sliding:
 
     speeds: Sequence[float]
     friction_coefficient: float
-    conductivity: float
-    diffusivity: float
+    conductivity: float | Sequence[float]
+    diffusivity: float | Sequence[float]
     heat_partition: float = 1.0
     direction: float | None = None
 
@@ -88,8 +86,8 @@ class Sliding:
         checked = {
             "speeds": tuple(number("speeds", speed, "m/s") for speed in self.speeds),
             "friction_coefficient": not_negative("friction_coefficient", self.friction_coefficient),
-            "conductivity": positive("conductivity", self.conductivity, "W/(m K)"),
-            "diffusivity": positive("diffusivity", self.diffusivity, "m²/s"),
+            "conductivity": self._per_speed("conductivity", "W/(m K)"),
+            "diffusivity": self._per_speed("diffusivity", "m²/s"),
             "heat_partition": not_negative("heat_partition", self.heat_partition),
             "direction": None if self.direction is None else number("direction", self.direction, "rad"),
         }
@@ -97,6 +95,18 @@ class Sliding:
             object.__setattr__(self, name, value)
         if self.heat_partition > 1.0:
             raise ValueError(f"heat_partition = {self.heat_partition:.6g} must lie between 0 and 1")
+
+    def _per_speed(self, name: str, unit: str) -> float | tuple[float, ...]:
+        """A positive number, or one for each speed."""
+        value = getattr(self, name)
+        if np.ndim(value) == 0:
+            return positive(name, value, unit)
+        if np.shape(value) != (len(self.speeds),):
+            raise ValueError(
+                f"{name} has shape {np.shape(value)} for {len(self.speeds)} speeds; give one number in {unit} or one "
+                "for each speed"
+            )
+        return tuple(positive(name, entry, unit) for entry in value)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -210,7 +220,8 @@ def _observables(
     hardness = float(contact.pressure.max()) if contact.plastic_fraction > 0.0 else math.inf
     corrected = corrected_fractions(np.maximum(contact.pressure, 0.0), hardness)
     with np.errstate(divide="ignore", invalid="ignore"):
-        factor = sliding.heat_partition * sliding.friction_coefficient * speed / (sliding.conductivity * mean)
+        conductivity = np.asarray(sliding.conductivity)
+        factor = sliding.heat_partition * sliding.friction_coefficient * speed / (conductivity * mean)
         ratios = sums[0] / (sums[1:] + 0.0)  # a sum of −0 would give −inf at rest
         return Observables(
             speeds=tuple(sliding.speeds),
@@ -233,8 +244,8 @@ def _sums_over_directions(spectrum: StressSpectrum, unseen: Array, sliding: Slid
     """Σ w Re F/|q|, −Σ w Re(i cosφ F), Σ w |q| Re F, averaged over all directions; shape (3, speeds)."""
     q, w = spectrum.wavenumber, spectrum.variance
     sums = np.empty((3, len(sliding.speeds)))
-    for column, speed in zip(sums.T, sliding.speeds, strict=True):
-        even, odd = angular_means(abs(speed) / sliding.diffusivity / q)
+    for column, rate in zip(sums.T, _rates(sliding), strict=True):
+        even, odd = angular_means(abs(rate) / q)
         column[:] = np.sum(w / q * even), -np.sum((w - unseen) * odd), np.sum(w * q * even)
     return sums
 
@@ -247,14 +258,20 @@ def _sums_of_one_direction(amplitude: NDArray[np.complex128], grid: Grid, slidin
     ax, ay = (np.where(2 * np.abs(k) == n, 0.0, q) for k, n, q in _orders(grid))
     sums = np.zeros((3, len(sliding.speeds)))
     variance = (amplitude.real**2 + amplitude.imag**2) * grid.multiplicity
-    for column, speed in zip(sums.T, sliding.speeds, strict=True):
-        rate, sense = speed / sliding.diffusivity, -1.0 if speed < 0.0 else 1.0
+    for column, rate in zip(sums.T, _rates(sliding), strict=True):
+        sense = -1.0 if rate < 0.0 else 1.0
         for rows, response in responses(grid, (rate * ux, rate * uy)):
             even = variance[rows] * response.real
             column[0] += np.sum(even)
             column[1] += np.sum(variance[rows] * response.imag * (ux * ax[rows] + uy * ay)) * sense
             column[2] += np.sum(even * (qx[rows] ** 2 + qy**2))
     return sums
+
+
+def _rates(sliding: Sliding) -> list[float]:
+    """v/D at each speed, 1/m."""
+    rates: list[float] = (np.array(sliding.speeds) / np.asarray(sliding.diffusivity)).tolist()
+    return rates
 
 
 def _orders(grid: Grid) -> list[tuple[Array, int, Array]]:

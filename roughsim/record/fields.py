@@ -86,12 +86,13 @@ def _of_shape(path: Path, name: str, shape: tuple[int, ...]) -> Field:
 
 def temperature_of(run: Run, grid: Grid, flux: Field, speed: float, direction: float = 0.0) -> Field:
     """Return the temperature, K, that the frictional heat of both bodies (W/m², on any grid of the cell) leaves."""
+    bodies = analytic.conduction(run.scene, (abs(speed),)).each[0]
     temperature: Field = sliding_temperature(
         flux,
         grid,
         speed=speed,
-        conductivity=run.scene.body.conductivity,
-        diffusivity=run.scene.diffusivity,
+        conductivity=bodies.conductivity,
+        diffusivity=bodies.diffusivity,
         direction=direction,
         slid_distance=run.numerics.slid_distance,
     )
@@ -103,4 +104,4 @@ def heat_share(run: Run, speed: float) -> float:
     """Return the share of the heat that temperatures are reported with, at any speed, m/s."""
     if abs(speed) in run.scene.speeds:
         return float(run.heat_partition[run.scene.speeds.index(abs(speed))])
-    return float(analytic.heat_partition(run.scene, np.array([abs(speed)]))[0])
+    return float(analytic.heat_partition(run.scene, (abs(speed),))[0])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
-from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -208,8 +207,8 @@ class Run:
 
     def _values(self, observable: str, column: str | None, rows: list[int]) -> Values:
         name = self.column(column)
-        resting = self.scene.counter_conductivity
-        ratio = nan if resting is None else self.scene.body.conductivity / resting
+        bodies = analytic.conduction(self.scene)
+        ratio = bodies.conductivity / bodies.counter_conductivity
         samples = self.samples(name, rows, spectra=observable in (*RADII, "heat_partition"))
         if observable == "heat_partition":
             samples = [analytic.balanced(self.scene, sample) for sample in samples]

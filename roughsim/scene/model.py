@@ -19,7 +19,6 @@ from roughsim.scene.sections import (
     CounterfaceSection,
     EnsembleSection,
     NumericsSection,
-    Rows,
     SlidingSection,
     SurfaceSection,
     TheorySection,

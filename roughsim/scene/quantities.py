@@ -309,7 +309,8 @@ class OverTemperature:
         lengths = [len(column or ()) for column in columns]
         if lengths[0] != lengths[1] or not 2 <= lengths[0] <= _MAX_TEMPERATURES:
             raise refused_value(
-                f" has {lengths[0]} temperatures and {lengths[1]} values; give 2 to {_MAX_TEMPERATURES} of each, in pairs"
+                f" has {lengths[0]} temperatures and {lengths[1]} values; give 2 to {_MAX_TEMPERATURES} of each, in "
+                "pairs"
             )
         return columns
 

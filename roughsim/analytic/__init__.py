@@ -5,7 +5,6 @@ All temperatures here are with all the heat in the moving body; the share is a q
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import pi
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,6 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
 
+from roughsim.analytic.bodies import (
+    conduction,
+    heat_arguments,
+    heat_partition,
+    pressure_arguments,
+    smoothed_spectrum,
+    stress_arguments,
+    theoretical_partition,
+)
 from roughsim.grid import Grid
 from roughsim.means import RADII, Sample
 from roughsim.observables import StressSpectrum
@@ -29,62 +37,7 @@ def yield_wavenumber(scene: Scene) -> float:
     """Return q_y, rad/m, where 1 % of the theory's contact is still elastic; infinite if C(q) ends before."""
     from theory import plasticity
 
-    return plasticity.yield_wavenumber(scene.spectrum, **_pressures(scene))
-
-
-def smoothed_spectrum(scene: Scene) -> Any:
-    """Return C_sm of a capped scene (Eq. 27), or C(q) itself of an elastic one: a callable with `breaks`."""
-    from theory import plasticity
-
-    return scene.spectrum if scene.elastic else plasticity.smoothed_spectrum(scene.spectrum, **_pressures(scene))
-
-
-def _pressures(scene: Scene) -> dict[str, float]:
-    return {
-        "effective_modulus": scene.effective_modulus,
-        "nominal_pressure": scene.sliding.nominal_pressure,
-        "penetration_hardness": scene.penetration_hardness,
-    }
-
-
-def heat_partition(scene: Scene, speeds: Array | None = None) -> Array:
-    """Return the share that temperatures are reported with, per speed: a number, 1, or the theory's rule.
-
-    `speeds`, m/s, stand in for those of the scene.
-    """
-    if speeds is not None:
-        scene = replace(scene, sliding=replace(scene.sliding, speed=tuple(speeds.tolist())))
-    rule = scene.sliding.heat_partition
-    if isinstance(rule, str) and rule != "all":
-        return theoretical_partition(scene, rule)
-    return np.full(len(scene.speeds), 1.0 if rule == "all" else float(rule))
-
-
-def theoretical_partition(scene: Scene, rule: str | None = None) -> Array:
-    """Return the theory's share per speed; NaN without a conducting counterface.
-
-    The rule, if None, is that of the scene: "total" where it says so, else "mean".
-    """
-    from theory import partition
-
-    rule = rule or ("total" if scene.sliding.heat_partition == "total" else "mean")
-    if scene.counter_conductivity is None:
-        return np.full(len(scene.speeds), np.nan)
-    duration: dict[str, Any] = {"duration": scene.sliding.duration} if rule == "total" else {}
-    share = partition.moving_share(
-        np.array(scene.speeds),
-        smoothed_spectrum(scene),
-        nominal_pressure=scene.sliding.nominal_pressure,
-        effective_modulus=scene.effective_modulus,
-        conductivity=scene.body.conductivity,
-        diffusivity=scene.diffusivity,
-        resting_conductivity=scene.counter_conductivity,
-        resting_diffusivity=scene.counter_diffusivity,
-        gamma=scene.theory.gamma,
-        rule=rule,
-        **duration,
-    )
-    return np.asarray(share, dtype=np.float64)
+    return plasticity.yield_wavenumber(scene.spectrum, **pressure_arguments(scene))
 
 
 def predictions(scene: Scene) -> dict[str, Array]:
@@ -98,7 +51,7 @@ def _without_speed(scene: Scene, spectrum: Any) -> dict[str, Array]:
     """⟨σ²⟩ − σ₀² and the radii of g_σ."""
     from theory import persson
 
-    stress = _stress(scene)
+    stress = stress_arguments(scene)
     result = {"pressure_variance": np.array([float(persson.pressure_correlation(0.0, spectrum, **stress))])}
     for name, fraction in RADII.items():
         result[name] = np.array([persson.correlation_radius(fraction, spectrum, **stress)])
@@ -110,13 +63,13 @@ def over_speed(scene: Scene, speeds: Array, spectrum: Any = None) -> dict[str, A
     from theory import flash
 
     spectrum = smoothed_spectrum(scene) if spectrum is None else spectrum
-    heat = {
-        "friction_coefficient": scene.sliding.friction_coefficient,
-        "conductivity": scene.body.conductivity,
-        "diffusivity": scene.diffusivity,
-    }
     names = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
-    return {name: np.asarray(getattr(flash, name)(speeds, spectrum, **_stress(scene), **heat)) for name in names}
+    result = {name: np.empty(speeds.shape) for name in names}
+    for place, bodies in conduction(scene, speeds).groups():
+        given = stress_arguments(scene) | heat_arguments(scene, bodies)
+        for name, values in result.items():
+            values[place] = getattr(flash, name)(speeds[place], spectrum, **given)
+    return result
 
 
 def size_errors(scene: Scene, grid: Grid, q_max: float) -> dict[str, Array]:
@@ -134,14 +87,6 @@ def size_errors(scene: Scene, grid: Grid, q_max: float) -> dict[str, Array]:
             error = np.abs(value / whole.get(name, value) - 1.0)
         result[name] = np.where(np.isfinite(error), error, 0.0)
     return result
-
-
-def _stress(scene: Scene) -> dict[str, Any]:
-    return {
-        "effective_modulus": scene.effective_modulus,
-        "nominal_pressure": scene.sliding.nominal_pressure,
-        "gamma": scene.theory.gamma,
-    }
 
 
 def area_fractions(scene: Scene) -> dict[str, float]:
@@ -162,7 +107,7 @@ def correlation(scene: Scene, distance: Array) -> Array:
     """Return g_σ(r) over the whole spectrum, Pa², at distances in m. Eq. (2)."""
     from theory import persson
 
-    return persson.pressure_correlation(distance, smoothed_spectrum(scene), **_stress(scene))
+    return persson.pressure_correlation(distance, smoothed_spectrum(scene), **stress_arguments(scene))
 
 
 def stress_spectrum(scene: Scene, q: Array) -> Array:
@@ -179,7 +124,7 @@ def stress_spectrum(scene: Scene, q: Array) -> Array:
 
     spectrum = smoothed_spectrum(scene)
     density: Array = (0.5 * scene.effective_modulus * q) ** 2 * spectrum(q)
-    return density * persson.stress_weight(q, spectrum, **_stress(scene))
+    return density * persson.stress_weight(q, spectrum, **stress_arguments(scene))
 
 
 def mode_sums(scene: Scene, spectrum: Any, grid: Grid) -> dict[str, Array]:
@@ -202,9 +147,9 @@ def mode_sums(scene: Scene, spectrum: Any, grid: Grid) -> dict[str, Array]:
     from theory import flash
 
     q, stress, probability = _mode_stress(scene, spectrum, grid)
-    speeds = np.array(scene.speeds)
-    rate = scene.sliding.friction_coefficient * speeds / (scene.body.conductivity * scene.sliding.nominal_pressure)
-    even, odd = flash.angular_integrals(speeds[:, None] / (scene.diffusivity * q))
+    speeds, bodies = np.array(scene.speeds), conduction(scene)
+    rate = scene.sliding.friction_coefficient * speeds / (bodies.conductivity * scene.sliding.nominal_pressure)
+    even, odd = flash.angular_integrals(speeds[:, None] / (bodies.diffusivity[:, None] * q))
     temperature, gradient = (2 / pi * even) @ (stress / q), (2 / pi * odd) @ stress
     laplacian = -(2 / pi * even) @ (stress * q)
     with np.errstate(divide="ignore"):
@@ -240,38 +185,39 @@ def _mode_stress(scene: Scene, spectrum: Any, grid: Grid) -> tuple[Array, Array,
 
 def _mode_share(scene: Scene, q: Array, resting: Array, moving: Array) -> Array:
     """Share of the moving body; `resting` (modes,) and `moving` (speeds,) are κT σ₀/μv without the background."""
-    if scene.counter_conductivity is None:
+    if not scene.counterface_conducts:
         return np.full(moving.shape, np.nan)
-    heated = _heating(scene, q)
-    still = float(resting @ heated.growth) + heated.resting
-    still *= scene.body.conductivity / scene.counter_conductivity
-    return still / (still + moving + heated.moving)
+    heated, bodies = _heating(scene, q), conduction(scene)
+    still = heated.growth @ resting + heated.resting
+    still *= bodies.conductivity / bodies.counter_conductivity
+    share: Array = still / (still + moving + heated.moving)
+    return share
 
 
 class _Heating(NamedTuple):
-    """What the time of sliding adds to the balance of the two bodies.
+    """What the time of sliding adds to the balance of the two bodies, at each speed.
 
-    `growth` (modes,) is the part of the steady temperature that the resting body has reached; `moving` and `resting`
-    are the backgrounds κT₀ σ₀/μv, Pa² m. With the rule "mean" they are 1, 0 and 0.
+    `growth` (speeds, modes) is the part of the steady temperature that the resting body has reached; `moving` and
+    `resting` (speeds,) are the backgrounds κT₀ σ₀/μv, Pa² m. With the rule "mean" they are 1, 0 and 0.
     """
 
     growth: Array
-    moving: float
-    resting: float
+    moving: Array
+    resting: Array
 
 
 def _heating(scene: Scene, q: Array) -> _Heating:
     from theory import background
 
-    time, diffusivity = scene.sliding.duration, scene.counter_diffusivity
-    if scene.sliding.heat_partition != "total" or time is None or diffusivity is None:
-        return _Heating(np.ones_like(q), 0.0, 0.0)
+    time, bodies, none = scene.sliding.duration, conduction(scene), np.zeros(len(scene.speeds))
+    if scene.sliding.heat_partition != "total" or time is None:
+        return _Heating(np.ones((none.size, q.size)), none, none)
     square = scene.sliding.nominal_pressure**2
     moving, resting = (
-        float(background.temperature(time, heat_flux=square, conductivity=1.0, diffusivity=d))
-        for d in (scene.diffusivity, diffusivity)
+        np.array([background.temperature(time, heat_flux=square, conductivity=1.0, diffusivity=d) for d in each])
+        for each in (bodies.diffusivity, bodies.counter_diffusivity)
     )
-    return _Heating(erf(q * np.sqrt(diffusivity * time)), moving, resting)
+    return _Heating(erf(q * np.sqrt(bodies.counter_diffusivity * time)[:, None]), moving, resting)
 
 
 def balanced(scene: Scene, sample: Sample) -> Sample:
@@ -292,9 +238,26 @@ def balanced(scene: Scene, sample: Sample) -> Sample:
     steady = sample.spectrum / sample.wavenumber
     heated = _heating(scene, sample.wavenumber)
     rate = sample.numbers["resting_flash_temperature"] / steady.sum(axis=1, keepdims=True)  # μv/κσ₀, also at rest
-    grown = (steady @ heated.growth)[:, None] + heated.resting
+    grown = steady @ heated.growth.T + heated.resting
     numbers = {
         "resting_flash_temperature": rate * grown,
         "flash_temperature": sample.numbers["flash_temperature"] + rate * heated.moving,
     }
     return sample._replace(numbers=sample.numbers | numbers)
+
+
+__all__ = [
+    "area_fractions",
+    "balanced",
+    "conduction",
+    "correlation",
+    "heat_partition",
+    "mode_sums",
+    "over_speed",
+    "predictions",
+    "size_errors",
+    "smoothed_spectrum",
+    "stress_spectrum",
+    "theoretical_partition",
+    "yield_wavenumber",
+]
