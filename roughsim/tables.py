@@ -74,13 +74,15 @@ def theory_table(scene: Scene) -> Table:
     table.add_column("speed m/s", justify="right")
     for name in names:
         table.add_column(f"{name} {SHOWN[UNITS[name]][0]}", justify="right")
-    table.add_column("κ W/(m K)", justify="right")
+    if varying := np.isfinite(scene.temperature_range[1]):
+        table.add_column("κ W/(m K)", justify="right")
     table.add_column("share used", justify="right")
     table.add_column("share in theory", justify="right")
     for k, speed in enumerate(scene.speeds):
         cells = [_number(values[name][k], UNITS[name]) for name in names]
         shares = [_number(values[name][k], "1") for name in ("heat_partition", "heat_partition_theory")]
-        table.add_row(f"{speed:g}", *cells, _number(values["conductivity"][k], "1"), *shares)
+        cells += [_number(values["conductivity"][k], "1")] if varying else []
+        table.add_row(f"{speed:g}", *cells, *shares)
     table.caption = (
         f"contact_fraction {values['contact_fraction']:.4g}, plastic_fraction {values['plastic_fraction']:.4g}"
     )
