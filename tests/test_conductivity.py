@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import roughsim as rs
@@ -258,3 +259,38 @@ def test_runaway_has_no_temperature():
     with pytest.raises(ConvergenceError, match="no fixed point"):
         effective_temperature(lambda t: 2.0 * t, background_temperature=300.0)
     assert effective_conductivity(lambda t: 30.0, lambda k: 1e9 / k) == 30.0
+
+
+def nonlinear_flash_temperature(kappa, flux):
+    """T_flash over T₀ = 300 K of a fast square source: heat by κ(T) straight down for a time 1, ρc = 1.
+
+    Finite volumes in depth; the mean over time is the mean over the source, from its leading to its trailing edge.
+    """
+    edges = 3.5 * np.sqrt(2 * kappa(300.0)) * np.linspace(0, 1, 121) ** 2
+    height, centre = np.diff(edges), 0.5 * (edges[1:] + edges[:-1])
+
+    def rate(_, t):
+        down = kappa(0.5 * (t[1:] + t[:-1])) * -np.diff(t) / np.diff(centre)
+        return np.diff(np.concatenate([[-flux], -down, [0.0]])) / height
+
+    times = np.linspace(0, 1, 401) ** 2
+    start = np.full(height.size, 300.0)
+    solved = solve_ivp(rate, (0, 1), start, "LSODA", times, rtol=1e-7, atol=1e-5, lband=1, uband=1)
+    surface = solved.y[0] + flux * height[0] / 2 / kappa(solved.y[0])
+    return np.trapezoid(np.where(times > 0, surface - 300.0, 0.0), times)
+
+
+@pytest.mark.parametrize(("cold", "at_900", "error"), [(50, 50, 2e-4), (50, 30, 0.7e-2), (30, 50, 0.9e-2)])
+def test_the_constant_meets_nonlinear_conduction_within_a_percent(cold, at_900, error):
+    flux = 0.75 * 250 * np.sqrt(np.pi * cold)  # 250 K with the cold κ: T_flash = (4/3) q̇ √(t/πκ)
+    found = effective_conductivity(
+        lambda t: cold + (at_900 - cold) * (t - 300) / 600,
+        lambda k: 4 / 3 * flux / np.sqrt(np.pi * k),
+        background_temperature=300.0,
+    )
+    exact = nonlinear_flash_temperature(lambda t: cold + (at_900 - cold) * (t - 300) / 600, flux)
+    assert 4 / 3 * flux / np.sqrt(np.pi * found) == pytest.approx(exact, rel=error)
+    if cold != at_900:  # and neither the cold κ nor that of the full T_flash does
+        full = brentq(lambda r: 4 / 3 * flux / np.sqrt(np.pi * (cold + (at_900 - cold) * r / 600)) - r, 1, 590)
+        assert abs(full / exact - 1) > 2 * error
+        assert abs(250 / exact - 1) > 5 * error
