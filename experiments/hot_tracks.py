@@ -68,14 +68,13 @@ def tracks_chart(fields, grid, folder):
     hole, inside = np.hypot(x[:, None], x) < HOLE, np.abs(x) < HOLE
     figure = Figure(figsize=(9, 7.2))
     highest = max(field[hole].max() for field in fields.values())  # one scale of colours for both tests
+    look = {"cmap": "inferno", "vmin": 0, "vmax": highest, "extent": [-1e3, 1e3, -1e3, 1e3]}
     places = figure.subplots(2, 2, sharex="col", sharey="col")
     for row, (test, field) in zip(places, fields.items(), strict=True):
         shown = np.where(hole, field, np.nan)[np.ix_(inside, inside)]
-        image = row[0].imshow(
-            shown.T, origin="lower", cmap="inferno", extent=[-1e3, 1e3, -1e3, 1e3], vmin=0, vmax=highest
-        )
+        image = row[0].imshow(shown.T, origin="lower", **look)
         row[0].set(title=f"test {test}, {SPEEDS[test]} m/s; the block moves right")
-        row[0].set(ylabel="$y$, µm")
+        row[0].set(ylabel="$y$, µm", xticks=np.arange(-1000, 1001, 500), yticks=np.arange(-1000, 1001, 500))
         y, line, width = inside_the_rim(field, grid)
         row[1].plot(y * MICRON, line, color="#D55E00", lw=1)
         row[1].set(title=f"inside the rim: hottest track {width * MICRON:.0f} µm wide")
