@@ -34,6 +34,18 @@ def hertz_source(pixels):
     return flux, (square < 1).reshape(shape).mean((1, 3)), grid
 
 
+def hertz_at_centres(pixels, shift=(0.0, 0.0)):
+    """Flux at the centres of the pixels; the source stands `shift` pixels off the middle."""
+    _, grid = square_of_distance(pixels)
+    x, y = ((np.arange(grid.shape[0]) - (grid.shape[0] - 1) / 2 + s) / pixels for s in shift)
+    return np.sqrt(np.maximum(1 - x[:, None] ** 2 - y**2, 0.0)), grid
+
+
+def flash_at_centres(flux, grid, **heat):
+    """T_flash = Σ T q̇/Σ q̇ over the centres."""
+    return (half_space_temperature(flux, grid, **heat) * flux).sum() / flux.sum()
+
+
 def disc_source(pixels):
     """A disc of whole pixels, and the radius of the disc of the same area.
 
@@ -128,17 +140,52 @@ def test_a_square_from_rest_is_exact_at_any_resolution(case):
 
 @pytest.mark.parametrize("case", TRANSIENTS, ids=lambda c: f"Pe {c['peclet']:g} Fo {c['fourier_number']:g}")
 @pytest.mark.parametrize(("pixels", "tolerance"), RESOLUTION)
-def test_hertz_and_disc_from_rest_have_their_flash_temperature(case, pixels, tolerance):
+@pytest.mark.parametrize("shift", [(0.0, 0.0), (0.5, 0.5), (0.2, 0.4)])
+def test_a_hertz_source_given_at_the_centres_has_its_flash_temperature_from_rest(case, pixels, tolerance, shift):
+    flux, grid = hertz_at_centres(pixels, shift)
+    flash = flash_at_centres(flux, grid, speed=case["peclet"], time=case["fourier_number"], **UNIT)
+    assert flash == pytest.approx(case["hertz_flash"], rel=tolerance)
+
+
+@pytest.mark.parametrize("peclet", PECLET)
+@pytest.mark.parametrize(("pixels", "tolerance"), [(8, 0.4e-2), (32, 0.4e-3)])
+def test_and_steady(peclet, pixels, tolerance):
+    for shift in ((0.0, 0.0), (0.5, 0.5), (0.2, 0.4)):
+        flash = flash_at_centres(*hertz_at_centres(pixels, shift), speed=peclet, **UNIT)
+        assert flash == pytest.approx(hertz.flash_temperature(peclet), rel=tolerance)
+
+
+@pytest.mark.parametrize("pixels", [8, 32])
+def test_young_heat_sees_the_flux_itself_so_that_means_over_pixels_lose_its_variance(pixels):
+    # T = 2 q̇ √(t/π) at each point: T_flash ~ ⟨q̇²⟩/⟨q̇⟩, and ∫q̇² = π/2, ∫q̇ = 2π/3 for the Hertz source
     flux, _, grid = hertz_source(pixels)
-    speed, time = case["peclet"], case["fourier_number"]
-    # heat that has not yet left its pixel sees the flux itself: its variance within the pixels of the rim is lost
-    young = 1.5 if sqrt(time) < 1.1 / pixels else 1.0
-    field = half_space_temperature(flux, grid, speed=speed, time=time, **UNIT)
-    flash = (field * flux).sum() / flux.sum()
-    assert flash == pytest.approx(case["hertz_flash"], rel=young * tolerance)
+    time = 1e-8 / pixels**2
+    flash = flash_at_centres(flux, grid, speed=1.0, time=time, **UNIT) / (2 * sqrt(time / pi))
+    lost = 1 - (flux**2).sum() / flux.sum() / 0.75
+    assert flash == pytest.approx(0.75 * (1 - lost), rel=1e-9)
+    assert lost == pytest.approx(0.0103 if pixels == 8 else 0.00086, rel=0.02)
+
+
+@pytest.mark.parametrize("case", TRANSIENTS, ids=lambda c: f"Pe {c['peclet']:g} Fo {c['fourier_number']:g}")
+@pytest.mark.parametrize(("pixels", "tolerance"), RESOLUTION)
+def test_a_disc_of_whole_pixels_from_rest_is_as_hot_as_its_rim_allows(case, pixels, tolerance):
     disc, radius, grid = disc_source(pixels)
+    speed, time = case["peclet"], case["fourier_number"]
     source = source_temperature(disc, grid, speed=speed / radius, time=time * radius**2, **UNIT)
+    young = 1.5 if sqrt(time) < 1.1 / pixels else 1.0  # see below
     assert source.mean_temperature == pytest.approx(radius * case["disc_mean"], rel=young * tolerance)
+
+
+@pytest.mark.parametrize("pixels", [8, 32])
+def test_young_heat_leaves_over_the_steps_of_the_rim_which_are_longer_than_the_circle(pixels):
+    # a straight edge of length S loses the share S √(Dt)/(2√π A): 8R of steps instead of 2πR, whatever the solver
+    disc, radius, grid = disc_source(pixels)
+    time = (0.01 / pixels) ** 2
+    mean = source_temperature(disc, grid, speed=0.0, time=time, **UNIT).mean_temperature
+    steps = np.abs(np.diff(disc.astype(int), axis=0)).sum() + np.abs(np.diff(disc.astype(int), axis=1)).sum()
+    lost = steps / pixels * sqrt(time) / (2 * sqrt(pi) * pi * radius**2)
+    assert 1 - mean / (2 * sqrt(time / pi)) == pytest.approx(lost, rel=0.01)
+    assert steps == 8 * pixels
 
 
 @pytest.mark.parametrize("case", TRANSIENTS, ids=lambda c: f"Pe {c['peclet']:g} Fo {c['fourier_number']:g}")
