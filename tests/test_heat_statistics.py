@@ -1,9 +1,13 @@
 """What a temperature field says: distributions, hot spots, profiles, and the conductivity of a hot contact."""
 
 import math
+import re
+import textwrap
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 from roughsim import ConvergenceError, Grid, half_space_temperature
 from roughsim.heat import contact_temperature, depth_profile, effective_conductivity, hot_spots, profiles, share_above
@@ -60,6 +64,88 @@ def test_profiles_pass_through_the_hottest_point():
     np.testing.assert_array_equal(profiles(field, GRID, (1, 0))[0], field[:, 0])
     with pytest.raises(ValueError, match="point = .* outside"):
         profiles(field, GRID, (6, 0))
+
+
+UNIT = {"conductivity": 1.0, "diffusivity": 1.0}
+
+
+@pytest.fixture(scope="module")
+def resting_hertz():
+    """(flux, grid, T) of the flux √(1 − r²) at rest on an odd number of pixels: κT = π(2 − r²)/8 inside."""
+    grid = Grid((67, 67), (67 / 32, 67 / 32))
+    x = (np.arange(67) - 33) / 32
+    flux = np.sqrt(np.maximum(1 - x[:, None] ** 2 - x**2, 0.0))
+    return flux, grid, half_space_temperature(flux, grid, speed=0.0, **UNIT)
+
+
+def test_a_resting_hertz_contact_has_its_distribution_of_temperature(resting_hertz):
+    # hotter than π(2 − r²)/8 is the disc of radius r: r² of the area, 1 − (1 − r²)^(3/2) of the heat
+    flux, grid, field = resting_hertz
+    contact = contact_temperature(field, flux)
+    assert contact.max_temperature == pytest.approx(math.pi / 4, rel=1e-3)
+    # means of π(2 − r²)/8: r² is 1/2 over the area and 2/5 over the heat
+    assert contact.mean_temperature == pytest.approx(math.pi / 8 * 1.5, rel=2e-3)
+    assert contact.flash_temperature == pytest.approx(math.pi / 8 * 1.6, rel=1e-3)
+    assert contact.temperatures.size == (flux > 0).sum()
+    for square in (0.2, 0.5, 0.8):
+        level = math.pi / 8 * (2 - square)
+        cooler = np.interp(level, contact.temperatures, contact.cooler)
+        assert cooler == pytest.approx((1 - square) ** 1.5, abs=3e-3)
+        assert share_above(field, flux, 300 + level, background_temperature=300.0) == pytest.approx(square, abs=6e-3)
+        spots = hot_spots(field, grid, level, periodic=False)
+        assert (spots.count, spots.unresolved) == (1, 0)
+        assert spots.areas[0] == pytest.approx(math.pi * square, rel=1e-2)
+
+
+def test_profiles_of_a_hertz_contact_are_even_at_rest_and_trail_when_it_slides(resting_hertz):
+    flux, grid, field = resting_hertz
+    x = (np.arange(67) - 33) / 32
+    inside = np.abs(x) < 0.95
+    for profile in profiles(field, grid):
+        np.testing.assert_allclose(profile[inside], math.pi / 8 * (2 - x[inside] ** 2), rtol=2e-3)
+    along, across = profiles(half_space_temperature(flux, grid, speed=30.0, **UNIT), grid)
+    np.testing.assert_allclose(across, across[::-1], rtol=1e-10)
+    assert x[along.argmax()] < -0.3  # the wake is at smaller x
+    assert along[x < 0].sum() > 2 * along[x > 0].sum()
+
+
+def test_below_the_middle_of_a_resting_hertz_contact_the_temperature_is_an_integral(resting_hertz):
+    flux, grid, _ = resting_hertz
+    depths = [0.0, 0.1, 0.5, 2.0]
+    below = depth_profile(lambda z: half_space_temperature(flux, grid, speed=0.0, depth=z, **UNIT), depths)
+    exact = [quad(lambda r, z=z: np.sqrt(1 - r * r) * r / np.hypot(r, z), 0, 1, points=[0.1])[0] for z in depths]
+    np.testing.assert_allclose(below, exact, rtol=1.5e-3)
+
+
+def test_the_depth_profile_stays_under_the_point_that_is_hottest_at_the_surface(resting_hertz):
+    flux, grid, _ = resting_hertz
+
+    def at(depth):
+        return half_space_temperature(flux, grid, speed=30.0, depth=depth, **UNIT)
+
+    there = np.unravel_index(at(0.0).argmax(), grid.shape)
+    deep = at(0.3)
+    assert depth_profile(at, 0.3)[0] == deep[there]
+    assert deep.max() > 1.05 * deep[there]  # further back it is hotter down there
+
+
+def test_spots_of_fewer_than_four_pixels_are_unresolved():
+    field = spotted((0, 0), (1, 0), (2, 0), (2, 1), (0, 3), (1, 3), (2, 3), (4, 4))
+    spots = hot_spots(field, GRID, 9.99, periodic=False)
+    np.testing.assert_allclose(spots.areas, [8.0, 6.0, 2.0])
+    assert spots.unresolved == 2
+    assert hot_spots(field, GRID, 10.0).count == 0  # at the threshold is not above it
+
+
+def test_the_example_of_the_page_prints_what_it_says(capsys):
+    page = (Path(__file__).parents[1] / "docs" / "heat.md").read_text()
+    example = textwrap.dedent(re.search(r"## Reading a field\n\n((?:    .*\n|\n)+)", page)[1])
+    exec(compile(example, "docs/heat.md", "exec"), {})
+    printed = [float(word) for word in re.findall(r"[-\d.]+(?:e-?\d+)?", capsys.readouterr().out)]
+    flash, top, ninety, above, count, largest, small, *below = printed
+    assert (round(flash), round(top), round(ninety)) == (240, 910, 503)
+    assert (round(100 * above), count, round(1e9 * largest), small) == (13, 22, 35, 1)
+    assert [round(t) for t in below] == [910, 794, 438]
 
 
 def test_below_a_resting_square_the_temperature_falls_as_a_point_source():
