@@ -11,7 +11,9 @@ from scipy.optimize import brentq
 import roughsim as rs
 from roughsim import analytic, charts
 from roughsim.errors import ConvergenceError
+from roughsim.explore import curves
 from roughsim.heat import effective_conductivity, effective_temperature
+from roughsim.report import sections
 from roughsim.scene import SceneError, parse_scene
 from roughsim.tables import theory_dict, theory_table
 from theory import flash, partition
@@ -149,6 +151,7 @@ def test_a_table_goes_from_the_plan_to_the_comparison(quick, tmp_path):
     plan = rs.plan(scene)
     assert any(what == "conductivity" and "W/(m K)" in value for what, value, _ in plan.reasons)
     run = rs.run(scene, tmp_path / "table", max_realizations=3, workers=1)
+    assert rs.open_run(tmp_path / "table").scene == scene
     comparison = rs.compare(run)
     axes = Figure().subplots()
     charts.comparison._over_speed(axes, comparison, "flash_temperature", "", 1.0)
@@ -182,6 +185,15 @@ def test_a_table_goes_from_the_plan_to_the_comparison(quick, tmp_path):
     told = theory_dict(scene)
     assert told["conductivity"] == analytic.conduction(scene).conductivity.tolist()
     assert theory_table(scene).columns[-3].header == "κ W/(m K)"
+
+
+def test_pages_of_a_run_ask_for_no_speed_beyond_its_tables(quick):
+    scene = with_tables(quick, table(60.0, 20.0))
+    assert curves.speed_range(scene) == (1e-2, 35.0)
+    assert curves.speed_range(quick) == (1e-2, 1e3)
+    assert sections._diffusivity(quick) == "7.595"
+    bodies = analytic.conduction(scene).diffusivity * 1e6
+    assert sections._diffusivity(scene) == f"{bodies.max():.4g} … {bodies.min():.4g}"
 
 
 def test_a_contact_hotter_than_the_table_is_refused_before_any_work(capped_scene):

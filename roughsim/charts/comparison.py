@@ -82,8 +82,8 @@ def _over_speed(axes: Axes, comparison: Comparison, observable: str, label: str,
         axes.set_axis_off()
         return
     scene = comparison.run.scene
-    beyond = 1.5 if np.isinf(scene.temperature_range[1]) else 1.0  # a table of conductivity may end at these speeds
-    dense = np.geomspace(speed.min() / beyond, speed.max() * beyond, 60)
+    beyond = 1.5 if np.isinf(scene.temperature_range[1]) else 1.0  # a table of conductivity may end there
+    dense = np.geomspace(speed.min() / 1.5, speed.max() * beyond, 60)
     theory = analytic.over_speed(scene, dense)[observable] * factor
     if observable == "flash_temperature":
         theory *= analytic.heat_partition(scene, dense)

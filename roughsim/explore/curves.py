@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import ceil, floor, log10
+from math import ceil, floor, isinf, log10
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -29,9 +29,13 @@ class Curve(NamedTuple):
 
 
 def speed_range(scene: Scene) -> tuple[float, float]:
-    """Return the speeds that can be chosen, m/s: a decade beyond those of the scene on either side."""
+    """Return the speeds that can be chosen, m/s: a decade beyond those of the scene on either side.
+
+    None is faster than those of the scene where a table of conductivity may end.
+    """
     moving = [speed for speed in scene.speeds if speed > 0.0] or [1.0]
-    return 10.0 ** (floor(log10(min(moving))) - 1), 10.0 ** (ceil(log10(max(moving))) + 1)
+    highest = 10.0 ** (ceil(log10(max(moving))) + 1) if isinf(scene.temperature_range[1]) else max(moving)
+    return 10.0 ** (floor(log10(min(moving))) - 1), highest
 
 
 def distances(run: Run) -> Array:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from roughsim import analytic
 from roughsim.compare import compare
 from roughsim.estimate import SOURCES
 from roughsim.means import PER_SPEED, UNITS
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from roughsim.compare import Comparison, Row
     from roughsim.estimate import Estimate
     from roughsim.record import Run
+    from roughsim.scene import Scene
 
 COLUMNS = {
     "theory": "theory",
@@ -203,10 +205,16 @@ def scene_of(run: Run) -> Html:
         ["rms height of both faces", number(scene.spectrum.rms_height * 1e6), "µm"],
         ["rms slope of both faces, whole spectrum", number(scene.spectrum.rms_slope), ""],
         ["penetration hardness", number(scene.penetration_hardness / 1e9), "GPa"],
-        ["thermal diffusivity", number(scene.diffusivity * 1e6), "mm²/s"],
+        ["thermal diffusivity", _diffusivity(scene), "mm²/s"],
     ]
     shown = re.sub(r"((?:^\[[^\[\]\n]*\],\n)+)", _shortened, scene.to_toml(), flags=re.MULTILINE)
     return joined(table(["what follows from it", "", ""], derived, numbers={1}), tag("pre", shown))
+
+
+def _diffusivity(scene: Scene) -> str:
+    """One number, or the range over the speeds where κ depends on temperature."""
+    values = analytic.conduction(scene).diffusivity * 1e6
+    return " … ".join(dict.fromkeys(number(float(value)) for value in (values.max(), values.min())))
 
 
 def _shortened(match: re.Match[str]) -> str:
