@@ -144,6 +144,16 @@ def test_a_resting_contact_conducts_as_its_background(capped_scene):
     assert analytic.conduction(still).conductivity[0] == pytest.approx(60 - 40 * 50 / 600, rel=1e-14)
 
 
+def test_a_body_on_an_insulating_counterface_takes_a_table_too(capped_scene):
+    scene = with_tables(capped_scene, table(60.0, 20.0))
+    alone = replace(scene, counterface=None)
+    assert np.isnan(analytic.conduction(alone).counter_diffusivity).all()
+    assert np.isnan(analytic.predictions(alone)["heat_partition"]).all()
+    warm = analytic.conduction(alone).conductivity
+    assert (np.diff(warm) < 0.0).all()  # the faster, the hotter
+    assert warm[-1] < 55.0
+
+
 def test_a_table_goes_from_the_plan_to_the_comparison(quick, tmp_path):
     """The measured share and the ratios are those of the run with the numbers of each speed."""
     rule = {"heat_partition": "total", "duration": 2e-4}

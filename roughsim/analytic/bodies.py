@@ -129,8 +129,8 @@ def _contact_temperature(scene: Scene, spectrum: Any, speed: float) -> float:
     result = effective_temperature(rise, background_temperature=scene.sliding.background_temperature or 0.0)
     if result > high:
         raise SceneError(
-            f"sliding.speed = {speed:g} m/s heats the contact to T₀ + 0.75 T_flash = {result:.4g} K or more, beyond "
-            f"{high:g} K, where the tables of conductivity end; extend them or lower the speed"
+            f"sliding.speed = {speed:g} m/s heats the contact to T₀ + 0.75 T_flash = {result:.4g} K at constant "
+            f"conductivity beyond {high:g} K, where the tables end; extend them or lower the speed"
         )
     return result
 
