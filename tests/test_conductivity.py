@@ -161,7 +161,7 @@ def test_a_table_goes_from_the_plan_to_the_comparison(quick, tmp_path):
     plan = rs.plan(scene)
     assert any(what == "conductivity" and "W/(m K)" in value for what, value, _ in plan.reasons)
     run = rs.run(scene, tmp_path / "table", max_realizations=3, workers=1)
-    assert rs.open_run(tmp_path / "table").scene == scene
+    assert rs.open_run(tmp_path / "table").scene.identity() == scene.identity()
     comparison = rs.compare(run)
     axes = Figure().subplots()
     charts.comparison._over_speed(axes, comparison, "flash_temperature", "", 1.0)
