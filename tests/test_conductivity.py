@@ -177,6 +177,8 @@ def test_a_table_goes_from_the_plan_to_the_comparison(quick, tmp_path):
         mine = [row for row in comparison.rows if row.observable == name][k]
         (his,) = [row for row in rs.compare(alone).rows if row.observable == name]
         assert mine.theory == pytest.approx(his.theory, rel=1e-12)
+    # a ratio κ₁/κ₂ the wrong way round would be 20 times off
+    assert run.estimate("heat_partition").mean[k] == pytest.approx(analytic.heat_partition(scene)[k], rel=0.3)
     speed = scene.speeds[k]
     (_, warm), (_, same) = (next(iter(r.fields("temperature", speed=speed))) for r in (run, alone))
     np.testing.assert_array_equal(warm, same)
@@ -220,6 +222,8 @@ def test_the_same_scene_is_written_read_and_told_apart(quick):
     assert scene.identity()["sliding.background_temperature"] == 350.0
     assert scene.temperature_range == (300.0, 900.0)
     assert quick.temperature_range == (0.0, np.inf)
+    narrow = with_tables(quick, table(60.0, 20.0), {"temperature": [340, 800], "value": [10, 25]})
+    assert narrow.temperature_range == (340.0, 800.0)
     assert scene.conduction(450.0).conductivity == 42.5
     assert scene.conduction(450.0).counter_diffusivity == pytest.approx(13.75 / (2700 * 900), rel=1e-15)
     for ask in (lambda: scene.diffusivity, lambda: scene.conduction(901.0), scene.conduction):
