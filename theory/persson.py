@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from math import pi
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +15,9 @@ from scipy.special import erf
 from theory import quadrature
 from theory.arguments import Array, Spectrum, breaks_of, density, not_negative_array, positive, real_array
 from theory.hankel import first_crossing, hankel_transform
+
+if TYPE_CHECKING:
+    from theory.calibrated import CalibratedSpectrum
 
 Weight = float | Callable[[Array, Array], Array]
 
@@ -184,6 +187,33 @@ def correlation_radius(
         raise ValueError(f"fraction = {level:.6g} must lie from 0 up to, not including, 1")
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
     return first_crossing(stress.panels, stress.values, level)
+
+
+def calibrated_spectrum(spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float) -> CalibratedSpectrum:
+    """Stress spectrum of elastic contact as boundary-element contacts have it, beside the paper's W.
+
+    Pass it as `stress_spectrum` to `pressure_correlation`, `correlation_radius` and every function of `flash`.
+
+    Parameters
+    ----------
+    spectrum : callable
+        C(q), m⁴, with `breaks`; the result is hashable and picklable when it is.
+    effective_modulus, nominal_pressure : float
+        E* and σ₀, Pa, both > 0.
+
+    Returns
+    -------
+    CalibratedSpectrum
+        |σ_q|² in Pa² m², with `breaks` beyond both ends of C(q); see `theory.calibrated`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not real, finite and of the right sign, or the contact lies outside the calibrated range.
+    """
+    from theory.calibrated import calibrated
+
+    return calibrated(spectrum, effective_modulus, nominal_pressure)
 
 
 def half_variance_table(spectrum: Spectrum) -> quadrature.Primitive:

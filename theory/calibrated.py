@@ -1,0 +1,135 @@
+"""The stress spectrum of elastic contact, calibrated to boundary-element contacts (experiments/validity.py).
+
+With G(q) = (π/4) E*² ∫ q³ C dq from q_min to q, G₁ its whole, and P = erf(σ₀/2√G):
+
+    later roughness    Ḡ(q) = G + c ∫ (q/k) dG(k) from q to q_max,    P̄ = erf(σ₀/2√Ḡ)
+    memory             m_n(q) = ∫ (k/q)ⁿ dG(k) / G(q) from q_min to q, from 1 at q_min downwards
+    in the band        W = P^a P̄^(b₀ + b₁ ln m₁ + b₄ ln m₄)
+    above q_max        |σ_q|² ∝ q^(−4) (1 + u (q_max/q)²): the edges of the contacts
+    below q_min        |σ_q|² constant: contacts are discrete, as shot noise
+
+W multiplies the stress of full contact, (E* q/2)² C(q). In full contact P = P̄ = 1: W = 1 exactly, and the tail and
+the floor vanish. The paper's W knows neither later roughness nor memory, and ends at q_max. All constants are fitted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import exp, log, pi, sqrt
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import erf
+
+from theory import quadrature
+from theory.arguments import Array, Spectrum, breaks_of, density, positive, real_array
+
+LIGHTEST = 0.005  # σ₀/(E*h′)
+CONSTANTS = {
+    "later": 2.335,
+    "present": 0.659,
+    "power": (0.803, -0.658, 0.534),
+    "floor": -1.368,
+    "edge": (-1.957, 0.918, 1.767, 3.858, -1.690),
+    "edge_load": (-0.737, 0.405),
+    "near": (0.166, -0.817, 0.268),
+}
+_REACH = 1e8  # the tail is followed to this multiple of q_max: what is beyond is 1e-4 of ∇²T at infinite speed
+_DEPTH = 1e3  # and the floor down to q_min over this
+
+
+@dataclass(frozen=True, slots=True)
+class CalibratedSpectrum:
+    """|σ_q|² of elastic contact in Pa² m², a callable with `breaks`; made by `persson.calibrated_spectrum`.
+
+    `breaks` reach from q_min/1000 to 10⁸ q_max: the stress neither begins at q_min nor ends at q_max.
+    """
+
+    spectrum: Spectrum
+    effective_modulus: float
+    nominal_pressure: float
+    breaks: tuple[float, ...] = field(init=False, compare=False)
+    _moments: dict[int, quadrature.Primitive] = field(init=False, repr=False, compare=False)
+    _outside: tuple[float, float, float] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        ends = breaks_of(self.spectrum)
+        moments = {n: _moment(self.spectrum, ends, n) for n in (2, 3, 4, 7)}
+        object.__setattr__(self, "_moments", moments)
+        object.__setattr__(self, "breaks", (float(ends[0]) / _DEPTH, *map(float, ends), float(ends[-1]) * _REACH))
+        _check_load(self.nominal_pressure, self.effective_modulus, float(moments[3](ends[-1:])[0]))
+        object.__setattr__(self, "_outside", self._levels(float(ends[0]), float(ends[-1])))
+
+    def __call__(self, q: ArrayLike) -> Array:
+        """Return |σ_q|² at the wavenumbers `q`, rad/m, elementwise, Pa² m²."""
+        wavenumber = real_array("q", q, "rad/m")
+        low, high = self.breaks[1], self.breaks[-2]
+        inside = (wavenumber >= low) & (wavenumber <= high)
+        floor, edge, near = self._outside
+        result = np.zeros(wavenumber.shape)
+        band = wavenumber[inside]
+        result[inside] = self._full(band) * self.weight(band)
+        below = (wavenumber < low) & (wavenumber >= self.breaks[0])
+        result[below] = floor
+        above = (wavenumber > high) & (wavenumber <= self.breaks[-1])
+        ratio = high / wavenumber[above]
+        result[above] = edge * ratio**4 * (1 + near * ratio**2)
+        return result
+
+    def weight(self, q: ArrayLike) -> Array:
+        """Return W, the share of the full-contact stress spectrum, at wavenumbers from q_min to q_max, rad/m."""
+        wavenumber = np.asarray(q, dtype=np.float64)
+        here, later, (memory, sharp) = self._features(wavenumber)
+        powers = CONSTANTS["power"]
+        exponent = powers[0] + powers[1] * np.log(memory) + powers[2] * np.log(sharp)
+        with np.errstate(divide="ignore"):
+            log_p = np.log(erf(self.nominal_pressure / (2 * np.sqrt(here))))
+            log_later = np.log(erf(self.nominal_pressure / (2 * np.sqrt(here + CONSTANTS["later"] * later))))
+        return np.asarray(np.exp(CONSTANTS["present"] * log_p + exponent * log_later))
+
+    def _features(self, q: Array) -> tuple[Array, Array, tuple[Array, Array]]:
+        """Return G, ∫ (q/k) dG(k) above q, and the memories m₁, m₄."""
+        rate = pi / 4 * self.effective_modulus**2
+        third = self._moments[3](q)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            memory, sharp = (np.where(third > 0.0, self._moments[3 + n](q) / (q**n * third), 1.0) for n in (1, 4))
+        second = self._moments[2]
+        later = q * np.maximum(second(np.full(1, self.breaks[-2])) - second(q), 0.0)
+        return rate * third, rate * later, (memory, sharp)
+
+    def _full(self, q: Array) -> Array:
+        return np.asarray((self.effective_modulus * q / 2) ** 2 * density(self.spectrum, q))
+
+    def _levels(self, low: float, high: float) -> tuple[float, float, float]:
+        """Return |σ_q|² of the floor, and level and steepening of the tail at q_max."""
+        ends = np.array([low, high])
+        here, later, (memory, sharp) = self._features(ends)
+        stress = self._full(ends)
+        opening = float(erf(self.nominal_pressure / (2 * sqrt(CONSTANTS["later"] * later[0]))))
+        floor = exp(CONSTANTS["floor"]) * opening ** CONSTANTS["power"][0] * (1 - opening) * stress[0]
+        share = float(erf(self.nominal_pressure / (2 * sqrt(here[1]))))
+        m, s, p = log(memory[1]), log(sharp[1]), log(share)
+        t, load, u = CONSTANTS["edge"], CONSTANTS["edge_load"], CONSTANTS["near"]
+        exponent = t[0] + (t[1] + load[0] * m + load[1] * s) * p + t[3] * m + t[4] * s
+        edge = exp(exponent) * (1 - share) ** t[2] * stress[1]
+        return float(floor), float(edge), exp(u[0] + u[1] * s + u[2] * p)
+
+
+def _moment(spectrum: Spectrum, ends: Array, power: int) -> quadrature.Primitive:
+    return quadrature.primitive(lambda q: q**power * density(spectrum, q), ends)
+
+
+def _check_load(pressure: float, modulus: float, third: float) -> None:
+    slope = sqrt(2 * pi * third)
+    load = pressure / (modulus * slope)
+    if load < LIGHTEST:
+        raise ValueError(
+            f"nominal_pressure = {pressure:.6g} Pa is {load:.3g} E*h', below the {LIGHTEST:g} that the calibration "
+            f"reaches; raise it to {LIGHTEST * modulus * slope:.6g} Pa or use the paper's weight"
+        )
+
+
+def calibrated(spectrum: Spectrum, effective_modulus: float, nominal_pressure: float) -> CalibratedSpectrum:
+    """Return the calibrated stress spectrum of checked numbers; see `persson.calibrated_spectrum`."""
+    modulus = positive("effective_modulus", effective_modulus, "Pa")
+    return CalibratedSpectrum(spectrum, modulus, positive("nominal_pressure", nominal_pressure, "Pa"))
