@@ -1,0 +1,102 @@
+"""Where the analytic theory can be trusted: its ratio to boundary-element contacts, with errors, as a map.
+
+    python experiments/validity.py [--toy] [--resume] [-o FOLDER] [--workers N]
+
+Elastic contact over load p/(E*h') 0.002 ... 0.3, H 0.3 ... 1, bandwidth q_1/q_r 4 ... 64 and Peclet number 1e-3 ...
+1e3, and hardness-capped contact over sigma_0/sigma_P 0.01 ... 0.5, with the three steel scenes. Each point is one file
+in FOLDER/points, so --resume goes on where a run was stopped. Out come FOLDER/validity.h5, which the package ships,
+the figures of docs/validity.md, and the test of the calibrated stress spectrum (theory.persson.calibrated_spectrum) on
+points that it was not fitted to. --toy computes a few small points.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from validity_map import capped, charts, elastic, report
+from validity_map.tables import capped_tables, elastic_table
+
+from roughsim.record.validity import write_validity
+
+LOADS = (0.002, 0.006, 0.02, 0.06, 0.15, 0.3, 0.6)
+HURSTS = (0.3, 0.55, 0.8, 1.0)
+BANDWIDTHS = (4.0, 8.0, 16.0, 32.0, 64.0)
+Point = elastic.Point | capped.CappedPoint
+
+
+def whole_map() -> list[Point]:
+    grid = [elastic.Point(p, h, r) for r in BANDWIDTHS for h in HURSTS for p in LOADS]
+    plastic = [
+        capped.CappedPoint(s, y, h) for y in (1.0, 2.0, 4.0) for h in (0.3, 0.8) for s in (0.01, 0.03, 0.1, 0.25, 0.5)
+    ]
+    return [*grid, *plastic, *capped.steels()]
+
+
+def toy_map() -> list[Point]:
+    grid = [elastic.Point(p, h, 4.0) for h in (0.3, 0.8) for p in (0.06, 0.3)]
+    return [*grid, capped.CappedPoint(0.1, 1.0), capped.CappedPoint(0.3, 1.0)]
+
+
+def compute(task: tuple[Point, bool, Path]) -> str:
+    """Measure one point and store it, whole or not at all."""
+    point, toy, place = task
+    start = time.process_time()
+    if isinstance(point, elastic.Point):
+        work = elastic.effort(point)
+        raw = elastic.measure(point, elastic.reduced(work, 4) if toy else work)
+    else:
+        raw = capped.measure(point, *((3, (4.0, 8.0)) if toy else ()))
+    temporary = place.with_suffix(".tmp.npz")
+    np.savez_compressed(temporary, **raw)
+    temporary.replace(place)
+    return f"{point.name}: {time.process_time() - start:.1f} s"
+
+
+def gather(points: list[Point], folder: Path, *, toy: bool, workers: int) -> list[tuple[Point, Any]]:
+    """Compute what is missing and read everything back."""
+    place = {point: folder / f"{point.name}.npz" for point in points}
+    tasks = [(point, toy, path) for point, path in place.items() if not path.exists()]
+    if workers > 1:
+        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+            for line in pool.map(compute, tasks):
+                print(line, flush=True)
+    else:
+        for task in tasks:
+            print(compute(task), flush=True)
+    results = []
+    for point, path in place.items():
+        with np.load(path) as raw:
+            results.append((point, dict(raw)))
+    return results
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--toy", action="store_true", help="few and small points, to see it work")
+    options.add_argument("--resume", action="store_true", help="keep the points that are there")
+    options.add_argument("-o", "--output", type=Path, default=Path("runs/validity"), help="folder")
+    options.add_argument("--workers", type=int, default=1, help="processes")
+    given = options.parse_args()
+
+    folder = given.output / "points"
+    if not given.resume:
+        shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True, exist_ok=True)
+    results = gather(toy_map() if given.toy else whole_map(), folder, toy=given.toy, workers=given.workers)
+    elastics = [(p, raw) for p, raw in results if isinstance(p, elastic.Point)]
+    plastics = [(p, raw) for p, raw in results if isinstance(p, capped.CappedPoint)]
+    tables = {"elastic": elastic_table(elastics), **capped_tables(plastics)}
+    write_validity(given.output / "validity.h5", tables, report.provenance())
+    report.show(tables, elastics, plastics)
+    charts.draw(tables, elastics, plastics, given.output)
+
+
+if __name__ == "__main__":
+    main()

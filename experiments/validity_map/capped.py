@@ -1,0 +1,186 @@
+"""Hardness-capped points of the map: capped contact, elastic contact on C_sm, areas by magnification, worn surface.
+
+A point is sigma_0/sigma_P and how far the roughness must be seen for 1 % of the contact to stay elastic, q_y/q_r, with
+H, the plateau and the low exponent of C(q). Units: E* = 1, q_r = 1, so that a speed is the Peclet number v/(D q_r).
+Capped contact is solved up to q_c = 8 and 16 q_y at 4 pixels per shortest wave and taken to q_c = infinity as 1/q_c;
+elastic contact on C_sm up to 1.5 q_y at 8 pixels.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import pi, sqrt
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+import roughsim as rs
+from roughsim.spectrum import TruncatedSpectrum
+from theory import persson, plasticity
+from validity_map import members
+
+CUTOFFS = (8.0, 16.0)  # q_c/q_y of the extrapolation
+MAGNIFICATIONS = (0.25, 0.5, 1.0, 2.0, 4.0)  # q_c/q_y at which the areas are compared
+END = 64.0  # q_1/q_y of the whole spectrum: C_sm has vanished long before
+RESCALED = 1e-9  # of the largest pressure: what counts as one stress field reloaded
+
+
+@dataclass(frozen=True)
+class CappedPoint:
+    """Where on the capped map."""
+
+    share: float
+    yields: float
+    hurst: float = 0.8
+    plateau: float = 2.0
+    low_exponent: float = 0.0
+    seed: int = 1
+    label: str = ""
+
+    @property
+    def name(self) -> str:
+        where = f"s{self.share:.4g}-y{self.yields:.4g}-H{self.hurst:g}-k{self.plateau:.4g}"
+        return f"capped-{where}-m{self.low_exponent:g}-s{self.seed}{self.label}"
+
+    @cached_property
+    def spectrum(self) -> rs.SelfAffineSpectrum:
+        return rs.SelfAffineSpectrum.from_rms_slope(
+            1.0,
+            hurst=self.hurst,
+            q_min=1.0 / self.plateau,
+            q_roll_off=1.0,
+            q_max=END * self.yields,
+            roll_off_exponent=self.low_exponent,
+        )
+
+    @cached_property
+    def hardness(self) -> float:
+        """sigma_P in units of E*, from the g = G/sigma_P^2 at which 1 % of the contact is elastic."""
+
+        def excess(log_g: float) -> float:
+            _, elastic, plastic = plasticity.area_fractions(np.exp(log_g), self.share, 1.0)
+            return float(elastic / (elastic + plastic)) - 0.01
+
+        g = np.exp(brentq(excess, np.log(1e-6), np.log(10.0)))
+        variance = float(persson.half_variance(self.yields, self.spectrum, effective_modulus=1.0))
+        return sqrt(variance / g)
+
+    @property
+    def pressures(self) -> dict[str, float]:
+        load = self.share * self.hardness
+        return {"effective_modulus": 1.0, "nominal_pressure": load, "penetration_hardness": self.hardness}
+
+    @cached_property
+    def smoothed(self) -> Any:
+        return plasticity.smoothed_spectrum(self.spectrum, **self.pressures)
+
+    @property
+    def periods(self) -> float:
+        return max(8.0, 4.0 * self.plateau)
+
+    def grid(self, q_max: float, pixels: float) -> rs.Grid:
+        least = self.periods * pixels * q_max
+        points = min(n for n in _fast(least) if n >= 0.98 * least)
+        return rs.Grid((points, points), (self.periods * 2 * pi,) * 2)
+
+
+def steels() -> list[CappedPoint]:
+    """Return the bundled steel scenes as points of the capped map."""
+    return [of_scene(rs.load_scene(name), name) for name in ("steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa")]
+
+
+def of_scene(scene: rs.Scene, label: str = "") -> CappedPoint:
+    """Return where a capped scene with a self-affine surface lies on the map."""
+    surface = scene.surface
+    load = scene.sliding.nominal_pressure
+    yields = plasticity.yield_wavenumber(
+        scene.spectrum,
+        effective_modulus=scene.effective_modulus,
+        nominal_pressure=load,
+        penetration_hardness=scene.penetration_hardness,
+    )
+    share, roll_off = load / scene.penetration_hardness, surface.q_roll_off
+    place = (share, yields / roll_off, surface.hurst, roll_off / surface.q_min, surface.roll_off_exponent or 0.0)
+    return CappedPoint(*place, label=label)
+
+
+def _fast(least: float) -> list[int]:
+    return sorted(
+        2**a * 3**b * 5**c
+        for a in range(3, 14)
+        for b in range(3)
+        for c in range(2)
+        if 0.9 * least <= 2**a * 3**b * 5**c <= 4 * least + 64
+    )
+
+
+def measure(point: CappedPoint, count: int = 8, cutoffs: tuple[float, ...] = CUTOFFS) -> dict[str, Any]:
+    """Solve all members of a point and return functionals, areas, and the spectrum of the deformed surface."""
+    seeds = [np.random.SeedSequence(point.seed, spawn_key=(7, k)) for k in range(count)]
+    load, y = point.pressures["nominal_pressure"], point.yields
+    cut = TruncatedSpectrum(point.smoothed, 1.5 * y)
+    grid = point.grid(1.5 * y, 8)
+    smoothed = [members.solve(cut, grid, load, seed) for seed in seeds]
+    result: dict[str, Any] = {"smoothed": np.array([m.functionals for m in smoothed])}
+    for factor in cutoffs:
+        solved = [_capped(point, factor * y, 4, seed) for seed in seeds]
+        result[f"capped{factor:g}"] = np.array([m.functionals for m in solved])
+    return result | _areas(point, seeds[: max(count // 2, 2)]) | _deformed(point, seeds[0], cutoffs[0] * y)
+
+
+@dataclass(frozen=True)
+class Capped:
+    """A capped member: functionals, and areas (raw, corrected) of contact and of its yielded part."""
+
+    functionals: Any
+    areas: tuple[float, float, float, float]
+    heights: Any
+    contact: Any
+
+
+def _capped(point: CappedPoint, q_max: float, pixels: float, seed: Any) -> Capped:
+    grid = point.grid(q_max, pixels)
+    heights = rs.synthesize(point.spectrum.truncated(q_max=q_max), grid, np.random.default_rng(seed))
+    solid = rs.Solid(1.0, point.hardness)
+    contact = rs.solve_contact(
+        heights, grid, solid, nominal_pressure=point.pressures["nominal_pressure"], tolerance=1e-4
+    )
+    stress = members.stress_table(contact.pressure, grid)
+    areas = (*members.areas(contact.pressure > 0.0), *members.areas(contact.pressure >= point.hardness))
+    return Capped(stress @ members.kernels(grid), areas, heights, contact)
+
+
+def _areas(point: CappedPoint, seeds: list[Any]) -> dict[str, Any]:
+    """Return areas at each magnification at 4 and 8 pixels per shortest wave: shape (magnifications, 2, members, 4)."""
+    values = [
+        [[_capped(point, factor * point.yields, pixels, seed).areas for seed in seeds] for pixels in (4, 8)]
+        for factor in MAGNIFICATIONS
+        if factor * point.yields > 1.5 / point.plateau
+    ]
+    return {"areas": np.array(values)}
+
+
+def _deformed(point: CappedPoint, seed: Any, q_max: float) -> dict[str, Any]:
+    """Return the spectrum of the plastically deformed surface over that of the original, and the error of a reload."""
+    member = _capped(point, q_max, 4, seed)
+    grid, contact = point.grid(q_max, 4), member.contact
+    left = contact.displacement - member.heights  # gap + a constant
+    elastic = (contact.pressure > 0.0) & (contact.pressure < point.hardness)
+    offset = float(left[elastic].mean()) if elastic.any() else float(left[contact.pressure == 0.0].min())
+    worn = member.heights + np.where(contact.pressure >= point.hardness, np.minimum(left - offset, 0.0), 0.0)
+    again = rs.solve_contact(
+        worn, grid, rs.Solid(1.0), nominal_pressure=point.pressures["nominal_pressure"], tolerance=1e-4
+    )
+    difference = float(np.linalg.norm(again.pressure - contact.pressure) / np.linalg.norm(contact.pressure))
+    powers = [members.stress_table(surface, grid) for surface in (member.heights, worn)]
+    q = members.radial(grid).wavenumber
+    edges = np.geomspace(1.0 / point.plateau, q_max, 25)
+    before, after = (np.bincount(np.digitize(q, edges), power, minlength=26)[1:-1] for power in powers)
+    middle = np.sqrt(edges[1:] * edges[:-1])
+    return {
+        "psd_wavenumber": middle,
+        "psd_ratio": after / np.maximum(before, np.finfo(float).tiny),
+        "reload": np.array([difference]),
+    }
