@@ -94,16 +94,22 @@ def plan(
 
 
 @app.command()
-def theory(scene: SceneName, as_json: Json = False) -> None:
+def theory(
+    scene: SceneName,
+    as_json: Json = False,
+    trust: Annotated[bool, typer.Option("--trust", help="Say how far the theory is known to be off here.")] = False,
+) -> None:
     """Evaluate the analytic theory of a scene over its whole spectrum."""
     from roughsim.scene import load_scene
-    from roughsim.tables import theory_dict, theory_table
+    from roughsim.tables import theory_dict, theory_table, trust_table
+    from roughsim.trust import trust as look_up
 
     loaded = load_scene(scene)
+    known = look_up(loaded) if trust else None
     if as_json:
-        typer.echo(json.dumps(theory_dict(loaded), indent=1))
+        typer.echo(json.dumps(theory_dict(loaded) | ({"trust": known.to_dict()} if known else {}), indent=1))
     else:
-        _print(theory_table(loaded))
+        _print(theory_table(loaded), *([trust_table(known)] if known else []))
 
 
 @app.command()
@@ -302,13 +308,15 @@ def _run(scene: Scene, output: Path, *, workers: int | None, **options: Any) -> 
 
 def _compare(run: Run, *, chart: Path | None, as_json: bool) -> None:
     from roughsim.compare import compare as set_beside
-    from roughsim.tables import comparison_table
+    from roughsim.tables import comparison_table, trust_table
+    from roughsim.trust import known
 
     table: Comparison = set_beside(run)
     if as_json:
         typer.echo(json.dumps(table.to_dict(), indent=1))
     else:
-        _print(comparison_table(table))
+        trusted = known(run.scene)
+        _print(comparison_table(table), *([trust_table(trusted)] if trusted else []))
     if chart is not None:
         table.chart(chart)
         typer.echo(f"picture: {chart}", err=True)

@@ -15,6 +15,7 @@ from roughsim.means import UNITS
 if TYPE_CHECKING:
     from roughsim.numerics import Numerics
     from roughsim.scene import Scene
+    from roughsim.trust import Trust
 
 # SI unit → unit of the tables, and the factor between them
 SHOWN = {
@@ -85,6 +86,22 @@ def theory_table(scene: Scene) -> Table:
         table.add_row(f"{speed:g}", *cells, *shares)
     table.caption = (
         f"contact_fraction {values['contact_fraction']:.4g}, plastic_fraction {values['plastic_fraction']:.4g}"
+    )
+    return table
+
+
+def trust_table(known: Trust) -> Table:
+    """Return how far the theory is known to be off, a row per observable."""
+    place = "here" if known.inside else "outside the map; at its nearest point"
+    table = Table(box=None, title=f"Theory against simulation, {place}: {known.where}", title_justify="left")
+    speeds = list(dict.fromkeys(j.speed for j in known.judgements if j.speed is not None))
+    for title in ("theory is", *(f"{speed:g} m/s" for speed in speeds)):
+        table.add_column(title, justify="left" if title == "theory is" else "right", no_wrap=True)
+    for name in dict.fromkeys(j.observable for j in known.judgements):
+        words = {j.speed: str(j) for j in known.judgements if j.observable == name}
+        table.add_row(name, *((words[None],) if None in words else (words.get(speed, "–") for speed in speeds)))
+    table.caption = (
+        "± total error of the simulations, 95 %; for steady sliding, all heat in the body, the scene's gamma."
     )
     return table
 

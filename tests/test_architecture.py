@@ -35,6 +35,7 @@ ORDER = (
     "plan",
     "record",
     "ensemble",
+    "trust",
     "compare",
     "charts",
     "status",

@@ -1,0 +1,198 @@
+"""How far the theory can be trusted for a scene: what the shipped map of its validity says there.
+
+The map holds measured/theory with γ = 0.45. Between its points it is interpolated, ln of the ratio linear in the
+logarithms of load, bandwidth and Péclet number; elsewhere the nearest point speaks. The scene’s own γ is put right by
+the theory itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from math import isnan, log, nan
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import RegularGridInterpolator
+
+from roughsim import analytic
+from roughsim.record.validity import Table, read_validity
+from roughsim.spectrum import SelfAffineSpectrum
+
+if TYPE_CHECKING:
+    from roughsim.scene import Scene
+
+Array = NDArray[np.float64]
+GAMMA = 0.45  # of the theory in the map
+# what counts as one step between places: a factor for logarithmic coordinates, a difference for the others
+_FACTOR = {"load": 3.0, "bandwidth": 2.0, "plateau": 2.0, "share": 2.5, "yields": 2.0}
+_STEP = {"hurst": 0.25, "low_exponent": 0.75}
+_WORDS = {
+    "load": "load p/(E*h')",
+    "hurst": "H",
+    "bandwidth": "q_max/q_roll_off",
+    "plateau": "q_roll_off/q_min",
+    "low_exponent": "roll_off_exponent",
+    "share": "pressure/hardness",
+    "yields": "q_y/q_roll_off",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """What is known of one prediction of the theory.
+
+    Attributes
+    ----------
+    observable : str
+        As in `compare`.
+    speed : float or None
+        m/s.
+    percent : float
+        100 (theory/measured − 1): positive where the theory is high.
+    error : float
+        Its total error, 95 %.
+    """
+
+    observable: str
+    speed: float | None
+    percent: float
+    error: float
+
+    def __str__(self) -> str:
+        side = "high" if self.percent >= 0.0 else "low"
+        return f"{abs(self.percent):.0f} ± {max(self.error, 1.0):.0f} % {side}"
+
+
+@dataclass(frozen=True, slots=True)
+class Trust:
+    """What the map says of a scene.
+
+    Attributes
+    ----------
+    inside : bool
+        Whether the scene lies on the map; else the judgements are those of its nearest point.
+    where : str
+        The place that the judgements are for, in words.
+    judgements : tuple of Judgement
+        One per observable and speed.
+    """
+
+    inside: bool
+    where: str
+    judgements: tuple[Judgement, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return JSON values."""
+        rows = [
+            {"observable": j.observable, "speed": j.speed, "percent": j.percent, "error": j.error}
+            for j in self.judgements
+        ]
+        return {"inside": self.inside, "where": self.where, "rows": rows}
+
+
+def trust(scene: Scene, tables: dict[str, Table] | None = None) -> Trust:
+    """Return how far the theory is known to be off for a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a self-affine C(q); elastic or with a hardness.
+    tables : dict of str to Table, optional
+        The map; the one that the package ships if left out.
+
+    Raises
+    ------
+    ValueError
+        If C(q) is a table or a sum: it has no place on the map.
+    """
+    table = (read_validity() if tables is None else tables)["elastic" if scene.elastic else "capped"]
+    place = np.array([_coordinates(scene)[name] for name in table.coordinates])
+    scaled, points = _scaled(table, place), np.array([_scaled(table, row) for row in table.place])
+    distance = np.sqrt(((points - scaled) ** 2).sum(axis=1))
+    nearest = int(np.argmin(distance))
+    grid = None if distance[nearest] < 0.1 else _grid_around(table, place)
+    value, error = (table.value[nearest], table.error[nearest]) if grid is None else grid
+    inside = grid is not None or bool(distance[nearest] < 0.1)
+    where = _words(table, place if inside else table.place[nearest], "" if inside else table.labels[nearest])
+    return Trust(inside, where, tuple(_judgements(scene, table, value, error)))
+
+
+def known(scene: Scene) -> Trust | None:
+    """Return what `trust` does; None for a scene that has no place on the map."""
+    return trust(scene) if isinstance(scene.spectrum, SelfAffineSpectrum) else None
+
+
+def _coordinates(scene: Scene) -> dict[str, float]:
+    spectrum = scene.spectrum
+    if not isinstance(spectrum, SelfAffineSpectrum):
+        raise ValueError("C(q) of this scene is a table or a sum; only a self-affine one has a place on the map")
+    roll_off = spectrum.q_roll_off
+    load = scene.sliding.nominal_pressure
+    result = {
+        "load": load / (scene.effective_modulus * spectrum.rms_slope),
+        "hurst": spectrum.hurst,
+        "bandwidth": spectrum.q_max / roll_off,
+        "plateau": roll_off / spectrum.q_min,
+        "low_exponent": spectrum.roll_off_exponent,
+    }
+    if not scene.elastic:
+        result |= {"share": load / scene.penetration_hardness}
+        result |= {"yields": min(analytic.yield_wavenumber(scene), spectrum.q_max) / roll_off}
+    return result
+
+
+def _scaled(table: Table, place: Array) -> Array:
+    pairs = zip(table.coordinates, place, strict=True)
+    return np.array([log(x) / log(_FACTOR[name]) if name in _FACTOR else x / _STEP[name] for name, x in pairs])
+
+
+def _grid_around(table: Table, place: Array) -> tuple[Array, Array] | None:
+    """Return ratios and errors interpolated in the regular part of the map; None outside it."""
+    free = [k for k, name in enumerate(table.coordinates) if name not in ("plateau", "low_exponent")]
+    fixed = [k for k in range(place.size) if k not in free]
+    home = np.median(table.place[:, fixed], axis=0)
+    rows = np.flatnonzero((np.abs(table.place[:, fixed] - home) < 1e-9).all(axis=1))
+    if (np.abs(place[fixed] - home) > 0.5).any():
+        return None
+    axes = [np.unique(table.place[rows, k]) for k in free]
+    if any(not axis[0] <= place[k] <= axis[-1] for axis, k in zip(axes, free, strict=True)):
+        return None
+    order = rows[np.lexsort(table.place[rows][:, free[::-1]].T)]
+    shape = tuple(axis.size for axis in axes)
+    if order.size != np.prod(shape):
+        return None
+    names = [table.coordinates[k] for k in free]
+    scaled = [np.log(a) if name in _FACTOR else a for a, name in zip(axes, names, strict=True)]
+    target = [log(place[k]) if name in _FACTOR else place[k] for k, name in zip(free, names, strict=True)]
+    value, error = (
+        RegularGridInterpolator(scaled, data[order].reshape(*shape, -1))([target])[0]
+        for data in (np.log(table.value), table.error)
+    )
+    return np.exp(value), error
+
+
+def _judgements(scene: Scene, table: Table, value: Array, error: Array) -> Iterator[Judgement]:
+    own = analytic.predictions(scene)
+    base = analytic.predictions(replace(scene, theory=replace(scene.theory, gamma=GAMMA)))
+    spectrum = scene.spectrum
+    unit = scene.diffusivity * spectrum.q_roll_off  # type: ignore[union-attr]
+    for name in dict.fromkeys(name for name, _ in table.quantities):
+        columns = [k for k, (other, _) in enumerate(table.quantities) if other == name]
+        peclet = np.array([table.quantities[k][1] for k in columns])
+        for k, speed in enumerate(scene.speeds if len(columns) > 1 else (nan,)):
+            if speed == 0.0:
+                continue
+            at = (
+                (float(value[columns[0]]), float(error[columns[0]]))
+                if isnan(speed)
+                else tuple(float(np.interp(log(abs(speed) / unit), np.log(peclet), v[columns])) for v in (value, error))
+            )
+            high = float(own[name][k] / base[name][k]) / at[0]
+            yield Judgement(name, None if isnan(speed) else speed, 100 * (high - 1), 100 * high * at[1])
+
+
+def _words(table: Table, place: Array, label: str) -> str:
+    named = ", ".join(f"{_WORDS[name]} {x:.3g}" for name, x in zip(table.coordinates, place, strict=True))
+    return f"{label} ({named})" if label else named
