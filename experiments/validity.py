@@ -52,7 +52,7 @@ def compute(task: tuple[Point, bool, Path]) -> str:
         work = elastic.effort(point)
         raw = elastic.measure(point, elastic.reduced(work, 4) if toy else work)
     else:
-        raw = capped.measure(point, *((3, (4.0, 8.0)) if toy else ()))
+        raw = capped.measure(point, *((4, (4.0, 8.0)) if toy else ()))
     temporary = place.with_suffix(".tmp.npz")
     np.savez_compressed(temporary, **raw)
     temporary.replace(place)

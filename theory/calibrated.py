@@ -5,8 +5,12 @@ With G(q) = (π/4) E*² ∫ q³ C dq from q_min to q, G₁ its whole, and P = er
     later roughness    Ḡ(q) = G + c ∫ (q/k) dG(k) from q to q_max,    P̄ = erf(σ₀/2√Ḡ)
     memory             m_n(q) = ∫ (k/q)ⁿ dG(k) / G(q) from q_min to q, from 1 at q_min downwards
     in the band        W = P^a P̄^(b₀ + b₁ ln m₁ + b₄ ln m₄)
-    above q_max        |σ_q|² ∝ q^(−4) (1 + u (q_max/q)²): the edges of the contacts
-    below q_min        |σ_q|² constant: contacts are discrete, as shot noise
+    above q_max        |σ_q|² = e^(t₀ + t₃ ln m₁ + t₄ ln m₄) P₁^t₁ (1 − P₁)^t₂ (q_max/q)⁴ [1 + u (q_max/q)²]
+                       × full contact at q_max
+    below q_min        |σ_q|² = e^f P̄₀^b₀ (1 − P̄₀) × full contact at q_min, constant
+
+with u = e^(u₀ + u₄ ln m₄), the index 1 for q_max, 0 for q_min: the edges of the contacts, and the shot noise of their
+number.
 
 W multiplies the stress of full contact, (E* q/2)² C(q). In full contact P = P̄ = 1: W = 1 exactly, and the tail and
 the floor vanish. The paper's W knows neither later roughness nor memory, and ends at q_max. All constants are fitted.
@@ -16,6 +20,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from math import exp, log, pi, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,16 +29,30 @@ from scipy.special import erf
 from theory import quadrature
 from theory.arguments import Array, Spectrum, breaks_of, density, positive, real_array
 
-LIGHTEST = 0.005  # σ₀/(E*h′)
-CONSTANTS = {
-    "later": 2.335,
-    "present": 0.659,
-    "power": (0.803, -0.658, 0.534),
-    "floor": -1.368,
-    "edge": (-1.957, 0.918, 1.767, 3.858, -1.690),
-    "edge_load": (-0.737, 0.405),
-    "near": (0.166, -0.817, 0.268),
-}
+
+class Constants(NamedTuple):
+    """The thirteen fitted numbers, in the letters of the module's formulas."""
+
+    later: float  # c
+    present: float  # a
+    power: tuple[float, float, float]  # b₀, b₁, b₄
+    floor: float  # f
+    edge: tuple[float, float, float, float, float]  # t₀ … t₄
+    near: tuple[float, float]  # u₀, u₄
+
+
+CONSTANTS = Constants(
+    later=1.916,
+    present=0.63,
+    power=(0.833, -0.756, 0.57),
+    floor=-2.667,
+    edge=(-2.069, 0.834, 1.68, 6.047, -2.868),
+    near=(-1.488, -1.15),
+)
+LIGHTEST = 0.008  # σ₀/(E*h′)
+# of what was calibrated: q_max h_rms/h′, and the memories m₁, m₄ at q_max
+BANDWIDTH, MEMORY, SHARPNESS = (1.0, 40.0), (0.1, 0.7), (0.05, 0.5)
+RMS_ERROR, ERROR_BAND = 0.02, 0.05
 _REACH = 1e8  # the tail is followed to this multiple of q_max: what is beyond is 1e-4 of ∇²T at infinite speed
 _DEPTH = 1e3  # and the floor down to q_min over this
 
@@ -54,10 +73,10 @@ class CalibratedSpectrum:
 
     def __post_init__(self) -> None:
         ends = breaks_of(self.spectrum)
-        moments = {n: _moment(self.spectrum, ends, n) for n in (2, 3, 4, 7)}
+        moments = {n: _moment(self.spectrum, ends, n) for n in (1, 2, 3, 4, 7)}
         object.__setattr__(self, "_moments", moments)
         object.__setattr__(self, "breaks", (float(ends[0]) / _DEPTH, *map(float, ends), float(ends[-1]) * _REACH))
-        _check_load(self.nominal_pressure, self.effective_modulus, float(moments[3](ends[-1:])[0]))
+        self._check_range()
         object.__setattr__(self, "_outside", self._levels(float(ends[0]), float(ends[-1])))
 
     def __call__(self, q: ArrayLike) -> Array:
@@ -80,12 +99,12 @@ class CalibratedSpectrum:
         """Return W, the share of the full-contact stress spectrum, at wavenumbers from q_min to q_max, rad/m."""
         wavenumber = np.asarray(q, dtype=np.float64)
         here, later, (memory, sharp) = self._features(wavenumber)
-        powers = CONSTANTS["power"]
+        powers = CONSTANTS.power
         exponent = powers[0] + powers[1] * np.log(memory) + powers[2] * np.log(sharp)
         with np.errstate(divide="ignore"):
             log_p = np.log(erf(self.nominal_pressure / (2 * np.sqrt(here))))
-            log_later = np.log(erf(self.nominal_pressure / (2 * np.sqrt(here + CONSTANTS["later"] * later))))
-        return np.asarray(np.exp(CONSTANTS["present"] * log_p + exponent * log_later))
+            log_later = np.log(erf(self.nominal_pressure / (2 * np.sqrt(here + CONSTANTS.later * later))))
+        return np.asarray(np.exp(CONSTANTS.present * log_p + exponent * log_later))
 
     def _features(self, q: Array) -> tuple[Array, Array, tuple[Array, Array]]:
         """Return G, ∫ (q/k) dG(k) above q, and the memories m₁, m₄."""
@@ -105,28 +124,41 @@ class CalibratedSpectrum:
         ends = np.array([low, high])
         here, later, (memory, sharp) = self._features(ends)
         stress = self._full(ends)
-        opening = float(erf(self.nominal_pressure / (2 * sqrt(CONSTANTS["later"] * later[0]))))
-        floor = exp(CONSTANTS["floor"]) * opening ** CONSTANTS["power"][0] * (1 - opening) * stress[0]
+        opening = float(erf(self.nominal_pressure / (2 * sqrt(CONSTANTS.later * later[0]))))
+        floor = exp(CONSTANTS.floor) * opening ** CONSTANTS.power[0] * (1 - opening) * stress[0]
         share = float(erf(self.nominal_pressure / (2 * sqrt(here[1]))))
         m, s, p = log(memory[1]), log(sharp[1]), log(share)
-        t, load, u = CONSTANTS["edge"], CONSTANTS["edge_load"], CONSTANTS["near"]
-        exponent = t[0] + (t[1] + load[0] * m + load[1] * s) * p + t[3] * m + t[4] * s
-        edge = exp(exponent) * (1 - share) ** t[2] * stress[1]
-        return float(floor), float(edge), exp(u[0] + u[1] * s + u[2] * p)
+        t, u = CONSTANTS.edge, CONSTANTS.near
+        edge = exp(t[0] + t[1] * p + t[3] * m + t[4] * s) * (1 - share) ** t[2] * stress[1]
+        return float(floor), float(edge), exp(u[0] + u[1] * s)
+
+    def _check_range(self) -> None:
+        """Refuse what the calibration has not seen."""
+        high = np.array([self.breaks[-2]])
+        first, third, fourth, seventh = (float(self._moments[n](high)[0]) for n in (1, 3, 4, 7))
+        slope, top = sqrt(2 * pi * third), float(high[0])
+        load = self.nominal_pressure / (self.effective_modulus * slope)
+        if load < LIGHTEST:
+            raise ValueError(
+                f"nominal_pressure = {self.nominal_pressure:.6g} Pa is {load:.3g} E*h′, below the {LIGHTEST:g} E*h′ "
+                f"that is calibrated; raise it to {LIGHTEST * self.effective_modulus * slope:.6g} Pa or use the "
+                "paper's weight"
+            )
+        seen = {
+            "bandwidth q_max h_rms/h′": (top * sqrt(first / third), BANDWIDTH),
+            "memory m₁ at q_max": (fourth / (top * third), MEMORY),
+            "memory m₄ at q_max": (seventh / (top**4 * third), SHARPNESS),
+        }
+        for name, (value, (least, most)) in seen.items():
+            if not least <= value <= most:
+                raise ValueError(
+                    f"spectrum has the {name} = {value:.3g}, outside {least:g} … {most:g} that is calibrated; use the "
+                    "paper's weight for it"
+                )
 
 
 def _moment(spectrum: Spectrum, ends: Array, power: int) -> quadrature.Primitive:
     return quadrature.primitive(lambda q: q**power * density(spectrum, q), ends)
-
-
-def _check_load(pressure: float, modulus: float, third: float) -> None:
-    slope = sqrt(2 * pi * third)
-    load = pressure / (modulus * slope)
-    if load < LIGHTEST:
-        raise ValueError(
-            f"nominal_pressure = {pressure:.6g} Pa is {load:.3g} E*h', below the {LIGHTEST:g} that the calibration "
-            f"reaches; raise it to {LIGHTEST * modulus * slope:.6g} Pa or use the paper's weight"
-        )
 
 
 def calibrated(spectrum: Spectrum, effective_modulus: float, nominal_pressure: float) -> CalibratedSpectrum:

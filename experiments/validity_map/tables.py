@@ -60,24 +60,35 @@ def _capped_row(point: capped.CappedPoint, raw: Any) -> dict[str, tuple[Any, Any
     errors = {name: np.empty(len(CAPPED_QUANTITIES)) for name in values}
     for k, quantity in enumerate(CAPPED_QUANTITIES):
         smooth, far, doubt = _columns(raw, quantity)
-        logs = {"smoothed": smooth - theory[quantity], "steps": far - smooth, "capped": far - theory[quantity]}
-        for name, members in logs.items():
-            half = student.ppf(0.975, members.size - 1) * members.std(ddof=1) / np.sqrt(members.size)
-            values[name][k] = np.exp(members.mean())
-            errors[name][k] = half if name == "smoothed" else np.hypot(half, doubt)
+        half = {"smoothed": _half_width(smooth), "capped": float(np.hypot(_half_width(far), doubt))}
+        half["steps"] = float(np.hypot(half["smoothed"], half["capped"]))
+        logs = {"smoothed": smooth.mean() - theory[quantity], "steps": far.mean() - smooth.mean()}
+        logs["capped"] = far.mean() - theory[quantity]
+        for name, value in logs.items():
+            values[name][k], errors[name][k] = np.exp(value), half[name]
     return {name: (values[name], errors[name]) for name in values}
 
 
+def _half_width(members: Any) -> float:
+    return float(student.ppf(0.975, members.size - 1) * members.std(ddof=1) / np.sqrt(members.size))
+
+
 def _columns(raw: Any, quantity: tuple[str, int]) -> tuple[Any, Any, float]:
-    """Return ln Q of C_sm and of capped contact at q_c = infinity, linearised per member, and the doubt of the latter."""
+    """Return ln Q of C_sm and of capped contact at q_c = infinity, linearised per member, and the doubt of the latter.
+
+    The pixel shift comes from the same modes at half the pixel; as the error falls at first order, what is left is the
+    shift once more.
+    """
 
     def linearised(functionals: Any) -> Any:
         value, gradient = estimates.linear(functionals.mean(axis=0), quantity)
         return value + functionals @ gradient - (functionals @ gradient).mean()
 
     near, finest = (linearised(raw[name]) for name in sorted((n for n in raw if n.startswith("capped")), key=_cutoff))
-    step = finest - near
-    return linearised(raw["smoothed"]), finest + step, EXPONENT_DOUBT * float(abs(step.mean()))
+    step, fine = finest - near, linearised(raw["fine"])
+    pixel = float((fine - near[: fine.size]).mean())
+    doubt = float(np.hypot(EXPONENT_DOUBT * step.mean(), 0.5 * pixel))
+    return linearised(raw["smoothed"]), finest + step + 2 * pixel, doubt
 
 
 def _cutoff(name: str) -> float:
