@@ -184,13 +184,17 @@ def _judgements(scene: Scene, table: Table, value: Array, error: Array) -> Itera
         for k, speed in enumerate(scene.speeds if len(columns) > 1 else (nan,)):
             if speed == 0.0:
                 continue
-            at = (
-                (float(value[columns[0]]), float(error[columns[0]]))
-                if isnan(speed)
-                else tuple(float(np.interp(log(abs(speed) / unit), np.log(peclet), v[columns])) for v in (value, error))
+            weights = np.ones(1) if isnan(speed) else _hats(log(abs(speed) / unit), np.log(peclet))
+            ratio = float(np.exp(weights @ np.log(value[columns])))
+            off = float(own[name][k] / base[name][k]) / ratio
+            yield Judgement(
+                name, None if isnan(speed) else speed, 100 * (off - 1), 100 * off * float(weights @ error[columns])
             )
-            high = float(own[name][k] / base[name][k]) / at[0]
-            yield Judgement(name, None if isnan(speed) else speed, 100 * (high - 1), 100 * high * at[1])
+
+
+def _hats(x: float, nodes: Array) -> Array:
+    """Return the weights of linear interpolation at `x`, constant beyond the ends."""
+    return np.array([np.interp(x, nodes, row) for row in np.eye(nodes.size)])
 
 
 def _words(table: Table, place: Array, label: str) -> str:

@@ -50,8 +50,8 @@ CONSTANTS = Constants(
     near=(-1.488, -1.15),
 )
 LIGHTEST = 0.008  # σ₀/(E*h′)
-# of what was calibrated: q_max h_rms/h′, and the memories m₁, m₄ at q_max
-BANDWIDTH, MEMORY, SHARPNESS = (1.0, 40.0), (0.1, 0.7), (0.05, 0.5)
+# of what was calibrated: q_max ∫C dq/∫qC dq, which is about q_max/q_roll_off, and the memories m₁, m₄ at q_max
+BANDWIDTH, MEMORY, SHARPNESS = (2.3, 80.0), (0.22, 0.66), (0.055, 0.31)
 RMS_ERROR, ERROR_BAND = 0.02, 0.05
 _REACH = 1e8  # the tail is followed to this multiple of q_max: what is beyond is 1e-4 of ∇²T at infinite speed
 _DEPTH = 1e3  # and the floor down to q_min over this
@@ -73,7 +73,7 @@ class CalibratedSpectrum:
 
     def __post_init__(self) -> None:
         ends = breaks_of(self.spectrum)
-        moments = {n: _moment(self.spectrum, ends, n) for n in (1, 2, 3, 4, 7)}
+        moments = {n: _moment(self.spectrum, ends, n) for n in (0, 1, 2, 3, 4, 7)}
         object.__setattr__(self, "_moments", moments)
         object.__setattr__(self, "breaks", (float(ends[0]) / _DEPTH, *map(float, ends), float(ends[-1]) * _REACH))
         self._check_range()
@@ -135,7 +135,7 @@ class CalibratedSpectrum:
     def _check_range(self) -> None:
         """Refuse what the calibration has not seen."""
         high = np.array([self.breaks[-2]])
-        first, third, fourth, seventh = (float(self._moments[n](high)[0]) for n in (1, 3, 4, 7))
+        zeroth, first, third, fourth, seventh = (float(self._moments[n](high)[0]) for n in (0, 1, 3, 4, 7))
         slope, top = sqrt(2 * pi * third), float(high[0])
         load = self.nominal_pressure / (self.effective_modulus * slope)
         if load < LIGHTEST:
@@ -145,7 +145,7 @@ class CalibratedSpectrum:
                 "paper's weight"
             )
         seen = {
-            "bandwidth q_max h_rms/h′": (top * sqrt(first / third), BANDWIDTH),
+            "bandwidth q_max ∫C dq/∫qC dq": (top * zeroth / first, BANDWIDTH),
             "memory m₁ at q_max": (fourth / (top * third), MEMORY),
             "memory m₄ at q_max": (seventh / (top**4 * third), SHARPNESS),
         }

@@ -151,8 +151,8 @@ def test_a_lighter_load_than_calibrated_is_refused():
 @pytest.mark.parametrize(
     ("spectrum", "words"),
     [
-        (PowerLaw(2e-27, (6e3, 2e4, 4e5), 0.05), "memory m₁"),
-        (PowerLaw(2e-27, (6e3, 2e4, 2.2e4), 0.7), "bandwidth"),
+        (PowerLaw(2e-27, (6e3, 2e4, 4e5), -0.3), "memory m₁"),
+        (PowerLaw(2e-27, (6e3, 6.1e3, 1.2e4), 0.7), "bandwidth"),
         (PowerLaw(2e-27, (6e3, 2e4, 4e8), 0.7), "bandwidth"),
     ],
 )

@@ -1,0 +1,257 @@
+"""The map of the theory's validity: its file, what it says of a scene, and the parts of the script that made it."""
+
+import json
+import sys
+from dataclasses import replace
+from math import nan, sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import roughsim as rs
+from roughsim import analytic
+from roughsim.cli import app
+from roughsim.errors import RecordError
+from roughsim.record.validity import Table, read_validity, write_validity
+from roughsim.scene import parse_scene
+from roughsim.tables import comparison_table, trust_table
+from roughsim.trust import trust
+from theory import calibrated, flash, persson
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
+from validity_map import capped, elastic, estimates, fit, members, tables
+
+SCENE = """
+[surface]
+rms_slope = {slope}
+hurst = {hurst}
+q_min = 1e4
+q_roll_off = 2e4
+q_max = {q_max}
+[body]
+youngs_modulus = "100 MPa"
+poisson_ratio = 0.3
+conductivity = 30
+density = 7900
+heat_capacity = 500
+[sliding]
+nominal_pressure = "{pressure} Pa"
+friction_coefficient = 0.1
+speed = [0, 0.1, 35]
+[theory]
+gamma = {gamma}
+"""
+MODULUS = 1e8 / (1 - 0.3**2)
+
+
+def scene(load=0.05, hurst=0.7, bandwidth=10.0, gamma=0.45, slope=0.01):
+    text = SCENE.format(slope=slope, hurst=hurst, q_max=2e4 * bandwidth, pressure=load * MODULUS * slope, gamma=gamma)
+    return parse_scene(text)
+
+
+def simple_map():
+    """ln(measured/theory) = x + H + y − z of x = ln load, y = ln bandwidth, z = ln Péclet: linear."""
+    quantities = (*(("flash_temperature", pe) for pe in (1e-3, 1.0, 1e3)), ("pressure_variance", nan))
+    place = np.array([(p, h, r, 2.0, 0.0) for p in (0.01, 0.1) for h in (0.5, 1.0) for r in (4.0, 16.0, 64.0)])
+    base = np.log(place[:, 0]) + place[:, 1] + np.log(place[:, 2])
+    value = np.exp(base[:, None] - np.array([np.log(1e-3), 0.0, np.log(1e3), 0.0]))
+    coordinates = ("load", "hurst", "bandwidth", "plateau", "low_exponent")
+    return {"elastic": Table(coordinates, ("",) * len(place), quantities, place, value, np.full(value.shape, 0.02))}
+
+
+def test_between_its_points_the_map_is_interpolated_in_logarithms():
+    known = trust(scene(0.05, 0.7, 10.0), simple_map())
+    assert known.inside
+    flash_at = {j.speed: j for j in known.judgements if j.observable == "flash_temperature"}
+    assert set(flash_at) == {0.1, 35.0}  # at rest there is no heat to judge
+    diffusivity = 30 / (7900 * 500)
+    for speed, judgement in flash_at.items():
+        ratio = np.exp(np.log(0.05) + 0.7 + np.log(10.0)) / (speed / diffusivity / 2e4)
+        assert judgement.percent == pytest.approx(100 * (1 / ratio - 1), rel=1e-9)
+        assert judgement.error == pytest.approx(100 / ratio * 0.02, rel=1e-9)
+
+
+def test_gamma_is_put_right_by_the_theory_itself():
+    soft, base = scene(gamma=0.3), scene(gamma=0.45)
+    (a,), (b,) = ([j for j in trust(s, simple_map()).judgements if j.speed is None] for s in (soft, base))
+    change = analytic.predictions(soft)["pressure_variance"][0] / analytic.predictions(base)["pressure_variance"][0]
+    assert (100 + a.percent) / (100 + b.percent) == pytest.approx(change, rel=1e-9)
+
+
+def test_outside_the_map_the_nearest_point_is_named():
+    known = trust(scene(load=0.001, hurst=0.95, bandwidth=20.0), simple_map())
+    assert not known.inside
+    assert known.where.startswith("load p/(E*h') 0.01, H 1, q_max/q_roll_off 16")
+    (variance,) = [j for j in known.judgements if j.speed is None]
+    assert variance.percent == pytest.approx(100 * (1 / (0.01 * np.e * 16) - 1), rel=1e-9)
+
+
+def test_speeds_beyond_the_map_have_reached_its_limits():
+    slow = replace(scene(), sliding=replace(scene().sliding, speed=(1e-9, 1e-8)))
+    a, b, *_ = trust(slow, simple_map()).judgements
+    assert a.percent == b.percent
+
+
+def test_a_table_has_no_place_on_the_map(tmp_path):
+    surface = {"psd": ((1e4, 1e-26), (1e5, 1e-30)), "psd_convention": "persson"}
+    base = scene()
+    tabled = replace(base, surface=type(base.surface)(**surface))
+    with pytest.raises(ValueError, match="only a self-affine one has a place on the map"):
+        trust(tabled, simple_map())
+
+
+def test_a_map_is_read_back_as_it_was_written(tmp_path):
+    path = tmp_path / "map.h5"
+    write_validity(path, simple_map(), {"program": "test"})
+    (name, back), (_, given) = *read_validity(path).items(), *simple_map().items()
+    assert name == "elastic"
+    for field in ("coordinates", "labels"):
+        assert getattr(back, field) == getattr(given, field)
+    np.testing.assert_array_equal([pe for _, pe in back.quantities], [pe for _, pe in given.quantities])
+    for field in ("place", "value", "error"):
+        np.testing.assert_array_equal(getattr(back, field), getattr(given, field))
+
+
+def test_a_damaged_map_is_refused(tmp_path):
+    path = tmp_path / "map.h5"
+    write_validity(path, simple_map(), {})
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 255
+    path.write_bytes(content[: len(content) - 100])
+    with pytest.raises(RecordError, match=r"map\.h5 is no readable map of validity"):
+        read_validity(path)
+
+
+def test_the_shipped_map_has_the_points_of_the_script():
+    sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
+    import validity
+
+    shipped = read_validity()
+    points = validity.whole_map()
+    grid = {(p.load, p.hurst, p.bandwidth, p.plateau, p.low_exponent) for p in points if isinstance(p, elastic.Point)}
+    assert set(map(tuple, shipped["elastic"].place.tolist())) == grid
+    plastic = [p for p in points if isinstance(p, capped.CappedPoint)]
+    np.testing.assert_allclose(shipped["capped"].place[:, 0], [p.share for p in plastic], rtol=1e-12)
+    assert [label for label in shipped["capped"].labels if label] == ["steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa"]
+
+
+def test_the_shipped_map_states_small_errors_for_what_matters():
+    table = read_validity()["elastic"]
+    for k, (name, _) in enumerate(table.quantities):
+        if name in ("flash_temperature", "pressure_variance"):
+            assert table.error[:, k].max() < 0.035, name
+
+
+@pytest.mark.parametrize("name", ["steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa"])
+def test_the_steel_scenes_are_points_of_the_capped_map(name):
+    known = trust(rs.load_scene(name))
+    assert known.inside
+    assert {j.observable for j in known.judgements} == {"flash_temperature", "pressure_variance"}
+
+
+def test_the_command_says_what_is_known():
+    shown = CliRunner().invoke(app, ["theory", "steel-1.2GPa", "--trust"])
+    assert shown.exit_code == 0
+    assert "flash_temperature" in shown.stdout
+    assert "% high" in shown.stdout
+    assert "% low" in shown.stdout
+    listed = json.loads(CliRunner().invoke(app, ["theory", "steel-1.2GPa", "--trust", "--json"]).stdout)
+    assert listed["trust"]["inside"] is True
+    assert {"observable", "speed", "percent", "error"} == set(listed["trust"]["rows"][0])
+
+
+def test_a_comparison_may_be_followed_by_what_is_known(capped_run):
+    known = trust(capped_run.scene)
+    assert comparison_table(rs.compare(capped_run)).row_count > trust_table(known).row_count == 2
+
+
+# the parts of the script
+
+
+def test_functionals_of_one_wave_are_exact():
+    # σ = p + a cos(qx): |σ_q|² = a²/2 at q; at rest the flash temperature is μ v q̇-like, Σ w/q
+    grid = rs.Grid((64, 64), (2 * np.pi, 2 * np.pi))
+    x = np.arange(64)[:, None] * grid.lengths[0] / 64
+    stress = members.stress_table(2.0 + 0.3 * np.cos(3 * x) + np.zeros(grid.shape), grid)
+    values = stress @ members.kernels(grid)
+    assert values[members.COLUMNS["pressure_variance"]][0] == pytest.approx(0.045, rel=1e-12)
+    even, odd = flash.angular_integrals(np.array([1.0 / 3.0]))
+    assert values[members.COLUMNS["flash_temperature"]][3] == pytest.approx(0.045 / 3 * 2 / np.pi * even[0], rel=1e-12)
+    assert values[members.COLUMNS["flash_gradient"]][3] == pytest.approx(-0.045 * 2 / np.pi * odd[0], rel=1e-12)
+
+
+def test_the_corrected_area_of_a_disc_is_its_area():
+    x = (np.arange(400) + 0.5) / 400 - 0.5
+    mask = np.hypot(x[:, None], x[None, :]) < 0.3
+    raw, corrected = members.areas(mask)
+    assert raw == pytest.approx(np.pi * 0.09, rel=2e-3)
+    edges = 8 * 0.3 * 400  # pixel edges around a disc: its circumscribed square
+    assert (raw - corrected) * 400**2 == pytest.approx((np.pi - 1 + np.log(2)) / 24 * edges, rel=0.02)
+
+
+def test_the_tail_completes_a_stress_that_falls_as_the_fourth_power():
+    # |σ_q|² = q^−4 from the plane up to any q: what the grid cuts off is put back
+    point = elastic.Point(0.1, 0.8, 4.0)
+    for pixels in (8, 16):
+        grid = point.grid(4.0, pixels, 8.0)
+        q = members.radial(grid).wavenumber
+        stress = np.where(q > 1.0, members.radial(grid).count * (1 / 8.0) ** 2 * q**-4.0, 0.0)
+        share, _ = elastic.TAIL[pixels]
+        values, doubt = elastic.completed(stress, grid, pixels)
+        beyond = np.pi / (elastic.CUT * grid.nyquist) ** 2
+        kept = float(stress[q <= elastic.CUT * grid.nyquist].sum())
+        assert values[members.COLUMNS["pressure_variance"]][0] - kept == pytest.approx(share * beyond, rel=0.02)
+        assert (doubt >= 0).any()
+
+
+def test_the_control_variate_leaves_the_mean_and_narrows_it():
+    rng = np.random.default_rng(5)
+    common = rng.standard_normal(400)
+    own, other = common[:25] + 0.1 * rng.standard_normal(25), common
+    shift, variance, _ = estimates._regressed(own, other)
+    assert variance < 0.2 * own.var(ddof=1) / 25
+    assert abs(own.mean() + shift) < 4 * sqrt(variance)
+
+
+def test_gradients_of_the_quantities_are_their_derivatives():
+    point = elastic.Point(0.1, 0.8, 4.0)
+    q = np.geomspace(0.5, 20, 60)
+    mean = (q**-2.0) @ members.kernel_matrix(q)
+    for quantity in [("flash_temperature", 2), ("flash_width", 5), ("slope_length", 4), ("correlation_radius_50", 0)]:
+        _, gradient = estimates.linear(mean, quantity)
+        step = 1e-6 * mean * np.random.default_rng(1).standard_normal(mean.size)
+        rise = estimates.linear(mean + step, quantity)[0] - estimates.linear(mean - step, quantity)[0]
+        assert rise == pytest.approx(2 * gradient @ step, rel=1e-4, abs=1e-10)
+    assert point.name
+
+
+@pytest.mark.parametrize("point", [elastic.Point(0.02, 0.3, 16.0), elastic.Point(0.4, 1.0, 6.0, 1.0)])
+def test_the_fit_uses_the_form_that_ships(point):
+    c = calibrated.CONSTANTS
+    flat = (c.later, c.present, *c.power, c.floor, *c.edge, *c.near)
+    expected = fit.predicted(fit.Sample(point), flat)
+    spectrum = persson.calibrated_spectrum(point.spectrum, effective_modulus=1.0, nominal_pressure=point.load)
+    theory = estimates.theory_values(point.spectrum, point.load, stress_spectrum=spectrum)
+    np.testing.assert_allclose([theory[q] for q in fit.SCORED], expected, atol=2e-4)
+
+
+def test_full_contact_is_measured_as_the_theory_has_it():
+    # W = 1: what is left of the ratio is the cell's few longest waves
+    point = elastic.Point(12.0, 0.8, 4.0)
+    raw = elastic.measure(point, elastic.Effort(0, 3, {8: 2}))
+    row = tables.elastic_table([(point, raw)])
+    which = [k for k, (name, _) in enumerate(row.quantities) if name in ("flash_temperature", "pressure_variance")]
+    np.testing.assert_allclose(row.value[0, which], 1.0, atol=3e-3)
+
+
+def test_where_a_capped_point_yields():
+    point = capped.CappedPoint(0.1, 2.0)
+    variance = persson.half_variance(2.0, point.spectrum, effective_modulus=1.0)
+    from theory import plasticity
+
+    _, left, yielded = plasticity.area_fractions(variance, 0.1 * point.hardness, point.hardness)
+    assert left / (left + yielded) == pytest.approx(0.01, rel=1e-9)
+    scene = rs.load_scene("steel-1.2GPa")
+    assert capped.of_scene(scene).yields * 9.4e4 == pytest.approx(analytic.yield_wavenumber(scene), rel=1e-9)
