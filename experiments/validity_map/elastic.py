@@ -81,8 +81,9 @@ def effort(point: Point) -> Effort:
     coarse = next(n for limit, n in steps if point.load < limit)
     if point.bandwidth <= 12:
         return Effort(0, coarse, {8: 4, 16: 4})
-    main = max(coarse // (4 if point.bandwidth <= 24 else 6), 12)
-    return Effort(coarse, main, {8: 2} if point.bandwidth > 40 else {8: 2, 16: 2})
+    if point.bandwidth <= 40:
+        return Effort(coarse, max(coarse // (4 if point.bandwidth <= 24 else 6), 12), {8: 2, 16: 2})
+    return Effort(coarse, 6, {8: 1})
 
 
 def measure(point: Point, work: Effort | None = None) -> dict[str, Any]:
