@@ -32,11 +32,30 @@ Point = elastic.Point | capped.CappedPoint
 
 
 def whole_map() -> list[Point]:
+    """Return the regular grid of elastic and capped points, and the three steels."""
     grid = [elastic.Point(p, h, r) for r in BANDWIDTHS for h in HURSTS for p in LOADS]
     plastic = [
         capped.CappedPoint(s, y, h) for y in (1.0, 2.0, 4.0) for h in (0.3, 0.8) for s in (0.01, 0.03, 0.1, 0.25, 0.5)
     ]
     return [*grid, *plastic, *capped.steels()]
+
+
+def families() -> list[elastic.Point]:
+    """Return elastic points with other long waves: no plateau, longer ones, and a slope below q_r."""
+    shapes = ((1.0, 0.0), (4.0, 0.0), (8.0, 0.0), (8.0, 1.5))
+    return [elastic.Point(p, h, 8.0, k, 2, m) for k, m in shapes for h in (0.3, 0.8) for p in (0.02, 0.15)]
+
+
+def fresh(count: int = 16) -> list[elastic.Point]:
+    """Return points off the grid, on streams of their own, that no constant was fitted to."""
+    rng = np.random.default_rng(20261121)
+    points = []
+    for load in np.geomspace(0.0085, 0.5, count):
+        hurst, plateau = rng.uniform(0.3, 1.0), np.exp(rng.uniform(0.0, np.log(6.0)))
+        most = min(60.0, 512.0 / max(8.0, 4.0 * plateau))  # what the grids can hold
+        bandwidth = np.exp(rng.uniform(np.log(4.0), np.log(most)))
+        points.append(elastic.Point(*(float(f"{x:.3g}") for x in (load, hurst, bandwidth, plateau)), seed=3))
+    return points
 
 
 def toy_map() -> list[Point]:

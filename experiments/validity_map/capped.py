@@ -41,11 +41,13 @@ class CappedPoint:
 
     @property
     def name(self) -> str:
+        """Name of its file."""
         where = f"s{self.share:.4g}-y{self.yields:.4g}-H{self.hurst:g}-k{self.plateau:.4g}"
         return f"capped-{where}-m{self.low_exponent:g}-s{self.seed}{self.label}"
 
     @cached_property
     def spectrum(self) -> rs.SelfAffineSpectrum:
+        """C(q) with rms slope 1 and q_r = 1, far beyond q_y."""
         return rs.SelfAffineSpectrum.from_rms_slope(
             1.0,
             hurst=self.hurst,
@@ -69,18 +71,22 @@ class CappedPoint:
 
     @property
     def pressures(self) -> dict[str, float]:
+        """What theory.plasticity asks for."""
         load = self.share * self.hardness
         return {"effective_modulus": 1.0, "nominal_pressure": load, "penetration_hardness": self.hardness}
 
     @cached_property
     def smoothed(self) -> Any:
+        """C_sm(q)."""
         return plasticity.smoothed_spectrum(self.spectrum, **self.pressures)
 
     @property
     def periods(self) -> float:
+        """Waves of q_r along a side."""
         return max(8.0, 4.0 * self.plateau)
 
     def grid(self, q_max: float, pixels: float) -> rs.Grid:
+        """Return the grid with so many pixels per shortest wave, less 2 %."""
         least = self.periods * pixels * q_max
         points = min(n for n in _fast(least) if n >= 0.98 * least)
         return rs.Grid((points, points), (self.periods * 2 * pi,) * 2)

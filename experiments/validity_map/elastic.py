@@ -13,6 +13,7 @@ from math import pi
 from typing import Any
 
 import numpy as np
+from scipy.fft import next_fast_len
 
 import roughsim as rs
 from validity_map import members
@@ -37,11 +38,13 @@ class Point:
 
     @property
     def name(self) -> str:
+        """Name of its file."""
         low = f"-m{self.low_exponent:g}" if self.low_exponent else ""
         return f"p{self.load:g}-H{self.hurst:g}-r{self.bandwidth:g}-k{self.plateau:g}{low}-s{self.seed}"
 
     @property
     def spectrum(self) -> rs.SelfAffineSpectrum:
+        """C(q) with rms slope 1 and q_r = 1."""
         return rs.SelfAffineSpectrum.from_rms_slope(
             1.0,
             hurst=self.hurst,
@@ -62,7 +65,8 @@ class Point:
         return max(8.0, 4.0 * self.plateau)
 
     def grid(self, q_max: float, pixels: float, periods: float) -> rs.Grid:
-        points = round(periods * pixels * q_max)
+        """Return the grid with so many pixels per shortest wave."""
+        points = 2 * next_fast_len(round(0.5 * periods * pixels * q_max), real=True)
         return rs.Grid((points, points), (periods * 2 * pi,) * 2)
 
 
@@ -76,12 +80,14 @@ class Effort:
 
 
 def effort(point: Point) -> Effort:
-    """Return the numbers of members: light contact is a few spots and scatters most."""
+    """Return the numbers of members: light contact is a few spots and scatters most; large cells hold more spots."""
     steps = ((0.003, 80), (0.01, 48), (0.03, 80), (0.1, 40), (np.inf, 24))
     coarse = next(n for limit, n in steps if point.load < limit)
+    coarse = max(round(coarse * (8.0 / point.short_side) ** 2), 12)
+    largest = point.short_side * point.bandwidth  # of the fine grids, at one pixel per wave
     if point.bandwidth <= 12:
-        return Effort(0, coarse, {8: 4, 16: 4})
-    if point.bandwidth <= 40:
+        return Effort(0, coarse, {8: 4, 16: 4} if largest < 130 else {8: 2, 16: 2})
+    if largest <= 320:
         return Effort(coarse, max(coarse // (4 if point.bandwidth <= 24 else 6), 12), {8: 2, 16: 2})
     return Effort(coarse, 6, {8: 1})
 

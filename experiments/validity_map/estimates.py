@@ -102,7 +102,7 @@ def _fine_shift(raw: Any, quantity: tuple[str, int]) -> tuple[float, float]:
 
 
 def _area(raw: Any) -> tuple[float, float]:
-    """Return ln of the perimeter-corrected area at vanishing pixels; what is left of its error halves with the pixel."""
+    """Return ln of the perimeter-corrected area at vanishing pixels: what is left of its error halves with them."""
     main, coarse = raw["main_area"], raw.get("coarse_area")
     mean = main.mean()
     if coarse is not None and coarse.size > main.size:

@@ -6,6 +6,7 @@ grid indices are fitted; the odd half only judges.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -66,7 +67,7 @@ def _band_nodes(low: float, high: float) -> tuple[Any, Any]:
     cuts = [low, *([1.0] if low < 1.0 else [])]
     cuts += list(np.geomspace(1.0, high, int(np.ceil(np.log(high) / 1.4)) + 1)[1:])
     nodes, widths = [], []
-    for k, (a, b) in enumerate(zip(cuts[:-1], cuts[1:], strict=True)):
+    for k, (a, b) in enumerate(pairwise(cuts)):
         power = 2 if k == 0 else 1  # P falls as a square root just above q_min
         q = a * (b / a) ** (_T**power)
         nodes.append(q)
