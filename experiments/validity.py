@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from validity_map import capped, charts, elastic, report
+from validity_map import capped, charts, elastic, fit, plastic_charts, report
 from validity_map.tables import capped_tables, elastic_table
 
 from roughsim.record.validity import write_validity
@@ -59,7 +59,8 @@ def fresh(count: int = 16) -> list[elastic.Point]:
 
 
 def toy_map() -> list[Point]:
-    grid = [elastic.Point(p, h, 4.0) for h in (0.3, 0.8) for p in (0.06, 0.3)]
+    grid = [elastic.Point(p, h, 4.0) for h in (0.3, 0.8) for p in (0.06, 0.15, 0.3)]
+    grid.append(elastic.Point(0.2, 0.5, 5.0, 1.5, 3))
     return [*grid, capped.CappedPoint(0.1, 1.0), capped.CappedPoint(0.3, 1.0)]
 
 
@@ -96,10 +97,33 @@ def gather(points: list[Point], folder: Path, *, toy: bool, workers: int) -> lis
     return results
 
 
+def sorted_out(results: list[tuple[Point, Any]]) -> dict[str, list[Any]]:
+    """Return the elastic results by their use: the grid, its fitted half, the other half, and what lies off it."""
+    grid = [pair for pair in results if isinstance(pair[0], elastic.Point) and pair[0].seed == 1]
+    axes = [sorted({getattr(p, name) for p, _ in grid}) for name in ("load", "hurst", "bandwidth")]
+    off = [pair for pair in results if isinstance(pair[0], elastic.Point) and pair[0].seed != 1]
+    return {
+        "grid": grid,
+        "fitted": [pair for pair in grid if fit.is_fitted(pair[0], *axes)],
+        "judged": [pair for pair in grid if not fit.is_fitted(pair[0], *axes)],
+        "families": [pair for pair in off if pair[0].seed == 2],
+        "fresh": [pair for pair in off if pair[0].seed == 3],
+    }
+
+
+def refit(results: dict[str, list[Any]]) -> None:
+    """Fit the constants anew and print them as theory.calibrated holds them."""
+    chosen = [pair for pair in [*results["fitted"], *results["families"]] if pair[0].load >= fit.LIGHTEST]
+    constants, misses = fit.fit(chosen)
+    print("constants:", ", ".join(f"{x:.4g}" for x in constants))
+    print(f"  rms {np.sqrt((misses**2).mean()):.2%}, worst {abs(misses).max():.1%} over {len(chosen)} points")
+
+
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--toy", action="store_true", help="few and small points, to see it work")
     options.add_argument("--resume", action="store_true", help="keep the points that are there")
+    options.add_argument("--refit", action="store_true", help="fit the constants of the calibrated spectrum anew")
     options.add_argument("-o", "--output", type=Path, default=Path("runs/validity"), help="folder")
     options.add_argument("--workers", type=int, default=1, help="processes")
     given = options.parse_args()
@@ -108,13 +132,17 @@ def main() -> None:
     if not given.resume:
         shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True, exist_ok=True)
-    results = gather(toy_map() if given.toy else whole_map(), folder, toy=given.toy, workers=given.workers)
-    elastics = [(p, raw) for p, raw in results if isinstance(p, elastic.Point)]
-    plastics = [(p, raw) for p, raw in results if isinstance(p, capped.CappedPoint)]
-    tables = {"elastic": elastic_table(elastics), **capped_tables(plastics)}
+    points = toy_map() if given.toy else [*whole_map(), *families(), *fresh()]
+    measured = gather(points, folder, toy=given.toy, workers=given.workers)
+    results = sorted_out(measured)
+    plastics = [pair for pair in measured if isinstance(pair[0], capped.CappedPoint)]
+    tables = {"elastic": elastic_table(results["grid"]), **capped_tables(plastics)}
     write_validity(given.output / "validity.h5", tables, report.provenance())
-    report.show(tables, elastics, plastics)
-    charts.draw(tables, elastics, plastics, given.output)
+    if given.refit:
+        refit(results)
+    report.show(tables, results, plastics)
+    charts.draw(tables, results, given.output)
+    plastic_charts.draw(tables, plastics, given.output)
 
 
 if __name__ == "__main__":
