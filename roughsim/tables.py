@@ -92,7 +92,11 @@ def theory_table(scene: Scene) -> Table:
 
 def trust_table(known: Trust) -> Table:
     """Return how far the theory is known to be off, a row per observable."""
-    place = "here" if known.inside else "outside the map; at its nearest point"
+    place = {
+        "map": "here",
+        "calibrated": "by the calibrated stress spectrum",
+        "nearest": "outside the map; at its nearest point",
+    }[known.source]
     table = Table(box=None, title=f"Theory against simulation, {place}: {known.where}", title_justify="left")
     speeds = list(dict.fromkeys(j.speed for j in known.judgements if j.speed is not None))
     for title in ("theory is", *(f"{speed:g} m/s" for speed in speeds)):

@@ -28,6 +28,9 @@ GAMMA = 0.45  # of the theory in the map
 # what counts as one step between places: a factor for logarithmic coordinates, a difference for the others
 _FACTOR = {"load": 3.0, "bandwidth": 2.0, "plateau": 2.0, "share": 2.5, "yields": 2.0}
 _STEP = {"hurst": 0.25, "low_exponent": 0.75}
+_SAME_FAMILY = 0.3  # of q_roll_off/q_min and of the low exponent: how far a scene may be from those of the regular grid
+_BETWEEN = 0.01  # error of the interpolation: a quarter of what leaving every other point out makes, at its worst
+_BETWEEN_RADII = 0.06  # g_σ(r) oscillates about a tenth of g_σ(0), so its radius jumps
 _WORDS = {
     "load": "load p/(E*h')",
     "hurst": "H",
@@ -67,19 +70,20 @@ class Judgement:
 
 @dataclass(frozen=True, slots=True)
 class Trust:
-    """What the map says of a scene.
+    """What is known of a scene.
 
     Attributes
     ----------
-    inside : bool
-        Whether the scene lies on the map; else the judgements are those of its nearest point.
+    source : {"map", "calibrated", "nearest"}
+        The scene lies on the map; or its stress spectrum is within what is calibrated; or only the nearest point of the
+        map can be named.
     where : str
         The place that the judgements are for, in words.
     judgements : tuple of Judgement
         One per observable and speed.
     """
 
-    inside: bool
+    source: str
     where: str
     judgements: tuple[Judgement, ...]
 
@@ -89,7 +93,7 @@ class Trust:
             {"observable": j.observable, "speed": j.speed, "percent": j.percent, "error": j.error}
             for j in self.judgements
         ]
-        return {"inside": self.inside, "where": self.where, "rows": rows}
+        return {"source": self.source, "where": self.where, "rows": rows}
 
 
 def trust(scene: Scene, tables: dict[str, Table] | None = None) -> Trust:
@@ -98,36 +102,76 @@ def trust(scene: Scene, tables: dict[str, Table] | None = None) -> Trust:
     Parameters
     ----------
     scene : Scene
-        With a self-affine C(q); elastic or with a hardness.
+        Elastic or with a hardness.
     tables : dict of str to Table, optional
         The map; the one that the package ships if left out.
 
     Raises
     ------
     ValueError
-        If C(q) is a table or a sum: it has no place on the map.
+        If C(q) is a table or a sum, which have no place on the map, and the scene has a hardness or is not calibrated.
     """
     table = (read_validity() if tables is None else tables)["elastic" if scene.elastic else "capped"]
-    place = np.array([_coordinates(scene)[name] for name in table.coordinates])
-    scaled, points = _scaled(table, place), np.array([_scaled(table, row) for row in table.place])
-    distance = np.sqrt(((points - scaled) ** 2).sum(axis=1))
-    nearest = int(np.argmin(distance))
-    grid = None if distance[nearest] < 0.1 else _grid_around(table, place)
-    value, error = (table.value[nearest], table.error[nearest]) if grid is None else grid
-    inside = grid is not None or bool(distance[nearest] < 0.1)
-    where = _words(table, place if inside else table.place[nearest], "" if inside else table.labels[nearest])
-    return Trust(inside, where, tuple(_judgements(scene, table, value, error)))
+    place = _coordinates(scene)
+    known = None if place is None else _on_the_map(scene, table, place)
+    if known is None and scene.elastic:
+        known = _by_calibration(scene)
+    if known is None and place is not None:
+        k, _ = _nearest(table, place)
+        rows = tuple(_judgements(scene, table, table.value[k], table.error[k]))
+        known = Trust("nearest", _words(table, table.place[k], table.labels[k]), rows)
+    if known is None:
+        raise ValueError("C(q) of this scene is a table or a sum; only a self-affine one has a place on the map")
+    return known
+
+
+def _on_the_map(scene: Scene, table: Table, place: dict[str, float]) -> Trust | None:
+    k, distance = _nearest(table, place)
+    if distance < 0.1:
+        value, error = table.value[k], table.error[k]
+    else:
+        around = _grid_around(table, np.array([place[name] for name in table.coordinates]))
+        if around is None:
+            return None
+        value, error = around
+    words = _words(table, np.array([place[name] for name in table.coordinates]), "")
+    return Trust("map", words, tuple(_judgements(scene, table, value, error)))
+
+
+def _by_calibration(scene: Scene) -> Trust | None:
+    try:
+        true = analytic.calibrated(scene)
+    except ValueError:
+        return None
+    own, rows = analytic.predictions(scene), []
+    for name, values in true.items():
+        for k, value in enumerate(values.tolist()):
+            speed = scene.speeds[k] if values.size == len(scene.speeds) and name != "pressure_variance" else None
+            if speed != 0.0:
+                off = float(own[name][k]) / value
+                rows.append(Judgement(name, speed, 100 * (off - 1), 100 * off * analytic.calibration_error()))
+    return Trust("calibrated", "load and C(q) within its range", tuple(rows))
 
 
 def known(scene: Scene) -> Trust | None:
     """Return what `trust` does; None for a scene that has no place on the map."""
-    return trust(scene) if isinstance(scene.spectrum, SelfAffineSpectrum) else None
+    try:
+        return trust(scene)
+    except ValueError:
+        return None
 
 
-def _coordinates(scene: Scene) -> dict[str, float]:
+def _nearest(table: Table, place: dict[str, float]) -> tuple[int, float]:
+    scaled = _scaled(table, np.array([place[name] for name in table.coordinates]))
+    distance = np.linalg.norm(np.array([_scaled(table, row) for row in table.place]) - scaled, axis=1)
+    k = int(np.argmin(distance))
+    return k, float(distance[k])
+
+
+def _coordinates(scene: Scene) -> dict[str, float] | None:
     spectrum = scene.spectrum
     if not isinstance(spectrum, SelfAffineSpectrum):
-        raise ValueError("C(q) of this scene is a table or a sum; only a self-affine one has a place on the map")
+        return None
     roll_off = spectrum.q_roll_off
     load = scene.sliding.nominal_pressure
     result = {
@@ -154,7 +198,7 @@ def _grid_around(table: Table, place: Array) -> tuple[Array, Array] | None:
     fixed = [k for k in range(place.size) if k not in free]
     home = np.median(table.place[:, fixed], axis=0)
     rows = np.flatnonzero((np.abs(table.place[:, fixed] - home) < 1e-9).all(axis=1))
-    if (np.abs(place[fixed] - home) > 0.5).any():
+    if (np.abs(place[fixed] - home) > _SAME_FAMILY).any():
         return None
     axes = [np.unique(table.place[rows, k]) for k in free]
     if any(not axis[0] <= place[k] <= axis[-1] for axis, k in zip(axes, free, strict=True)):
@@ -170,7 +214,8 @@ def _grid_around(table: Table, place: Array) -> tuple[Array, Array] | None:
         RegularGridInterpolator(scaled, data[order].reshape(*shape, -1))([target])[0]
         for data in (np.log(table.value), table.error)
     )
-    return np.exp(value), error
+    between = np.array([_BETWEEN_RADII if "radius" in name else _BETWEEN for name, _ in table.quantities])
+    return np.exp(value), np.hypot(error, between)
 
 
 def _judgements(scene: Scene, table: Table, value: Array, error: Array) -> Iterator[Judgement]:

@@ -17,7 +17,7 @@ from roughsim.errors import RecordError
 from roughsim.record.validity import Table, read_validity, write_validity
 from roughsim.scene import parse_scene
 from roughsim.tables import comparison_table, trust_table
-from roughsim.trust import trust
+from roughsim.trust import known, trust
 from theory import calibrated, flash, persson
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
@@ -63,14 +63,14 @@ def simple_map():
 
 def test_between_its_points_the_map_is_interpolated_in_logarithms():
     known = trust(scene(0.05, 0.7, 10.0), simple_map())
-    assert known.inside
+    assert known.source == "map"
     flash_at = {j.speed: j for j in known.judgements if j.observable == "flash_temperature"}
     assert set(flash_at) == {0.1, 35.0}  # at rest there is no heat to judge
     diffusivity = 30 / (7900 * 500)
     for speed, judgement in flash_at.items():
         ratio = np.exp(np.log(0.05) + 0.7 + np.log(10.0)) / (speed / diffusivity / 2e4)
         assert judgement.percent == pytest.approx(100 * (1 / ratio - 1), rel=1e-9)
-        assert judgement.error == pytest.approx(100 / ratio * 0.02, rel=1e-9)
+        assert judgement.error == pytest.approx(100 / ratio * np.hypot(0.02, 0.01), rel=1e-9)
 
 
 def test_gamma_is_put_right_by_the_theory_itself():
@@ -82,7 +82,7 @@ def test_gamma_is_put_right_by_the_theory_itself():
 
 def test_outside_the_map_the_nearest_point_is_named():
     known = trust(scene(load=0.001, hurst=0.95, bandwidth=20.0), simple_map())
-    assert not known.inside
+    assert known.source == "nearest"
     assert known.where.startswith("load p/(E*h') 0.01, H 1, q_max/q_roll_off 16")
     (variance,) = [j for j in known.judgements if j.speed is None]
     assert variance.percent == pytest.approx(100 * (1 / (0.01 * np.e * 16) - 1), rel=1e-9)
@@ -94,12 +94,30 @@ def test_speeds_beyond_the_map_have_reached_its_limits():
     assert a.percent == b.percent
 
 
-def test_a_table_has_no_place_on_the_map(tmp_path):
-    surface = {"psd": ((1e4, 1e-26), (1e5, 1e-30)), "psd_convention": "persson"}
-    base = scene()
-    tabled = replace(base, surface=type(base.surface)(**surface))
+def test_off_the_map_but_in_its_range_the_calibrated_spectrum_speaks():
+    wide = scene(load=0.05, hurst=0.7, bandwidth=10.0)
+    wide = replace(wide, surface=replace(wide.surface, q_min=4e3))
+    known = trust(wide, simple_map())
+    assert known.source == "calibrated"
+    spectrum = persson.calibrated_spectrum(
+        wide.spectrum, effective_modulus=MODULUS, nominal_pressure=wide.sliding.nominal_pressure
+    )
+    pressures = {"effective_modulus": MODULUS, "nominal_pressure": wide.sliding.nominal_pressure}
+    ratio = persson.pressure_correlation(0.0, wide.spectrum, gamma=0.45, **pressures)
+    ratio = float(ratio / persson.pressure_correlation(0.0, stress_spectrum=spectrum))
+    (variance,) = [j for j in known.judgements if j.speed is None]
+    assert variance.percent == pytest.approx(100 * (ratio - 1), rel=1e-9)
+    assert variance.error == pytest.approx(100 * ratio * calibrated.ERROR_BAND, rel=1e-9)
+    assert {j.speed for j in known.judgements} == {None, 0.1, 35.0}
+
+
+def test_a_table_with_a_hardness_has_no_place_on_the_map():
+    base = rs.load_scene("steel-1.2GPa")
+    rows = ((1e4, 1e-26), (1e5, 1e-30))
+    tabled = replace(base, surface=type(base.surface)(psd=rows, psd_convention="persson"))
     with pytest.raises(ValueError, match="only a self-affine one has a place on the map"):
-        trust(tabled, simple_map())
+        trust(tabled)
+    assert known(tabled) is None
 
 
 def test_a_map_is_read_back_as_it_was_written(tmp_path):
@@ -147,7 +165,7 @@ def test_the_shipped_map_states_small_errors_for_what_matters():
 @pytest.mark.parametrize("name", ["steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa"])
 def test_the_steel_scenes_are_points_of_the_capped_map(name):
     known = trust(rs.load_scene(name))
-    assert known.inside
+    assert known.source == "map"
     assert {j.observable for j in known.judgements} == {"flash_temperature", "pressure_variance"}
 
 
@@ -158,7 +176,7 @@ def test_the_command_says_what_is_known():
     assert "% high" in shown.stdout
     assert "% low" in shown.stdout
     listed = json.loads(CliRunner().invoke(app, ["theory", "steel-1.2GPa", "--trust", "--json"]).stdout)
-    assert listed["trust"]["inside"] is True
+    assert listed["trust"]["source"] == "map"
     assert {"observable", "speed", "percent", "error"} == set(listed["trust"]["rows"][0])
 
 

@@ -20,13 +20,13 @@ mpl.rcParams.update({"figure.constrained_layout.use": True, "savefig.dpi": 130, 
 mpl.rcParams.update({"axes.grid": True, "grid.alpha": 0.25, "lines.linewidth": 1.3})
 
 COLOURS = {0.3: "#0072b2", 0.55: "#009e73", 0.8: "#e69f00", 1.0: "#d55e00"}
-LOAD = "load  p/(E*h′)"
+LOAD = r"load  $p/(E^*h')$"
 PANELS = (
-    ("flash_temperature", 1e-3, "T_flash, slow (Pe 0.001)"),
-    ("flash_temperature", 1e3, "T_flash, fast (Pe 1000)"),
-    ("pressure_variance", np.nan, "g_σ(0)"),
-    ("flash_width", 1.0, "D_flash (Pe 1)"),
-    ("slope_length", 1e3, "d_flash, fast (Pe 1000)"),
+    ("flash_temperature", 1e-3, r"$T_\mathrm{flash}$, slow (Pe 0.001)"),
+    ("flash_temperature", 1e3, r"$T_\mathrm{flash}$, fast (Pe 1000)"),
+    ("pressure_variance", np.nan, r"$g_\sigma(0)$"),
+    ("flash_width", 1.0, r"$D_\mathrm{flash}$ (Pe 1)"),
+    ("slope_length", 1e3, r"$d_\mathrm{flash}$, fast (Pe 1000)"),
     ("contact_fraction", np.nan, "contact area"),
 )
 
@@ -96,9 +96,9 @@ def over_speed(table: Any, path: Path) -> None:
             y, error = table.value[row, columns], table.error[row, columns]
             axes.errorbar(peclet, y, y * error, color=shade, marker="o", ms=3, capsize=2, label=f"{load:g}")
         axes.axhline(1.0, color="0.3", lw=0.8)
-        axes.set(xscale="log", title=f"H = {hurst:g}, q₁/q_r = {middle:g}", xlabel="Péclet number  v/(D q_r)")
+        axes.set(xscale="log", title=rf"H = {hurst:g}, $q_1/q_r$ = {middle:g}", xlabel=r"Péclet number  $v/(D q_r)$")
         axes.xaxis.set_minor_locator(NullLocator())
-    panels[0].set_ylabel("T_flash, simulated / theory")
+    panels[0].set_ylabel(r"$T_\mathrm{flash}$, simulated / theory")
     panels[1].legend(title=LOAD, loc="center left", bbox_to_anchor=(1.0, 0.5))
     figure.savefig(path)
 
@@ -119,17 +119,17 @@ def spectra(results: list[Any], path: Path) -> None:
             point, raw = next((p, r) for p, r in chosen if p.load == load and p.hurst == hurst)
             _weights(top, point, raw, shade)
             _tail(bottom, point, raw, shade)
-        top.set(xscale="log", title=f"H = {hurst:g}", xlabel="q/q_r")
+        top.set(xscale="log", title=f"H = {hurst:g}", xlabel=r"$q/q_r$")
         top.xaxis.set_major_locator(FixedLocator([0.5, 1, 2, 4, 8, 16]))
         top.xaxis.set_major_formatter(ScalarFormatter())
         top.xaxis.set_minor_locator(NullLocator())
-        bottom.set(xscale="log", yscale="log", xlabel="q/q₁")
+        bottom.set(xscale="log", yscale="log", xlabel=r"$q/q_1$")
         bottom.xaxis.set_major_locator(FixedLocator([0.5, 1, 2, 4]))
         bottom.xaxis.set_major_formatter(ScalarFormatter())
         bottom.xaxis.set_minor_locator(NullLocator())
     panels[0, 0].set_ylabel("W/P")
     panels[0, 0].legend(title=LOAD)
-    panels[1, 0].set_ylabel("|σ_q|² q⁴ / (its full-contact value at q₁)")
+    panels[1, 0].set_ylabel(r"$|\sigma_q|^2 q^4$ / its full-contact value at $q_1$")
     lines = [mpl.lines.Line2D([], [], color="0.4", ls=style) for style in ("", "-", ":")]
     lines[0].set(marker="o", ms=3)
     panels[0, 1].legend(lines, ["simulated", "calibrated", "published, γ = 0.45"])

@@ -14,7 +14,10 @@ from validity_map import capped
 from validity_map.charts import column
 from validity_map.tables import area_ratios
 
-STYLES = {"smoothed": ("#0072b2", "elastic on C_sm / theory"), "steps": ("#e69f00", "capped / elastic on C_sm")}
+STYLES = {
+    "smoothed": ("#0072b2", r"elastic on $C_{sm}$ / theory"),
+    "steps": ("#e69f00", r"capped / elastic on $C_{sm}$"),
+}
 STYLES["capped"] = ("#d55e00", "capped / theory")
 
 
@@ -43,7 +46,9 @@ def columns(tables: Any, path: Path) -> None:
             axes.errorbar(table.place[steel, 0], y, y * error, fmt="*", ms=9, color=colour, mec="k", mew=0.5)
             axes.plot([], [], color=colour, marker=".", label=label)
         axes.axhline(1.0, color="0.3", lw=0.8)
-        axes.set(xscale="log", xlabel="pressure / hardness  σ₀/σ_P", title=f"T_flash, {words}")
+        axes.set(
+            xscale="log", xlabel=r"pressure / hardness  $\sigma_0/\sigma_P$", title=rf"$T_\mathrm{{flash}}$, {words}"
+        )
     panels[0].set_ylabel("ratio")
     panels[1].plot([], [], "*", color="0.7", mec="k", mew=0.5, ms=9, label="the three steels")
     panels[1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
@@ -61,7 +66,7 @@ def areas(results: list[Any], path: Path) -> None:
             key=lambda pair: pair[0].yields,
         )
         _areas_of(axes, point, raw)
-        axes.set(xscale="log", title=f"σ₀/σ_P = {share:g}", xlabel="q_c / q_y")
+        axes.set(xscale="log", title=rf"$\sigma_0/\sigma_P$ = {share:g}", xlabel=r"$q_c/q_y$")
         axes.set_ylim(bottom=0.0)
     figure.axes[0].set_ylabel("share of the nominal area")
     figure.axes[-1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
@@ -103,6 +108,6 @@ def worn(results: list[Any], path: Path) -> None:
         fine = np.geomspace(1.001 / point.plateau, q[-1], 200)
         factor = point.smoothed(fine) / point.spectrum(fine)
         axes.plot(fine / point.yields, factor, color=shade)
-    axes.set(xscale="log", xlabel="q / q_y", ylabel="C(q) after / before", ylim=(0.0, 1.05))
-    axes.legend(title="σ₀/σ_P", loc="center left", bbox_to_anchor=(1.0, 0.5))
+    axes.set(xscale="log", xlabel=r"$q/q_y$", ylabel="C(q) after / before", ylim=(0.0, 1.05))
+    axes.legend(title=r"$\sigma_0/\sigma_P$", loc="center left", bbox_to_anchor=(1.0, 0.5))
     figure.savefig(path)

@@ -58,6 +58,37 @@ def _without_speed(scene: Scene, spectrum: Any) -> dict[str, Array]:
     return result
 
 
+def calibrated(scene: Scene) -> dict[str, Array]:
+    """Return T_flash, T′, D_flash, d_flash and g_σ(0) by the calibrated stress spectrum of an elastic scene.
+
+    Raises
+    ------
+    ValueError
+        If the scene lies outside what is calibrated.
+    """
+    from theory import flash, persson
+
+    load = scene.sliding.nominal_pressure
+    modulus = scene.effective_modulus
+    spectrum = persson.calibrated_spectrum(scene.spectrum, effective_modulus=modulus, nominal_pressure=load)
+    speeds = np.array(scene.speeds)
+    names = ("flash_temperature", "flash_gradient", "flash_width", "slope_length")
+    result = {name: np.empty(speeds.shape) for name in names}
+    for place, bodies in conduction(scene, speeds).groups():
+        given = {"stress_spectrum": spectrum, "nominal_pressure": load, **heat_arguments(scene, bodies)}
+        for name, values in result.items():
+            values[place] = getattr(flash, name)(speeds[place], **given)
+    variance = float(persson.pressure_correlation(0.0, stress_spectrum=spectrum))
+    return result | {"pressure_variance": np.array([variance])}
+
+
+def calibration_error() -> float:
+    """Return the relative error band of `calibrated`."""
+    from theory.calibrated import ERROR_BAND
+
+    return ERROR_BAND
+
+
 def over_speed(scene: Scene, speeds: Array, spectrum: Any = None) -> dict[str, Array]:
     """Return T_flash, T′, ∇²T, D_flash and d_flash at any speeds, m/s, over the whole spectrum or a given one."""
     from theory import flash
