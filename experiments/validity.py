@@ -24,6 +24,7 @@ from validity_map import capped, charts, elastic, fit, plastic_charts, report
 from validity_map.tables import capped_tables, elastic_table
 
 from roughsim.record.validity import write_validity
+from theory.calibrated import LIGHTEST
 
 LOADS = (0.002, 0.006, 0.02, 0.06, 0.15, 0.3, 0.6)
 HURSTS = (0.3, 0.55, 0.8, 1.0)
@@ -98,7 +99,7 @@ def gather(points: list[Point], folder: Path, *, toy: bool, workers: int) -> lis
 
 
 def sorted_out(results: list[tuple[Point, Any]]) -> dict[str, list[Any]]:
-    """Return the elastic results by their use: the grid, its fitted half, the other half, and what lies off it."""
+    """Return the elastic results by their use: the grid, its fitted part, the rest of it, and what lies off it."""
     grid = [pair for pair in results if isinstance(pair[0], elastic.Point) and pair[0].seed == 1]
     axes = [sorted({getattr(p, name) for p, _ in grid}) for name in ("load", "hurst", "bandwidth")]
     off = [pair for pair in results if isinstance(pair[0], elastic.Point) and pair[0].seed != 1]
@@ -115,8 +116,9 @@ def refit(results: dict[str, list[Any]]) -> None:
     """Fit the constants anew and print them as theory.calibrated holds them."""
     chosen = [pair for pair in [*results["fitted"], *results["families"]] if pair[0].load >= fit.LIGHTEST]
     constants, misses = fit.fit(chosen)
+    misses = misses[[point.load >= LIGHTEST for point, _ in chosen]]
     print("constants:", ", ".join(f"{x:.4g}" for x in constants))
-    print(f"  rms {np.sqrt((misses**2).mean()):.2%}, worst {abs(misses).max():.1%} over {len(chosen)} points")
+    print(f"  rms {np.sqrt((misses**2).mean()):.2%}, worst {abs(misses).max():.1%} over {len(misses)} points")
 
 
 def main() -> None:

@@ -200,15 +200,6 @@ def test_functionals_of_one_wave_are_exact():
     assert values[members.COLUMNS["flash_gradient"]][3] == pytest.approx(-0.045 * 2 / np.pi * odd[0], rel=1e-12)
 
 
-def test_the_corrected_area_of_a_disc_is_its_area():
-    x = (np.arange(400) + 0.5) / 400 - 0.5
-    mask = np.hypot(x[:, None], x[None, :]) < 0.3
-    raw, corrected = members.areas(mask)
-    assert raw == pytest.approx(np.pi * 0.09, rel=2e-3)
-    edges = 8 * 0.3 * 400  # pixel edges around a disc: its circumscribed square
-    assert (raw - corrected) * 400**2 == pytest.approx((np.pi - 1 + np.log(2)) / 24 * edges, rel=0.02)
-
-
 def test_the_tail_completes_a_stress_that_falls_as_the_fourth_power():
     # |σ_q|² = q^−4 from the plane up to any q: what the grid cuts off is put back
     point = elastic.Point(0.1, 0.8, 4.0)

@@ -42,14 +42,14 @@ class Constants(NamedTuple):
 
 
 CONSTANTS = Constants(
-    later=1.916,
-    present=0.63,
-    power=(0.833, -0.756, 0.57),
-    floor=-2.667,
-    edge=(-2.069, 0.834, 1.68, 6.047, -2.868),
-    near=(-1.488, -1.15),
+    later=1.901,
+    present=0.6019,
+    power=(0.877, -0.8781, 0.6338),
+    floor=-2.776,
+    edge=(-2.138, 0.8043, 1.437, 5.33, -2.523),
+    near=(-1.032, -0.9605),
 )
-LIGHTEST = 0.008  # σ₀/(E*h′)
+LIGHTEST = 0.01  # σ₀/(E*h′)
 # of what was calibrated: q_max ∫C dq/∫qC dq, which is about q_max/q_roll_off, and the memories m₁, m₄ at q_max
 BANDWIDTH, MEMORY, SHARPNESS = (2.3, 80.0), (0.22, 0.66), (0.055, 0.31)
 RMS_ERROR, ERROR_BAND = 0.02, 0.05

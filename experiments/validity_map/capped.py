@@ -17,6 +17,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 import roughsim as rs
+from roughsim.patches import corrected_fractions
 from roughsim.spectrum import TruncatedSpectrum
 from theory import persson, plasticity
 from validity_map import members
@@ -173,7 +174,8 @@ def _capped(point: CappedPoint, q_max: float, pixels: float, seed: Any) -> Cappe
         heights, grid, solid, nominal_pressure=point.pressures["nominal_pressure"], tolerance=1e-4
     )
     stress = members.stress_table(contact.pressure, grid)
-    areas = (*members.areas(contact.pressure > 0.0), *members.areas(contact.pressure >= point.hardness))
+    corrected, yielded = corrected_fractions(contact.pressure, point.hardness)
+    areas = (contact.contact_fraction, corrected, contact.plastic_fraction, yielded)
     return Capped(stress @ members.kernels(grid), areas, heights, contact)
 
 

@@ -79,7 +79,7 @@ def _controlled(own: Any, coarse: Any, quantity: tuple[str, int]) -> tuple[float
 def _regressed(own: Any, other: Any) -> tuple[float, float, int]:
     n, many = own.size, other.size
     near = other[:n]
-    slope = float(np.cov(own, near)[0, 1] / near.var(ddof=1))
+    slope = float(np.cov(own, near)[0, 1] / near.var(ddof=1)) if near.std() > 1e-12 else 0.0  # d_flash = 4D/v at rest
     rest = own - slope * near
     variance = rest.var(ddof=2) / n + slope**2 * other.var(ddof=1) / many
     return slope * float(other.mean() - near.mean()), float(variance), n - 2

@@ -1,7 +1,7 @@
 """The fit behind theory.calibrated: its form once more, over all points at once, and least squares on half the map.
 
 The constants are those that theory.calibrated.CONSTANTS holds, in the same order. Points of the map with an even sum of
-grid indices are fitted; the odd half only judges.
+grid indices are fitted, up to q_1/q_r = 32; the others only judge.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.special import erf
 
+from theory import calibrated
 from validity_map import elastic, estimates
 from validity_map.members import COLUMNS, FUNCTIONALS, kernel_matrix
 
@@ -22,9 +23,11 @@ SCORED = [
     *(("flash_width", k) for k in (0, 3, 6)),
     *(("slope_length", k) for k in (3, 6)),
 ]
-LIGHTEST = 0.005
+LIGHTEST = 0.005  # loads below the calibrated range still count, but less
+LESS = 0.6
 START = (1.9, 0.6, 0.85, -0.8, 0.6, -2.7, -2.1, 0.8, 1.6, 5.5, -2.7, -1.0, -0.9)
-FLOOR = 0.007  # added to the standard errors: no quantity is fitted beyond what the form can do
+WIDEST = 32.0
+FLOOR = 0.012  # added to the standard errors: no quantity is fitted beyond what the form can do
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 _T = 0.5 * (_NODES + 1)
 _USED = [
@@ -110,11 +113,11 @@ def predicted(sample: Sample, constants: Any) -> Any:
 
 
 def is_fitted(point: elastic.Point, loads: Any, hursts: Any, bandwidths: Any) -> bool:
-    """Return whether a point of the grid belongs to the half that is fitted."""
+    """Return whether a point of the grid belongs to the part that is fitted."""
     places = (
         list(axis).index(x) for axis, x in ((loads, point.load), (hursts, point.hurst), (bandwidths, point.bandwidth))
     )
-    return sum(places) % 2 == 0
+    return point.bandwidth <= WIDEST and sum(places) % 2 == 0
 
 
 def fit(chosen: list[tuple[elastic.Point, Any]], start: Any = START) -> tuple[Any, Any]:
@@ -127,7 +130,10 @@ def fit(chosen: list[tuple[elastic.Point, Any]], start: Any = START) -> tuple[An
     def misses(constants: Any) -> Any:
         return np.array([predicted(sample, constants) for sample in samples]) - target
 
+    weight = np.array([[1.0 if point.load >= calibrated.LIGHTEST else LESS] for point, _ in chosen])
     found = least_squares(
-        lambda constants: (misses(constants) / np.hypot(error, FLOOR)).ravel(), start, x_scale=np.abs(start) + 0.2
+        lambda constants: (weight * misses(constants) / np.hypot(error, FLOOR)).ravel(),
+        start,
+        x_scale=np.abs(start) + 0.2,
     )
     return found.x, misses(found.x)

@@ -8,7 +8,7 @@ of the radial table w with a matrix of f.
 from __future__ import annotations
 
 from functools import lru_cache
-from math import log, pi
+from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,12 +17,12 @@ from scipy.special import j0
 import roughsim as rs
 from roughsim import fourier
 from roughsim.observables.angular import angular_means
+from roughsim.patches import corrected_fractions
 from roughsim.surface import mode_variance
 
 PECLET = np.logspace(-3, 3, 7)
 DISTANCES = np.geomspace(0.02, 8.0, 72)  # of g_sigma(r), in 1/q_roll_off
 _FINE = 8  # bins per mode spacing: the mean |q| of a bin stands for its modes
-_PERIMETER = (pi - 1 + log(2)) / 24  # Yastrebov, Anciaux & Molinari 2017
 
 
 class Radial(NamedTuple):
@@ -97,16 +97,10 @@ def solve(spectrum: Any, grid: rs.Grid, load: float, seed: Any, tolerance: float
     heights = rs.synthesize(spectrum, grid, np.random.default_rng(seed))
     contact = rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=load, tolerance=tolerance)
     stress = stress_table(contact.pressure, grid)
-    area, corrected = areas(contact.pressure > 0.0)
-    return Member(stress @ kernels(grid), area, corrected, stress)
+    corrected, _ = corrected_fractions(contact.pressure)
+    return Member(stress @ kernels(grid), contact.contact_fraction, corrected, stress)
 
 
 def stress_table(pressure: Any, grid: rs.Grid) -> Any:
     """Return |sigma_q|^2 summed by bin."""
     return table(grid, np.abs(fourier.forward(pressure)) ** 2)
-
-
-def areas(mask: Any) -> tuple[float, float]:
-    """Return the share of the pixels of a mask, and the same less the pixels that its outline overcounts."""
-    edges = sum(np.count_nonzero(mask != np.roll(mask, 1, axis)) for axis in (0, 1))
-    return float(mask.mean()), float(mask.mean() - _PERIMETER * edges / mask.size)

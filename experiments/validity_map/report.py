@@ -24,8 +24,8 @@ def show(tables: Any, results: dict[str, list[Any]], plastics: list[Any]) -> Non
     _ratios("elastic, all points: simulated / theory", tables["elastic"])
     score("published form (gamma 0.45), all points", results["grid"], gamma=GAMMA)
     for name, words in (
-        ("fitted", "calibrated form, fitted half of the grid"),
-        ("judged", "calibrated form, the other half"),
+        ("fitted", "calibrated form, fitted part of the grid"),
+        ("judged", "calibrated form, the rest of the grid"),
         ("families", "calibrated form, other long waves"),
         ("fresh", "calibrated form, fresh points off the grid"),
     ):
