@@ -17,7 +17,7 @@ from roughsim.errors import RecordError
 from roughsim.record.validity import Table, read_validity, write_validity
 from roughsim.scene import parse_scene
 from roughsim.tables import comparison_table, trust_table
-from roughsim.trust import known, trust
+from roughsim.trust import Judgement, known, trust
 from theory import calibrated, flash, persson
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
@@ -109,6 +109,17 @@ def test_off_the_map_but_in_its_range_the_calibrated_spectrum_speaks():
     assert variance.percent == pytest.approx(100 * (ratio - 1), rel=1e-9)
     assert variance.error == pytest.approx(100 * ratio * calibrated.ERROR_BAND, rel=1e-9)
     assert {j.speed for j in known.judgements} == {None, 0.1, 35.0}
+    (warm,) = [j for j in known.judgements if (j.observable, j.speed) == ("flash_temperature", 35.0)]
+    heat = {"friction_coefficient": 0.1, "conductivity": 30.0, "diffusivity": 30.0 / (7900 * 500)}
+    heat["nominal_pressure"] = wide.sliding.nominal_pressure
+    true = flash.flash_temperature(35.0, stress_spectrum=spectrum, **heat)
+    own = flash.flash_temperature(35.0, wide.spectrum, effective_modulus=MODULUS, gamma=0.45, **heat)
+    assert warm.percent == pytest.approx(100 * (own / true - 1), rel=1e-9)
+
+
+def test_the_words_have_the_right_sign():
+    assert str(Judgement("flash_temperature", 1.0, 12.4, 2.2)) == "12 ± 2 % high"
+    assert str(Judgement("flash_temperature", 1.0, -12.4, 0.2)) == "12 ± 1 % low"
 
 
 def test_a_table_with_a_hardness_has_no_place_on_the_map():

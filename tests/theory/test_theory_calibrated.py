@@ -9,7 +9,7 @@ import pytest
 from power_law import PowerLaw
 from scipy.integrate import quad
 
-from theory import calibrated, flash, persson
+from theory import flash, persson
 from theory.calibrated import CONSTANTS
 
 MODULUS = 1.1e11
@@ -32,7 +32,7 @@ def at_load(load, spectrum=SPECTRUM):
     return persson.calibrated_spectrum(spectrum, effective_modulus=MODULUS, nominal_pressure=load * MODULUS * SLOPE)
 
 
-@pytest.mark.parametrize("load", [0.01, 0.1, 0.5])
+@pytest.mark.parametrize("load", [0.012, 0.1, 0.5])
 @pytest.mark.parametrize("q", [6.3e3, 1.9e4, 5e4, 3.9e5])
 def test_in_the_band_the_weight_is_the_stated_formula(load, q):
     c = CONSTANTS
@@ -47,7 +47,7 @@ def test_in_the_band_the_weight_is_the_stated_formula(load, q):
     assert float(at_load(load)(q)) == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.parametrize("load", [0.01, 0.3])
+@pytest.mark.parametrize("load", [0.012, 0.3])
 def test_beyond_the_ends_are_the_stated_tail_and_floor(load):
     c = CONSTANTS
     pressure, rate = load * MODULUS * SLOPE, pi / 4 * MODULUS**2
@@ -84,7 +84,7 @@ def test_full_contact_is_approached_monotonically():
     assert (np.diff(departures, axis=0) < 0).all()
 
 
-@pytest.mark.parametrize("load", [0.01, 0.2])
+@pytest.mark.parametrize("load", [0.012, 0.2])
 def test_flash_temperature_and_correlation_are_its_integrals(load):
     spectrum = at_load(load)
     ends = spectrum.breaks
@@ -144,8 +144,9 @@ def test_it_is_a_value():
 
 
 def test_a_lighter_load_than_calibrated_is_refused():
-    with pytest.raises(ValueError, match=r"nominal_pressure = .* Pa is 0\.004 E\*h′, below the 0\.0\d+ .*raise it to"):
-        at_load(0.004)
+    assert at_load(0.0101).breaks
+    with pytest.raises(ValueError, match=r"nominal_pressure = .* Pa is 0\.0099 E\*h′, below the 0\.01 .*raise it to"):
+        at_load(0.0099)
 
 
 @pytest.mark.parametrize(
@@ -174,7 +175,3 @@ def test_wrong_arguments_are_named(given, message):
     spectrum = arguments.pop("spectrum")
     with pytest.raises((TypeError, ValueError), match=message):
         persson.calibrated_spectrum(spectrum, **arguments)
-
-
-def test_the_module_says_how_good_it_is():
-    assert 0.0 < calibrated.RMS_ERROR < calibrated.ERROR_BAND < 0.1
