@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import RegularGridInterpolator
 
 from roughsim import analytic
 from roughsim.record.validity import Table, read_validity
@@ -193,29 +192,32 @@ def _scaled(table: Table, place: Array) -> Array:
 
 
 def _grid_around(table: Table, place: Array) -> tuple[Array, Array] | None:
-    """Return ratios and errors interpolated in the regular part of the map; None outside it."""
-    free = [k for k, name in enumerate(table.coordinates) if name not in ("plateau", "low_exponent")]
-    fixed = [k for k in range(place.size) if k not in free]
-    home = np.median(table.place[:, fixed], axis=0)
-    rows = np.flatnonzero((np.abs(table.place[:, fixed] - home) < 1e-9).all(axis=1))
-    if (np.abs(place[fixed] - home) > _SAME_FAMILY).any():
+    """Return ratios and errors between the corners of the cell of the map that holds `place`; None without a cell."""
+    free = np.array([name not in ("plateau", "low_exponent") for name in table.coordinates])
+    home = np.median(table.place[:, ~free], axis=0)
+    rows = np.flatnonzero((np.abs(table.place[:, ~free] - home) < 1e-9).all(axis=1))
+    if (np.abs(place[~free] - home) > _SAME_FAMILY).any():
         return None
-    axes = [np.unique(table.place[rows, k]) for k in free]
-    if any(not axis[0] <= place[k] <= axis[-1] for axis, k in zip(axes, free, strict=True)):
+    scaled = np.array([_scaled(table, row)[free] for row in table.place[rows]])
+    weights = _corner_weights(scaled, _scaled(table, place)[free])
+    if weights is None:
         return None
-    order = rows[np.lexsort(table.place[rows][:, free[::-1]].T)]
-    shape = tuple(axis.size for axis in axes)
-    if order.size != np.prod(shape):
-        return None
-    names = [table.coordinates[k] for k in free]
-    scaled = [np.log(a) if name in _FACTOR else a for a, name in zip(axes, names, strict=True)]
-    target = [log(place[k]) if name in _FACTOR else place[k] for k, name in zip(free, names, strict=True)]
-    value, error = (
-        RegularGridInterpolator(scaled, data[order].reshape(*shape, -1))([target])[0]
-        for data in (np.log(table.value), table.error)
-    )
     between = np.array([_BETWEEN_RADII if "radius" in name else _BETWEEN for name, _ in table.quantities])
-    return np.exp(value), np.hypot(error, between)
+    value, error = np.exp(weights @ np.log(table.value[rows])), weights @ table.error[rows]
+    return value, np.hypot(error, between)
+
+
+def _corner_weights(points: Array, target: Array) -> Array | None:
+    """Return the weights of multilinear interpolation between the points at the corners around `target`."""
+    weights = np.ones(points.shape[0])
+    for column, x in zip(points.T, target, strict=True):
+        below, above = column[column <= x + 1e-9], column[column >= x - 1e-9]
+        if below.size == 0 or above.size == 0:
+            return None
+        low, high = below.max(), above.min()
+        share = (x - low) / (high - low) if high > low else 0.0
+        weights *= np.where(column == low, 1.0 - share, np.where(column == high, share, 0.0))
+    return weights if abs(weights.sum() - 1.0) < 1e-9 else None  # a corner is missing
 
 
 def _judgements(scene: Scene, table: Table, value: Array, error: Array) -> Iterator[Judgement]:

@@ -68,14 +68,14 @@ def over_load(table: Any, path: Path) -> None:
 def _family(axes: Any, table: Any, k: int, hurst: float) -> None:
     rows = table.place[:, 1] == hurst
     loads = np.unique(table.place[rows, 0])
-    spread = np.array([np.sort(table.value[rows & (table.place[:, 0] == p), k]) for p in loads])
+    at = [table.value[rows & (table.place[:, 0] == p), k] for p in loads]
     widths = np.unique(table.place[rows, 2])
     middle = widths[widths.size // 2]
     line = rows & (table.place[:, 2] == middle)
     order = np.argsort(table.place[line, 0])
     x, y, error = (v[line][order] for v in (table.place[:, 0], table.value[:, k], table.error[:, k]))
     colour = COLOURS.get(float(hurst), "0.5")
-    axes.fill_between(loads, spread[:, 0], spread[:, -1], color=colour, alpha=0.15, lw=0)
+    axes.fill_between(loads, [v.min() for v in at], [v.max() for v in at], color=colour, alpha=0.15, lw=0)
     axes.errorbar(x, y, y * error, color=colour, marker="o", ms=3, capsize=2, label=f"H = {hurst:g}")
 
 
