@@ -172,7 +172,12 @@ def calibrated(results: dict[str, list[Any]], path: Path) -> None:
     """Form/measured of every scored quantity: the fitted half, the other half, other long waves, fresh points."""
     figure = Figure(figsize=(8.0, 3.4))
     left, right = figure.subplots(1, 2, width_ratios=(1, 2))
-    names = {"fitted": "fitted", "judged": "not fitted", "families": "other long waves", "fresh": "fresh, off the grid"}
+    names = {
+        "fitted": "fitted",
+        "judged": "rest of the grid",
+        "families": "other long waves",
+        "fresh": "fresh, off the grid",
+    }
     place = 0
     for k, (key, title) in enumerate(names.items()):
         points = [pair for pair in results.get(key, []) if pair[0].load >= LIGHTEST]
@@ -181,7 +186,7 @@ def calibrated(results: dict[str, list[Any]], path: Path) -> None:
         error = np.concatenate([report.misses(*pair)[0] for pair in points])
         jitter = np.random.default_rng(k).uniform(-0.3, 0.3, error.size)
         right.plot(place + jitter, 100 * error, ".", ms=3, color=f"C{k}", alpha=0.7)
-        label = f"{title}\n{len(points)} points, rms {100 * np.sqrt((error**2).mean()):.1f} %"
+        label = f"{title}\n{len(points)} points\nrms {100 * np.sqrt((error**2).mean()):.1f} %"
         right.annotate(label, (place, 1.0), xycoords=("data", "axes fraction"), ha="center", fontsize=8)
         place += 1
     right.axhspan(-5, 5, color="0.9", lw=0)
