@@ -29,7 +29,7 @@ from theory.calibrated import LIGHTEST
 LOADS = (0.002, 0.006, 0.02, 0.06, 0.15, 0.3, 0.6)
 HURSTS = (0.3, 0.55, 0.8, 1.0)
 BANDWIDTHS = (4.0, 8.0, 16.0, 32.0)
-WIDEST, WIDE_LOADS = 64.0, (0.02, 0.06, 0.15, 0.3)  # lighter loads would need grids of 8192 by 8192
+WIDEST, WIDE_LOADS = 64.0, (0.02, 0.15, 0.3)  # lighter loads need grids of 8192 by 8192
 YIELDS = (1.0, 2.0)
 Point = elastic.Point | capped.CappedPoint
 

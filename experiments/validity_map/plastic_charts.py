@@ -8,6 +8,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from theory import persson, plasticity
 from validity_map import capped
@@ -55,6 +56,12 @@ def columns(tables: Any, path: Path) -> None:
     figure.savefig(path)
 
 
+def _plain_ticks(axes: Any, places: list[float]) -> None:
+    axes.xaxis.set_major_locator(FixedLocator(places))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+    axes.xaxis.set_minor_locator(NullLocator())
+
+
 def areas(results: list[Any], path: Path) -> None:
     """Total and yielded area over the magnification: theory as lines, contacts as points."""
     shares = sorted({p.share for p, _ in results if not p.label})
@@ -68,6 +75,7 @@ def areas(results: list[Any], path: Path) -> None:
         _areas_of(axes, point, raw)
         axes.set(xscale="log", title=rf"$\sigma_0/\sigma_P$ = {share:g}", xlabel=r"$q_c/q_y$")
         axes.set_ylim(bottom=0.0)
+        _plain_ticks(axes, [0.25, 0.5, 1, 2, 4])
     figure.axes[0].set_ylabel("share of the nominal area")
     figure.axes[-1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     figure.savefig(path)
@@ -109,5 +117,6 @@ def worn(results: list[Any], path: Path) -> None:
         factor = point.smoothed(fine) / point.spectrum(fine)
         axes.plot(fine / point.yields, factor, color=shade)
     axes.set(xscale="log", xlabel=r"$q/q_y$", ylabel="C(q) after / before", ylim=(0.0, 1.05))
+    _plain_ticks(axes, [0.25, 0.5, 1, 2, 4, 8])
     axes.legend(title=r"$\sigma_0/\sigma_P$", loc="center left", bbox_to_anchor=(1.0, 0.5))
     figure.savefig(path)
