@@ -224,14 +224,14 @@ def _judgements(scene: Scene, table: Table, value: Array, error: Array) -> Itera
     own = analytic.predictions(scene)
     base = analytic.predictions(replace(scene, theory=replace(scene.theory, gamma=GAMMA)))
     spectrum = scene.spectrum
-    unit = scene.diffusivity * spectrum.q_roll_off  # type: ignore[union-attr]
+    unit = analytic.conduction(scene).diffusivity * spectrum.q_roll_off  # type: ignore[union-attr]
     for name in dict.fromkeys(name for name, _ in table.quantities):
         columns = [k for k, (other, _) in enumerate(table.quantities) if other == name]
         peclet = np.array([table.quantities[k][1] for k in columns])
         for k, speed in enumerate(scene.speeds if len(columns) > 1 else (nan,)):
             if speed == 0.0:
                 continue
-            weights = np.ones(1) if isnan(speed) else _hats(log(abs(speed) / unit), np.log(peclet))
+            weights = np.ones(1) if isnan(speed) else _hats(log(abs(speed) / unit[k]), np.log(peclet))
             ratio = float(np.exp(weights @ np.log(value[columns])))
             off = float(own[name][k] / base[name][k]) / ratio
             yield Judgement(
