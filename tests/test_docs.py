@@ -2,7 +2,7 @@
 
 The blocks of a page run in their order, in one empty folder; large scenes are replaced by a small one, and a page that
 only reads a run finds a small one at runs/steel. A block can be marked in the line above it: `<!-- slow -->` leaves its
-whole page to the slow tests, `<!-- not run: REASON -->` leaves it out. A ```text block is what the block above it
+whole page to the slow tests (as README.md is), `<!-- not run: REASON -->` leaves it out. A ```text block is what the block above it
 prints: the same words, numbers within 2 %, and … for whatever may differ.
 """
 
@@ -48,12 +48,12 @@ def name(page):
 
 
 def is_slow(page):
-    return any(block.mark == "slow" for block in blocks(page))
+    return page.name == "README.md" or any(block.mark == "slow" for block in blocks(page))
 
 
 def missing(text):
     """The first optional package that a block imports and that is not installed."""
-    wanted = (other for other in OPTIONAL if re.search(rf"(from|import) {other}\b|read_topography", text))
+    wanted = (other for other in OPTIONAL if re.search(rf"(from|import) {other}\b", text))
     return next((other for other in wanted if importlib.util.find_spec(other) is None), None)
 
 
