@@ -4,10 +4,13 @@ import re
 import sys
 from pathlib import Path
 
+from docutils import nodes
+from latex2mathml.converter import convert
+
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent))
 
-import roughsim
+import roughsim  # noqa: E402  (of this very folder, installed or not)
 
 project = "roughsim"
 author = "the authors of roughsim"
@@ -18,7 +21,12 @@ html_title = f"roughsim {release}"
 html_copy_source = False
 exclude_patterns = ["figures"]
 
-myst_enable_extensions = ["colon_fence"]
+html_show_copyright = False
+html_static_path = ["static"]
+html_css_files = ["wide.css"]
+html_math_renderer = "mathml"  # browsers draw it themselves: no script, nothing from elsewhere
+
+myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 
 autodoc_member_order = "bysource"
@@ -47,7 +55,15 @@ def keep_signs(app, what, name, obj, options, lines) -> None:
     lines[:] = [re.sub(r"(\w)_(?=\W|$)", r"\1\\_", line) for line in lines]
 
 
+def formula(writer, node) -> None:
+    """Write a formula as MathML."""
+    display = "block" if isinstance(node, nodes.math_block) else "inline"
+    writer.body.append(convert(node.astext(), display=display))
+    raise nodes.SkipNode
+
+
 def setup(app) -> None:
-    """Register both."""
+    """Register all."""
+    app.add_html_math_renderer("mathml", (formula, None), (formula, None))
     app.connect("source-read", add_other_pages)
     app.connect("autodoc-process-docstring", keep_signs, priority=400)  # before napoleon, at 500
