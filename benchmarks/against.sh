@@ -13,10 +13,10 @@ folder=$(mktemp -d)
 trap 'git worktree remove --force "$folder/base" 2>/dev/null || true; rm -rf "$folder"' EXIT
 git worktree add -q --detach "$folder/base" "$base"
 
-measure() { # name, source tree, further options
+measure() { # name, source tree, further options; -P: the folder we stand in is not imported from
     name=$1 tree=$2
     shift 2
-    PYTHONPATH=$tree OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python -m pytest -q benchmarks/test_speed.py \
+    PYTHONPATH=$tree OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python -P -m pytest -q benchmarks/test_speed.py \
         -p no:cacheprovider --benchmark-storage=file://benchmarks/history --benchmark-save="$name" \
         --benchmark-columns=min,median,rounds --benchmark-timer=time.process_time "$@"
 }
