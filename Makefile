@@ -1,0 +1,29 @@
+# What a maintainer types. `make setup` once; PYTHON=python3.12 chooses another interpreter.
+PYTHON ?= python3
+BIN := .venv/bin
+BASE ?= $(shell git describe --tags --abbrev=0 2>/dev/null)
+
+.PHONY: setup test slow check docs flow bench
+
+setup: ## an environment with everything, and the hooks
+	$(PYTHON) -m venv .venv
+	$(BIN)/pip install -q -e '.[test,docs,dev]'
+	$(BIN)/pre-commit install
+
+test: ## the default tests
+	$(BIN)/python -m pytest -q
+
+slow: ## the slow ones
+	$(BIN)/python -m pytest -q -m slow
+
+check: ## style and types
+	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy
+
+docs: ## the site, in build/site
+	$(BIN)/python -m sphinx -qW --keep-going docs build/site
+
+flow: ## the picture and the table of the modules
+	$(BIN)/python docs/flow.py
+
+bench: ## this tree against the last tag, or BASE=COMMIT, both measured now on this machine
+	PATH="$(CURDIR)/$(BIN):$$PATH" benchmarks/against.sh "$(BASE)"

@@ -1,0 +1,199 @@
+"""Draw how the code flows, from its imports: figures/flow.svg and the table in reference/flow.md.
+
+    python docs/flow.py
+
+An arrow goes from a module to one that imports it. Where a longer way exists the short arrow is left out, so that what
+remains is the order in which one has to understand the modules. A module stands one row below the lowest that it
+imports.
+"""
+
+from __future__ import annotations
+
+import ast
+from graphlib import TopologicalSorter
+from itertools import pairwise
+from pathlib import Path
+
+HERE = Path(__file__).parent
+PACKAGE = HERE.parent / "roughsim"
+PICTURE, PAGE = HERE / "figures" / "flow.svg", HERE / "reference" / "flow.md"
+START, END = "<!-- modules: written by docs/flow.py -->\n", "<!-- end -->"
+WIDTH, HEIGHT, GAP, DOWN = 112, 28, 24, 64  # a box, the space beside it, and from one row to the next, px
+COLORS = {"data": "#eef3f8", "theory": "#fdeed7", "edge": "#ece6f5"}
+# what meets files, screens and people
+EDGE = ("charts", "cli", "explore", "progress", "record", "report", "scene", "status", "tables")
+
+Graph = dict[str, set[str]]
+
+
+def imported(path: Path) -> set[str]:
+    """The names a file imports, also inside functions; not what only type checkers read."""
+    tree = ast.parse(path.read_text())
+    for node in ast.walk(tree):
+        if isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING":
+            node.body = []
+    names = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            names |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return names
+
+
+def sources() -> dict[str, list[Path]]:
+    """The files of each module directly below the package; a folder is one module."""
+    found = {}
+    for path in sorted(PACKAGE.iterdir()):
+        if path.suffix == ".py" and path.stem != "__init__":
+            found[path.stem] = [path]
+        elif (path / "__init__.py").exists() and any(path.glob("[!_]*.py")):
+            found[path.name] = sorted(path.rglob("*.py"))
+    return found
+
+
+def imports() -> Graph:
+    """What each module imports of the package, and `theory`."""
+    files = sources()
+    graph: Graph = {"theory": set()}
+    for name, paths in files.items():
+        words = {word for path in paths for word in imported(path)}
+        inside = {word.split(".")[1] for word in words if word.startswith("roughsim.")} & set(files)
+        outside = {"theory"} & {word.split(".")[0] for word in words}
+        graph[name] = (inside | outside) - {name}
+    return graph
+
+
+def reduced(graph: Graph) -> Graph:
+    """The graph without arrows that a longer way replaces."""
+    below: Graph = {}
+    for name in TopologicalSorter(graph).static_order():
+        below[name] = set().union(*({other} | below[other] for other in graph[name]))
+    return {name: others - set().union(*(below[other] for other in others)) for name, others in graph.items()}
+
+
+def depths(graph: Graph) -> dict[str, int]:
+    """The row of each module."""
+    depth: dict[str, int] = {}
+    for name in TopologicalSorter(graph).static_order():
+        depth[name] = 1 + max((depth[other] for other in sorted(graph[name])), default=-1)
+    return depth
+
+
+def chains(graph: Graph) -> list[list[str]]:
+    """Each arrow as the places it passes: in the rows between, a narrow one that is named after the arrow."""
+    depth = depths(graph)
+    return [
+        [low, *(f"{low}>{high}@{level}" for level in range(depth[low] + 1, depth[high])), high]
+        for high in sorted(graph)
+        for low in sorted(graph[high])
+    ]
+
+
+def rows(graph: Graph) -> list[list[str]]:
+    """Modules and passing arrows by row, in the order with the shortest ways sideways that a few sweeps find."""
+    depth = depths(graph)
+    links = [pair for chain in chains(graph) for pair in pairwise(chain)]
+    for low, high in links:
+        depth.setdefault(high, depth[low] + 1)
+    levels = [sorted(name for name in depth if depth[name] == level) for level in range(1 + max(depth.values()))]
+    best = levels
+    for sweep in range(40):
+        levels = swept(levels, links, downwards=sweep % 2 == 0)
+        best = min(best, levels, key=lambda some: sideways(some, links))
+    return best
+
+
+def swept(levels: list[list[str]], links: list[tuple[str, str]], *, downwards: bool) -> list[list[str]]:
+    """Each row ordered by the mean place of its neighbours in the row before, then in the other."""
+    levels = [list(level) for level in levels]
+    for level in levels if downwards else reversed(levels):
+        place = centres(levels)
+        near = {name: [low if high == name else high for low, high in links if name in (low, high)] for name in level}
+        level.sort(key=lambda name: (sum(place[other] for other in near[name]) / len(near[name]), name))
+    return levels
+
+
+def sideways(levels: list[list[str]], links: list[tuple[str, str]]) -> int:
+    """How far all arrows go sideways, px."""
+    place = centres(levels)
+    return sum(abs(place[low] - place[high]) for low, high in links)
+
+
+def centres(levels: list[list[str]]) -> dict[str, int]:
+    """The x of each place, each row about the middle, px."""
+    place = {}
+    for level in levels:
+        widths = [GAP if "@" in name else WIDTH for name in level]
+        left = -(sum(widths) + GAP * (len(level) - 1)) // 2
+        for name, width in zip(level, widths, strict=True):
+            place[name] = left + width // 2
+            left += width + GAP
+    return place
+
+
+def picture(graph: Graph) -> str:
+    """The whole as SVG."""
+    simple = reduced(graph)
+    levels = rows(simple)
+    x, y = centres(levels), {name: k * DOWN for k, level in enumerate(levels) for name in level}
+    half = max(abs(value) for value in x.values()) + WIDTH // 2 + GAP
+    height = (len(levels) - 1) * DOWN + HEIGHT
+    lines = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{-half} {-GAP} {2 * half} {height + 2 * GAP}" '
+        f'width="{2 * half}" font-family="sans-serif" font-size="14" text-anchor="middle">',
+        f'<rect x="{-half}" y="{-GAP}" width="{2 * half}" height="{height + 2 * GAP}" fill="white"/>',
+        '<defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" orient="auto">'
+        '<path d="M0 0L8 4L0 8z" fill="#667"/></marker></defs>',
+    ]
+    lines += [arrow([(x[name], y[name]) for name in chain]) for chain in chains(simple)]
+    lines += [box(name, x[name], y[name]) for level in levels for name in level if "@" not in name]
+    return "\n".join([*lines, "</svg>\n"])
+
+
+def arrow(points: list[tuple[int, int]]) -> str:
+    """A curve from the lower side of the first box through the passing places to the upper side of the last."""
+    (left, top), *others = points
+    top += HEIGHT
+    path = f"M{left} {top}"
+    for number, (right, bottom) in enumerate(others, 1):
+        middle = (top + bottom) // 2
+        path += f"C{left} {middle} {right} {middle} {right} {bottom}"
+        left, top = right, bottom
+        if number < len(others):
+            top += HEIGHT
+            path += f"V{top}"
+    return f'<path d="{path}" fill="none" stroke="#99a" stroke-width="1.2" marker-end="url(#tip)"/>'
+
+
+def box(name: str, x: int, y: int) -> str:
+    """A module."""
+    kind = "theory" if name in ("theory", "analytic") else "edge" if name in EDGE else "data"
+    return (
+        f'<rect x="{x - WIDTH // 2}" y="{y}" width="{WIDTH}" height="{HEIGHT}" rx="5" fill="{COLORS[kind]}" '
+        f'stroke="#556"/><text x="{x}" y="{y + HEIGHT // 2 + 5}">{name}</text>'
+    )
+
+
+def table(graph: Graph) -> str:
+    """What each module is for, in its own words, and what it imports, in the order of the picture."""
+    depth = depths(graph)
+    lines = ["| module | what it does | imports |", "|---|---|---|"]
+    for name in sorted(graph, key=lambda name: (depth[name], name)):
+        home = HERE.parent / "theory" if name == "theory" else PACKAGE / name
+        path = home / "__init__.py" if home.is_dir() else home.with_suffix(".py")
+        words = (ast.get_docstring(ast.parse(path.read_text())) or "").partition("\n")[0].replace("|", "\\|")
+        lines.append(f"| `{name}` | {words} | {', '.join(sorted(graph[name])) or '–'} |")
+    return "\n".join(lines) + "\n"
+
+
+def page(text: str, graph: Graph) -> str:
+    """The page with its table written anew."""
+    before, _, rest = text.partition(START)
+    return before + START + "\n" + table(graph) + "\n" + END + rest.partition(END)[2]
+
+
+if __name__ == "__main__":
+    found = imports()
+    PICTURE.write_text(picture(found))
+    PAGE.write_text(page(PAGE.read_text(), found))

@@ -1,0 +1,189 @@
+"""Every example of README.md and docs/ runs, and what the pages say of the code is so.
+
+The blocks of a page run in their order, in one empty folder. Large scenes are replaced by a small one, and a page that
+only reads a run finds a small one at runs/steel. The line above a block can mark it: `<!-- slow -->` leaves its whole
+page to the slow tests (as README.md is), `<!-- not run: REASON -->` leaves it out. A ```text block is what the block
+above it prints: the same words, numbers within 2 %, and … for whatever may differ.
+"""
+
+import contextlib
+import importlib.util
+import io
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from conftest import CAPPED
+
+import roughsim
+import theory
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
+BLOCK = re.compile(r"(?:^<!-- ([^\n]*) -->\n+)?^```(python|console|text|toml)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+OPTIONAL = ("xarray", "h5netcdf", "netCDF4", "nexusformat", "dask", "mpi4py", "SurfaceTopography", "bokeh", "tamaas")
+LARGE = re.compile(r"\bsteel-\d\.\dGPa(?![\w.])")
+NUMBER = re.compile(r"(?<![\w.])[-−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+COMMANDS = {"roughsim": f"{sys.executable} -m roughsim.cli", "python": sys.executable}
+
+
+class Block(NamedTuple):
+    mark: str
+    kind: str
+    text: str
+
+
+def blocks(page):
+    return [Block(*found) for found in BLOCK.findall(page.read_text())]
+
+
+def name(page):
+    return str(page.relative_to(ROOT))
+
+
+def is_slow(page):
+    return page.name == "README.md" or any(block.mark == "slow" for block in blocks(page))
+
+
+def missing(text):
+    """The first optional package that a block imports and that is not installed."""
+    wanted = (other for other in OPTIONAL if re.search(rf"(from|import) {other}\b", text))
+    return next((other for other in wanted if importlib.util.find_spec(other) is None), None)
+
+
+def printed(block, names):
+    """Run one block in the current folder; return its output."""
+    text = re.sub(r"workers=\d+", "workers=2", LARGE.sub("small.toml", block.text))
+    if block.kind == "console":
+        return "".join(command(line[2:]) for line in text.splitlines() if line.startswith("$ "))
+    if "__main__" in text:  # spawns processes, which import the script again
+        Path("script.py").write_text(text)
+        return command("python script.py")
+    output = io.StringIO()
+    with contextlib.redirect_stdout(output):
+        exec(compile(text, "example", "exec"), names)
+    return output.getvalue()
+
+
+def command(line):
+    word, rest = line.split(" ", 1)
+    if word not in COMMANDS:  # pip install, cd, less, …
+        return ""
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "MPLBACKEND": "Agg"}
+    done = subprocess.run(
+        f"{COMMANDS[word]} {rest}",
+        shell=True,
+        text=True,
+        check=False,
+        capture_output=True,
+        env=environment,
+        timeout=300,
+    )
+    assert done.returncode == 0, f"{line}\n{done.stderr}"
+    return done.stdout + done.stderr
+
+
+def close(shown, found):
+    """Whether two words are the same but for 2 % of their numbers."""
+    if NUMBER.sub("#", shown) != NUMBER.sub("#", found):
+        return False
+    pairs = zip(*([float(n.replace("−", "-")) for n in NUMBER.findall(word)] for word in (shown, found)), strict=True)
+    return all(abs(a - b) <= 0.02 * abs(a) for a, b in pairs)
+
+
+def shows(expected, output):
+    """Whether the parts of `expected` between … follow one another in the output, from its start to its end."""
+    words, position = output.split(), 0
+    parts = [part.split() for part in expected.split("…")]
+    for number, part in enumerate(parts):
+        last = len(words) - len(part)
+        starts = range(position, last + 1) if number else range(min(1, last + 1))
+        if number == len(parts) - 1:
+            starts = [start for start in starts if start == last]
+        hit = next((i for i in starts if all(map(close, part, words[i : i + len(part)]))), None)
+        if hit is None:
+            return False
+        position = hit + len(part)
+    return True
+
+
+def run_page(page, capped_run):
+    Path("small.toml").write_text(CAPPED)
+    found = blocks(page)
+    if not any("rs.run(" in block.text or "roughsim run" in block.text for block in found):
+        shutil.copytree(capped_run.folder, "runs/steel")
+    names, output, left_out = {"__name__": "example"}, "", []
+    for block in found:
+        package = missing(block.text)
+        if block.kind == "toml" or block.mark.startswith("not run: "):
+            continue
+        if block.kind == "text":
+            assert shows(block.text, output), f"shown:\n{block.text}\nfound:\n{output}"
+        elif package is not None:
+            left_out.append(package)
+        else:
+            output = printed(block, names)
+    if left_out:
+        pytest.skip(f"all but the examples with {', '.join(left_out)}, which is not installed")
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page) and not is_slow(page)], ids=name)
+def test_every_example_runs(page, tmp_path, monkeypatch, capped_run):
+    monkeypatch.chdir(tmp_path)
+    run_page(page, capped_run)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", [page for page in PAGES if is_slow(page)], ids=name)
+def test_every_slow_example_runs(page, tmp_path, monkeypatch, capped_run):
+    monkeypatch.chdir(tmp_path)
+    run_page(page, capped_run)
+
+
+def test_shown_output_is_compared_word_by_word_and_numbers_to_two_per_cent():
+    assert shows("a 100 K … end", "a 101 K\n 5 s  end\n")
+    assert not shows("a 100 K … end", "a 103 K 5 s end")
+    assert not shows("a 100 K", "a 100 K and more")
+    assert not shows("a 100 K … end", "b 100 K 5 s end")
+    assert not shows("a -1", "a 1")
+
+
+def test_the_picture_and_the_table_of_the_modules_are_those_of_the_imports():
+    specification = importlib.util.spec_from_file_location("flow", DOCS / "flow.py")
+    flow = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(flow)
+    graph = flow.imports()
+    assert "numerics" in graph["realization"]
+    assert "theory" in graph["analytic"]
+    after = "run python docs/flow.py"
+    assert flow.PICTURE.read_text() == flow.picture(graph), after
+    assert flow.PAGE.read_text() == flow.page(flow.PAGE.read_text(), graph), after
+
+
+def test_the_reference_has_every_public_name():
+    listed = set(re.findall(r"\.\. auto\w+:: roughsim::(\w+)", (DOCS / "reference" / "roughsim.md").read_text()))
+    assert listed == set(roughsim.__all__) - {"__version__"}
+    listed = set(re.findall(r"\.\. automodule:: theory\.(\w+)", (DOCS / "reference" / "theory.md").read_text()))
+    assert listed == set(theory.__all__)
+
+
+def test_every_test_that_a_page_names_exists():
+    defined = {
+        found
+        for path in (ROOT / "tests").rglob("test_*.py")
+        for found in re.findall(r"^def (test_\w+)", path.read_text(), re.M)
+    }
+    for page in PAGES:
+        assert set(re.findall(r"`(test_\w+)`", page.read_text())) - defined == set(), page
+
+
+def test_every_local_link_leads_somewhere():
+    for page in PAGES:
+        for target in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", page.read_text()):
+            assert (page.parent / target).exists(), f"{name(page)} links to {target}"
