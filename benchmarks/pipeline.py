@@ -52,12 +52,12 @@ def tamaas_seconds(scene: rs.Scene, numerics: rs.Numerics, level: int) -> float:
     tm.set_log_level(tm.LogLevel.error)
     one = realize(scene, replace(numerics, tolerance=1e-7), seed=1, level=level)
     grid, hardness, load = one.grid, scene.penetration_hardness, scene.sliding.nominal_pressure
-    scale = scene.effective_modulus
+    scale, unit = scene.effective_modulus, grid.lengths[0]  # its tolerances are not free of units
     best = np.inf
     for tolerance in (10.0 ** (-k / 2) for k in range(4, 17)):
-        model = tm.ModelFactory.createModel(tm.model_type.basic_2d, list(grid.lengths), list(grid.shape))
+        model = tm.ModelFactory.createModel(tm.model_type.basic_2d, [1.0, grid.lengths[1] / unit], list(grid.shape))
         model.E, model.nu = 1.0, 0.0
-        solver = tm.KatoSaturated(model, one.heights, tolerance, hardness / scale)
+        solver = tm.KatoSaturated(model, one.heights / unit, tolerance, hardness / scale)
         solver.max_iter = 20000
         start = time.process_time()
         solver.solve(load / scale)
