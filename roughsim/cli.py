@@ -249,6 +249,32 @@ def explore(
     serve(run, port=port, browser=browser, announce=announce)
 
 
+@app.command()
+def bench(
+    scene: SceneName,
+    stage: Annotated[
+        list[str] | None, typer.Option(help="surface, contact, heat, moments, theory or chain; all if left out.")
+    ] = None,
+    realizations: Annotated[int, typer.Option(min=4, help="Members that scatter and bias are measured with.")] = 8,
+    chart: Annotated[Path | None, typer.Option(metavar="F", help="Draw the figure: .png, .pdf or .svg.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Measure error and cost of the ways to compute a scene, and where the plan's choice lies among them."""
+    from roughsim.bench import STAGES, bench_chart, bench_dict
+    from roughsim.bench import bench as measure
+    from roughsim.scene import load_scene
+    from roughsim.tables import bench_tables
+
+    points = measure(load_scene(scene), stages=stage or STAGES, realizations=realizations)
+    if as_json:
+        typer.echo(json.dumps(bench_dict(points), indent=1))
+    else:
+        _print(*bench_tables(bench_dict(points)))
+    if chart is not None:
+        bench_chart(points, chart)
+        typer.echo(f"picture: {chart}", err=True)
+
+
 def _zoom(text: str | None) -> Any:
     if text is None:
         return None

@@ -109,7 +109,7 @@ def _realize(scene: Scene, numerics: Numerics, seed: int, level: int, index: int
     contact = solve_contact(
         heights,
         grid,
-        _solid(scene, numerics.levels[level].column),
+        solid_of(scene, numerics.levels[level].column),
         nominal_pressure=scene.sliding.nominal_pressure,
         tolerance=numerics.tolerance,
         precision=numerics.precision,
@@ -130,7 +130,8 @@ def level_spectrum(scene: Scene, numerics: Numerics, level: int) -> Spectrum:
     return scene.spectrum.truncated(q_max=wanted.q_max)
 
 
-def _solid(scene: Scene, column: str) -> Solid:
+def solid_of(scene: Scene, column: str) -> Solid:
+    """Return the solid of a column: with the hardness only where it is "capped"."""
     if column == "capped":
         return Solid(scene.effective_modulus, scene.penetration_hardness)
     return Solid(scene.effective_modulus)

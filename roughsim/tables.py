@@ -39,6 +39,24 @@ def plan_table(numerics: Numerics) -> Table:
     return table
 
 
+def bench_tables(measured: dict[str, Any]) -> list[Table]:
+    """Return a table per stage and observable of what `bench_dict` gives: the front, and the choice of the plan."""
+    tables: dict[tuple[str, str], Table] = {}
+    for point in measured["points"]:
+        key = point["stage"], point["observable"]
+        if key not in tables:
+            tables[key] = Table(box=None, pad_edge=False, title=": ".join(key), title_justify="left")
+            for title in ("error", "CPU s", "FFT pairs", "method", "setting", ""):
+                tables[key].add_column(title, justify="right" if title in ("error", "CPU s", "FFT pairs") else "left")
+        if point["front"] or point["chosen"] or point["error"] is None:
+            numbers = (
+                f"{point[name]:.2g}" if point[name] is not None else "–" for name in ("error", "seconds", "pairs")
+            )
+            notes = [word for word, true in (("front", point["front"]), ("plan", point["chosen"])) if true]
+            tables[key].add_row(*numbers, point["method"], point["setting"], ", ".join(notes))
+    return list(tables.values())
+
+
 def theory_dict(scene: Scene) -> dict[str, Any]:
     """Return the theory over the whole spectrum as JSON values, temperatures with the share used."""
     values, share = analytic.predictions(scene), analytic.heat_partition(scene)

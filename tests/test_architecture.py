@@ -38,6 +38,7 @@ ORDER = (
     "trust",
     "compare",
     "charts",
+    "bench",
     "status",
     "tables",
     "report",

@@ -2,5 +2,6 @@
 
 from roughsim.charts.comparison import comparison_chart
 from roughsim.charts.pictures import QUANTITIES, plot_run
+from roughsim.charts.trade import trade_chart
 
-__all__ = ["QUANTITIES", "comparison_chart", "plot_run"]
+__all__ = ["QUANTITIES", "comparison_chart", "plot_run", "trade_chart"]

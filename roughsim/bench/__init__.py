@@ -1,0 +1,155 @@
+"""Speed against accuracy: what each stage of a scene, and the whole chain, errs by at what cost.
+
+Errors are against exact or tightly converged values, costs are CPU seconds of one thread. Their ratio to one pair of
+transforms, timed in the same run, is what carries over to other machines.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from math import isnan
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roughsim import fourier
+from roughsim.bench.chain import KNOWN, chain
+from roughsim.bench.point import Point, cpu_seconds
+from roughsim.bench.stages import contact, heat, moments, surface, theory
+
+if TYPE_CHECKING:
+    from roughsim.numerics import Numerics
+    from roughsim.record.rows import Rows
+    from roughsim.scene import Scene
+
+STAGES: dict[str, Callable[[Scene, Numerics, int], Iterator[Point]]] = {
+    "surface": surface,
+    "contact": contact,
+    "heat": heat,
+    "moments": moments,
+    "theory": theory,
+    "chain": chain,
+}
+PAIR_SIDE = 512  # points per side of the transforms that costs are compared with
+
+
+def bench(
+    scene: Scene,
+    *,
+    numerics: Numerics | None = None,
+    stages: Iterable[str] = tuple(STAGES),
+    realizations: int = 8,
+    rows: Rows | None = None,
+) -> list[Point]:
+    """Measure error and cost of the ways to compute a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is computed.
+    numerics : Numerics, optional
+        The choice that is marked; what `plan` makes of the scene if left out.
+    stages : iterable of str
+        Keys of `STAGES`: surface, contact, heat, moments, theory, chain.
+    realizations : int
+        Members that scatter and bias are measured with, ≥ 4.
+    rows : Rows, optional
+        Where points are stored; a stage that is there already is not measured again.
+
+    Returns
+    -------
+    list of Point
+        Stage by stage.
+
+    Raises
+    ------
+    ValueError
+        If a stage is unknown, or `realizations` < 4.
+    """
+    from roughsim.plan import plan
+    from roughsim.record.rows import Rows
+
+    wanted = list(stages)
+    for name in wanted:
+        if name not in STAGES:
+            raise ValueError(f"stage = {name!r} is unknown; choose one of {', '.join(STAGES)}")
+    if max(scene.speeds) <= 0.0:
+        raise ValueError("speed = 0 m/s is the highest of the scene; nothing heats, give one above zero")
+    if isinstance(realizations, bool) or int(realizations) != realizations or realizations < 4:
+        raise ValueError(f"realizations = {realizations!r} must be a whole number ≥ 4: it gives scatter and bias")
+    numerics = plan(scene) if numerics is None else numerics
+    rows = Rows(None) if rows is None else rows
+    pair = float(rows.once("pair", f"{PAIR_SIDE}²", lambda: {"seconds": pair_seconds(PAIR_SIDE)})["seconds"])
+    for name in wanted:
+        if not rows[name]:
+            rows.extend(name, _measured(STAGES[name], scene, numerics, realizations, pair))
+    return [Point.from_row(name, row) for name in wanted for row in rows[name].values()]
+
+
+def _measured(
+    stage: Callable[[Scene, Numerics, int], Iterator[Point]],
+    scene: Scene,
+    numerics: Numerics,
+    realizations: int,
+    pair: float,
+) -> dict[str, dict[str, float | str]]:
+    found = {}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # the errors that they warn of are what is charted
+        for point in stage(scene, numerics, realizations):
+            found[f"{point.observable} | {point.method} | {point.setting}"] = point.row(pair)
+    return found
+
+
+def pair_seconds(side: int) -> float:
+    """CPU seconds of one forward and one inverse real transform of `side`² points, float64, one thread."""
+    transform = fourier.Transform((side, side), np.float64)
+    transform.field[...] = np.random.default_rng(1).random((side, side))
+
+    def pair() -> None:
+        transform.forward()
+        transform.inverse()
+
+    return cpu_seconds(pair)
+
+
+def front(points: list[Point]) -> list[Point]:
+    """Return the points that no other one beats in both cost and error, cheapest first; failures are never on it."""
+    best, result = np.inf, []
+    for point in sorted(points, key=lambda p: (p.seconds, p.error)):
+        if point.error < best:
+            best = point.error
+            result.append(point)
+    return result
+
+
+def panels(points: list[Point]) -> dict[str, list[Point]]:
+    """Return the points of each chart: one per stage and observable."""
+    result: dict[str, list[Point]] = {}
+    for point in points:
+        if point.method != KNOWN:
+            result.setdefault(f"{point.stage}: {point.observable}", []).append(point)
+    return result
+
+
+def bench_chart(points: list[Point], path: Path) -> None:
+    """Draw all charts of some points into one picture: error over cost, the front, and the choice of the plan."""
+    from roughsim.charts import trade_chart
+
+    shown = panels(points)
+    known = {f"{p.stage}: {p.observable}": p.error for p in points if p.method == KNOWN}
+    fronts = {title: front(group) for title, group in shown.items()}
+    trade_chart(shown, fronts, path, known=known, pair=f"FFT pairs of {PAIR_SIDE}²")
+
+
+def bench_dict(points: list[Point]) -> dict[str, Any]:
+    """Return points as JSON values, NaN as None, with `front` where no other one of its chart is better."""
+    best = {id(point) for group in panels(points).values() for point in front(group)}
+    entries = [point._asdict() | {"front": id(point) in best} for point in points if point.method != KNOWN]
+    undefined = ({key for key, value in e.items() if isinstance(value, float) and isnan(value)} for e in entries)
+    return {"points": [e | dict.fromkeys(keys) for e, keys in zip(entries, undefined, strict=True)]}
+
+
+__all__ = ["PAIR_SIDE", "STAGES", "Point", "bench", "bench_chart", "bench_dict", "front", "pair_seconds", "panels"]
