@@ -1,6 +1,6 @@
 """Error over cost: every stage, the whole chain, and all contact solvers on the same surfaces.
 
-    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python experiments/accuracy_vs_cost.py [CHART ...] [--toy] [--resume] [-o F]
+    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python experiments/accuracy_vs_cost.py [CHART ...] [--resume] [-o F]
 
 Charts: solvers (contact solvers on three problems; the peers too where installed, `pip install 'roughsim[peers]'`),
 and those of `roughsim bench` for the steel scene: surface, contact, heat, moments, theory, chain. All by default.

@@ -1,0 +1,264 @@
+"""Where methods fail: maps of error, cost and failures of the contact solvers and of the heat kernels.
+
+    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python experiments/where_methods_fail.py [MAP ...] [--resume] [-o F]
+
+Maps: load (contact over load and hardness; the peers too where installed, `pip install 'roughsim[peers]'`), roughness
+(contact over H, bandwidth and pixels per shortest wave), heat (T_flash of a Hertz contact over the Péclet number and
+the box, three kernels). All by default. Every solve is a row of data.h5; a failure is a row too, and a cross in a map.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import sys
+import time
+import warnings
+from itertools import product
+from math import inf, isnan, nan
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+import roughsim as rs
+from roughsim.heat import uniform_temperature
+from roughsim.record.rows import Rows
+from theory import hertz
+
+sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
+import contact as solvers
+
+mpl.use("Agg")
+mpl.rcParams.update({"font.size": 9, "axes.titlesize": 9, "axes.titlelocation": "left", "legend.frameon": False})
+TOLERANCE = 1e-6
+WRONG = 1e-3  # a pressure further off than this was returned as if it were right
+NOT_MADE = "one bound only"  # what a solver is not made for is no failure of it
+UNIT = {"conductivity": 1.0, "diffusivity": 1.0}
+SOLVERS = ("roughsim", "tamaas", "ContactMechanics", "NuMPI")
+
+
+# contact
+
+
+def unit_problem(points, load, cap, *, hurst=0.8, waves=(4, 16), seed=0):
+    """E* = 1, h′ = 1 in the unit cell, `waves` per side at the roll-off and at the end of the roughness."""
+    spectrum = rs.SelfAffineSpectrum.from_rms_slope(
+        1.0, hurst=hurst, q_min=2 * np.pi, q_roll_off=2 * np.pi * waves[0], q_max=2 * np.pi * waves[1]
+    )
+    grid = rs.Grid((points, points), (1.0, 1.0))
+    return solvers.Problem(points, load, cap, rs.synthesize(spectrum, grid, np.random.default_rng(seed)))
+
+
+def ours(task, tolerance=TOLERANCE):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # the rounding floor: its residual is in the row
+        return rs.solve_contact(
+            task.heights, task.grid, rs.Solid(1.0, task.cap), nominal_pressure=task.load, tolerance=tolerance
+        )
+
+
+def solved(name, task):
+    """A row: error against our solution at 1e-10, CPU seconds, what the solver says of itself, or why it failed."""
+    row = {"solver": name, "error": nan, "seconds": nan, "transforms": nan, "iterations": nan, "residual": nan}
+    start = time.process_time()
+    try:
+        if name == "roughsim":
+            found = ours(task)
+            pressure = found.pressure
+            row |= {"transforms": found.transforms, "iterations": float(found.iterations), "residual": found.residual}
+        else:
+            pressure = solvers.PEERS[name][1](task, TOLERANCE)
+        row["seconds"] = time.process_time() - start
+        exact = ours(task, 1e-10).pressure
+    except (RuntimeError, ValueError) as reason:
+        return row | {"why": str(reason) or type(reason).__name__}
+    row["error"] = float(np.linalg.norm(pressure - exact) / np.linalg.norm(exact))
+    return row | {"why": "" if row["error"] < WRONG else "wrong without a word"}
+
+
+def there():
+    return [n for n in SOLVERS if n == "roughsim" or importlib.util.find_spec(solvers.PEERS[n][0]) is not None]
+
+
+def load_map(rows, folder, toy):
+    """Contact over load and hardness, every solver."""
+    points = 32 if toy else 128
+    loads = (0.01, 0.3) if toy else (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
+    ratios = (1.5, inf) if toy else (1.01, 1.1, 1.5, 3.0, 10.0, 100.0, inf)
+    names = there()
+    for name, load, ratio in product(names, loads, ratios):
+        task = unit_problem(points, load, load * ratio, waves=(4, points // 8))
+        key = f"{name} load {load:g} hardness {ratio:g} loads"
+        rows.once("load", key, lambda n=name, t=task, x=load, y=ratio: {"load": x, "ratio": y} | solved(n, t))
+    figure = Figure((2.9 * len(names) + 0.6, 5.6), layout="constrained")
+    axes = figure.subplots(2, len(names), sharex=True, sharey=True, squeeze=False)
+    for column, name in zip(axes.T, names, strict=True):
+        found = [row for row in rows["load"].values() if row["solver"] == name]
+        for axis, quantity in zip(column, ("error", "seconds"), strict=True):
+            picture(axis, found, ("load", "ratio"), quantity, (loads, ratios))
+        column[0].set_title(f"{name}: error")
+        column[1].set_title("CPU time, ms")
+        column[1].set_xlabel("load σ₀/(E*h′)")
+    for axis in axes[:, 0]:
+        axis.set_ylabel("hardness σ_P/σ₀")
+    figure.savefig(folder / "contact_load.png", dpi=120)
+    told("load", rows["load"].values())
+
+
+def roughness_map(rows, folder, toy):
+    """Our contact solver over H, bandwidth and pixels per shortest wave; the error of the pixel beside its own."""
+    hursts = (0.3, 0.8) if toy else (0.0, 0.3, 0.5, 0.8, 1.0)
+    bands = (4,) if toy else (2, 8, 32)
+    pixels = (2, 4) if toy else (2, 4, 8)
+    for hurst, band, pixel in product(hursts, bands, pixels):
+        key = f"H {hurst:g} bandwidth {band} at {pixel} pixels"
+        row = rows.once("roughness", key, lambda h=hurst, b=band, p=pixel: rough(h, b, p, 8 if toy else 16))
+        print(f"{key:36s} {row['iterations']:4.0f} iterations {row['transforms']:6.0f} transforms  {row['why']}")
+    figure = Figure((2.8 * len(pixels) + 0.6, 7.4), layout="constrained")
+    axes = figure.subplots(3, len(pixels), sharex=True, sharey=True, squeeze=False)
+    for column, pixel in zip(axes.T, pixels, strict=True):
+        found = [row for row in rows["roughness"].values() if row["pixels"] == pixel]
+        for axis, quantity in zip(column, ("transforms", "error", "pixel_error"), strict=True):
+            picture(axis, found, ("bandwidth", "hurst"), quantity, (bands, hursts))
+        column[0].set_title(f"{pixel} pixels per wave: transforms")
+        column[1].set_title("error of the solve")
+        column[2].set_title("error of T_flash by the pixel, %")
+        column[2].set_xlabel("bandwidth q₁/q_r")
+    for axis in axes[:, 0]:
+        axis.set_ylabel("Hurst exponent H")
+    figure.savefig(folder / "contact_roughness.png", dpi=120)
+
+
+def rough(hurst, band, pixel, finest):
+    """A row of the map: two roll-off waves per side, load 0.05."""
+    waves = (2, 2 * band)
+    task = unit_problem(2 * band * pixel, 0.05, inf, hurst=hurst, waves=waves)
+    row = {"hurst": hurst, "bandwidth": float(band), "pixels": float(pixel)} | solved("roughsim", task)
+    fine = unit_problem(2 * band * finest, 0.05, inf, hurst=hurst, waves=waves)
+    values = [rs.measure(ours(t, 1e-5), t.grid, FAST).flash_temperature[0] for t in (task, fine)]
+    return row | {"pixel_error": float(abs(values[0] / values[1] - 1))}
+
+
+FAST = rs.Sliding([1e4], 1.0, 1.0, 1.0)
+
+
+# heat
+
+
+def steady(flux, grid, speed):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # too hot: that is what the map shows
+        return rs.sliding_temperature(flux, grid, speed=speed, slid_distance=inf, **UNIT)
+
+
+def from_rest(flux, grid, speed):
+    """Half the cell, with the uniform term."""
+    slid = grid.lengths[0] / 2 / speed
+    return rs.sliding_temperature(flux, grid, speed=speed, **UNIT) + uniform_temperature(flux.mean(), slid, **UNIT)
+
+
+def free(flux, grid, speed):
+    return rs.half_space_temperature(flux, grid, speed=speed, **UNIT)
+
+
+KERNELS = {"periodic, steady": steady, "periodic, from rest": from_rest, "free half-space": free}
+
+
+def hertz_source(pixels, side):
+    """Mean flux over each pixel, from 8² points; lengths in radii."""
+    count = pixels * side
+    x = (np.arange(8 * count) - (8 * count - 1) / 2) / pixels / 8
+    fine = np.sqrt(np.maximum(1 - x[:, None] ** 2 - x**2, 0.0))
+    flux = fine.reshape(count, 8, count, 8).mean((1, 3))
+    return flux, rs.Grid((count, count), (float(side),) * 2)
+
+
+def heated(name, peclet, side, pixels):
+    """A row: relative error of T_flash with its sign."""
+    flux, grid = hertz_source(pixels, side)
+    start = time.process_time()
+    temperature = KERNELS[name](flux, grid, peclet)
+    seconds = time.process_time() - start
+    value = float((temperature * flux).sum() / flux.sum()) / float(hertz.flash_temperature(peclet)) - 1
+    row = {"kernel": name, "peclet": peclet, "side": float(side), "excess": value, "error": abs(value)}
+    return row | {"seconds": seconds, "why": "" if abs(value) < 1.0 else "more than twice too hot"}
+
+
+def heat_map(rows, folder, toy):
+    peclets = (0.1, 100.0) if toy else (0.01, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4)
+    sides, pixels = ((4, 8), 4) if toy else ((4, 8, 16, 32, 64), 8)
+    for name, peclet, side in product(KERNELS, peclets, sides):
+        key = f"{name} Pe {peclet:g} box {side}"
+        rows.once("heat", key, lambda n=name, p=peclet, s=side: heated(n, p, s, pixels))
+    figure = Figure((10.0, 3.4), layout="constrained")
+    for axis, name in zip(figure.subplots(1, 3, sharey=True), KERNELS, strict=True):
+        found = [row for row in rows["heat"].values() if row["kernel"] == name]
+        picture(axis, found, ("peclet", "side"), "excess", (peclets, sides))
+        axis.set(title=f"{name}: T_flash, % too high", xlabel="Péclet number vR/D")
+    figure.axes[0].set_ylabel("side of the box, radii")
+    figure.savefig(folder / "heat_box.png", dpi=120)
+    told("heat", rows["heat"].values())
+
+
+# pictures
+
+SHOWN = {  # factor to what is written, its format, and the range of the colours in it
+    "error": (1.0, "{:.0e}", (1e-9, 1e-2)),
+    "seconds": (1e3, "{:.3g}", (1, 1e4)),
+    "transforms": (1.0, "{:.0f}", (10, 300)),
+    "pixel_error": (100.0, "{:.2g}", (0.1, 30)),
+    "excess": (100.0, "{:+.2g}", (0.1, 100)),
+}
+
+
+def picture(axis, found, keys, quantity, ticks):
+    """A map with the number in each cell; a cross where the method failed, with what it returned, if anything."""
+    factor, form, (low, high) = SHOWN[quantity]
+    table = np.full((len(ticks[1]), len(ticks[0])), nan)
+    for row in found:
+        i, j = ticks[1].index(row[keys[1]]), ticks[0].index(row[keys[0]])
+        value = table[i, j] = factor * row[quantity]
+        failed = bool(row["why"])
+        text = "✗" if failed and isnan(value) else form.format(value) + (" ✗" if failed else "")
+        text = "–" if row["why"] == NOT_MADE else text
+        dark = not isnan(value) and abs(value) > (low * high**2) ** (1 / 3)
+        axis.text(j, i, text, ha="center", va="center", fontsize=6.5, color="w" if dark else "k")
+    shade = mpl.colors.LogNorm(low, high, clip=True)
+    axis.imshow(np.maximum(np.abs(table), low), norm=shade, cmap="cividis_r", origin="lower", aspect="auto", alpha=0.85)
+    for ticked, values in ((axis.set_xticks, ticks[0]), (axis.set_yticks, ticks[1])):
+        ticked(range(len(values)), ["∞" if value == inf else f"{value:g}" for value in values], fontsize=7.5)
+
+
+def told(name, found):
+    """Print the failures of a map, each with its reason, and how many rows there are."""
+    failed = [row for row in found if row["why"] and row["why"] != NOT_MADE]
+    print(f"{name}: {len(list(found))} points, {len(failed)} failed")
+    for row in failed:
+        where = " ".join(
+            f"{key} {row[key]}" for key in ("solver", "kernel", "load", "ratio", "peclet", "side") if key in row
+        )
+        print(f"    {where}: {row['why'][:90]} (error {row['error']:.1e})")
+
+
+MAPS = {"load": load_map, "roughness": roughness_map, "heat": heat_map}
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("maps", nargs="*", metavar="MAP", help=f"{', '.join(MAPS)}; all if left out")
+    options.add_argument("--toy", action="store_true", help="small and quick, to see it work")
+    options.add_argument("--resume", action="store_true", help="keep the rows that are already in data.h5")
+    options.add_argument("-o", "--output", type=Path, default=Path("runs/where_methods_fail"), help="folder")
+    given = options.parse_args()
+    given.output.mkdir(parents=True, exist_ok=True)
+    if unknown := set(given.maps) - set(MAPS):
+        options.error(f"{', '.join(unknown)}: choose from {', '.join(MAPS)}")
+    rows = Rows(given.output / "data.h5", resume=given.resume)
+    for name in given.maps or MAPS:
+        MAPS[name](rows, given.output, given.toy)
+
+
+if __name__ == "__main__":
+    main()
