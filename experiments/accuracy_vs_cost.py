@@ -3,7 +3,7 @@
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python experiments/accuracy_vs_cost.py [CHART ...] [--resume] [-o F]
 
 Charts: solvers (contact solvers on three problems; the peers too where installed, `pip install 'roughsim[peers]'`),
-and those of `roughsim bench` for the steel scene: surface, contact, heat, moments, theory, chain. All by default.
+and those of `roughsim bench` for a scene: contact, stages (surface, heat, moments, theory), chain. All by default.
 Costs are CPU seconds of one thread, and the same in FFT pairs timed in the same run. Everything lies in data.h5.
 """
 
@@ -20,7 +20,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import roughsim as rs
-from roughsim.bench import STAGES, bench, bench_chart, front, panels
+from roughsim.bench import bench, bench_chart, front, panels
 from roughsim.record.rows import Rows
 
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
@@ -35,14 +35,19 @@ SOLVERS = {
     "ContactMechanics": ("#009E73", "^", 1.2),
     "NuMPI": ("#CC79A7", "D", 1.2),
 }
-CHARTS = ("solvers", *STAGES)
+CHARTS = {
+    "solvers": (),
+    "contact": ("contact",),
+    "stages": ("surface", "heat", "moments", "theory"),
+    "chain": ("chain",),
+}
 LONGEST = 60.0  # CPU seconds of one solve; a solver that takes longer is not asked for more
 
 
 def toy_numerics():
     """Of the demo, with few points."""
     capped = rs.Level("capped", (64, 64), 4e4), rs.Level("capped", (128, 128), 4e4, 2)
-    return rs.Numerics(capped, rs.plan(rs.load_scene("demo")).lengths)
+    return rs.Numerics(capped, (4e-3, 4e-3))
 
 
 def solve(name, task, exact, tolerance):
@@ -121,15 +126,15 @@ def speedups(rows, goals=(1e-3, 1e-6)):
             print(f"{title}: to an error of {goal:g} ours takes {ours:.3f} s; {words}")
 
 
-def stage_chart(rows, stage, scene, numerics, folder, realizations):
-    points = bench(scene, numerics=numerics, stages=[stage], realizations=realizations, rows=rows)
-    bench_chart(points, folder / f"{stage}.png")
+def bench_charts(rows, name, scene, numerics, folder, realizations):
+    points = bench(scene, numerics=numerics, stages=CHARTS[name], realizations=realizations, rows=rows)
+    bench_chart(points, folder / f"{name}.png")
     for title, group in panels(points).items():
         print(title)
-        for point in front(group):
-            print(
-                f"   {point.error:8.1e} {point.pairs:9.3g} pairs  {point.method}, {point.setting}{' *' * point.chosen}"
-            )
+        best = front(group)
+        for point in sorted({*best, *(p for p in group if p.chosen)}, key=lambda p: p.seconds):
+            marks = " | front" * (point in best) + " | plan" * point.chosen
+            print(f"   {point.error:8.1e} {point.pairs:9.3g} pairs  {point.method}, {point.setting}{marks}")
 
 
 def main() -> None:
@@ -154,7 +159,7 @@ def main() -> None:
             solver_chart(rows, given.output, points)
             speedups(rows)
         else:
-            stage_chart(rows, chart, scene, numerics, given.output, given.realizations or (4 if given.toy else 16))
+            bench_charts(rows, chart, scene, numerics, given.output, given.realizations or (4 if given.toy else 16))
 
 
 if __name__ == "__main__":

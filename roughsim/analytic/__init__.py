@@ -103,14 +103,14 @@ def over_speed(scene: Scene, speeds: Array, spectrum: Any = None) -> dict[str, A
     return result
 
 
-def hertz_like(scene: Scene) -> tuple[float, float]:
-    """Return vR/D of the Hertz contact with the theory's D_flash at the highest speed, and its T_flash in q̇₁R/κ."""
+def hertz_like(scene: Scene) -> tuple[float, float, float]:
+    """Return R, m, and vR/D of the fast Hertz contact with the theory's D_flash, and its T_flash in q̇₁R/κ."""
     from theory import hertz
 
     speed = max(scene.speeds)
     radius = float(over_speed(scene, np.array([speed]))["flash_width"][0]) / hertz.FAST.flash_width
     peclet = speed * radius / scene.diffusivity
-    return peclet, float(hertz.flash_temperature(peclet))
+    return radius, peclet, float(hertz.flash_temperature(peclet))
 
 
 def size_errors(scene: Scene, grid: Grid, q_max: float) -> dict[str, Array]:

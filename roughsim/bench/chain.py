@@ -1,7 +1,8 @@
 """The whole chain: error of the ensemble's estimates over their cost, for every split of the same members.
 
 All levels are solved for the same few realizations. Scatter and bias found there give the error of any number of
-realizations, of single grids, and of ladders with few fine members: error² = bias² + standard error² · found/n.
+realizations, of single grids, and of ladders with few fine members: error² = bias² + standard error² · found/n +
+doubt². The bias is against all levels and members; the doubt is what their extrapolation and their pixels leave.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from math import hypot, nan
+from math import hypot, nan, sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 _SEED = 21
-KNOWN = "error of the truth"  # the method of a point that says how well the truth is known
+KNOWN = "doubt"  # the method of a point that says how well the limit itself is known
 COUNTS = (4, 8, 16, 32, 64, 128, 256)
 OBSERVABLES = ("T_flash, fastest", "T_flash, slowest", "contact area", "pressure variance", "r at g = 0.1 g(0)")
 _NAMES = ("flash_temperature", "flash_temperature", "contact_fraction", "pressure_variance", "correlation_radius_10")
@@ -127,15 +128,15 @@ def _curves(
 
     whole = values_of(_Way("", tuple(members), 1))
     truth, count = float(whole.extrapolated[:, speed].mean()), len(members[0])
-    doubts = standard_error(whole.extrapolated)[speed], whole.bandwidth[speed], whole.pixel[speed]
-    yield Point("chain", observable, KNOWN, "", float(np.sqrt(np.nansum(np.square(doubts)))) / abs(truth), nan)
+    doubt = float(np.hypot(*np.nan_to_num([whole.bandwidth[speed], whole.pixel[speed]])))
+    yield Point("chain", observable, KNOWN, "", doubt / abs(truth), nan)
     for way in ways:
         found = values_of(way)
         rows = found.extrapolated[:, speed]
         error, bias = float(standard_error(rows[:, None], found.group)[0]), float(rows.mean()) - truth
         planned = numerics.forecast.realizations if numerics.forecast is not None and way.chosen else 0
         for n in sorted({*(k for k in COUNTS if k >= 2 * way.every), planned} - {0}):
-            relative = hypot(bias, error * np.sqrt(count / n)) / abs(truth)
+            relative = hypot(bias, error * sqrt(count / n), doubt) / abs(truth)
             cost = float(sum(n_of * np.median([m.seconds for m in members[i]]) for i, n_of in way.counts(n)))
             yield Point("chain", observable, way.method, f"{n} realizations", relative, cost, n == planned)
 

@@ -36,7 +36,7 @@ class Point(NamedTuple):
 
     def row(self, pair: float) -> dict[str, float | str]:
         """Return it as a row of a file, its cost also in pairs of transforms of `pair` seconds."""
-        values = self._replace(pairs=self.seconds / pair, chosen=float(self.chosen))._asdict()
+        values: dict[str, float | str] = self._asdict() | {"pairs": self.seconds / pair, "chosen": float(self.chosen)}
         del values["stage"]
         return values
 

@@ -39,7 +39,7 @@ def base_level(scene: Scene, numerics: Numerics) -> int:
 def surface(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point]:
     """Rms height of a drawn surface, over the side of the cell and the kind of amplitudes."""
     level = base_level(scene, numerics)
-    spectrum, planned = level_spectrum(scene, numerics, level), numerics.grid(level)
+    spectrum, planned = scene.spectrum.truncated(q_max=numerics.levels[level].q_max), numerics.grid(level)
     waves = planned.lengths[0] * spectrum.breaks[0] / (2 * pi)
     exact = spectrum.rms_height
     for share in (0.25, 0.5, 1.0, 2.0):
@@ -47,13 +47,17 @@ def surface(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Poi
         grid = Grid((shape[0], shape[1]), (share * planned.lengths[0], share * planned.lengths[1]))
         for kind in ("fixed", "gaussian"):
             draw = partial(synthesize, spectrum, grid, amplitudes=kind)
-            rms = [float(np.std(draw(np.random.default_rng((_SEED, i))))) for i in range(realizations)]
+            rms = [float(np.std(_draw(draw, i))) for i in range(realizations)]
             error = float(np.sqrt(np.mean((np.array(rms) / exact - 1.0) ** 2)))
-            cost = cpu_seconds(lambda draw=draw: draw(np.random.default_rng(_SEED)))
+            cost = cpu_seconds(partial(_draw, draw))
             setting = f"{share * waves:.3g} longest waves, {grid.shape[0]}²"
             yield Point(
                 "surface", "rms height", f"{kind} amplitudes", setting, error, cost, share == 1 and kind == "fixed"
             )
+
+
+def _draw(synthesis: Callable[..., Array], index: int = 0) -> Array:
+    return synthesis(np.random.default_rng((_SEED, index)))
 
 
 def contact(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point]:
@@ -110,17 +114,18 @@ def _pixels(scene: Scene, numerics: Numerics, level: int) -> Iterator[Point]:
 
 def heat(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point]:
     """T_flash of a Hertz contact as wide as the theory's D_flash at the highest speed, over pixels and methods."""
-    peclet, exact = analytic.hertz_like(scene)
+    radius, peclet, exact = analytic.hertz_like(scene)
+    planned = min(max(2, round(radius / numerics.grid(base_level(scene, numerics)).spacing[0])), 128)
     for name, (margin, work) in HEAT.items():
         for dtype in (np.float64, np.float32):
-            for pixels in (4, 8, 16, 32, 64):
+            for pixels in sorted({4, 8, 16, 32, 64, planned}):
                 if dtype is np.float32 and name != "periodic, from rest":
                     continue
                 flux, grid = _hertz_source(pixels, margin, dtype)
                 value = float((work(flux, grid, peclet) * flux).sum() / flux.sum())
-                cost = cpu_seconds(lambda w=work, f=flux, g=grid: w(f, g, peclet))
+                cost = cpu_seconds(partial(work, flux, grid, peclet))
                 method = name + (", float32" if dtype is np.float32 else "")
-                chosen = name == "periodic, from rest" and dtype is np.float64 and pixels == 16
+                chosen = name == "periodic, from rest" and dtype is np.float64 and pixels == planned
                 setting = f"{pixels} pixels per radius, vR/D = {peclet:.3g}"
                 yield Point("heat", "T_flash of a Hertz contact", method, setting, abs(value / exact - 1), cost, chosen)
 
@@ -161,7 +166,7 @@ def moments(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Poi
     truth = np.mean([ways["mean over directions"](one) for one in solved])
     for name, way in ways.items():
         error = float(np.sqrt(np.mean([(way(one) / truth - 1.0) ** 2 for one in solved])))
-        cost = cpu_seconds(lambda way=way: way(solved[0]))
+        cost = cpu_seconds(partial(way, solved[0]))
         yield Point("moments", "T_flash of one realization", name, "", error, cost, name == "mean over directions")
 
 
@@ -206,7 +211,7 @@ def theory(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Poin
     yield Point("theory", what, "package theory", "adaptive, five quantities", abs(value / exact - 1), cost, True)
     for nodes in (4, 8, 16, 32, 64, 128):
         value = _plain_flash(scene, speeds, panels=1, nodes=nodes)
-        cost = cpu_seconds(lambda n=nodes: _plain_flash(scene, speeds, panels=1, nodes=n))
+        cost = cpu_seconds(partial(_plain_flash, scene, speeds, panels=1, nodes=nodes))
         yield Point("theory", what, "Gauss points", f"{nodes} between breaks", abs(value / exact - 1), cost)
     yield from _modes(scene, numerics, realizations)
 
