@@ -33,7 +33,6 @@ import contact as solvers
 mpl.use("Agg")
 mpl.rcParams.update({"font.size": 9, "axes.titlesize": 9, "axes.titlelocation": "left", "legend.frameon": False})
 TOLERANCE = 1e-6
-WRONG = 1e-3  # a pressure further off than this was returned as if it were right
 NOT_MADE = "one bound only"  # what a solver is not made for is no failure of it
 UNIT = {"conductivity": 1.0, "diffusivity": 1.0}
 SOLVERS = ("roughsim", "tamaas", "ContactMechanics", "NuMPI")
@@ -75,7 +74,16 @@ def solved(name, task):
     except (RuntimeError, ValueError) as reason:
         return row | {"why": str(reason) or type(reason).__name__}
     row["error"] = float(np.linalg.norm(pressure - exact) / np.linalg.norm(exact))
-    return row | {"why": "" if row["error"] < WRONG else "wrong without a word"}
+    return row | {"why": ""}
+
+
+def complaint(row):
+    """Why a row counts as failed; what a solver is not made for does not."""
+    if row["why"]:
+        return "" if row["why"] == NOT_MADE else row["why"]
+    if "solver" in row:
+        return f"a thousand times its tolerance of {TOLERANCE:g}" if row["error"] > 1e3 * TOLERANCE else ""
+    return "more than twice too hot" if row["error"] > 1.0 else ""
 
 
 def there():
@@ -88,6 +96,8 @@ def load_map(rows, folder, toy):
     loads = (0.01, 0.3) if toy else (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
     ratios = (1.5, inf) if toy else (1.01, 1.1, 1.5, 3.0, 10.0, 100.0, inf)
     names = there()
+    for name in names:
+        solved(name, unit_problem(32, 0.1, inf))  # compiled, planned and imported by now
     for name, load, ratio in product(names, loads, ratios):
         task = unit_problem(points, load, load * ratio, waves=(4, points // 8))
         key = f"{name} load {load:g} hardness {ratio:g} loads"
@@ -183,7 +193,7 @@ def heated(name, peclet, side, pixels):
     seconds = time.process_time() - start
     value = float((temperature * flux).sum() / flux.sum()) / float(hertz.flash_temperature(peclet)) - 1
     row = {"kernel": name, "peclet": peclet, "side": float(side), "excess": value, "error": abs(value)}
-    return row | {"seconds": seconds, "why": "" if abs(value) < 1.0 else "more than twice too hot"}
+    return row | {"seconds": seconds, "why": ""}
 
 
 def heat_map(rows, folder, toy):
@@ -204,12 +214,12 @@ def heat_map(rows, folder, toy):
 
 # pictures
 
-SHOWN = {  # factor to what is written, its format, and the range of the colours in it
-    "error": (1.0, "{:.0e}", (1e-9, 1e-2)),
-    "seconds": (1e3, "{:.3g}", (1, 1e4)),
-    "transforms": (1.0, "{:.0f}", (10, 300)),
-    "pixel_error": (100.0, "{:.2g}", (0.1, 30)),
-    "excess": (100.0, "{:+.2g}", (0.1, 100)),
+SHOWN = {  # factor to what is written, how it is written, and the range of the colours in it
+    "error": (1.0, "{:.0e}".format, (1e-8, 1e-2)),
+    "seconds": (1e3, "{:.3g}".format, (1, 3e3)),
+    "transforms": (1.0, "{:.0f}".format, (10, 100)),
+    "pixel_error": (100.0, "{:.2g}".format, (0.1, 30)),
+    "excess": (100.0, lambda value: f"{value:+.0f}" if abs(value) >= 10 else f"{value:+.2g}", (0.1, 100)),
 }
 
 
@@ -220,26 +230,26 @@ def picture(axis, found, keys, quantity, ticks):
     for row in found:
         i, j = ticks[1].index(row[keys[1]]), ticks[0].index(row[keys[0]])
         value = table[i, j] = factor * row[quantity]
-        failed = bool(row["why"])
-        text = "✗" if failed and isnan(value) else form.format(value) + (" ✗" if failed else "")
+        failed = bool(complaint(row))
+        text = "✗" if failed and isnan(value) else form(value) + ("\n✗" if failed else "")
         text = "–" if row["why"] == NOT_MADE else text
-        dark = not isnan(value) and abs(value) > (low * high**2) ** (1 / 3)
+        dark = not isnan(value) and abs(value) > (low * high**3) ** 0.25
         axis.text(j, i, text, ha="center", va="center", fontsize=6.5, color="w" if dark else "k")
     shade = mpl.colors.LogNorm(low, high, clip=True)
-    axis.imshow(np.maximum(np.abs(table), low), norm=shade, cmap="cividis_r", origin="lower", aspect="auto", alpha=0.85)
+    axis.imshow(np.maximum(np.abs(table), low), norm=shade, cmap="YlGnBu", origin="lower", aspect="auto")
     for ticked, values in ((axis.set_xticks, ticks[0]), (axis.set_yticks, ticks[1])):
         ticked(range(len(values)), ["∞" if value == inf else f"{value:g}" for value in values], fontsize=7.5)
 
 
 def told(name, found):
     """Print the failures of a map, each with its reason, and how many rows there are."""
-    failed = [row for row in found if row["why"] and row["why"] != NOT_MADE]
+    failed = [row for row in found if complaint(row)]
     print(f"{name}: {len(list(found))} points, {len(failed)} failed")
     for row in failed:
         where = " ".join(
             f"{key} {row[key]}" for key in ("solver", "kernel", "load", "ratio", "peclet", "side") if key in row
         )
-        print(f"    {where}: {row['why'][:90]} (error {row['error']:.1e})")
+        print(f"    {where}: {complaint(row)[:90]} (error {row['error']:.1e})")
 
 
 MAPS = {"load": load_map, "roughness": roughness_map, "heat": heat_map}

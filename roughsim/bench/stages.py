@@ -204,7 +204,7 @@ def _ways(scene: Scene, grid: Grid, speed: float) -> dict[str, Callable[[Contact
 def theory(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point]:
     """T_flash of the theory: its adaptive quadrature, plain Gauss points, and sums over the modes of a cell."""
     speeds = np.array([max(scene.speeds)])
-    exact = _plain_flash(scene, speeds, panels=64, nodes=32)
+    exact = _plain_flash(scene, speeds, panels=8, nodes=32)
     what = "T_flash of the theory"
     value = analytic.over_speed(scene, speeds)["flash_temperature"][0]
     cost = cpu_seconds(lambda: analytic.over_speed(scene, speeds))
