@@ -1,8 +1,8 @@
 """The whole chain: error of the ensemble's estimates over their cost, for every split of the same members.
 
-All levels are solved for the same few realizations. Scatter and bias found there give the error of any number of
-realizations, of single grids, and of ladders with few fine members: error² = bias² + standard error² · found/n +
-doubt². The bias is against all levels and members; the doubt is what their extrapolation and their pixels leave.
+All levels are solved for the same few realizations. Scatter and bias found there give the error of any number n of
+realizations, of single grids, and of ladders with few fine members: error² = bias² + variance/n + doubt². The bias is
+against all levels and members; the doubt is what their extrapolation and their pixels leave.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.bench.point import Point
-from roughsim.estimate import standard_error
 from roughsim.ladder import Values, observe
 from roughsim.means import Sample
 from roughsim.numerics import Level, Numerics
@@ -67,15 +66,16 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
             start = time.process_time()
             one = realize(scene, solved, seed=_SEED, level=level, index=index)
             members[level].append(_kept(one, time.process_time() - start))
-    ways = _ways(given, realizations)
+    reach, end = 0.5 * float(np.hypot(*numerics.lengths)), scene.spectrum.breaks[-1]
+    fastest, slowest = int(np.argmax(scene.speeds)), int(np.argmin(scene.speeds))
     for observable, name in zip(OBSERVABLES, _NAMES, strict=True):
         if name == "pressure_variance" and not scene.elastic:
             continue  # fixed by force balance
-        slowest = observable.endswith("slowest")
-        speed = int(np.argmin(scene.speeds)) if slowest else int(np.argmax(scene.speeds)) if "fast" in observable else 0
-        if slowest and min(scene.speeds) == max(scene.speeds):
+        if observable == "T_flash, slowest" and not 0.0 < scene.speeds[slowest] < scene.speeds[fastest]:
             continue
-        yield from _curves(scene, given, members, ways, numerics, (observable, name, speed))
+        speed = {"T_flash, fastest": fastest, "T_flash, slowest": slowest}.get(observable, 0)
+        found = _Found(given, members, reach, name, speed, not scene.elastic, end)
+        yield from _curves(found, numerics, observable)
 
 
 def _kept(one: Realization, seconds: float) -> _Member:
@@ -88,62 +88,73 @@ def _kept(one: Realization, seconds: float) -> _Member:
     return _Member(numbers, seen.stress_spectrum.wavenumber, seen.stress_spectrum.variance, seconds)
 
 
-def _ways(given: list[Level], realizations: int) -> list[_Way]:
+def _ways(given: list[Level]) -> list[_Way]:
     """Each grid alone, each ladder from the first rung up, and the whole ladder with few fine members."""
+    if len(given) == 1:
+        return [_Way("the plan's level", (0,), 1, True)]
     cuts = sorted({level.q_max for level in given})
-    rungs = [[i for i, level in enumerate(given) if level.q_max == cut] for cut in cuts]
-    coarsest = [rung[0] for rung in rungs]
+    coarsest = [next(i for i, level in enumerate(given) if level.q_max == cut) for cut in cuts]
     ways = [_Way(f"one grid, {_told(level, given[0])}", (i,), 1) for i, level in enumerate(given)]
     ways += [_Way(f"{k} cut-offs, all levels", tuple(coarsest[:k]), 1) for k in range(2, len(cuts) + 1)]
-    everything, planned = tuple(range(len(given))), given[-1].every
-    strides = sorted({1, 2, 4, planned}) if len(given) > 1 else [1]
-    for every in strides:
-        if realizations // every >= 2:
-            name = "the plan's levels" + (f", fine ones 1 in {every}" if every > 1 else ", all of them")
-            ways.append(_Way(name, everything, every, every == planned))
-    return [way for way in ways if len(way.levels) > 1 or len(given) > 1 or way is ways[0]]
+    planned = given[-1].every
+    for every in sorted({1, 2, 4, planned}):
+        name = "the plan's levels" + (f", fine ones 1 in {every}" if every > 1 else ", all of them")
+        ways.append(_Way(name, tuple(range(len(given))), every, every == planned))
+    return ways
 
 
 def _told(level: Level, base: Level) -> str:
     return f"{level.q_max / base.q_max:.3g}× q_c, {level.shape[0]}²"
 
 
-def _curves(
-    scene: Scene,
-    given: list[Level],
-    members: dict[int, list[_Member]],
-    ways: list[_Way],
-    numerics: Numerics,
-    what: tuple[str, str, int],
-) -> Iterator[Point]:
+class _Found(NamedTuple):
+    """What all members tell of one observable at one speed."""
+
+    given: list[Level]
+    members: dict[int, list[_Member]]
+    reach: float
+    name: str
+    speed: int
+    capped: bool
+    end: float
+
+    def values(self, levels: tuple[int, ...]) -> Values:
+        samples = [_sample(self.given[i], self.members[i], self.reach) for i in levels]
+        return observe(self.name, samples, capped=self.capped, end=self.end)
+
+    def rows(self, levels: tuple[int, ...]) -> Array:
+        rows: Array = self.values(levels).extrapolated[:, self.speed]
+        return rows
+
+    def variance(self, way: _Way) -> float:
+        """Of the mean, times the realizations: few fine members scatter more, ⟨T₀⟩ over all + ⟨T − T₀⟩ over few."""
+        base, rest = self.rows(way.levels[:1]), self.rows(way.levels)
+        rest = rest - base
+        (own, shared), (_, change) = np.cov(base, rest)
+        return float(own + 2 * shared + way.every * change)
+
+    def cost(self, way: _Way, realizations: int) -> float:
+        """CPU seconds of so many realizations."""
+        each = {i: float(np.median([m.seconds for m in self.members[i]])) for i in way.levels}
+        return sum(count * each[i] for i, count in way.counts(realizations))
+
+
+def _curves(found: _Found, numerics: Numerics, observable: str) -> Iterator[Point]:
     """A curve over the number of realizations for each way; the truth is that of all levels and realizations."""
-    observable, name, speed = what
-    capped, end = not scene.elastic, scene.spectrum.breaks[-1]
-    reach = 0.5 * float(np.hypot(*numerics.lengths))
-
-    def values_of(way: _Way) -> Values:
-        first = way.levels[0]
-        samples = [_sample(given[i], members[i], 1 if i == first else way.every, reach) for i in way.levels]
-        return observe(name, samples, capped=capped, end=end)
-
-    whole = values_of(_Way("", tuple(members), 1))
-    truth, count = float(whole.extrapolated[:, speed].mean()), len(members[0])
-    doubt = float(np.hypot(*np.nan_to_num([whole.bandwidth[speed], whole.pixel[speed]])))
+    whole = found.values(tuple(found.members))
+    truth = float(whole.extrapolated[:, found.speed].mean())
+    doubt = float(np.hypot(*np.nan_to_num([whole.bandwidth[found.speed], whole.pixel[found.speed]])))
     yield Point("chain", observable, KNOWN, "", doubt / abs(truth), nan)
-    for way in ways:
-        found = values_of(way)
-        rows = found.extrapolated[:, speed]
-        error, bias = float(standard_error(rows[:, None], found.group)[0]), float(rows.mean()) - truth
+    for way in _ways(found.given):
+        variance, bias = found.variance(way), float(found.rows(way.levels).mean()) - truth
         planned = numerics.forecast.realizations if numerics.forecast is not None and way.chosen else 0
         for n in sorted({*(k for k in COUNTS if k >= 2 * way.every), planned} - {0}):
-            relative = hypot(bias, error * sqrt(count / n), doubt) / abs(truth)
-            cost = float(sum(n_of * np.median([m.seconds for m in members[i]]) for i, n_of in way.counts(n)))
-            yield Point("chain", observable, way.method, f"{n} realizations", relative, cost, n == planned)
+            error = hypot(bias, sqrt(variance / n), doubt) / abs(truth)
+            setting = f"{n} realizations"
+            yield Point("chain", observable, way.method, setting, error, found.cost(way, n), n == planned)
 
 
-def _sample(level: Level, members: list[_Member], every: int, reach: float) -> Sample:
-    there = np.arange(0, len(members), every, dtype=np.intp)
-    chosen = [members[i] for i in there]
-    numbers = {name: np.stack([m.numbers[name] for m in chosen]) for name in chosen[0].numbers}
-    spectrum = np.stack([m.spectrum for m in chosen])
-    return Sample(level.q_max, float(level.shape[0]), there, numbers, chosen[0].wavenumber, spectrum, reach)
+def _sample(level: Level, members: list[_Member], reach: float) -> Sample:
+    numbers = {name: np.stack([m.numbers[name] for m in members]) for name in members[0].numbers}
+    spectrum, rows = np.stack([m.spectrum for m in members]), np.arange(len(members), dtype=np.intp)
+    return Sample(level.q_max, float(level.shape[0]), rows, numbers, members[0].wavenumber, spectrum, reach)

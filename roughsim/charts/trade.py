@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Okabe & Ito without yellow, then greys
-_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#222222", "#777777", "#AAAAAA")
-_MARKERS = "os^Dv<>PX"
+# Okabe & Ito without yellow, then greys and dark shades; the markers tell them apart as well
+_COLOURS = "#0072B2 #D55E00 #009E73 #CC79A7 #56B4E9 #E69F00 #222222 #777777 #AAAAAA #882255 #44AA99 #999933".split()
+_MARKERS = "os^Dv<>PXphd"
 _ACROSS = 3  # panels side by side
 
 
@@ -66,9 +66,9 @@ def trade_chart(
     pair : str, optional
         Name of the unit of cost.
     """
-    across = min(len(panels), _ACROSS)
+    across = 2 if len(panels) == 4 else min(len(panels), _ACROSS)
     down = ceil(len(panels) / across)
-    with new_figure(path, (3.2 * across + 0.5, 3.7 * down)) as figure:
+    with new_figure(path, (3.4 * across + 0.5, 3.7 * down)) as figure:
         axes = figure.subplots(down, across, squeeze=False).ravel()
         for axis, (title, points) in zip(axes, panels.items(), strict=False):
             _panel(axis, points, fronts[title], (known or {}).get(title, 0.0))
@@ -79,7 +79,7 @@ def trade_chart(
         for axis in axes[len(panels) :]:
             axis.remove()
         if len({_methods(points) for points in panels.values()}) == 1:
-            _legend(figure, axes[0], {"loc": "outside lower center"}, 2 * across if across > 1 else 2)
+            _legend(figure, axes[0], {"loc": "outside lower center"}, 3 if across > 1 else 2)
         else:
             for axis in axes[: len(panels)]:
                 _legend(axis, axis, {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2)}, 2)
@@ -89,7 +89,7 @@ def trade_chart(
 def _panel(axis: Axes, points: Sequence[Priced], front: Sequence[Priced], known: float) -> None:
     for k, method in enumerate(_methods(points)):
         line = sorted((p for p in points if p.method == method and p.error > 0.0), key=lambda p: p.pairs)
-        style: dict[str, Any] = {"color": _COLOURS[k % 9], "marker": _MARKERS[k % 9], "ms": 3.5, "lw": 0.9}
+        style: dict[str, Any] = {"color": _COLOURS[k % 12], "marker": _MARKERS[k % 12], "ms": 3.5, "lw": 0.9}
         axis.plot([p.pairs for p in line], [p.error for p in line], label=method, **style)
     shown = [p for p in front if p.error > 0.0]
     axis.plot([p.pairs for p in shown], [p.error for p in shown], color="k", lw=5, alpha=0.15, label="front", zorder=0)
