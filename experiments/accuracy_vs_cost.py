@@ -41,7 +41,7 @@ CHARTS = {
     "stages": ("surface", "heat", "moments", "theory"),
     "chain": ("chain",),
 }
-LONGEST = 60.0  # CPU seconds of one solve; a solver that takes longer is not asked for more
+LONGEST = 20.0  # CPU seconds of one solve; a solver that takes longer is not asked for more
 
 
 def toy_numerics():

@@ -92,14 +92,14 @@ def there():
 
 def load_map(rows, folder, toy):
     """Contact over load and hardness, every solver."""
-    points = 32 if toy else 128
+    points = 32 if toy else 64
     loads = (0.01, 0.3) if toy else (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
     ratios = (1.5, inf) if toy else (1.01, 1.1, 1.5, 3.0, 10.0, 100.0, inf)
     names = there()
     for name in names:
         solved(name, unit_problem(32, 0.1, inf))  # compiled, planned and imported by now
     for name, load, ratio in product(names, loads, ratios):
-        task = unit_problem(points, load, load * ratio, waves=(4, points // 8))
+        task = unit_problem(points, load, load * ratio, waves=(2, points // 8))
         key = f"{name} load {load:g} hardness {ratio:g} loads"
         rows.once("load", key, lambda n=name, t=task, x=load, y=ratio: {"load": x, "ratio": y} | solved(n, t))
     figure = Figure((2.9 * len(names) + 0.6, 5.6), layout="constrained")

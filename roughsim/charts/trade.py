@@ -16,7 +16,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # Okabe & Ito without yellow, then greys and dark shades; the markers tell them apart as well
-_COLOURS = "#0072B2 #D55E00 #009E73 #CC79A7 #56B4E9 #E69F00 #222222 #777777 #AAAAAA #882255 #44AA99 #999933".split()
+_COLOURS = (
+    ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
+    + ("#222222", "#777777", "#AAAAAA")
+    + ("#882255", "#44AA99", "#999933")
+)
 _MARKERS = "os^Dv<>PXphd"
 _ACROSS = 3  # panels side by side
 
@@ -99,9 +103,17 @@ def _panel(axis: Axes, points: Sequence[Priced], front: Sequence[Priced], known:
     axis.set(xscale="log", yscale="log")
     for limits, change in ((axis.get_xlim(), axis.set_xlim), (axis.get_ylim(), axis.set_ylim)):
         change(*_a_decade(*limits))
+    _powers_of_ten(axis)
     if known > 0.0:
         axis.axhline(known, color="0.6", lw=0.8, ls="--", zorder=-1, label="doubt about the limit itself")
     _costs_above(axis, points)
+
+
+def _powers_of_ten(axis: Axes) -> None:
+    """Label the costs at powers of ten alone: narrow panels have no room for more."""
+    from matplotlib.ticker import NullFormatter
+
+    axis.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _methods(points: Sequence[Priced]) -> tuple[str, ...]:
@@ -127,6 +139,7 @@ def _costs_above(axis: Axes, points: Sequence[Priced]) -> None:
         above = axis.twiny()
         above.set_xscale("log")
         above.set_xlim(*(rate * limit for limit in axis.get_xlim()))
+        _powers_of_ten(above)
         above.set_xlabel("CPU s", fontsize=7)
         above.tick_params(labelsize=7)
         above.spines["top"].set_visible(True)
