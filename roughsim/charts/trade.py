@@ -17,9 +17,18 @@ if TYPE_CHECKING:
 
 # Okabe & Ito without yellow, then greys and dark shades; the markers tell them apart as well
 _COLOURS = (
-    ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
-    + ("#222222", "#777777", "#AAAAAA")
-    + ("#882255", "#44AA99", "#999933")
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#CC79A7",
+    "#56B4E9",
+    "#E69F00",
+    "#222222",
+    "#777777",
+    "#AAAAAA",
+    "#882255",
+    "#44AA99",
+    "#999933",
 )
 _MARKERS = "os^Dv<>PXphd"
 _ACROSS = 3  # panels side by side
