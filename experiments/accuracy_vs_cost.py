@@ -41,6 +41,7 @@ CHARTS = {
     "stages": ("surface", "heat", "moments", "theory"),
     "chain": ("chain",),
 }
+BESIDE = {"textcoords": "offset points", "ha": "right", "fontsize": 8}
 LONGEST = 20.0  # CPU seconds of one solve; a solver that takes longer is not asked for more
 
 
@@ -102,8 +103,10 @@ def solver_chart(rows, folder, points):
             if good:
                 xy = [r["seconds"] for r in good], [r["error"] for r in good]
                 axis.loglog(*xy, marker=marker, ms=3.5, lw=width, color=colour, label=name)
-            elif line:
-                axis.text(0.97, 0.95, f"{name}: {line[0]['why']}", transform=axis.transAxes, ha="right", color=colour)
+            for text in {r["why"] for r in line if r["why"]}:
+                axis.text(0.97, 0.03, f"{name}: {text}", transform=axis.transAxes, ha="right", color=colour, fontsize=8)
+            if good and good[-1]["seconds"] > LONGEST:
+                axis.annotate("no tighter ones:\nover 20 s", (xy[0][-1], xy[1][-1]), (0, -26), **BESIDE, color=colour)
         axis.set(title=title, xlabel="CPU time of one solve, s")
         axis.grid(color="0.92", lw=0.6)
     axes[0].set_ylabel("relative error of the pressure")
