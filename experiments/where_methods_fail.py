@@ -97,7 +97,8 @@ def load_map(rows, folder, toy):
     ratios = (1.5, inf) if toy else (1.01, 1.5, 3.0, 10.0, inf)
     names = there()
     for name in names:
-        solved(name, unit_problem(32, 0.1, inf))  # compiled, planned and imported by now
+        for cap in (0.3, inf):
+            solved(name, unit_problem(points, 0.1, cap, waves=(2, points // 8)))  # compiled, planned, imported by now
     for name, load, ratio in product(names, loads, ratios):
         task = unit_problem(points, load, load * ratio, waves=(2, points // 8))
         key = f"{name} load {load:g} hardness {ratio:g} loads"
