@@ -61,20 +61,28 @@ def ours(task, tolerance=TOLERANCE):
 def solved(name, task):
     """A row: error against our solution at 1e-10, CPU seconds, what the solver says of itself, or why it failed."""
     row = {"solver": name, "error": nan, "seconds": nan, "transforms": nan, "iterations": nan, "residual": nan}
-    start = time.process_time()
     try:
         if name == "roughsim":
-            found = ours(task)
+            found, seconds = timed(lambda: ours(task))
             pressure = found.pressure
             row |= {"transforms": found.transforms, "iterations": float(found.iterations), "residual": found.residual}
         else:
-            pressure = solvers.PEERS[name][1](task, TOLERANCE)
-        row["seconds"] = time.process_time() - start
+            pressure, seconds = timed(lambda: solvers.PEERS[name][1](task, TOLERANCE))
         exact = ours(task, 1e-10).pressure
     except (RuntimeError, ValueError) as reason:
         return row | {"why": str(reason) or type(reason).__name__}
-    row["error"] = float(np.linalg.norm(pressure - exact) / np.linalg.norm(exact))
-    return row | {"why": ""}
+    error = float(np.linalg.norm(pressure - exact) / np.linalg.norm(exact))
+    return row | {"error": error, "seconds": seconds, "why": ""}
+
+
+def timed(work):
+    """What it gives, and its CPU seconds; quick work is done twice, since the first may have compiled something."""
+    spent = []
+    while len(spent) < 2 and sum(spent) < 0.5:
+        start = time.process_time()
+        result = work()
+        spent.append(time.process_time() - start)
+    return result, min(spent)
 
 
 def complaint(row):
@@ -97,8 +105,7 @@ def load_map(rows, folder, toy):
     ratios = (1.5, inf) if toy else (1.01, 1.5, 3.0, 10.0, inf)
     names = there()
     for name in names:
-        for cap in (0.3, inf):
-            solved(name, unit_problem(points, 0.1, cap, waves=(2, points // 8)))  # compiled, planned, imported by now
+        solved(name, unit_problem(32, 0.1, inf))  # imported and planned by now
     for name, load, ratio in product(names, loads, ratios):
         task = unit_problem(points, load, load * ratio, waves=(2, points // 8))
         key = f"{name} load {load:g} hardness {ratio:g} loads"

@@ -109,7 +109,7 @@ def hertz_like(scene: Scene) -> tuple[float, float, float]:
 
     speed = max(scene.speeds)
     radius = float(over_speed(scene, np.array([speed]))["flash_width"][0]) / hertz.FAST.flash_width
-    peclet = speed * radius / scene.diffusivity
+    peclet = speed * radius / float(conduction(scene, [speed]).diffusivity[0])
     return radius, peclet, float(hertz.flash_temperature(peclet))
 
 

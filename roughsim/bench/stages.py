@@ -172,7 +172,7 @@ def moments(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Poi
 
 
 def _ways(scene: Scene, grid: Grid, speed: float) -> dict[str, Callable[[Contact], float]]:
-    sliding = _sliding(scene)
+    sliding, (conductivity, diffusivity) = _sliding(scene), _body(scene)
 
     def along(one: Contact, count: int) -> float:
         turns = [replace(sliding, direction=pi * k / count) for k in range(count)]
@@ -181,12 +181,7 @@ def _ways(scene: Scene, grid: Grid, speed: float) -> dict[str, Callable[[Contact
     def field(one: Contact, dtype: Any, slid: float | None) -> float:
         flux = one.pressure.astype(dtype)
         heated = sliding_temperature(
-            flux,
-            grid,
-            speed=speed,
-            conductivity=scene.body.conductivity,
-            diffusivity=scene.diffusivity,
-            slid_distance=slid,
+            flux, grid, speed=speed, conductivity=conductivity, diffusivity=diffusivity, slid_distance=slid
         )
         rate = scene.sliding.friction_coefficient * speed
         return rate * float(np.mean(heated * flux, dtype=np.float64)) / float(flux.mean())
@@ -240,8 +235,9 @@ def _plain_flash(scene: Scene, speeds: Array, *, panels: int, nodes: int) -> flo
     edges = np.append(edges, ends[-1])
     half = np.diff(edges)[:, None] / 2
     q = np.exp(edges[:-1, None] + half * (1 + x)).ravel()
-    even, _ = angular_means(speeds[-1] / scene.diffusivity / q)
-    rate = scene.sliding.friction_coefficient * speeds[-1] / (scene.body.conductivity * scene.sliding.nominal_pressure)
+    conductivity, diffusivity = _body(scene)
+    even, _ = angular_means(speeds[-1] / diffusivity / q)
+    rate = scene.sliding.friction_coefficient * speeds[-1] / (conductivity * scene.sliding.nominal_pressure)
     density = 2 * pi * q * analytic.stress_spectrum(scene, q) * even
     return float(rate * np.sum((half * w).ravel() * density))
 
@@ -265,13 +261,14 @@ def _solved(
     return solve_contact(heights, grid, solid, nominal_pressure=load, tolerance=tolerance, precision=precision)
 
 
+def _body(scene: Scene) -> tuple[float, float]:
+    """κ and D of the moving body at the highest speed."""
+    bodies = analytic.conduction(scene, [max(scene.speeds)])
+    return float(bodies.conductivity[0]), float(bodies.diffusivity[0])
+
+
 def _sliding(scene: Scene) -> Sliding:
-    return Sliding(
-        speeds=[max(scene.speeds)],
-        friction_coefficient=scene.sliding.friction_coefficient,
-        conductivity=scene.body.conductivity,
-        diffusivity=scene.diffusivity,
-    )
+    return Sliding([max(scene.speeds)], scene.sliding.friction_coefficient, *_body(scene))
 
 
 def _flash(scene: Scene, contact: Contact, grid: Grid) -> float:
