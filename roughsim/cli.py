@@ -369,6 +369,8 @@ def main(words: list[str] | None = None) -> None:
         app(words, standalone_mode=True)
     except (ValueError, TypeError, OSError, RuntimeError, ArithmeticError, ImportError) as error:
         _fail(" ".join(str(error).split()), 1)
+    except MemoryError as error:
+        _fail(f"out of memory ({' '.join(str(error).split())}); lower numerics.levels or the number of workers", 1)
 
 
 def _fail(message: str, code: int) -> NoReturn:

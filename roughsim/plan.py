@@ -198,21 +198,35 @@ Chosen = tuple[list[tuple[Level, str]], tuple[float, float]]
 _FINE = 2  # stands for the stride that is chosen later
 
 
+def _pair(column: Column, q_c: float, pixels: int, lengths: tuple[float, float], why: str) -> list[tuple[Level, str]]:
+    """One cut-off on two grids."""
+    return [
+        (_level(column, q_c, pixels, lengths), why),
+        (_level(column, q_c, 2 * pixels, lengths, _FINE), "half the pixel, to know and take off its error"),
+    ]
+
+
 def _elastic_levels(scene: Scene, lengths: tuple[float, float], target: float, seen: Pilot | None) -> Chosen:
     """One cut-off, on two grids: the coarse one always, the fine one for the pixel."""
     q_max = scene.spectrum.breaks[-1]
-    limit = ELASTIC_LIMIT * 2 * pi / (8 * max(lengths))
+    limit = _elastic_cut(lengths)
     change = 0.01 if seen is None else seen.pixel
     pixels = 4 if change / 3 <= _SYSTEMATIC * target else 8  # second order: a third of the change is left
     left = change / 3 if pixels == 4 else change / 12
     cut = ""
     if q_max > limit:
-        cut = f"; C(q) cut at q_c = {limit:.3g} rad/m (q_max = {q_max:.3g}): theory is summed over the same modes"
+        cut = "; " + _cut_words(limit, q_max)
     q_c = min(q_max, limit)
-    return [
-        (_level("elastic", q_c, pixels, lengths), f"{pixels} pixels per shortest wave" + cut),
-        (_level("elastic", q_c, 2 * pixels, lengths, _FINE), "half the pixel, to know and take off its error"),
-    ], (0.0, left)
+    return _pair("elastic", q_c, pixels, lengths, f"{pixels} pixels per shortest wave" + cut), (0.0, left)
+
+
+def _elastic_cut(lengths: tuple[float, float]) -> float:
+    """The highest cut-off that an elastic scene gets, rad/m: 8 pixels per wave on the finest grid."""
+    return ELASTIC_LIMIT * 2 * pi / (8 * max(lengths))
+
+
+def _cut_words(q_c: float, q_max: float) -> str:
+    return f"C(q) cut at q_c = {q_c:.3g} rad/m (q_max = {q_max:.3g}): theory is summed over the same modes"
 
 
 def _scale(scene: Scene) -> tuple[float, str]:
@@ -229,27 +243,32 @@ def _capped_levels(scene: Scene, lengths: tuple[float, float], target: float, se
     q_max = scene.spectrum.breaks[-1]
     q_yield, where = _scale(scene)
     smooth = min(1.5 * q_yield, q_max)
-    smoothed = [
-        (_level("smoothed", smooth, 4, lengths), f"1.5 × {where}; 4 pixels per shortest wave"),
-        (_level("smoothed", smooth, 8, lengths, _FINE), "half the pixel, to know and take off its error"),
-    ]
     limit = CAPPED_LIMIT * 2 * pi / (4 * max(lengths))
+    if smooth > limit / 2:
+        return _unyielding_levels(scene, lengths, seen, where)
+    smoothed = _pair("smoothed", smooth, 4, lengths, f"1.5 × {where}; 4 pixels per shortest wave")
     for factor in _TOPS:
         top = min(factor * q_yield, q_max, limit)
         errors = _capped_errors(top, top < q_max, seen, 0.12 if factor >= 16 else 0.35)
         if hypot(*errors) <= _SYSTEMATIC * target or top < factor * q_yield:
             break
     if top >= q_max:
-        return [
-            *smoothed,
-            (_level("capped", top, 4, lengths), f"all of C(q), {top / q_yield:.3g} q_y, at 4 pixels per shortest wave"),
-            (_level("capped", top, 8, lengths, _FINE), "half the pixel, to know and take off its error"),
-        ], errors
+        all_of_it = f"all of C(q), {top / q_yield:.3g} q_y, at 4 pixels per shortest wave"
+        return [*smoothed, *_pair("capped", top, 4, lengths, all_of_it)], errors
     ladder = [(_level("capped", top / 4, 4, lengths), f"{top / 4 / q_yield:.3g} q_y at 4 pixels per shortest wave")]
     ladder += [(_level("capped", top / k, 8, lengths, _FINE), "the same at half the pixel") for k in (4, 2)]
     last = f"{top / q_yield:.3g} q_y" + (f": the limit of {CAPPED_LIMIT} points per side" if top == limit else "")
     ladder.insert(2, (_level("capped", top / 2, 4, lengths, _FINE), "twice the q_c, to extrapolate"))
     return [*smoothed, *ladder, (_level("capped", top, 4, lengths, _FINE), last + ", to fit the exponent")], errors
+
+
+def _unyielding_levels(scene: Scene, lengths: tuple[float, float], seen: Pilot | None, where: str) -> Chosen:
+    """Both columns up to one cut-off: the grids that reach it show too little yielding to extrapolate from."""
+    q_max, q_c = scene.spectrum.breaks[-1], _elastic_cut(lengths)
+    why = f"yields beyond any grid ({where}); {_cut_words(q_c, q_max)}; 4 pixels per shortest wave"
+    columns: tuple[Column, Column] = ("smoothed", "capped")
+    levels = [level for column in columns for level in _pair(column, q_c, 4, lengths, why)]
+    return levels, _capped_errors(q_c, False, seen, 0.0)
 
 
 def _capped_errors(top: float, extrapolated: bool, seen: Pilot | None, doubt: float) -> tuple[float, float]:

@@ -16,23 +16,25 @@ from roughsim.scene.quantities import MAX_ROWS
 from roughsim.scene.sections import ROUGHNESS_KEYS
 
 MAX_BYTES = 64 * 1024
+BLANK = "blank"  # a form to fill in: every key, commented out; no scene by itself
 
 
 def bundled_scenes() -> tuple[str, ...]:
     """Return the names of the scenes that come with roughsim, sorted."""
     entries = resources.files("roughsim.scenes").iterdir()
-    return tuple(sorted(entry.name.removesuffix(".toml") for entry in entries if entry.name.endswith(".toml")))
+    names = {entry.name.removesuffix(".toml") for entry in entries if entry.name.endswith(".toml")}
+    return tuple(sorted(names - {BLANK}))
 
 
 def scene_text(name: str) -> str:
-    """Return the text of a bundled scene, comments included.
+    """Return the text of a bundled scene, comments included, or of the form to fill in, "blank".
 
     Raises
     ------
     SceneError
         If there is no bundled scene of that name.
     """
-    if name not in bundled_scenes():
+    if name not in (*bundled_scenes(), BLANK):
         near = get_close_matches(str(name).lower(), {n.lower(): n for n in bundled_scenes()}, n=1)
         hint = next((f'did you mean "{n}"? ' for n in bundled_scenes() if [n.lower()] == near), "")
         names = ", ".join(bundled_scenes())
