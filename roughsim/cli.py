@@ -25,7 +25,20 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-SceneName = Annotated[str, typer.Argument(metavar="SCENE", help="A bundled scene (roughsim new lists them) or a path.")]
+
+def _scenes(incomplete: str) -> list[str]:
+    """The bundled scenes that a word may become, for completion in the shell."""
+    from roughsim.scene import bundled_scenes
+
+    return [name for name in bundled_scenes() if name.startswith(incomplete)]
+
+
+SceneName = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENE", help="A bundled scene (roughsim new lists them) or a path.", autocompletion=_scenes
+    ),
+]
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="The folder of a run.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON (SI units) for programs.")]
 Workers = Annotated[int | None, typer.Option(min=1, help="Processes; all cores if left out.")]
@@ -62,13 +75,20 @@ def demo(
 
 @app.command()
 def new(
-    name: Annotated[str | None, typer.Argument(metavar="NAME", help="A bundled scene; left out: list them.")] = None,
+    name: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="NAME",
+            help="A bundled scene, or blank: a form with every key; left out: list them.",
+            autocompletion=lambda incomplete: [*_scenes(incomplete), *["blank"][: "blank".startswith(incomplete)]],
+        ),
+    ] = None,
 ) -> None:
     """Print a bundled scene, commented, to start from: roughsim new demo > my.toml."""
-    from roughsim.scene import bundled_scenes, scene_text
+    from roughsim.scene import BLANK, bundled_scenes, scene_text
 
     if name is None:
-        typer.echo("\n".join(bundled_scenes()))
+        typer.echo("\n".join((*bundled_scenes(), BLANK)))
     else:
         typer.echo(scene_text(name), nl=False)
 
@@ -293,6 +313,17 @@ def _opened(folder: Path) -> Run:
     for reason in run.damaged.values():
         typer.echo(f"left out: {reason}", err=True)
     return run
+
+
+@app.command()
+def doctor(as_json: Json = False) -> None:
+    """Say what is installed and what is missing, and compute two exact cases; exits with 1 if something is wrong."""
+    from roughsim.doctor import examine, lines
+
+    found = examine(Path())
+    typer.echo(json.dumps(found, indent=1) if as_json else "\n".join(lines(found)))
+    if not found["sound"]:
+        raise typer.Exit(1)
 
 
 def _goals(until: list[str] | None) -> dict[str, float] | None:

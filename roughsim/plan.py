@@ -338,7 +338,7 @@ def _check_columns(scene: Scene, numerics: Numerics) -> None:
 
 def _costs(numerics: Numerics) -> list[Reason]:
     points = [level.shape[0] * level.shape[1] for level in numerics.levels]
-    memory, available = BYTES_PER_POINT * max(points), _memory()
+    memory, available = BYTES_PER_POINT * max(points), machine_memory()
     if memory > 0.8 * available:
         raise ResolutionError(
             f"memory = {memory / 1e9:.3g} GB for a grid of {max(points)} points exceeds 80 % of the machine's "
@@ -347,11 +347,12 @@ def _costs(numerics: Numerics) -> list[Reason]:
     return [Reason("memory", f"{memory / 1e9:.2g} GB per worker", "largest grid")]
 
 
-def _memory() -> float:
+def machine_memory() -> float:
+    """Return the machine's memory, bytes; inf where the system does not tell."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     except (ValueError, OSError, AttributeError):
-        return inf  # unknown on this system
+        return inf
 
 
 def _listed(levels: tuple[Level, ...]) -> str:
@@ -366,4 +367,4 @@ def _mm(lengths: tuple[float, float]) -> str:
     return f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm"
 
 
-__all__ = ["fast_size", "plan"]
+__all__ = ["fast_size", "machine_memory", "plan"]

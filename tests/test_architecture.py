@@ -44,6 +44,7 @@ ORDER = (
     "report",
     "progress",
     "explore",
+    "doctor",
     "cli",
 )
 DOORS = {

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from roughsim import cli
+from roughsim.scene import bundled_scenes
 
 ROOT = Path(__file__).parents[1]
 
@@ -78,7 +79,7 @@ def test_new_prints_a_scene_to_start_from(capsys, tmp_path):
     path.write_text(out)
     assert inside(capsys, "plan", path)[0] == 0
     code, out, _ = inside(capsys, "new")
-    assert out.split() == ["demo", "steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa"]
+    assert out.split() == [*bundled_scenes(), "blank"]
 
 
 def test_run_and_compare_a_scene_of_ones_own(capsys, tmp_path, capped_scene):

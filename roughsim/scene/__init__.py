@@ -5,8 +5,17 @@ named included; ``dataclasses.replace`` checks again. The physics of two bodies 
 lower hardness) is in `Scene`'s properties and nowhere else. Every refusal is a `SceneError` of one line.
 """
 
-from roughsim.scene.files import bundled_scenes, load_scene, parse_scene, scene_text
+from roughsim.scene.files import BLANK, bundled_scenes, load_scene, parse_scene, scene_text
 from roughsim.scene.messages import SceneError
 from roughsim.scene.model import Scene, first_difference
 
-__all__ = ["Scene", "SceneError", "bundled_scenes", "first_difference", "load_scene", "parse_scene", "scene_text"]
+__all__ = [
+    "BLANK",
+    "Scene",
+    "SceneError",
+    "bundled_scenes",
+    "first_difference",
+    "load_scene",
+    "parse_scene",
+    "scene_text",
+]

@@ -1,0 +1,106 @@
+"""The doctor: a sound installation passes two exact cases; whatever is broken is told, and the exit code says so."""
+
+import json
+import os
+import socket
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim import cli, doctor
+
+
+def told(capsys, *words):
+    with pytest.raises(SystemExit) as ended:
+        cli.main(["doctor", *words])
+    return ended.value.code, capsys.readouterr().out
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    return doctor.examine(tmp_path_factory.mktemp("empty"))
+
+
+def declared(*requirements):
+    return lambda name: list(requirements)
+
+
+def test_a_sound_installation_computes_two_exact_cases(found):
+    assert found["sound"]
+    assert [check["name"] for check in found["checks"]] == ["contact", "heat"]
+    assert all(abs(check["error"]) < limit for check, limit in zip(found["checks"], (5e-3, 1e-9), strict=True))
+    assert found["packages"]["numpy"]["version"] == np.__version__
+    assert found["fft"] == rs.fourier.backend()
+    assert found["cores"] >= 1
+    assert found["memory_bytes"] > 1e8
+    assert found["locks"] == []
+    assert doctor.lines(found)[-1] == "all is well"
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+
+
+def test_a_solver_that_is_off_by_a_percent_is_found_out(monkeypatch, capsys):
+    genuine = rs.sliding_temperature
+    import roughsim.heat
+
+    monkeypatch.setattr(roughsim.heat, "sliding_temperature", lambda *a, **k: 1.01 * genuine(*a, **k))
+    code, out = told(capsys, "--json")
+    checks = {check["name"]: check for check in json.loads(out)["checks"]}
+    assert code == 1
+    assert not checks["heat"]["sound"]
+    assert checks["heat"]["error"] == pytest.approx(0.01)
+    assert checks["contact"]["sound"]
+    code, out = told(capsys)
+    assert code == 1
+    assert "WRONG: temperature of a resting wave" in out
+    assert out.strip().endswith("something is wrong: see the lines above")
+
+
+def test_what_breaks_altogether_is_told_in_one_line(monkeypatch, tmp_path):
+    def broken():
+        raise ImportError("libfftw3.so.3:\ncannot open")
+
+    monkeypatch.setattr(doctor, "_CHECKS", {"contact": broken})
+    monkeypatch.setattr(doctor, "_backend", broken)
+    found = doctor.examine(tmp_path)
+    assert not found["sound"]
+    assert found["checks"][0]["says"] == "failed, ImportError: libfftw3.so.3: cannot open"
+    assert found["fft"] is None
+
+
+def test_missing_and_old_packages_come_with_the_line_that_installs_them(monkeypatch, tmp_path):
+    needs = ("numpy>=999", "no-such-package>=1.2", "rich", 'also-none>=3; extra == "sky"', 'rich>=1; extra == "earth"')
+    monkeypatch.setattr(doctor.metadata, "requires", declared(*needs, 'pytest>=8; extra == "test"'))
+    monkeypatch.setattr(doctor, "_CHECKS", {})
+    found = doctor.examine(tmp_path)
+    lines = doctor.lines(found)
+    assert not found["sound"]
+    assert f"packages: numpy {np.__version__}, no-such-package missing" in lines[2]
+    assert "numpy is wanted as numpy>=999: pip install 'numpy>=999'" in lines
+    assert "no-such-package is wanted as no-such-package>=1.2: pip install 'no-such-package>=1.2'" in lines
+    assert "extra sky: lacks also-none>=3: pip install 'also-none>=3'" in lines
+    assert "extra earth: complete" in lines
+    assert set(found["extras"]) == {"sky", "earth"}  # what only developers need is not missed
+
+
+def test_missing_pyfftw_is_told_and_does_without(monkeypatch, tmp_path):
+    monkeypatch.setattr(doctor.metadata, "requires", declared("pyfftw>=999"))
+    monkeypatch.setattr(doctor, "_CHECKS", {})
+    found = doctor.examine(tmp_path)
+    assert found["sound"]
+    assert any("pyfftw>=999" in line for line in doctor.lines(found))
+
+
+def test_locks_of_runs_below_are_named_with_their_owner_dead_or_alive(monkeypatch, tmp_path):
+    monkeypatch.setattr(doctor, "_CHECKS", {})
+    for name, pid in (("one", os.getpid()), ("deep/two", 2**22 + 1)):
+        (tmp_path / name).mkdir(parents=True)
+        (tmp_path / name / "run.json").write_text("{}")
+        (tmp_path / name / "lock").write_text(json.dumps({"host": socket.gethostname(), "pid": pid}))
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "lock").write_text("not of a run")
+    locks = {os.path.basename(lock["folder"]): lock for lock in doctor.examine(tmp_path)["locks"]}
+    assert set(locks) == {"one", "two"}
+    assert str(os.getpid()) in locks["one"]["writer"]
+    assert locks["two"]["writer"] is None
+    assert "the next run takes it" in locks["two"]["says"]
