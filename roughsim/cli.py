@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -396,12 +397,18 @@ def _print(*parts: Any) -> None:
 
 def main(words: list[str] | None = None) -> None:
     """Run the command line on `words`, or on the process's own; an error is one line and a non-zero exit code."""
+    warnings.showwarning = _warn
     try:
         app(words, standalone_mode=True)
     except (ValueError, TypeError, OSError, RuntimeError, ArithmeticError, ImportError) as error:
         _fail(" ".join(str(error).split()), 1)
     except MemoryError as error:
         _fail(f"out of memory ({' '.join(str(error).split())}); lower numerics.levels or the number of workers", 1)
+
+
+def _warn(message: Warning | str, *_: Any) -> None:
+    """A warning as one line, without the place in the code."""
+    typer.echo(f"roughsim: warning: {' '.join(str(message).split())}", err=True)
 
 
 def _fail(message: str, code: int) -> NoReturn:

@@ -109,11 +109,11 @@ class Numerics:
         object.__setattr__(self, "levels", tuple(self.levels))
         if not self.levels:
             raise ValueError("levels is empty; at least one level is needed")
-        for level in self.levels:
+        for i, level in enumerate(self.levels):
             grid = Grid(level.shape, self.lengths)
             if level.q_max > grid.nyquist * (1 + 1e-12):
                 raise ResolutionError(
-                    f"q_max = {level.q_max:.4g} rad/m exceeds the Nyquist wavenumber {grid.nyquist:.4g} rad/m of the "
+                    f"levels[{i}].q_max = {level.q_max:.4g} rad/m exceeds the Nyquist wavenumber {grid.nyquist:.4g} rad/m of the "
                     f"grid {level.shape}; refine the grid or lower q_max"
                 )
         object.__setattr__(self, "lengths", grid.lengths)

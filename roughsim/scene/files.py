@@ -146,12 +146,15 @@ def _bundled_hint(path: Path) -> str:
 
 def _toml_error(text: str, message: str) -> str:
     """Tomllib's message with the line it complains about, and a hint where a unit stands without quotes."""
+    long = re.search(r"([^\s=\[,{]*)[ \t]*=[^=\n]*[0-9_]{4300}", text)
+    if "integer string conversion" in message and long is not None:
+        return f"{shown(long[1])} holds a number of thousands of digits; write it like 1e9"
     match = re.search(r"at line (\d+)", message)
     lines = text.splitlines()
     if match is None or int(match[1]) > len(lines):
         return message
     line = lines[int(match[1]) - 1].strip()
-    unquoted = re.search(r"[=\[,]\s*[-+.0-9eE_]+\s*[A-Za-zµμ%][^\"']*$", line)
+    unquoted = re.search(r"[=\[,]\s*[-+.0-9eE_]+\s*(?:[A-Za-zµμ%]|1\s*/)[^\"']*$", line.split("#")[0])
     hint = '; a value with a unit needs quotes, as in speed = "35 m/s"' if unquoted else ""
     return f"{message}: {shown(line)}{hint}"
 
