@@ -1,6 +1,7 @@
 """The command line as a newcomer meets it: tables, JSON, and errors of one line."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -172,3 +173,66 @@ def test_an_interrupt_says_that_nothing_is_lost(capsys, tmp_path, monkeypatch):
     code, _, err = inside(capsys, "run", "demo", "-o", tmp_path / "run")
     assert code == 130
     assert err.splitlines()[-1].startswith("roughsim: stopped; what was computed is stored")
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        ("roughsim plan st", ["steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa"]),
+        ("roughsim run g", ["granite"]),
+        ("roughsim new b", ["blank"]),
+        ("roughsim new r", ["rubber"]),
+        ("roughsim plan runs/mine", []),  # the shell itself then completes the path
+        ("roughsim doct", ["doctor"]),
+    ],
+)
+def test_the_shell_completes_verbs_and_scenes(typed, offered):
+    code = "import sys; sys.argv = ['roughsim']; from roughsim.cli import main; main()"
+    asked = {"_ROUGHSIM_COMPLETE": "complete_bash", "COMP_WORDS": typed, "COMP_CWORD": str(typed.count(" "))}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env={**os.environ, **asked}, capture_output=True, text=True, cwd=ROOT, check=False
+    )
+    assert done.stdout.split() == offered
+    assert done.stderr == ""
+
+
+def test_help_loads_nothing_heavy():
+    code = (
+        "import sys; from roughsim import cli\n"
+        "try: cli.main(['--help'])\n"
+        "except SystemExit: pass\n"
+        "heavy = {'numpy', 'scipy', 'numba', 'h5py', 'matplotlib', 'pydantic', 'pint', 'pyfftw', 'rich'}\n"
+        "print(sorted(heavy & set(sys.modules)))"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert found.stdout.splitlines()[-1] == "[]"
+
+
+def test_a_warning_is_one_line_without_the_place_in_the_code(capsys, monkeypatch, tmp_path):
+    import warnings
+
+    from roughsim import tables
+
+    def warned(scene):
+        warnings.warn("the cell\nis small", RuntimeWarning, stacklevel=1)
+        return ""
+
+    monkeypatch.setattr(tables, "theory_table", warned)
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        code, _, err = inside(capsys, "theory", "demo")
+    assert code == 0
+    assert err == "roughsim: warning: the cell is small\n"
+
+
+def test_too_little_memory_is_said_in_one_line(capsys, monkeypatch):
+    from roughsim import tables
+
+    def greedy(scene):
+        raise MemoryError("Unable to allocate 512. TiB")
+
+    monkeypatch.setattr(tables, "theory_table", greedy)
+    code, out, err = inside(capsys, "theory", "demo")
+    assert (code, out) == (1, "")
+    assert err.startswith("roughsim: out of memory (Unable to allocate 512. TiB); lower numerics.levels")
+    assert err.count("\n") == 1

@@ -1,0 +1,206 @@
+"""Plant single-character errors in formulas and kernels, one at a time, and see whether a test notices.
+
+    python tests/mutate.py [--only WORD] [--seed S] [--each N] [--list]
+
+Each error is planted in a private copy of the sources, and the tests of that file are run on it until one fails. A
+digit grows by one, + and − or * and / change places, < becomes > (or loses its =), ** becomes *. What stands in
+EQUAL is no error: the result is the same, only the way to it differs. Not collected by pytest: it takes some minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import tokenize
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[1]
+# file → its tests, the quickest to notice first
+TESTS = {
+    "theory/persson.py": "theory/test_theory_persson.py theory/test_theory_stress.py theory/test_theory_flash.py",
+    "theory/flash.py": "theory/test_theory_flash.py",
+    "theory/hankel.py": "theory/test_theory_stress.py theory/test_theory_persson.py",
+    "theory/plasticity.py": "theory/test_theory_plasticity.py",
+    "theory/partition.py": "theory/test_theory_heat_balance.py",
+    "theory/background.py": "theory/test_theory_heat_balance.py",
+    "theory/classical.py": "theory/test_theory_classical.py",
+    "theory/hardness.py": "theory/test_theory_hardness.py",
+    "theory/quadrature.py": "theory/test_theory_quadrature.py theory/test_theory_range.py",
+    "theory/hertz/limits.py": "theory/test_theory_hertz.py",
+    "theory/hertz/moments.py": "theory/test_theory_hertz.py",
+    "theory/hertz/maximum.py": "theory/test_theory_hertz.py",
+    "roughsim/grid.py": "test_grid.py",
+    "roughsim/spectrum.py": "test_spectrum.py",
+    "roughsim/surface.py": "test_surface.py",
+    "roughsim/convolution.py": "test_half_space.py test_partition.py",
+    "roughsim/patches.py": "test_patches.py",
+    "roughsim/contact/operator.py": "test_contact.py test_contact_solver.py",
+    "roughsim/contact/full.py": "test_contact.py test_contact_cases.py",
+    "roughsim/contact/plasticity.py": "test_plasticity.py",
+    "roughsim/heat/periodic.py": "test_heat.py",
+    "roughsim/heat/influence.py": "test_half_space.py",
+    "roughsim/heat/half_space.py": "test_half_space.py",
+    "roughsim/heat/partition.py": "test_partition.py",
+    "roughsim/heat/source.py": "test_source.py",
+    "roughsim/heat/statistics.py": "test_heat_statistics.py",
+    "roughsim/observables/__init__.py": "test_observables.py",
+    "roughsim/observables/angular.py": "test_observables.py",
+    "roughsim/observables/radial.py": "test_observables.py",
+    "roughsim/scene/model.py": "test_scene.py",
+    "roughsim/means.py": "test_estimate.py",
+    "roughsim/ladder.py": "test_ladder.py",
+    "roughsim/estimate.py": "test_estimate.py test_ladder.py",
+    "roughsim/analytic.py": "test_analytic.py",
+    "roughsim/compare.py": "test_compare.py",
+    "roughsim/_kernels/active_set.py": "test_contact_solver.py test_contact.py test_contact_cases.py",
+    "roughsim/_kernels/columns.py": "test_half_space.py test_contact_solver.py",
+    "roughsim/_kernels/extension.py": "test_contact_solver.py",
+    "roughsim/_kernels/interpolation.py": "test_contact_solver.py",
+    "roughsim/_kernels/lines.py": "test_contact_solver.py",
+}
+SWAPS = {"+": "-", "-": "+", "*": "/", "/": "*", "<": ">", ">": "<", "<=": "<", ">=": ">", "**": "*"}
+# lines whose numbers may change without changing a result: sizes of blocks and caches, starts of iterations, limits of
+# what is worth while; errors there cost time, or guard against what no input reaches
+EQUAL: tuple[tuple[str, str], ...] = ()
+
+
+class Mutant(NamedTuple):
+    """One planted error."""
+
+    file: str
+    line: int
+    old: str
+    new: str
+    text: str  # of the whole file
+
+    @property
+    def name(self) -> str:
+        """Where it is and what it changes."""
+        return f"{self.file}:{self.line}: {self.old.strip()}  →  {self.new.strip()}"
+
+
+def changed(token: tokenize.TokenInfo) -> str | None:
+    """What a token becomes, None if it stays."""
+    if token.type == tokenize.OP:
+        return SWAPS.get(token.string)
+    if token.type == tokenize.NUMBER:
+        place = next((i for i, c in enumerate(token.string) if c in "123456789"), None)
+        if place is None:
+            return token.string.replace("0", "1", 1)
+        return token.string[:place] + str((int(token.string[place]) + 1) % 10) + token.string[place + 1 :]
+    return None
+
+
+def mutants(file: str) -> Iterator[Mutant]:
+    """All errors that can be planted in a file: in code that computes, not in signatures and messages."""
+    source = (ROOT / file).read_text()
+    lines = source.splitlines(keepends=True)
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        new = changed(token)
+        if new is None:
+            continue
+        row, column = token.start
+        line = lines[row - 1]
+        if not line.startswith(" ") or _is_no_formula(line, token) or (file, line.strip()) in EQUAL:
+            continue
+        other = line[:column] + new + line[column + len(token.string) :]
+        text = "".join([*lines[: row - 1], other, *lines[row:]])
+        try:
+            compile(text, file, "exec")
+        except (SyntaxError, SyntaxWarning):
+            continue
+        yield Mutant(file, row, line, other, text)
+
+
+def _is_no_formula(line: str, token: tokenize.TokenInfo) -> bool:
+    words = ("raise ", "def ", "->", "import ", 'f"', "warn(", "__", "lru_cache", "axis=", "range(", "shape")
+    column = token.start[1]
+    unpacks = token.string in ("*", "**") and line[:column].rstrip()[-1:] in ("(", ",", "[", "{", "")
+    annotates = token.string == "=" or ": float = " in line or ": int = " in line
+    return unpacks or annotates or any(word in line for word in words)
+
+
+def drawn(each: int, seed: int, only: str) -> list[Mutant]:
+    """A few errors of every file, of different lines, the same for the same seed."""
+    result = []
+    for file in TESTS:
+        if only not in file:
+            continue
+        found = list(mutants(file))
+        rng = random.Random(f"{seed} {file}")
+        rng.shuffle(found)
+        lines: set[int] = set()
+        for mutant in found:
+            if len(lines) < each and mutant.line not in lines:
+                lines.add(mutant.line)
+                result.append(mutant)
+    return result
+
+
+def noticed(mutant: Mutant, copy: Path, caches: Path) -> bool:
+    """Whether a test fails on the copy with the error planted."""
+    place = copy / mutant.file
+    genuine = place.read_text()
+    # numba looks at the changed file alone: a kernel that it is compiled into would be taken from the cache
+    cache = caches / (f"{time.monotonic_ns()}" if "_kernels" in mutant.file else "shared")
+    place.write_text(mutant.text)
+    try:
+        return not _pass(copy, TESTS[mutant.file], cache)
+    finally:
+        place.write_text(genuine)
+
+
+def _pass(copy: Path, tests: str, cache: Path) -> bool:
+    words = ["-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", "not slow"]
+    paths = [str(copy / "tests" / test) for test in tests.split()]
+    environment = {**os.environ, "PYTHONPATH": str(copy), "NUMBA_CACHE_DIR": str(cache), "OMP_NUM_THREADS": "1"}
+    environment["PYTHONDONTWRITEBYTECODE"] = "1"
+    try:
+        done = subprocess.run(
+            [sys.executable, *words, *paths], cwd=copy, env=environment, capture_output=True, timeout=600, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return False  # an error that makes a solve endless is noticed
+    if done.returncode not in (0, 1, 2):
+        raise RuntimeError(f"the tests {tests} could not be run: {done.stdout.decode()[-2000:]}")
+    return done.returncode == 0
+
+
+def main() -> int:
+    """Plant, run, report; exit code 1 below nine in ten."""
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--only", default="", metavar="WORD", help="files whose path holds this word")
+    options.add_argument("--seed", type=int, default=1, help="another draw")
+    options.add_argument("--each", type=int, default=2, help="errors per file")
+    options.add_argument("--list", action="store_true", help="show what would be planted")
+    given = options.parse_args()
+    chosen = drawn(given.each, given.seed, given.only)
+    if given.list:
+        print("\n".join(mutant.name for mutant in chosen))
+        return 0
+    missed = []
+    with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
+        copy = Path(folder) / "copy"
+        ignored = shutil.ignore_patterns("__pycache__", ".git", ".venv", "docs", "runs", "benchmarks")
+        shutil.copytree(ROOT, copy, ignore=ignored)
+        for count, mutant in enumerate(chosen, start=1):
+            caught = noticed(mutant, copy, Path(folder))
+            missed += [] if caught else [mutant]
+            print(f"{count}/{len(chosen)} {'caught' if caught else 'MISSED'} {mutant.name}", flush=True)
+    share = 1 - len(missed) / len(chosen)
+    print(f"{len(chosen)} planted, {len(chosen) - len(missed)} caught: {100 * share:.1f} %")
+    print("\n".join(f"missed: {mutant.name}" for mutant in missed))
+    return 0 if share >= 0.9 else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
