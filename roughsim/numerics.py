@@ -113,8 +113,8 @@ class Numerics:
             grid = Grid(level.shape, self.lengths)
             if level.q_max > grid.nyquist * (1 + 1e-12):
                 raise ResolutionError(
-                    f"levels[{i}].q_max = {level.q_max:.4g} rad/m exceeds the Nyquist wavenumber {grid.nyquist:.4g} rad/m of the "
-                    f"grid {level.shape}; refine the grid or lower q_max"
+                    f"levels[{i}].q_max = {level.q_max:.4g} rad/m exceeds the Nyquist wavenumber {grid.nyquist:.4g} "
+                    f"rad/m of the grid {level.shape}; refine the grid or lower q_max"
                 )
         object.__setattr__(self, "lengths", grid.lengths)
         if not 0.0 < number("tolerance", self.tolerance) < 1.0:

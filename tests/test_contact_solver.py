@@ -302,12 +302,13 @@ def test_the_displacement_follows_the_pressure_through_single_precision_steps(lo
 
 def test_a_step_moves_no_point_further_than_it_says():
     # bounds are met exactly, but by no more than the rounding of the step itself: all points near one share its sign
-    rng, cap, slack = np.random.default_rng(4), 1.0, 2.0 * float(np.finfo(np.float32).eps)
+    rng, cap, slack = np.random.default_rng(4), 1.0, np.float64(2.0 * np.finfo(np.float32).eps)
     pressure = np.concatenate([1.0 - 10.0 ** rng.uniform(-16, -4, 500), 10.0 ** rng.uniform(-16, -4, 500)])
     step = (rng.uniform(-0.9, 0.9, 1000) * np.minimum(pressure, 1 - pressure)).astype(np.float32)
     step[::5] = (np.where(pressure > 0.5, cap, 0.0) - pressure)[::5]
     moved, still = pressure.copy(), np.zeros(1000)
-    kernels.advance(0, 1000, moved, still, step, np.zeros(1000, np.float32), 1.0, slack, (0.0, 1.0, cap))
+    length = np.float64(1.0)  # typed as a kernel sees it, where numba is switched off too
+    kernels.advance(0, 1000, moved, still, step, np.zeros(1000, np.float32), length, slack, (0.0, 1.0, cap))
     assert np.all(np.abs(moved - pressure - step) <= slack * np.abs(step) + 1e-15)
     assert set(moved[::5]) == {0.0, cap}
     assert 0.0 <= moved.min() <= moved.max() <= cap

@@ -1,0 +1,187 @@
+"""Each kernel of the contact solver beside its plain NumPy twin, on part of the points; the others stay as they are.
+
+They hold compiled and, with NUMBA_DISABLE_JIT=1, line by line.
+"""
+
+import numpy as np
+import pytest
+
+from roughsim._kernels import active_set as kernels
+from roughsim._kernels import columns
+
+START, STOP, POINTS = 3, 45, 50
+OFFSET, STIFFNESS = 0.2, 0.7
+PART = slice(START, STOP)
+
+
+class State:
+    """Pressures on and between the bounds, gaps of both signs, and a step; `copy` is for the kernel to change."""
+
+    def __init__(self, cap):
+        rng = np.random.default_rng(11)
+        top = min(cap, 2.0)
+        self.cap = cap
+        self.p = np.clip(rng.uniform(-0.5, 1.5 * top, POINTS), 0.0, top)
+        self.gap = rng.normal(0.0, 1.0, POINTS) + OFFSET
+        self.gap[5] = self.gap[6] = OFFSET  # neither pushes nor gapes
+        self.p[5], self.p[6] = 0.0, 0.5
+        self.step, self.response, self.heights = rng.normal(0.0, 0.3, (3, POINTS))
+        self.free = rng.integers(0, 2, POINTS).astype(np.int8)
+
+    @property
+    def law(self):
+        return OFFSET, STIFFNESS, self.cap
+
+    @property
+    def target(self):
+        return self.p - STIFFNESS * (self.gap - OFFSET)
+
+    def clip(self, x):
+        return np.clip(x, 0.0, self.cap)
+
+
+@pytest.fixture(params=[np.inf, 1.0])
+def state(request):
+    return State(request.param)
+
+
+def changed(before, values):
+    """What a kernel leaves behind: `values` on its own points."""
+    after = before.copy()
+    after[PART] = values[PART]
+    return after
+
+
+def inside(x, cap):
+    return (x >= 0.0) & (x <= cap)
+
+
+def same(found, *expected):
+    assert found == pytest.approx(expected, rel=1e-13, abs=1e-13)
+
+
+def test_heights_are_taken_off_the_displacement_and_its_range_found_again(state):
+    gap = state.gap.copy()
+    found = kernels.subtract_heights(START, STOP, state.heights, 0.1, 2.0, state.p, gap)
+    same(found, (state.p**2)[PART].sum(), (state.gap**2)[PART].sum())
+    np.testing.assert_allclose(gap, changed(state.gap, state.gap - (state.heights - 0.1) / 2.0), rtol=1e-14)
+    same(
+        kernels.displacement_range(START, STOP, state.heights, 0.1, 2.0, gap),
+        state.gap[PART].min(),
+        state.gap[PART].max(),
+    )
+
+
+def test_the_contact_s_gap_area_and_load_are_summed(state):
+    touching = (state.p > 0)[PART]
+    found = kernels.contact_sum(START, STOP, state.p, state.gap)
+    same(found, state.gap[PART][touching].sum(), touching.sum(), state.p[PART].sum())
+
+
+def test_the_clipped_sum_is_that_of_the_target_and_its_bracket_encloses_it(state):
+    found = kernels.clipped_sum(START, STOP, state.p, state.gap, state.law)
+    same(found, state.clip(state.target)[PART].sum(), inside(state.target, state.cap)[PART].sum())
+    goal = 0.4
+    low, high = kernels.bracket(START, STOP, state.p, state.gap, STIFFNESS, goal)
+    same(
+        (low, high),
+        (state.gap - state.p / STIFFNESS)[PART].min(),
+        (state.gap + (goal - state.p) / STIFFNESS)[PART].max(),
+    )
+    lowest = kernels.clipped_sum(START, STOP, state.p, state.gap, (low, STIFFNESS, state.cap))[0]
+    highest = kernels.clipped_sum(START, STOP, state.p, state.gap, (high, STIFFNESS, state.cap))[0]
+    assert lowest == pytest.approx(0.0, abs=1e-14)
+    assert highest >= goal * (STOP - START) * (1 - 1e-14)
+
+
+def test_points_are_classified_by_where_a_longer_step_would_take_them(state):
+    free, rest = np.full(POINTS, 7, np.int8), np.full(POINTS, 7.0)
+    reach, unit, limit = 0.5, 3.0, 0.4
+    found = kernels.classify(START, STOP, state.p, state.gap, state.law, reach, unit, limit, free, rest)
+    rise = state.gap - OFFSET
+    moved, near = state.p - state.clip(state.target), state.p - reach * STIFFNESS * rise
+    is_free = (near > 0.0) & (near < state.cap)
+    above = np.abs(moved) > np.where(inside(state.target, state.cap), limit, 0.5 * limit)
+    expected = (
+        state.clip(state.target),
+        inside(state.target, state.cap),
+        (unit * moved) ** 2,
+        (unit * state.p) ** 2,
+        is_free,
+        above,
+    )
+    same(found, *(values[PART].sum() for values in expected))
+    assert np.array_equal(free, changed(np.full(POINTS, 7), is_free))
+    np.testing.assert_allclose(rest, changed(np.full(POINTS, 7.0), np.where(is_free, rise, 0.0)), rtol=1e-14)
+
+
+def test_a_proposal_is_conjugate_where_free_and_a_bound_elsewhere(state):
+    if np.isinf(state.cap):  # points are then never pushed: there is no cap to go to
+        state.gap = np.maximum(state.gap, OFFSET)
+        state.p[(state.free == 0) & (state.gap == OFFSET)] = 0.0
+    change, mix = state.step.copy(), (0.3, 0.6)
+    args = (state.free, state.p, state.gap, OFFSET, state.response, mix, state.cap, change)
+    total, count = kernels.propose(START, STOP, *args)
+    rise = state.gap - OFFSET
+    to_cap = (rise < 0.0) | ((rise == 0.0) & (state.p > 0.0))
+    bound = np.where(to_cap, state.cap, 0.0)
+    expected = np.where(state.free == 1, 0.6 * state.step - 0.3 * state.response, bound - state.p)
+    np.testing.assert_allclose(change, changed(state.step, expected), rtol=1e-14, atol=1e-16)
+    x = state.p + expected
+    same((total, count), state.clip(x)[PART].sum(), (inside(x, state.cap) & (state.free == 1))[PART].sum())
+
+
+def test_a_shift_moves_the_free_points_alone(state):
+    x = state.p + state.step + np.where(state.free == 1, 0.15, 0.0)
+    found = kernels.shifted_sum(START, STOP, state.free, state.p, state.step, 0.15, state.cap)
+    same(found, state.clip(x)[PART].sum(), (inside(x, state.cap) & (state.free == 1))[PART].sum())
+    step = state.step.copy()
+    found = kernels.free_step(START, STOP, state.free, state.p, state.gap, OFFSET, 0.15, state.cap, step)
+    expected = state.clip(x) - state.p
+    np.testing.assert_allclose(step, changed(state.step, expected), rtol=1e-13, atol=1e-16)
+    same(found, (expected * (state.gap - OFFSET))[PART].sum(), (expected**2)[PART].sum())
+    moved = state.p.copy()
+    kernels.balance(START, STOP, state.free, 0.15, state.cap, moved)
+    shifted = state.clip(state.p + np.where(state.free == 1, 0.15, 0.0))
+    np.testing.assert_allclose(moved, changed(state.p, shifted), rtol=1e-15)
+
+
+def test_a_gradient_step_goes_to_a_share_of_the_target(state):
+    step = state.step.copy()
+    found = kernels.gradient_step(START, STOP, state.p, state.gap, state.law, 0.9, step)
+    expected = 0.9 * state.clip(state.target) - state.p
+    np.testing.assert_allclose(step, changed(state.step, expected), rtol=1e-13, atol=1e-16)
+    same(found, (expected * (state.gap - OFFSET))[PART].sum(), (expected**2)[PART].sum())
+
+
+def test_curvature_and_advance_are_those_of_the_step(state):
+    products = (state.step * state.response, state.step**2, state.response**2)
+    same(kernels.curvature(START, STOP, state.step, state.response), *(values[PART].sum() for values in products))
+    p, gap = state.p.copy(), state.gap.copy()
+    args = (p, gap, state.step, state.response, 0.5, 0.0, state.law)
+    found = kernels.advance(START, STOP, *args)
+    moved = (
+        state.clip(state.p + 0.5 * state.step) if np.isfinite(state.cap) else np.maximum(state.p + 0.5 * state.step, 0)
+    )
+    np.testing.assert_allclose(p, changed(state.p, moved), rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(gap, changed(state.gap, state.gap + 0.5 * state.response), rtol=1e-14)
+    x = p - STIFFNESS * (gap - OFFSET)
+    same(found, state.clip(x)[PART].sum(), inside(x, state.cap)[PART].sum())
+
+
+def test_the_continuation_is_the_target_before_it_is_clipped(state):
+    result = np.full(POINTS, 7.0)
+    kernels.continuation(START, STOP, state.p, state.gap, OFFSET, STIFFNESS, result)
+    np.testing.assert_allclose(result, changed(np.full(POINTS, 7.0), state.target), rtol=1e-14, atol=1e-16)
+
+
+def test_columns_go_to_lines_and_back():
+    rng = np.random.default_rng(2)
+    spectrum = rng.normal(size=(9, 7)) + 1j * rng.normal(size=(9, 7))
+    lines, back = np.zeros((3, 9), complex), np.zeros_like(spectrum)
+    columns.gather(spectrum, 2, 3, lines)
+    assert np.array_equal(lines, spectrum[:, 2:5].T)
+    columns.scatter(lines, 2, 3, back)
+    assert np.array_equal(back[:, 2:5], spectrum[:, 2:5])
+    assert not back[:, :2].any()
+    assert not back[:, 5:].any()
