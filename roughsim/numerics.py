@@ -147,7 +147,7 @@ class Numerics:
         return tuple(sorted(numbers, key=lambda i: (self.levels[i].q_max, self.grid(i).points)))
 
     def of_index(self, index: int) -> tuple[int, ...]:
-        """Return the levels that are solved for a realization."""
+        """Return the numbers of the levels that are solved for the realization `index`."""
         return tuple(i for i, level in enumerate(self.levels) if index % level.every == 0)
 
     def members(self, count: int) -> int:
@@ -179,7 +179,7 @@ class Numerics:
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> Numerics:
-        """Return the numerics that `to_dict` described."""
+        """Return the numerics that `to_dict` described as `values`."""
         levels = tuple(Level(a["column"], tuple(a["shape"]), a["q_max"], a.get("every", 1)) for a in values["levels"])
         distance = values["slid_distance"]
         return cls(

@@ -179,7 +179,7 @@ class SelfAffineSpectrum(PowerLaws):
         q_roll_off: float | None = None,
         roll_off_exponent: float = 0.0,
     ) -> Self:
-        """Return the spectrum with a given rms slope √⟨|∇h|²⟩ over the whole band; see `from_rms_height`."""
+        """Return the spectrum with a given slope `rms_slope` = √⟨|∇h|²⟩ over the whole band; see `from_rms_height`."""
         unit = cls._of_unit_level(hurst, q_min, q_roll_off, q_max, roll_off_exponent)
         return unit.scaled((positive("rms_slope", rms_slope) / unit.rms_slope) ** 2)
 
@@ -276,7 +276,7 @@ class TabulatedSpectrum(PowerLaws):
         return TabulatedSpectrum(self.q, self.psd * positive("factor", factor))
 
     def truncated(self, *, q_max: float) -> TabulatedSpectrum:
-        """Return the spectrum without what lies above `q_max`, rad/m; its level does not change."""
+        """Return the spectrum without what lies above `q_max`, rad/m; ValueError if nothing is left."""
         end = min(positive("q_max", q_max, "rad/m"), float(self.q[-1]))
         if end <= self.q[0]:
             raise ValueError(f"q_max = {end:.6g} rad/m must exceed the first wavenumber {self.q[0]:.6g} rad/m")
@@ -308,7 +308,7 @@ class SumSpectrum(_Moments):
         return SumSpectrum(tuple(term.scaled(factor) for term in self.terms))
 
     def truncated(self, *, q_max: float) -> SumSpectrum:
-        """Return the spectrum without what lies above `q_max`, rad/m."""
+        """Return the spectrum without what lies above `q_max`, rad/m; ValueError if nothing is left."""
         q_max = positive("q_max", q_max, "rad/m")
         kept = tuple(term.truncated(q_max=q_max) for term in self.terms if term.breaks[0] < q_max)
         if not kept:

@@ -185,7 +185,8 @@ def _erfc_ratio(distance: float, g: Array) -> Array:
 class SmoothedSpectrum:
     """C_sm(q) = [1 − (A_pl/A_pl0)⁶] C(q), m⁴, as made by `smoothed_spectrum`. Eq. (27).
 
-    Equal and equally hashed when all physical arguments are; `breaks` are those of `spectrum` and those where the
+    Equal and equally hashed when all physical arguments (`spectrum`, `effective_modulus`, `nominal_pressure` and
+    `penetration_hardness`, Pa) are; `breaks` are those of `spectrum` and those where the
     smoothing bends.
     """
 

@@ -20,6 +20,8 @@ class Limit:
     """Limit of the Hertz source: multiply by Pe^(−1/2) what is a temperature, a gradient or a Laplacian when fast.
 
     Temperatures in q̇₁R/κ, the gradient in q̇₁/κ, the Laplacian in q̇₁/κR, lengths in R; `hottest_point` is x < 0.
+    `flash_temperature`, `mean_temperature` and `max_temperature` are Eqs. (14), (16) and (15), `flash_gradient` and
+    `flash_laplacian` the weighted slope and curvature, `flash_width` and `slope_length` Eqs. (25) and (26).
     """
 
     flash_temperature: float
@@ -38,7 +40,10 @@ class Limit:
 
 @dataclass(frozen=True, slots=True)
 class UniformLimit:
-    """Limit of a uniform source: temperatures in q̇R/κ at rest, in q̇R/κ · Pe^(−1/2) when fast; x/R of the hottest."""
+    """Limit of a uniform source: `max_temperature` and `mean_temperature` in q̇R/κ, when fast times Pe^(−1/2).
+
+    `hottest_point` is x/R.
+    """
 
     max_temperature: float
     mean_temperature: float

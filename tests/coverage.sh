@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# Which lines the default tests run, kernels included: bash tests/coverage.sh [words for pytest]
+# (once before: pip install -e '.[test,dev]'). What is compiled hides from the count, so the tests of the kernels run
+# first with numba switched off, then all tests as they are. A share below 95 % is an error.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+count=(-q -p no:cacheprovider --cov=roughsim --cov=theory)
+kernels="kernels or half_space or (contact_solver and (dense_transform or half_spectrum or push_pull or moves_no_point
+  or near_its_bound or worst_point or mean_square or interpolation))"
+rm -f .coverage
+NUMBA_DISABLE_JIT=1 python -m pytest "${count[@]}" --cov-report= \
+  tests/test_kernels.py tests/test_half_space.py tests/test_contact_solver.py -k "${kernels//$'\n'/ }"
+python -m pytest "${count[@]}" --cov-append --cov-report=term:skip-covered --cov-fail-under=95 "$@"
