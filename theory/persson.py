@@ -102,7 +102,8 @@ def stress_weight(
 ) -> Array:
     """Share of the full-contact stress spectrum that is left at `q`: W = P[γ + (1 − γ)P²], the shape of `q`.
 
-    Parameters, errors: as `contact_probability`, with `effective_modulus` in Pa; `gamma` is a number from 0 to 1 (1: W = P) or a callable W(P, q).
+    Parameters, errors: as `contact_probability`, `effective_modulus` and `nominal_pressure` in Pa; `gamma` is a number
+    from 0 to 1 (1: W = P) or a callable W(P, q).
     """
     share = contact_probability(q, spectrum, effective_modulus=effective_modulus, nominal_pressure=nominal_pressure)
     return weight(share, np.asarray(q, dtype=np.float64), gamma)
