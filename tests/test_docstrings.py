@@ -18,6 +18,7 @@ INSIDE = {
     "plasticity": {"reached", "between", "smoothing"},
 }
 FORMULAS = [name for name in theory.__all__ if name != "quadrature"]
+REFERS = re.compile(r"(?:[Aa]s(?: in)?|[Ss]ee(?: also)?) `(?:roughsim\.)?(\w+)`")
 
 
 def interface():
@@ -54,14 +55,14 @@ INTERFACE = dict(interface())
 
 
 def text_of(name, found):
-    """The docstring, and those it refers to."""
-    doc = inspect.getdoc(found) or ""
+    """The docstring, and those it refers to, which may refer further."""
     home = importlib.import_module(found.fget.__module__ if isinstance(found, property) else found.__module__)
-    others = re.findall(r"(?:[Aa]s(?: in)?|[Ss]ee(?: also)?) `(?:roughsim\.)?(\w+)`", doc)
-    beside = name.rsplit(".", 1)[0]
-    for other in others:
-        target = getattr(home, other, None) or INTERFACE.get(f"{beside}.{other}") or getattr(rs, other, None)
-        doc += "\n" + (inspect.getdoc(target) or "") if target is not None and target is not found else ""
+    beside, doc, seen = name.rsplit(".", 1)[0], inspect.getdoc(found) or "", set()
+    while more := set(REFERS.findall(doc)) - seen:
+        seen |= more
+        for other in more:
+            target = getattr(home, other, None) or INTERFACE.get(f"{beside}.{other}") or getattr(rs, other, None)
+            doc += "\n" + ((inspect.getdoc(target) or "") if target is not None else "")
     return doc
 
 
