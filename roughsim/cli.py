@@ -13,7 +13,6 @@ import typer
 
 if TYPE_CHECKING:
     from roughsim.compare import Comparison
-    from roughsim.numerics import Numerics
     from roughsim.record import Run
     from roughsim.scene import Scene
 
@@ -105,13 +104,14 @@ def plan(
     """Show how a scene would be computed, each choice with its reason."""
     from roughsim.plan import plan as make_plan
     from roughsim.scene import load_scene
+    from roughsim.tables import plan_table
 
     numerics = make_plan(load_scene(scene), target_error)
     if as_json:
         reasons = [reason._asdict() for reason in numerics.reasons]
         typer.echo(json.dumps(numerics.to_dict() | {"reasons": reasons}, indent=1))
     else:
-        _print_plan(numerics)
+        _print(plan_table(numerics))
 
 
 @app.command()
@@ -378,12 +378,6 @@ def _compare(run: Run, *, chart: Path | None, as_json: bool) -> None:
     if chart is not None:
         table.chart(chart)
         typer.echo(f"picture: {chart}", err=True)
-
-
-def _print_plan(numerics: Numerics) -> None:
-    from roughsim.tables import plan_table
-
-    _print(plan_table(numerics))
 
 
 def _print(*parts: Any) -> None:
