@@ -400,7 +400,7 @@ def main(words: list[str] | None = None) -> None:
         _fail(f"out of memory ({' '.join(str(error).split())}); lower numerics.levels or the number of workers", 1)
 
 
-def _warn(message: Warning | str, *_: Any) -> None:
+def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
     """A warning as one line, without the place in the code."""
     typer.echo(f"roughsim: warning: {' '.join(str(message).split())}", err=True)
 
