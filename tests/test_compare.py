@@ -35,6 +35,12 @@ def test_full_contact_is_exact_through_the_whole_chain(full_scene, tmp_path):
     assert checked == 25
 
 
+def test_two_realizations_are_enough_to_compare_and_one_is_not(full_scene, tmp_path):
+    with pytest.raises(ValueError, match="has 1 sound realizations; a comparison needs at least 2"):
+        rs.compare(rs.run(full_scene, tmp_path / "few", max_realizations=1))
+    assert rs.compare(rs.run(full_scene, tmp_path / "few", max_realizations=2)).rows
+
+
 def test_the_total_share_measured_in_full_contact_is_the_theory_to_rounding(full_scene, tmp_path):
     shares = {}
     for duration in (1e-6, 1e-3):

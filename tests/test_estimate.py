@@ -43,6 +43,14 @@ def test_a_mean_has_students_interval():
     assert found.n == 20
 
 
+def test_two_realizations_have_an_error_of_one_degree_of_freedom_and_one_has_none():
+    values = np.array([[1.0, 5.0], [3.0, 5.5]])
+    error, freedom = est.spread(values)
+    np.testing.assert_allclose(error, [1.0, 0.25])
+    np.testing.assert_allclose(freedom, 1.0)
+    assert np.isinf(est.standard_error(values[:1])).all()
+
+
 DERIVED = {
     "flash_width": lambda m: np.sqrt(-m["flash_temperature"] / m["flash_laplacian"]),
     "slope_length": lambda m: -m["flash_temperature"] / m["flash_gradient"],

@@ -99,6 +99,13 @@ def test_a_ring_of_waves_correlates_as_a_bessel_function():
     assert persson.correlation_radius(0.5, stress_spectrum=ring) == pytest.approx(1.5211e-4, rel=1e-4)
 
 
+@pytest.mark.parametrize("missing", [1e-3, 1e-6])
+def test_near_the_origin_the_correlation_is_a_parabola(missing):
+    # |σ_q|² constant from 1 to 2: 1 − g(r)/g(0) = ⟨q²⟩ r²/4 − ⟨q⁴⟩ r⁴/64, ⟨q²⟩ = (15/4)/(3/2), ⟨q⁴⟩ = (63/6)/(3/2)
+    radius = persson.correlation_radius(1 - missing, stress_spectrum=Flat(1.0, (1.0, 2.0)))
+    assert 2.5 * radius**2 / 4 - 7 * radius**4 / 64 == pytest.approx(missing, rel=missing + 1e-9)
+
+
 def test_the_correlation_without_mean_pressure_goes_negative(case):
     zero = persson.correlation_radius(0.0, case["spectrum"], **case["contact"])
     beyond = persson.pressure_correlation(zero * np.array([0.999, 1.001]), case["spectrum"], **case["contact"])
