@@ -73,6 +73,8 @@ SWAPS = {"+": "-", "-": "+", "*": "/", "/": "*", "<": ">", ">": "<", "<=": "<", 
 EQUAL: tuple[tuple[str, str], ...] = (
     ("theory/background.py", "quad(flux, low, high, epsabs=0.0, epsrel=_ACCURACY / 10, limit=500, full_output=1)"),
     ("theory/hardness.py", "if not known[0] <= start <= known[-1]:"),  # at the last temperature both refuse
+    # the zeros that reach too far are written over by the next line
+    ("roughsim/convolution.py", "field[:, :count], field[:, count : points - count + 1] = part[:, before:], 0.0"),
 )
 
 
