@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 BASE ?= $(shell git describe --tags --abbrev=0 2>/dev/null)
 
-.PHONY: setup test slow check docs flow bench
+.PHONY: setup test slow coverage mutants check docs flow bench
 
 setup: ## an environment with everything, and the hooks
 	$(PYTHON) -m venv .venv
@@ -11,10 +11,16 @@ setup: ## an environment with everything, and the hooks
 	$(BIN)/pre-commit install
 
 test: ## the default tests
-	$(BIN)/python -m pytest -q
+	$(BIN)/python -m pytest -q -n 2
 
 slow: ## the slow ones
 	$(BIN)/python -m pytest -q -m slow
+
+coverage: ## which lines the default tests run, kernels included
+	PATH="$(CURDIR)/$(BIN):$$PATH" bash tests/coverage.sh
+
+mutants: ## whether the tests notice errors planted in formulas and kernels; half an hour
+	$(BIN)/python tests/mutate.py
 
 check: ## style and types
 	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy
