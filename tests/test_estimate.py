@@ -51,6 +51,14 @@ def test_two_realizations_have_an_error_of_one_degree_of_freedom_and_one_has_non
     assert np.isinf(est.standard_error(values[:1])).all()
 
 
+def test_a_ladder_that_reaches_the_end_of_the_spectrum_is_not_extrapolated():
+    ladder = [sample(q_max, shift=-1.0 / q_max) for q_max in (1.0, 2.0, 4.0)]
+    found = observe("flash_temperature", ladder, capped=True, end=4.0)
+    assert np.isnan(found.exponent).all()
+    np.testing.assert_array_equal(found.bandwidth, 0.0)
+    assert np.isfinite(observe("flash_temperature", ladder, capped=True, end=5.0).exponent).all()
+
+
 DERIVED = {
     "flash_width": lambda m: np.sqrt(-m["flash_temperature"] / m["flash_laplacian"]),
     "slope_length": lambda m: -m["flash_temperature"] / m["flash_gradient"],
