@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import sys
 import warnings
 from pathlib import Path
@@ -151,6 +150,7 @@ def run(
     """Compute an ensemble of realizations; the same command goes on where it was stopped."""
     from dataclasses import replace
 
+    from roughsim.progress import targets
     from roughsim.scene import load_scene
 
     loaded = load_scene(scene)
@@ -158,7 +158,7 @@ def run(
     chosen: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
     if chosen:
         loaded = replace(loaded, numerics=replace(loaded.numerics, **chosen))
-    result = _run(loaded, output, until=_goals(until), max_realizations=most, workers=workers)
+    result = _run(loaded, output, until=targets(until), max_realizations=most, workers=workers)
     if result.failed > 0.01 * result.realizations:
         raise typer.Exit(1)
 
@@ -327,41 +327,13 @@ def doctor(as_json: Json = False) -> None:
         raise typer.Exit(1)
 
 
-def _goals(until: list[str] | None) -> dict[str, float] | None:
-    if until is None:
-        return None
-    goals = {}
-    for text in until:
-        name, _, value = text.partition("=")
-        number, percent, _ = value.strip().partition("%")
-        try:
-            goals[name.strip()] = float(number) / (100.0 if percent else 1.0)
-        except ValueError:
-            raise ValueError(f"--until {text}: write OBSERVABLE=PERCENT, for example flash_temperature=1%") from None
-    return goals
-
-
 def _run(scene: Scene, output: Path, *, workers: int | None, **options: Any) -> Run:
-    from rich.console import Console
+    from roughsim.progress import run_shown
 
-    from roughsim.ensemble import run as compute
-    from roughsim.plan import plan as make_plan
-    from roughsim.progress import Progress
-
-    console = Console(stderr=True)
-    numerics = make_plan(scene)
-    for reason in numerics.reasons:
-        if reason.choice in ("smoothed", "capped", "elastic"):
-            console.print(f"[dim]{reason.value}[/dim]", highlight=False, soft_wrap=True)
-    count = (os.cpu_count() or 1) if workers is None else workers
     try:
-        with Progress(console) as progress:
-            result = compute(scene, output, numerics=numerics, workers=count, observer=progress.update, **options)
+        return run_shown(scene, output, workers, **options)
     except KeyboardInterrupt:  # here, since the command line's own frame would swallow it without a word
         _fail("stopped; what was computed is stored, and the same command goes on from there", 130)
-    for line in progress.summary(result):
-        console.print(line, highlight=False, soft_wrap=True)
-    return result
 
 
 def _compare(run: Run, *, chart: Path | None, as_json: bool) -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import time
+from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from rich import progress as bars
 from rich.console import Console
@@ -13,6 +15,7 @@ from roughsim.status import clock, reached, realizations_needed
 
 if TYPE_CHECKING:
     from roughsim.record import Run
+    from roughsim.scene import Scene
 
 
 class Progress:
@@ -62,3 +65,36 @@ class Progress:
         if run.until and not run.target_met:
             lines.append("target not reached: raise --max, or the target, and give the same command again")
         return lines
+
+
+def run_shown(scene: Scene, folder: Path, workers: int | None, **options: Any) -> Run:
+    """Plan and run a scene as `roughsim.run` does, showing the plan, the progress and the end; all cores for None."""
+    from roughsim.ensemble import run
+    from roughsim.plan import plan
+
+    console = Console(stderr=True)
+    numerics = plan(scene)
+    for reason in numerics.reasons:
+        if reason.choice in ("smoothed", "capped", "elastic"):
+            console.print(f"[dim]{reason.value}[/dim]", highlight=False, soft_wrap=True)
+    count = (os.cpu_count() or 1) if workers is None else workers
+    with Progress(console) as progress:
+        result = run(scene, folder, numerics=numerics, workers=count, observer=progress.update, **options)
+    for line in progress.summary(result):
+        console.print(line, highlight=False, soft_wrap=True)
+    return result
+
+
+def targets(until: list[str] | None) -> dict[str, float] | None:
+    """Return what words such as "flash_temperature=1%" ask for, observable → fraction; None for None."""
+    if until is None:
+        return None
+    goals = {}
+    for text in until:
+        name, _, value = text.partition("=")
+        number, percent, _ = value.strip().partition("%")
+        try:
+            goals[name.strip()] = float(number) / (100.0 if percent else 1.0)
+        except ValueError:
+            raise ValueError(f"--until {text}: write OBSERVABLE=PERCENT, for example flash_temperature=1%") from None
+    return goals
