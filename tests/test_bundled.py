@@ -97,7 +97,7 @@ def test_the_form_holds_every_key_and_says_what_is_missing():
 
 def test_the_form_filled_in_with_its_own_examples_is_a_scene():
     text = filled(scene_text(BLANK))
-    text = re.sub(r"(?m)^(rms_slope|psd_file|psd_convention) = .*\n", "", text)
+    text = re.sub(r"(?m)^(rms_slope|topography|psd_file|psd_convention|background_temperature) = .*\n", "", text)
     scene = parse_scene(text)
     assert scene.counterface.like == "body"
     assert (scene.theory.gamma, scene.ensemble.seed, scene.ensemble.max_realizations) == (0.45, 1, 400)
@@ -106,7 +106,11 @@ def test_the_form_filled_in_with_its_own_examples_is_a_scene():
 
 def test_the_form_s_defaults_are_the_defaults():
     text = filled(scene_text(BLANK))
-    text = re.sub(r"(?m)^(rms_slope|psd_file|psd_convention|tolerance|lengths|levels|slid_distance) = .*\n", "", text)
+    text = re.sub(
+        r"(?m)^(rms_slope|topography|psd_file|psd_convention|background_temperature|tolerance|lengths|levels|slid_distance) = .*\n",
+        "",
+        text,
+    )
     written = parse_scene(text)
     bare = parse_scene(text[: text.index("[theory]")])
     assert (written.theory, written.ensemble) == (bare.theory, bare.ensemble)
