@@ -87,6 +87,13 @@ def filled(text):
     return re.sub(r"(?m)^# (?=\[|[a-z_]+ = )", "", text)
 
 
+RIVALS = "rms_slope|topography|psd_file|psd_convention|background_temperature"  # keys that need or exclude others
+
+
+def without(text, keys):
+    return re.sub(rf"(?m)^({keys}) = .*\n", "", text)
+
+
 def test_the_form_holds_every_key_and_says_what_is_missing():
     form = scene_text(BLANK)
     keys = set(KEYS) - {"psd", "column", "shape", "every"}
@@ -97,7 +104,7 @@ def test_the_form_holds_every_key_and_says_what_is_missing():
 
 def test_the_form_filled_in_with_its_own_examples_is_a_scene():
     text = filled(scene_text(BLANK))
-    text = re.sub(r"(?m)^(rms_slope|topography|psd_file|psd_convention|background_temperature) = .*\n", "", text)
+    text = without(text, RIVALS)
     scene = parse_scene(text)
     assert scene.counterface.like == "body"
     assert (scene.theory.gamma, scene.ensemble.seed, scene.ensemble.max_realizations) == (0.45, 1, 400)
@@ -106,11 +113,7 @@ def test_the_form_filled_in_with_its_own_examples_is_a_scene():
 
 def test_the_form_s_defaults_are_the_defaults():
     text = filled(scene_text(BLANK))
-    text = re.sub(
-        r"(?m)^(rms_slope|topography|psd_file|psd_convention|background_temperature|tolerance|lengths|levels|slid_distance) = .*\n",
-        "",
-        text,
-    )
+    text = without(text, f"{RIVALS}|tolerance|lengths|levels|slid_distance")
     written = parse_scene(text)
     bare = parse_scene(text[: text.index("[theory]")])
     assert (written.theory, written.ensemble) == (bare.theory, bare.ensemble)
