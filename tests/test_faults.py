@@ -128,6 +128,24 @@ def test_an_interrupt_ends_all_within_a_second(scene_file, tmp_path, which, work
     assert_all_sound(folder)
 
 
+def test_an_interrupt_lost_in_a_finalizer_still_ends_the_run(monkeypatch):
+    from roughsim.ensemble.tasks import stopped_by_signals
+
+    class Finalized:
+        def __del__(self):
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.01)  # the handler runs in here, and what it raises is dropped
+
+    dropped = []
+    monkeypatch.setattr(sys, "unraisablehook", dropped.append)
+    with stopped_by_signals() as check:
+        Finalized()
+        with pytest.raises(KeyboardInterrupt):
+            check()
+    assert len(dropped) == 1
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
 @pytest.mark.slow
 def test_workers_do_not_outlive_a_killed_parent(scene_file, tmp_path):
     process = start(scene_file, tmp_path / "run", most=100000)

@@ -92,11 +92,11 @@ def run(
     numerics = plan(scene) if numerics is None else numerics
     place = Path(folder)
     _prepare(place, scene, numerics)
-    with stopped_by_signals(), writing(place):
+    with stopped_by_signals() as check, writing(place):
         describe(place, _description(scene, numerics), scene)
         sweep(place)
         result = open_run(place)
-        tasks = Tasks(scene, numerics, place, result)
+        tasks = Tasks(scene, numerics, place, result, check)
         with workforce(workers, executor) as pool:
             tasks.complete(pool, workers, observer)
     return result

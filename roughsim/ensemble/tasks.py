@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING
 
 from roughsim.ensemble.members import store_member
@@ -69,16 +70,32 @@ def _begin_worker(parent: int) -> None:
 
 
 @contextmanager
-def stopped_by_signals() -> Iterator[None]:
-    """Let SIGTERM end a run as an interrupt does; only the main thread of a process can arrange that."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+def stopped_by_signals() -> Iterator[Callable[[], None]]:
+    """Let SIGTERM end a run as an interrupt does, and yield what raises an interrupt that was lost.
+
+    Python drops an exception that comes up inside a finalizer, of an HDF5 object for instance: the run would go on.
+    Only the main thread of a process can arrange signals; a handler of the program's own is left alone.
+    """
+    asked = threading.Event()
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        asked.set()
+        raise KeyboardInterrupt
+
+    def check() -> None:
+        if asked.is_set():
+            raise KeyboardInterrupt
+
+    before = {}
+    if threading.current_thread() is threading.main_thread():
+        before[signal.SIGTERM] = signal.signal(signal.SIGTERM, stop)
+        if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            before[signal.SIGINT] = signal.signal(signal.SIGINT, stop)
     try:
-        yield
+        yield check
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def sweep(place: Path) -> None:
@@ -97,8 +114,8 @@ def sweep(place: Path) -> None:
 class Tasks:
     """The members still to do, in order, and the run that they make up."""
 
-    def __init__(self, scene: Scene, numerics: Numerics, place: Path, result: Run):
-        self.scene, self.numerics, self.place, self.result = scene, numerics, place, result
+    def __init__(self, scene: Scene, numerics: Numerics, place: Path, result: Run, check: Callable[[], None]):
+        self.scene, self.numerics, self.place, self.result, self.check = scene, numerics, place, result, check
 
     def _to_do(self) -> Iterator[tuple[int, int]]:
         """Yield (level, index) of what is not stored yet, index by index, the largest grid first."""
@@ -159,5 +176,6 @@ class Tasks:
                 future.cancel()
 
     def _tell(self, observer: Callable[[Run], None] | None) -> None:
+        self.check()
         if observer is not None:
             observer(self.result)
