@@ -10,7 +10,14 @@ ROOT = Path(__file__).parents[1]
 SCRIPTS = sorted((ROOT / "experiments").glob("*.py"))
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+SEVERAL_SECONDS = ("accuracy_vs_cost", "budget", "flash_vs_speed", "validity")  # the toys of these
+
+
+@pytest.mark.parametrize(
+    "script",
+    [pytest.param(path, marks=pytest.mark.slow if path.stem in SEVERAL_SECONDS else ()) for path in SCRIPTS],
+    ids=lambda path: path.stem,
+)
 def test_the_toy_runs(script, tmp_path):
     words = [sys.executable, script, "--toy", "-o", tmp_path]
     done = subprocess.run(
