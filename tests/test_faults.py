@@ -34,7 +34,18 @@ def start(scene_file, folder, workers=2, most=40):
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     words = [sys.executable, scene_file.with_name("go.py"), scene_file, folder, workers, most]
     with open(scene_file.with_name("said.txt"), "w") as said:
-        return subprocess.Popen([str(word) for word in words], env=environment, stdout=said, stderr=subprocess.STDOUT)
+        return subprocess.Popen(
+            [str(word) for word in words],
+            env=environment,
+            stdout=said,
+            stderr=subprocess.STDOUT,
+            preexec_fn=hear_interrupts,  # noqa: PLW1509  (one call, and no threads here)
+        )
+
+
+def hear_interrupts():
+    """A shell lets what it starts in the background ignore them."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def wait_for_members(folder, count, seconds=60):
@@ -136,14 +147,14 @@ def test_an_interrupt_lost_in_a_finalizer_still_ends_the_run(monkeypatch):
             os.kill(os.getpid(), signal.SIGINT)
             time.sleep(0.01)  # the handler runs in here, and what it raises is dropped
 
-    dropped = []
+    dropped, before = [], signal.signal(signal.SIGINT, signal.default_int_handler)
     monkeypatch.setattr(sys, "unraisablehook", dropped.append)
     with stopped_by_signals() as check:
         Finalized()
         with pytest.raises(KeyboardInterrupt):
             check()
     assert len(dropped) == 1
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert signal.signal(signal.SIGINT, before) is signal.default_int_handler
 
 
 @pytest.mark.slow
