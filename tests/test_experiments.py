@@ -10,12 +10,12 @@ ROOT = Path(__file__).parents[1]
 SCRIPTS = sorted((ROOT / "experiments").glob("*.py"))
 
 
-SEVERAL_SECONDS = ("accuracy_vs_cost", "budget", "flash_vs_speed", "validity")  # the toys of these
+QUICK = ("intervals", "multiscale", "partition", "uncertainty")  # the toys of the others take seconds
 
 
 @pytest.mark.parametrize(
     "script",
-    [pytest.param(path, marks=pytest.mark.slow if path.stem in SEVERAL_SECONDS else ()) for path in SCRIPTS],
+    [pytest.param(path, marks=() if path.stem in QUICK else pytest.mark.slow) for path in SCRIPTS],
     ids=lambda path: path.stem,
 )
 def test_the_toy_runs(script, tmp_path):
