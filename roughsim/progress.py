@@ -69,11 +69,10 @@ class Progress:
 
 def run_shown(scene: Scene, folder: Path, workers: int | None, **options: Any) -> Run:
     """Plan and run a scene as `roughsim.run` does, showing the plan, the progress and the end; all cores for None."""
-    from roughsim.ensemble import run
-    from roughsim.plan import plan
+    from roughsim.ensemble import run, settled
 
     console = Console(stderr=True)
-    numerics = plan(scene)
+    numerics = settled(scene, folder)
     for reason in numerics.reasons:
         if reason.choice in ("smoothed", "capped", "elastic"):
             console.print(f"[dim]{reason.value}[/dim]", highlight=False, soft_wrap=True)

@@ -182,6 +182,19 @@ def test_a_target_out_of_reach_ends_at_the_last_realization(quick, tmp_path):
     assert not run.target_met
 
 
+def test_a_planned_run_goes_on_with_what_it_began_with(tmp_path, monkeypatch):
+    # the stride of fine levels depends on when the run is to stop; a longer run is still the same run
+    from roughsim import ensemble
+
+    scene = rs.load_scene("demo")
+    began = rs.run(scene, tmp_path / "run", max_realizations=2, until={})
+    monkeypatch.setattr(ensemble, "plan", lambda *_: pytest.fail("planned again"))
+    run = rs.run(scene, tmp_path / "run", max_realizations=3, until={"flash_temperature": 1e-4})
+    assert run.realizations == 3
+    assert run.numerics == began.numerics
+    assert run.reasons == began.reasons != []
+
+
 def test_members_that_do_not_converge_are_counted_and_left_out(quick, tmp_path, monkeypatch):
     from roughsim.ensemble import members
 

@@ -16,7 +16,7 @@ from roughsim import analytic
 from roughsim.ensemble.tasks import Tasks, stopped_by_signals, sweep, workforce
 from roughsim.errors import RecordError
 from roughsim.means import UNITS
-from roughsim.numerics import Numerics
+from roughsim.numerics import Numerics, Reason
 from roughsim.plan import plan
 from roughsim.realization import Realization, level_spectrum, realize, versions
 from roughsim.record import Run, describe, open_run, read_description, writing
@@ -47,7 +47,7 @@ def run(
     folder : str or Path
         The run folder; made if it does not exist. The same scene, numerics and seed resume it.
     numerics : Numerics, optional
-        From `plan` if left out.
+        Left out: those that the run in the folder began with, else from `plan`.
     seed : int, optional
         The scene's if left out.
     until : dict of str to float, optional
@@ -89,8 +89,8 @@ def run(
             until=tuple(goals.items()),
         ),
     )
-    numerics = plan(scene) if numerics is None else numerics
     place = Path(folder)
+    numerics = settled(scene, place) if numerics is None else numerics
     _prepare(place, scene, numerics)
     with stopped_by_signals() as check, writing(place):
         describe(place, _description(scene, numerics), scene)
@@ -100,6 +100,23 @@ def run(
         with workforce(workers, executor) as pool:
             tasks.complete(pool, workers, observer)
     return result
+
+
+def settled(scene: Scene, place: Path) -> Numerics:
+    """Return the numerics that a run in a folder goes on with, or a plan where there is none.
+
+    A plan depends on when the run is to stop; going on for longer must not make it another run.
+    """
+    if not (place / "run.json").exists():
+        return plan(scene)
+    there = read_description(place)
+    try:
+        numerics = Numerics.from_dict(there["numerics"])
+        reasons = tuple(Reason(*words) for words in there["reasons"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise RecordError(f"{place} cannot be opened: {error}") from error
+    kept = scene.numerics.keep_fields
+    return replace(numerics, keep_fields=numerics.keep_fields if kept is None else kept, reasons=reasons)
 
 
 def _checked_goals(until: dict[str, float]) -> dict[str, float]:
@@ -146,4 +163,4 @@ def _description(scene: Scene, numerics: Numerics) -> dict[str, Any]:
     }
 
 
-__all__ = ["Realization", "level_spectrum", "realize", "run"]
+__all__ = ["Realization", "level_spectrum", "realize", "run", "settled"]
