@@ -3,6 +3,7 @@
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/threads.py --sizes 256 512 1024
 
 Wall time on an otherwise idle machine of two cores or more; a pair costs the time of one where nothing holds the GIL.
+Threads and processes are warm: each keeps its plans.
 Two processes share no GIL: what a pair of them costs is what the machine takes (memory, caches, other work).
 """
 
@@ -11,9 +12,9 @@ from __future__ import annotations
 import argparse
 import multiprocessing
 import statistics
-import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -41,12 +42,9 @@ def wall(work: Callable[[], None]) -> float:
     return time.perf_counter() - begin
 
 
-def in_threads(task: Problem, times: int) -> None:
-    pair = [threading.Thread(target=solve, args=(task, times)) for _ in range(2)]
-    for thread in pair:
-        thread.start()
-    for thread in pair:
-        thread.join()
+def in_threads(pool: ThreadPoolExecutor, task: Problem, times: int) -> None:
+    for future in [pool.submit(solve, task, times) for _ in range(2)]:
+        future.result()
 
 
 def in_processes(start: Any, done: Any) -> None:
@@ -62,8 +60,9 @@ def on_two_threads(task: Problem, times: int) -> None:
 
 
 def measure(points: int, repeats: int) -> None:
-    task, times = problem(points, 0.1, np.inf), max(round(16 * (256 / points) ** 2), 1)
+    task, times = problem(points, 0.1, np.inf), max(round(16 * (256 / points) ** 2), 2)
     context = multiprocessing.get_context("spawn")
+    pool = ThreadPoolExecutor(2)
     start, done = context.Semaphore(0), context.Semaphore(0)
     pair = [context.Process(target=_serve, args=(points, times, start, done), daemon=True) for _ in range(2)]
     for process in pair:
@@ -71,7 +70,7 @@ def measure(points: int, repeats: int) -> None:
     in_processes(start, done)  # waits until both are warm
     runs: dict[str, Callable[[], None]] = {
         "one": lambda: solve(task, times),
-        "two in threads": lambda: in_threads(task, times),
+        "two in threads": lambda: in_threads(pool, task, times),
         "two in processes": lambda: in_processes(start, done),
         "one on two threads": lambda: on_two_threads(task, times),
     }

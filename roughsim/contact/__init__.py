@@ -176,8 +176,9 @@ def _dimensionless(
 def _stiffness(spectrum: NDArray[Any], grid: Grid) -> float:
     """κ = q_s/2, q_s the highest wavenumber present in the heights."""
     power = np.abs(spectrum)
-    present = grid.wavenumbers.T[power > 1e-12 * power.max()]
-    return 0.5 * max(float(present.max(initial=0.0)), 2 * np.pi / max(grid.lengths))
+    present = power > 1e-12 * power.max()
+    highest = float(np.max(grid.wavenumbers.T, initial=0.0, where=present))
+    return 0.5 * max(highest, 2 * np.pi / max(grid.lengths))
 
 
 def _judge(solution: Iteration, tolerance: float, limit: int, pressure_unit: float) -> None:

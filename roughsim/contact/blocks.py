@@ -12,7 +12,7 @@ import numpy as np
 
 from roughsim.fourier import get_threads
 
-POINTS = 1 << 17  # in a block: small enough for the cache, large enough for two threads to gain
+POINTS = 1 << 18  # in a block: small enough for the cache, large enough for two threads to gain
 _pools: dict[tuple[int, int], ThreadPoolExecutor] = {}
 
 

@@ -6,6 +6,7 @@ transformed back while they are in the cache: 2–3 times as fast as one two-dim
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import Any
 
@@ -17,7 +18,7 @@ from roughsim.contact.blocks import run
 from roughsim.fourier import Lines, lines
 from roughsim.grid import Grid
 
-CACHED = 1 << 14  # complex numbers in one group of lines
+CACHED = 1 << 18  # bytes of one group of lines
 GROUP = 16  # lines at least: shorter pieces of a column are slow to write
 PADDING = 16  # of the rows of the spectrum, so that they do not all fall onto the same places of the cache
 
@@ -32,8 +33,8 @@ class Operator:
         qx, qy = grid.wavevectors
         self.along, self.across = (np.square(q.ravel()).astype(self.dtype) for q in (qx, qy))
         self.spectrum = np.zeros((columns // 2 + 1, 2 * (rows + PADDING)), self.dtype)
-        self._row_blocks = _blocks((rows + 1) // 2, columns)
-        self._column_blocks = _blocks(columns // 2 + 1, rows)
+        self._row_blocks = _blocks((rows + 1) // 2, columns, self.dtype)
+        self._column_blocks = _blocks(columns // 2 + 1, rows, self.dtype)
 
     def comply(self, pressure: NDArray[Any], displacement: NDArray[Any]) -> None:
         """Write S p, mean zero; both arrays may be the same."""
@@ -125,7 +126,8 @@ def rms_compliance(grid: Grid) -> float:
     return float(np.sqrt(square / grid.points))
 
 
-def _blocks(count: int, points: int) -> list[tuple[int, int]]:
-    """(first, number) of groups of `count` lines of so many points."""
-    group = max(CACHED // points, GROUP)
+def _blocks(count: int, points: int, dtype: Any) -> list[tuple[int, int]]:
+    """(first, number) of groups of about as many complex lines of so many points; the last may be smaller."""
+    wanted = max(CACHED // (2 * dtype.itemsize * points), GROUP)
+    group = math.ceil(count / max(round(count / wanted), 1))
     return [(first, min(group, count - first)) for first in range(0, count, group)]
