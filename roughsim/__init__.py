@@ -59,7 +59,7 @@ if TYPE_CHECKING:  # for readers of types; at run time names are imported when t
     from roughsim.spectrum import TabulatedSpectrum as TabulatedSpectrum
     from roughsim.surface import synthesize as synthesize
 
-__version__ = "0.1.0"
+    __version__: str
 
 _HOME = {
     "Grid": "grid",
@@ -108,6 +108,16 @@ class _Package(ModuleType):
         if name not in _HOME:
             return super().__getattribute__(name)
         return getattr(import_module(f"roughsim.{_HOME[name]}"), name)
+
+    @property
+    def __version__(self) -> str:
+        """Made from the tag when the package was built; unknown where it never was."""
+        from importlib.metadata import PackageNotFoundError, version
+
+        try:
+            return version("roughsim")
+        except PackageNotFoundError:
+            return "0+unknown"
 
     def __dir__(self) -> list[str]:
         return sorted({*super().__dir__(), *__all__})
