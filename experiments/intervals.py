@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 
 from roughsim.estimate import estimate, first_sufficient
 from roughsim.ladder import Values, observe
-from roughsim.means import Sample
+from roughsim.sample import Sample
 
 mpl.use("Agg")
 

@@ -18,14 +18,12 @@ from numpy.typing import NDArray
 
 from roughsim import analytic
 from roughsim.estimate import Estimate, paired, standard_error
-from roughsim.ladder import NO_LIMIT
-from roughsim.means import PER_SPEED, UNITS, ratio
-from roughsim.record.run import TEMPERATURES, Run
+from roughsim.means import OBSERVABLES
+from roughsim.record.run import Run
+from roughsim.sample import ratio
 from roughsim.spectrum import TruncatedSpectrum
 
 Array = NDArray[np.float64]
-# fixed by force balance where all contact has yielded
-BY_FORCE_BALANCE = ("contact_fraction", "plastic_fraction", "pressure_variance")
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,15 +132,15 @@ def _rows(run: Run) -> Iterator[Row]:
     drawn = TruncatedSpectrum(analytic.smoothed_spectrum(run.scene), run.numerics.levels[level].q_max)
     summed = analytic.mode_sums(run.scene, drawn, run.numerics.grid(level))
     whole = analytic.predictions(run.scene)
-    for observable, unit in UNITS.items():
+    for observable, record in OBSERVABLES.items():
         measured = {name: run.estimate(observable, name) for name in run.numerics.columns}
         ratios = _ratios(run, observable, summed[observable])
-        share = run.heat_partition if observable in TEMPERATURES else np.ones(len(run.scene.speeds))
+        share = run.heat_partition if record.heated else np.ones(len(run.scene.speeds))
         note = _note(run, observable)
-        for k, speed in enumerate(run.scene.speeds if observable in PER_SPEED else (None,)):
+        for k, speed in enumerate(run.scene.speeds if record.per_speed else (None,)):
             yield Row(
                 observable,
-                unit,
+                record.unit,
                 speed,
                 float(summed[observable][k] * share[k]),
                 float(whole[observable][k] * share[k]),
@@ -178,9 +176,9 @@ def _ratios(run: Run, observable: str, theory: Array) -> dict[str, tuple[Array, 
 def _note(run: Run, observable: str) -> str:
     if run.scene.elastic:
         return ""
-    if observable in BY_FORCE_BALANCE and isfinite(analytic.yield_wavenumber(run.scene)):
+    if OBSERVABLES[observable].by_force_balance and isfinite(analytic.yield_wavenumber(run.scene)):
         return "identity"
-    return "at q_c" if observable in NO_LIMIT else ""
+    return "" if OBSERVABLES[observable].limit else "at q_c"
 
 
 def _row_dict(row: Row) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from roughsim.ladder import Values
-from roughsim.means import UNITS
+from roughsim.means import OBSERVABLES
 
 Array = NDArray[np.float64]
 LEAST = 12  # realizations before a run may stop: below, the scatter itself is too uncertain
@@ -89,7 +89,7 @@ def estimate(
     Parameters
     ----------
     observable : str
-        A key of `roughsim.means.UNITS`.
+        A key of `roughsim.means.OBSERVABLES`.
     values : Values
         From `roughsim.ladder.observe`.
     notes : tuple of str, optional
@@ -114,7 +114,7 @@ def estimate(
     total = np.where(np.isnan(mean), np.nan, total)
     return Estimate(
         observable,
-        UNITS[observable],
+        OBSERVABLES[observable].unit,
         mean,
         error,
         budget["statistical"],

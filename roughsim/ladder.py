@@ -17,18 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from roughsim.means import Sample, of_level
+from roughsim.means import OBSERVABLES, of_level
+from roughsim.sample import Sample
 
 Array = NDArray[np.float64]
 
 # capped contact has steep edges of its plastic patches: these have no limit in q_c and are never extrapolated
-NO_LIMIT = ("flash_gradient", "flash_laplacian", "flash_width", "slope_length")
+NO_LIMIT = tuple(name for name, record in OBSERVABLES.items() if not record.limit)
 # with two rungs the exponent is taken as 1; fitted ones were 0.9…1.2 on three steels up to 4096², so that a quarter of
 # the remainder covers them; with three rungs it is fitted, and half as much was left over at most
 _DOUBT_OF_TWO, _DOUBT_OF_THREE = 0.25, 0.10
-# order of convergence in the pixel at fixed q_c, measured from 2 to 16 pixels per shortest wave
-_PIXEL_ORDER = {"contact_fraction": 1.0, "flash_laplacian": 0.7, "flash_width": 0.7}
-_PIXEL_ORDER_CAPPED = _PIXEL_ORDER | {"plastic_fraction": 1.0, "pressure_variance": 1.0, "flash_gradient": 0.8}
 
 
 class Values(NamedTuple):
@@ -64,7 +62,7 @@ def observe(
     Parameters
     ----------
     observable : str
-        A key of `roughsim.means.UNITS`.
+        A key of `roughsim.means.OBSERVABLES`.
     samples : list of Sample
         The levels of the column by q_c, then by points; the first has every realization.
     capped : bool
@@ -77,7 +75,7 @@ def observe(
     """
     ladder = _climb(observable, samples, resting_ratio)
     unlimited = capped and observable in NO_LIMIT
-    order = (_PIXEL_ORDER_CAPPED if capped else _PIXEL_ORDER).get(observable, 1.4 if capped else 2.0)
+    order = OBSERVABLES[observable].pixel_orders[capped]
     top = ladder[-1].rows
     group = _patterns(samples)
     unfitted = np.full(top.shape[1:], nan)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from roughsim.trust import Trust
 
 # SI unit → unit of the tables, and the factor between them
-SHOWN = {
+_SHOWN = {
     "K": ("K", 1.0),
     "K/m": ("K/mm", 1e-3),
     "K/m^2": ("K/µm²", 1e-12),
@@ -27,6 +27,11 @@ SHOWN = {
     "Pa^2": ("GPa²", 1e-18),
 }
 CORRELATION_POINTS = 65
+
+
+def shown(unit: str) -> tuple[str, float]:
+    """Return the unit that tables show in place of an SI unit, and the factor between them."""
+    return _SHOWN.get(unit, (unit, 1.0))
 
 
 def plan_table(numerics: Numerics) -> Table:
@@ -92,7 +97,7 @@ def theory_table(scene: Scene) -> Table:
     table = Table(box=None, title=scene.title or None, title_justify="left")
     table.add_column("speed m/s", justify="right")
     for name in names:
-        table.add_column(f"{name} {SHOWN[UNITS[name]][0]}", justify="right")
+        table.add_column(f"{name} {shown(UNITS[name])[0]}", justify="right")
     if varying := np.isfinite(scene.temperature_range[1]):
         table.add_column("κ W/(m K)", justify="right")
     table.add_column("share used", justify="right")
@@ -142,7 +147,7 @@ def comparison_table(comparison: Comparison) -> Table:
         speed = "" if row.speed is None else f"{row.speed:g}"
         cells = [_cell(cell, row.unit) for cell in row.columns.values()]
         ratios = [_ratio(entry) for entry in row.ratios.values()]
-        unit = SHOWN[row.unit][0]
+        unit = shown(row.unit)[0]
         table.add_row(name, speed, unit, _number(row.theory, row.unit), *cells, *ratios, row.note)
     table.caption = (
         "± standard errors. theory: summed over the simulation's modes. identity: fixed by force balance. at q_c: no "
@@ -168,13 +173,13 @@ def _heading(name: str) -> str:
 def _number(value: float | None, unit: str) -> str:
     if value is None or not isfinite(value):
         return "–"
-    return f"{value * SHOWN[unit][1]:.4g}"
+    return f"{value * shown(unit)[1]:.4g}"
 
 
 def _cell(cell: Cell, unit: str) -> str:
     if not isfinite(cell.mean):
         return "–"
-    return f"{_number(cell.mean, unit)} ± {cell.standard_error * SHOWN[unit][1]:.2g}"
+    return f"{_number(cell.mean, unit)} ± {cell.standard_error * shown(unit)[1]:.2g}"
 
 
 def _ratio(entry: Ratio) -> str:

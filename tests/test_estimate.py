@@ -6,7 +6,8 @@ from scipy import special, stats
 
 from roughsim import estimate as est
 from roughsim.ladder import NO_LIMIT, Values, fitted_exponent, observe
-from roughsim.means import RADII, Sample, ratio
+from roughsim.means.stress import RADII
+from roughsim.sample import Sample, ratio
 
 
 def sample(q_max=1.0, n=20, seed=0, speeds=2, shift=0.0):

@@ -8,7 +8,7 @@ import pytest
 
 from roughsim import estimate as est
 from roughsim.ladder import observe
-from roughsim.means import Sample
+from roughsim.sample import Sample
 
 coverage = runpy.run_path(str(Path(__file__).parents[1] / "experiments" / "intervals.py"))["coverage"]
 

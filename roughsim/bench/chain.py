@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from roughsim.bench.point import Point
 from roughsim.ladder import Values, observe
-from roughsim.means import Sample
 from roughsim.numerics import Level, Numerics
 from roughsim.realization import Realization, realize
+from roughsim.sample import Sample
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from roughsim import analytic
 from roughsim.ensemble.tasks import Tasks, stopped_by_signals, sweep, workforce
 from roughsim.errors import RecordError
-from roughsim.means import UNITS
+from roughsim.means import OBSERVABLES
 from roughsim.numerics import Numerics, Reason
 from roughsim.plan import plan
 from roughsim.realization import Realization, level_spectrum, realize, versions
@@ -121,8 +121,8 @@ def settled(scene: Scene, place: Path) -> Numerics:
 
 def _checked_goals(until: dict[str, float]) -> dict[str, float]:
     for name, goal in until.items():
-        if name not in UNITS:
-            raise ValueError(f"until = {name!r} is no observable; choose among {', '.join(UNITS)}")
+        if name not in OBSERVABLES:
+            raise ValueError(f"until = {name!r} is no observable; choose among {', '.join(OBSERVABLES)}")
         if not 0.0 < goal < 1.0:
             raise ValueError(f"until: {name} = {goal!r} must lie between 0 and 1; write 0.01 for 1 %")
     return until

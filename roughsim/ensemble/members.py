@@ -11,6 +11,7 @@ import numpy as np
 
 from roughsim import fourier
 from roughsim.errors import ConvergenceError
+from roughsim.means import NUMBERS
 from roughsim.numerics import Numerics
 from roughsim.realization import Realization, realize, versions
 from roughsim.record import Member, write_member
@@ -40,17 +41,7 @@ def store_member(scene: Scene, numerics: Numerics, level: int, index: int, place
 
 def _member(scene: Scene, numerics: Numerics, one: Realization) -> Member:
     seen, contact = one.observables, one.contact
-    numbers = {
-        "flash_temperature": seen.flash_temperature,
-        "flash_gradient": seen.flash_gradient,
-        "flash_laplacian": seen.flash_laplacian,
-        "resting_flash_temperature": seen.resting_flash_temperature,
-        "contact_fraction": np.array([contact.contact_fraction]),
-        "plastic_fraction": np.array([contact.plastic_fraction]),
-        "contact_fraction_corrected": np.array([seen.contact_fraction_corrected]),
-        "plastic_fraction_corrected": np.array([seen.plastic_fraction_corrected]),
-        "pressure_variance": np.array([seen.pressure_variance]),
-    }
+    numbers = {name: np.atleast_1d(number.measure(one)) for name, number in NUMBERS.items()}
     kept = one.index < numerics.keep_fields
     fields = {"heights": one.heights, "pressure": contact.pressure} if kept else {}
     return Member(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim import analytic
-from roughsim.record.run import TEMPERATURES
+from roughsim.means import OBSERVABLES
 
 if TYPE_CHECKING:
     from roughsim.record import Run
@@ -50,7 +50,7 @@ def theory_curves(run: Run) -> dict[str, tuple[Array, Array]]:
     speeds = np.geomspace(*speed_range(scene), 121)
     values = analytic.over_speed(scene, speeds)
     share = analytic.heat_partition(scene, speeds)
-    lines = {name: (speeds, values[name] * (share if name in TEMPERATURES else 1.0)) for name in OVER_SPEED}
+    lines = {name: (speeds, values[name] * (share if OBSERVABLES[name].heated else 1.0)) for name in OVER_SPEED}
     return {CORRELATION: (r, analytic.correlation(scene, r)), **lines}
 
 

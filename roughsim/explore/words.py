@@ -5,10 +5,10 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from roughsim.means import PER_SPEED, UNITS
+from roughsim.means import OBSERVABLES
 from roughsim.record import writer
 from roughsim.status import clock, reached, realizations_needed, seconds_left
-from roughsim.tables import SHOWN
+from roughsim.tables import shown
 
 if TYPE_CHECKING:
     from roughsim.estimate import Estimate
@@ -56,7 +56,7 @@ def budget_of(run: Run, column: str) -> str:
     """Return every observable of a column with the parts of its error, a row per speed; units as in all tables."""
     if not run.sound(run.realizations):
         return "No realization yet: there is no error to speak of."
-    found = [run.estimate(name, column) for name in UNITS]
+    found = [run.estimate(name, column) for name in OBSERVABLES]
     parts = list(found[0].budget)
     lines = [
         f"{column} contact, n = {found[0].n} realizations. ± all: root of the sum of squares of the parts,",
@@ -70,8 +70,8 @@ def budget_of(run: Run, column: str) -> str:
 
 
 def _rows(run: Run, found: Estimate, parts: list[str]) -> list[str]:
-    unit, factor = SHOWN[found.unit]
-    speeds = [f"{v:g}" for v in run.scene.speeds] if found.observable in PER_SPEED else [""]
+    unit, factor = shown(found.unit)
+    speeds = [f"{v:g}" for v in run.scene.speeds] if OBSERVABLES[found.observable].per_speed else [""]
     title = f"{found.observable}{f', {unit}' if unit else ''}"
     lines = []
     for k, speed in enumerate(speeds):

@@ -16,16 +16,10 @@ from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
 from roughsim.foreign import refuse_foreign, regular_file
-from roughsim.means import PER_SPEED, UNITS
+from roughsim.means import NUMBERS
 
 Array = NDArray[np.float64]
 FORMAT = 2  # raised when older readers would misread
-NUMBER_UNITS = UNITS | {
-    "resting_flash_temperature": "K",
-    "contact_fraction_corrected": "1",
-    "plastic_fraction_corrected": "1",
-}
-OVER_SPEED = (*PER_SPEED, "resting_flash_temperature")
 FIELD_UNITS = {"heights": "m", "pressure": "Pa"}
 
 
@@ -202,11 +196,11 @@ def _fill_numbers(file: Any, member: Member) -> list[NDArray[Any]]:
     speed = _store_scale(file, "speed", np.array(member.speeds, dtype="<f8"), "m/s")
     arrays = []
     for name, values in member.numbers.items():
-        wide = name in OVER_SPEED
+        wide = NUMBERS[name].per_speed
         data = np.asarray(values, dtype="<f8").reshape((len(member.speeds),) if wide else ())
         guard = {"chunks": data.shape, "fletcher32": True} if wide else {}  # no filter can guard a scalar
         dataset = file.create_dataset(name, data=data, **guard)
-        dataset.attrs["units"] = NUMBER_UNITS[name]
+        dataset.attrs["units"] = NUMBERS[name].unit
         if wide:
             dataset.dims[0].attach_scale(speed)
         arrays.append(data)
@@ -294,7 +288,7 @@ def _checked_header(header: dict[str, Any]) -> dict[str, Any]:
     wide = len(header["speeds"])
     sound = {
         "numbers": all(
-            name in NUMBER_UNITS and shape == [wide if name in OVER_SPEED else 1] for name, shape in header["numbers"]
+            name in NUMBERS and shape == [wide if NUMBERS[name].per_speed else 1] for name, shape in header["numbers"]
         ),
         "fields": all(name in FIELD_UNITS and len(shape) == 2 for name, shape in header["fields"]),
         "failure": isinstance(header["failure"], str) and bool(header["failure"]) != bool(header["numbers"]),

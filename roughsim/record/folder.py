@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from roughsim.errors import RecordError
 from roughsim.foreign import memory, regular_file
-from roughsim.means import UNITS
+from roughsim.means import OBSERVABLES
 from roughsim.record.files import check_format, place_bytes
 from roughsim.record.run import Run
 
@@ -107,7 +107,7 @@ def _check(description: dict[str, Any], scene: Scene, numerics: Numerics) -> Non
     if len(share) != speeds or not all(isfinite(part) and 0.0 < part <= 1.0 for part in share):
         raise ValueError(f"run.json: heat_partition must be {speeds} numbers in (0, 1], one for each speed")
     for name, goal in description["until"].items():
-        if name not in UNITS or not 0.0 < goal < 1.0:
+        if name not in OBSERVABLES or not 0.0 < goal < 1.0:
             raise ValueError(f"run.json: until = {name!r}, {goal!r} is no observable with a goal between 0 and 1")
     if not all(len(reason) == 3 and all(isinstance(word, str) for word in reason) for reason in description["reasons"]):
         raise ValueError("run.json: reasons must be lists of choice, value and reason")

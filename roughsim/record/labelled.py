@@ -14,24 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
+from roughsim.means import NUMBERS
 from roughsim.record.fields import kept
-from roughsim.record.files import FIELD_UNITS, NUMBER_UNITS, OVER_SPEED, member_path, read_field, read_member
+from roughsim.record.files import FIELD_UNITS, member_path, read_field, read_member
 
 if TYPE_CHECKING:
     from roughsim.record.run import Run
+    from roughsim.sample import Number
 
 Array = NDArray[Any]
-_HEATED = ("flash_temperature", "flash_gradient", "flash_laplacian", "resting_flash_temperature")
 _WORDS = {
-    "flash_temperature": "<T sigma>/<sigma>, steady sliding, averaged over directions",
-    "flash_gradient": "<dT/dx sigma>/<sigma>, along the sliding velocity",
-    "flash_laplacian": "<(d2T/dx2 + d2T/dy2) sigma>/<sigma>",
-    "resting_flash_temperature": "<T sigma>/<sigma> of the same heat in a body that does not move under it",
-    "contact_fraction": "A/A0",
-    "plastic_fraction": "share of the cell at the penetration hardness",
-    "contact_fraction_corrected": "A/A0 less what the pixels add along the edge of the contact",
-    "plastic_fraction_corrected": "plastic_fraction with what the pixels take along its edge",
-    "pressure_variance": "<sigma^2> - sigma0^2",
     "heights": "composite heights",
     "pressure": "contact pressure, positive in compression",
     "stress_spectrum": "shares of the pressure variance by wavenumber; single entries may be negative, sums are exact",
@@ -102,21 +94,27 @@ def numbers(run: Run) -> Iterator[Labelled]:
     share = {"units": "1", "description": "share of the heat that the temperatures are of"}
     yield Labelled("heat_partition", ("speed",), run.heat_partition, share)
     members = {key: member for key, member in run.members.items() if key[1] < count}
-    for name in next(member for member in members.values() if not member.failure).numbers:
-        wide = name in OVER_SPEED
-        values = np.full((levels, count, len(run.scene.speeds) if wide else 1), np.nan)
-        for (level, index), member in members.items():
-            if not member.failure:
-                values[level, index] = member.numbers[name]
-        if name in _HEATED:
-            values *= run.heat_partition
-        axes = ("level", "realization", "speed") if wide else ("level", "realization")
-        comment = {"comment": "of the share heat_partition of the heat"} if name in _HEATED else {}
-        attributes = {"units": NUMBER_UNITS[name], "description": _WORDS[name]} | comment
-        yield Labelled(name, axes, values if wide else values[..., 0], attributes)
+    stored = {name for member in members.values() for name in member.numbers}
+    for name, number in NUMBERS.items():
+        if name in stored:
+            yield _number(run, number, members, (levels, count))
     yield from _solves(members, (levels, count))
     for level in range(levels):
         yield from _spectra(run, level, count)
+
+
+def _number(run: Run, number: Number, members: dict[tuple[int, int], Any], shape: tuple[int, int]) -> Labelled:
+    values = np.full((*shape, len(run.scene.speeds) if number.per_speed else 1), np.nan)
+    for place, member in members.items():
+        values[place] = run.number(number.name, member)
+    attributes = {"units": number.unit, "description": number.words}
+    if number.heated:
+        values *= run.heat_partition
+        attributes["comment"] = "of the share heat_partition of the heat"
+    axes = ("level", "realization", "speed")
+    if number.per_speed:
+        return Labelled(number.name, axes, values, attributes)
+    return Labelled(number.name, axes[:2], values[..., 0], attributes)
 
 
 def _solves(members: dict[tuple[int, int], Any], shape: tuple[int, int]) -> Iterator[Labelled]:

@@ -16,15 +16,15 @@ from roughsim import analytic
 from roughsim.errors import RecordError
 from roughsim.estimate import LEAST, Estimate, estimate, first_sufficient, standard_error
 from roughsim.ladder import Values, observe
-from roughsim.means import PER_SPEED, RADII, UNITS, Sample
+from roughsim.means import NUMBERS, OBSERVABLES
 from roughsim.record.files import Member, member_path, read_member
+from roughsim.sample import Sample
 
 if TYPE_CHECKING:
     from roughsim.numerics import Numerics
     from roughsim.scene import Scene
 
 Array = NDArray[np.float64]
-TEMPERATURES = ("flash_temperature", "flash_gradient", "flash_laplacian")
 
 
 class Run:
@@ -182,14 +182,18 @@ class Run:
             every = self.numerics.levels[level].every
             there = [k for k, index in enumerate(rows) if index % every == 0]
             members = [self.members[level, rows[k]] for k in there]
-            names = [n for n in members[0].numbers if all(n in m.numbers for m in members)]  # older files have fewer
-            numbers = {name: np.stack([m.numbers[name] for m in members]) for name in names}
+            numbers = {name: np.stack([self.number(name, m) for m in members]) for name in NUMBERS}
             stored = [read_member(member_path(self.folder, level, rows[k])) for k in there] if spectra else members
             spectrum = np.stack([m.spectrum for m in stored])
             side = float(self.numerics.levels[level].shape[0])
             q_max, place = self.numerics.levels[level].q_max, np.array(there, dtype=np.intp)
             result.append(Sample(q_max, side, place, numbers, stored[0].wavenumber, spectrum, reach))
         return result
+
+    def number(self, name: str, member: Member) -> Array:
+        """Return a number of a member, over speed or of one entry; NaN where it failed or is from before the number."""
+        missing = np.full(len(self.scene.speeds) if NUMBERS[name].per_speed else 1, nan)
+        return member.numbers.get(name, missing)
 
     def values(self, observable: str, column: str | None = None) -> Values:
         """Return the values of an observable, a row per sound realization, with all heat in the moving body.
@@ -199,8 +203,8 @@ class Run:
         ValueError
             If there is no such observable or column, or no realization yet.
         """
-        if observable not in UNITS:
-            raise ValueError(f"observable = {observable!r} is unknown; choose one of {', '.join(UNITS)}")
+        if observable not in OBSERVABLES:
+            raise ValueError(f"observable = {observable!r} is unknown; choose one of {', '.join(OBSERVABLES)}")
         rows = self.sound(self.realizations)
         if not rows:
             raise ValueError(f"{self.folder} has no sound realization yet; let it run first")
@@ -210,15 +214,15 @@ class Run:
         name = self.column(column)
         bodies = analytic.conduction(self.scene)
         ratio = bodies.conductivity / bodies.counter_conductivity
-        samples = self.samples(name, rows, spectra=observable in (*RADII, "heat_partition"))
+        samples = self.samples(name, rows, spectra=OBSERVABLES[observable].spectra)
         if observable == "heat_partition":
             samples = [analytic.balanced(self.scene, sample) for sample in samples]
         end = self.scene.spectrum.breaks[-1]
         values = observe(observable, samples, capped=name == "capped", resting_ratio=ratio, end=end)
-        rest = {name: 0.0 for name in TEMPERATURES} | {"slope_length": np.inf}
-        if observable in rest:  # members are measured at a tiny speed instead: exact limits here
+        rest = OBSERVABLES[observable].at_rest
+        if rest is not None:  # members are measured at a tiny speed instead: exact limits here
             moving = np.array(self.scene.speeds) > 0.0
-            extrapolated, finest = (np.where(moving, v, rest[observable]) for v in (values.extrapolated, values.finest))
+            extrapolated, finest = (np.where(moving, v, rest) for v in (values.extrapolated, values.finest))
             return values._replace(extrapolated=extrapolated, finest=finest)
         return values
 
@@ -228,7 +232,7 @@ class Run:
         Parameters
         ----------
         observable : str
-            One of the observables of `roughsim.estimate.UNITS`.
+            One of the observables of `roughsim.means.OBSERVABLES`.
         column : {"smoothed", "capped", "elastic"}, optional
             Left out: capped where there is a hardness, else elastic.
 
@@ -243,7 +247,7 @@ class Run:
             If there is no such observable or column, or no realization yet.
         """
         name, values = self.column(column), self.values(observable, column)
-        if observable in TEMPERATURES:
+        if OBSERVABLES[observable].heated:
             share = self.heat_partition
             scaled = {key: getattr(values, key) * share for key in ("extrapolated", "finest", "bandwidth", "pixel")}
             values = values._replace(**scaled)
@@ -272,7 +276,7 @@ class Run:
             notes.append(f"extrapolated as q_c^(−p) with p = {shown}")
         elif len({level.q_max for level in levels}) > 1:
             notes.append("does not converge with the grid: the value of the finest level, not extrapolated")
-        if observable in PER_SPEED:
+        if OBSERVABLES[observable].per_speed:
             notes.append(f"speeds {', '.join(f'{v:g}' for v in self.scene.speeds)} m/s")
         return tuple(notes)
 

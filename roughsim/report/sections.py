@@ -12,12 +12,12 @@ import numpy as np
 from roughsim import analytic
 from roughsim.compare import compare
 from roughsim.estimate import SOURCES
-from roughsim.means import PER_SPEED, UNITS
+from roughsim.means import OBSERVABLES
 from roughsim.record import writer
 from roughsim.report.markup import Html, grouped_table, joined, number, plus_minus, table, tag
 from roughsim.report.pictures import picture
 from roughsim.status import clock, reached, status_dict
-from roughsim.tables import SHOWN
+from roughsim.tables import shown
 
 if TYPE_CHECKING:
     from roughsim.compare import Comparison, Row
@@ -118,7 +118,7 @@ def comparison(found: Comparison | Html) -> Html:
         return found
     first = found.rows[0]
     titles = ["m/s", "theory", *first.columns, *(name.replace("_over_", " / ") for name in first.ratios), ""]
-    groups = {name: [row for row in found.rows if row.observable == name] for name in UNITS}
+    groups = {name: [row for row in found.rows if row.observable == name] for name in OBSERVABLES}
     rows = {_name(name): [_row(row) for row in members] for name, members in groups.items() if members}
     note = (
         "± standard errors. The theory is summed over the modes of the simulation: both see the same roughness. "
@@ -128,12 +128,12 @@ def comparison(found: Comparison | Html) -> Html:
 
 
 def _name(observable: str) -> str:
-    unit = SHOWN[UNITS[observable]][0]
+    unit = shown(OBSERVABLES[observable].unit)[0]
     return observable.replace("_", " ") + (f", {unit}" if unit else "")
 
 
 def _row(row: Row) -> list[object]:
-    factor = SHOWN[row.unit][1]
+    factor = shown(row.unit)[1]
     cells: list[object] = ["" if row.speed is None else f"{row.speed:g}", number(row.theory * factor)]
     cells += [plus_minus(cell.mean * factor, cell.standard_error * factor) for cell in row.columns.values()]
     cells += [plus_minus(ratio.value, ratio.standard_error) for ratio in row.ratios.values()]
@@ -149,7 +149,7 @@ def budget(run: Run) -> Html:
     note = f"A dash: no level tells, and it is not in the sum. {told[0].upper()}{told[1:]}."
     parts = [tag("p", lead), tag("p", note, css="note")]
     for column in run.numerics.columns:
-        found = [run.estimate(name, column) for name in UNITS]
+        found = [run.estimate(name, column) for name in OBSERVABLES]
         parts += [tag("h3", COLUMNS[column]), _budget_table(run, found)]
         parts.append(_notes(found))
     return joined(*parts)
@@ -170,9 +170,9 @@ def _budget_table(run: Run, found: list[Estimate]) -> Html:
     titles = ["observable", "m/s", "value", *SOURCES, "in all", "finest level − value"]
     rows: list[list[object]] = []
     for one in found:
-        factor = SHOWN[one.unit][1]
-        k = int(np.argmax(run.scene.speeds)) if one.observable in PER_SPEED else 0
-        speed = f"{run.scene.speeds[k]:g}" if one.observable in PER_SPEED else ""
+        factor = shown(one.unit)[1]
+        k = int(np.argmax(run.scene.speeds)) if OBSERVABLES[one.observable].per_speed else 0
+        speed = f"{run.scene.speeds[k]:g}" if OBSERVABLES[one.observable].per_speed else ""
         parts = [*(one.budget[source][k] for source in SOURCES), one.total_error[k], one.bias[k]]
         cells = [number(float(part) * factor, 2) for part in parts]
         rows.append([_name(one.observable), speed, number(float(one.mean[k]) * factor), *cells])

@@ -16,24 +16,11 @@ from functools import lru_cache
 from numbers import Integral, Real
 from typing import Any
 
+from roughsim.means import OBSERVABLES
 from roughsim.scene.messages import did_you_mean, refused_value, shown
 
 MAX_ROWS = 1200  # of all tables C(q) of a scene together: written inline they still fit into 64 KiB
 _MAX_TEMPERATURES = 100  # of a table over temperature
-OBSERVABLES = (
-    "flash_temperature",
-    "flash_gradient",
-    "flash_laplacian",
-    "flash_width",
-    "slope_length",
-    "heat_partition",
-    "contact_fraction",
-    "plastic_fraction",
-    "pressure_variance",
-    "correlation_radius_50",
-    "correlation_radius_10",
-    "correlation_radius_0",
-)
 _MEANING = {
     "": "a dimensionless number",
     "m": "a length",
