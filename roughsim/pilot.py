@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from roughsim import solvers
 from roughsim.errors import ConvergenceError
 from roughsim.numerics import Column, Level, Numerics
 from roughsim.realization import realize
@@ -88,7 +89,9 @@ def pilot(scene: Scene, column: Column, lengths: tuple[float, float], q_max: flo
         Level(column, (sides[0], sides[1]), cut / 2),
     )
     try:
-        return _measured(scene, Numerics(levels, lengths), sides[0] * sides[1])
+        return _measured(
+            scene, Numerics(levels, lengths, solver=scene.numerics.solver or solvers.DEFAULT), sides[0] * sides[1]
+        )
     except ConvergenceError:
         return None
 

@@ -302,6 +302,7 @@ def _overridden(numerics: Numerics, scene: Scene, reasons: list[Reason]) -> Nume
     why = {
         "tolerance": "below every other error",
         "precision": "double costs little beside the solve's own transforms",
+        "solver": "the package's own, elastic and capped",
         "slid_distance": "half the cell: a longer slide would meet its own periodic hot track (fields only)",
         "threads": "one per realization: realizations run side by side",
         "keep_fields": "enough to look at; every further one costs disk space",

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import ThreadpoolController
 
-from roughsim import analytic, fourier
-from roughsim.contact import Contact, Solid, solve_contact
+from roughsim import analytic, fourier, solvers
+from roughsim.contact import Contact, Solid
 from roughsim.grid import Grid
 from roughsim.numerics import Numerics
 from roughsim.observables import Observables, Sliding, measure
@@ -106,7 +106,7 @@ def _realize(scene: Scene, numerics: Numerics, seed: int, level: int, index: int
     marks = [time.perf_counter()]
     heights = synthesize(level_spectrum(scene, numerics, level), grid, stream)
     marks.append(time.perf_counter())
-    contact = solve_contact(
+    contact = solvers.solver(numerics.solver)(
         heights,
         grid,
         solid_of(scene, numerics.levels[level].column),

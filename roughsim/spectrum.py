@@ -1,14 +1,16 @@
-"""Power spectra C(q) of isotropic roughness: self-affine, tabulated, and sums of both.
+"""Power spectra C(q) of isotropic roughness: self-affine, tabulated, any other callable, and sums of them.
 
 Each spectrum is a callable C(q) in m⁴ that is zero outside its ends, and knows its `breaks`: the ends and the kinks
-between which it is smooth. All of them are power laws between breaks, so their moments are exact.
+between which it is smooth. Those that are power laws between breaks have exact moments.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import expm1, log, pi, sqrt
+from itertools import pairwise
+from math import ceil, expm1, inf, log, pi, sqrt
 from typing import Any, Protocol, Self
 
 import numpy as np
@@ -50,9 +52,9 @@ class _Moments(ABC):
         """√⟨|∇h|²⟩ = √(2π ∫ q³ C dq), dimensionless."""
         return sqrt(self.moment(2))
 
-    def __add__(self, other: PowerLaws | SumSpectrum) -> SumSpectrum:
+    def __add__(self, other: Face | SumSpectrum) -> SumSpectrum:
         """Return the spectrum of the sum of two uncorrelated surfaces."""
-        if not isinstance(other, (PowerLaws, SumSpectrum)):
+        if not isinstance(other, _Moments):
             return NotImplemented
         return SumSpectrum((*_terms(self), *_terms(other)))
 
@@ -288,7 +290,7 @@ class TabulatedSpectrum(PowerLaws):
 class SumSpectrum(_Moments):
     """The spectrum of a sum of uncorrelated surfaces: C = Σ C_i, made by `+`."""
 
-    terms: tuple[SelfAffineSpectrum | TabulatedSpectrum, ...]
+    terms: tuple[Face, ...]
 
     @property
     def breaks(self) -> tuple[float, ...]:
@@ -337,14 +339,15 @@ def _terms(spectrum: Any) -> tuple[Any, ...]:
 
 
 @dataclass(frozen=True, slots=True)
-class TruncatedSpectrum:
-    """Any spectrum without what lies above `q_max`, rad/m; its level does not change.
+class TruncatedSpectrum(_Moments):
+    """Any callable with `breaks`, times `factor` and without what lies above `q_max`, rad/m.
 
-    Spectra with a method `truncated` of their own are cut by that; this is for all other callables with `breaks`.
+    Spectra with a method `truncated` of their own are cut by that; this is for all others.
     """
 
     whole: Spectrum
-    q_max: float
+    q_max: float = inf
+    factor: float = 1.0
 
     @property
     def breaks(self) -> tuple[float, ...]:
@@ -352,6 +355,41 @@ class TruncatedSpectrum:
         return (*(float(q) for q in self.whole.breaks if q < self.q_max), min(self.q_max, float(self.whole.breaks[-1])))
 
     def __call__(self, q: ArrayLike) -> Any:
-        """Return C(q) in m⁴ at wavenumbers in rad/m (any shape); zero above q_max."""
-        q = np.asarray(q, dtype=np.float64)
-        return np.where(q <= self.q_max, self.whole(np.minimum(q, self.q_max)), 0.0)
+        """Return C(q) in m⁴ at wavenumbers in rad/m (any shape); zero outside the ends."""
+        q, first, last = np.asarray(q, dtype=np.float64), float(self.whole.breaks[0]), self.breaks[-1]
+        value = self.factor * self.whole(np.clip(q, first, last))
+        return np.where((first <= q) & (q <= last), value, 0.0)
+
+    def moment(self, order: float) -> float:
+        """Return 2π ∫ q^(1 + order) C(q) dq over the whole spectrum, m^(2 − order).
+
+        Raises
+        ------
+        ValueError
+            If C(q) is not smooth between its breaks, so that two resolutions disagree.
+        """
+        coarse, fine = (sum(_panels(self, order, width)) for width in (0.5, 0.25))
+        if not abs(fine - coarse) <= 1e-9 * abs(fine):
+            raise ValueError(f"C(q) is not smooth between its breaks {self.breaks} rad/m; name its kinks there")
+        return fine
+
+    def scaled(self, factor: float) -> TruncatedSpectrum:
+        """Return the spectrum times `factor`; 2 stands for two faces of the same roughness, uncorrelated."""
+        return replace(self, factor=self.factor * positive("factor", factor))
+
+    def truncated(self, *, q_max: float) -> TruncatedSpectrum:
+        """Return the spectrum without what lies above `q_max`, rad/m; its level does not change."""
+        return replace(self, q_max=min(positive("q_max", q_max, "rad/m"), self.q_max))
+
+
+Face = SelfAffineSpectrum | TabulatedSpectrum | TruncatedSpectrum
+
+
+def _panels(spectrum: TruncatedSpectrum, order: float, width: float) -> Iterator[float]:
+    """2π ∫ q^(1 + order) C(q) dq between neighbouring breaks, by Gauss panels of at most `width` in ln q."""
+    nodes, weights = np.polynomial.legendre.leggauss(16)
+    for left, right in pairwise(spectrum.breaks):
+        edges = np.linspace(log(left), log(right), 1 + ceil(log(right / left) / width))
+        half = 0.5 * np.diff(edges)[:, None]
+        q = np.exp(edges[:-1, None] + half * (1.0 + nodes))
+        yield 2 * pi * float(np.sum(weights * half * q ** (2.0 + order) * spectrum(q)))

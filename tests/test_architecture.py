@@ -22,6 +22,7 @@ ORDER = (
     "surface",
     "topography",
     "contact",
+    "solvers",
     "heat",
     "observables",
     "sample",

@@ -87,7 +87,9 @@ def filled(text):
     return re.sub(r"(?m)^# (?=\[|[a-z_]+ = )", "", text)
 
 
-RIVALS = "rms_slope|topography|psd_file|psd_convention|background_temperature"  # keys that need or exclude others
+RIVALS = (
+    "rms_slope|spectrum|topography|psd_file|psd_convention|background_temperature"  # keys that need or exclude others
+)
 
 
 def without(text, keys):

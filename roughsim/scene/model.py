@@ -27,7 +27,7 @@ from roughsim.scene.sections import (
 )
 
 if TYPE_CHECKING:
-    from roughsim.spectrum import SelfAffineSpectrum, SumSpectrum, TabulatedSpectrum
+    from roughsim.spectrum import Face, SumSpectrum
 
 _NOT_IDENTITY = {"title", "ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"}
 
@@ -79,7 +79,7 @@ class Scene:
         return self
 
     @property
-    def spectrum(self) -> SelfAffineSpectrum | TabulatedSpectrum | SumSpectrum:
+    def spectrum(self) -> Face | SumSpectrum:
         """Composite C(q) = C₁(q) + C₂(q) of the two uncorrelated faces, m⁴, Persson's convention."""
         face = _face_spectrum(self.surface)
         if self.counterface is None:
@@ -248,10 +248,12 @@ def _compliance(youngs_modulus: float, poisson_ratio: float) -> float:
     return (1.0 - poisson_ratio**2) / youngs_modulus
 
 
-def _face_spectrum(face: SurfaceSection | CounterfaceSection) -> SelfAffineSpectrum | TabulatedSpectrum:
+def _face_spectrum(face: SurfaceSection | CounterfaceSection) -> Face:
     """C(q) of one face, m⁴, Persson's convention."""
-    from roughsim.spectrum import SelfAffineSpectrum, TabulatedSpectrum
+    from roughsim.spectrum import SelfAffineSpectrum, TabulatedSpectrum, TruncatedSpectrum
 
+    if face.spectrum is not None:
+        return TruncatedSpectrum(face.spectrum)
     if face.psd is not None:
         q, psd = np.array(face.psd).T
         factor = 1.0 if face.psd_convention == "persson" else 1.0 / (4 * math.pi**2)

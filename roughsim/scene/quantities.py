@@ -16,8 +16,10 @@ from functools import lru_cache
 from numbers import Integral, Real
 from typing import Any
 
+from roughsim import solvers
 from roughsim.means import OBSERVABLES
 from roughsim.scene.messages import did_you_mean, refused_value, shown
+from roughsim.scene.spectra import NamedSpectrum
 
 MAX_ROWS = 1200  # of all tables C(q) of a scene together: written inline they still fit into 64 KiB
 _MAX_TEMPERATURES = 100  # of a table over temperature
@@ -317,7 +319,7 @@ class Title:
         return value
 
 
-Key = Quantity | Whole | Choice | Speeds | Pair | Share | Targets | Table | OverTemperature | Title
+Key = Quantity | Whole | Choice | Speeds | Pair | Share | Targets | Table | OverTemperature | Title | NamedSpectrum
 _TABLE_Q = Quantity("rad/m", "1e4", above=0)
 _TABLE_PSD = Quantity("", "1e-24", above=0)
 _KELVIN = Quantity("K", '"300 K"', above=0)
@@ -332,6 +334,7 @@ KEYS: dict[str, Key] = {
     "roll_off_exponent": Quantity("", "1.5", at_least=0, at_most=4),
     "psd": Table(),
     "psd_convention": Choice(("persson", "surfacetopography")),
+    "spectrum": NamedSpectrum(),
     "like": Choice(("body",)),
     "youngs_modulus": Quantity("Pa", '"200 GPa"', above=0),
     "poisson_ratio": Quantity("", "0.3", above=-1, at_most=0.5),
@@ -355,6 +358,7 @@ KEYS: dict[str, Key] = {
     "lengths": Pair(Quantity("m", '"4 mm"', above=0), '["4 mm", "4 mm"]'),
     "tolerance": Quantity("", "1e-4", above=0, below=1),
     "precision": Choice(("double", "single")),
+    "solver": Choice(solvers.NAMES),
     "slid_distance": Quantity("m", '"2 mm"', above=0, may_be_infinite=True),
     "threads": Whole("1", at_least=1, at_most=4096),
     "keep_fields": Whole("1", at_least=0),

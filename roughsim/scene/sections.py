@@ -10,7 +10,7 @@ from pydantic import ConfigDict, ValidationError, ValidationInfo, field_validato
 from pydantic.dataclasses import dataclass
 
 from roughsim.scene.messages import SceneError, one_line, refused_section, shown
-from roughsim.scene.quantities import KEYS, unit_of
+from roughsim.scene.quantities import KEYS, Key, unit_of
 
 STRICT = ConfigDict(extra="forbid")
 Record = TypeVar("Record")
@@ -25,14 +25,21 @@ ROUGHNESS_KEYS = (
     "q_roll_off",
     "q_max",
     "roll_off_exponent",
+    "spectrum",
 )
 _THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
 _LEVELS_EXAMPLE = '[{ column = "capped", shape = 1024, q_max = "4e5 1/m" }]'
 _KNOWN: dict[str, tuple[str, ...]] = {}
 
 
-def section(name: str) -> Callable[[type[Record]], type[Record]]:
-    """Register a record as the section `name` and let its constructor raise `SceneError` of one line."""
+def section(name: str, **own_keys: Key) -> Callable[[type[Record]], type[Record]]:
+    """Register a record as the section `name` and let its constructor raise `SceneError` of one line.
+
+    `own_keys` says how the keys are read that no other section has; a key means the same in all of them.
+    """
+    for key, entry in own_keys.items():
+        if KEYS.setdefault(key, entry) != entry:
+            raise ValueError(f"{key!r} is a key of scenes already, with other units or limits; choose another name")
 
     def register(record: type[Record]) -> type[Record]:
         keys = tuple(field.name for field in fields(record))  # type: ignore[arg-type]
@@ -80,6 +87,8 @@ class SurfaceSection:
         "persson" (⟨h²⟩ = 2π ∫ q C dq) or "surfacetopography" (C is 4π² larger).
     hurst, q_min, q_roll_off, q_max, roll_off_exponent : float or None
         Shape of the self-affine C(q), see `roughsim.SelfAffineSpectrum`; wavenumbers in rad/m.
+    spectrum : record or None
+        A C(q) of `roughsim.scene.spectra` with its own keys, in place of all others.
     """
 
     rms_height: float | None = None
@@ -91,6 +100,7 @@ class SurfaceSection:
     q_roll_off: float | None = None
     q_max: float | None = None
     roll_off_exponent: float | None = None
+    spectrum: Any = None
     _read = read_values()
 
     @model_validator(mode="after")
@@ -148,6 +158,7 @@ class CounterfaceSection:
     q_roll_off: float | None = None
     q_max: float | None = None
     roll_off_exponent: float | None = None
+    spectrum: Any = None
     youngs_modulus: float | None = None
     poisson_ratio: float | None = None
     penetration_hardness: float | None = None
@@ -272,6 +283,8 @@ class NumericsSection:
         Relative pressure error aimed at, in (0, 1).
     precision : str or None
         "double" or "single".
+    solver : str or None
+        Of the contact: a file of `roughsim.solvers`.
     slid_distance : float or None
         Distance slid from rest in temperature fields, m; may be inf.
     threads, keep_fields : int or None
@@ -282,6 +295,7 @@ class NumericsSection:
     lengths: tuple[float, float] | None = None
     tolerance: float | None = None
     precision: Literal["double", "single"] | None = None
+    solver: str | None = None
     slid_distance: float | None = None
     threads: int | None = None
     keep_fields: int | None = None
@@ -296,32 +310,39 @@ class NumericsSection:
 
 def _check_roughness(face: Any) -> None:
     """Refuse a face whose C(q) is not fixed by its keys, or fixed twice."""
-    given = [key for key in ("rms_height", "rms_slope", "psd") if getattr(face, key) is not None]
+    given = [key for key in ("rms_height", "rms_slope", "psd", "spectrum") if getattr(face, key) is not None]
     names = [key.replace("psd", "psd_file") for key in given]
     if not given:
-        raise refused_section("rms_height is missing; give exactly one of rms_height, rms_slope and psd_file")
+        raise refused_section("rms_height is missing; give exactly one of rms_height, rms_slope, psd_file and spectrum")
     if len(given) > 1:
         raise refused_section(f"{names[0]} and {names[1]} are both given; keep exactly one")
     if given == ["psd"]:
-        _check_table(face)
+        _check_alone(face, "psd_file, whose table fixes C(q)")
+        if face.psd_convention is None:
+            raise refused_section(
+                'psd_convention is missing; a table needs "persson" or "surfacetopography" (whose C is 4π² larger)'
+            )
+    elif given == ["spectrum"]:
+        _check_alone(face, "spectrum, which has keys of its own")
+        _check_no_convention(face)
     else:
+        _check_no_convention(face)
         _check_band(face)
 
 
-def _check_table(face: Any) -> None:
+def _check_no_convention(face: Any) -> None:
+    if face.psd_convention is not None:
+        raise refused_section("psd_convention goes with psd_file only; remove it")
+
+
+def _check_alone(face: Any, what: str) -> None:
     for key in ("hurst", "q_min", "q_roll_off", "q_max", "roll_off_exponent"):
         if getattr(face, key) is not None:
             value = shown(getattr(face, key), unit_of(key))
-            raise refused_section(f"{key} = {value} does not go with psd_file, whose table fixes C(q); remove it")
-    if face.psd_convention is None:
-        raise refused_section(
-            'psd_convention is missing; a table needs "persson" or "surfacetopography" (whose C is 4π² larger)'
-        )
+            raise refused_section(f"{key} = {value} does not go with {what}; remove it")
 
 
 def _check_band(face: Any) -> None:
-    if face.psd_convention is not None:
-        raise refused_section("psd_convention goes with psd_file only; remove it")
     for key in ("hurst", "q_min", "q_max"):
         if getattr(face, key) is None:
             raise refused_section(f"{key} is missing; write for example {key} = {KEYS[key].example}")

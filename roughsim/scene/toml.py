@@ -42,7 +42,8 @@ def _line(key: str, value: Any) -> str:
 
 def _value(value: Any) -> str:
     if hasattr(value, "__dataclass_fields__"):
-        return _table((field.name, getattr(value, field.name)) for field in fields(value))
+        entries = ((field.name, getattr(value, field.name)) for field in fields(value))
+        return _table((key, entry) for key, entry in entries if entry is not None)
     if isinstance(value, tuple):
         return f"[{', '.join(_value(entry) for entry in value)}]"
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)

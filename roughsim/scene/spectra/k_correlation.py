@@ -1,0 +1,65 @@
+"""The k-correlation spectrum, which rolls off smoothly: C(q) ∝ (1 + (q/q_r)²)^(−1−H) between its ends.
+
+Palasantzas, Phys. Rev. B 48, 14472 (1993).
+"""
+
+from __future__ import annotations
+
+from math import exp, expm1, log1p, pi
+from typing import Any, Literal, Self
+
+import numpy as np
+from pydantic import model_validator
+from pydantic.dataclasses import dataclass
+
+from roughsim.scene.messages import refused_section
+from roughsim.scene.sections import STRICT, read_values, section
+
+
+@section("spectrum.k_correlation")
+@dataclass(frozen=True, slots=True, kw_only=True, config=STRICT)
+class Spectrum:
+    """C(q) of a face, m⁴; wavenumbers in rad/m.
+
+    Attributes
+    ----------
+    rms_height : float
+        √⟨h²⟩ between the ends, m.
+    hurst : float
+        H in [0, 1].
+    q_min, q_roll_off, q_max : float
+        Ends, and where the plateau bends into q^(−2−2H), rad/m.
+    """
+
+    name: Literal["k_correlation"]
+    rms_height: float
+    hurst: float
+    q_min: float
+    q_roll_off: float
+    q_max: float
+    _read = read_values()
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        if self.q_min >= self.q_max:
+            raise refused_section(
+                f"q_min = {self.q_min:.6g} rad/m must be below q_max = {self.q_max:.6g} rad/m; change one of the two"
+            )
+        return self
+
+    @property
+    def breaks(self) -> tuple[float, float]:
+        """The two ends, rad/m."""
+        return self.q_min, self.q_max
+
+    def __call__(self, q: Any) -> Any:
+        """Return C(q), m⁴, between the ends."""
+        plateau = self.rms_height**2 / (pi * self.q_roll_off**2 * self._share)
+        return plateau * (1.0 + (np.asarray(q) / self.q_roll_off) ** 2) ** (-1.0 - self.hurst)
+
+    @property
+    def _share(self) -> float:
+        """∫ (1 + x)^(−1−H) dx between the ends, x = (q/q_r)²."""
+        low, high = (log1p((q / self.q_roll_off) ** 2) for q in self.breaks)
+        span = high - low
+        return exp(-self.hurst * low) * (-expm1(-self.hurst * span) / self.hurst if self.hurst else span)
