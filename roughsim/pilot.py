@@ -88,10 +88,9 @@ def pilot(scene: Scene, column: Column, lengths: tuple[float, float], q_max: flo
         Level(column, (sides[0], sides[1]), cut),
         Level(column, (sides[0], sides[1]), cut / 2),
     )
+    numerics = Numerics(levels, lengths, solver=scene.numerics.solver or solvers.DEFAULT)
     try:
-        return _measured(
-            scene, Numerics(levels, lengths, solver=scene.numerics.solver or solvers.DEFAULT), sides[0] * sides[1]
-        )
+        return _measured(scene, numerics, sides[0] * sides[1])
     except ConvergenceError:
         return None
 

@@ -9,6 +9,7 @@ from scipy.special import erf
 
 import roughsim as rs
 from roughsim import analytic
+from roughsim.analytic.views import Integrals, ModeSums
 from roughsim.spectrum import TruncatedSpectrum
 from theory import flash, partition
 
@@ -115,3 +116,25 @@ def test_the_areas_are_those_of_the_theory(capped_scene, full_scene):
     areas = analytic.area_fractions(capped_scene)
     assert 0 < areas["plastic_fraction"] < areas["contact_fraction"] < 1
     assert analytic.area_fractions(full_scene) == {"contact_fraction": 1.0, "plastic_fraction": 0.0}
+
+
+def test_totals_over_the_stress_spectrum_are_its_integrals():
+    steel = rs.load_scene("steel-2.0GPa")
+    nodes, weights = np.polynomial.legendre.leggauss(2000)
+    y = 0.5 * (1.0 + nodes)  # ln q ∝ y²: contact is lost in a layer just above the first wavenumber
+    expected = np.zeros(3)
+    for low, high in pairwise(np.log(analytic.smoothed_spectrum(steel).breaks)):
+        q = np.exp(low + (high - low) * y**2)
+        area = np.pi * weights * (high - low) * 2.0 * y * q**2  # 2π q dq
+        expected += [(area * analytic.stress_spectrum(steel, q)) @ q**power for power in (-1.0, 0.0, 1.0)]
+    found = [Integrals(steel).total(lambda q, power=power: q**power) for power in (-1.0, 0.0, 1.0)]
+    np.testing.assert_allclose(found, expected, rtol=1e-8)
+
+
+def test_totals_over_the_modes_of_a_cell_are_those_of_its_moments():
+    # at v → 0 T_flash = (μv/κσ₀) Σ |σ_q|²/q
+    steel = sliding(rs.load_scene("steel-2.0GPa"), speed=(1e-9,))
+    grid = rs.Grid((128, 128), (4e-3, 4e-3))
+    sums = ModeSums(steel, TruncatedSpectrum(analytic.smoothed_spectrum(steel), 9e4), grid)
+    rate = steel.sliding.friction_coefficient * 1e-9 / (steel.body.conductivity * steel.sliding.nominal_pressure)
+    assert sums.over_speed["flash_temperature"][0] == pytest.approx(rate * sums.total(lambda q: 1 / q), rel=1e-9, abs=0)

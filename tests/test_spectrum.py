@@ -7,7 +7,8 @@ import pickle
 import numpy as np
 import pytest
 
-from roughsim.spectrum import PowerLaws, SelfAffineSpectrum, SumSpectrum, TabulatedSpectrum
+from roughsim.scene.spectra.k_correlation import Spectrum as KCorrelation
+from roughsim.spectrum import PowerLaws, SelfAffineSpectrum, SumSpectrum, TabulatedSpectrum, TruncatedSpectrum
 
 Q_MIN, Q_ROLL_OFF, Q_MAX = 2.0e3, 3.0e4, 5.0e6
 BAND = {"q_min": Q_MIN, "q_roll_off": Q_ROLL_OFF, "q_max": Q_MAX}
@@ -354,3 +355,42 @@ def test_every_spectrum_of_one_kind_is_a_set_of_power_laws():
         for left, right, psd, exponent in spectrum.pieces:
             middle = np.sqrt(left * right)
             assert spectrum(middle) == pytest.approx(psd * (middle / left) ** -exponent, rel=1e-13)
+
+
+@pytest.mark.parametrize("order", [-1.0, 0.0, 2.0, 4.0])
+def test_moments_of_any_callable_are_those_of_the_spectrum_it_stands_for(order):
+    steel = SelfAffineSpectrum.from_rms_height(9e-7, **STEEL)
+    whole, cut = TruncatedSpectrum(steel), TruncatedSpectrum(steel, 2e5).scaled(3.0)
+    assert whole.moment(order) == pytest.approx(steel.moment(order), rel=1e-12, abs=0)
+    assert cut.moment(order) == pytest.approx(3.0 * steel.truncated(q_max=2e5).moment(order), rel=1e-12, abs=0)
+    assert (cut + steel).moment(order) == pytest.approx(cut.moment(order) + steel.moment(order), rel=1e-12, abs=0)
+
+
+def test_any_callable_is_scaled_cut_and_zero_outside_its_ends():
+    steel = SelfAffineSpectrum.from_rms_height(9e-7, **STEEL)
+    cut = TruncatedSpectrum(steel).scaled(2.0).truncated(q_max=2e5).truncated(q_max=9e5)
+    q = np.array([0.0, 6349.0, 6350.0, 9e4, 2e5, 2.0001e5])
+    np.testing.assert_array_equal(cut(q), np.where((q >= 6350.0) & (q <= 2e5), 2.0 * steel(q), 0.0))
+    assert cut.breaks == (6350.0, 9.4e4, 2e5)
+
+
+def test_a_kink_that_is_not_named_is_refused():
+    class Kinked:
+        breaks = (1e3, 1e6)
+
+        def __call__(self, q):
+            return np.where(np.asarray(q) < 3.1e4, 1e-20, 1e-22)
+
+    with pytest.raises(ValueError, match="not smooth between its breaks"):
+        _ = TruncatedSpectrum(Kinked()).rms_height
+
+
+@pytest.mark.parametrize("hurst", [0.0, 0.3, 0.8, 1.0])
+def test_the_k_correlation_spectrum_has_its_rms_height_its_plateau_and_its_fall(hurst):
+    given = {"rms_height": 9e-7, "hurst": hurst, "q_min": 6e3, "q_roll_off": 1e5, "q_max": 4e8}
+    k = KCorrelation(name="k_correlation", **given)
+    x = np.linspace(math.log(6e3), math.log(4e8), 200_001)  # ⟨h²⟩ = 2π ∫ q² C d(ln q)
+    assert 2 * np.pi * np.trapezoid(np.exp(2 * x) * k(np.exp(x)), x) == pytest.approx(9e-7**2, rel=1e-7, abs=0)
+    assert TruncatedSpectrum(k).rms_height == pytest.approx(9e-7, rel=1e-12, abs=0)
+    assert k(1e5) / k(1e-3) == pytest.approx(2 ** (-1 - hurst), rel=1e-12, abs=0)
+    assert k(2e8) / k(1e8) == pytest.approx(2 ** (-2 - 2 * hurst), rel=1e-5, abs=0)

@@ -97,7 +97,7 @@ class Quantity:
         return self._converted(number, unit, value, where)
 
     def _converted(self, number: str, unit: str, value: str, where: str) -> float:
-        wanted = f"{_MEANING[self.unit]} is expected, for example {self.example}"
+        wanted = f"{_MEANING.get(self.unit, f'a quantity in {self.unit}')} is expected, for example {self.example}"
         try:
             found = _registry().parse_units(unit)
         except Exception:  # pint fails in a dozen ways, from AssertionError to TokenError

@@ -30,15 +30,16 @@ ROUGHNESS_KEYS = (
 _THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
 _LEVELS_EXAMPLE = '[{ column = "capped", shape = 1024, q_max = "4e5 1/m" }]'
 _KNOWN: dict[str, tuple[str, ...]] = {}
+_OWN_KEYS: dict[str, Key] = {}  # of named spectra
 
 
 def section(name: str, **own_keys: Key) -> Callable[[type[Record]], type[Record]]:
     """Register a record as the section `name` and let its constructor raise `SceneError` of one line.
 
-    `own_keys` says how the keys are read that no other section has; a key means the same in all of them.
+    `own_keys` says how a named spectrum reads the keys that only it has.
     """
     for key, entry in own_keys.items():
-        if KEYS.setdefault(key, entry) != entry:
+        if KEYS.get(key, entry) != entry or _OWN_KEYS.setdefault(key, entry) != entry:
             raise ValueError(f"{key!r} is a key of scenes already, with other units or limits; choose another name")
 
     def register(record: type[Record]) -> type[Record]:
@@ -50,7 +51,8 @@ def section(name: str, **own_keys: Key) -> Callable[[type[Record]], type[Record]
             try:
                 construct(self, *args, **values)
             except ValidationError as error:
-                examples = {key: entry.example for key, entry in KEYS.items()} | {"levels": _LEVELS_EXAMPLE}
+                examples = {key: entry.example for key, entry in (KEYS | _OWN_KEYS).items()}
+                examples["levels"] = _LEVELS_EXAMPLE
                 raise SceneError(one_line(error, name, _KNOWN, examples)) from None
 
         record.__init__ = checked  # type: ignore[method-assign, assignment]
@@ -61,7 +63,7 @@ def section(name: str, **own_keys: Key) -> Callable[[type[Record]], type[Record]
 
 def _read_value(cls: Any, value: Any, info: ValidationInfo) -> Any:
     """Read the value of a key as `KEYS` says; None stands for a key left out."""
-    entry = KEYS.get(info.field_name or "")
+    entry = (KEYS | _OWN_KEYS).get(info.field_name or "")
     return value if entry is None or value is None else entry(value)
 
 
