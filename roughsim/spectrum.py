@@ -352,7 +352,8 @@ class TruncatedSpectrum(_Moments):
     @property
     def breaks(self) -> tuple[float, ...]:
         """Wavenumbers where C(q) starts, has kinks, and ends, rad/m, rising."""
-        return (*(float(q) for q in self.whole.breaks if q < self.q_max), min(self.q_max, float(self.whole.breaks[-1])))
+        end = min(self.q_max, float(self.whole.breaks[-1]))
+        return (*(float(q) for q in self.whole.breaks if q < end), end)
 
     def __call__(self, q: ArrayLike) -> Any:
         """Return C(q) in m⁴ at wavenumbers in rad/m (any shape); zero outside the ends."""

@@ -10,6 +10,7 @@ import roughsim as rs
 from roughsim import analytic
 from roughsim.compare import Ratio
 from roughsim.means import UNITS
+from roughsim.record.labelled import numbers as numbers_of
 
 HEADINGS = {"observable", "speed", "theory", "theory_full_spectrum", "smoothed", "capped", "note"}
 
@@ -181,3 +182,16 @@ def test_the_chart_is_drawn(table, tmp_path, ending):
 def test_other_endings_are_refused(table, tmp_path):
     with pytest.raises(ValueError, match=r"must end in \.png, \.pdf, \.svg"):
         table.chart(tmp_path / "chart.bmp")
+
+
+def test_a_number_that_older_files_lack_is_not_compared(capped_run):
+    old = rs.open_run(capped_run.folder)
+    assert old.realizations
+    for key, member in old.members.items():
+        numbers = {name: values for name, values in member.numbers.items() if name != "plastic_fraction"}
+        old.members[key] = replace(member, numbers=numbers)
+    rows = {row.observable: row for row in rs.compare(old).rows if row.speed is None}
+    assert np.isnan([rows["plastic_fraction"].columns[name].mean for name in ("smoothed", "capped")]).all()
+    expected = capped_run.estimate("contact_fraction").mean[0]
+    assert rows["contact_fraction"].columns["capped"].mean == expected
+    assert "plastic_fraction" not in {array.name for array in numbers_of(old)}

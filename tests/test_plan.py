@@ -91,6 +91,9 @@ def test_numerics_survive_their_json():
     slid = replace(numerics, slid_distance=float("inf"))
     for one in (numerics, slid):
         assert Numerics.from_dict(one.to_dict()) == one
+    assert "solver" not in numerics.to_dict()  # as in runs from before there was a choice
+    with pytest.raises(ValueError, match="solver = 'other' must be one of active_set"):
+        replace(numerics, solver="other")
 
 
 def test_levels_of_a_column_are_ordered_and_the_finest_names_the_stream():

@@ -18,6 +18,8 @@ import pytest
 
 from roughsim.errors import RoughsimError
 from roughsim.scene import Scene, SceneError, bundled_scenes, first_difference, load_scene, parse_scene, scene_text
+from roughsim.scene.quantities import Quantity
+from roughsim.scene.sections import section
 
 STEEL = re.sub(r" *#.*", "", scene_text("steel-1.2GPa"))
 ROWS = ((1.0e4, 3.0e-23), (1.0e5, 7.0e-27), (2.5e5, 1.0e-29))
@@ -453,6 +455,59 @@ def test_an_elastic_scene_has_no_capped_level():
     level = 'levels = [{{ column = "{}", shape = 64, q_max = 1e5 }}]'
     assert 'numerics.levels[0].column = "capped"' in refusal(elastic + level.format("capped"))
     assert parse_scene(elastic + level.format("elastic")).elastic
+
+
+# --- a spectrum by name
+
+K = {"name": "k_correlation", "rms_height": 4e-7, "hurst": 0.7, "q_min": 7e3, "q_roll_off": 2e4, "q_max": 9e6}
+
+
+def named(**changes: Any) -> str:
+    """Steel with a k-correlation spectrum; None leaves a key out."""
+    pairs = (f"{key} = {json.dumps(value)}" for key, value in (K | changes).items() if value is not None)
+    start, end = STEEL.index("rms_height"), STEEL.index("[body]")
+    return f"{STEEL[:start]}spectrum = {{ {', '.join(pairs)} }}\n{STEEL[end:]}"
+
+
+def test_a_named_spectrum_is_doubled_added_and_written_as_others_are():
+    scene = parse_scene(named(rms_height="0.4 um"))
+    assert scene.spectrum.rms_height == approx(4e-7 * math.sqrt(2), 1e-12)
+    assert scene.spectrum.breaks == (7e3, 9e6)
+    assert parse_scene(scene.to_toml()) == scene
+    assert scene.identity()["surface.spectrum"] == K
+    two = parse_scene(with_counterface(f"spectrum = {{ {', '.join(f'{k} = {json.dumps(v)}' for k, v in K.items())} }}"))
+    assert two.spectrum.rms_height == approx(math.hypot(9e-7, 4e-7), 1e-12)
+    assert first_difference(scene, parse_scene(named(hurst=0.6)))[0] == "surface.spectrum"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (named(name="k_corelation"), 'surface.spectrum.name = "k_corelation" is no spectrum; did you mean "k_correlat'),
+        (named(name=None), "surface.spectrum = {'rms_height'"),
+        (named(name="../topography"), "is no spectrum; the choice is k_correlation"),
+        (named(hurst=None), "surface.spectrum.hurst is missing; write for example hurst = 0.8"),
+        (named(hurst=1.2), "surface.spectrum.hurst = 1.2 must be at least 0 and at most 1"),
+        (named(hrust=0.8), 'surface.spectrum.hrust = 0.8 is not a key of a scene; did you mean "hurst"?'),
+        (named(q_max="5 m"), 'surface.spectrum.q_max = "5 m" has the dimension [length]; a wavenumber is expected'),
+        (named(q_max=6e3), "surface.spectrum.q_min = 7000 rad/m must be below q_max = 6000 rad/m"),
+        (named().replace("[body]", "hurst = 0.8\n[body]"), "surface.hurst = 0.8 does not go with spectrum"),
+        (named().replace("[body]", "rms_slope = 0.8\n[body]"), "surface.rms_slope and spectrum are both given"),
+        (named().replace("[body]", 'psd_convention = "persson"\n[body]'), "surface.psd_convention goes with psd_file"),
+    ],
+)
+def test_a_wrong_named_spectrum_is_refused_by_its_key(text, told):
+    assert f"scene: {told}" in refusal(text) or told in refusal(text)
+
+
+def test_a_key_of_a_named_spectrum_may_not_mean_something_else_than_elsewhere():
+    with pytest.raises(ValueError, match="'hurst' is a key of scenes already"):
+        section("spectrum.other", hurst=Quantity("", "2", at_most=3))
+
+
+def test_an_unknown_solver_is_refused_with_those_there_are():
+    assert 'numerics.solver = "activ"' in refusal(STEEL + 'solver = "activ"\n')
+    assert parse_scene(STEEL + 'solver = "active_set"\n').numerics.solver == "active_set"
 
 
 @pytest.mark.parametrize("name", ["surface", "body", "sliding"])
