@@ -60,6 +60,7 @@ TESTS = {
     "roughsim/means/flash.py": "test_estimate.py",
     "roughsim/means/partition.py": "test_estimate.py",
     "roughsim/means/stress.py": "test_estimate.py",
+    "roughsim/scene/spectra/k_correlation.py": "test_spectrum.py",
     "roughsim/ladder.py": "test_ladder.py",
     "roughsim/estimate.py": "test_estimate.py test_ladder.py",
     "roughsim/analytic/__init__.py": "test_analytic.py",
