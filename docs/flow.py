@@ -20,6 +20,8 @@ PICTURE, PAGE = HERE / "figures" / "flow.svg", HERE / "reference" / "flow.md"
 START, END = "<!-- modules: written by docs/flow.py -->\n", "<!-- end -->"
 WIDTH, HEIGHT, GAP, DOWN = 112, 28, 24, 64  # a box, the space beside it, and from one row to the next, px
 COLORS = {"data": "#eef3f8", "theory": "#fdeed7", "edge": "#ece6f5"}
+# folders whose files are found by their place: those count that the folder names, so that a new one changes no picture
+OPEN = ("means", "solvers")
 # what meets files, screens and people
 EDGE = ("charts", "cli", "explore", "progress", "record", "report", "scene", "status", "tables")
 
@@ -48,8 +50,13 @@ def sources() -> dict[str, list[Path]]:
         if path.suffix == ".py" and path.stem != "__init__":
             found[path.stem] = [path]
         elif (path / "__init__.py").exists() and any(path.glob("[!_]*.py")):
-            found[path.name] = sorted(path.rglob("*.py"))
+            found[path.name] = [file for file in sorted(path.rglob("*.py")) if path.name not in OPEN or counts(file)]
     return found
+
+
+def counts(file: Path) -> bool:
+    """Whether a file of an open folder is named in its `__init__`, or is that."""
+    return file.stem == "__init__" or f'"{file.stem}"' in file.with_name("__init__.py").read_text()
 
 
 def imports() -> Graph:

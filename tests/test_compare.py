@@ -26,14 +26,14 @@ def test_full_contact_is_exact_through_the_whole_chain(full_scene, tmp_path):
     checked = 0
     for row in rs.compare(run).rows:
         cell, ratio = row.columns["elastic"], row.ratios["elastic_over_theory"]
-        if np.isnan(ratio.value):  # 0/0: at rest, or no plastic area
-            assert row.speed == 0.0 or row.observable == "plastic_fraction"
+        if np.isnan(ratio.value):  # 0/0: at rest, or no plastic area; or the theory says nothing
+            assert row.speed == 0.0 or row.observable == "plastic_fraction" or np.isnan(row.theory)
             continue
         assert ratio.value == pytest.approx(1.0, abs=1e-12), (row.observable, row.speed)
         assert cell.standard_error == 0.0
         assert ratio.z == 0.0
         checked += 1
-    assert checked == 25
+    assert checked >= 25
 
 
 def test_two_realizations_are_enough_to_compare_and_one_is_not(full_scene, tmp_path):
