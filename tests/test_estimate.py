@@ -6,6 +6,7 @@ from scipy import special, stats
 
 from roughsim import estimate as est
 from roughsim.ladder import NO_LIMIT, Values, fitted_exponent, observe
+from roughsim.means import OBSERVABLES
 from roughsim.means.stress import RADII
 from roughsim.sample import Sample, ratio
 
@@ -58,6 +59,20 @@ def test_a_ladder_that_reaches_the_end_of_the_spectrum_is_not_extrapolated():
     assert np.isnan(found.exponent).all()
     np.testing.assert_array_equal(found.bandwidth, 0.0)
     assert np.isfinite(observe("flash_temperature", ladder, capped=True, end=5.0).exponent).all()
+
+
+def test_observables_converge_and_end_at_rest_as_measured():
+    orders = {name: record.pixel_orders for name, record in OBSERVABLES.items() if record.pixel_orders != (2.0, 1.4)}
+    assert orders == {
+        "flash_gradient": (2.0, 0.8),
+        "flash_laplacian": (0.7, 0.7),
+        "flash_width": (0.7, 0.7),
+        "contact_fraction": (1.0, 1.0),
+        "plastic_fraction": (2.0, 1.0),
+        "pressure_variance": (2.0, 1.0),
+    }
+    rest = {name: record.at_rest for name, record in OBSERVABLES.items() if record.at_rest is not None}
+    assert rest == {"flash_temperature": 0.0, "flash_gradient": 0.0, "flash_laplacian": 0.0, "slope_length": np.inf}
 
 
 DERIVED = {

@@ -20,6 +20,7 @@ from roughsim.errors import RoughsimError
 from roughsim.scene import Scene, SceneError, bundled_scenes, first_difference, load_scene, parse_scene, scene_text
 from roughsim.scene.quantities import Quantity
 from roughsim.scene.sections import section
+from roughsim.scene.spectra import NAMES
 
 STEEL = re.sub(r" *#.*", "", scene_text("steel-1.2GPa"))
 ROWS = ((1.0e4, 3.0e-23), (1.0e5, 7.0e-27), (2.5e5, 1.0e-29))
@@ -485,7 +486,7 @@ def test_a_named_spectrum_is_doubled_added_and_written_as_others_are():
     [
         (named(name="k_corelation"), 'surface.spectrum.name = "k_corelation" is no spectrum; did you mean "k_correlat'),
         (named(name=None), "surface.spectrum = {'rms_height'"),
-        (named(name="../topography"), "is no spectrum; the choice is k_correlation"),
+        (named(name="../topography"), f"is no spectrum; the choice is {', '.join(NAMES)}"),
         (named(hurst=None), "surface.spectrum.hurst is missing; write for example hurst = 0.8"),
         (named(hurst=1.2), "surface.spectrum.hurst = 1.2 must be at least 0 and at most 1"),
         (named(hrust=0.8), 'surface.spectrum.hrust = 0.8 is not a key of a scene; did you mean "hurst"?'),
