@@ -192,8 +192,9 @@ class Run:
 
     def number(self, name: str, member: Member) -> Array:
         """Return a number of a member, over speed or of one entry; NaN where it failed or is from before the number."""
-        missing = np.full(len(self.scene.speeds) if NUMBERS[name].per_speed else 1, nan)
-        return member.numbers.get(name, missing)
+        if name in member.numbers:
+            return member.numbers[name]
+        return np.full(len(self.scene.speeds) if NUMBERS[name].per_speed else 1, nan)
 
     def values(self, observable: str, column: str | None = None) -> Values:
         """Return the values of an observable, a row per sound realization, with all heat in the moving body.
