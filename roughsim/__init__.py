@@ -59,7 +59,7 @@ if TYPE_CHECKING:  # for readers of types; at run time names are imported when t
     from roughsim.spectrum import TabulatedSpectrum as TabulatedSpectrum
     from roughsim.surface import synthesize as synthesize
 
-    __version__: str
+__version__: str  # a property, see the end
 
 _HOME = {
     "Grid": "grid",
