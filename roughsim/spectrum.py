@@ -361,6 +361,11 @@ class TruncatedSpectrum(_Moments):
         value = self.factor * self.whole(np.clip(q, first, last))
         return np.where((first <= q) & (q <= last), value, 0.0)
 
+    def above(self, q: Any, start: Any, rise: Any) -> Any:
+        """Return C(q) in m⁴ at q = start·e^rise ≤ q_max, rad/m, with the precision of `whole` close above a break."""
+        finer = getattr(self.whole, "above", None)
+        return self.factor * (self.whole(q) if finer is None else finer(q, start, rise))
+
     def moment(self, order: float) -> float:
         """Return 2π ∫ q^(1 + order) C(q) dq over the whole spectrum, m^(2 − order).
 

@@ -67,9 +67,15 @@ def breaks_of(spectrum: Spectrum) -> Array:
     return distinct
 
 
-def density(spectrum: Spectrum, wavenumber: Array) -> Array:
-    """Return `spectrum` at `wavenumber`; ValueError when it is not finite, negative, or of another shape."""
-    values = np.asarray(spectrum(wavenumber), dtype=np.float64)
+def density(spectrum: Spectrum, wavenumber: Array, place: tuple[Array, Array] | None = None) -> Array:
+    """Return `spectrum` at `wavenumber`; ValueError when it is not finite, negative, or of another shape.
+
+    `place` is a break q_k at or below each wavenumber and ln(q/q_k). A spectrum with a method `above` is asked with it:
+    close above a break q itself, one rounded number, does not say how far above it lies.
+    """
+    finer = getattr(spectrum, "above", None)
+    given = spectrum(wavenumber) if place is None or finer is None else finer(wavenumber, *place)
+    values = np.asarray(given, dtype=np.float64)
     if values.shape != wavenumber.shape:
         raise ValueError(f"spectrum returned shape {values.shape} for wavenumbers of shape {wavenumber.shape}")
     good = np.isfinite(values) & (values >= 0.0)

@@ -158,7 +158,7 @@ class CalibratedSpectrum:
 
 
 def _moment(spectrum: Spectrum, ends: Array, power: int) -> quadrature.Primitive:
-    return quadrature.primitive(lambda q: q**power * density(spectrum, q), ends)
+    return quadrature.primitive(lambda q, place: q**power * density(spectrum, q, place), ends)
 
 
 def calibrated(spectrum: Spectrum, effective_modulus: float, nominal_pressure: float) -> CalibratedSpectrum:

@@ -219,7 +219,7 @@ def calibrated_spectrum(spectrum: Spectrum, *, effective_modulus: float, nominal
 
 def half_variance_table(spectrum: Spectrum) -> quadrature.Primitive:
     """Return ∫ q³ C dq from the first break, dimensionless, as a function of q."""
-    return quadrature.primitive(lambda q: q**3 * density(spectrum, q), breaks_of(spectrum))
+    return quadrature.primitive(lambda q, place: q**3 * density(spectrum, q, place), breaks_of(spectrum))
 
 
 def probability(half_variance: Array, pressure: float) -> Array:
@@ -316,7 +316,7 @@ _Stress = Callable[[quadrature.Panels, Array], Array]
 
 def _given(stress_spectrum: Spectrum) -> tuple[quadrature.Panels, _Stress]:
     panels = quadrature.panels_between(breaks_of(stress_spectrum))
-    return panels, lambda _, q: 2 * pi * q * density(stress_spectrum, q)
+    return panels, lambda at, q: 2 * pi * q * density(stress_spectrum, q, at.place())
 
 
 def _stress_of(
@@ -330,7 +330,8 @@ def _stress_of(
     def stress(panels: quadrature.Panels, q: Array) -> Array:
         piece = np.broadcast_to(panels.piece[:, None], q.shape)
         half = pi / 4 * modulus**2 * table.at(piece, panels.coordinates())
-        return pi / 2 * modulus**2 * q**3 * density(spectrum, q) * weight(probability(half, pressure), q, gamma)
+        whole = pi / 2 * modulus**2 * q**3 * density(spectrum, q, panels.place())
+        return whole * weight(probability(half, pressure), q, gamma)
 
     layers = table.layers(pressure**2 / (pi * modulus**2))  # G = σ₀²/4, where P = erf(1)
     return quadrature.graded(quadrature.panels_between(breaks_of(spectrum)), layers), stress

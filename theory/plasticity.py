@@ -201,6 +201,12 @@ class SmoothedSpectrum:
         ends = breaks_of(self.spectrum)
         object.__setattr__(self, "_table", half_variance_table(self.spectrum))
         bends = [self._table.inverse(g / self._rate()) for g in _MILESTONES]
+        if bends[-1] <= ends[0]:
+            raise ValueError(
+                f"penetration_hardness = {self.penetration_hardness:.6g} Pa: the surface has yielded within a relative "
+                f"width of 1e-16 above its smallest wavenumber, {ends[0]:.6g} rad/m, so no wave of it is left; raise "
+                "penetration_hardness or lower the roughness or the modulus"
+            )
         inner = [q for q in bends if ends[0] < q < ends[-1]]
         object.__setattr__(self, "breaks", tuple(sorted({*ends.tolist(), *inner})))
 
@@ -208,11 +214,22 @@ class SmoothedSpectrum:
         """Return C_sm at the wavenumbers `q`, rad/m, elementwise, m⁴."""
         wavenumber = np.asarray(q, dtype=np.float64)
         flat, result = wavenumber.ravel(), np.empty(wavenumber.size)
-        s, rest, _ = _shares(self.nominal_pressure, self.penetration_hardness)
         for i in range(0, flat.size, _BLOCK):
             part = slice(i, i + _BLOCK)
-            result[part] = smoothing(s, rest, self._rate() * self._table(flat[part]))
+            result[part] = self._remaining(self._table(flat[part]))
         return np.asarray(density(self.spectrum, wavenumber) * result.reshape(wavenumber.shape))
+
+    def above(self, q: Array, start: Array, rise: Array) -> Array:
+        """Return C_sm at q = start·e^rise, rad/m, elementwise, m⁴: exact also where a layer above q_min yields at once.
+
+        `start` lies within the breaks, and no break of the unsmoothed spectrum between it and q.
+        """
+        return np.asarray(density(self.spectrum, q, (start, rise)) * self._remaining(self._table.above(start, rise)))
+
+    def _remaining(self, integral: Array) -> Array:
+        """Return the factor of Eq. (27) where ∫ q³ C dq has risen to `integral`."""
+        s, rest, _ = _shares(self.nominal_pressure, self.penetration_hardness)
+        return smoothing(s, rest, self._rate() * integral)
 
     def _rate(self) -> float:
         """Return what takes ∫ q³ C dq to g = G/σ_P²."""
@@ -239,7 +256,7 @@ def smoothed_spectrum(
     Raises
     ------
     TypeError, ValueError
-        As `area_fractions`.
+        As `area_fractions`, or the surface yields so soon above q_min that no number lies between.
     """
     modulus = positive("effective_modulus", effective_modulus, "Pa")
     _shares(nominal_pressure, penetration_hardness)

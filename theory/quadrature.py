@@ -74,13 +74,18 @@ class Panels:
 
     def at(self, y: Array) -> tuple[Array, Array]:
         """Return q and dq/dy at `y`, shape (panels, any)."""
-        extent = np.log(self.upper / self.lower)[:, None]
+        extent = extents(self.lower, self.upper)[:, None]
         q = np.minimum(self.lower[:, None] * np.exp(extent * y**2), self.upper[:, None])
         return q, 2 * extent * y * q
 
     def coordinates(self) -> Array:
         """Return y at the Gauss nodes, shape (panels, NODES)."""
         return np.asarray(self.start[:, None] + ((self.stop - self.start) / 2)[:, None] * (1 + POINTS))
+
+    def place(self) -> tuple[Array, Array]:
+        """Return the lower bound of the piece and the exact ln(q/lower) at the Gauss nodes, shape (panels, NODES)."""
+        rise = extents(self.lower, self.upper)[:, None] * self.coordinates() ** 2
+        return np.broadcast_to(self.lower[:, None], rise.shape), rise
 
     def nodes(self) -> tuple[Array, Array]:
         """Return q and dq/dt at the Gauss nodes t, shape (panels, NODES); t runs from −1 to 1 over a panel."""
@@ -104,9 +109,14 @@ class Panels:
         return Panels(piece, lower, upper, start, stop)
 
 
+def extents(lower: Array, upper: Array) -> Array:
+    """Return ln(upper/lower), to its own relative accuracy also where the two are nearly equal."""
+    return np.asarray(np.log1p((upper - lower) / lower))
+
+
 def panels_between(breaks: Array) -> Panels:
     """Return panels over all pieces, none wider than one e-fold."""
-    counts = np.ceil(np.log(breaks[1:] / breaks[:-1]) / _WIDEST).astype(int)
+    counts = np.ceil(extents(breaks[:-1], breaks[1:]) / _WIDEST).astype(int)
     piece = np.repeat(np.arange(counts.size), counts)
     index = np.concatenate([np.arange(n) for n in counts])
     start, stop = np.sqrt(index / counts[piece]), np.sqrt((index + 1) / counts[piece])
@@ -222,13 +232,21 @@ class Primitive:
         """Return the integral up to `wavenumber` (rad/m, any shape): 0 below the first break, all above the last."""
         q = np.clip(wavenumber, self.breaks[0], self.breaks[-1])
         piece = np.clip(np.searchsorted(self.breaks, q, side="right") - 1, 0, self.breaks.size - 2)
-        lower, upper = self.breaks[piece], self.breaks[piece + 1]
-        return self.at(piece, np.sqrt(np.log1p((q - lower) / lower) / np.log(upper / lower)))
+        lower = self.breaks[piece]
+        return self.at(piece, np.sqrt(extents(lower, q) / extents(lower, self.breaks[piece + 1])))
+
+    def above(self, start: Array, rise: Array) -> Array:
+        """Return the integral up to start·e^rise, for `start` within the breaks and the `rise` ≥ 0 of one piece."""
+        piece = np.clip(np.searchsorted(self.breaks, start, side="right") - 1, 0, self.breaks.size - 2)
+        lower = self.breaks[piece]
+        share = (extents(lower, start) + rise) / extents(lower, self.breaks[piece + 1])
+        return self.at(piece, np.sqrt(np.minimum(share, 1.0)))
 
     def at(self, piece: Array | Which, y: Array) -> Array:
         """Return the integral at the coordinate `y` of each `piece`."""
         keys = self.panels.piece + self.panels.start
-        return self._within(np.clip(np.searchsorted(keys, piece + y, side="right") - 1, 0, keys.size - 1), y)
+        last = np.searchsorted(self.panels.piece, piece, side="right") - 1  # at y = 1 the sum reaches the next piece
+        return self._within(np.minimum(np.searchsorted(keys, piece + y, side="right") - 1, last), y)
 
     def _within(self, index: Which, y: Array) -> Array:
         start, stop = self.panels.start[index], self.panels.stop[index]
@@ -273,8 +291,13 @@ class Primitive:
         return list(zip(self.panels.piece[first][thin].tolist(), y[thin].tolist(), strict=True))
 
 
-def primitive(density: Callable[[Array], Array], breaks: Array) -> Primitive:
-    """Return the integral of a density ≥ 0 of the wavenumber from the first of `breaks` up to any q.
+Density = Callable[[Array, tuple[Array, Array]], Array]
+
+
+def primitive(density: Density, breaks: Array) -> Primitive:
+    """Return the integral of a density ≥ 0 from the first of `breaks` up to any q.
+
+    It is called with wavenumbers and where they lie in their pieces, see `Panels.place`.
 
     Raises
     ------
@@ -284,7 +307,7 @@ def primitive(density: Callable[[Array], Array], breaks: Array) -> Primitive:
 
     def integrand(panels: Panels) -> Array:
         q, slope = panels.nodes()
-        return (density(q) * slope)[None]
+        return (density(q, panels.place()) * slope)[None]
 
     panels, values = refine(integrand, panels_between(breaks), running=True)
     integrals = values[0] @ WEIGHTS

@@ -11,7 +11,7 @@ from theory.hankel import hankel_transform
 
 
 def primitive(spectrum):
-    return quadrature.primitive(spectrum, breaks_of(spectrum))
+    return quadrature.primitive(lambda q, _: spectrum(q), breaks_of(spectrum))
 
 
 def test_a_power_law_over_eight_decades_is_integrated_to_rounding():
@@ -47,7 +47,7 @@ def test_the_inverse_returns_the_wavenumber_where_the_integral_is_reached():
 def test_a_kink_that_is_not_named_is_found_and_resolved():
     kink = 12345.6789
     spectrum = Flat(1.0, (1e3, 1e6))
-    table = quadrature.primitive(lambda q: np.minimum(q, kink), breaks_of(spectrum))
+    table = quadrature.primitive(lambda q, _: np.minimum(q, kink), breaks_of(spectrum))
     exact = (kink**2 - 1e6) / 2 + kink * (1e6 - kink)
     assert float(table(np.array(1e6))) == pytest.approx(exact, rel=1e-11)
 
@@ -56,7 +56,7 @@ def test_noise_is_refused_and_never_averaged(monkeypatch):
     monkeypatch.setattr(quadrature, "_MOST_PANELS", 500)
     rng = np.random.default_rng(1)
     with pytest.raises(quadrature.QuadratureError, match="more than 500 panels"):
-        quadrature.primitive(lambda q: rng.uniform(size=q.shape), np.array([1.0, 2.0]))
+        quadrature.primitive(lambda q, _: rng.uniform(size=q.shape), np.array([1.0, 2.0]))
 
 
 @pytest.mark.parametrize("r", [0.0, 1e-8, 1e-5, 3e-4, 1e-2, 1.0, 1e4])
@@ -79,3 +79,10 @@ def test_the_envelope_of_the_far_transform_decays_as_the_power_three_halves():
     bound = np.sqrt(2 * 1e4 / pi) * np.geomspace(1, 1e3, 4) ** -1.5
     assert (size <= 1.12 * bound).all()
     assert (size >= 0.8 * bound).all()
+
+
+def test_the_integral_up_to_the_last_number_below_a_break_is_that_up_to_the_break():
+    breaks = np.array([1.0, 2.0, 50.0])
+    table = quadrature.primitive(lambda q, _: q, breaks)
+    np.testing.assert_allclose(table(np.nextafter(breaks[1:], 0.0)), (breaks[1:] ** 2 - 1) / 2, rtol=1e-13)
+    np.testing.assert_allclose(table.above(breaks[:2], np.log(breaks[1:] / breaks[:2])), table(breaks[1:]), rtol=1e-13)

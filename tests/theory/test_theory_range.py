@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 from math import erf, exp, pi, sqrt
 
+import mpmath
 import numpy as np
 import pytest
 from power_law import PowerLaw
 
-from theory import flash, persson
+from theory import flash, persson, plasticity
 
 CONTACT = {"effective_modulus": 1e7, "nominal_pressure": 1e5}
 BODY = {"friction_coefficient": 0.7, "conductivity": 0.2, "diffusivity": 1e-7}
@@ -82,3 +83,43 @@ def test_the_slope_length_is_at_least_2_188_widths_when_fast():
     ring = PowerLaw(1e-12, (1e4 * (1 - 1e-5), 1e4, 1e4 * (1 + 1e-5)), 0.8)
     ratio = flash.slope_length(1e9, ring, **CONTACT, **BODY) / flash.flash_width(1e9, ring, **CONTACT, **BODY)
     assert ratio == pytest.approx(2.1884396152264767, rel=1e-6)
+
+
+def smoothing_with_thirty_digits(s, g):
+    """1 − (A_pl/s)⁶ by images or modes, s = σ₀/σ_P, g = G/σ_P²."""
+    if g < 0.3:
+        width = 2 * mpmath.sqrt(g)
+        plastic = sum(mpmath.erfc((2 * k + 1 - s) / width) - mpmath.erfc((2 * k + 1 + s) / width) for k in range(8)) / s
+    else:
+        modes = (
+            (-1) ** (n + 1) * mpmath.sin(n * mpmath.pi * s) / n * mpmath.exp(-((n * mpmath.pi) ** 2) * g)
+            for n in range(1, 14)
+        )
+        plastic = 1 - 2 / (mpmath.pi * s) * sum(modes)
+    return 1 - plastic**6
+
+
+@pytest.mark.parametrize("hurst", [0.05, 1.0])
+@pytest.mark.parametrize(("modulus", "width"), [(1e2, 1e-4), (1e4, 1e-8), (1e6, 1e-12), (1e8, 1e-15)])
+def test_a_surface_that_yields_at_once_is_a_ring_of_waves_with_the_stress_of_any_that_yields(hurst, modulus, width):
+    # G of the smoothed surface is σ_P² ∫ smoothing dg whatever C(q), once all yields, and so is ∫ 2 P dG; it lies
+    # within (σ_P/E*)² above q_min, down to the last bit of q, where D_flash = 1/q_min
+    hardness, load, lowest = 2.0, 0.06, 3.0
+    contact = {"effective_modulus": modulus * hardness, "nominal_pressure": load}
+    smoothed = plasticity.smoothed_spectrum(
+        PowerLaw(1 / lowest**4, (lowest, lowest, 300.0), hurst), penetration_hardness=hardness, **contact
+    )
+    with mpmath.workdps(30):
+        s, places = mpmath.mpf(load) / hardness, [0, 0.01, 0.03, 0.1, 0.3, 1, 3, 10]
+        half = hardness**2 * float(mpmath.quad(lambda g: smoothing_with_thirty_digits(s, g), places))
+    x = load / 2 / sqrt(half)
+    exact = 2 * half * (erf(x) + 2 * x * exp(-x * x) / sqrt(pi) - 2 * x * x * (1 - erf(x)))
+    assert float(persson.pressure_correlation(0.0, smoothed, gamma=1.0, **contact)) == pytest.approx(exact, rel=1e-11)
+    assert flash.flash_width(1e-3, smoothed, **contact, **BODY) == pytest.approx(1 / lowest, rel=width)
+
+
+def test_a_surface_that_yields_before_the_next_number_is_refused():
+    with pytest.raises(ValueError, match=r"penetration_hardness = 1 Pa: the surface has yielded .* 1e-16 .*; raise"):
+        plasticity.smoothed_spectrum(
+            eight_decades(0.8), effective_modulus=1e12, nominal_pressure=0.1, penetration_hardness=1.0
+        )
