@@ -79,6 +79,11 @@ levels = [{ column = "elastic", shape = [96, 96], q_max = 1e5 }]
 
 
 @pytest.fixture(scope="session")
+def steel():
+    return rs.load_scene("steel-1.2GPa")
+
+
+@pytest.fixture(scope="session")
 def capped_scene():
     return parse_scene(CAPPED)
 

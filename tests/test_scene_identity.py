@@ -1,0 +1,77 @@
+"""What makes two scenes the same, and a scene written and read again."""
+
+from __future__ import annotations
+
+import json
+import pickle
+
+import pytest
+from steel_text import STEEL, changed, table_scene, with_counterface
+
+from roughsim.scene import bundled_scenes, first_difference, parse_scene, scene_text
+
+
+def variants() -> list[str]:
+    total = changed("0.938", '"total"\nduration = "1 ms"')
+    return [
+        *(scene_text(name) for name in bundled_scenes()),
+        table_scene("psd = [[1e4, 3.1e-23], [1e5, 7e-27]]", "surfacetopography"),
+        with_counterface(
+            "rms_slope = 0.1\nhurst = 0\nq_min = 1e-3\nq_max = 0.3\nconductivity=1\ndensity=2\nheat_capacity=3"
+        ),
+        total.replace('title = "', 'title = "\\"µ\\\\ 𝛾 '),
+        changed('"0.90 um"', "0.1234567890123456789e-6"),
+        changed('{ flash_temperature = "1 %" }', '{ flash_width = 0.02, plastic_fraction = "3 %" }'),
+        changed('{ flash_temperature = "1 %" }', "{}"),
+        STEEL + 'levels = [{ column = "capped", shape = [3, 4], q_max = 7 }]\nlengths = [1, 2]\nslid_distance = inf',
+        STEEL[: STEEL.index("[counterface]")] + STEEL[STEEL.index("[sliding]") :],
+    ]
+
+
+@pytest.mark.parametrize("text", variants(), ids=range(len(variants())))
+def test_a_scene_written_and_read_again_is_the_same(text):
+    scene = parse_scene(text)
+    again = parse_scene(scene.to_toml())
+    assert again == scene
+    assert hash(again) == hash(scene)
+    assert again.to_toml() == scene.to_toml()
+    assert first_difference(scene, json.loads(json.dumps(again.identity(), allow_nan=False))) is None
+    assert pickle.loads(pickle.dumps(scene)) == scene
+
+
+SAME = [
+    ('title = "', 'title = "Other '),
+    ("= 400", "= 500"),
+    ('"1 %"', '"2 %"'),
+    ("tolerance = 1e-4", "tolerance = 1e-4\nkeep_fields = 3"),
+    ('"90 MPa"', "9e7"),
+]
+DIFFERENT = [
+    ("seed = 1", "seed = 2", ("ensemble.seed", 1, 2)),
+    ('"90 MPa"', '"91 MPa"', ("sliding.nominal_pressure", 9e7, 9.1e7)),
+    ("tolerance = 1e-4", "", ("numerics.tolerance", 1e-4, None)),
+    ("tolerance = 1e-4", "tolerance = 1e-4\nthreads = 2", ("numerics.threads", None, 2)),
+    ("gamma = 0.294", "gamma = 0.3", ("theory.gamma", 0.294, 0.3)),
+    ('"1.2 GPa"', '"1.3 GPa"', ("body.penetration_hardness", 1.2e9, 1.3e9)),
+    (
+        '["0.001 m/s", ',
+        "[",
+        ("sliding.speed", [0.001, 0.01, 0.1, 1.0, 10.0, 35.0, 100.0], [0.01, 0.1, 1.0, 10.0, 35.0, 100.0]),
+    ),
+]
+
+
+@pytest.mark.parametrize(("old", "new"), SAME)
+def test_identity_forgets_titles_targets_and_units(old, new, steel):
+    assert first_difference(steel, parse_scene(changed(old, new))) is None
+
+
+@pytest.mark.parametrize(("old", "new", "difference"), DIFFERENT)
+def test_identity_names_the_first_key_that_differs(old, new, difference, steel):
+    assert first_difference(steel, parse_scene(changed(old, new))) == difference
+
+
+def test_identity_does_not_depend_on_writing_out_a_default():
+    bare = changed('q_roll_off = "9.4e4 1/m"', "", changed("roll_off_exponent = 1.5", ""))
+    full = changed('"9.4e4 1/m"', '"6350 1/m"', changed("roll_off_exponent = 1.5", "roll_off_exponent = 0"))
+    assert first_difference(parse_scene(bare), parse_scene(full)) is None

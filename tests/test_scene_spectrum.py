@@ -1,0 +1,60 @@
+"""A spectrum by its name in a scene: what it means, and what is refused."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import pytest
+from steel_text import STEEL, approx, refusal, with_counterface
+
+from roughsim.scene import first_difference, parse_scene
+from roughsim.scene.quantities import Quantity
+from roughsim.scene.sections import section
+from roughsim.scene.spectra import NAMES
+
+K = {"name": "k_correlation", "rms_height": 4e-7, "hurst": 0.7, "q_min": 7e3, "q_roll_off": 2e4, "q_max": 9e6}
+
+
+def named(**changes: Any) -> str:
+    """Steel with a k-correlation spectrum; None leaves a key out."""
+    pairs = (f"{key} = {json.dumps(value)}" for key, value in (K | changes).items() if value is not None)
+    start, end = STEEL.index("rms_height"), STEEL.index("[body]")
+    return f"{STEEL[:start]}spectrum = {{ {', '.join(pairs)} }}\n{STEEL[end:]}"
+
+
+def test_a_named_spectrum_is_doubled_added_and_written_as_others_are():
+    scene = parse_scene(named(rms_height="0.4 um"))
+    assert scene.spectrum.rms_height == approx(4e-7 * math.sqrt(2), 1e-12)
+    assert scene.spectrum.breaks == (7e3, 9e6)
+    assert parse_scene(scene.to_toml()) == scene
+    assert scene.identity()["surface.spectrum"] == K
+    two = parse_scene(with_counterface(f"spectrum = {{ {', '.join(f'{k} = {json.dumps(v)}' for k, v in K.items())} }}"))
+    assert two.spectrum.rms_height == approx(math.hypot(9e-7, 4e-7), 1e-12)
+    assert first_difference(scene, parse_scene(named(hurst=0.6)))[0] == "surface.spectrum"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (named(name="k_corelation"), 'surface.spectrum.name = "k_corelation" is no spectrum; did you mean "k_correlat'),
+        (named(name=None), "surface.spectrum = {'rms_height'"),
+        (named(name="../topography"), f"is no spectrum; the choice is {', '.join(NAMES)}"),
+        (named(hurst=None), "surface.spectrum.hurst is missing; write for example hurst = 0.8"),
+        (named(hurst=1.2), "surface.spectrum.hurst = 1.2 must be at least 0 and at most 1"),
+        (named(hrust=0.8), 'surface.spectrum.hrust = 0.8 is not a key of a scene; did you mean "hurst"?'),
+        (named(q_max="5 m"), 'surface.spectrum.q_max = "5 m" has the dimension [length]; a wavenumber is expected'),
+        (named(q_max=6e3), "surface.spectrum.q_min = 7000 rad/m must be below q_max = 6000 rad/m"),
+        (named().replace("[body]", "hurst = 0.8\n[body]"), "surface.hurst = 0.8 does not go with spectrum"),
+        (named().replace("[body]", "rms_slope = 0.8\n[body]"), "surface.rms_slope and spectrum are both given"),
+        (named().replace("[body]", 'psd_convention = "persson"\n[body]'), "surface.psd_convention goes with psd_file"),
+    ],
+)
+def test_a_wrong_named_spectrum_is_refused_by_its_key(text, told):
+    assert f"scene: {told}" in refusal(text) or told in refusal(text)
+
+
+def test_a_key_of_a_named_spectrum_may_not_mean_something_else_than_elsewhere():
+    with pytest.raises(ValueError, match="'hurst' is a key of scenes already"):
+        section("spectrum.other", hurst=Quantity("", "2", at_most=3))

@@ -1,0 +1,82 @@
+"""Measured spectra in a scene: however they are stored, and what is no spectrum."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from steel_text import ROWS, approx, refusal, table_scene, with_counterface
+
+from roughsim.scene import SceneError, load_scene, parse_scene
+
+
+@pytest.mark.parametrize("separator", [" ", "\t", ",", " ; "])
+def test_a_table_counts_by_content_however_it_is_stored(tmp_path, separator):
+    text = "\n".join(f"{q!r}{separator}{psd!r}" for q, psd in ROWS)
+    (tmp_path / "psd.csv").write_text(f"# measured\nq{separator}C\n{text}\n\n")
+    (tmp_path / "s.toml").write_text(table_scene('psd_file = "psd.csv"'))
+    scene = load_scene(tmp_path / "s.toml")
+    assert scene.surface.psd == ROWS
+    assert scene == parse_scene(table_scene("psd = [[1e4, 3e-23], [1e5, 7e-27], [2.5e5, 1e-29]]"))
+    assert scene.spectrum(1e5) == approx(2 * 7e-27, rel=1e-12)
+
+
+def test_surfacetopography_s_spectrum_is_4_pi_squared_larger():
+    rows = "psd = [[1e4, 3e-23], [1e5, 7e-27], [2.5e5, 1e-29]]"
+    persson, other = parse_scene(table_scene(rows)), parse_scene(table_scene(rows, "surfacetopography"))
+    assert persson.spectrum(1e5) / other.spectrum(1e5) == approx(39.47841760435743, rel=1e-12)
+
+
+def test_the_longest_tables_still_fit_into_a_scene_file(tmp_path):
+    rng = random.Random(3)
+    rows = [[1e4 * 1.005**i * (1 + 1e-4 * rng.random()), 1e-20 * 1.1**-i * rng.random()] for i in range(1200)]
+    scene = parse_scene(table_scene(f"psd = {rows}"))
+    (tmp_path / "s.toml").write_text(scene.to_toml())
+    assert load_scene(tmp_path / "s.toml") == scene
+    face = with_counterface("").replace("[sliding]", f'psd = {rows[:700]}\npsd_convention = "persson"\n[sliding]')
+    both = face.replace(
+        face[face.index("rms_height") : face.index("[body]")], f'psd = {rows[:501]}\npsd_convention = "persson"\n'
+    )
+    assert "counterface.psd and surface.psd together have 1201 rows" in refusal(both)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("1e4 3e-23", "surface.psd = 1 rows"),
+        ("1e4 3e-23\n1e5", 'surface.psd_file = "psd.txt", line 2: "1e5" must be two numbers'),
+        ("1e4 3e-23\n1e5 x", "line 2"),
+        ("1e4 3e-23\n1e4 1e-24", "surface.psd[1] has q = 10000.0 rad/m after 10000.0 rad/m; q must rise"),
+        ("1e4 3e-23\n1e5 -1e-24", "surface.psd[1] C = -1e-24 must be above 0"),
+        ("0 3e-23\n1e5 1e-24", "surface.psd[0] q = 0.0 rad/m must be above 0 rad/m"),
+        ("1e4 nan\n1e5 1e-24", "surface.psd[0] C = nan must be finite"),
+        ("", "surface.psd = 0 rows"),
+        ("\n".join(f"{i} 1" for i in range(1, 1300)), "has 1299 rows, above the limit of 1200"),
+    ],
+)
+def test_a_table_that_is_no_spectrum_is_refused(tmp_path, content, words):
+    (tmp_path / "psd.txt").write_text(content)
+    (tmp_path / "s.toml").write_text(table_scene('psd_file = "psd.txt"'))
+    with pytest.raises(SceneError) as caught:
+        load_scene(tmp_path / "s.toml")
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_table_that_is_not_there_is_refused_by_name(tmp_path):
+    (tmp_path / "s.toml").write_text(table_scene('psd_file = "psd.txt"'))
+    with pytest.raises(SceneError, match=r"surface\.psd_file = \"psd\.txt\": the table .* does not exist"):
+        load_scene(tmp_path / "s.toml")
+    assert "surface.psd_file" in refusal(table_scene('psd_file = "psd.txt"'))
+    assert "surface.psd_file" in refusal(table_scene("psd_file = 3"))
+    assert "psd_file and surface.psd are both given" in refusal(table_scene('psd_file = "a"\npsd = [[1, 2], [2, 3]]'))
+
+
+def test_a_table_must_state_its_convention_and_excludes_the_self_affine_keys():
+    rows = "psd = [[1e4, 3e-23], [1e5, 7e-27]]"
+    assert "surface.psd_convention is missing" in refusal(table_scene(rows).replace('psd_convention = "persson"\n', ""))
+    assert "surface.hurst = 0.8 does not go with psd_file" in refusal(table_scene(rows + "\nhurst = 0.8"))
+    assert "surface.rms_height and psd_file are both given" in refusal(table_scene(rows + "\nrms_height = 1e-6"))
+    assert 'surface.psd_convention = "person" is not known; did you mean "persson"?' in refusal(
+        table_scene(rows, "person")
+    )
