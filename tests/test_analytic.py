@@ -11,7 +11,7 @@ import roughsim as rs
 from roughsim import analytic
 from roughsim.analytic.views import Integrals, ModeSums
 from roughsim.spectrum import TruncatedSpectrum
-from theory import flash, partition
+from theory import flash, partition, persson
 
 
 def sliding(scene, **changes):
@@ -85,6 +85,18 @@ def test_without_a_conducting_counterface_there_is_no_theoretical_share(capped_s
 def test_bodies_of_different_conductivity_share_by_it_at_rest(full_scene):
     # both at rest: s = κ₁/(κ₁ + κ₂) with κ₁ = 30 of the moving, κ₂ = 15 of the resting body
     assert analytic.theoretical_partition(full_scene)[0] == pytest.approx(2 / 3, rel=1e-9)
+
+
+def test_a_cut_surface_that_yields_at_once_has_the_stress_of_the_whole_one(capped_scene):
+    # all is plastic within 1e-11 of q_min: C_sm must be told how far above q_min a wavenumber lies, cut or not
+    soft = replace(capped_scene, surface=replace(capped_scene.surface, rms_height=30.0))
+    smoothed = analytic.smoothed_spectrum(soft)
+    assert smoothed.breaks[-3] / smoothed.breaks[0] - 1 < 1e-9
+    cut = TruncatedSpectrum(smoothed, 1.5 * smoothed.breaks[0])
+    stress = analytic.stress_arguments(soft)
+    whole, part = (float(persson.pressure_correlation(0.0, each, **stress)) for each in (smoothed, cut))
+    assert part == pytest.approx(whole, rel=1e-11)
+    assert analytic.predictions(soft)["flash_width"] == pytest.approx(1 / soft.surface.q_min, rel=1e-9)
 
 
 def test_mode_sums_approach_the_integrals_as_the_cell_grows():
