@@ -129,11 +129,12 @@ def test_an_interrupt_ends_all_within_a_second(scene_file, tmp_path, which, work
     began = time.monotonic()
     process.send_signal(which)
     process.wait(timeout=20)
-    assert time.monotonic() - began < 2.0  # a second, and a loaded machine
+    patience = max(os.getloadavg()[0] / (os.cpu_count() or 1), 1.0)
+    assert time.monotonic() - began < 2.0 * patience  # a second on a free machine
     assert process.returncode != 0
     assert "KeyboardInterrupt" in scene_file.with_name("said.txt").read_text()
     while any(Path(f"/proc/{pid}").exists() for pid in family):
-        assert time.monotonic() - began < 4.0, "a process stayed"
+        assert time.monotonic() - began < 4.0 * patience, "a process stayed"
         time.sleep(0.05)
     assert not (folder / "lock").exists()
     assert_all_sound(folder)
