@@ -7,6 +7,7 @@ Groups `elastic`, `smoothed`, `capped` and `steps`; in each a table: `place` (po
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -61,14 +62,13 @@ def write_validity(path: Path, tables: Mapping[str, Table], provenance: Mapping[
     """
     import h5py
 
-    with h5py.File(f"map {id(tables)}", "w", driver="core", backing_store=False, libver="v110") as file:
+    memory = io.BytesIO()  # as realizations: whole in memory before the disk is met
+    with h5py.File(memory, "w", libver="v110") as file:
         for name, table in tables.items():
             _fill(file.create_group(name), table)
         file.attrs.update(format="roughsim validity map", format_version=_FORMAT, sha256=_digest(tables))
         file.attrs["provenance"] = json.dumps(dict(provenance), sort_keys=True)
-        file.flush()
-        image = bytes(file.id.get_file_image())
-    place_bytes(path, image)
+    place_bytes(path, memory.getvalue())
 
 
 def read_validity(path: Path | None = None) -> dict[str, Table]:
