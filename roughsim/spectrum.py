@@ -363,8 +363,7 @@ class TruncatedSpectrum(_Moments):
 
     def above(self, q: Any, start: Any, rise: Any) -> Any:
         """Return C(q) in m⁴ at q = start·e^rise ≤ q_max, rad/m, with the precision of `whole` close above a break."""
-        finer = getattr(self.whole, "above", None)
-        return self.factor * (self.whole(q) if finer is None else finer(q, start, rise))
+        return self.factor * getattr(self.whole, "above", lambda at, *_: self.whole(at))(q, start, rise)
 
     def moment(self, order: float) -> float:
         """Return 2π ∫ q^(1 + order) C(q) dq over the whole spectrum, m^(2 − order).
