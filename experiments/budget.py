@@ -1,6 +1,6 @@
 """The error budget, foretold and found: the three steels and ten random scenes, and what levels are worth.
 
-    python experiments/budget.py [--toy] [-o FOLDER] [--workers N]
+    python experiments/budget.py [--toy] [-o FOLDER] [--workers N] [--only NAME ...]
 
 Each scene is planned for a total error of T_flash (1 % for the steels, 2 % for the others), run until the statistical
 error that the plan names, and set beside what the plan foretold: realizations, error in all, CPU and wall time. Then
@@ -169,11 +169,13 @@ def main() -> None:
     options.add_argument("--toy", action="store_true", help="two quick scenes at 4 %%")
     options.add_argument("-o", "--output", type=Path, default=Path("runs/budget"), help="folder of the runs")
     options.add_argument("--workers", type=int, default=1, help="processes")
+    options.add_argument("--only", nargs="*", help="names of scenes, as steel-1.2GPa and random-3")
     given = options.parse_args()
     given.output.mkdir(parents=True, exist_ok=True)
     steels = [] if given.toy else [f"steel-{x}GPa" for x in ("0.5", "1.2", "2.0")]
     scenes = {name: rs.load_scene(name) for name in steels or ["demo"]}
     scenes |= {f"random-{i}": random_scene(i) for i in ((2,) if given.toy else range(1, 11))}
+    scenes = {name: scene for name, scene in scenes.items() if name in (given.only or scenes)}
     rows, runs = [], {}
     for name, scene in scenes.items():
         target = 0.04 if given.toy else 0.01 if name in steels else 0.02
@@ -181,7 +183,7 @@ def main() -> None:
         rows.append(row)
         print(f"{name}: done after {row.wall:.0f} s", flush=True)
     told(rows)
-    for name in list(scenes)[: 1 if given.toy else 3]:
+    for name in [name for name in scenes if name in steels or name == "demo"]:
         gains = ", ".join(f"{observable} {value:.2g}" for observable, value in gain(runs[name]).items())
         print(f"{name}, fine levels for few instead of for all: {gains}")
     chart(rows, given.output / "budget.png")

@@ -17,10 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim import analytic
-from roughsim.estimate import Estimate, paired, standard_error
+from roughsim.estimate import Estimate, quotient
 from roughsim.means import OBSERVABLES
 from roughsim.record.run import Run
-from roughsim.sample import ratio
 from roughsim.spectrum import TruncatedSpectrum
 
 Array = NDArray[np.float64]
@@ -158,18 +157,9 @@ def _ratios(run: Run, observable: str, theory: Array) -> dict[str, tuple[Array, 
     """Value and paired standard error of first/theory and, for capped scenes, capped/smoothed."""
     columns = run.numerics.columns
     first = run.values(observable, columns[0])
-    exact = np.broadcast_to(theory, first.extrapolated.shape)
-    pairs = {f"{columns[0]}_over_theory": (first.extrapolated, exact, first.group)}
+    result = {f"{columns[0]}_over_theory": quotient(first, theory)}
     if len(columns) > 1:
-        second = run.values(observable, columns[1])
-        name = f"{columns[1]}_over_{columns[0]}"
-        pairs[name] = (second.extrapolated, first.extrapolated, paired(second, first))
-    result = {}
-    for name, (above, below, group) in pairs.items():
-        values = ratio(above, below)
-        if not np.any(above):  # elastic contact has no plastic area: there is no ratio to speak of
-            values = np.full_like(values, np.nan)
-        result[name] = values.mean(axis=0), standard_error(values, group)
+        result[f"{columns[1]}_over_{columns[0]}"] = quotient(run.values(observable, columns[1]), first)
     return result
 
 

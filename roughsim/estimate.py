@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,15 +12,17 @@ from scipy.stats import t as student
 
 from roughsim.ladder import Values
 from roughsim.means import OBSERVABLES
+from roughsim.sample import ratio
 
 Array = NDArray[np.float64]
 LEAST = 12  # realizations before a run may stop: below, the scatter itself is too uncertain
+LEAST_FINE = 3  # of these with the finest level
 
 SOURCES = {
-    "statistical": "half-width of the 95 % interval (Student t)",
+    "statistical": "half-width of the 95 % interval: Student t, wider by 1/f for runs that stop where scatter is low",
     "bandwidth": "left by the cut-off q_c",
     "pixel": "left by the grid at fixed q_c",
-    "size": "a cell of this size holds only some waves: the theory's sum over its modes against the integral",
+    "size": "what a larger cell would change: measured once by doubling cells, at most this for as many waves per side",
     "solver": "twice the contact solver's tolerance: moments are quadratic in the pressure",
 }
 
@@ -35,7 +38,7 @@ class Estimate:
     mean : ndarray
         In the limit of q_c and the pixel where that exists and the levels tell.
     standard_error, half_width : ndarray
-        Statistical: of the mean, and of its 95 % interval (Student t with `effective_n` − 1 degrees of freedom).
+        Statistical: of the mean, and of its 95 % interval (`quantile` with `effective_n` − 1 degrees of freedom).
     bias : ndarray
         Value at the finest level minus `mean`; zero where nothing is extrapolated.
     total_error : ndarray
@@ -81,7 +84,7 @@ def estimate(
     values: Values,
     notes: tuple[str, ...] = (),
     *,
-    size: Array | float = 0.0,
+    size: float = 0.0,
     tolerance: float = 0.0,
 ) -> Estimate:
     """Return mean, errors and bias of an observable from its values.
@@ -94,13 +97,13 @@ def estimate(
         From `roughsim.ladder.observe`.
     notes : tuple of str, optional
         For `Estimate.explain`.
-    size : ndarray or float, optional
-        Relative error of the finite cell.
+    size : float, optional
+        Relative error of the finite cell, from `roughsim.cell.size_error`.
     tolerance : float, optional
         Relative pressure error of the contact solves.
     """
     mean = values.extrapolated.mean(axis=0)
-    error, freedom = spread(values.extrapolated, values.group)
+    error, freedom = spread(values.extrapolated, values.base, values.group)
     with np.errstate(invalid="ignore"):  # slope_length is infinite at rest: its errors are undefined
         budget = {
             "statistical": _half_width(error, freedom),
@@ -127,54 +130,102 @@ def estimate(
     )
 
 
-def spread(values: Array, group: NDArray[np.intp] | None = None) -> tuple[Array, Array]:
+def spread(values: Array, base: Array | None = None, group: NDArray[np.intp] | None = None) -> tuple[Array, Array]:
     """Return the standard error of the mean over axis 0, and its degrees of freedom.
 
-    Rows of one group scatter alike; each group must have two of them, else the error is infinite. Degrees of freedom
-    after Satterthwaite. Scatter below rounding counts as none: realizations that agree to all digits have no error.
+    The coarsest level scatters alike in all rows. What finer levels add scatters about its mean over the rows that have
+    them; these also tell how far it goes with the coarsest level. Where only one row has them, the error is infinite.
+    Degrees of freedom after Satterthwaite. Scatter below rounding counts as none: realizations that agree to all digits
+    have no error.
 
     Parameters
     ----------
     values : ndarray
         Influence values (n, speeds).
-    group : ndarray, optional
-        Number of the group of each row (n,); left out, all rows are of one.
+    base, group : ndarray, optional
+        As in `roughsim.ladder.Values`; left out, all rows have the same levels.
     """
     n, shape = len(values), values.shape[1:]
-    group = np.zeros(n, dtype=np.intp) if group is None else group
-    variance, doubt = np.zeros(shape), np.zeros(shape)
+    if n < 2:
+        return np.full(shape, np.inf), np.zeros(shape)
+    if base is None or group is None or np.all(group == group[0]):
+        base, group = values, np.zeros(n, dtype=np.intp)
     with np.errstate(invalid="ignore"):  # an undefined observable has an undefined error
-        for one in np.unique(group):
-            rows = values[group == one]
-            count = len(rows)
-            if count < 2:
+        common, added = base.std(axis=0, ddof=1), values - base
+        shared, rest, doubt = common**2 / n, np.zeros(shape), np.zeros(shape)
+        for one in np.unique(group[group > 0]):
+            rows = group == one
+            weight, few = np.count_nonzero(rows) / n**2, np.count_nonzero(rows) - 1
+            if few == 0:
                 return np.full(shape, np.inf), np.zeros(shape)
-            part = count * rows.var(axis=0, ddof=1) / n**2
-            variance, doubt = variance + part, doubt + part**2 / (count - 1)
+            along, beside = _split(base[rows], added[rows], common)
+            shared = shared + weight * (along**2 - common**2)
+            rest = rest + weight * beside**2
+            doubt = doubt + weight**2 * (beside**4 + 2.0 * (along * beside) ** 2) / few
+        variance, doubt = shared + rest, doubt + shared**2 / (n - 1)
         freedom = np.divide(variance**2, doubt, out=np.full(shape, n - 1.0), where=doubt > 0.0)
         rounding = 1e-12 * np.abs(values).max(axis=0)
         error: Array = np.where(np.sqrt(n * variance) <= rounding, 0.0, np.sqrt(variance))
     return error, np.minimum(freedom, n - 1.0)
 
 
-def standard_error(values: Array, group: NDArray[np.intp] | None = None) -> Array:
-    """Return the standard error of the mean over axis 0, as `spread`; infinite for one realization."""
-    return spread(values, group)[0]
+def _split(base: Array, added: Array, common: Array) -> tuple[Array, Array]:
+    """Standard deviations of base + added along base, whose own is `common`, and of what does not go with base."""
+    own, other = base.std(axis=0, ddof=1), added.std(axis=0, ddof=1)
+    product = ((base - base.mean(axis=0)) * (added - added.mean(axis=0))).sum(axis=0) / (len(base) - 1)
+    share = np.divide(product, own * other, out=np.zeros_like(own), where=own * other > 0.0)
+    share = np.clip(share, -1.0, 1.0)
+    return common + share * other, np.sqrt(1.0 - share**2) * other
+
+
+def quotient(above: Values, below: Values | Array) -> tuple[Array, Array]:
+    """Return ⟨above⟩/⟨below⟩ and its standard error, (speeds,); rows of one realization stay paired.
+
+    Parameters
+    ----------
+    above : Values
+        Of some column.
+    below : Values or ndarray
+        Of another column of the same run, or exact values (speeds,).
+    """
+    if isinstance(below, Values):
+        rows, base = ratio(above.extrapolated, below.extrapolated), ratio(above.base, below.base)
+        group = above.group + (above.group.max() + 1) * below.group  # 0 where both columns have their coarsest alone
+    else:
+        exact = np.broadcast_to(below, above.base.shape)
+        rows, base, group = ratio(above.extrapolated, exact), ratio(above.base, exact), above.group
+    value, error = rows.mean(axis=0), spread(rows, base, group)[0]
+    if not np.any(above.extrapolated):  # elastic contact has no plastic area: there is no ratio to speak of
+        value = np.full_like(value, np.nan)
+    return value, error
+
+
+def quantile(freedom: Array | float) -> Array:
+    """Return the half-width of a 95 % interval in standard errors: Student's t, times √(1 + 2/f).
+
+    A run that stops itself does so where the scatter happens to be small: as much as about two of the f degrees of
+    freedom are worth (M. Woodroofe, Annals of Statistics 5, 984, 1977, has the order 1/f). Measured by
+    `experiments/intervals.py`.
+    """
+    freedom = np.maximum(freedom, 1.0)
+    factor: Array = student.ppf(0.975, freedom) * np.sqrt(1.0 + 2.0 / freedom)
+    return factor
 
 
 def _half_width(error: Array, freedom: Array) -> Array:
     with np.errstate(invalid="ignore"):
-        return np.where(freedom > 0.0, error * student.ppf(0.975, np.maximum(freedom, 1.0)), error)
-
-
-def paired(above: Values, below: Values) -> NDArray[np.intp]:
-    """Return the groups of rows that have the same levels in both columns."""
-    return np.unique(np.stack([above.group, below.group]), axis=1, return_inverse=True)[1].astype(np.intp)
+        return np.where(freedom > 0.0, error * quantile(freedom), error)
 
 
 def relative_half_width(values: Values) -> float:
-    """Return the relative 95 % half-width of the mean at the worst speed; infinite for fewer than two rows."""
-    half = _half_width(*spread(values.extrapolated, values.group))
+    """Return the relative 95 % half-width of the mean at the worst speed.
+
+    Infinite for fewer than two rows, and while fewer than three have the finest level: two can agree by chance.
+    """
+    seldom = np.count_nonzero(values.group == values.group.max())
+    if seldom < min(LEAST_FINE, len(values.group)):
+        return inf
+    half = _half_width(*spread(values.extrapolated, values.base, values.group))
     mean = np.abs(values.extrapolated.mean(axis=0))
     relative = np.divide(half, mean, out=np.zeros_like(half), where=half > 0.0)
     return float(relative.max())
@@ -198,12 +249,13 @@ def first_sufficient(targets: Callable[[int], Iterable[tuple[Values, float]]], c
 
 __all__ = [
     "LEAST",
+    "LEAST_FINE",
     "SOURCES",
     "Estimate",
     "estimate",
     "first_sufficient",
-    "paired",
+    "quantile",
+    "quotient",
     "relative_half_width",
     "spread",
-    "standard_error",
 ]

@@ -32,13 +32,15 @@ _DOUBT_OF_TWO, _DOUBT_OF_THREE = 0.25, 0.10
 class Values(NamedTuple):
     """One observable: a row per realization, (n, speeds), in the limit and at the finest level, with its doubts.
 
-    Rows with the same number in `group` (n,) have the same levels. `exponent`, `bandwidth` and `pixel` (speeds,) are
-    the fitted p (NaN if nothing was extrapolated), and the errors left in the mean by q_c and by the pixel; NaN says
-    that no pair of levels tells.
+    Rows with the same number in `group` (n,) have the same levels, those with 0 the coarsest alone. `base` has the rows
+    of the coarsest level, moved to the mean of `extrapolated`: the rest of the scatter is that of finer levels.
+    `exponent`, `bandwidth` and `pixel` (speeds,) are the fitted p (NaN if nothing was extrapolated), and the errors
+    left in the mean by q_c and by the pixel; NaN says that no pair of levels tells.
     """
 
     extrapolated: Array
     finest: Array
+    base: Array
     group: NDArray[np.intp]
     exponent: Array
     bandwidth: Array
@@ -81,9 +83,18 @@ def observe(
     unfitted = np.full(top.shape[1:], nan)
     if len(ladder) == 1 or unlimited or ladder[-1].sample.q_max >= end * (1 - 1e-9):
         mean, finest, pixel = _at_fixed_cut_off(ladder, order, unlimited)
-        return Values(mean, finest, group, unfitted, np.zeros_like(unfitted), pixel)
+        return Values(mean, finest, _moved(ladder, mean), group, unfitted, np.zeros_like(unfitted), pixel)
     exponent, remainder, bandwidth = _remainder(ladder, end)
-    return Values(top + remainder, top, group, exponent, bandwidth, _pixel_of_limit(ladder, order))
+    limit = top + remainder
+    return Values(limit, top, _moved(ladder, limit), group, exponent, bandwidth, _pixel_of_limit(ladder, order))
+
+
+def _moved(ladder: list[_Rung], limit: Array) -> Array:
+    """Rows of the coarsest level about the mean of the limit."""
+    rows, (mean, goal) = ladder[0].rows, (ladder[0].rows.mean(axis=0), limit.mean(axis=0))
+    with np.errstate(invalid="ignore"):
+        moved: Array = rows + (goal - mean)
+    return moved
 
 
 def _climb(observable: str, samples: list[Sample], resting_ratio: float | Array) -> list[_Rung]:
@@ -114,9 +125,9 @@ def _climb(observable: str, samples: list[Sample], resting_ratio: float | Array)
 
 
 def _patterns(samples: list[Sample]) -> NDArray[np.intp]:
-    """Number of levels that each realization has: levels are nested, so that it names the pattern."""
+    """Number of finer levels that each realization has: levels are nested, so that it names the pattern."""
     count = np.zeros(len(samples[0].rows), dtype=np.intp)
-    for sample in samples:
+    for sample in samples[1:]:
         count[sample.rows] += 1
     return count
 
@@ -141,21 +152,43 @@ def _at_fixed_cut_off(ladder: list[_Rung], order: float, unlimited: bool) -> tup
 
 def _remainder(ladder: list[_Rung], end: float) -> tuple[Array, Array, Array]:
     """Exponent, the rows that lead from the top rung to the limit, and the doubt about them."""
-    step = ladder[-1].rows - ladder[-2].rows
-    cutoffs = [rung.sample.q_max for rung in ladder]
-
-    def factor(p: Array) -> Array:
-        return np.asarray((1.0 - (cutoffs[-1] / end) ** p) / ((cutoffs[-1] / cutoffs[-2]) ** p - 1.0))
-
+    cutoffs, rows = [rung.sample.q_max for rung in ladder[-3:]], [rung.rows for rung in ladder[-3:]]
+    step = rows[-1] - rows[-2]
     first_order = np.ones(step.shape[1:])
+    linear = step * _factor(cutoffs, end, first_order)
     if len(ladder) == 2:
-        remainder = step * factor(first_order)
-        return first_order, remainder, _DOUBT_OF_TWO * np.abs(remainder.mean(axis=0))
-    exponent = fitted_exponent(cutoffs[-3:], [rung.rows for rung in ladder[-3:]])
-    remainder = step * factor(exponent)
-    size = np.abs(remainder.mean(axis=0))
-    other = np.abs((step * factor(first_order)).mean(axis=0))
+        return first_order, linear, _DOUBT_OF_TWO * np.abs(linear.mean(axis=0))
+    exponent = fitted_exponent(cutoffs, rows)
+    remainder = step * _factor(cutoffs, end, exponent) + _scatter_of_exponent(cutoffs, rows, end, exponent)
+    size, other = (np.abs(x.mean(axis=0)) for x in (remainder, linear))
     return exponent, remainder, np.maximum(np.abs(size - other), _DOUBT_OF_THREE * size)
+
+
+def _factor(cutoffs: list[float], end: float, p: Array) -> Array:
+    """What follows up to the end, over the last step."""
+    return np.asarray((1.0 - (cutoffs[-1] / end) ** p) / ((cutoffs[-1] / cutoffs[-2]) ** p - 1.0))
+
+
+def _scatter_of_exponent(cutoffs: list[float], rows: list[Array], end: float, p: Array) -> Array:
+    """Influence of each realization on the remainder through the fitted exponent; zero in the mean, and where p = 1
+    stands for one that cannot be fitted.
+    """
+    first, second = rows[0] - rows[1], rows[1] - rows[2]
+    fall, last = first.mean(axis=0), second.mean(axis=0)
+    with np.errstate(all="ignore"):
+        quotient, small = fall / last, 1e-5
+        of_quotient = ((first - fall) - quotient * (second - last)) / last
+        of_exponent = (_steps(cutoffs, p + small) - _steps(cutoffs, p - small)) / (2.0 * small)
+        of_factor = (_factor(cutoffs, end, p + small) - _factor(cutoffs, end, p - small)) / (2.0 * small)
+        moved = -last * of_factor * of_quotient / of_exponent
+        fitted = np.abs(_steps(cutoffs, p) / quotient - 1.0) < 1e-6
+    return np.where(fitted, moved, 0.0)
+
+
+def _steps(cutoffs: list[float], p: Array) -> Array:
+    """The first over the second step of c q_c^(−p) at three cut-offs."""
+    x, y, z = (np.asarray((q / cutoffs[0]) ** -p) for q in cutoffs)
+    return np.asarray((x - y) / (y - z))
 
 
 def _pixel_of_limit(ladder: list[_Rung], order: float) -> Array:
@@ -191,8 +224,7 @@ def _exponent(cutoffs: list[float], a: float, b: float, c: float) -> float:
         return 1.0
 
     def excess(p: float) -> float:
-        x, y, z = (q**-p for q in (np.array(cutoffs) / cutoffs[0]))
-        return float((x - y) / (y - z) - (a - b) / (b - c))
+        return float(_steps(cutoffs, np.asarray(p)) - (a - b) / (b - c))
 
     low, high = excess(0.3), excess(3.0)
     return float(brentq(excess, 0.3, 3.0)) if low * high < 0.0 else 1.0

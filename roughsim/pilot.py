@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from roughsim import solvers
 from roughsim.errors import ConvergenceError
-from roughsim.numerics import Column, Level, Numerics
+from roughsim.numerics import Column, Level, Numerics, fast_size
 from roughsim.realization import realize
 
 if TYPE_CHECKING:
@@ -48,8 +48,8 @@ class Pilot:
         Standard deviation of these changes of one realization.
     q_max : float
         Its highest cut-off, rad/m.
-    seconds_per_point : float
-        CPU time of one realization per grid point on this machine; never decides anything.
+    pace : float
+        CPU time of one realization over `work` of its points, s: the least of its solves; never decides anything.
     """
 
     scatter: float
@@ -58,7 +58,13 @@ class Pilot:
     pixel: float
     change_scatter: float
     q_max: float
-    seconds_per_point: float
+    pace: float
+
+
+def work(points: float) -> float:
+    """Return how the time of a solve grows with its points: per point as √(points per side), on 512² to 3072²."""
+    growth: float = points**1.25
+    return growth
 
 
 def pilot(scene: Scene, column: Column, lengths: tuple[float, float], q_max: float) -> Pilot | None:
@@ -78,10 +84,10 @@ def pilot(scene: Scene, column: Column, lengths: tuple[float, float], q_max: flo
     Returns
     -------
     Pilot or None
-        None where a solve did not converge, or the cell is too small to halve the cut-off.
+        None where a solve did not converge.
     """
     cut = min(q_max, POINTS * 2 * pi / (4 * max(lengths)))
-    sides = tuple(max(16, round(4 * cut * length / (2 * pi))) for length in lengths)
+    sides = tuple(fast_size(max(16.0, 4 * cut * length / (2 * pi))) for length in lengths)
     half = (max(8, sides[0] // 2), max(8, sides[1] // 2))
     levels = (
         Level(column, half, cut / 2),
@@ -90,16 +96,16 @@ def pilot(scene: Scene, column: Column, lengths: tuple[float, float], q_max: flo
     )
     numerics = Numerics(levels, lengths, solver=scene.numerics.solver or solvers.DEFAULT)
     try:
-        return _measured(scene, numerics, sides[0] * sides[1])
+        return _measured(scene, numerics)
     except ConvergenceError:
         return None
 
 
 @lru_cache(maxsize=32)
-def _measured(scene: Scene, numerics: Numerics, points: int) -> Pilot:
-    coarse, _ = _flash_temperatures(scene, numerics, 0, SINGLE)
+def _measured(scene: Scene, numerics: Numerics) -> Pilot:
+    coarse, quick = _flash_temperatures(scene, numerics, 0, SINGLE)
     pairs, seconds = _flash_temperatures(scene, numerics, 1, PAIRS)
-    finer, _ = _flash_temperatures(scene, numerics, 2, PAIRS)
+    finer, other = _flash_temperatures(scene, numerics, 2, PAIRS)
     first = coarse[:PAIRS]
     hottest = int(np.argmax(pairs.mean(axis=0)))
     limit = float((2.0 * pairs - first).mean(axis=0)[hottest])
@@ -113,7 +119,7 @@ def _measured(scene: Scene, numerics: Numerics, points: int) -> Pilot:
         abs(float(pixels.mean())),
         max(float(change.std(ddof=1)) for change in (steps, pixels)),
         numerics.levels[1].q_max,
-        seconds / points,
+        min(s / work(numerics.grid(i).points) for i, s in enumerate((quick, seconds, other))),
     )
 
 

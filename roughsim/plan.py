@@ -1,35 +1,31 @@
 """From a scene to its numerics: the cheapest grids and tolerances that meet the asked-for error, each with its reason.
 
 The rules, measured on steel: what yields plastically needs no resolution of its own, so the yield wavenumber q_y sets
-the scale, not q_max. Bandwidth, not pixels, is the error of capped contact, so it is solved up to two cut-offs and
-extrapolated; contact on the smoothed spectrum C_sm converges by itself.
+the scale, not q_max. Bandwidth, not pixels, is the error of capped contact, so it is solved up to three cut-offs, the
+lower two also at half the pixel, and extrapolated; contact on the smoothed spectrum C_sm converges by itself.
 """
 
 from __future__ import annotations
 
 import os
 from dataclasses import replace
-from math import ceil, hypot, inf, isfinite, pi, sqrt
+from math import hypot, inf, isfinite, pi, sqrt
 from typing import TYPE_CHECKING
 
-import numpy as np
-from scipy.stats import t as student
-
 from roughsim import analytic
+from roughsim.cell import choose_lengths, size_error
 from roughsim.errors import ResolutionError, number
-from roughsim.estimate import LEAST
-from roughsim.grid import Grid
-from roughsim.numerics import Column, Forecast, Level, Numerics, Reason
-from roughsim.pilot import Pilot, pilot
+from roughsim.estimate import LEAST, quantile
+from roughsim.numerics import Column, Forecast, Level, Numerics, Reason, fast_size
+from roughsim.pilot import Pilot, pilot, work
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene
-    from roughsim.scene.sections import CounterfaceSection, SurfaceSection
 
 ELASTIC_LIMIT = 2048  # points per side up to which an elastic scene is resolved; beyond, C(q) is cut
 CAPPED_LIMIT = 4096
 BYTES_PER_POINT = 120  # peak memory of a solve, measured
-SECONDS_PER_POINT = 4.0e-7  # CPU time of one realization per grid point where no pilot was run, within a factor of two
+PACE = 1.2e-8  # CPU time of one realization over its `work` where no pilot was run, s, within a factor of two
 START_SECONDS = 3.0  # until processes have loaded what they need
 _TOPS = (8, 16, 32)  # cut-offs of capped contact, in q_y
 _SYSTEMATIC = 0.6  # share of the target that bandwidth and pixel may take
@@ -65,7 +61,8 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
     if not 0.0 < number("target_error", target_error) < 1.0:
         raise ValueError(f"target_error = {target_error:.6g} must lie between 0 and 1")
     given = scene.numerics
-    lengths, reasons = _lengths(scene)
+    lengths, reason = choose_lengths(scene)
+    reasons = [Reason("cell", _mm(lengths), reason)]
     if given.levels is not None:
         levels = tuple(Level(level.column, level.shape, level.q_max, level.every) for level in given.levels)
         reasons.append(Reason("levels", _listed(levels), "given in the scene"))
@@ -87,7 +84,7 @@ def _chosen(
     seen = pilot(scene, column, lengths, q_max if scene.elastic else min(q_max, 4.0 * _scale(scene)[0]))
     build = _elastic_levels if scene.elastic else _capped_levels
     chosen, (bandwidth, pixel) = build(scene, lengths, target, seen)
-    size = _size_error(scene, lengths, chosen[0][0])
+    size = size_error(scene, lengths)
     systematic = hypot(bandwidth, pixel, size)
     goal = sqrt(max(target**2 - systematic**2, 0.1 * target**2)) if stop is None else stop
     scatter, hot, change = (0.02, 0.02, 0.003)
@@ -97,63 +94,58 @@ def _chosen(
     every = _stride(bare, scatter, change, goal, most)
     levels = _strided(bare, every)
     count = min(_realizations(hypot(scatter, sqrt(every) * change), goal), most)
-    statistical = _quantile(count) * hypot(hot, sqrt(every) * change) / sqrt(count)
-    pace = SECONDS_PER_POINT if seen is None else 1.15 * seen.seconds_per_point
-    forecast = Forecast(count, statistical, bandwidth, pixel, size, pace * _points(levels, count))
+    statistical = float(quantile(count - 1.0)) * hypot(hot, sqrt(every) * change) / sqrt(count)
+    pace = PACE if seen is None else seen.pace
+    forecast = Forecast(count, statistical, bandwidth, pixel, size, pace * _work(levels, count))
     why = [reason for _, reason in chosen]
     reasons = [Reason(a.column, _listed((a,)), reason) for a, reason in zip(levels, why, strict=True)]
     return levels, forecast, [*reasons, _told(seen), *_expected(forecast, goal)]
 
 
-def _size_error(scene: Scene, lengths: tuple[float, float], level: Level) -> float:
-    """What the cell leaves out of the highest T_flash, in the theory; ratios to it are free of this error."""
-    hottest = int(np.argmax(analytic.over_speed(scene, np.array(scene.speeds))["flash_temperature"]))
-    errors = analytic.size_errors(scene, Grid(level.shape, lengths), level.q_max)
-    return float(errors["flash_temperature"][hottest])
-
-
 def _told(seen: Pilot | None) -> Reason:
     if seen is None:
         return Reason("pilot", "none", "a cheap solve did not converge: what is expected below is a guess")
-    return Reason(
-        "pilot",
-        f"scatter {100 * seen.scatter:.2g} %, step {100 * seen.step:.2g} %, pixel {100 * seen.pixel:.2g} %",
-        f"of T_flash: one realization; the last doubling of q_c to {seen.q_max:.3g} rad/m; half the pixel",
+    found = f"scatter {100 * seen.scatter:.2g} %, step {100 * seen.step:.2g} %, pixel {100 * seen.pixel:.2g} %"
+    why = (
+        f"cheap solves up to q_c = {seen.q_max:.3g} rad/m: how much T_flash scatters from one realization to the next, "
+        "falls when q_c is doubled, and changes at half the pixel"
     )
+    return Reason("pilot", found, why)
 
 
 def _expected(forecast: Forecast, goal: float) -> list[Reason]:
-    parts = f"statistical {100 * forecast.statistical:.2g} %, bandwidth {100 * forecast.bandwidth:.2g} %, "
-    parts += f"pixel {100 * forecast.pixel:.2g} %, size {100 * forecast.size:.2g} % of the highest T_flash"
+    parts = f"of the highest T_flash, expected: statistical {100 * forecast.statistical:.2g} %, bandwidth "
+    parts += f"{100 * forecast.bandwidth:.2g} %, pixel {100 * forecast.pixel:.2g} %, size {100 * forecast.size:.2g} %"
     workers = os.cpu_count() or 1
     wall = START_SECONDS + forecast.cpu_seconds / workers
-    count, cost = f"about {forecast.realizations}", f"{forecast.cpu_seconds:.2g} s of CPU in all"
+    until = f"--until flash_temperature={100 * goal:.3g}% stops once its 95 % interval is ± that at every speed"
+    each = f"{LEAST} at least; levels marked 1 in k are solved for every kth of them"
     return [
-        Reason("realizations", count, f"stopped at --until flash_temperature={100 * goal:.3g}%, {LEAST} at least"),
+        Reason("realizations", f"about {forecast.realizations}", f"{until}; {each}"),
         Reason("error", f"{100 * forecast.total:.2g} %", parts),
-        Reason("workers", f"{workers}: {wall:.2g} s", f"one per core; {cost}, within a factor of two"),
+        Reason(
+            "workers",
+            str(workers),
+            f"one per core: {wall:.2g} s; {forecast.cpu_seconds:.2g} s of CPU in all, within a factor of two",
+        ),
     ]
-
-
-def _quantile(count: int) -> float:
-    return float(student.ppf(0.975, max(count - 1, 1)))
 
 
 def _realizations(scatter: float, goal: float) -> int:
     """How many realizations bring the 95 % half-width to the goal."""
     count = LEAST
-    while _quantile(count) * scatter / sqrt(count) > goal and count < 1_000_000:
+    while quantile(count - 1.0) * scatter / sqrt(count) > goal and count < 1_000_000_000:
         count += max(1, count // 50)
     return count
 
 
 def _stride(levels: list[Level], scatter: float, change: float, goal: float, most: int) -> int:
     """Every how many realizations a fine level is solved: the cheapest power of two that gives it three at least."""
-    cost: dict[int, int] = {}
+    cost: dict[int, float] = {}
     for every in (2**k for k in range(10)):
-        count = min(_realizations(hypot(scatter, sqrt(every) * change), goal), most)
-        if every == 1 or 2 * every < count:
-            cost[every] = _points(_strided(levels, every), count)
+        count = _realizations(hypot(scatter, sqrt(every) * change), goal)  # all that the goal takes, allowed or not
+        if every == 1 or 2 * every < min(count, most):
+            cost[every] = _work(_strided(levels, every), count)
     return min(cost, key=cost.__getitem__)
 
 
@@ -161,48 +153,24 @@ def _strided(levels: list[Level], every: int) -> tuple[Level, ...]:
     return tuple(level if level.every == 1 else replace(level, every=every) for level in levels)
 
 
-def _points(levels: tuple[Level, ...], count: int) -> int:
-    """Grid points of all solves of so many realizations."""
-    return sum(level.shape[0] * level.shape[1] * -(-count // level.every) for level in levels)
-
-
-def _lengths(scene: Scene) -> tuple[tuple[float, float], list[Reason]]:
-    if scene.numerics.lengths is not None:
-        return scene.numerics.lengths, [Reason("cell", _mm(scene.numerics.lengths), "given in the scene")]
-    spectrum = scene.spectrum
-    longest = 2 * pi / spectrum.breaks[0]
-    length, reason = 4 * longest, "4 longest waves (2π/q_min) per side; more change T_flash by less than its error"
-    plateau = _plateau_end(scene)
-    if plateau is not None:
-        wave = 2 * pi / plateau
-        length = max(8 * wave, min(4 * longest, 16 * wave))
-        reason = f"{length / wave:.3g} roll-off waves (2π/q_roll_off) per side: C(q) is flat below q_roll_off"
-    return (length, length), [Reason("cell", _mm((length, length)), reason)]
-
-
-def _plateau_end(scene: Scene) -> float | None:
-    """q_roll_off where every rough face is flat (m < 1) below it, else None."""
-    faces: list[SurfaceSection | CounterfaceSection] = [scene.surface]
-    if scene.counterface is not None and scene.counterface.rough:
-        faces.append(scene.counterface)
-    ends = []
-    for face in faces:
-        kink, flat = face.q_roll_off, (face.roll_off_exponent or 0.0) < 1.0
-        if kink is None or face.q_min is None or kink <= face.q_min or not flat:
-            return None
-        ends.append(kink)
-    return min(ends)
+def _work(levels: tuple[Level, ...], count: int) -> float:
+    """What all solves of so many realizations take."""
+    return sum(work(level.shape[0] * level.shape[1]) * -(-count // level.every) for level in levels)
 
 
 Chosen = tuple[list[tuple[Level, str]], tuple[float, float]]
 _FINE = 2  # stands for the stride that is chosen later
+_FINER = "half the pixel, which tells the pixel's error"
 
 
 def _pair(column: Column, q_c: float, pixels: int, lengths: tuple[float, float], why: str) -> list[tuple[Level, str]]:
     """One cut-off on two grids."""
     return [
         (_level(column, q_c, pixels, lengths), why),
-        (_level(column, q_c, 2 * pixels, lengths, _FINE), "half the pixel, to know and take off its error"),
+        (
+            _level(column, q_c, 2 * pixels, lengths, _FINE),
+            _FINER + " and takes it off",
+        ),
     ]
 
 
@@ -256,10 +224,26 @@ def _capped_levels(scene: Scene, lengths: tuple[float, float], target: float, se
         all_of_it = f"all of C(q), {top / q_yield:.3g} q_y, at 4 pixels per shortest wave"
         return [*smoothed, *_pair("capped", top, 4, lengths, all_of_it)], errors
     ladder = [(_level("capped", top / 4, 4, lengths), f"{top / 4 / q_yield:.3g} q_y at 4 pixels per shortest wave")]
-    ladder += [(_level("capped", top / k, 8, lengths, _FINE), "the same at half the pixel") for k in (4, 2)]
+    ladder += [
+        (
+            _level("capped", top / k, 8, lengths, _FINE),
+            _FINER,
+        )
+        for k in (4, 2)
+    ]
     last = f"{top / q_yield:.3g} q_y" + (f": the limit of {CAPPED_LIMIT} points per side" if top == limit else "")
-    ladder.insert(2, (_level("capped", top / 2, 4, lengths, _FINE), "twice the q_c, to extrapolate"))
-    return [*smoothed, *ladder, (_level("capped", top, 4, lengths, _FINE), last + ", to fit the exponent")], errors
+    ladder.insert(
+        2,
+        (_level("capped", top / 2, 4, lengths, _FINE), "twice the q_c: what shorter waves change"),
+    )
+    return [
+        *smoothed,
+        *ladder,
+        (
+            _level("capped", top, 4, lengths, _FINE),
+            last + ": how that falls, T∞ + c q_c^(−p)",
+        ),
+    ], errors
 
 
 def _unyielding_levels(scene: Scene, lengths: tuple[float, float], seen: Pilot | None, where: str) -> Chosen:
@@ -286,15 +270,6 @@ def _capped_errors(top: float, extrapolated: bool, seen: Pilot | None, doubt: fl
 def _level(column: Column, q_max: float, pixels: int, lengths: tuple[float, float], every: int = 1) -> Level:
     shape = fast_size(pixels * q_max * lengths[0] / (2 * pi)), fast_size(pixels * q_max * lengths[1] / (2 * pi))
     return Level(column, shape, q_max, every)
-
-
-def fast_size(points: float) -> int:
-    """Return the next size of the form 2^a·{4, 5, 6} ≥ `points` less 2 %: fast to transform, easy to halve."""
-    wanted = max(8, ceil(0.98 * points))
-    power = 1
-    while 8 * power < wanted:
-        power *= 2
-    return min(k * power for k in (4, 5, 6, 8) if k * power >= wanted)
 
 
 def _overridden(numerics: Numerics, scene: Scene, reasons: list[Reason]) -> Numerics:

@@ -69,7 +69,7 @@ def realizations_needed(run: Run) -> int:
         return min(12, run.max_realizations)
     worst = max(relative_half_width(run.values(name)) / goal for name, goal in run.until.items())
     seldom = max(level.every for level in run.numerics.levels)
-    wanted = max(12, seldom + 1, round(len(rows) * worst**2) if isfinite(worst) else 0, run.realizations)
+    wanted = max(12, 2 * seldom + 1, round(len(rows) * worst**2) if isfinite(worst) else 0, run.realizations)
     return min(wanted, run.max_realizations)
 
 

@@ -28,6 +28,7 @@ ORDER = (
     "sample",
     "means",
     "scene",
+    "cell",
     "ladder",
     "estimate",
     "analytic",

@@ -33,11 +33,11 @@ def jackknife(statistic, n):
     return np.sqrt((n - 1) * np.mean((left_out - left_out.mean(axis=0)) ** 2, axis=0))
 
 
-def test_a_mean_has_students_interval():
+def test_a_mean_has_students_interval_and_two_degrees_of_freedom_for_having_stopped():
     data = sample()
     found = est.estimate("flash_temperature", observe("flash_temperature", [data], capped=False))
     rows = data.numbers["flash_temperature"]
-    interval = stats.t.interval(0.95, 19, rows.mean(axis=0), stats.sem(rows, axis=0))
+    interval = stats.t.interval(0.95, 19, rows.mean(axis=0), stats.sem(rows, axis=0) * np.sqrt(21 / 19))
     np.testing.assert_allclose(found.mean - found.half_width, interval[0], rtol=1e-12)
     np.testing.assert_allclose(found.mean + found.half_width, interval[1], rtol=1e-12)
     np.testing.assert_array_equal(found.bias, 0.0)
@@ -50,7 +50,7 @@ def test_two_realizations_have_an_error_of_one_degree_of_freedom_and_one_has_non
     error, freedom = est.spread(values)
     np.testing.assert_allclose(error, [1.0, 0.25])
     np.testing.assert_allclose(freedom, 1.0)
-    assert np.isinf(est.standard_error(values[:1])).all()
+    assert np.isinf(est.spread(values[:1])[0]).all()
 
 
 def test_a_ladder_that_reaches_the_end_of_the_spectrum_is_not_extrapolated():
@@ -151,7 +151,7 @@ def test_a_ratio_keeps_the_pairing():
     values = ratio(3.0 * below, below)
     np.testing.assert_allclose(values, 3.0, rtol=1e-12)  # the common scatter cancels
     above = 7.0 + rng.standard_normal((50, 1))
-    error = est.standard_error(ratio(above, below))
+    error = est.spread(ratio(above, below))[0]
     expected = jackknife(lambda rows: above[rows].mean(axis=0) / below[rows].mean(axis=0), 50)
     np.testing.assert_allclose(error, expected, rtol=0.05)
 
@@ -173,8 +173,8 @@ def test_each_row_is_its_realizations_own_influence(name):
 
 def test_agreement_to_all_digits_is_no_scatter():
     rows = 1.0 + 1e-15 * np.arange(12.0)[:, None]
-    assert est.standard_error(rows)[0] == 0.0
-    assert est.standard_error(rows[:1])[0] == np.inf
+    assert est.spread(rows)[0][0] == 0.0
+    assert est.spread(rows[:1])[0][0] == np.inf
 
 
 def test_an_estimate_explains_itself():
@@ -197,7 +197,8 @@ def test_it_stops_at_the_first_sufficient_number_of_realizations():
 
     def half_width(count):
         part = rows[:count]
-        return (stats.t.ppf(0.975, count - 1) * stats.sem(part, axis=0) / part.mean(axis=0)).max()
+        quantile = stats.t.ppf(0.975, count - 1) * np.sqrt((count + 1) / (count - 1))
+        return (quantile * stats.sem(part, axis=0) / part.mean(axis=0)).max()
 
     assert first is not None
     assert half_width(first) <= 0.02 < half_width(first - 1)
@@ -206,16 +207,109 @@ def test_it_stops_at_the_first_sufficient_number_of_realizations():
 
 def values_of(rows):
     none = np.zeros(rows.shape[1:])
-    return Values(rows, rows, np.zeros(len(rows), dtype=int), none, none, none)
+    return Values(rows, rows, rows, np.zeros(len(rows), dtype=int), none, none, none)
 
 
-def test_groups_that_scatter_differently_add_up():
-    # var of a mean over unlike rows is the sum of their own variances over n²; worth after Satterthwaite by hand
+def by_hand(base, added, few):
+    """Variance of b̄ + c̄ with c known for the first `few` of n rows, and its worth: the formulas written out once."""
+    n, s = len(base), base.std(ddof=1)
+    along, beside = np.polyfit(base[:few], added, 1)[0], added.var(ddof=1)
+    r = along * base[:few].std(ddof=1) / np.sqrt(beside)
+    slope, left = r * np.sqrt(beside) / s, (1 - r**2) * beside  # c = slope·b + rest
+    shared, rest = s**2 * (1 / n + slope**2 / few + 2 * slope / n), left / few
+    doubt = shared**2 / (n - 1) + (rest**2 + 2 * s**2 * left * (1 / n + slope / few) ** 2) / (few - 1)
+    return shared + rest, (shared + rest) ** 2 / doubt
+
+
+@pytest.mark.parametrize("slope", [-0.8, 0.0, 0.5])
+def test_the_coarsest_level_scatters_alike_in_all_rows_and_fine_ones_add_to_few(slope):
     rng = np.random.default_rng(7)
-    rows, group = rng.standard_normal((30, 1)), np.repeat([0, 1], [24, 6])
-    rows[group == 1] *= 5.0
-    error, freedom = est.spread(rows, group)
-    a, b = 24 * rows[:24].var(ddof=1) / 900, 6 * rows[24:].var(ddof=1) / 900
-    assert error[0] == pytest.approx(np.sqrt(a + b), rel=1e-12)
-    assert freedom[0] == pytest.approx((a + b) ** 2 / (a**2 / 23 + b**2 / 5), rel=1e-12)
-    assert est.spread(rows[:25], group[:25])[0][0] == np.inf  # one row tells nothing of its scatter
+    base = 3.0 * rng.standard_normal(30)
+    added = slope * base[:6] + rng.standard_normal(6)
+    rows = base + added.mean()
+    rows[:6] += 30 / 6 * (added - added.mean())
+    group = np.repeat([4, 0], [6, 24])
+    error, freedom = est.spread(rows[:, None], (base + added.mean())[:, None], group)
+    variance, worth = by_hand(base, added, 6)
+    assert error[0] == pytest.approx(np.sqrt(variance), rel=1e-12)
+    assert freedom[0] == pytest.approx(min(worth, 29.0), rel=1e-12)
+    one = np.repeat([4, 0], [1, 29])
+    assert est.spread(rows[:, None], base[:, None], one)[0][0] == np.inf  # one row tells nothing of its scatter
+
+
+def test_where_all_rows_have_all_levels_the_coarsest_is_no_matter():
+    rng = np.random.default_rng(8)
+    rows, base = rng.standard_normal((2, 15, 2))
+    for group in (None, np.full(15, 2)):
+        error, freedom = est.spread(rows, base, group)
+        np.testing.assert_allclose(error, stats.sem(rows, axis=0), rtol=1e-12)
+        np.testing.assert_allclose(freedom, 14.0, rtol=1e-12)
+
+
+def test_two_strides_add_up():
+    # what three groups add to a common level that does not scatter: variances of their own means, weighted
+    rng = np.random.default_rng(9)
+    group = np.repeat([0, 1, 2], [12, 6, 6])
+    added = rng.standard_normal((24, 1)) * np.array([0.0, 1.0, 3.0])[group][:, None]
+    error, freedom = est.spread(5.0 + added, np.full((24, 1), 5.0), group)
+    parts = [6 * added[group == k].var(ddof=1) / 24**2 for k in (1, 2)]
+    assert error[0] == pytest.approx(np.sqrt(sum(parts)), rel=1e-12)
+    assert freedom[0] == pytest.approx(sum(parts) ** 2 / (parts[0] ** 2 / 5 + parts[1] ** 2 / 5), rel=1e-12)
+
+
+def strided(rng, n, every, scatter):
+    """Values of a column whose finer level is known for every n-th row; the rows of both levels beside them."""
+    coarse = 10.0 + rng.standard_normal((n, 1))
+    fine = coarse - 1.0 + scatter * rng.standard_normal((n, 1))
+    at = np.arange(0, n, every)
+    none = np.ones((n, 1))
+    samples = [
+        Sample(q, 64.0, rows, {"flash_temperature": values[rows]}, np.ones(1), none[rows], 1.0)
+        for q, rows, values in ((1.0, np.arange(n), coarse), (2.0, at, fine))
+    ]
+    return observe("flash_temperature", samples, capped=True, end=2.0), coarse, fine[at], at
+
+
+def test_a_quotient_keeps_what_two_strided_columns_have_in_common():
+    rng = np.random.default_rng(5)
+    above, coarse, fine, at = strided(rng, 48, 4, 0.1)
+    own = observe(
+        "flash_temperature",
+        [
+            Sample(q, 64.0, rows, {"flash_temperature": 2.0 * values}, np.ones(1), np.ones((len(rows), 1)), 1.0)
+            for q, rows, values in ((1.0, np.arange(48), coarse), (2.0, at, fine))
+        ],
+        capped=True,
+        end=2.0,
+    )
+    value, error = est.quotient(above, own)
+    assert value[0] == pytest.approx(0.5, rel=1e-12)
+    assert error[0] == pytest.approx(0.0, abs=1e-12)
+    value, error = est.quotient(above, np.array([4.0]))
+    assert value[0] == pytest.approx(above.extrapolated.mean() / 4.0, rel=1e-12)
+    assert error[0] == pytest.approx(est.spread(above.extrapolated, above.base, above.group)[0][0] / 4.0, rel=1e-12)
+
+
+@pytest.mark.statistical
+def test_the_error_of_a_quotient_is_its_scatter_over_many_runs():
+    rng = np.random.default_rng(6)
+    told = []
+    for _ in range(600):
+        above, coarse, _, _ = strided(rng, 24, 4, 0.6)
+        below = values_of(coarse + 0.5 * rng.standard_normal((24, 1)))
+        told.append([x[0] for x in est.quotient(above, below)])
+    values, errors = np.array(told).T
+    # 1/√1200 = 3 % is the relative error of the left side
+    assert values.std() == pytest.approx(np.sqrt((errors**2).mean()), rel=0.1)
+
+
+def test_a_run_does_not_stop_while_two_fine_realizations_may_agree_by_chance():
+    rng = np.random.default_rng(12)
+    for n, enough in ((16, False), (17, True)):  # the third of every eighth comes with the 17th
+        values, *_ = strided(rng, n, 8, 1e-6)
+        assert np.isfinite(est.relative_half_width(values)) is np.bool_(enough)
+
+
+def test_no_realization_of_plastic_area_has_no_quotient():
+    none = values_of(np.zeros((12, 1)))
+    assert np.isnan(est.quotient(none, np.array([0.0]))[0][0])

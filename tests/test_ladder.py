@@ -36,7 +36,9 @@ def test_a_fine_level_of_few_realizations_corrects_the_coarse_one():
     np.testing.assert_allclose(values.extrapolated.mean(axis=0), expected, rtol=1e-13)
     np.testing.assert_array_equal(np.unique(values.group, return_counts=True)[1], [18, 6])
     full = observe(NAME, [level(coarse), level(fine, q_max=2.0, side=128.0)], capped=True, end=2.0)
-    few, all_ = est.standard_error(values.extrapolated, values.group), est.standard_error(full.extrapolated)
+    assert values.group.tolist()[:5] == [1, 0, 0, 0, 1]  # 0: the coarsest level alone
+    np.testing.assert_allclose(values.base, coarse - coarse.mean(axis=0) + expected, rtol=1e-13)
+    few, all_ = (est.spread(v.extrapolated, v.base, v.group)[0] for v in (values, full))
     np.testing.assert_allclose(few, all_, rtol=0.2)  # six fine solves are worth almost as much as 24
 
 
@@ -49,9 +51,9 @@ def test_the_error_of_a_ladder_is_its_scatter_over_many_ladders():
         fine = 0.8 * coarse + 0.5 * rng.standard_normal((24, 1))
         values = observe(NAME, [level(coarse), seldom(fine, 4, q_max=2.0)], capped=True, end=2.0)
         means.append(values.extrapolated.mean())
-        variances.append(est.standard_error(values.extrapolated, values.group)[0] ** 2)
+        variances.append(est.spread(values.extrapolated, values.base, values.group)[0][0] ** 2)
     # 1/√1000 = 3 % is the relative error of the right side, 2 % of the left
-    assert np.mean(variances) == pytest.approx(np.var(means), rel=0.12)
+    assert np.mean(variances) == pytest.approx(np.var(means), rel=0.08)
 
 
 def power_law(cutoffs, exponent, limit=7.0, c=3.0, **names):
@@ -67,6 +69,23 @@ def test_three_rungs_reach_the_end_of_the_spectrum_exactly(exponent):
     remainder = 3.0 * (4.0**-exponent - end**-exponent)
     first_order = 3.0 * (2.0**-exponent - 4.0**-exponent) * (1.0 - 4.0 / end)
     assert values.bandwidth[0] == pytest.approx(max(abs(remainder - first_order), 0.1 * remainder), rel=1e-9)
+
+
+def test_the_fitted_exponent_scatters_too():
+    # rows must follow the pseudo-values n θ − (n − 1) θ₋ᵢ of a jackknife of the whole extrapolation
+    rng = np.random.default_rng(11)
+    a = 10.0 + rng.standard_normal((40, 1))
+    b = a - 2.0 + 0.1 * rng.standard_normal((40, 1))
+    c = b - 1.1 + 0.1 * rng.standard_normal((40, 1))
+
+    def limit(keep):
+        samples = [level(x[keep], q_max=q, side=64.0 * q) for x, q in ((a, 1.0), (b, 2.0), (c, 4.0))]
+        return observe(NAME, samples, capped=True, end=50.0).extrapolated[:, 0]
+
+    rows = limit(np.arange(40))
+    pseudo = [40 * rows.mean() - 39 * limit(np.delete(np.arange(40), i)).mean() for i in range(40)]
+    np.testing.assert_allclose(rows - rows.mean(), np.array(pseudo) - np.mean(pseudo), atol=0.1)
+    assert rows.std() == pytest.approx(np.std(pseudo), rel=0.03)
 
 
 def test_each_speed_has_its_own_exponent():
@@ -128,5 +147,6 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
 
 @pytest.mark.slow
 @pytest.mark.statistical
-def test_intervals_cover_over_many_sequential_trials():
-    assert 0.925 <= coverage(1000, 0.012, 0.0, 3)[0] <= 0.97
+@pytest.mark.parametrize("skew", [0.0, 0.5])
+def test_intervals_cover_over_many_sequential_trials(skew):
+    assert 0.925 <= coverage(1000, 0.012, skew, 3)[0] <= 0.97

@@ -23,7 +23,6 @@ from roughsim.analytic.views import Integrals, ModeSums, Theory, area_fractions,
 from roughsim.grid import Grid
 from roughsim.means import OBSERVABLES
 from roughsim.sample import Sample
-from roughsim.spectrum import TruncatedSpectrum
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene
@@ -91,21 +90,6 @@ def hertz_like(scene: Scene) -> tuple[float, float, float]:
     radius = float(over_speed(scene, np.array([speed]))["flash_width"][0]) / hertz.FAST.flash_width
     peclet = speed * radius / float(conduction(scene, [speed]).diffusivity[0])
     return radius, peclet, float(hertz.flash_temperature(peclet))
-
-
-def size_errors(scene: Scene, grid: Grid, q_max: float) -> dict[str, Array]:
-    """Return |sum over the modes of a cell / integral − 1| of every observable in the theory, up to the same q_max.
-
-    It tells what the cell leaves out: waves longer than itself, and all between its modes. Zero where the theory has
-    no value.
-    """
-    sums = mode_sums(scene, TruncatedSpectrum(smoothed_spectrum(scene), q_max), grid)
-    result = {}
-    for name, whole in _seen(Integrals(scene, q_max)).items():
-        with np.errstate(all="ignore"):
-            error = np.abs(sums[name] / whole - 1.0)
-        result[name] = np.where(np.isfinite(error), error, 0.0)
-    return result
 
 
 def correlation(scene: Scene, distance: Array) -> Array:
@@ -188,7 +172,6 @@ __all__ = [
     "mode_sums",
     "over_speed",
     "predictions",
-    "size_errors",
     "smoothed_spectrum",
     "stress_spectrum",
     "theoretical_partition",

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from scipy.special import j0
 
 from roughsim import analytic
+from roughsim.cell import size_error
 from roughsim.errors import RecordError
-from roughsim.estimate import LEAST, Estimate, estimate, first_sufficient, standard_error
+from roughsim.estimate import LEAST, Estimate, estimate, first_sufficient, spread
 from roughsim.ladder import Values, observe
 from roughsim.means import NUMBERS, OBSERVABLES
 from roughsim.record.files import Member, member_path, read_member
@@ -223,8 +224,8 @@ class Run:
         rest = OBSERVABLES[observable].at_rest
         if rest is not None:  # members are measured at a tiny speed instead: exact limits here
             moving = np.array(self.scene.speeds) > 0.0
-            extrapolated, finest = (np.where(moving, v, rest) for v in (values.extrapolated, values.finest))
-            return values._replace(extrapolated=extrapolated, finest=finest)
+            keys = ("extrapolated", "finest", "base")
+            return values._replace(**{key: np.where(moving, getattr(values, key), rest) for key in keys})
         return values
 
     def estimate(self, observable: str, column: str | None = None) -> Estimate:
@@ -250,23 +251,16 @@ class Run:
         name, values = self.column(column), self.values(observable, column)
         if OBSERVABLES[observable].heated:
             share = self.heat_partition
-            scaled = {key: getattr(values, key) * share for key in ("extrapolated", "finest", "bandwidth", "pixel")}
+            keys = ("extrapolated", "finest", "base", "bandwidth", "pixel")
+            scaled = {key: getattr(values, key) * share for key in keys}
             values = values._replace(**scaled)
         return estimate(
             observable,
             values,
             self._notes(observable, name, values),
-            size=self._size_errors[observable],
+            size=size_error(self.scene, self.numerics.lengths, observable),
             tolerance=self.numerics.tolerance,
         )
-
-    @cached_property
-    def _size_errors(self) -> dict[str, Array]:
-        """Relative error of the finite cell, from the first column, whose C(q) holds what matters."""
-        first = self.numerics.of_column(self.numerics.columns[0])
-        q_max = self.numerics.levels[first[-1]].q_max
-        level = next(i for i in first if self.numerics.levels[i].q_max == q_max)
-        return analytic.size_errors(self.scene, self.numerics.grid(level), q_max)
 
     def _notes(self, observable: str, column: str, values: Values) -> tuple[str, ...]:
         levels = [self.numerics.levels[i] for i in self.numerics.of_column(column)]
@@ -303,7 +297,7 @@ class Run:
                 f"ask for shorter distances"
             )
         rows = sample.spectrum @ j0(np.multiply.outer(sample.wavenumber, distance))
-        return rows.mean(axis=0), standard_error(rows)
+        return rows.mean(axis=0), spread(rows)[0]
 
     def fields(
         self, name: str, column: str | None = None, *, speed: float | None = None, direction: float = 0.0
