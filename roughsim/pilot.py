@@ -49,7 +49,7 @@ class Pilot:
     q_max : float
         Its highest cut-off, rad/m.
     pace : float
-        CPU time of one realization over `work` of its points, s: the least of its solves; never decides anything.
+        CPU time of one realization over `work` of its points, s: without what each takes on any grid; never decides.
     """
 
     scatter: float
@@ -119,8 +119,14 @@ def _measured(scene: Scene, numerics: Numerics) -> Pilot:
         abs(float(pixels.mean())),
         max(float(change.std(ddof=1)) for change in (steps, pixels)),
         numerics.levels[1].q_max,
-        min(s / work(numerics.grid(i).points) for i, s in enumerate((quick, seconds, other))),
+        _pace(numerics, quick, min(seconds, other)),
     )
+
+
+def _pace(numerics: Numerics, coarse: float, fine: float) -> float:
+    """CPU time over work from one grid to the next, so that what every realization takes drops out."""
+    small, large = (work(numerics.grid(i).points) for i in (0, 1))
+    return max((fine - coarse) / (large - small), 0.5 * fine / large)
 
 
 def _flash_temperatures(scene: Scene, numerics: Numerics, level: int, count: int) -> tuple[Array, float]:

@@ -63,6 +63,14 @@ def test_a_pilot_tells_scatter_step_and_pixel(monkeypatch):
     assert low.q_max == pytest.approx(cut / 2)
 
 
+def test_the_pace_is_that_of_large_grids():
+    levels = (Level("capped", (128, 128), 1e4), Level("capped", (256, 256), 2e4))
+    numerics = Numerics(levels, (1e-3, 1e-3))
+    coarse, fine = (0.004 + 1e-8 * side**2.5 for side in (128, 256))  # 4 ms for anything, and the solve
+    assert stage._pace(numerics, coarse, fine) == pytest.approx(1e-8, rel=1e-9)
+    assert stage._pace(numerics, fine, fine) == pytest.approx(0.5 * fine / 256**2.5)  # a clock that was disturbed
+
+
 def test_a_pilot_that_does_not_converge_is_none(monkeypatch):
     def realize(*_, **__):
         raise ConvergenceError("residual = 1 exceeds 1e-4", residual=1.0, iterations=10)
