@@ -310,6 +310,17 @@ def test_a_run_does_not_stop_while_two_fine_realizations_may_agree_by_chance():
         assert np.isfinite(est.relative_half_width(values)) is np.bool_(enough)
 
 
+def test_a_quotient_tells_rows_apart_by_the_levels_of_both_columns():
+    rng = np.random.default_rng(15)
+    above, *_ = strided(rng, 24, 2, 3.0)
+    below, *_ = strided(rng, 24, 3, 0.01)  # in some rows the one has its fine level, in others the other
+    _, error = est.quotient(above, below)
+    pattern = np.arange(24) % 2 * 2 + (np.arange(24) % 3 > 0)  # 3: neither has it
+    group = np.array([3, 1, 2, 0])[pattern]
+    rows, base = ratio(above.extrapolated, below.extrapolated), ratio(above.base, below.base)
+    assert error[0] == pytest.approx(est.spread(rows, base, group)[0][0], rel=1e-12)
+
+
 def test_no_realization_of_plastic_area_has_no_quotient():
     none = values_of(np.zeros((12, 1)))
     assert np.isnan(est.quotient(none, np.array([0.0]))[0][0])
