@@ -22,7 +22,7 @@ SOURCES = {
     "statistical": "half-width of the 95 % interval: Student t, wider by 1/f for runs that stop where scatter is low",
     "bandwidth": "left by the cut-off q_c",
     "pixel": "left by the grid at fixed q_c",
-    "size": "what a larger cell would change: measured once by doubling cells, at most this for as many waves per side",
+    "size": "at most what a larger cell changes, as measured by doubling cells with as many waves per side",
     "solver": "twice the contact solver's tolerance: moments are quadratic in the pressure",
 }
 
@@ -71,12 +71,13 @@ class Estimate:
         for k, mean in enumerate(self.mean):
             parts = ", ".join(f"{name} {part[k]:.2g}" for name, part in self.budget.items() if np.isfinite(part[k]))
             lines.append(
-                f"{mean:.6g} ± {self.total_error[k]:.2g} {self.unit}: {parts}; n = {self.n}, worth "
-                f"{self.effective_n[k]:.3g}; finest level {self.bias[k]:+.2g}"
+                f"{mean:.6g} ± {self.total_error[k]:.2g} {self.unit}: {parts}; n = {self.n} realizations, "
+                f"worth {self.effective_n[k]:.3g} with all levels; value at the finest level {self.bias[k]:+.2g}"
             )
         told = [name for name, part in self.budget.items() if np.all(np.isfinite(part))]
         missing = [f"{name}: no levels tell, not in these figures" for name in self.budget if name not in told]
-        return "\n".join([f"{self.observable}:", *lines, *self.notes, *missing])
+        sources = [f"{name}: {SOURCES[name]}" for name in told]
+        return "\n".join([f"{self.observable}:", *lines, *self.notes, *sources, *missing])
 
 
 def estimate(

@@ -183,6 +183,7 @@ def test_an_estimate_explains_itself():
     text = found.explain()
     assert "flash_temperature" in text
     assert "n = 20" in text
+    assert "size: at most what a larger cell changes, as measured" in text
     assert "pixel: no levels tell, not in these figures" in text
     np.testing.assert_allclose(found.budget["size"], 0.01 * found.mean)
     np.testing.assert_allclose(found.budget["solver"], 2e-4 * found.mean)
