@@ -202,7 +202,7 @@ def main() -> int:
     missed = []
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
         copy = Path(folder) / "copy"
-        ignored = shutil.ignore_patterns("__pycache__", ".git", ".venv", "docs", "runs", "benchmarks")
+        ignored = shutil.ignore_patterns("__pycache__", ".git", ".venv", "runs", "out", "build")
         shutil.copytree(ROOT, copy, ignore=ignored)
         for tests in dict.fromkeys(TESTS[mutant.file] for mutant in chosen):
             if not _pass(copy, tests, Path(folder) / "shared"):
