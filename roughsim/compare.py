@@ -23,6 +23,7 @@ from roughsim.record.run import Run
 from roughsim.spectrum import TruncatedSpectrum
 
 Array = NDArray[np.float64]
+NOTICED = 0.02  # difference of sum and integral of the theory that is told
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +75,23 @@ class Comparison:
     realizations: int
     failed: int
     rows: tuple[Row, ...]
+
+    def cell_note(self) -> str:
+        """Say where the sum over the modes of the cell is no measure of the theory; empty where it is one.
+
+        Contacts feel the size of their cell less than that sum does, see docs/errors.md.
+        """
+        off = [row.theory / row.theory_full_spectrum - 1.0 if row.theory_full_spectrum else nan for row in self.rows]
+        told = [(abs(x), row) for x, row in zip(off, self.rows, strict=True) if isfinite(x) and not row.note]
+        most, row = max(told, key=lambda pair: pair[0], default=(0.0, None))
+        if row is None or most <= NOTICED:
+            return ""
+        speed = "" if row.speed is None else f" at {row.speed:g} m/s"
+        return (
+            f"The modes of this cell give another theory than the whole spectrum: {row.observable}{speed} "
+            f"{row.theory:.4g} against {row.theory_full_spectrum:.4g} {row.unit}. Contacts feel the cell less: read "
+            "the latter, theory_full_spectrum in --json, or take more waves per side."
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return the table as JSON values; NaN and infinity become None."""

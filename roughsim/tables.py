@@ -151,7 +151,7 @@ def comparison_table(comparison: Comparison) -> Table:
         table.add_row(name, speed, unit, _number(row.theory, row.unit), *cells, *ratios, row.note)
     table.caption = (
         "± standard errors. theory: summed over the simulation's modes. identity: fixed by force balance. at q_c: no "
-        "limit in the cut-off. Neither counts as agreement."
+        "limit in the cut-off. Neither counts as agreement." + (f"\n{note}" if (note := comparison.cell_note()) else "")
     )
     return table
 

@@ -160,6 +160,21 @@ def test_theory_stands_beside_the_whole_spectrum(table):
     assert row.theory == pytest.approx(row.theory_full_spectrum, rel=0.02)  # modes of a finite cell
 
 
+def test_a_cell_whose_modes_are_no_measure_of_the_theory_is_told(table):
+    row = next(r for r in table.rows if r.observable == "flash_temperature" and r.speed == 35.0)
+
+    def note(**change):
+        return replace(table, rows=(replace(row, **change),)).cell_note()
+
+    assert note(theory=1.019, theory_full_spectrum=1.0) == ""
+    told = note(theory=0.7, theory_full_spectrum=1.0)
+    assert "flash_temperature at 35 m/s 0.7 against 1 K" in told
+    assert "take more waves per side" in told
+    # another cut-off is another theory, and no 0/0 is told
+    assert note(theory=0.7, theory_full_spectrum=1.0, note="at q_c") == ""
+    assert note(theory=0.0, theory_full_spectrum=0.0) == note(theory=np.nan, theory_full_spectrum=np.nan) == ""
+
+
 def test_z_counts_standard_errors_from_one():
     assert Ratio(1.3, 0.1).z == pytest.approx(3.0)
     assert Ratio(1.0, 0.0).z == 0.0

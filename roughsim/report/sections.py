@@ -124,7 +124,12 @@ def comparison(found: Comparison | Html) -> Html:
         "± standard errors. The theory is summed over the modes of the simulation: both see the same roughness. "
         "identity: fixed by force balance. at q_c: no limit in the cut-off. Neither counts as agreement."
     )
-    return joined(grouped_table(titles, rows), tag("p", note, css="note"))
+    warning = found.cell_note()
+    return joined(
+        grouped_table(titles, rows),
+        tag("p", note, css="note"),
+        *([tag("p", warning, css="warning")] if warning else []),
+    )
 
 
 def _name(observable: str) -> str:
