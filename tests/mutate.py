@@ -55,7 +55,7 @@ TESTS = {
     "roughsim/observables/__init__.py": "test_observables.py",
     "roughsim/observables/angular.py": "test_observables.py",
     "roughsim/observables/radial.py": "test_observables.py",
-    "roughsim/scene/model.py": "test_scene_bodies.py test_scene.py test_scene_refusals.py test_scene_identity.py",
+    "roughsim/scene/model.py": "test_scene_bodies.py test_conductivity.py test_scene.py test_scene_refusals.py test_scene_identity.py",
     "roughsim/sample.py": "test_estimate.py",
     "roughsim/means/flash.py": "test_estimate.py",
     "roughsim/means/partition.py": "test_estimate.py",
@@ -77,6 +77,11 @@ SWAPS = {"+": "-", "-": "+", "*": "/", "/": "*", "<": ">", ">": "<", "<=": "<", 
 # what is worth while; errors there cost time, or guard against what no input reaches
 EQUAL: tuple[tuple[str, str], ...] = (
     ("theory/background.py", "quad(flux, low, high, epsabs=0.0, epsrel=_ACCURACY / 10, limit=500, full_output=1)"),
+    # a tolerance below rounding stops at rounding
+    (
+        "theory/hardness.py",
+        "contact = float(brentq(excess, start, float(known[-1]), xtol=1e-12 * max(abs(start), 1.0), rtol=1e-14))",
+    ),
     ("theory/hardness.py", "if not known[0] <= start <= known[-1]:"),  # at the last temperature both refuse
     # the zeros that reach too far are written over by the next line
     ("roughsim/convolution.py", "field[:, :count], field[:, count : points - count + 1] = part[:, before:], 0.0"),

@@ -212,7 +212,7 @@ def test_at_high_speed_each_line_along_sliding_keeps_its_heat(drift):
     np.testing.assert_allclose(actual, expected, atol=0.4 * sqrt(40 / drift) * expected.max() + 1e-9)
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (1, 17), (13, 1), (7, 11)])
+@pytest.mark.parametrize("shape", [(1, 1), (1, 17), (13, 1), (2, 2), (5, 2), (7, 11)])
 def test_any_shape_is_the_sum_over_its_pixels(shape):
     flux, grid = np.random.default_rng(2).random(shape), Grid(shape, (2.0, 5.0))
     settings = {"speed": 1.5, "direction": 0.4, "time": 0.7, "depth": 0.1} | UNIT
