@@ -55,7 +55,7 @@ TESTS = {
     "roughsim/observables/__init__.py": "test_observables.py",
     "roughsim/observables/angular.py": "test_observables.py",
     "roughsim/observables/radial.py": "test_observables.py",
-    "roughsim/scene/model.py": "test_scene_bodies.py test_conductivity.py test_scene.py test_scene_refusals.py test_scene_identity.py",
+    "roughsim/scene/model.py": "test_conductivity.py test_scene_bodies.py test_scene.py test_scene_identity.py",
     "roughsim/sample.py": "test_estimate.py",
     "roughsim/means/flash.py": "test_estimate.py",
     "roughsim/means/partition.py": "test_estimate.py",
