@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import nan
 from typing import Any
 
@@ -14,7 +15,10 @@ from validity_map import capped, elastic, estimates
 from validity_map.members import PECLET
 
 GAMMA = 0.45
-EXPONENT_DOUBT = 0.25  # of the step from 16 q_y to infinity: the exponent of the extrapolation was 0.9 ... 1.15
+LONGEST, SHORTEST = 0.2, 0.8  # what a step of the ladder may be of the one before: exponents 2.3 ... 0.3
+PIXEL_DOUBT = 0.002  # of elastic contact on C_sm: T_flash changes by less with finer pixels and a later end
+REST_DOUBT = 0.1  # of what lies beyond the ladder, beside what its last rung changed of the limit
+UNTRIED = 0.5  # of it with three rungs: no limit without the last one is there
 ELASTIC = ("load", "hurst", "bandwidth", "plateau", "low_exponent")
 CAPPED = ("share", "yields", "hurst", "plateau", "low_exponent")
 CAPPED_QUANTITIES = [*(("flash_temperature", k) for k in range(PECLET.size)), ("pressure_variance", 0)]
@@ -56,39 +60,59 @@ def capped_tables(results: list[tuple[capped.CappedPoint, Any]]) -> dict[str, Ta
 def _capped_row(point: capped.CappedPoint, raw: Any) -> dict[str, tuple[Any, Any]]:
     load = point.pressures["nominal_pressure"]
     theory = estimates.theory_values(point.smoothed, load, gamma=GAMMA)
-    values = {name: np.empty(len(CAPPED_QUANTITIES)) for name in ("smoothed", "steps", "capped")}
-    errors = {name: np.empty(len(CAPPED_QUANTITIES)) for name in values}
-    for k, quantity in enumerate(CAPPED_QUANTITIES):
-        smooth, far, doubt = _columns(raw, quantity)
-        half = {"smoothed": _half_width(smooth), "capped": float(np.hypot(_half_width(far), doubt))}
-        half["steps"] = float(np.hypot(half["smoothed"], half["capped"]))
-        logs = {"smoothed": smooth.mean() - theory[quantity], "steps": far.mean() - smooth.mean()}
-        logs["capped"] = far.mean() - theory[quantity]
-        for name, value in logs.items():
-            values[name][k], errors[name][k] = np.exp(value), half[name]
-    return {name: (values[name], errors[name]) for name in values}
+    rows: dict[str, list[tuple[float, float]]] = {name: [] for name in ("smoothed", "steps", "capped")}
+    for quantity in CAPPED_QUANTITIES:
+        smooth, scatter = _mean(raw["smoothed"], quantity)
+        smooth_error = float(np.hypot(scatter, PIXEL_DOUBT))
+        far, error = limit(raw, quantity)
+        rows["smoothed"].append((smooth - theory[quantity], smooth_error))
+        rows["steps"].append((far - smooth, float(np.hypot(smooth_error, error))))
+        rows["capped"].append((far - theory[quantity], error))
+    return {name: (np.exp([ln for ln, _ in row]), np.array([error for _, error in row])) for name, row in rows.items()}
+
+
+def _linearised(functionals: Any, quantity: tuple[str, int]) -> Any:
+    """Return ln Q of the mean, spread over the members to first order."""
+    value, gradient = estimates.linear(functionals.mean(axis=0), quantity)
+    return value + functionals @ gradient - (functionals @ gradient).mean()
+
+
+def _mean(functionals: Any, quantity: tuple[str, int]) -> tuple[float, float]:
+    members = _linearised(functionals, quantity)
+    return float(members.mean()), _half_width(members)
+
+
+def limit(raw: Any, quantity: tuple[str, int]) -> tuple[float, float]:
+    """Return ln Q of capped contact at q_c = infinity, and its total 95 % error.
+
+    Rungs are chained by the ratio of their means over the members that they share; the limit takes the steps of the
+    last three as a geometric row. Its error: scatter of every rung, what the last rung changed, and a share of the rest.
+    """
+    rungs = [raw[name] for name in sorted((n for n in raw if n.startswith("capped")), key=_cutoff)]
+    first, error = _mean(rungs[0], quantity)
+    steps, errors = np.empty(len(rungs) - 1), np.empty(len(rungs) - 1)
+    for k, (coarse, fine) in enumerate(pairwise(rungs)):
+        change = _linearised(fine, quantity) - _linearised(coarse[: fine.shape[0]], quantity)
+        steps[k], errors[k] = change.mean(), _half_width(change)
+    value = _end(steps)
+    slopes = np.array([(_end(steps + 1e-5 * unit) - value) / 1e-5 for unit in np.eye(steps.size)])
+    scatter = np.hypot(error, np.linalg.norm(slopes * errors))
+    moved = value - _end(steps[:-1]) if steps.size > 2 else 0.0
+    rest = value - steps.sum()
+    doubt = np.hypot(value - _end(steps[:-1]), REST_DOUBT * rest) if steps.size > 2 else UNTRIED * rest
+    return first + value, float(np.hypot(scatter, doubt))
+
+
+def _end(steps: Any) -> float:
+    """Return ln of the limit over the first rung: the last two steps of Q as the beginning of a geometric row."""
+    q = np.exp(np.cumsum(steps))
+    before, last = q[-2] - (q[-3] if q.size > 2 else 1.0), q[-1] - q[-2]
+    share = np.clip(last / before, LONGEST, SHORTEST) if before != 0.0 else LONGEST
+    return float(np.log(q[-1] + last * share / (1.0 - share)))
 
 
 def _half_width(members: Any) -> float:
     return float(student.ppf(0.975, members.size - 1) * members.std(ddof=1) / np.sqrt(members.size))
-
-
-def _columns(raw: Any, quantity: tuple[str, int]) -> tuple[Any, Any, float]:
-    """Return ln Q of C_sm and of capped contact at q_c = infinity, linearised per member, and the doubt of the latter.
-
-    The pixel shift comes from the same modes at half the pixel; as the error falls at first order, what is left is the
-    shift once more.
-    """
-
-    def linearised(functionals: Any) -> Any:
-        value, gradient = estimates.linear(functionals.mean(axis=0), quantity)
-        return value + functionals @ gradient - (functionals @ gradient).mean()
-
-    near, finest = (linearised(raw[name]) for name in sorted((n for n in raw if n.startswith("capped")), key=_cutoff))
-    step, fine = finest - near, linearised(raw["fine"])
-    pixel = float((fine - near[: fine.size]).mean())
-    doubt = float(np.hypot(EXPONENT_DOUBT * step.mean(), 0.5 * pixel))
-    return linearised(raw["smoothed"]), finest + step + 2 * pixel, doubt
 
 
 def _cutoff(name: str) -> float:
