@@ -29,14 +29,14 @@ from theory.calibrated import LIGHTEST
 LOADS = (0.002, 0.006, 0.02, 0.06, 0.15, 0.3, 0.6)
 HURSTS = (0.3, 0.55, 0.8, 1.0)
 BANDWIDTHS = (4.0, 8.0, 16.0, 32.0, 64.0)
-YIELDS = (1.0, 2.0, 4.0)
+YIELDS = ((1.0, 0.3), (1.0, 0.8), (2.0, 0.3), (2.0, 0.8), (4.0, 0.8))  # q_y/q_r and H of the capped part
 Point = elastic.Point | capped.CappedPoint
 
 
 def whole_map() -> list[Point]:
     """Return the regular grid of elastic and capped points, and the three steels."""
     grid = [elastic.Point(p, h, r) for r in BANDWIDTHS for h in HURSTS for p in LOADS]
-    plastic = [capped.CappedPoint(s, y, h) for y in YIELDS for h in (0.3, 0.8) for s in (0.01, 0.03, 0.1, 0.25, 0.5)]
+    plastic = [capped.CappedPoint(s, y, h) for y, h in YIELDS for s in (0.01, 0.03, 0.1, 0.25, 0.5)]
     return [*grid, *plastic, *capped.steels()]
 
 
@@ -85,6 +85,7 @@ def gather(points: list[Point], folder: Path, *, toy: bool, workers: int) -> lis
     """Compute what is missing and read everything back."""
     place = {point: folder / f"{point.name}.npz" for point in points}
     tasks = [(point, toy, path) for point, path in place.items() if not path.exists()]
+    tasks.sort(key=lambda task: -getattr(task[0], "bandwidth", np.inf))  # the long ones first: no worker ends alone
     if workers > 1:
         with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
             spent = list(pool.map(compute, tasks))

@@ -127,19 +127,18 @@ def _fast(least: float) -> list[int]:
 
 
 def quiet(point: CappedPoint) -> float:
-    """Return the share of members that suffices: a few yielded spots scatter most; large cells average by themselves."""
+    """Return the share of members that suffices: a few yielded spots scatter most; large cells average themselves."""
     if point.periods > 16.0:
         return 0.25
     return 1.0 if point.share < 0.05 else 0.6 if point.share < 0.2 else 0.4
 
 
 def ladder(point: CappedPoint) -> dict[float, int]:
-    """Return how many members each cut-off q_c/q_y has: grids up to 2048, twice that where T_flash falls most slowly."""
-    slowest = point.hurst < 0.5 and (point.share < 0.05 or point.yields > 2.0)
-    most = 4200 if slowest else 3300
+    """Return how many members each cut-off q_c/q_y has: grids up to 2048, or 4096 where T_flash falls most slowly."""
+    most = 4200 if point.hurst < 0.5 and point.share < 0.05 else 3300
     result, factor = {}, LOWEST
     while (points := point.grid(factor * point.yields, PIXELS).shape[0]) <= most:
-        result[factor] = max(round(min(256.0, 256 * (256 / points) ** 1.25) * quiet(point)), 4)
+        result[factor] = max(round(min(256.0, 256 * (256 / points) ** 1.25) * quiet(point)), 6)
         factor *= 2.0
     return result
 

@@ -85,22 +85,33 @@ def _mean(functionals: Any, quantity: tuple[str, int]) -> tuple[float, float]:
 def limit(raw: Any, quantity: tuple[str, int]) -> tuple[float, float]:
     """Return ln Q of capped contact at q_c = infinity, and its total 95 % error.
 
-    Rungs are chained by the ratio of their means over the members that they share; the limit takes the steps of the
-    last three as a geometric row. Its error: scatter of every rung, what the last rung changed, and a share of the rest.
+    Rungs are chained by regression over the members that they share: members with few large spots change least. The
+    limit takes the steps of the last three as a geometric row. Its error: scatter of every rung, what the last one
+    changed, and a share of the rest.
     """
     rungs = [raw[name] for name in sorted((n for n in raw if n.startswith("capped")), key=_cutoff)]
     first, error = _mean(rungs[0], quantity)
-    steps, errors = np.empty(len(rungs) - 1), np.empty(len(rungs) - 1)
-    for k, (coarse, fine) in enumerate(pairwise(rungs)):
-        change = _linearised(fine, quantity) - _linearised(coarse[: fine.shape[0]], quantity)
-        steps[k], errors[k] = change.mean(), _half_width(change)
+    levels, steps = [_linearised(rung, quantity) for rung in rungs], np.empty(len(rungs) - 1)
+    scatter = np.zeros((len(rungs), len(rungs)))  # of each rung, by the independent scatters that make it up
+    here, scatter[0, 0] = first, error
+    for k, (coarse, fine) in enumerate(pairwise(levels)):
+        steps[k], slope, own = _step(coarse[: fine.size], fine, here)
+        scatter[k + 1] = (1.0 + slope) * scatter[k]
+        here, scatter[k + 1, k + 1] = here + steps[k], own
     value = _end(steps)
     slopes = np.array([(_end(steps + 1e-5 * unit) - value) / 1e-5 for unit in np.eye(steps.size)])
-    scatter = np.hypot(error, np.linalg.norm(slopes * errors))
-    moved = value - _end(steps[:-1]) if steps.size > 2 else 0.0
+    total = scatter[0] + slopes @ np.diff(scatter, axis=0)
     rest = value - steps.sum()
     doubt = np.hypot(value - _end(steps[:-1]), REST_DOUBT * rest) if steps.size > 2 else UNTRIED * rest
-    return first + value, float(np.hypot(scatter, doubt))
+    return first + value, float(np.hypot(np.linalg.norm(total), doubt))
+
+
+def _step(coarse: Any, fine: Any, level: float) -> tuple[float, float, float]:
+    """Return the step between rungs where the coarse one is `level`, how it goes with it, and its own 95 % error."""
+    change, n = fine - coarse, fine.size
+    slope = float(np.cov(change, coarse)[0, 1] / coarse.var(ddof=1)) if coarse.std() > 1e-12 else 0.0
+    rest = change - slope * (coarse - level)
+    return float(rest.mean()), slope, float(student.ppf(0.975, n - 2) * rest.std(ddof=2) / np.sqrt(n))
 
 
 def _end(steps: Any) -> float:
