@@ -2,9 +2,10 @@
 
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python experiments/where_methods_fail.py [MAP ...] [--resume] [-o F]
 
-Maps: load (contact over load and hardness; the peers too where installed, `pip install 'roughsim[peers]'`), roughness
-(contact over H, bandwidth and pixels per shortest wave, every solver), heat (T_flash of a Hertz contact over the Péclet number and
-the box, three kernels). All by default. Every solve is a row of data.h5; a failure is a row too, and a cross in a map.
+Maps: load (contact over load and hardness), roughness (contact over H, bandwidth and pixels per shortest wave), both for
+the other solvers too where they are installed (`pip install 'roughsim[peers]'`), and heat (T_flash of a Hertz contact over
+the Péclet number and the box, three kernels). All by default. Every solve is a row of data.h5; a failure is a row too, and
+a cross in a map.
 """
 
 from __future__ import annotations
