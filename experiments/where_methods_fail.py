@@ -2,10 +2,10 @@
 
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python experiments/where_methods_fail.py [MAP ...] [--resume] [-o F]
 
-Maps: load (contact over load and hardness), roughness (contact over H, bandwidth and pixels per shortest wave), both for
-the other solvers too where they are installed (`pip install 'roughsim[peers]'`), and heat (T_flash of a Hertz contact over
-the Péclet number and the box, three kernels). All by default. Every solve is a row of data.h5; a failure is a row too, and
-a cross in a map.
+Maps: load (contact over load and hardness), roughness (contact over H, bandwidth and pixels per shortest wave), both
+for the other solvers too where they are installed (`pip install 'roughsim[peers]'`), and heat (T_flash of a Hertz
+contact over the Péclet number and the box, three kernels). All by default. Every solve is a row of data.h5; a failure
+is a row too, and a cross in a map.
 """
 
 from __future__ import annotations
@@ -268,7 +268,7 @@ def heat_map(rows, folder, toy):
 
 SHOWN = {  # factor to what is written, how it is written, and the range of the colours in it
     "error": (1.0, "{:.0e}".format, (1e-8, 1e-2)),
-    "seconds": (1e3, "{:.3g}".format, (1, 3e3)),
+    "seconds": (1e3, lambda value: f"{value:.0f}" if value >= 100 else f"{value:.2g}", (1, 3e3)),
     "transforms": (1.0, "{:.0f}".format, (10, 100)),
     "pixel_error": (100.0, "{:.2g}".format, (0.1, 30)),
     "excess": (100.0, lambda value: f"{value:+.0f}" if abs(value) >= 10 else f"{value:+.2g}", (0.1, 100)),
