@@ -130,7 +130,8 @@ def quiet(point: CappedPoint) -> float:
     """Return the share of members that suffices: a few yielded spots scatter most; large cells average themselves."""
     if point.periods > 16.0:
         return 0.25
-    return 1.0 if point.share < 0.05 else 0.6 if point.share < 0.2 else 0.4
+    number = 1.0 if point.share < 0.05 else 0.4 if point.share < 0.2 else 0.25
+    return number if point.hurst < 0.5 else 0.6 * number  # what lies beyond the ladder is small
 
 
 def ladder(point: CappedPoint) -> dict[float, int]:
@@ -148,7 +149,7 @@ def measure(point: CappedPoint, rungs: dict[float, int] | None = None) -> dict[s
     toy = rungs is not None
     rungs = ladder(point) if rungs is None else rungs
     load, y = point.pressures["nominal_pressure"], point.yields
-    count = 16 if toy else round(SMOOTHED * quiet(point))
+    count = 16 if toy else max(round(SMOOTHED * quiet(point)), 256)
     seeds = [np.random.SeedSequence(point.seed, spawn_key=(7, k)) for k in range(max(count, *rungs.values()))]
     cut = TruncatedSpectrum(point.smoothed, 1.5 * y)
     grid = point.grid(1.5 * y, 16 if point.periods * y <= 8.0 else 8)  # larger cells hold more of the edges anyway
