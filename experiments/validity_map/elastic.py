@@ -88,8 +88,8 @@ def effort(point: Point) -> Effort:
     if point.bandwidth <= 12:
         return Effort(0, coarse, {8: 4, 16: 4} if largest < 130 else {8: 2, 16: 2})
     if largest <= 320:
-        return Effort(coarse, max(coarse // 4, 12) if point.bandwidth <= 24 else 6, {8: 2, 16: 2})
-    return Effort(coarse, 6, {8: 2 if point.load < 0.03 else 1})
+        return Effort(coarse, max(coarse // (4 if point.bandwidth <= 24 else 6), 12), {8: 2, 16: 2})
+    return Effort(coarse, 6, {8: 1})
 
 
 def measure(point: Point, work: Effort | None = None) -> dict[str, Any]:
