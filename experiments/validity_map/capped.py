@@ -130,8 +130,9 @@ def quiet(point: CappedPoint) -> float:
     """Return the share of members that suffices: a few yielded spots scatter most; large cells average themselves."""
     if point.periods > 16.0:
         return 0.25
-    number = 1.0 if point.share < 0.05 else 0.4 if point.share < 0.2 else 0.25
-    return number if point.hurst < 0.5 else 0.6 * number  # what lies beyond the ladder is small
+    if point.hurst < 0.5:
+        return 1.0 if point.share < 0.05 else 0.4
+    return 0.6 if point.share < 0.05 else 0.24 if point.share < 0.2 else 0.15  # little lies beyond the ladder
 
 
 def ladder(point: CappedPoint) -> dict[float, int]:

@@ -18,6 +18,8 @@ GAMMA = 0.45
 LONGEST, SHORTEST = 0.2, 0.8  # what a step of the ladder may be of the one before: exponents 2.3 ... 0.3
 PIXEL_DOUBT = 0.002  # of elastic contact on C_sm: T_flash changes by less with finer pixels and a later end
 REST_DOUBT = 0.1  # of what lies beyond the ladder, beside what its last rung changed of the limit
+CROSSED = 5.0  # q_c/q_r over the Péclet number at which the share of a step is halfway to that of slow sliding
+OCTAVES = 80  # that are followed
 UNTRIED = 0.5  # of it with three rungs: no limit without the last one is there
 ELASTIC = ("load", "hurst", "bandwidth", "plateau", "low_exponent")
 CAPPED = ("share", "yields", "hurst", "plateau", "low_exponent")
@@ -64,7 +66,7 @@ def _capped_row(point: capped.CappedPoint, raw: Any) -> dict[str, tuple[Any, Any
     for quantity in CAPPED_QUANTITIES:
         smooth, scatter = _mean(raw["smoothed"], quantity)
         smooth_error = float(np.hypot(scatter, PIXEL_DOUBT))
-        far, error = limit(raw, quantity)
+        far, error = limit(raw, quantity, point.yields)
         rows["smoothed"].append((smooth - theory[quantity], smooth_error))
         rows["steps"].append((far - smooth, float(np.hypot(smooth_error, error))))
         rows["capped"].append((far - theory[quantity], error))
@@ -82,28 +84,41 @@ def _mean(functionals: Any, quantity: tuple[str, int]) -> tuple[float, float]:
     return float(members.mean()), _half_width(members)
 
 
-def limit(raw: Any, quantity: tuple[str, int]) -> tuple[float, float]:
+def limit(raw: Any, quantity: tuple[str, int], yields: float = 1.0) -> tuple[float, float]:
     """Return ln Q of capped contact at q_c = infinity, and its total 95 % error.
 
-    Rungs are chained by regression over the members that they share: members with few large spots change least. The
-    limit takes the steps of the last three as a geometric row. Its error: scatter of every rung, what the last one
-    changed, and a share of the rest.
+    Rungs are chained by regression over the members that they share: members with few large spots change least. Beyond
+    the last rung each step is a share of the one before, from the last two steps. That share is lower for slow sliding
+    than for fast one, and once q_c/q_r passes the Péclet number it goes over to the slow one. The error: scatter of
+    every rung, what the last one changed, and a part of what lies beyond. `yields` is q_y/q_r.
     """
-    rungs = [raw[name] for name in sorted((n for n in raw if n.startswith("capped")), key=_cutoff)]
-    first, error = _mean(rungs[0], quantity)
+    factors = sorted(_cutoff(name) for name in raw if name.startswith("capped"))
+    rungs = [raw[f"capped{factor:g}"] for factor in factors]
+    first, steps, scatter = _chain(rungs, quantity)
+    _, slow, _ = _chain(rungs, ("flash_temperature", 0))
+    place = factors[-1] * yields / PECLET[quantity[1]] if quantity[0] == "flash_temperature" else 0.0
+    slow = slow if quantity[0] == "flash_temperature" else steps
+    value = _end(steps, slow, place)
+    slopes = np.array([_end(steps + unit, slow + unit, place) - value for unit in 1e-5 * np.eye(steps.size)]) / 1e-5
+    total = scatter[0] + slopes @ np.diff(scatter, axis=0)
+    rest = value - steps.sum()
+    doubt = UNTRIED * rest
+    if steps.size > 2:
+        doubt = np.hypot(value - _end(steps[:-1], slow[:-1], place / 2), REST_DOUBT * rest)
+    return first + value, float(np.hypot(np.linalg.norm(total), doubt))
+
+
+def _chain(rungs: list[Any], quantity: tuple[str, int]) -> tuple[float, Any, Any]:
+    """Return ln Q of the first rung, the steps to the others, and their 95 % errors by independent causes."""
     levels, steps = [_linearised(rung, quantity) for rung in rungs], np.empty(len(rungs) - 1)
-    scatter = np.zeros((len(rungs), len(rungs)))  # of each rung, by the independent scatters that make it up
-    here, scatter[0, 0] = first, error
+    scatter = np.zeros((len(rungs), len(rungs)))
+    first, scatter[0, 0] = _mean(rungs[0], quantity)
+    here = first
     for k, (coarse, fine) in enumerate(pairwise(levels)):
         steps[k], slope, own = _step(coarse[: fine.size], fine, here)
         scatter[k + 1] = (1.0 + slope) * scatter[k]
         here, scatter[k + 1, k + 1] = here + steps[k], own
-    value = _end(steps)
-    slopes = np.array([(_end(steps + 1e-5 * unit) - value) / 1e-5 for unit in np.eye(steps.size)])
-    total = scatter[0] + slopes @ np.diff(scatter, axis=0)
-    rest = value - steps.sum()
-    doubt = np.hypot(value - _end(steps[:-1]), REST_DOUBT * rest) if steps.size > 2 else UNTRIED * rest
-    return first + value, float(np.hypot(np.linalg.norm(total), doubt))
+    return first, steps, scatter
 
 
 def _step(coarse: Any, fine: Any, level: float) -> tuple[float, float, float]:
@@ -114,12 +129,22 @@ def _step(coarse: Any, fine: Any, level: float) -> tuple[float, float, float]:
     return float(rest.mean()), slope, float(student.ppf(0.975, n - 2) * rest.std(ddof=2) / np.sqrt(n))
 
 
-def _end(steps: Any) -> float:
-    """Return ln of the limit over the first rung: the last two steps of Q as the beginning of a geometric row."""
-    q = np.exp(np.cumsum(steps))
-    before, last = q[-2] - (q[-3] if q.size > 2 else 1.0), q[-1] - q[-2]
-    share = np.clip(last / before, LONGEST, SHORTEST) if before != 0.0 else LONGEST
-    return float(np.log(q[-1] + last * share / (1.0 - share)))
+def _end(steps: Any, slow: Any, place: float) -> float:
+    """Return ln of the limit over the first rung; `slow`: steps at rest, `place`: q_c/q_r over the Péclet number."""
+    (last, share), (_, least) = _last(steps), _last(slow)
+    total, share_now = 0.0, last
+    for octave in range(1, OCTAVES):
+        over = (1.0 + (place / CROSSED) ** 2) / (1.0 + (place * 2.0**octave / CROSSED) ** 2)
+        share_now *= least + (share - least) * over
+        total += share_now
+    return float(np.log(np.exp(steps.sum()) + total))
+
+
+def _last(steps: Any) -> tuple[float, float]:
+    """Return the last step of Q itself, and its share of the one before."""
+    q = np.exp(np.concatenate([[0.0], np.cumsum(steps)]))
+    last, before = q[-1] - q[-2], q[-2] - q[-3]
+    return float(last), float(np.clip(last / before, LONGEST, SHORTEST)) if before != 0.0 else LONGEST
 
 
 def _half_width(members: Any) -> float:
