@@ -289,6 +289,23 @@ def test_the_limit_of_a_ladder_has_the_exponent_that_the_ladder_shows(power):
     assert error < 0.1 * (64.0**-power) * 1.1 + 1e-5  # nothing but the share of what lies beyond
 
 
+@pytest.mark.parametrize("top", [6, 8])
+@pytest.mark.parametrize("power", [0.1, 0.2, 0.5])
+def test_past_the_peclet_number_a_ladder_nears_its_limit_as_slow_sliding_does(power, top):
+    # one variance per octave, q^-power; what the cut-off leaves out gathers at the cut-off, as the total is conserved
+    q = 2.0 ** np.arange(60)
+    share, kernel = q**-power, members.kernel_matrix(q)
+    noise = np.random.default_rng(1).standard_normal((8, 1))
+    raw = {
+        f"capped{q[k]:g}": (share[:k] @ kernel[:k] + share[k:].sum() * kernel[k]) * np.exp(1e-9 * noise)
+        for k in range(2, top + 1)
+    }
+    for speed, exact in enumerate(np.log((share @ kernel)[members.COLUMNS["flash_temperature"]])):
+        value, error = tables.limit(raw, ("flash_temperature", speed))
+        beyond = np.log(raw[f"capped{q[top]:g}"].mean(0)[speed]) - exact
+        assert abs(value - exact) <= min(error, 0.11 * beyond) + 1e-6
+
+
 def test_the_error_of_a_limit_covers_what_it_misses():
     found = [tables.limit(ladder(0.7, 0.1, seed), ("flash_temperature", 0)) for seed in range(40)]
     off = np.array([value - np.log(3.0) for value, _ in found])
