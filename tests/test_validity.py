@@ -304,6 +304,24 @@ def test_past_the_peclet_number_a_ladder_nears_its_limit_as_slow_sliding_does(po
         value, error = tables.limit(raw, ("flash_temperature", speed))
         beyond = np.log(raw[f"capped{q[top]:g}"].mean(0)[speed]) - exact
         assert abs(value - exact) <= min(error, 0.11 * beyond) + 1e-6
+        assert error <= 0.3 * beyond + 1e-6
+
+
+def test_a_step_is_taken_from_where_the_coarse_rung_is_known_to_be():
+    coarse = np.random.default_rng(2).standard_normal(6)
+    step, slope, error = tables._step(coarse, 0.3 + 0.8 * coarse, 5.0)
+    assert (step, slope) == (pytest.approx(0.3 - 0.2 * 5.0, rel=1e-9), pytest.approx(-0.2, rel=1e-9))
+    assert error < 1e-9
+
+
+def test_what_force_balance_fixes_on_the_finest_rungs_is_known_although_the_coarse_ones_scatter():
+    raw = ladder(1.0, 0.2)
+    column = members.COLUMNS["pressure_variance"]
+    for k, rung in enumerate(raw.values()):
+        rung[:, column] = 2.0 * (rung[:, [3]] / rung[:, 3].mean() if k == 0 else 1.0)
+    value, error = tables.limit(raw, ("pressure_variance", 0))
+    assert value == pytest.approx(np.log(2.0), abs=1e-2)
+    assert error < 5e-3
 
 
 def test_the_error_of_a_limit_covers_what_it_misses():
