@@ -268,7 +268,7 @@ def heat_map(rows, folder, toy):
 
 SHOWN = {  # factor to what is written, how it is written, and the range of the colours in it
     "error": (1.0, "{:.0e}".format, (1e-8, 1e-2)),
-    "seconds": (1e3, lambda value: f"{value:.0f}" if value >= 100 else f"{value:.2g}", (1, 3e3)),
+    "seconds": (1e3, lambda value: f"{value:.0f}" if value >= 9.5 else f"{value:.2g}", (1, 3e3)),
     "transforms": (1.0, "{:.0f}".format, (10, 100)),
     "pixel_error": (100.0, "{:.2g}".format, (0.1, 30)),
     "excess": (100.0, lambda value: f"{value:+.0f}" if abs(value) >= 10 else f"{value:+.2g}", (0.1, 100)),
