@@ -28,18 +28,16 @@ from theory.calibrated import LIGHTEST
 
 LOADS = (0.002, 0.006, 0.02, 0.06, 0.15, 0.3, 0.6)
 HURSTS = (0.3, 0.55, 0.8, 1.0)
-BANDWIDTHS = (4.0, 8.0, 16.0, 32.0)
-WIDEST, WIDE_LOADS = 64.0, (0.02, 0.15, 0.3)  # lighter loads need grids of 8192 by 8192
-YIELDS = (1.0, 2.0)
+BANDWIDTHS = (4.0, 8.0, 16.0, 32.0, 64.0)
+YIELDS = ((1.0, 0.3), (1.0, 0.8), (2.0, 0.3), (2.0, 0.8), (4.0, 0.8))  # q_y/q_r and H of the capped part
 Point = elastic.Point | capped.CappedPoint
 
 
 def whole_map() -> list[Point]:
     """Return the regular grid of elastic and capped points, and the three steels."""
     grid = [elastic.Point(p, h, r) for r in BANDWIDTHS for h in HURSTS for p in LOADS]
-    wide = [elastic.Point(p, h, WIDEST) for h in HURSTS for p in WIDE_LOADS]
-    plastic = [capped.CappedPoint(s, y, h) for y in YIELDS for h in (0.3, 0.8) for s in (0.01, 0.03, 0.1, 0.25, 0.5)]
-    return [*grid, *wide, *plastic, *capped.steels()]
+    plastic = [capped.CappedPoint(s, y, h) for y, h in YIELDS for s in (0.01, 0.03, 0.1, 0.25, 0.5)]
+    return [*grid, *plastic, *capped.steels()]
 
 
 def families() -> list[elastic.Point]:
@@ -66,32 +64,34 @@ def toy_map() -> list[Point]:
     return [*grid, capped.CappedPoint(0.1, 1.0), capped.CappedPoint(0.3, 1.0)]
 
 
-def compute(task: tuple[Point, bool, Path]) -> str:
-    """Measure one point and store it, whole or not at all."""
+def compute(task: tuple[Point, bool, Path]) -> float:
+    """Measure one point, store it whole or not at all, and return the CPU seconds spent."""
     point, toy, place = task
     start = time.process_time()
     if isinstance(point, elastic.Point):
         work = elastic.effort(point)
         raw = elastic.measure(point, elastic.reduced(work, 4) if toy else work)
     else:
-        raw = capped.measure(point, *((4, (4.0, 8.0)) if toy else ()))
+        raw = capped.measure(point, {4.0: 4, 8.0: 4, 16.0: 4} if toy else None)
     temporary = place.with_suffix(".tmp.npz")
     np.savez_compressed(temporary, **raw)
     temporary.replace(place)
-    return f"{point.name}: {time.process_time() - start:.1f} s"
+    spent = time.process_time() - start
+    print(f"{point.name}: {spent:.1f} s", flush=True)
+    return spent
 
 
 def gather(points: list[Point], folder: Path, *, toy: bool, workers: int) -> list[tuple[Point, Any]]:
     """Compute what is missing and read everything back."""
     place = {point: folder / f"{point.name}.npz" for point in points}
     tasks = [(point, toy, path) for point, path in place.items() if not path.exists()]
+    tasks.sort(key=lambda task: -getattr(task[0], "bandwidth", np.inf))  # the long ones first: no worker ends alone
     if workers > 1:
         with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-            for line in pool.map(compute, tasks):
-                print(line, flush=True)
+            spent = list(pool.map(compute, tasks))
     else:
-        for task in tasks:
-            print(compute(task), flush=True)
+        spent = [compute(task) for task in tasks]
+    print(f"{len(tasks)} points computed in {sum(spent) / 60:.1f} CPU minutes", flush=True)
     results = []
     for point, path in place.items():
         with np.load(path) as raw:

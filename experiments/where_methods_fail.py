@@ -2,9 +2,10 @@
 
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python experiments/where_methods_fail.py [MAP ...] [--resume] [-o F]
 
-Maps: load (contact over load and hardness; the peers too where installed, `pip install 'roughsim[peers]'`), roughness
-(contact over H, bandwidth and pixels per shortest wave), heat (T_flash of a Hertz contact over the Péclet number and
-the box, three kernels). All by default. Every solve is a row of data.h5; a failure is a row too, and a cross in a map.
+Maps: load (contact over load and hardness), roughness (contact over H, bandwidth and pixels per shortest wave), both
+for the other solvers too where they are installed (`pip install 'roughsim[peers]'`), and heat (T_flash of a Hertz
+contact over the Péclet number and the box, three kernels). All by default. Every solve is a row of data.h5; a failure
+is a row too, and a cross in a map.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ import contact as solvers
 mpl.use("Agg")
 mpl.rcParams.update({"font.size": 9, "axes.titlesize": 9, "axes.titlelocation": "left", "legend.frameon": False})
 TOLERANCE = 1e-6
+LONGEST = 20.0  # CPU seconds of one solve; a solver that takes longer is not asked with finer pixels
 NOT_MADE = "one bound only"  # what a solver is not made for is no failure of it
 UNIT = {"conductivity": 1.0, "diffusivity": 1.0}
 SOLVERS = ("roughsim", "tamaas", "ContactMechanics", "NuMPI")
@@ -126,20 +128,35 @@ def load_map(rows, folder, toy):
 
 
 def roughness_map(rows, folder, toy):
-    """Our contact solver over H, bandwidth and pixels per shortest wave; the error of the pixel beside its own."""
+    """Contact over H, bandwidth and pixels per shortest wave, every solver; the error of the pixel beside our own."""
     hursts = (0.3, 0.8) if toy else (0.0, 0.3, 0.5, 0.8, 1.0)
     bands = (4,) if toy else (2, 8, 32)
     pixels = (2, 4) if toy else (2, 4, 8)
-    for hurst, band, pixel in product(hursts, bands, pixels):
-        key = f"H {hurst:g} bandwidth {band} at {pixel} pixels"
-        row = rows.once("roughness", key, lambda h=hurst, b=band, p=pixel: rough(h, b, p, 8 if toy else 16))
-        print(f"{key:36s} {row['iterations']:4.0f} iterations {row['transforms']:6.0f} transforms  {row['why']}")
+    names, slow = there(), set()
+    for name in names:
+        solved(name, unit_problem(32, 0.1, inf))  # imported and planned by now
+    for name, hurst, band, pixel in product(names, hursts, bands, pixels):
+        key = f"{name} H {hurst:g} bandwidth {band} at {pixel} pixels"
+        work = too_long if (name, hurst, band) in slow else rough
+        task = (name, hurst, band, pixel, 8 if toy else 16)
+        row = rows.once("roughness", key, lambda work=work, task=task: work(*task))
+        if row["seconds"] > LONGEST:
+            slow.add((name, hurst, band))
+        print(f"{key:50s} {row['error']:8.1e} {row['seconds']:8.3f} s  {row['why']}", flush=True)
+    found = list(rows["roughness"].values())
+    ours_over_roughness([row for row in found if row["solver"] == "roughsim"], folder, (bands, hursts), pixels)
+    if len(names) > 1:
+        peers_over_roughness(found, folder, (bands, hursts), names)
+    told("roughness", found)
+
+
+def ours_over_roughness(found, folder, ticks, pixels):
     figure = Figure((2.8 * len(pixels) + 0.6, 7.4), layout="constrained")
     axes = figure.subplots(3, len(pixels), sharex=True, sharey=True, squeeze=False)
     for column, pixel in zip(axes.T, pixels, strict=True):
-        found = [row for row in rows["roughness"].values() if row["pixels"] == pixel]
+        here = [row for row in found if row["pixels"] == pixel]
         for axis, quantity in zip(column, ("transforms", "error", "pixel_error"), strict=True):
-            picture(axis, found, ("bandwidth", "hurst"), quantity, (bands, hursts))
+            picture(axis, here, ("bandwidth", "hurst"), quantity, ticks)
         column[0].set_title(f"{pixel} pixels per wave: transforms")
         column[1].set_title("error of the solve")
         column[2].set_title("error of T_flash by the pixel, %")
@@ -149,14 +166,41 @@ def roughness_map(rows, folder, toy):
     figure.savefig(folder / "contact_roughness.png", dpi=120)
 
 
-def rough(hurst, band, pixel, finest):
-    """A row of the map: two roll-off waves per side, load 0.05."""
+def peers_over_roughness(found, folder, ticks, names):
+    """Error and CPU time of every solver, one row of panels for each number of pixels."""
+    pixels = sorted({row["pixels"] for row in found})
+    figure = Figure((2.3 * len(names) + 0.6, 3.3 * len(pixels)), layout="constrained")
+    axes = figure.subplots(2 * len(pixels), len(names), sharex=True, sharey=True, squeeze=False)
+    for (k, pixel), (j, name) in product(enumerate(pixels), enumerate(names)):
+        here = [row for row in found if row["pixels"] == pixel and row["solver"] == name]
+        for axis, quantity in zip(axes[2 * k : 2 * k + 2, j], ("error", "seconds"), strict=True):
+            picture(axis, here, ("bandwidth", "hurst"), quantity, ticks)
+        axes[2 * k, j].set_title(f"{name}: error, {pixel:g} pixels")
+        axes[2 * k + 1, j].set_title("CPU time, ms")
+    for axis in axes[-1]:
+        axis.set_xlabel("bandwidth q₁/q_r")
+    for axis in axes[:, 0]:
+        axis.set_ylabel("H")
+    figure.savefig(folder / "contact_roughness_peers.png", dpi=120)
+
+
+def rough(name, hurst, band, pixel, finest):
+    """A row of the map: two roll-off waves per side, load 0.05; for ours the error of the pixel too."""
     waves = (2, 2 * band)
     task = unit_problem(2 * band * pixel, 0.05, inf, hurst=hurst, waves=waves)
-    row = {"hurst": hurst, "bandwidth": float(band), "pixels": float(pixel)} | solved("roughsim", task)
+    row = {"hurst": hurst, "bandwidth": float(band), "pixels": float(pixel), "pixel_error": nan} | solved(name, task)
+    if name != "roughsim":
+        return row
     fine = unit_problem(2 * band * finest, 0.05, inf, hurst=hurst, waves=waves)
     values = [rs.measure(ours(t, 1e-5), t.grid, FAST).flash_temperature[0] for t in (task, fine)]
     return row | {"pixel_error": float(abs(values[0] / values[1] - 1))}
+
+
+def too_long(name, hurst, band, pixel, _):
+    """The row of a solver that took too long with larger pixels."""
+    row = {"solver": name, "hurst": hurst, "bandwidth": float(band), "pixels": float(pixel), "pixel_error": nan}
+    row |= {"error": nan, "seconds": nan, "transforms": nan, "iterations": nan, "residual": nan}
+    return row | {"why": f"not asked: over {LONGEST:g} s with larger pixels"}
 
 
 FAST = rs.Sliding([1e4], 1.0, 1.0, 1.0)
@@ -224,7 +268,7 @@ def heat_map(rows, folder, toy):
 
 SHOWN = {  # factor to what is written, how it is written, and the range of the colours in it
     "error": (1.0, "{:.0e}".format, (1e-8, 1e-2)),
-    "seconds": (1e3, "{:.3g}".format, (1, 3e3)),
+    "seconds": (1e3, lambda value: f"{value:.0f}" if value >= 9.5 else f"{value:.2g}", (1, 3e3)),
     "transforms": (1.0, "{:.0f}".format, (10, 100)),
     "pixel_error": (100.0, "{:.2g}".format, (0.1, 30)),
     "excess": (100.0, lambda value: f"{value:+.0f}" if abs(value) >= 10 else f"{value:+.2g}", (0.1, 100)),

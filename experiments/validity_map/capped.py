@@ -2,8 +2,10 @@
 
 A point is sigma_0/sigma_P and how far the roughness must be seen for 1 % of the contact to stay elastic, q_y/q_r, with
 H, the plateau and the low exponent of C(q). Units: E* = 1, q_r = 1, so that a speed is the Peclet number v/(D q_r).
-Capped contact is solved up to q_c = 8 and 16 q_y at 4 pixels per shortest wave and taken to q_c = infinity as 1/q_c;
-elastic contact on C_sm up to 1.5 q_y at 8 pixels.
+Capped contact is solved on a ladder of cut-offs q_c, an octave apart, on shared random streams: many members on the
+coarse rungs, few on the fine ones. The limit of the ladder is taken in tables.py. It has two pixels per shortest wave:
+its limit is that of a ladder with four, and the pixels buy an octave more of roughness instead. Elastic contact on C_sm
+goes up to 1.5 q_y at 8 pixels, or 16.
 """
 
 from __future__ import annotations
@@ -22,10 +24,11 @@ from roughsim.spectrum import TruncatedSpectrum
 from theory import persson, plasticity
 from validity_map import members
 
-CUTOFFS = (8.0, 16.0)  # q_c/q_y of the extrapolation
+LOWEST, PIXELS = 4.0, 2.0  # q_c/q_y of the first rung, and pixels per shortest wave of all
+WORN = 8.0  # q_c/q_y of the deformed surfaces
 MAGNIFICATIONS = (0.25, 0.5, 1.0, 2.0, 4.0)  # q_c/q_y at which the areas are compared
-SMOOTHED = 6  # members on C_sm per capped one: they are small, and scatter more
-END = 64.0  # q_1/q_y of the whole spectrum: C_sm has vanished long before
+SMOOTHED = 1024  # members on C_sm under light loads: they are small, and scatter most
+END = 512.0  # q_1/q_y of the whole spectrum: C_sm has vanished long before
 
 
 @dataclass(frozen=True)
@@ -87,9 +90,9 @@ class CappedPoint:
         return max(8.0, 4.0 * self.plateau)
 
     def grid(self, q_max: float, pixels: float) -> rs.Grid:
-        """Return the grid with so many pixels per shortest wave, less 2 %."""
+        """Return the grid with at least so many pixels per shortest wave."""
         least = self.periods * pixels * q_max
-        points = min(n for n in _fast(least) if n >= 0.98 * least)
+        points = min(n for n in _fast(least) if n >= least)
         return rs.Grid((points, points), (self.periods * 2 * pi,) * 2)
 
 
@@ -123,34 +126,41 @@ def _fast(least: float) -> list[int]:
     )
 
 
-def effort(point: CappedPoint) -> int:
-    """Return the number of members: a few yielded spots scatter most; large cells average by themselves."""
+def quiet(point: CappedPoint) -> float:
+    """Return the share of members that suffices: a few yielded spots scatter most; large cells average themselves."""
     if point.periods > 16.0:
-        return 8
-    return 32 if point.share < 0.05 else 20 if point.share < 0.2 else 12
+        return 0.25
+    if point.hurst < 0.5:
+        return 1.0 if point.share < 0.05 else 0.4
+    return 0.6 if point.share < 0.05 else 0.24 if point.share < 0.2 else 0.15  # little lies beyond the ladder
 
 
-def measure(point: CappedPoint, count: int | None = None, cutoffs: tuple[float, ...] = CUTOFFS) -> dict[str, Any]:
+def ladder(point: CappedPoint) -> dict[float, int]:
+    """Return how many members each cut-off q_c/q_y has: grids up to 2048, or 4096 where T_flash falls most slowly."""
+    most = 4200 if point.hurst < 0.5 and point.share < 0.05 else 3300
+    result, factor = {}, LOWEST
+    while (points := point.grid(factor * point.yields, PIXELS).shape[0]) <= most:
+        result[factor] = max(round(min(256.0, 256 * (256 / points) ** 1.25) * quiet(point)), 6)
+        factor *= 2.0
+    return result
+
+
+def measure(point: CappedPoint, rungs: dict[float, int] | None = None) -> dict[str, Any]:
     """Solve all members of a point and return functionals, areas, and the spectra of the deformed surfaces."""
-    count = effort(point) if count is None else count
-    every = [np.random.SeedSequence(point.seed, spawn_key=(7, k)) for k in range(SMOOTHED * count)]
-    seeds = every[:count]
+    toy = rungs is not None
+    rungs = ladder(point) if rungs is None else rungs
     load, y = point.pressures["nominal_pressure"], point.yields
+    count = 16 if toy else max(round(SMOOTHED * quiet(point)), 256)
+    seeds = [np.random.SeedSequence(point.seed, spawn_key=(7, k)) for k in range(max(count, *rungs.values()))]
     cut = TruncatedSpectrum(point.smoothed, 1.5 * y)
-    grid = point.grid(1.5 * y, 8)
-    smoothed = [members.solve(cut, grid, load, seed) for seed in every]
+    grid = point.grid(1.5 * y, 16 if point.periods * y <= 8.0 else 8)  # larger cells hold more of the edges anyway
+    smoothed = [members.solve(cut, grid, load, seed) for seed in seeds[:count]]
     result: dict[str, Any] = {"smoothed": np.array([m.functionals for m in smoothed])}
-    few = seeds[: max(count // 4, 2)]
-    worn = []
-    for factor in cutoffs:
-        solved = []
-        for seed in seeds:
-            member = _capped(point, factor * y, 4, seed)
-            solved.append(member.functionals)
-            if factor == cutoffs[0] and seed in few:
-                worn.append(_deformed(point, member, factor * y))
+    for factor, number in rungs.items():
+        solved = [_capped(point, factor * y, PIXELS, seed).functionals for seed in seeds[:number]]
         result[f"capped{factor:g}"] = np.array(solved)
-    result["fine"] = np.array([_capped(point, cutoffs[0] * y, 8, seed).functionals for seed in few])
+    few = seeds[: 2 if toy else max(round(8 * quiet(point)), 2)]
+    worn = [_deformed(point, _capped(point, WORN * y, 4, seed), WORN * y) for seed in few]
     for name in worn[0]:
         result[name] = np.array([entry[name] for entry in worn])
     return result | _areas(point, few)

@@ -19,6 +19,7 @@ STYLES = {
     "smoothed": ("#0072b2", r"elastic on $C_{sm}$ / theory"),
     "steps": ("#e69f00", r"capped / elastic on $C_{sm}$"),
 }
+SMALL = 0.5  # H below it is dashed
 STYLES["capped"] = ("#d55e00", "capped / theory")
 
 
@@ -42,7 +43,8 @@ def columns(tables: Any, path: Path) -> None:
                 for hurst in np.unique(table.place[~steel, 2]):
                     rows = ~steel & (table.place[:, 1] == yields) & (table.place[:, 2] == hurst)
                     x, y, error = table.place[rows, 0], table.value[rows, k], table.error[rows, k]
-                    axes.errorbar(x, y, y * error, color=colour, lw=0.8, marker=".", ms=4, alpha=0.6)
+                    style = "--" if hurst < SMALL else "-"
+                    axes.errorbar(x, y, y * error, color=colour, ls=style, lw=0.8, marker=".", ms=4, alpha=0.7)
             y, error = table.value[steel, k], table.error[steel, k]
             axes.errorbar(table.place[steel, 0], y, y * error, fmt="*", ms=9, color=colour, mec="k", mew=0.5)
             axes.plot([], [], color=colour, marker=".", label=label)
@@ -51,6 +53,11 @@ def columns(tables: Any, path: Path) -> None:
             xscale="log", xlabel=r"pressure / hardness  $\sigma_0/\sigma_P$", title=rf"$T_\mathrm{{flash}}$, {words}"
         )
     panels[0].set_ylabel("ratio")
+    for style, words in (
+        ("-", "H = 0.8, from below: $q_y/q_r$ = 1, 2, 4"),
+        ("--", "H = 0.3, from below: $q_y/q_r$ = 1, 2"),
+    ):
+        panels[1].plot([], [], style, color="0.5", lw=0.8, label=words)
     panels[1].plot([], [], "*", color="0.7", mec="k", mew=0.5, ms=9, label="the three steels")
     panels[1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     figure.savefig(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import nan
 from typing import Any
 
@@ -14,7 +15,12 @@ from validity_map import capped, elastic, estimates
 from validity_map.members import PECLET
 
 GAMMA = 0.45
-EXPONENT_DOUBT = 0.25  # of the step from 16 q_y to infinity: the exponent of the extrapolation was 0.9 ... 1.15
+LONGEST, SHORTEST = 0.2, 0.8  # what a step of the ladder may be of the one before: exponents 2.3 ... 0.3
+PIXEL_DOUBT = 0.002  # of elastic contact on C_sm: T_flash changes by less with finer pixels and a later end
+REST_DOUBT = 0.1  # of what lies beyond the ladder, beside what its last rung changed of the limit
+CROSSED = 5.0  # q_c/q_r over the Péclet number at which the share of a step is halfway to that of slow sliding
+OCTAVES = 80  # that are followed
+UNTRIED = 0.5  # of it with three rungs: no limit without the last one is there
 ELASTIC = ("load", "hurst", "bandwidth", "plateau", "low_exponent")
 CAPPED = ("share", "yields", "hurst", "plateau", "low_exponent")
 CAPPED_QUANTITIES = [*(("flash_temperature", k) for k in range(PECLET.size)), ("pressure_variance", 0)]
@@ -56,39 +62,93 @@ def capped_tables(results: list[tuple[capped.CappedPoint, Any]]) -> dict[str, Ta
 def _capped_row(point: capped.CappedPoint, raw: Any) -> dict[str, tuple[Any, Any]]:
     load = point.pressures["nominal_pressure"]
     theory = estimates.theory_values(point.smoothed, load, gamma=GAMMA)
-    values = {name: np.empty(len(CAPPED_QUANTITIES)) for name in ("smoothed", "steps", "capped")}
-    errors = {name: np.empty(len(CAPPED_QUANTITIES)) for name in values}
-    for k, quantity in enumerate(CAPPED_QUANTITIES):
-        smooth, far, doubt = _columns(raw, quantity)
-        half = {"smoothed": _half_width(smooth), "capped": float(np.hypot(_half_width(far), doubt))}
-        half["steps"] = float(np.hypot(half["smoothed"], half["capped"]))
-        logs = {"smoothed": smooth.mean() - theory[quantity], "steps": far.mean() - smooth.mean()}
-        logs["capped"] = far.mean() - theory[quantity]
-        for name, value in logs.items():
-            values[name][k], errors[name][k] = np.exp(value), half[name]
-    return {name: (values[name], errors[name]) for name in values}
+    rows: dict[str, list[tuple[float, float]]] = {name: [] for name in ("smoothed", "steps", "capped")}
+    for quantity in CAPPED_QUANTITIES:
+        smooth, scatter = _mean(raw["smoothed"], quantity)
+        smooth_error = float(np.hypot(scatter, PIXEL_DOUBT))
+        far, error = limit(raw, quantity, point.yields)
+        rows["smoothed"].append((smooth - theory[quantity], smooth_error))
+        rows["steps"].append((far - smooth, float(np.hypot(smooth_error, error))))
+        rows["capped"].append((far - theory[quantity], error))
+    return {name: (np.exp([ln for ln, _ in row]), np.array([error for _, error in row])) for name, row in rows.items()}
+
+
+def _linearised(functionals: Any, quantity: tuple[str, int]) -> Any:
+    """Return ln Q of the mean, spread over the members to first order."""
+    value, gradient = estimates.linear(functionals.mean(axis=0), quantity)
+    return value + functionals @ gradient - (functionals @ gradient).mean()
+
+
+def _mean(functionals: Any, quantity: tuple[str, int]) -> tuple[float, float]:
+    members = _linearised(functionals, quantity)
+    return float(members.mean()), _half_width(members)
+
+
+def limit(raw: Any, quantity: tuple[str, int], yields: float = 1.0) -> tuple[float, float]:
+    """Return ln Q of capped contact at q_c = infinity, and its total 95 % error.
+
+    Rungs are chained by regression over the members that they share: members with few large spots change least. Beyond
+    the last rung each step is a share of the one before, from the last two steps. That share is lower for slow sliding
+    than for fast one, and once q_c/q_r passes the Péclet number it goes over to the slow one. The error: scatter of
+    every rung, what the last one changed, and a part of what lies beyond. `yields` is q_y/q_r.
+    """
+    factors = sorted(_cutoff(name) for name in raw if name.startswith("capped"))
+    rungs = [raw[f"capped{factor:g}"] for factor in factors]
+    first, steps, scatter = _chain(rungs, quantity)
+    _, slow, _ = _chain(rungs, ("flash_temperature", 0))
+    place = factors[-1] * yields / PECLET[quantity[1]] if quantity[0] == "flash_temperature" else 0.0
+    slow = slow if quantity[0] == "flash_temperature" else steps
+    value = _end(steps, slow, place)
+    slopes = np.array([_end(steps + unit, slow + unit, place) - value for unit in 1e-5 * np.eye(steps.size)]) / 1e-5
+    total = scatter[0] + slopes @ np.diff(scatter, axis=0)
+    rest = value - steps.sum()
+    doubt = UNTRIED * rest
+    if steps.size > 2:
+        doubt = np.hypot(value - _end(steps[:-1], slow[:-1], place / 2), REST_DOUBT * rest)
+    return first + value, float(np.hypot(np.linalg.norm(total), doubt))
+
+
+def _chain(rungs: list[Any], quantity: tuple[str, int]) -> tuple[float, Any, Any]:
+    """Return ln Q of the first rung, the steps to the others, and their 95 % errors by independent causes."""
+    levels, steps = [_linearised(rung, quantity) for rung in rungs], np.empty(len(rungs) - 1)
+    scatter = np.zeros((len(rungs), len(rungs)))
+    first, scatter[0, 0] = _mean(rungs[0], quantity)
+    here = first
+    for k, (coarse, fine) in enumerate(pairwise(levels)):
+        steps[k], slope, own = _step(coarse[: fine.size], fine, here)
+        scatter[k + 1] = (1.0 + slope) * scatter[k]
+        here, scatter[k + 1, k + 1] = here + steps[k], own
+    return first, steps, scatter
+
+
+def _step(coarse: Any, fine: Any, level: float) -> tuple[float, float, float]:
+    """Return the step between rungs where the coarse one is `level`, how it goes with it, and its own 95 % error."""
+    change, n = fine - coarse, fine.size
+    slope = float(np.cov(change, coarse)[0, 1] / coarse.var(ddof=1)) if coarse.std() > 1e-12 else 0.0
+    rest = change - slope * (coarse - level)
+    return float(rest.mean()), slope, float(student.ppf(0.975, n - 2) * rest.std(ddof=2) / np.sqrt(n))
+
+
+def _end(steps: Any, slow: Any, place: float) -> float:
+    """Return ln of the limit over the first rung; `slow`: steps at rest, `place`: q_c/q_r over the Péclet number."""
+    (last, share), (_, least) = _last(steps), _last(slow)
+    total, share_now = 0.0, last
+    for octave in range(1, OCTAVES):
+        over = (1.0 + (place / CROSSED) ** 2) / (1.0 + (place * 2.0**octave / CROSSED) ** 2)
+        share_now *= least + (share - least) * over
+        total += share_now
+    return float(np.log(np.exp(steps.sum()) + total))
+
+
+def _last(steps: Any) -> tuple[float, float]:
+    """Return the last step of Q itself, and its share of the one before."""
+    q = np.exp(np.concatenate([[0.0], np.cumsum(steps)]))
+    last, before = q[-1] - q[-2], q[-2] - q[-3]
+    return float(last), float(np.clip(last / before, LONGEST, SHORTEST)) if before != 0.0 else LONGEST
 
 
 def _half_width(members: Any) -> float:
     return float(student.ppf(0.975, members.size - 1) * members.std(ddof=1) / np.sqrt(members.size))
-
-
-def _columns(raw: Any, quantity: tuple[str, int]) -> tuple[Any, Any, float]:
-    """Return ln Q of C_sm and of capped contact at q_c = infinity, linearised per member, and the doubt of the latter.
-
-    The pixel shift comes from the same modes at half the pixel; as the error falls at first order, what is left is the
-    shift once more.
-    """
-
-    def linearised(functionals: Any) -> Any:
-        value, gradient = estimates.linear(functionals.mean(axis=0), quantity)
-        return value + functionals @ gradient - (functionals @ gradient).mean()
-
-    near, finest = (linearised(raw[name]) for name in sorted((n for n in raw if n.startswith("capped")), key=_cutoff))
-    step, fine = finest - near, linearised(raw["fine"])
-    pixel = float((fine - near[: fine.size]).mean())
-    doubt = float(np.hypot(EXPONENT_DOUBT * step.mean(), 0.5 * pixel))
-    return linearised(raw["smoothed"]), finest + step + 2 * pixel, doubt
 
 
 def _cutoff(name: str) -> float:
