@@ -29,7 +29,7 @@ TESTS = {
     "theory/persson.py": "theory/test_theory_persson.py theory/test_theory_stress.py theory/test_theory_flash.py",
     "theory/flash.py": "theory/test_theory_flash.py",
     "theory/hankel.py": "theory/test_theory_stress.py theory/test_theory_persson.py",
-    "theory/plasticity.py": "theory/test_theory_plasticity.py",
+    "theory/plasticity.py": "theory/test_theory_plasticity.py theory/test_theory_stress.py",
     "theory/partition.py": "theory/test_theory_heat_balance.py",
     "theory/background.py": "theory/test_theory_heat_balance.py",
     "theory/classical.py": "theory/test_theory_classical.py",

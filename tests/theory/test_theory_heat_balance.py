@@ -8,6 +8,7 @@ from power_law import Flat
 from scipy.integrate import quad
 
 from theory import background, flash, partition, plasticity
+from theory.quadrature import QuadratureError
 
 RING = Flat(1e8, (1e4 * (1 - 1e-7), 1e4 * (1 + 1e-7)))
 BODY = {"conductivity": 20.0, "diffusivity": 1e-5}
@@ -105,6 +106,15 @@ def test_the_background_is_the_diffusion_from_a_plane_source():
     # (1/κ)√(D/π) ∫ q̇ dt'/√(t − t'), with t − t' = u²
     exact = sqrt(1e-5 / pi) / 20 * 3e6 * quad(lambda u: 2.0, 0, sqrt(0.4))[0]
     assert background.temperature(0.4, heat_flux=3e6, **BODY) == pytest.approx(exact, rel=1e-12)
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
+def test_a_flux_that_is_not_resolved_is_refused_whatever_its_size(scale):
+    def noisy(t):
+        return scale * np.sign(np.sin(1e9 * np.asarray(t)))
+
+    with pytest.raises(QuadratureError, match="name the breaks"):
+        background.temperature(0.4, heat_flux=noisy, **BODY)
 
 
 def test_the_background_of_the_steel_scene_is_700_kelvin():
