@@ -87,7 +87,7 @@ class Row:
     realizations: tuple[int, int]
     error: tuple[float, float]
     cpu: tuple[float, float]
-    wall: float
+    wall: tuple[float, float]
     parts: dict[str, float]
 
 
@@ -108,9 +108,10 @@ def foretold_and_found(name: str, scene: rs.Scene, target: float, folder: Path, 
     cpu, wall = used() - cpu, time.perf_counter() - wall
     found = run.estimate("flash_temperature")
     k = int(np.argmax(found.mean))
+    wall_both = forecast.wall_seconds(workers), wall
     parts = {source: float(part[k] / found.mean[k]) for source, part in found.budget.items()}
     error = forecast.total, float(found.total_error[k] / found.mean[k])
-    return Row(name, (forecast.realizations, found.n), error, (forecast.cpu_seconds, cpu), wall, parts), run
+    return Row(name, (forecast.realizations, found.n), error, (forecast.cpu_seconds, cpu), wall_both, parts), run
 
 
 def gain(run: Run) -> dict[str, float]:
@@ -133,13 +134,13 @@ def gain(run: Run) -> dict[str, float]:
 
 
 def told(rows: list[Row]) -> None:
-    print(f"{'scene':14s}{'n':>10s}{'total error':>18s}{'CPU s':>16s}{'wall s':>8s}   parts found, %")
+    print(f"{'scene':14s}{'n':>10s}{'total error':>18s}{'CPU s':>16s}{'wall s':>14s}   parts found, %")
     for row in rows:
         parts = " ".join(f"{name} {100 * part:.2g}" for name, part in row.parts.items())
-        n, error, cpu = row.realizations, row.error, row.cpu
+        n, error, cpu, wall = row.realizations, row.error, row.cpu, row.wall
         print(
             f"{row.name:14s}{n[0]:>5d}/{n[1]:<4d}{100 * error[0]:>9.2f}/{100 * error[1]:<6.2f} %"
-            f"{cpu[0]:>9.1f}/{cpu[1]:<7.1f}{row.wall:>7.1f}   {parts}"
+            f"{cpu[0]:>9.1f}/{cpu[1]:<7.1f}{wall[0]:>6.1f}/{wall[1]:<7.1f}   {parts}"
         )
     print("foretold/found; the total error is of the highest T_flash; CPU includes starting the workers")
 
@@ -181,7 +182,7 @@ def main() -> None:
         target = 0.04 if given.toy else 0.01 if name in steels else 0.02
         row, runs[name] = foretold_and_found(name, scene, target, given.output, given.workers)
         rows.append(row)
-        print(f"{name}: done after {row.wall:.0f} s", flush=True)
+        print(f"{name}: done after {row.wall[1]:.0f} s", flush=True)
     told(rows)
     for name in [name for name in scenes if name in steels or name == "demo"]:
         gains = ", ".join(f"{observable} {value:.2g}" for observable, value in gain(runs[name]).items())

@@ -21,6 +21,9 @@ class Reason(NamedTuple):
     reason: str
 
 
+START_SECONDS = 3.0  # until processes have loaded what they need
+
+
 class Forecast(NamedTuple):
     """What a plan expects of the highest T_flash in the column that the run is judged by: relative errors; the cost.
 
@@ -38,6 +41,10 @@ class Forecast(NamedTuple):
     def total(self) -> float:
         """Root of the sum of squares."""
         return sqrt(self.statistical**2 + self.bandwidth**2 + self.pixel**2 + self.size**2)
+
+    def wall_seconds(self, workers: int) -> float:
+        """Return the time that the run takes with so many processes, one core each, s."""
+        return START_SECONDS + self.cpu_seconds / workers
 
 
 @dataclass(frozen=True, slots=True)

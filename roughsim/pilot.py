@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from roughsim.scene import Scene
 
 Array = NDArray[np.float64]
-SINGLE, PAIRS = 16, 4  # solves of the coarsest level, and of each finer one
+MEMBERS = 12  # solves of each level: scatter is then known to a fifth
 POINTS = 512  # points per side that no solve of a pilot exceeds
 _SEED = 20  # any number: a pilot must not see the surfaces of the run
 
@@ -103,15 +103,14 @@ def pilot(scene: Scene, column: Column, lengths: tuple[float, float], q_max: flo
 
 @lru_cache(maxsize=32)
 def _measured(scene: Scene, numerics: Numerics) -> Pilot:
-    coarse, quick = _flash_temperatures(scene, numerics, 0, SINGLE)
-    pairs, seconds = _flash_temperatures(scene, numerics, 1, PAIRS)
-    finer, other = _flash_temperatures(scene, numerics, 2, PAIRS)
-    first = coarse[:PAIRS]
-    hottest = int(np.argmax(pairs.mean(axis=0)))
-    limit = float((2.0 * pairs - first).mean(axis=0)[hottest])
-    steps, pixels = ((fine - first)[:, hottest] / limit for fine in (pairs, finer))
-    mean = coarse.mean(axis=0)
-    scatter = np.divide(coarse.std(axis=0, ddof=1), mean, out=np.zeros_like(mean), where=mean > 0.0)
+    coarse, quick = _flash_temperatures(scene, numerics, 0)
+    fine, seconds = _flash_temperatures(scene, numerics, 1)
+    finer, other = _flash_temperatures(scene, numerics, 2)
+    mean = fine.mean(axis=0)
+    hottest = int(np.argmax(mean))
+    limit = float((2.0 * fine - coarse).mean(axis=0)[hottest])
+    steps, pixels = ((level - coarse)[:, hottest] / limit for level in (fine, finer))
+    scatter = np.divide(fine.std(axis=0, ddof=1), mean, out=np.zeros_like(mean), where=mean > 0.0)
     return Pilot(
         float(scatter.max()),
         float(scatter[hottest]),
@@ -129,10 +128,10 @@ def _pace(numerics: Numerics, coarse: float, fine: float) -> float:
     return max((fine - coarse) / (large - small), 0.5 * fine / large)
 
 
-def _flash_temperatures(scene: Scene, numerics: Numerics, level: int, count: int) -> tuple[Array, float]:
-    """T_flash of some members (count, speeds), and the least CPU time of one, s."""
+def _flash_temperatures(scene: Scene, numerics: Numerics, level: int) -> tuple[Array, float]:
+    """T_flash of all members (MEMBERS, speeds), and the least CPU time of one, s."""
     rows, least = [], inf
-    for index in range(count):
+    for index in range(MEMBERS):
         start = time.process_time()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # the run itself says what is to be said

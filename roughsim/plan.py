@@ -26,7 +26,6 @@ ELASTIC_LIMIT = 2048  # points per side up to which an elastic scene is resolved
 CAPPED_LIMIT = 4096
 BYTES_PER_POINT = 120  # peak memory of a solve, measured
 PACE = 1.2e-8  # CPU time of one realization over its `work` where no pilot was run, s, within a factor of two
-START_SECONDS = 3.0  # until processes have loaded what they need
 _TOPS = (8, 16, 32)  # cut-offs of capped contact, in q_y
 _SYSTEMATIC = 0.6  # share of the target that bandwidth and pixel may take
 
@@ -117,7 +116,7 @@ def _expected(forecast: Forecast, goal: float) -> list[Reason]:
     parts = f"of the highest T_flash, expected: statistical {100 * forecast.statistical:.2g} %, bandwidth "
     parts += f"{100 * forecast.bandwidth:.2g} %, pixel {100 * forecast.pixel:.2g} %, size {100 * forecast.size:.2g} %"
     workers = os.cpu_count() or 1
-    wall = START_SECONDS + forecast.cpu_seconds / workers
+    wall = forecast.wall_seconds(workers)
     until = f"--until flash_temperature={100 * goal:.3g}% stops once its 95 % interval is ± that at every speed"
     each = f"{LEAST} at least; levels marked 1 in k are solved for every kth of them"
     return [

@@ -42,10 +42,10 @@ def test_a_pilot_tells_scatter_step_and_pixel(monkeypatch):
     monkeypatch.setattr(stage, "realize", realize)
     scene = replace(rs.load_scene("steel-1.2GPa"), title="pilot of known realizations")
     found = stage.pilot(scene, "capped", (4 * WAVE, 4 * WAVE), 1e9)
-    coarse = np.array([temperatures(i, 0) for i in range(16)])
-    first, above, finer = (np.array([temperatures(i, level)[1] for i in range(4)]) for level in (0, 1, 2))
+    highest = np.array([temperatures(i, 1) for i in range(12)])
+    first, above, finer = (np.array([temperatures(i, level)[1] for i in range(12)]) for level in (0, 1, 2))
     limit = (2 * above - first).mean()  # with an error of first order in 1/q_c
-    relative = coarse.std(axis=0, ddof=1) / coarse.mean(axis=0)
+    relative = highest.std(axis=0, ddof=1) / highest.mean(axis=0)
     assert found.scatter == pytest.approx(relative.max(), rel=1e-12)
     assert found.hot_scatter == pytest.approx(relative[1], rel=1e-12)
     assert found.scatter > found.hot_scatter
