@@ -55,6 +55,7 @@ def test_a_plan_is_the_same_every_time_and_tells_what_to_expect():
     assert forecast.total <= 0.02
     assert forecast.realizations >= 12
     assert forecast.cpu_seconds > 0.0
+    assert forecast.wall_seconds(4) == pytest.approx(3.0 + forecast.cpu_seconds / 4, rel=1e-12)
     assert any(
         r.choice == "realizations" and "--until flash_temperature=" in r.reason for r in first.reasons
     )  # a target in all says at which statistical error to stop
