@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[1]
 SCRIPTS = sorted((ROOT / "experiments").glob("*.py"))
 
 
-QUICK = ("intervals", "partition", "uncertainty")  # the toys of the others take seconds
+QUICK = ("uncertainty",)  # the toys of the others take seconds
 
 
 @pytest.mark.parametrize(

@@ -103,6 +103,7 @@ def kill_and_resume(quick, scene_file, tmp_path, trials, seed):
     assert not list(folder.glob("**/*.tmp"))
 
 
+@pytest.mark.slow
 def test_a_killed_run_is_a_shorter_run(quick, scene_file, tmp_path):
     kill_and_resume(quick, scene_file, tmp_path, trials=2, seed=1)
 

@@ -142,7 +142,7 @@ def test_without_a_finer_grid_nobody_knows_the_pixel():
 
 @pytest.mark.statistical
 def test_intervals_hold_the_truth_as_often_as_they_say():
-    assert 0.90 < coverage(300, 0.01, 0.0, 2)[0] < 0.99
+    assert 0.90 < coverage(200, 0.015, 0.0, 2)[0] < 0.99
 
 
 @pytest.mark.slow
