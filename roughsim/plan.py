@@ -342,4 +342,4 @@ def _mm(lengths: tuple[float, float]) -> str:
     return f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm"
 
 
-__all__ = ["fast_size", "machine_memory", "plan"]
+__all__ = ["machine_memory", "plan"]

@@ -8,8 +8,7 @@ import pytest
 
 import roughsim as rs
 from roughsim import plan as _function  # the public name is the function, whatever was imported
-from roughsim.numerics import Level, Numerics
-from roughsim.plan import fast_size
+from roughsim.numerics import Level, Numerics, fast_size
 from roughsim.scene import parse_scene
 
 WAVE = 2 * pi / 6350

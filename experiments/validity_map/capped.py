@@ -52,14 +52,7 @@ class CappedPoint:
     @cached_property
     def spectrum(self) -> rs.SelfAffineSpectrum:
         """C(q) with rms slope 1 and q_r = 1, far beyond q_y."""
-        return rs.SelfAffineSpectrum.from_rms_slope(
-            1.0,
-            hurst=self.hurst,
-            q_min=1.0 / self.plateau,
-            q_roll_off=1.0,
-            q_max=END * self.yields,
-            roll_off_exponent=self.low_exponent,
-        )
+        return members.spectrum_of(self.hurst, self.plateau, END * self.yields, self.low_exponent)
 
     @cached_property
     def hardness(self) -> float:

@@ -45,14 +45,7 @@ class Point:
     @property
     def spectrum(self) -> rs.SelfAffineSpectrum:
         """C(q) with rms slope 1 and q_r = 1."""
-        return rs.SelfAffineSpectrum.from_rms_slope(
-            1.0,
-            hurst=self.hurst,
-            q_min=1.0 / self.plateau,
-            q_roll_off=1.0,
-            q_max=self.bandwidth,
-            roll_off_exponent=self.low_exponent,
-        )
+        return members.spectrum_of(self.hurst, self.plateau, self.bandwidth, self.low_exponent)
 
     @property
     def periods(self) -> float:

@@ -25,6 +25,13 @@ DISTANCES = np.geomspace(0.02, 8.0, 72)  # of g_sigma(r), in 1/q_roll_off
 _FINE = 8  # bins per mode spacing: the mean |q| of a bin stands for its modes
 
 
+def spectrum_of(hurst: float, plateau: float, q_max: float, low_exponent: float) -> rs.SelfAffineSpectrum:
+    """C(q) with rms slope 1 and q_r = 1."""
+    return rs.SelfAffineSpectrum.from_rms_slope(
+        1.0, hurst=hurst, q_min=1.0 / plateau, q_roll_off=1.0, q_max=q_max, roll_off_exponent=low_exponent
+    )
+
+
 class Radial(NamedTuple):
     """A quantity per bin of |q|: mean wavenumber of the bin, number of modes, bin of each entry of the half plane."""
 

@@ -6,7 +6,7 @@ import hashlib
 import io
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -77,17 +77,23 @@ def write_member(folder: Path, member: Member) -> None:
     OSError
         If the disk refuses, naming the path; no half-written file stays.
     """
-    place_bytes(member_path(folder, member.level, member.index), _image(member))
+    place_hdf5(member_path(folder, member.level, member.index), lambda file: _fill(file, member))
 
 
-def _image(member: Member) -> bytes:
-    """The file as bytes, made in memory: HDF5 never meets a full disk."""
+def place_hdf5(path: Path, fill: Callable[[Any], None], **options: Any) -> None:
+    """Write an HDF5 file as `place_bytes` does, made in memory by `fill`: HDF5 never meets a full disk.
+
+    Raises
+    ------
+    OSError
+        If the disk refuses, naming the path; no half-written file stays.
+    """
     import h5py
 
     memory = io.BytesIO()  # not the core driver: before HDF5 2.0 its images of v110 files have a stale checksum
-    with h5py.File(memory, "w", libver="v110") as file:
-        _fill(file, member)
-    return memory.getvalue()
+    with h5py.File(memory, "w", libver="v110", **options) as file:
+        fill(file)
+    place_bytes(path, memory.getvalue())
 
 
 def place_bytes(path: Path, content: bytes) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from roughsim.errors import RecordError
+from roughsim.record.files import place_hdf5
 
 Row = dict[str, float | str]
 _MARK = "rows of roughsim"
@@ -54,24 +55,21 @@ class Rows:
     def _write(self) -> None:
         if self.path is None:
             return
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        place_hdf5(self.path, self._fill, track_order=True)
+
+    def _fill(self, file: Any) -> None:
         import h5py
         import numpy as np
 
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = self.path.with_name(f".{self.path.name}.{os.getpid()}.tmp")
-        try:
-            with h5py.File(temporary, "w", libver="v110", track_order=True) as file:
-                file.attrs["content"] = _MARK
-                for table, rows in self._tables.items():
-                    group = file.create_group(table, track_order=True)
-                    group.create_dataset("name", data=list(rows), dtype=h5py.string_dtype())
-                    for column in dict.fromkeys(key for row in rows.values() for key in row):
-                        words = any(isinstance(row.get(column), str) for row in rows.values())
-                        values = [row.get(column, "" if words else np.nan) for row in rows.values()]
-                        group.create_dataset(column, data=values, dtype=h5py.string_dtype() if words else "f8")
-            os.replace(temporary, self.path)
-        finally:
-            temporary.unlink(missing_ok=True)
+        file.attrs["content"] = _MARK
+        for table, rows in self._tables.items():
+            group = file.create_group(table, track_order=True)
+            group.create_dataset("name", data=list(rows), dtype=h5py.string_dtype())
+            for column in dict.fromkeys(key for row in rows.values() for key in row):
+                words = any(isinstance(row.get(column), str) for row in rows.values())
+                values = [row.get(column, "" if words else np.nan) for row in rows.values()]
+                group.create_dataset(column, data=values, dtype=h5py.string_dtype() if words else "f8")
 
     def _read(self, path: Path) -> None:
         import h5py

@@ -7,7 +7,6 @@ Groups `elastic`, `smoothed`, `capped` and `steps`; in each a table: `place` (po
 from __future__ import annotations
 
 import hashlib
-import io
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
-from roughsim.record.files import place_bytes
+from roughsim.record.files import place_hdf5
 
 Array = NDArray[np.float64]
 Quantity = tuple[str, float]  # observable, and Péclet number v/(D q_r); NaN where there is none
@@ -60,15 +59,14 @@ def write_validity(path: Path, tables: Mapping[str, Table], provenance: Mapping[
     OSError
         If the disk refuses, naming the path.
     """
-    import h5py
 
-    memory = io.BytesIO()  # as realizations: whole in memory before the disk is met
-    with h5py.File(memory, "w", libver="v110") as file:
+    def fill(file: Any) -> None:
         for name, table in tables.items():
             _fill(file.create_group(name), table)
         file.attrs.update(format="roughsim validity map", format_version=_FORMAT, sha256=_digest(tables))
         file.attrs["provenance"] = json.dumps(dict(provenance), sort_keys=True)
-    place_bytes(path, memory.getvalue())
+
+    place_hdf5(path, fill)
 
 
 def read_validity(path: Path | None = None) -> dict[str, Table]:
