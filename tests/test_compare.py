@@ -167,6 +167,7 @@ def test_a_cell_whose_modes_are_no_measure_of_the_theory_is_told(table):
         return replace(table, rows=(replace(row, **change),)).cell_note()
 
     assert note(theory=1.019, theory_full_spectrum=1.0) == ""
+    assert note(theory=1.021, theory_full_spectrum=1.0) != ""
     told = note(theory=0.7, theory_full_spectrum=1.0)
     assert "flash_temperature at 35 m/s 0.7 against 1 K" in told
     assert "take more waves per side" in told
