@@ -1,17 +1,22 @@
 """Real two-dimensional Fourier transforms: the one door to FFTW.
 
 Plans are made with FFTW_ESTIMATE, so the same machine and versions always give the same bits. Each Python thread
-has plans of its own (an FFTW plan object owns its buffers). Without pyfftw, scipy.fft takes over; this is announced
-once and `backend()` names it for the records.
+has plans of its own (a plan object of pyfftw owns its buffers), but for `LinePlans`, which are FFTW's own, called by
+address from compiled loops. Without pyfftw, scipy.fft takes over; this is announced once and `backend()` names it for
+the records.
 """
 
 from __future__ import annotations
 
+import ctypes
 import operator
 import os
 import threading
 import warnings
+import weakref
 from collections.abc import Callable
+from functools import cache, lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,11 +28,22 @@ except ImportError:  # the wheel of pyfftw bundles GPL code; some sites do witho
     pyfftw = None
     warnings.warn("pyfftw is not installed: scipy.fft takes over, slower", RuntimeWarning, stacklevel=2)
 
+ALIGNMENT = 64  # bytes, of what is handed to FFTW by address
 PADDING = 8  # complex numbers between lines, so that equal places do not all fall onto the same part of the cache
+_WORD, _INT = ctypes.c_void_p, ctypes.c_int
+_SIDE = [_WORD, _WORD, _INT, _INT]  # address, embedding, stride, distance
+_SIGNATURES: dict[str, tuple[list[Any], Any]] = {
+    "plan_many_dft": ([_INT, _WORD, _INT, *_SIDE, *_SIDE, _INT, ctypes.c_uint], _WORD),
+    "plan_with_nthreads": ([_INT], None),
+    "execute_dft": ([_WORD, _WORD, _WORD], None),
+    "destroy_plan": ([_WORD], None),
+}
 _state = threading.local()
 _threads = 1
 _threaded = False  # whether FFTW has been asked for threads of its own
 _orphaned = False  # whether they were lost in a fork: what waits for them waits for ever
+_planning = threading.RLock()  # FFTW makes one plan at a time
+_ESTIMATE = 1 << 6 | 1 << 0  # FFTW_ESTIMATE, FFTW_DESTROY_INPUT
 
 
 def set_threads(count: int) -> None:
@@ -70,7 +86,8 @@ def _plan_threads() -> int:
 
 def _after_fork() -> None:
     """Forget in a forked process the plans of its parent, whose threads are gone."""
-    global _orphaned  # noqa: PLW0603
+    global _orphaned, _planning  # noqa: PLW0603
+    _planning = threading.RLock()
     _orphaned = _orphaned or (_threaded and pyfftw is not None)
     _state.__dict__.clear()
 
@@ -86,6 +103,46 @@ def backend() -> str:
     import scipy
 
     return f"scipy.fft {scipy.__version__}"
+
+
+def direct() -> bool:
+    """Whether compiled loops can call FFTW."""
+    return pyfftw is not None and _function("fftw_execute_dft") is not None
+
+
+@cache
+def _function(name: str) -> Any:
+    """Return a function of the FFTW that pyfftw has loaded, None if it is out of reach."""
+    for library in _libraries():
+        if hasattr(library, name):
+            function = library[name]
+            function.argtypes, function.restype = _SIGNATURES[name.split("_", 1)[1]]
+            return function
+    warnings.warn(
+        f"{name} of pyfftw's FFTW is out of reach: scipy.fft takes over where compiled code calls FFTW, slower",
+        RuntimeWarning,
+        stacklevel=2,
+    )
+    return None
+
+
+@cache
+def _libraries() -> list[ctypes.CDLL]:
+    """Return pyfftw's extension module, which on most systems gives all it is linked with, and libraries beside it."""
+    module = Path(pyfftw.pyfftw.__file__)
+    beside = (
+        path for folder in (module.parent, module.parent.with_name("pyfftw.libs")) for path in folder.glob("*fftw3*")
+    )
+    return [ctypes.CDLL(str(path)) for path in (module, *sorted(beside))]
+
+
+def aligned(shape: tuple[int, int], dtype: Any) -> NDArray[Any]:
+    """Return zeros that begin at a multiple of `ALIGNMENT` bytes."""
+    size = shape[0] * shape[1] * np.dtype(dtype).itemsize
+    memory = np.zeros(size + ALIGNMENT, np.uint8)
+    start = -memory.ctypes.data % ALIGNMENT
+    result: NDArray[Any] = memory[start : start + size].view(dtype).reshape(shape)
+    return result
 
 
 class Transform:
@@ -108,17 +165,18 @@ class Transform:
         if pyfftw is None:
             self.field, self.spectrum = np.zeros(shape, real), np.zeros(half, complex_type)
             return
-        self.field = pyfftw.zeros_aligned(shape, real)
-        self.spectrum = pyfftw.zeros_aligned(half, complex_type)
+        self.field = aligned(shape, real)
+        self.spectrum = aligned(half, complex_type)
         self._plan()
 
     def _plan(self) -> None:
         options: dict[str, Any] = {"axes": (0, 1), "flags": ("FFTW_ESTIMATE",), "threads": _plan_threads()}
         self._process = os.getpid()
-        self._plans = (
-            pyfftw.FFTW(self.field, self.spectrum, **options),
-            pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options),
-        )
+        with _planning:
+            self._plans = (
+                pyfftw.FFTW(self.field, self.spectrum, **options),
+                pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options),
+            )
 
     def _execute(self, plan: int) -> None:
         if self._process != os.getpid():  # plans with threads do not survive a fork
@@ -149,6 +207,46 @@ class Transform:
         return self.field
 
 
+class LinePlans:
+    """FFTW's plans for complex lines, by address: what compiled loops call, for any buffers and from any thread.
+
+    `execute(forward, source, result)` transforms the lines at the address `source`, `distances[0]` complex numbers
+    apart, to those at `result`, `distances[1]` apart; `execute(backward, result, source)` goes back. `addresses` are
+    those of the three. Neither direction is scaled, and each destroys what it starts from. Memory begins at multiples
+    of `ALIGNMENT` bytes.
+    """
+
+    def __init__(self, count: int, points: int, distances: tuple[int, int], dtype: Any):
+        kind = np.result_type(dtype, np.complex64)
+        source, result = (aligned((count, distance), kind) for distance in distances)
+        near, far = ((a.ctypes.data, None, 1, d) for a, d in zip((source, result), distances, strict=True))
+        prefix = "fftwf" if kind == np.complex64 else "fftw"
+        make, destroy = _function(f"{prefix}_plan_many_dft"), _function(f"{prefix}_destroy_plan")
+        common = 1, ctypes.byref(ctypes.c_int(points)), count
+        with _planning:
+            _function(f"{prefix}_plan_with_nthreads")(1)
+            self.forward = make(*common, *near, *far, -1, _ESTIMATE)
+            self.backward = make(*common, *far, *near, +1, _ESTIMATE)
+        self.execute = _function(f"{prefix}_execute_dft")
+        self.addresses = ctypes.cast(self.execute, _WORD).value, self.forward, self.backward
+        weakref.finalize(self, _destroy, destroy, self.forward, self.backward).atexit = False
+        if not (self.forward and self.backward):
+            raise MemoryError(f"FFTW has no plan for {count} lines of {points} points: not enough memory")
+
+
+@lru_cache(maxsize=256)
+def line_plans(count: int, points: int, distances: tuple[int, int], dtype: Any) -> LinePlans:
+    """Return `LinePlans`, kept for later calls from any thread."""
+    return LinePlans(count, points, distances, dtype)
+
+
+def _destroy(destroy: Callable[[int | None], None], *plans: int | None) -> None:
+    with _planning:
+        for plan in plans:
+            if plan:
+                destroy(plan)
+
+
 class Lines:
     """A few complex lines, transformed along the last axis from `source` to `result` and back.
 
@@ -159,28 +257,30 @@ class Lines:
 
     def __init__(self, count: int, points: int, dtype: DTypeLike = np.float64):
         complex_type = np.result_type(dtype, np.complex64)
-        make = np.zeros if pyfftw is None else pyfftw.zeros_aligned
-        padded = [make((count, points + PADDING), complex_type) for _ in range(2)]
+        padded = [aligned((count, points + PADDING), complex_type) for _ in range(2)]
         self.source, self.result = (buffer[:, :points] for buffer in padded)
         self.source_pairs, self.result_pairs = (buffer.view(dtype) for buffer in padded)  # contiguous, for kernels
-        self.forward: Callable[[], object]
-        self.backward: Callable[[], object]
-        if pyfftw is None:
-            self.forward, self.backward = self._scipy_forward, self._scipy_backward
-            return
-        options: dict[str, Any] = {"axes": (1,), "flags": ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT"), "threads": 1}
-        self.forward = pyfftw.FFTW(self.source, self.result, **options).execute
-        self.backward = pyfftw.FFTW(self.result, self.source, direction="FFTW_BACKWARD", **options).execute
+        self._ends = self.source.ctypes.data, self.result.ctypes.data
+        distances = points + PADDING, points + PADDING
+        self.plans = line_plans(count, points, distances, np.dtype(dtype)) if direct() else None
 
-    def _scipy_forward(self) -> None:
-        from scipy import fft
+    def forward(self) -> None:
+        """Transform `source` into `result`."""
+        if self.plans is None:
+            from scipy import fft
 
-        self.result[...] = fft.fft(self.source, axis=1)
+            self.result[...] = fft.fft(self.source, axis=1)
+        else:
+            self.plans.execute(self.plans.forward, *self._ends)
 
-    def _scipy_backward(self) -> None:
-        from scipy import fft
+    def backward(self) -> None:
+        """Transform `result` into `source`."""
+        if self.plans is None:
+            from scipy import fft
 
-        self.source[...] = fft.ifft(self.result, axis=1, norm="forward")
+            self.source[...] = fft.ifft(self.result, axis=1, norm="forward")
+        else:
+            self.plans.execute(self.plans.backward, *self._ends[::-1])
 
 
 def lines(count: int, points: int, dtype: DTypeLike) -> Lines:
@@ -200,9 +300,8 @@ class Rows:
 
     def __init__(self, shape: tuple[int, int], dtype: DTypeLike):
         complex_type = np.result_type(dtype, np.complex64)
-        make = np.zeros if pyfftw is None else pyfftw.zeros_aligned
-        self.field: NDArray[Any] = make(shape, dtype)
-        self.spectrum: NDArray[Any] = make((shape[0], shape[1] // 2 + PADDING), complex_type)[:, : shape[1] // 2 + 1]
+        self.field = aligned(shape, dtype)
+        self.spectrum = aligned((shape[0], shape[1] // 2 + PADDING), complex_type)[:, : shape[1] // 2 + 1]
         self.forward: Callable[[], object]
         self.backward: Callable[[], object]
         if pyfftw is None:
@@ -213,8 +312,9 @@ class Rows:
             "flags": ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT"),
             "threads": _plan_threads(),
         }
-        self.forward = pyfftw.FFTW(self.field, self.spectrum, **options).execute
-        self.backward = pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options).execute
+        with _planning:
+            self.forward = pyfftw.FFTW(self.field, self.spectrum, **options).execute
+            self.backward = pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options).execute
 
     def _scipy_forward(self) -> None:
         from scipy import fft

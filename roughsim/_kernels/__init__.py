@@ -11,11 +11,15 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 REORDER = frozenset({"reassoc", "contract", "nsz"})
 
 
-def kernel(fastmath: frozenset[str] = frozenset()) -> Callable[[Function], Function]:
-    """Return the decorator that all kernels share: compiled once, cached on disk, without the GIL."""
+def kernel(fastmath: frozenset[str] = frozenset(), inline: bool = False) -> Callable[[Function], Function]:
+    """Return the decorator that all kernels share: compiled once, cached on disk, without the GIL.
+
+    A kernel that adds up and is called by others is `inline`: otherwise it is a part of them when they are compiled
+    but not when they come from the disk, and the order of its sums, so the last bits, would depend on that.
+    """
 
     def decorate(function: Function) -> Function:
         options: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": set(fastmath)}
-        return cast(Function, njit(**options)(function))
+        return cast(Function, njit(inline="always" if inline else "never", **options)(function))
 
     return decorate

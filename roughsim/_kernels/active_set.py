@@ -55,7 +55,7 @@ def contact_sum(start: int, stop: int, p: Any, gap: Any) -> Any:
     return total, count, load
 
 
-@kernel(fastmath=REORDER)
+@kernel(fastmath=REORDER, inline=True)
 def clipped_sum(start: int, stop: int, p: Any, gap: Any, law: Any) -> Any:
     """Σ clip(p − κ(gap − d), 0, cap), and how many points lie strictly between the bounds."""
     p, gap = p[start:stop], gap[start:stop]
@@ -69,15 +69,52 @@ def clipped_sum(start: int, stop: int, p: Any, gap: Any, law: Any) -> Any:
     return total, inside
 
 
-@kernel()
-def bracket(start: int, stop: int, p: Any, gap: Any, stiffness: float, goal: float) -> Any:
-    """Offsets at which the clipped sum is surely zero, and surely `goal` at every point."""
-    p, gap = p[start:stop], gap[start:stop]
-    low, high = np.inf, -np.inf
-    for i in range(stop - start):
-        low = min(low, gap[i] - p[i] / stiffness)
-        high = max(high, gap[i] + (goal - p[i]) / stiffness)
-    return low, high
+@kernel(fastmath=REORDER, inline=True)
+def _clipped_total(block: int, p: Any, gap: Any, law: Any) -> Any:
+    total, inside = 0.0, 0
+    for start in range(0, p.size, block):
+        part, number = clipped_sum(start, min(start + block, p.size), p, gap, law)
+        total += part
+        inside += number
+    return total, inside
+
+
+@kernel(fastmath=REORDER)
+def find_offset(block: int, p: Any, gap: Any, law: Any, goals: Any, excess: float, inside: int) -> Any:
+    """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d by Newton's method, safeguarded by bisection.
+
+    `law` holds the first guess, `goals` the target and the pressure that surely exceeds it on average; the excess of
+    the sum over the target and how many points lie between the bounds there are known. Return d and these two at d.
+    """
+    offset, stiffness, cap = law
+    target, enough = goals
+    low, high, bracketed = -np.inf, np.inf, False
+    for _ in range(200):
+        if excess > 0.0:
+            high = min(high, offset)
+        else:
+            low = max(low, offset)
+        proposal = offset - excess / (stiffness * inside) if inside > 0 else np.nan
+        if not low < proposal < high:
+            if not bracketed:
+                least, most = np.inf, -np.inf
+                for i in range(p.size):
+                    least = min(least, gap[i] - p[i] / stiffness)
+                    most = max(most, gap[i] + (enough - p[i]) / stiffness)
+                low, high, bracketed = max(low, least), min(high, max(least, most)), True
+            proposal = 0.5 * (low + high)
+        if proposal == offset or not low < high:
+            break
+        offset = proposal
+        clipped, inside = _clipped_total(block, p, gap, (offset, stiffness, cap))
+        excess = clipped - target
+        if abs(excess) <= 1e-14 * target:
+            break
+    if excess < -1e-9 * target and high < np.inf:  # no number meets a tiny load: rather exceed it
+        offset = high
+        clipped, inside = _clipped_total(block, p, gap, (offset, stiffness, cap))
+        excess = clipped - target
+    return offset, excess, inside
 
 
 @kernel(fastmath=REORDER)
@@ -139,7 +176,7 @@ def propose(
     return total, count
 
 
-@kernel(fastmath=REORDER)
+@kernel(fastmath=REORDER, inline=True)
 def shifted_sum(start: int, stop: int, free: Any, p: Any, change: Any, shift: float, cap: float) -> Any:
     """Σ clip(p + change + shift on the free points, 0, cap), and how many of these stay between the bounds."""
     free, p, change = free[start:stop], p[start:stop], change[start:stop]
@@ -150,6 +187,39 @@ def shifted_sum(start: int, stop: int, free: Any, p: Any, change: Any, shift: fl
         total += y
         count += 1 if (x == y) & (free[i] == 1) else 0
     return total, count
+
+
+@kernel(fastmath=REORDER)
+def find_shift(
+    block: int, free: Any, p: Any, change: Any, cap: float, target: float, accuracy: float, clipped: float, count: int
+) -> Any:
+    """Solve Σ clip(p + change + shift on the free points, 0, cap) = target; `shifted_sum` at 0 is known.
+
+    Return whether a shift meets the target, to `accuracy` or as well as rounding allows, and the shift.
+    """
+    shift, low, high = 0.0, -np.inf, np.inf
+    excess = clipped - target
+    for _ in range(100):
+        if abs(excess) <= accuracy * target:
+            return True, shift
+        if excess > 0.0:
+            high = shift
+        else:
+            low = shift
+        proposal = shift - excess / count if count > 0 else np.nan
+        if not low < proposal < high:
+            if not (np.isfinite(low) and np.isfinite(high)):
+                return False, shift
+            proposal = 0.5 * (low + high)
+            if proposal in (low, high):
+                break
+        shift, clipped, count = proposal, 0.0, 0
+        for start in range(0, p.size, block):
+            part, number = shifted_sum(start, min(start + block, p.size), free, p, change, shift, cap)
+            clipped += part
+            count += number
+        excess = clipped - target
+    return abs(excess) <= 1e-9 * target, shift
 
 
 @kernel(fastmath=REORDER)

@@ -1,7 +1,9 @@
 """Loops of the cache-blocked transform: real rows to complex lines, lines to a transposed half spectrum, and back.
 
-Complex numbers are handed in as pairs of reals along the last axis. Two real rows travel as one complex line; `first`
-is the first row (or column) of the block. The half spectrum is transposed: entry (k, i) holds column k of row i.
+Complex numbers are handed in as pairs of reals along the last axis. Two real rows travel as one complex line. The half
+spectrum is transposed: entry (k, i) holds column k of row i. The first loops take the lines start … stop − 1 in groups
+that fit the cache; `plans` holds three addresses in FFTW, of execute(plan, source, result) and of its plans for one
+group there and back. A last group that is not full is transformed whole, and only what belongs to it is used.
 """
 
 from __future__ import annotations
@@ -9,8 +11,93 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
 
 from roughsim._kernels import REORDER, kernel
+
+
+def _transform(context: Any, execute: Any, plan: Any, source: Any, result: Any) -> Any:
+    """Call the function at the address `execute` with three more addresses."""
+    address = types.uintp
+
+    def call(compiler: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        words = [argument.type for argument in arguments[1:]]
+        function = builder.inttoptr(arguments[0], ir.FunctionType(ir.VoidType(), words).as_pointer())
+        builder.call(function, arguments[1:])
+        return compiler.get_dummy_value()
+
+    return types.void(address, address, address, address), call
+
+
+transform: Any = intrinsic(_transform)
+
+
+@kernel()
+def rows_forward(
+    start: int, stop: int, group: int, plans: Any, field: Any, source: Any, result: Any, spectrum: Any
+) -> None:
+    """Transform pairs of rows to the columns of twice the half spectrum."""
+    for first in range(start, stop, group):
+        pack(field, 2 * first, source)
+        transform(plans[0], plans[1], source.ctypes.data, result.ctypes.data)
+        split(result, field.shape[1], 2 * first, min(group, stop - first), spectrum)
+
+
+@kernel()
+def rows_backward(
+    start: int, stop: int, group: int, plans: Any, field: Any, source: Any, result: Any, spectrum: Any
+) -> None:
+    """Undo `rows_forward` but for factors."""
+    for first in range(start, stop, group):
+        join(spectrum, 2 * first, min(group, stop - first), field.shape[1], result)
+        transform(plans[0], plans[2], result.ctypes.data, source.ctypes.data)
+        unpack(source, 2 * first, field.shape[0], field)
+
+
+@kernel()
+def columns_comply(
+    start: int, stop: int, group: int, plans: Any, spectrum: Any, result: Any, along: Any, across: Any, factor: Any
+) -> None:
+    """Transform the columns, multiply by factor · 2/q, and transform back: from pressure to displacement."""
+    for first in range(start, stop, group):
+        line = spectrum[first:].ctypes.data
+        transform(plans[0], plans[1], line, result.ctypes.data)
+        comply(result, first, min(group, stop - first), along, across, factor)
+        transform(plans[0], plans[2], result.ctypes.data, line)
+
+
+@kernel()
+def columns_stiffen(
+    start: int, stop: int, group: int, plans: Any, spectrum: Any, result: Any, along: Any, across: Any, factor: Any
+) -> None:
+    """Transform the columns, multiply by factor · q/2, and transform back: from displacement to pressure."""
+    for first in range(start, stop, group):
+        line = spectrum[first:].ctypes.data
+        transform(plans[0], plans[1], line, result.ctypes.data)
+        stiffen(result, first, min(group, stop - first), along, across, factor)
+        transform(plans[0], plans[2], result.ctypes.data, line)
+
+
+@kernel()
+def columns_forward(start: int, stop: int, group: int, plans: Any, spectrum: Any, result: Any, factor: Any) -> None:
+    """Transform the columns in place, and multiply by the factor."""
+    for first in range(start, stop, group):
+        transform(plans[0], plans[1], spectrum[first:].ctypes.data, result.ctypes.data)
+        for r in range(min(group, stop - first)):
+            for i in range(result.shape[1]):
+                spectrum[first + r, i] = factor * result[r, i]
+
+
+@kernel()
+def columns_backward(start: int, stop: int, group: int, plans: Any, spectrum: Any, result: Any) -> None:
+    """Transform the columns back, in place."""
+    for first in range(start, stop, group):
+        for r in range(min(group, stop - first)):
+            for i in range(result.shape[1]):
+                result[r, i] = spectrum[first + r, i]
+        transform(plans[0], plans[2], result.ctypes.data, spectrum[first:].ctypes.data)
 
 
 @kernel(fastmath=REORDER)
@@ -75,22 +162,6 @@ def join(spectrum: Any, first: int, count: int, points: int, lines: Any) -> None
                 lines[r, a + 1] = y + u
                 lines[r, b] = x + v
                 lines[r, b + 1] = u - y
-
-
-@kernel()
-def fetch(spectrum: Any, first: int, count: int, points: int, lines: Any) -> None:
-    """Copy rows of the transposed half spectrum to the lines."""
-    for r in range(count):
-        for i in range(2 * points):
-            lines[r, i] = spectrum[first + r, i]
-
-
-@kernel()
-def store(lines: Any, first: int, count: int, points: int, spectrum: Any) -> None:
-    """Copy the lines to rows of the transposed half spectrum."""
-    for r in range(count):
-        for i in range(2 * points):
-            spectrum[first + r, i] = lines[r, i]
 
 
 @kernel(fastmath=REORDER)

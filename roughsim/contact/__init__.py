@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from roughsim.contact.active_set import Iteration, Problem, rounding_floor
 from roughsim.contact.cascade import coarser, solve_cascade
 from roughsim.contact.full import FullContact, full_contact
-from roughsim.contact.operator import Operator
+from roughsim.contact.operator import half_space
 from roughsim.errors import ConvergenceError, number, positive, real_field
 from roughsim.grid import Grid
 
@@ -168,7 +168,7 @@ def _dimensionless(
     pressure_unit = solid.effective_modulus * (unit / side)
     unit_grid = Grid(grid.shape, (grid.lengths[0] / side, grid.lengths[1] / side))
     load, cap = nominal_pressure / pressure_unit, solid.penetration_hardness / pressure_unit
-    spectrum = Operator(unit_grid, np.float64).forward((heights - middle) / unit)
+    spectrum = half_space(unit_grid, np.float64).forward((heights - middle) / unit)
     stiffness = _stiffness(spectrum, unit_grid)
     return Problem(heights, middle, unit, unit_grid, load, cap, stiffness), spectrum, pressure_unit
 

@@ -21,7 +21,7 @@ from roughsim._kernels import active_set as kernels
 from roughsim.contact.blocks import run, spans, total
 from roughsim.contact.extension import Extension
 from roughsim.contact.newton import exchange_points
-from roughsim.contact.operator import Operator, rms_compliance
+from roughsim.contact.operator import half_space, rms_compliance
 from roughsim.grid import Grid
 
 Array = NDArray[Any]
@@ -59,7 +59,7 @@ class Iteration:
         kind = problem.step_type
         self.problem, self.kind = problem, kind
         self.blocks = [(a * shape[1], b * shape[1]) for a, b in spans(*shape)]
-        self.operator, self.extension = Operator(problem.grid, kind), Extension(problem.grid, kind)
+        self.operator, self.extension = half_space(problem.grid, kind), Extension(problem.grid, kind)
         self.free = np.zeros(shape, np.int8)
         self.step, self.response, self.field = (np.zeros(shape, kind) for _ in range(3))
         self.pressure, self.gap = np.empty(shape), np.empty(shape)
@@ -80,7 +80,7 @@ class Iteration:
     def refresh(self, dtype: Any) -> None:
         """Compute the gap anew from the pressure."""
         problem = self.problem
-        operator = self.operator if dtype == self.kind else Operator(problem.grid, dtype)
+        operator = self.operator if dtype == self.kind else half_space(problem.grid, dtype)
         operator.comply(self.pressure, self.gap)
         self._count(2, dtype)
         self.range = float(np.ptp(self.gap))
@@ -136,41 +136,10 @@ class Iteration:
         return bool(abs(self.excess) <= max(0.05 * self.residual * room, 1e-14 * self.target))
 
     def _find_offset(self) -> None:
-        """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d by Newton's method, safeguarded by bisection."""
-        problem, (p, gap) = self.problem, self._flat[:2]
-        low, high, bracketed = -np.inf, np.inf, False
-        excess, inside = self.excess, self.inside
-        for _ in range(200):
-            if excess > 0.0:
-                high = min(high, self.offset)
-            else:
-                low = max(low, self.offset)
-            proposal = self.offset - excess / (problem.stiffness * inside) if inside > 0 else np.nan
-            if not low < proposal < high:
-                if not bracketed:
-                    a, b = self._bracket()
-                    low, high, bracketed = max(low, a), min(high, b), True
-                proposal = 0.5 * (low + high)
-            if proposal == self.offset or not low < high:
-                break
-            self.offset = proposal
-            clipped, inside = self.sums(kernels.clipped_sum, p, gap, self._law())
-            excess = clipped - self.target
-            if abs(excess) <= 1e-14 * self.target:
-                break
-        if excess < -1e-9 * self.target and high < np.inf:  # no number meets a tiny load: rather exceed it
-            self.offset = high
-            clipped, inside = self.sums(kernels.clipped_sum, p, gap, self._law())
-            excess = clipped - self.target
-        self.excess, self.inside = excess, inside
-
-    def _bracket(self) -> tuple[float, float]:
-        problem = self.problem
-        goal = min(problem.cap, problem.load * (1.0 + 1e-12))
-        p, gap = self._flat[:2]
-        parts = run(lambda a, b: kernels.bracket(a, b, p, gap, problem.stiffness, goal), self.blocks)
-        low = min(part[0] for part in parts)
-        return low, max(low, *(part[1] for part in parts))
+        """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d."""
+        goals = self.target, min(self.problem.cap, self.problem.load * (1.0 + 1e-12))
+        known = self._law(), goals, self.excess, self.inside
+        self.offset, self.excess, self.inside = kernels.find_offset(self.blocks[0][1], *self._flat[:2], *known)
 
     def blurred(self, tolerance: float) -> bool:
         """Whether rounding in the gap now matters for the steps to come."""
@@ -259,25 +228,9 @@ class Iteration:
     def load_shift(self, sums: tuple[float, int], accuracy: float) -> float | None:
         """Solve for the shift of the free points that restores the load; None if none does."""
         p, _, free, _, step = self._flat
-        (clipped, count), shift, low, high = sums, 0.0, -np.inf, np.inf
-        for _ in range(100):
-            excess = clipped - self.target
-            if abs(excess) <= accuracy * self.target:
-                return shift
-            if excess > 0.0:
-                high = shift
-            else:
-                low = shift
-            proposal = shift - excess / count if count > 0 else np.nan
-            if not low < proposal < high:
-                if not (np.isfinite(low) and np.isfinite(high)):
-                    return None
-                proposal = 0.5 * (low + high)
-                if proposal in (low, high):
-                    break
-            shift = proposal
-            clipped, count = self.sums(kernels.shifted_sum, free, p, step, shift, self.problem.cap)
-        return shift if abs(excess) <= 1e-9 * self.target else None
+        goal = self.problem.cap, self.target, accuracy
+        found, shift = kernels.find_shift(self.blocks[0][1], free, p, step, *goal, *sums)
+        return shift if found else None
 
     def _length(self, slope: float) -> float:
         """The length that minimises the energy along `step`, from its slope and its curvature."""

@@ -12,7 +12,7 @@ from roughsim._kernels import active_set as kernels
 from roughsim._kernels.interpolation import refine
 from roughsim.contact.active_set import NEGLIGIBLE, Iteration, Problem
 from roughsim.contact.blocks import run, spans, total
-from roughsim.contact.operator import Operator
+from roughsim.contact.operator import half_space
 from roughsim.grid import Grid
 
 Array = NDArray[Any]
@@ -49,7 +49,7 @@ def coarser(finest: Problem, spectrum: Array) -> list[Problem]:
         if coarse == shape:
             return levels
         grid = Grid(coarse, finest.grid.lengths)
-        operator = Operator(grid, np.float64)
+        operator = half_space(grid, np.float64)
         spectrum = _truncate(spectrum, shape, coarse)
         operator.complex_spectrum[...] = spectrum
         heights = np.empty(coarse)

@@ -33,7 +33,7 @@ class Extension:
         self.pyramid = np.array(shapes), self.starts, *(np.zeros(sum(sizes), dtype) for _ in range(3))
         weights, inverses, values = self.pyramid[2:]
         level = slice(self.starts[self.bottom], self.starts[self.bottom] + sizes[self.bottom])
-        self.parents = [flat[level].reshape(shapes[self.bottom]) for flat in (weights, values, inverses)]
+        self.parents = tuple(flat[level].reshape(shapes[self.bottom]) for flat in (weights, values, inverses))
         self.rows, self.parent_rows = spans(*grid.shape), spans(*shapes[self.bottom])
 
     def extend(self, free: NDArray[np.int8], field: NDArray[Any]) -> None:
@@ -42,6 +42,9 @@ class Extension:
             self.parents[0][...], self.parents[1][...] = free, field
             kernels.extend_coarse(0, *self.pyramid)
             field[...] = self.parents[1]
+            return
+        if len(self.rows) == 1:  # one call: each costs more than its work on a small grid
+            kernels.extend(free, field, self.parents, *self.pyramid)
             return
         run(lambda a, b: kernels.push_finest(a, b, free, field, *self.parents), self.rows)
         kernels.extend_coarse(1, *self.pyramid)
@@ -59,8 +62,11 @@ class Extension:
             kernels.transpose_coarse(0, *self.pyramid)
             np.multiply(self.parents[1], free, out=field)
             return float(np.sum(field * response, dtype=float)), float(np.sum(free * step * response, dtype=float))
-        run(lambda a, b: kernels.gather_finest(a, b, free, field, self.parents[1]), self.parent_rows)
-        kernels.transpose_coarse(1, *self.pyramid)
+        if len(self.rows) == 1:
+            kernels.gather(free, field, self.parents, *self.pyramid)
+        else:
+            run(lambda a, b: kernels.gather_finest(a, b, free, field, self.parents[1]), self.parent_rows)
+            kernels.transpose_coarse(1, *self.pyramid)
         parents = self.parents[1], self.parents[2]
         task = lambda a, b: kernels.scatter_finest(a, b, free, *parents, step, response, field)  # noqa: E731
         cross, own = total(run(task, self.rows))

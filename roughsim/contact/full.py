@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.contact.active_set import Problem
-from roughsim.contact.operator import Operator
+from roughsim.contact.operator import half_space
 
 Array = NDArray[Any]
 
@@ -35,7 +35,7 @@ def full_contact(problem: Problem, spectrum: Array) -> FullContact | None:
         return FullContact(np.full(shape, problem.load), (problem.middle - problem.heights) / problem.unit)
     if _pressure_at(np.unravel_index(np.argmin(problem.heights), shape), problem, spectrum) < -1e-3 * problem.load:
         return None
-    operator = Operator(problem.grid, np.float64)
+    operator = half_space(problem.grid, np.float64)
     operator.complex_spectrum[...] = spectrum * (0.5 * problem.grid.wavenumbers.T)
     fluctuation = np.empty(shape)
     operator.inverse(fluctuation)

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim._kernels import lines as kernels
-from roughsim.contact.blocks import run
-from roughsim.fourier import Lines, lines
+from roughsim.contact.blocks import POINTS, run
+from roughsim.fourier import ALIGNMENT, Transform, aligned, direct, line_plans, lines
+from roughsim.fourier import PADDING as LINE_PADDING
 from roughsim.grid import Grid
 
 CACHED = 1 << 18  # bytes of one group of lines
@@ -27,92 +28,104 @@ class Operator:
     """Products with 2/|q| or |q|/2 in one precision; the spectrum is its only large buffer."""
 
     def __init__(self, grid: Grid, dtype: Any):
-        rows, columns = grid.shape
-        self.dtype = np.dtype(dtype)
-        self.shape = grid.shape
-        qx, qy = grid.wavevectors
-        self.along, self.across = (np.square(q.ravel()).astype(self.dtype) for q in (qx, qy))
-        self.spectrum = np.zeros((columns // 2 + 1, 2 * (rows + PADDING)), self.dtype)
-        self._row_blocks = _blocks((rows + 1) // 2, columns, self.dtype)
-        self._column_blocks = _blocks(columns // 2 + 1, rows, self.dtype)
+        self.dtype, self.shape = np.dtype(dtype), grid.shape
+        self.along, self.across = (np.square(q.ravel()).astype(self.dtype) for q in grid.wavevectors)
+        self.factor = self.dtype.type(0.5 / grid.points)
+        (rows, columns), half = grid.shape, grid.half_shape[1]
+        self._row_group = _group((rows + 1) // 2, columns, self.dtype)
+        self._row_blocks = _blocks((rows + 1) // 2, columns, self._row_group)
+        self._column_group = _group(half, rows, self.dtype)
+        self._column_blocks = _blocks(half, rows, self._column_group)
+        # columns are transformed where they are, in whole groups
+        distance = (rows + PADDING) // ALIGNMENT * ALIGNMENT + ALIGNMENT
+        self._columns = aligned((_whole(half, self._column_group), 2 * distance), self.dtype)
+        self._column_plans = line_plans(self._column_group, rows, (distance, rows + LINE_PADDING), self.dtype)
+        self.spectrum = self._columns[:half]
 
     def comply(self, pressure: NDArray[Any], displacement: NDArray[Any]) -> None:
         """Write S p, mean zero; both arrays may be the same."""
-        self._apply(kernels.comply, pressure, displacement)
+        self._apply(kernels.columns_comply, pressure, displacement)
 
     def stiffen(self, displacement: NDArray[Any], pressure: NDArray[Any]) -> None:
         """Write |q|/2 u, mean zero; both arrays may be the same."""
-        self._apply(kernels.stiffen, displacement, pressure)
+        self._apply(kernels.columns_stiffen, displacement, pressure)
 
     def forward(self, field: NDArray[Any]) -> NDArray[Any]:
         """Return the transposed half spectrum (1/N) Σ field·exp(−iq·x), complex; it is a view of the buffer."""
-        self._rows_forward(field)
-
-        def columns(first: int, count: int) -> None:
-            group = self._columns(count)
-            kernels.fetch(self.spectrum, first, count, self.shape[0], group.source_pairs)
-            group.forward()
-            kernels.store(group.result_pairs, first, count, self.shape[0], self.spectrum)
-
-        run(columns, self._column_blocks)
-        self.spectrum *= 0.5 / (self.shape[0] * self.shape[1])
+        self._rows(kernels.rows_forward, field)
+        self._each_column(kernels.columns_forward, self.factor)
         return self.complex_spectrum
 
     def inverse(self, field: NDArray[Any]) -> None:
         """Write the field whose transposed half spectrum the buffer holds."""
-
-        def columns(first: int, count: int) -> None:
-            group = self._columns(count)
-            kernels.fetch(self.spectrum, first, count, self.shape[0], group.result_pairs)
-            group.backward()
-            kernels.store(group.source_pairs, first, count, self.shape[0], self.spectrum)
-
-        run(columns, self._column_blocks)
-        self._rows_backward(field)
+        self._each_column(kernels.columns_backward)
+        self._rows(kernels.rows_backward, field)
 
     @property
     def complex_spectrum(self) -> NDArray[Any]:
         """The buffer as complex numbers, shape (columns//2 + 1, rows)."""
         return self.spectrum.view(np.result_type(self.dtype, np.complex64))[:, : self.shape[0]]
 
-    def _apply(self, multiply: Any, source: NDArray[Any], result: NDArray[Any]) -> None:
-        factor = self.dtype.type(0.5 / (self.shape[0] * self.shape[1]))
-        self._rows_forward(source)
+    def _apply(self, kernel: Any, source: NDArray[Any], result: NDArray[Any]) -> None:
+        self._rows(kernels.rows_forward, source)
+        self._each_column(kernel, self.along, self.across, self.factor)
+        self._rows(kernels.rows_backward, result)
 
-        def columns(first: int, count: int) -> None:
-            group = self._columns(count)
-            kernels.fetch(self.spectrum, first, count, self.shape[0], group.source_pairs)
-            group.forward()
-            multiply(group.result_pairs, first, count, self.along, self.across, factor)
-            group.backward()
-            kernels.store(group.source_pairs, first, count, self.shape[0], self.spectrum)
+    def _rows(self, kernel: Any, field: NDArray[Any]) -> None:
+        def task(start: int, stop: int) -> None:
+            group = lines(self._row_group, self.shape[1], self.dtype)
+            assert group.plans is not None
+            buffers = group.source_pairs, group.result_pairs
+            kernel(start, stop, self._row_group, group.plans.addresses, field, *buffers, self.spectrum)
 
-        run(columns, self._column_blocks)
-        self._rows_backward(result)
+        run(task, self._row_blocks)
 
-    def _rows_forward(self, field: NDArray[Any]) -> None:
-        def rows(first: int, count: int) -> None:
-            group = self._rows(count)
-            kernels.pack(field, 2 * first, group.source_pairs)
-            group.forward()
-            kernels.split(group.result_pairs, self.shape[1], 2 * first, count, self.spectrum)
+    def _each_column(self, kernel: Any, *arguments: Any) -> None:
+        def task(start: int, stop: int) -> None:
+            result = lines(self._column_group, self.shape[0], self.dtype).result_pairs
+            kernel(start, stop, self._column_group, self._column_plans.addresses, self._columns, result, *arguments)
 
-        run(rows, self._row_blocks)
+        run(task, self._column_blocks)
 
-    def _rows_backward(self, field: NDArray[Any]) -> None:
-        def rows(first: int, count: int) -> None:
-            group = self._rows(count)
-            kernels.join(self.spectrum, 2 * first, count, self.shape[1], group.result_pairs)
-            group.backward()
-            kernels.unpack(group.source_pairs, 2 * first, self.shape[0], field)
 
-        run(rows, self._row_blocks)
+class PlainOperator:
+    """The same by one two-dimensional transform each way, where compiled code cannot call FFTW."""
 
-    def _rows(self, count: int) -> Lines:
-        return lines(count, self.shape[1], self.dtype)
+    def __init__(self, grid: Grid, dtype: Any):
+        self._transform = Transform(grid.shape, dtype)
+        self._half_wavenumbers = 0.5 * grid.wavenumbers
+        self._compliance = np.divide(
+            1.0, self._half_wavenumbers, out=np.zeros(grid.half_shape), where=self._half_wavenumbers > 0.0
+        )
 
-    def _columns(self, count: int) -> Lines:
-        return lines(count, self.shape[0], self.dtype)
+    def comply(self, pressure: NDArray[Any], displacement: NDArray[Any]) -> None:
+        """Write S p, mean zero; both arrays may be the same."""
+        self.forward(pressure).T[...] *= self._compliance
+        self.inverse(displacement)
+
+    def stiffen(self, displacement: NDArray[Any], pressure: NDArray[Any]) -> None:
+        """Write |q|/2 u, mean zero; both arrays may be the same."""
+        self.forward(displacement).T[...] *= self._half_wavenumbers
+        self.inverse(pressure)
+
+    def forward(self, field: NDArray[Any]) -> NDArray[Any]:
+        """Return the transposed half spectrum (1/N) Σ field·exp(−iq·x), complex; it is a view of the buffer."""
+        self._transform.field[...] = field
+        return self._transform.forward().T
+
+    def inverse(self, field: NDArray[Any]) -> None:
+        """Write the field whose transposed half spectrum the buffer holds."""
+        field[...] = self._transform.inverse()
+
+    @property
+    def complex_spectrum(self) -> NDArray[Any]:
+        """The buffer, shape (columns//2 + 1, rows)."""
+        return self._transform.spectrum.T
+
+
+def half_space(grid: Grid, dtype: Any) -> Operator | PlainOperator:
+    """Return the faster operator that there is."""
+    return Operator(grid, dtype) if direct() else PlainOperator(grid, dtype)
 
 
 @lru_cache(maxsize=16)
@@ -126,8 +139,17 @@ def rms_compliance(grid: Grid) -> float:
     return float(np.sqrt(square / grid.points))
 
 
-def _blocks(count: int, points: int, dtype: Any) -> list[tuple[int, int]]:
-    """(first, number) of groups of about as many complex lines of so many points; the last may be smaller."""
+def _group(count: int, points: int, dtype: np.dtype[Any]) -> int:
+    """How many of so many complex lines are transformed at a time: as many as fit the cache, in groups alike."""
     wanted = max(CACHED // (2 * dtype.itemsize * points), GROUP)
-    group = math.ceil(count / max(round(count / wanted), 1))
-    return [(first, min(group, count - first)) for first in range(0, count, group)]
+    return math.ceil(count / max(round(count / wanted), 1))
+
+
+def _blocks(count: int, points: int, group: int) -> list[tuple[int, int]]:
+    """Ranges of complex lines, whole groups, of about `POINTS` reals each."""
+    size = max(POINTS // (2 * points * group), 1) * group
+    return [(first, min(first + size, count)) for first in range(0, count, size)]
+
+
+def _whole(count: int, group: int) -> int:
+    return math.ceil(count / group) * group
