@@ -81,6 +81,25 @@ def columns_stiffen(
 
 
 @kernel()
+def product(stiff: bool, source: Any, target: Any, rows: Any, columns: Any, weights: Any) -> None:
+    """Multiply by q/2 or by 2/q: all rows, all columns, and all rows back.
+
+    `rows` and `columns` hold the number of lines, the group, the plans and the buffers; `weights` hold qx², qy² and the
+    factor.
+    """
+    rows_forward(0, rows[0], rows[1], rows[2], source, rows[3], rows[4], rows[5])
+    if stiff:
+        columns_stiffen(
+            0, columns[0], columns[1], columns[2], columns[3], columns[4], weights[0], weights[1], weights[2]
+        )
+    else:
+        columns_comply(
+            0, columns[0], columns[1], columns[2], columns[3], columns[4], weights[0], weights[1], weights[2]
+        )
+    rows_backward(0, rows[0], rows[1], rows[2], target, rows[3], rows[4], rows[5])
+
+
+@kernel()
 def columns_forward(start: int, stop: int, group: int, plans: Any, spectrum: Any, result: Any, factor: Any) -> None:
     """Transform the columns in place, and multiply by the factor."""
     for first in range(start, stop, group):

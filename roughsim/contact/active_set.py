@@ -137,9 +137,10 @@ class Iteration:
 
     def _find_offset(self) -> None:
         """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d."""
+        (p, gap), block = self._flat[:2], self.blocks[0][1]
         goals = self.target, min(self.problem.cap, self.problem.load * (1.0 + 1e-12))
-        known = self._law(), goals, self.excess, self.inside
-        self.offset, self.excess, self.inside = kernels.find_offset(self.blocks[0][1], *self._flat[:2], *known)
+        found = kernels.find_offset(block, p, gap, self._law(), goals, self.excess, self.inside)
+        self.offset, self.excess, self.inside = found
 
     def blurred(self, tolerance: float) -> bool:
         """Whether rounding in the gap now matters for the steps to come."""

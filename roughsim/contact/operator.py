@@ -36,56 +36,65 @@ class Operator:
         self._row_blocks = _blocks((rows + 1) // 2, columns, self._row_group)
         self._column_group = _group(half, rows, self.dtype)
         self._column_blocks = _blocks(half, rows, self._column_group)
-        # columns are transformed where they are, in whole groups
-        distance = (rows + PADDING) // ALIGNMENT * ALIGNMENT + ALIGNMENT
-        self._columns = aligned((_whole(half, self._column_group), 2 * distance), self.dtype)
+        # columns are transformed where they are, in whole groups, each line beginning at a multiple of ALIGNMENT
+        distance = _rounded_up(rows + PADDING, ALIGNMENT // 8)
+        self._whole = aligned((_rounded_up(half, self._column_group), 2 * distance), self.dtype)
+        self.spectrum = self._whole[:half]
+        self._row_plans = line_plans(self._row_group, columns, (columns + LINE_PADDING,) * 2, self.dtype)
         self._column_plans = line_plans(self._column_group, rows, (distance, rows + LINE_PADDING), self.dtype)
-        self.spectrum = self._columns[:half]
 
     def comply(self, pressure: NDArray[Any], displacement: NDArray[Any]) -> None:
         """Write S p, mean zero; both arrays may be the same."""
-        self._apply(kernels.columns_comply, pressure, displacement)
+        self._apply(False, pressure, displacement)
 
     def stiffen(self, displacement: NDArray[Any], pressure: NDArray[Any]) -> None:
         """Write |q|/2 u, mean zero; both arrays may be the same."""
-        self._apply(kernels.columns_stiffen, displacement, pressure)
+        self._apply(True, displacement, pressure)
 
     def forward(self, field: NDArray[Any]) -> NDArray[Any]:
         """Return the transposed half spectrum (1/N) Σ field·exp(−iq·x), complex; it is a view of the buffer."""
-        self._rows(kernels.rows_forward, field)
+        self._each_row(kernels.rows_forward, field)
         self._each_column(kernels.columns_forward, self.factor)
         return self.complex_spectrum
 
     def inverse(self, field: NDArray[Any]) -> None:
         """Write the field whose transposed half spectrum the buffer holds."""
         self._each_column(kernels.columns_backward)
-        self._rows(kernels.rows_backward, field)
+        self._each_row(kernels.rows_backward, field)
 
     @property
     def complex_spectrum(self) -> NDArray[Any]:
         """The buffer as complex numbers, shape (columns//2 + 1, rows)."""
         return self.spectrum.view(np.result_type(self.dtype, np.complex64))[:, : self.shape[0]]
 
-    def _apply(self, kernel: Any, source: NDArray[Any], result: NDArray[Any]) -> None:
-        self._rows(kernels.rows_forward, source)
-        self._each_column(kernel, self.along, self.across, self.factor)
-        self._rows(kernels.rows_backward, result)
+    def _apply(self, stiff: bool, source: NDArray[Any], result: NDArray[Any]) -> None:
+        weights = self.along, self.across, self.factor
+        if len(self._row_blocks) == len(self._column_blocks) == 1:  # one call: each costs more than its work
+            rows, columns = (*self._row_blocks[0][1:], *self._rows()), (*self._column_blocks[0][1:], *self._columns())
+            kernels.product(stiff, source, result, rows, columns, weights)
+            return
+        self._each_row(kernels.rows_forward, source)
+        self._each_column(kernels.columns_stiffen if stiff else kernels.columns_comply, *weights)
+        self._each_row(kernels.rows_backward, result)
 
-    def _rows(self, kernel: Any, field: NDArray[Any]) -> None:
+    def _each_row(self, kernel: Any, field: NDArray[Any]) -> None:
         def task(start: int, stop: int) -> None:
-            group = lines(self._row_group, self.shape[1], self.dtype)
-            assert group.plans is not None
-            buffers = group.source_pairs, group.result_pairs
-            kernel(start, stop, self._row_group, group.plans.addresses, field, *buffers, self.spectrum)
+            group, plans, *buffers = self._rows()
+            kernel(start, stop, group, plans, field, *buffers)
 
         run(task, self._row_blocks)
 
     def _each_column(self, kernel: Any, *arguments: Any) -> None:
-        def task(start: int, stop: int) -> None:
-            result = lines(self._column_group, self.shape[0], self.dtype).result_pairs
-            kernel(start, stop, self._column_group, self._column_plans.addresses, self._columns, result, *arguments)
+        run(lambda start, stop: kernel(start, stop, *self._columns(), *arguments), self._column_blocks)
 
-        run(task, self._column_blocks)
+    def _rows(self) -> tuple[Any, ...]:
+        """Group, plans and buffers of this Python thread."""
+        group = lines(self._row_group, self.shape[1], self.dtype)
+        return self._row_group, self._row_plans.addresses, group.source_pairs, group.result_pairs, self.spectrum
+
+    def _columns(self) -> tuple[Any, ...]:
+        result = lines(self._column_group, self.shape[0], self.dtype).result_pairs
+        return self._column_group, self._column_plans.addresses, self._whole, result
 
 
 class PlainOperator:
@@ -146,10 +155,11 @@ def _group(count: int, points: int, dtype: np.dtype[Any]) -> int:
 
 
 def _blocks(count: int, points: int, group: int) -> list[tuple[int, int]]:
-    """Ranges of complex lines, whole groups, of about `POINTS` reals each."""
-    size = max(POINTS // (2 * points * group), 1) * group
+    """Ranges of complex lines, whole groups but for the last, of about `POINTS` reals each."""
+    number = max(round(2 * count * points / POINTS), 1)
+    size = _rounded_up(math.ceil(count / number), group)
     return [(first, min(first + size, count)) for first in range(0, count, size)]
 
 
-def _whole(count: int, group: int) -> int:
-    return math.ceil(count / group) * group
+def _rounded_up(count: int, group: int) -> int:
+    return -(-count // group) * group
