@@ -35,6 +35,7 @@ _SIDE = [_WORD, _WORD, _INT, _INT]  # address, embedding, stride, distance
 _SIGNATURES: dict[str, tuple[list[Any], Any]] = {
     "plan_many_dft": ([_INT, _WORD, _INT, *_SIDE, *_SIDE, _INT, ctypes.c_uint], _WORD),
     "plan_with_nthreads": ([_INT], None),
+    "make_planner_thread_safe": ([], None),
     "execute_dft": ([_WORD, _WORD, _WORD], None),
     "destroy_plan": ([_WORD], None),
 }
@@ -42,7 +43,7 @@ _state = threading.local()
 _threads = 1
 _threaded = False  # whether FFTW has been asked for threads of its own
 _orphaned = False  # whether they were lost in a fork: what waits for them waits for ever
-_planning = threading.RLock()  # FFTW makes one plan at a time
+_planning = threading.RLock()  # the number of threads of the next plan belongs to the process
 _ESTIMATE = 1 << 6 | 1 << 0  # FFTW_ESTIMATE, FFTW_DESTROY_INPUT
 
 
@@ -107,33 +108,41 @@ def backend() -> str:
 
 def direct() -> bool:
     """Whether compiled loops can call FFTW."""
-    return pyfftw is not None and _function("fftw_execute_dft") is not None
+    return pyfftw is not None and _reached()
+
+
+@cache
+def _reached() -> bool:
+    """Find FFTW's own functions, and have its planners wait for each other; where they are out of reach say so."""
+    if None in [_function(f"{prefix}_{name}") for prefix in ("fftw", "fftwf") for name in _SIGNATURES]:
+        warnings.warn(
+            "compiled code cannot reach the FFTW of pyfftw: contact solves and convolutions are slower",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+        return False
+    for prefix in ("fftw", "fftwf"):
+        _function(f"{prefix}_make_planner_thread_safe")()
+    return True
 
 
 @cache
 def _function(name: str) -> Any:
-    """Return a function of the FFTW that pyfftw has loaded, None if it is out of reach."""
-    for library in _libraries():
+    """Return a function of the FFTW that pyfftw has loaded; None if there is none."""
+    for path in _libraries():
+        library = ctypes.CDLL(str(path))
         if hasattr(library, name):
             function = library[name]
             function.argtypes, function.restype = _SIGNATURES[name.split("_", 1)[1]]
             return function
-    warnings.warn(
-        f"{name} of pyfftw's FFTW is out of reach: scipy.fft takes over where compiled code calls FFTW, slower",
-        RuntimeWarning,
-        stacklevel=2,
-    )
     return None
 
 
-@cache
-def _libraries() -> list[ctypes.CDLL]:
-    """Return pyfftw's extension module, which on most systems gives all it is linked with, and libraries beside it."""
+def _libraries() -> list[Path]:
+    """Where FFTW may be: pyfftw's extension module, which mostly gives all it is linked with, or files beside it."""
     module = Path(pyfftw.pyfftw.__file__)
-    beside = (
-        path for folder in (module.parent, module.parent.with_name("pyfftw.libs")) for path in folder.glob("*fftw3*")
-    )
-    return [ctypes.CDLL(str(path)) for path in (module, *sorted(beside))]
+    folders = module.parent, module.parent.with_name("pyfftw.libs")
+    return [module, *sorted(path for folder in folders for path in folder.glob("*fftw3*"))]
 
 
 def aligned(shape: tuple[int, int], dtype: Any) -> NDArray[Any]:

@@ -2,19 +2,24 @@
 
 import multiprocessing
 import signal
+import subprocess
+import sys
+import textwrap
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import roughsim as rs
 from roughsim._kernels import active_set as kernels
 from roughsim._kernels.interpolation import refine
 from roughsim.contact import active_set
+from roughsim.contact import operator as operators
 from roughsim.contact.blocks import spans
 from roughsim.contact.extension import Extension
-from roughsim.contact.operator import Operator, rms_compliance
+from roughsim.contact.operator import Operator, PlainOperator, rms_compliance
 
 SIZES = [1, 2, 3, 4, 5, 7, 8, 61, 64]
 
@@ -45,11 +50,12 @@ def compliance(q):
 
 @pytest.mark.parametrize("rows", SIZES)
 @pytest.mark.parametrize("columns", SIZES)
-def test_the_operator_is_its_definition_by_a_dense_transform(rows, columns):
+@pytest.mark.parametrize("kind", [Operator, PlainOperator])
+def test_the_operator_is_its_definition_by_a_dense_transform(rows, columns, kind):
     grid = rs.Grid((rows, columns), (1.0, 1.7))
     field = np.random.default_rng(rows * 100 + columns).standard_normal(grid.shape)
     for dtype, accuracy in ((np.float64, 1e-13), (np.float32, 2e-6)):
-        operator, result = Operator(grid, dtype), np.empty(grid.shape, dtype)
+        operator, result = kind(grid, dtype), np.empty(grid.shape, dtype)
         for apply, weight in ((operator.comply, compliance), (operator.stiffen, lambda q: q / 2)):
             expected = dense_product(field, grid.lengths, weight)
             apply(field.astype(dtype), result)
@@ -58,12 +64,88 @@ def test_the_operator_is_its_definition_by_a_dense_transform(rows, columns):
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 7), (6, 5), (64, 61), (300, 32)])
-def test_the_half_spectrum_is_numpys_and_comes_back(shape):
+@pytest.mark.parametrize("kind", [Operator, PlainOperator])
+def test_the_half_spectrum_is_numpys_and_comes_back(shape, kind):
     field = np.random.default_rng(1).standard_normal(shape)
-    operator, back = Operator(rs.Grid(shape, (1.0, 1.0)), np.float64), np.empty(shape)
+    operator, back = kind(rs.Grid(shape, (1.0, 1.0)), np.float64), np.empty(shape)
     np.testing.assert_allclose(operator.forward(field).T, np.fft.rfft2(field) / field.size, atol=1e-15)
     operator.inverse(back)
     np.testing.assert_allclose(back, field, atol=1e-14)
+
+
+@pytest.mark.parametrize("shape", [(12, 10), (9, 11), (64, 61)])
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_block_by_block_is_the_same_as_in_one_call(shape, dtype, monkeypatch):
+    generator, grid = np.random.default_rng(5), rs.Grid(shape, (1.0, 1.0))
+    field, free = generator.standard_normal(shape).astype(dtype), generator.integers(0, 2, shape).astype(np.int8)
+    results = []
+    for divided in (False, True):
+        if divided:
+            for name, value in (("CACHED", 1), ("GROUP", 2), ("POINTS", shape[0] * shape[1] // 2)):
+                monkeypatch.setattr(operators, name, value)
+        operator, extension = Operator(grid, dtype), Extension(grid, dtype)
+        assert (len(operator._row_blocks) > 1) == (len(operator._column_blocks) > 1) == divided
+        if divided:
+            extension.rows, extension.parent_rows = [(0, 4), (4, shape[0])], [(0, 1), (1, (shape[0] + 1) // 2)]
+        one, two, three = np.empty(shape, dtype), np.empty(shape, dtype), field * free
+        operator.comply(field, one)
+        operator.stiffen(field, two)
+        extension.extend(free, three)
+        four = three.copy()
+        products = extension.transpose(free, four, one, two)
+        results.append((one, two, three, four, np.array(products)))
+    for whole, parts in zip(*results, strict=True):
+        np.testing.assert_allclose(parts, whole, rtol=0, atol=50 * np.finfo(dtype).eps * np.abs(whole).max())
+
+
+@pytest.mark.parametrize("cap", [np.inf, 1.5])
+@pytest.mark.parametrize("block", [1000, 64])
+def test_the_offset_and_the_shift_meet_the_load(cap, block):
+    generator = np.random.default_rng(6)
+    p, gap = generator.random(1000), generator.standard_normal(1000)
+    clipped = lambda x: np.minimum(np.maximum(x, 0.0), cap)  # noqa: E731
+    for target in (1e-3, 30.0, 700.0):
+        at = lambda d: clipped(p - 0.7 * (gap - d)).sum() - target  # noqa: E731, B023
+        expected = brentq(at, -20.0, 20.0, xtol=1e-14)
+        for guess in (expected + 0.1, -5.0, 5.0):  # near, without contact, and far beyond
+            inside = np.count_nonzero(clipped(p - 0.7 * (gap - guess)) == p - 0.7 * (gap - guess))
+            goals = target, min(cap, 1.001 * target / 1000)
+            offset, excess, number = kernels.find_offset(block, p, gap, (guess, 0.7, cap), goals, at(guess), inside)
+            assert offset == pytest.approx(expected, abs=1e-12)
+            assert abs(excess) <= 1e-13 * max(target, 1.0)
+            assert number == np.count_nonzero(clipped(p - 0.7 * (gap - offset)) == p - 0.7 * (gap - offset))
+    free, change = generator.integers(0, 2, 1000).astype(np.int8), generator.standard_normal(1000)
+    after = lambda shift: clipped(p + change + shift * free)  # noqa: E731
+    fixed = after(-100.0).sum()
+    for target in (1.01 * fixed, fixed + 100.0):
+        count = np.count_nonzero((after(0.0) == p + change) & (free == 1))
+        found, shift = kernels.find_shift(block, free, p, change, cap, target, 1e-13, after(0.0).sum(), count)
+        assert found
+        assert after(shift).sum() == pytest.approx(target, rel=1e-12)
+    assert not kernels.find_shift(block, free, p, change, cap, 0.9 * fixed, 1e-13, after(0.0).sum(), count)[0]
+
+
+def test_without_fftw_in_reach_of_compiled_code_the_fields_are_the_same_and_it_is_told():
+    code = """
+        import sys, warnings
+        import numpy as np
+        from roughsim import fourier
+        fourier._libraries = lambda: []
+        import roughsim as rs
+        heights = np.random.default_rng(0).standard_normal((40, 36))
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            p = rs.solve_contact(heights, rs.Grid((40, 36), (1.0, 1.0)), rs.Solid(1.0), nominal_pressure=2.0).pressure
+        assert ["cannot reach the FFTW" in str(w.message) for w in caught] == [True], caught
+        sys.stdout.buffer.write(p.tobytes())
+    """
+    done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr.decode()
+    heights = np.random.default_rng(0).standard_normal((40, 36))
+    grid = rs.Grid((40, 36), (1.0, 1.0))
+    pressure = rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=2.0).pressure
+    plain = np.frombuffer(done.stdout).reshape(40, 36)
+    assert np.linalg.norm(plain - pressure) <= 2e-6 * np.linalg.norm(pressure)
 
 
 def push_pull(weight, value, spacing):

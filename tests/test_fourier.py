@@ -1,10 +1,12 @@
 """The one door to FFTW: against numpy's transforms, and against waves that are known."""
 
+import gc
 import os
 import subprocess
 import sys
 import textwrap
 import threading
+import weakref
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -237,3 +239,72 @@ def test_a_padded_convolution_is_the_sum_over_the_field(monkeypatch, library, sh
             expected[i, j] += field[k, m] * kernel[(i - k) % padded[0], (j - m) % padded[1]]
     response = np.ascontiguousarray(fourier.forward(kernel).T)
     np.testing.assert_allclose(convolution.convolve(field, response, padded), expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("count", "points"), [(1, 1), (3, 7), (16, 64), (5, 61)])
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_lines_are_transformed_there_and_back(count, points, dtype):
+    generator, lines = np.random.default_rng(3), fourier.Lines(count, points, dtype)
+    field = generator.standard_normal((count, points)) + 1j * generator.standard_normal((count, points))
+    lines.source[...] = field
+    lines.forward()
+    accuracy = 50 * np.finfo(dtype).eps * points
+    np.testing.assert_allclose(lines.result, np.fft.fft(field, axis=1), rtol=0, atol=accuracy)
+    lines.backward()
+    np.testing.assert_allclose(lines.source, points * field, rtol=0, atol=points * accuracy)
+
+
+@pytest.mark.skipif(not fourier.direct(), reason="FFTW is out of reach of compiled code")
+def test_plans_of_lines_lead_between_lines_at_any_distance_and_end_with_their_owner():
+    plans = fourier.LinePlans(3, 8, (16, 24), np.float64)
+    source, result = fourier.aligned((3, 16), complex), fourier.aligned((3, 24), complex)
+    source[:, :8] = field = np.random.default_rng(4).random((3, 8))
+    plans.execute(plans.forward, source.ctypes.data, result.ctypes.data)
+    np.testing.assert_allclose(result[:, :8], np.fft.fft(field, axis=1), atol=1e-14)
+    assert not result[:, 8:].any()
+    ended = []
+    owner = weakref.finalize(plans, ended.append, True)
+    del plans
+    gc.collect()
+    assert ended == [True], owner
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.complex64])
+def test_memory_for_fftw_begins_where_it_is_fastest(dtype):
+    for shape in [(1, 1), (3, 5), (64, 33)]:
+        memory = fourier.aligned(shape, dtype)
+        assert (memory.shape, memory.dtype, memory.any()) == (shape, dtype, False)
+        assert memory.ctypes.data % fourier.ALIGNMENT == 0
+        memory[...] = 1
+
+
+@pytest.mark.skipif(not fourier.direct(), reason="FFTW is out of reach of compiled code")
+def test_fftw_is_found_beside_an_extension_module_that_does_not_give_it():
+    beside = fourier._libraries()[1:]
+    if not beside:
+        pytest.skip("this FFTW belongs to the system")
+    code = f"""
+        import pathlib, sys
+        from roughsim import fourier
+        beside = [pathlib.Path(name) for name in {[str(path) for path in beside]}]
+        fourier._libraries = lambda: beside
+        assert fourier.direct()
+        fourier.Lines(2, 8).forward()
+    """
+    done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_plans_are_made_from_many_python_threads_at_a_time():
+    def work(k):
+        lines, field = fourier.Lines(2 + k % 3, 30 + k), field_of((20 + k, 16))
+        lines.source[...] = 1.0
+        lines.forward()
+        return (
+            abs(lines.result[:, 0] - lines.source.shape[1]).max()
+            + abs(fourier.Transform((20 + k, 16)).spectrum).max()
+            + abs(fourier.inverse(fourier.forward(field), field.shape) - field).max()
+        )
+
+    with ThreadPoolExecutor(8) as pool:
+        assert max(pool.map(work, range(200))) < 1e-12

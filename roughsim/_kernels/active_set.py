@@ -69,26 +69,16 @@ def clipped_sum(start: int, stop: int, p: Any, gap: Any, law: Any) -> Any:
     return total, inside
 
 
-@kernel(fastmath=REORDER, inline=True)
-def _clipped_total(block: int, p: Any, gap: Any, law: Any) -> Any:
-    total, inside = 0.0, 0
-    for start in range(0, p.size, block):
-        part, number = clipped_sum(start, min(start + block, p.size), p, gap, law)
-        total += part
-        inside += number
-    return total, inside
-
-
 @kernel(fastmath=REORDER)
 def find_offset(block: int, p: Any, gap: Any, law: Any, goals: Any, excess: float, inside: int) -> Any:
     """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d by Newton's method, safeguarded by bisection.
 
-    `law` holds the first guess, `goals` the target and the pressure that surely exceeds it on average; the excess of
-    the sum over the target and how many points lie between the bounds there are known. Return d and these two at d.
+    `law` holds the first guess, `goals` the target and a pressure that meets it if all points have it; the excess over
+    the target and how many points lie between the bounds are known there. Return d and these two at d.
     """
     offset, stiffness, cap = law
     target, enough = goals
-    low, high, bracketed = -np.inf, np.inf, False
+    low, high, bracketed, last = -np.inf, np.inf, False, False
     for _ in range(200):
         if excess > 0.0:
             high = min(high, offset)
@@ -104,16 +94,17 @@ def find_offset(block: int, p: Any, gap: Any, law: Any, goals: Any, excess: floa
                 low, high, bracketed = max(low, least), min(high, max(least, most)), True
             proposal = 0.5 * (low + high)
         if proposal == offset or not low < high:
-            break
-        offset = proposal
-        clipped, inside = _clipped_total(block, p, gap, (offset, stiffness, cap))
+            if not (excess < -1e-9 * target and high < np.inf):
+                break
+            proposal, last = high, True  # no number meets a tiny load: rather exceed it
+        offset, clipped, inside = proposal, 0.0, 0
+        for start in range(0, p.size, block):
+            part, number = clipped_sum(start, min(start + block, p.size), p, gap, (offset, stiffness, cap))
+            clipped += part
+            inside += number
         excess = clipped - target
-        if abs(excess) <= 1e-14 * target:
+        if last or abs(excess) <= 1e-14 * target:
             break
-    if excess < -1e-9 * target and high < np.inf:  # no number meets a tiny load: rather exceed it
-        offset = high
-        clipped, inside = _clipped_total(block, p, gap, (offset, stiffness, cap))
-        excess = clipped - target
     return offset, excess, inside
 
 

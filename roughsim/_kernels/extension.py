@@ -107,22 +107,11 @@ def scatter_finest(
 
 
 @kernel(fastmath=REORDER)
-def extend(
-    free: Any, field: Any, parents: Any, shapes: Any, starts: Any, weights: Any, inverses: Any, values: Any
-) -> None:
-    """Extend at all levels, above level 0 by `extend_coarse`; `parents` are weights, values and inverses of level 1."""
-    push_finest(0, field.shape[0], free, field, parents[0], parents[1], parents[2])
-    extend_coarse(1, shapes, starts, weights, inverses, values)
-    pull_finest(0, field.shape[0], free, parents[1], field)
-
-
-@kernel(fastmath=REORDER)
-def gather(
-    free: Any, source: Any, parents: Any, shapes: Any, starts: Any, weights: Any, inverses: Any, sources: Any
-) -> None:
-    """Gather level 0 and transpose all levels above it."""
-    gather_finest(0, parents[1].shape[0], free, source, parents[1])
-    transpose_coarse(1, shapes, starts, weights, inverses, sources)
+def extend(rows: Any, bottom: int, free: Any, field: Any, parents: Any, pyramid: Any) -> None:
+    """Extend at all levels: the rows start … stop − 1 of level 0, and above them `extend_coarse` of the pyramid."""
+    push_finest(rows[0], rows[1], free, field, *parents)
+    extend_coarse(bottom, *pyramid)
+    pull_finest(rows[0], rows[1], free, parents[1], field)
 
 
 @kernel(fastmath=REORDER)

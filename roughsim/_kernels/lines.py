@@ -36,7 +36,7 @@ transform: Any = intrinsic(_transform)
 
 @kernel()
 def rows_forward(
-    start: int, stop: int, group: int, plans: Any, field: Any, source: Any, result: Any, spectrum: Any
+    field: Any, start: int, stop: int, group: int, plans: Any, source: Any, result: Any, spectrum: Any
 ) -> None:
     """Transform pairs of rows to the columns of twice the half spectrum."""
     for first in range(start, stop, group):
@@ -47,7 +47,7 @@ def rows_forward(
 
 @kernel()
 def rows_backward(
-    start: int, stop: int, group: int, plans: Any, field: Any, source: Any, result: Any, spectrum: Any
+    field: Any, start: int, stop: int, group: int, plans: Any, source: Any, result: Any, spectrum: Any
 ) -> None:
     """Undo `rows_forward` but for factors."""
     for first in range(start, stop, group):
@@ -81,22 +81,14 @@ def columns_stiffen(
 
 
 @kernel()
-def product(stiff: bool, source: Any, target: Any, rows: Any, columns: Any, weights: Any) -> None:
-    """Multiply by q/2 or by 2/q: all rows, all columns, and all rows back.
-
-    `rows` and `columns` hold the number of lines, the group, the plans and the buffers; `weights` hold qx², qy² and the
-    factor.
-    """
-    rows_forward(0, rows[0], rows[1], rows[2], source, rows[3], rows[4], rows[5])
+def product(stiff: bool, source: Any, target: Any, rows: Any, columns: Any) -> None:
+    """Multiply by q/2 or by 2/q: `rows` and `columns` hold what `rows_forward` and `columns_stiffen` ask for."""
+    rows_forward(source, *rows)
     if stiff:
-        columns_stiffen(
-            0, columns[0], columns[1], columns[2], columns[3], columns[4], weights[0], weights[1], weights[2]
-        )
+        columns_stiffen(*columns)
     else:
-        columns_comply(
-            0, columns[0], columns[1], columns[2], columns[3], columns[4], weights[0], weights[1], weights[2]
-        )
-    rows_backward(0, rows[0], rows[1], rows[2], target, rows[3], rows[4], rows[5])
+        columns_comply(*columns)
+    rows_backward(target, *rows)
 
 
 @kernel()
@@ -104,7 +96,7 @@ def columns_forward(start: int, stop: int, group: int, plans: Any, spectrum: Any
     """Transform the columns in place, and multiply by the factor."""
     for first in range(start, stop, group):
         transform(plans[0], plans[1], spectrum[first:].ctypes.data, result.ctypes.data)
-        for r in range(min(group, stop - first)):
+        for r in range(group):
             for i in range(result.shape[1]):
                 spectrum[first + r, i] = factor * result[r, i]
 
@@ -113,7 +105,7 @@ def columns_forward(start: int, stop: int, group: int, plans: Any, spectrum: Any
 def columns_backward(start: int, stop: int, group: int, plans: Any, spectrum: Any, result: Any) -> None:
     """Transform the columns back, in place."""
     for first in range(start, stop, group):
-        for r in range(min(group, stop - first)):
+        for r in range(group):
             for i in range(result.shape[1]):
                 result[r, i] = spectrum[first + r, i]
         transform(plans[0], plans[2], result.ctypes.data, spectrum[first:].ctypes.data)

@@ -40,14 +40,14 @@ class Extension:
         """Fill `field`, zero off the free points, over the whole plane, in place."""
         if self.bottom == 0:
             self.parents[0][...], self.parents[1][...] = free, field
-            kernels.extend_coarse(0, *self.pyramid)
+            kernels.extend_coarse(self.bottom, *self.pyramid)
             field[...] = self.parents[1]
             return
         if len(self.rows) == 1:  # one call: each costs more than its work on a small grid
-            kernels.extend(free, field, self.parents, *self.pyramid)
+            kernels.extend(self.rows[0], self.bottom, free, field, self.parents, self.pyramid)
             return
         run(lambda a, b: kernels.push_finest(a, b, free, field, *self.parents), self.rows)
-        kernels.extend_coarse(1, *self.pyramid)
+        kernels.extend_coarse(self.bottom, *self.pyramid)
         run(lambda a, b: kernels.pull_finest(a, b, free, self.parents[1], field), self.rows)
 
     def transpose(
@@ -59,14 +59,11 @@ class Extension:
         """
         if self.bottom == 0:
             self.parents[1][...] = field
-            kernels.transpose_coarse(0, *self.pyramid)
+            kernels.transpose_coarse(self.bottom, *self.pyramid)
             np.multiply(self.parents[1], free, out=field)
             return float(np.sum(field * response, dtype=float)), float(np.sum(free * step * response, dtype=float))
-        if len(self.rows) == 1:
-            kernels.gather(free, field, self.parents, *self.pyramid)
-        else:
-            run(lambda a, b: kernels.gather_finest(a, b, free, field, self.parents[1]), self.parent_rows)
-            kernels.transpose_coarse(1, *self.pyramid)
+        run(lambda a, b: kernels.gather_finest(a, b, free, field, self.parents[1]), self.parent_rows)
+        kernels.transpose_coarse(self.bottom, *self.pyramid)
         parents = self.parents[1], self.parents[2]
         task = lambda a, b: kernels.scatter_finest(a, b, free, *parents, step, response, field)  # noqa: E731
         cross, own = total(run(task, self.rows))

@@ -69,20 +69,17 @@ class Operator:
 
     def _apply(self, stiff: bool, source: NDArray[Any], result: NDArray[Any]) -> None:
         weights = self.along, self.across, self.factor
-        if len(self._row_blocks) == len(self._column_blocks) == 1:  # one call: each costs more than its work
-            rows, columns = (*self._row_blocks[0][1:], *self._rows()), (*self._column_blocks[0][1:], *self._columns())
-            kernels.product(stiff, source, result, rows, columns, weights)
+        blocks, others = self._row_blocks, self._column_blocks
+        if len(blocks) == len(others) == 1 and source.dtype == np.float32:  # one call: each costs more than its work
+            rows, columns = (*blocks[0], *self._rows()), (*others[0], *self._columns(), *weights)
+            kernels.product(stiff, source, result, rows, columns)
             return
         self._each_row(kernels.rows_forward, source)
         self._each_column(kernels.columns_stiffen if stiff else kernels.columns_comply, *weights)
         self._each_row(kernels.rows_backward, result)
 
     def _each_row(self, kernel: Any, field: NDArray[Any]) -> None:
-        def task(start: int, stop: int) -> None:
-            group, plans, *buffers = self._rows()
-            kernel(start, stop, group, plans, field, *buffers)
-
-        run(task, self._row_blocks)
+        run(lambda start, stop: kernel(field, start, stop, *self._rows()), self._row_blocks)
 
     def _each_column(self, kernel: Any, *arguments: Any) -> None:
         run(lambda start, stop: kernel(start, stop, *self._columns(), *arguments), self._column_blocks)
