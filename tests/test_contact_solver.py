@@ -10,7 +10,6 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 import roughsim as rs
 from roughsim._kernels import active_set as kernels
@@ -96,33 +95,6 @@ def test_block_by_block_is_the_same_as_in_one_call(shape, dtype, monkeypatch):
         results.append((one, two, three, four, np.array(products)))
     for whole, parts in zip(*results, strict=True):
         np.testing.assert_allclose(parts, whole, rtol=0, atol=50 * np.finfo(dtype).eps * np.abs(whole).max())
-
-
-@pytest.mark.parametrize("cap", [np.inf, 1.5])
-@pytest.mark.parametrize("block", [1000, 64])
-def test_the_offset_and_the_shift_meet_the_load(cap, block):
-    generator = np.random.default_rng(6)
-    p, gap = generator.random(1000), generator.standard_normal(1000)
-    clipped = lambda x: np.minimum(np.maximum(x, 0.0), cap)  # noqa: E731
-    for target in (1e-3, 30.0, 700.0):
-        at = lambda d: clipped(p - 0.7 * (gap - d)).sum() - target  # noqa: E731, B023
-        expected = brentq(at, -20.0, 20.0, xtol=1e-14)
-        for guess in (expected + 0.1, -5.0, 5.0):  # near, without contact, and far beyond
-            inside = np.count_nonzero(clipped(p - 0.7 * (gap - guess)) == p - 0.7 * (gap - guess))
-            goals = target, min(cap, 1.001 * target / 1000)
-            offset, excess, number = kernels.find_offset(block, p, gap, (guess, 0.7, cap), goals, at(guess), inside)
-            assert offset == pytest.approx(expected, abs=1e-12)
-            assert abs(excess) <= 1e-13 * max(target, 1.0)
-            assert number == np.count_nonzero(clipped(p - 0.7 * (gap - offset)) == p - 0.7 * (gap - offset))
-    free, change = generator.integers(0, 2, 1000).astype(np.int8), generator.standard_normal(1000)
-    after = lambda shift: clipped(p + change + shift * free)  # noqa: E731
-    fixed = after(-100.0).sum()
-    for target in (1.01 * fixed, fixed + 100.0):
-        count = np.count_nonzero((after(0.0) == p + change) & (free == 1))
-        found, shift = kernels.find_shift(block, free, p, change, cap, target, 1e-13, after(0.0).sum(), count)
-        assert found
-        assert after(shift).sum() == pytest.approx(target, rel=1e-12)
-    assert not kernels.find_shift(block, free, p, change, cap, 0.9 * fixed, 1e-13, after(0.0).sum(), count)[0]
 
 
 def test_without_fftw_in_reach_of_compiled_code_the_fields_are_the_same_and_it_is_told():
