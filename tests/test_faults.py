@@ -202,7 +202,7 @@ def test_a_file_size_limit_stops_with_the_path_and_can_be_resumed(quick, tmp_pat
 
 def test_a_run_can_be_read_while_it_is_written(scene_file, tmp_path):
     folder = tmp_path / "run"
-    process = start(scene_file, folder, most=60)
+    process = start(scene_file, folder, most=24)
     wait_for_members(folder, 2)
     seen = []
     while process.poll() is None:
@@ -212,7 +212,7 @@ def test_a_run_can_be_read_while_it_is_written(scene_file, tmp_path):
             assert np.isfinite(run.estimate("flash_temperature").mean).all()
     assert process.returncode == 0
     assert seen == sorted(seen)  # a prefix that only grows
-    assert rs.open_run(folder).realizations == 60
+    assert rs.open_run(folder).realizations == 24
 
 
 def test_a_second_writer_is_refused(quick, scene_file, tmp_path):
