@@ -113,12 +113,12 @@ def test_the_offset_and_the_shift_meet_the_load(cap, block):
 
 def test_points_are_classified_by_where_a_longer_step_would_take_them(state):
     free, rest = np.full(POINTS, 7, np.int8), np.full(POINTS, 7.0)
-    reach, unit, limit = 0.5, 3.0, 0.4
+    reach, unit, limit = 0.35, 3.0, 0.4
     found = kernels.classify(START, STOP, state.p, state.gap, state.law, reach, unit, limit, free, rest)
     rise = state.gap - OFFSET
     moved, near = state.p - state.clip(state.target), state.p - reach * STIFFNESS * rise
     is_free = (near > 0.0) & (near < state.cap)
-    above = np.abs(moved) > np.where(inside(state.target, state.cap), limit, 0.5 * limit)
+    above = np.abs(moved) > np.where(inside(state.target, state.cap), limit, reach * limit)
     expected = (
         state.clip(state.target),
         inside(state.target, state.cap),

@@ -117,11 +117,11 @@ def classify(
     A point is free where 0 < p − reach κ (gap − d) < cap. With x = clip(p − κ(gap − d), 0, cap) and m = p − x, return
     Σ x, how many x lie between the bounds, Σ (m·unit)², Σ (p·unit)², the number of free points, and that of points
     with |m| > limit; `unit` keeps the squares of tiny pressures alive. A free point that near its bound may have a
-    gap of 1/reach times its |m|: there the limit is half as large.
+    gap of 1/reach times its |m|: there the limit is `reach` times as large.
     """
     p, gap, free, rest = p[start:stop], gap[start:stop], free[start:stop], rest[start:stop]
     offset, stiffness, cap = law
-    near_bound = 0.5 * limit
+    near_bound = reach * limit
     total, inside, square, norm, count, above = 0.0, 0, 0.0, 0.0, 0, 0
     for i in range(stop - start):
         r = gap[i] - offset

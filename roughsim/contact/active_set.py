@@ -26,6 +26,7 @@ from roughsim.grid import Grid
 
 Array = NDArray[Any]
 REACH = 0.5  # a point is free where 0 < p − REACH κ(gap − d) < cap
+LEAST_REACH = 1e-3  # where steps are cut short: points are let go from a bound, and put on it, one by one
 DOUBLE = float(np.finfo(np.float64).eps)
 ROUNDING = 64 * DOUBLE  # what rounding may leave of the gap, in units of the heights
 PATIENCE = 30  # iterations without a new best residual after which a solve counts as stalled
@@ -150,15 +151,16 @@ class Iteration:
     def settle(self, tolerance: float) -> bool:
         """Put the points that are not free exactly on their bounds, as a step of full length.
 
-        Return whether the gap had to follow: not if the bound of its change is negligible.
+        Return whether the gap had to follow: not if the bounds of what changes, residual and gap, are negligible.
         """
         self.step[...] = 0.0
         slope_square = self._shifted(self._propose(0.0, 0.0))
         if slope_square is None or slope_square[1] == 0.0:
             return False
         amplification = self.problem.stiffness * max(self.problem.grid.lengths) / np.pi  # κ S at the lowest wavenumber
-        change = (2.0 + amplification) * float(np.sqrt(slope_square[1])) / self.norm
-        negligible = self.residual + change <= tolerance
+        size = float(np.sqrt(slope_square[1]))
+        change, displaced = (2.0 + amplification) * size / self.norm, rms_compliance(self.problem.grid) * size
+        negligible = self.residual + change <= tolerance and displaced <= NEGLIGIBLE * tolerance * self.range
         if negligible:
             self.residual += change  # its bound
             self.response[...] = 0.0
@@ -187,7 +189,8 @@ class Iteration:
             return
         self.failures = 0
         self.alpha = min(max(self.alpha * length, 0.2), 3.0)
-        self.reach = min(1.5 * self.reach, REACH)
+        # a short step was cut by points sent to their bound too many at a time: more of them stay free
+        self.reach = min(1.5 * self.reach, REACH) if length > 0.5 else max(0.2 * self.reach, LEAST_REACH)
         self._apply(length)
 
     def _conjugate_step(self) -> float:
@@ -268,7 +271,7 @@ class Iteration:
         clipped = self.excess + self.target
         share = self.target / clipped if self.excess > 1e-9 * self.target else 1.0
         slope, _ = self.sums(kernels.gradient_step, *self._flat[:2], self._law(), share, self._flat[4])
-        self.alpha, self.reach = 1.0, max(0.5 * self.reach, REACH / 64)
+        self.alpha, self.reach = 1.0, max(0.5 * self.reach, LEAST_REACH)
         length = self._length(slope)
         if length > 0.0:
             self._apply(length)
