@@ -100,7 +100,7 @@ if hasattr(os, "register_at_fork"):  # there is no fork elsewhere
 def backend() -> str:
     """Name the library that computes the transforms, with its version."""
     if pyfftw is not None:
-        return f"pyfftw {pyfftw.__version__}"
+        return f"pyfftw {pyfftw.__version__}" + ("" if direct() else ", out of reach of compiled code")
     import scipy
 
     return f"scipy.fft {scipy.__version__}"

@@ -109,6 +109,7 @@ def test_without_fftw_in_reach_of_compiled_code_the_fields_are_the_same_and_it_i
             warnings.simplefilter("always")
             p = rs.solve_contact(heights, rs.Grid((40, 36), (1.0, 1.0)), rs.Solid(1.0), nominal_pressure=2.0).pressure
         assert ["cannot reach the FFTW" in str(w.message) for w in caught] == [True], caught
+        assert fourier.backend().endswith("out of reach of compiled code")
         sys.stdout.buffer.write(p.tobytes())
     """
     done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, check=False)
