@@ -85,6 +85,16 @@ def _plan_threads() -> int:
     return _threads
 
 
+def _before_fork() -> None:
+    """Wait for plans in the making: their threads are gone in the child, and FFTW's planner would stay locked there."""
+    _planning.acquire()
+
+
+def _after_fork_here() -> None:
+    """Let the threads of the parent go on."""
+    _planning.release()
+
+
 def _after_fork() -> None:
     """Forget in a forked process the plans of its parent, whose threads are gone."""
     global _orphaned, _planning  # noqa: PLW0603
@@ -94,7 +104,7 @@ def _after_fork() -> None:
 
 
 if hasattr(os, "register_at_fork"):  # there is no fork elsewhere
-    os.register_at_fork(after_in_child=_after_fork)
+    os.register_at_fork(before=_before_fork, after_in_parent=_after_fork_here, after_in_child=_after_fork)
 
 
 def backend() -> str:
@@ -130,7 +140,10 @@ def _reached() -> bool:
 def _function(name: str) -> Any:
     """Return a function of the FFTW that pyfftw has loaded; None if there is none."""
     for path in _libraries():
-        library = ctypes.CDLL(str(path))
+        try:
+            library = ctypes.CDLL(str(path))
+        except OSError:  # of that name, but no library
+            continue
         if hasattr(library, name):
             function = library[name]
             function.argtypes, function.restype = _SIGNATURES[name.split("_", 1)[1]]

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import roughsim as rs
+from roughsim import fourier
 from roughsim._kernels import active_set as kernels
 from roughsim._kernels.interpolation import refine
 from roughsim.contact import active_set
@@ -74,18 +75,27 @@ def test_the_half_spectrum_is_numpys_and_comes_back(shape, kind):
 
 @pytest.mark.parametrize("shape", [(12, 10), (9, 11), (64, 61)])
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
-def test_block_by_block_is_the_same_as_in_one_call(shape, dtype, monkeypatch):
+@pytest.mark.parametrize("divided", [("rows",), ("columns",), ("rows", "columns")], ids="-".join)
+def test_block_by_block_is_the_same_as_in_one_call(shape, dtype, divided, monkeypatch):
     generator, grid = np.random.default_rng(5), rs.Grid(shape, (1.0, 1.0))
     field, free = generator.standard_normal(shape).astype(dtype), generator.integers(0, 2, shape).astype(np.int8)
     results = []
-    for divided in (False, True):
-        if divided:
+    for parts in ((), divided):
+        if parts:
             for name, value in (("CACHED", 1), ("GROUP", 2), ("POINTS", shape[0] * shape[1] // 2)):
                 monkeypatch.setattr(operators, name, value)
         operator, extension = Operator(grid, dtype), Extension(grid, dtype)
-        assert (len(operator._row_blocks) > 1) == (len(operator._column_blocks) > 1) == divided
-        if divided:
-            extension.rows, extension.parent_rows = [(0, 4), (4, shape[0])], [(0, 1), (1, (shape[0] + 1) // 2)]
+        for name in {"rows", "columns"}.difference(parts):  # several groups may be left in the one block
+            blocks = operator._row_blocks if name == "rows" else operator._column_blocks
+            blocks[:] = [(0, blocks[-1][1])]
+        assert (len(operator._row_blocks) > 1, len(operator._column_blocks) > 1) == (
+            "rows" in parts,
+            "columns" in parts,
+        )
+        if "rows" in parts:
+            extension.rows = [(0, 4), (4, shape[0])]
+        if "columns" in parts:
+            extension.parent_rows = [(0, 1), (1, (shape[0] + 1) // 2)]
         one, two, three = np.empty(shape, dtype), np.empty(shape, dtype), field * free
         operator.comply(field, one)
         operator.stiffen(field, two)
@@ -93,8 +103,16 @@ def test_block_by_block_is_the_same_as_in_one_call(shape, dtype, monkeypatch):
         four = three.copy()
         products = extension.transpose(free, four, one, two)
         results.append((one, two, three, four, np.array(products)))
-    for whole, parts in zip(*results, strict=True):
-        np.testing.assert_allclose(parts, whole, rtol=0, atol=50 * np.finfo(dtype).eps * np.abs(whole).max())
+    for whole, part in zip(*results, strict=True):
+        np.testing.assert_allclose(part, whole, rtol=0, atol=50 * np.finfo(dtype).eps * np.abs(whole).max())
+
+
+@pytest.mark.skipif(not fourier.direct(), reason="FFTW is out of reach of compiled code")
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_each_column_begins_where_fftw_may_take_it(dtype):
+    for shape in ((1, 9), (5, 8), (8, 5), (61, 16)):
+        spectrum = Operator(rs.Grid(shape, (1.0, 1.0)), dtype).complex_spectrum
+        assert all(column.ctypes.data % fourier.ALIGNMENT == 0 for column in spectrum)
 
 
 def test_without_fftw_in_reach_of_compiled_code_the_fields_are_the_same_and_it_is_told():
@@ -432,3 +450,24 @@ def test_a_conjugate_step_lowers_the_energy_and_keeps_the_load():
         assert state.pressure.min() >= 0.0
         assert state.pressure.max() <= problem.cap
     assert np.all(np.diff(energies) < 0)
+
+
+def test_a_gradient_step_keeps_a_load_that_no_offset_meets(monkeypatch):
+    # the offset is of order one: its last digit is worth more than this load
+    heights, grid = rough()
+    state = active_set.Iteration(active_set.Problem(heights, 0.0, 1.0, grid, 1e-18, np.inf, 100.0))
+    state.pressure[...] = 1e-18
+    state.gap[...] = 1.0 + np.random.default_rng(8).random(grid.shape)
+    state.offset = 1.5
+    state.assess(1e-6)
+    monkeypatch.setattr(state, "_length", lambda slope: 0.0)
+    state._fall_back()
+    assert 0.1 * state.target < state.excess < 100.0 * state.target
+    assert (state.pressure + state.step).sum() / state.target == pytest.approx(1.0, rel=1e-6)
+
+
+def test_a_load_that_no_free_point_can_take_has_no_shift():
+    heights, grid = rough()
+    state = active_set.Iteration(active_set.Problem(heights, 0.0, 1.0, grid, 0.05, np.inf, 100.0))
+    state.pressure[...] = 0.04
+    assert state.load_shift((0.04 * 4096, 0), 1e-9) is None

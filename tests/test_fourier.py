@@ -6,7 +6,6 @@ import subprocess
 import sys
 import textwrap
 import threading
-import weakref
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -156,6 +155,60 @@ def test_a_forked_process_transforms_on_though_the_threads_of_its_parent_are_gon
     assert done.returncode == 0, done.stderr
 
 
+FORK_WHILE_PLANNING = """
+    import os, signal, sys, threading, time
+    from roughsim import fourier
+    begun, ready, kept = threading.Event(), threading.Event(), threading.local()
+
+    def keep():
+        if fourier.direct():
+            kept.plans = fourier.LinePlans(2, 8, (16, 16), float)  # destroyed in the child, with its thread
+        ready.set()
+        time.sleep(10)
+
+    def plan():
+        with fourier._planning:
+            begun.set()
+            time.sleep(0.2)
+
+    threading.Thread(target=keep, daemon=True).start()
+    ready.wait()
+    threading.Thread(target=plan, daemon=True).start()
+    begun.wait()
+    child = os.fork()
+    if child == 0:
+        thread = threading.Thread(target=fourier.Transform, args=((4, 6),), daemon=True)
+        thread.start()
+        thread.join(2)
+        os._exit(thread.is_alive())
+    ended, end = (0, 0), time.monotonic() + 4
+    while ended[0] == 0 and time.monotonic() < end:
+        time.sleep(0.01)
+        ended = os.waitpid(child, os.WNOHANG)
+    if ended[0] == 0:
+        os.kill(child, signal.SIGKILL)
+    thread = threading.Thread(target=fourier.Transform, args=((4, 6),), daemon=True)
+    thread.start()
+    thread.join(2)
+    os._exit(thread.is_alive() or ended[0] == 0 or ended[1] != 0)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_a_fork_waits_for_the_plan_another_thread_is_making():
+    code = [sys.executable, "-W", "ignore", "-c", textwrap.dedent(FORK_WHILE_PLANNING)]
+    done = subprocess.run(code, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 0, done.stderr
+
+
+def test_threads_that_fftw_once_had_are_known_to_be_lost_in_a_fork(monkeypatch):
+    for name, value in (("_threaded", True), ("_orphaned", False), ("_state", threading.local()), ("_planning", None)):
+        monkeypatch.setattr(fourier, name, value)
+    assert fourier.get_threads() == 1
+    fourier._after_fork()
+    assert fourier._orphaned == (fourier.pyfftw is not None)
+
+
 def test_two_python_threads_do_not_disturb_each_other():
     fields = [field_of((64, 48), seed) for seed in range(40)]
     alone = [fourier.forward(field) for field in fields]
@@ -255,18 +308,36 @@ def test_lines_are_transformed_there_and_back(count, points, dtype):
 
 
 @pytest.mark.skipif(not fourier.direct(), reason="FFTW is out of reach of compiled code")
-def test_plans_of_lines_lead_between_lines_at_any_distance_and_end_with_their_owner():
+def test_plans_of_lines_lead_between_lines_at_any_distance_and_end_with_their_owner(monkeypatch):
+    ended, destroy = [], fourier._destroy
+    monkeypatch.setattr(fourier, "_destroy", lambda *args: (ended.append(args[1:]), destroy(*args)))
     plans = fourier.LinePlans(3, 8, (16, 24), np.float64)
     source, result = fourier.aligned((3, 16), complex), fourier.aligned((3, 24), complex)
     source[:, :8] = field = np.random.default_rng(4).random((3, 8))
     plans.execute(plans.forward, source.ctypes.data, result.ctypes.data)
     np.testing.assert_allclose(result[:, :8], np.fft.fft(field, axis=1), atol=1e-14)
     assert not result[:, 8:].any()
-    ended = []
-    owner = weakref.finalize(plans, ended.append, True)
+    expected = [(plans.forward, plans.backward)]
     del plans
     gc.collect()
-    assert ended == [True], owner
+    assert ended == expected
+
+
+@pytest.mark.skipif(not fourier.direct(), reason="FFTW is out of reach of compiled code")
+def test_a_plan_that_fftw_cannot_make_is_refused(monkeypatch):
+    genuine = fourier._function
+    none = lambda name: (lambda *_: None) if "plan_many" in name else genuine(name)  # noqa: E731
+    monkeypatch.setattr(fourier, "_function", none)
+    with pytest.raises(MemoryError, match="no plan for 3 lines of 8 points"):
+        fourier.LinePlans(3, 8, (16, 24), np.float32)
+
+
+@pytest.mark.skipif(fourier.pyfftw is None, reason="there is no FFTW")
+@pytest.mark.parametrize("missing", ["fftw_make_planner_thread_safe", "fftwf_execute_dft"])
+def test_fftw_in_one_precision_is_out_of_reach(monkeypatch, missing):
+    monkeypatch.setattr(fourier, "_function", lambda name: None if name == missing else list)
+    with pytest.warns(RuntimeWarning, match="compiled code cannot reach the FFTW"):
+        assert not fourier._reached.__wrapped__()
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.complex64])
@@ -276,6 +347,14 @@ def test_memory_for_fftw_begins_where_it_is_fastest(dtype):
         assert (memory.shape, memory.dtype, memory.any()) == (shape, dtype, False)
         assert memory.ctypes.data % fourier.ALIGNMENT == 0
         memory[...] = 1
+
+
+@pytest.mark.parametrize("shift", [1, 16, 48])
+def test_memory_for_fftw_begins_there_wherever_the_system_puts_it(monkeypatch, shift):
+    wide = fourier.aligned((1, 1024), np.uint8)[0]
+    monkeypatch.setattr(np, "zeros", lambda size, _: wide[shift : shift + size])
+    memory = fourier.aligned((3, 5), np.float64)
+    assert (memory.ctypes.data - wide.ctypes.data) % fourier.ALIGNMENT == 0
 
 
 @pytest.mark.skipif(not fourier.direct(), reason="FFTW is out of reach of compiled code")
@@ -293,6 +372,13 @@ def test_fftw_is_found_beside_an_extension_module_that_does_not_give_it():
     """
     done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.skipif(fourier.pyfftw is None, reason="there is no FFTW")
+def test_a_file_beside_that_is_no_library_is_passed_over(monkeypatch, tmp_path):
+    (tmp_path / "fftw3.txt").write_text("no library")
+    monkeypatch.setattr(fourier, "_libraries", lambda: [tmp_path / "fftw3.txt"])
+    assert fourier._function.__wrapped__("fftw_execute_dft") is None
 
 
 def test_plans_are_made_from_many_python_threads_at_a_time():

@@ -111,6 +111,32 @@ def test_the_offset_and_the_shift_meet_the_load(cap, block):
     assert not kernels.find_shift(block, free, p, change, cap, 0.9 * fixed, 1e-13, after(0.0).sum(), count)[0]
 
 
+def test_the_offset_over_flat_ground_is_found_from_far_below():
+    offset, _, inside = kernels.find_offset(8, np.zeros(8), np.zeros(8), (-1.0, 0.7, np.inf), (2.8, 0.35), -2.8, 0)
+    assert offset == pytest.approx(0.5, abs=1e-14)
+    assert inside == 8
+
+
+def test_a_point_that_joins_at_the_last_moment_is_allowed_for():
+    # the first step of Newton's method misses by 1e-10, for it knows of one point
+    late = 1.0 - 1e-10
+    law, goals = (0.5, 1.0, np.inf), (1.0, 0.5)
+    offset = kernels.find_offset(2, np.zeros(2), np.array([0.0, late]), law, goals, -0.5, 1)[0]
+    assert offset == pytest.approx((1.0 + late) / 2, abs=1e-14)
+    free, change = np.ones(2, np.int8), np.array([0.0, -late])
+    found, shift = kernels.find_shift(2, free, np.zeros(2), change, np.inf, 1.0, 1e-14, 0.0, 1)
+    assert found
+    assert shift == pytest.approx((1.0 + late) / 2, abs=1e-14)
+
+
+def test_a_shift_counts_where_rounding_leaves_nothing_better_but_not_where_it_leaves_too_much():
+    free, p, change = np.ones(1, np.int8), np.ones(1), np.zeros(1)
+    found, shift = kernels.find_shift(1, free, p, change, np.inf, 1 / 3, 0.0, 1.0, 1)  # 1 + shift is never 1/3 exactly
+    assert found
+    assert shift == pytest.approx(-2 / 3, abs=1e-15)
+    assert not kernels.find_shift(1, free, p, change, np.inf, 1e-20, 1e-15, 1.0, 1)[0]
+
+
 def test_points_are_classified_by_where_a_longer_step_would_take_them(state):
     free, rest = np.full(POINTS, 7, np.int8), np.full(POINTS, 7.0)
     reach, unit, limit = 0.35, 3.0, 0.4
