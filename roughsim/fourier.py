@@ -355,7 +355,8 @@ def rows(shape: tuple[int, int], dtype: DTypeLike) -> Rows:
     key = (shape, np.dtype(dtype).char, _threads)
     if key not in cache:
         if len(cache) >= 2:  # buffers are large
-            cache.pop(next(iter(cache)))
+            with _planning:
+                cache.pop(next(iter(cache)))
         cache[key] = Rows(shape, dtype)
     result: Rows = cache[key]
     return result
@@ -366,7 +367,8 @@ def _transform(shape: tuple[int, int], dtype: DTypeLike) -> Transform:
     key = (shape, np.dtype(dtype).char, _threads)
     if key not in cache:
         if len(cache) >= 4:  # buffers are large: keep the latest few
-            cache.pop(next(iter(cache)))
+            with _planning:
+                cache.pop(next(iter(cache)))
         cache[key] = Transform(shape, dtype)
     result: Transform = cache[key]
     return result

@@ -99,17 +99,20 @@ def test_the_page_has_one_file_for_each():
     assert not any((ROOT / name).exists() for name in FILES)
 
 
+@pytest.mark.slow
 def test_a_new_spectrum_is_named_in_a_scene_with_its_own_keys(results):
     given = results["identity"]["surface.spectrum"]
     assert given == {"name": "bump", "psd_at_q_min": 2e-22, "q_min": 6.2e3, "q_bump": 3e4, "q_max": 6e4}
 
 
+@pytest.mark.slow
 def test_a_new_solver_is_named_in_a_scene_and_agrees_with_the_package_s_own(results):
     assert results["solver"] == "gradient"
     np.testing.assert_allclose(results["temperature"], results["plain"], rtol=1e-3)
     assert results["temperature"] != results["plain"]
 
 
+@pytest.mark.slow
 def test_a_new_observable_is_in_estimates_comparisons_tables_reports_and_files(results):
     assert results["met"]
     assert (results["unit"], results["n"]) == ("m", 12)
@@ -126,6 +129,7 @@ def test_a_new_observable_is_in_estimates_comparisons_tables_reports_and_files(r
     assert "stress length, µm" in (results["folder"] / "report.html").read_text()
 
 
+@pytest.mark.slow
 def test_in_full_contact_the_theory_of_a_new_observable_is_exact(results):
     pressed, rough = of_length(results["full"]), of_length(results["rows"])
     assert pressed["elastic_over_theory"]["value"] == pytest.approx(1.0, rel=1e-6)

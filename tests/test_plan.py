@@ -60,6 +60,7 @@ def test_a_plan_is_the_same_every_time_and_tells_what_to_expect():
     )  # a target in all says at which statistical error to stop
 
 
+@pytest.mark.slow  # 2048² points
 def test_an_elastic_scene_is_resolved_or_cut_with_a_word():
     scene = rs.load_scene("steel-1.2GPa")
     elastic = replace(scene, body=replace(scene.body, penetration_hardness=None))

@@ -235,6 +235,7 @@ def test_pictures_that_cannot_be_drawn_say_why(quick, tmp_path):
     assert "--keep-fields 1" in shown
 
 
+@pytest.mark.slow
 def test_the_command_line_writes_the_page(copy, tmp_path, capsys, no_pictures):
     def call(*words):
         with pytest.raises(SystemExit) as ended:
