@@ -149,3 +149,18 @@ def test_every_public_name_resolves_whatever_was_imported_before():
         "assert callable(rs.plan) and callable(rs.compare) and 'Grid' in dir(rs)"
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
+
+
+def test_a_kernel_that_others_call_keeps_the_order_of_its_sums_or_is_always_a_part_of_them():
+    # otherwise a process that compiles and one that loads what was compiled differ in the last bits
+    called = 0
+    for path in (ROOT / "roughsim" / "_kernels").glob("*.py"):
+        functions = {f.name: f for f in ast.parse(path.read_text()).body if isinstance(f, ast.FunctionDef)}
+        for function in functions.values():
+            names = {n.func.id for n in ast.walk(function) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}
+            for name in names & functions.keys() - {function.name}:
+                called += 1
+                (decorator,) = functions[name].decorator_list
+                given = {word.arg for word in decorator.keywords}
+                assert "fastmath" not in given or "inline" in given, f"{path.name}: {name}, called by {function.name}"
+    assert called > 20

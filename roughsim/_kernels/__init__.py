@@ -14,8 +14,8 @@ REORDER = frozenset({"reassoc", "contract", "nsz"})
 def kernel(fastmath: frozenset[str] = frozenset(), inline: bool = False) -> Callable[[Function], Function]:
     """Return the decorator that all kernels share: compiled once, cached on disk, without the GIL.
 
-    A kernel that adds up and is called by others is `inline`: otherwise it is a part of them when they are compiled
-    but not when they come from the disk, and the order of its sums, so the last bits, would depend on that.
+    A kernel that others call is a part of them when they are compiled but not when they come from the disk. So that
+    the last bits do not depend on that, it keeps the order of its sums, or it is `inline`: always a part of them.
     """
 
     def decorate(function: Function) -> Function:

@@ -18,7 +18,7 @@ from roughsim._kernels import REORDER, kernel
 WHOLE = 1.5  # children on which a parent has the full weight, of two
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def push_finest(start: int, stop: int, free: Any, field: Any, weight: Any, value: Any, inverse: Any) -> None:
     """Fill the parent rows of the rows start … stop − 1 (start even): weight, mean, 1/Σ weights."""
     columns = field.shape[1]
@@ -45,7 +45,7 @@ def push_finest(start: int, stop: int, free: Any, field: Any, weight: Any, value
             weight[row, j] = min(one, count * third)
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def pull_finest(start: int, stop: int, free: Any, parent: Any, field: Any) -> None:
     """Write the bilinear interpolation of the parents onto the points that are not free."""
     columns, parents = field.shape[1], parent.shape[1]
@@ -63,7 +63,7 @@ def pull_finest(start: int, stop: int, free: Any, parent: Any, field: Any) -> No
             field[i, columns - 1] = big * blended[parents] + small * blended[parents - 1]
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def gather_finest(start: int, stop: int, free: Any, source: Any, parent: Any) -> None:
     """Fill the parent rows start … stop − 1 with the transpose of the bilinear part."""
     rows, columns = source.shape
@@ -106,7 +106,7 @@ def scatter_finest(
     return cross, own
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def extend(rows: Any, bottom: int, free: Any, field: Any, parents: Any, pyramid: Any) -> None:
     """Extend at all levels: the rows start … stop − 1 of level 0, and above them `extend_coarse` of the pyramid."""
     push_finest(rows[0], rows[1], free, field, *parents)
@@ -114,7 +114,7 @@ def extend(rows: Any, bottom: int, free: Any, field: Any, parents: Any, pyramid:
     pull_finest(rows[0], rows[1], free, parents[1], field)
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def extend_coarse(bottom: int, shapes: Any, starts: Any, weights: Any, inverses: Any, values: Any) -> None:
     """Push from the level `bottom` to the top and pull back to it."""
     top = len(shapes) - 1
@@ -136,7 +136,7 @@ def extend_coarse(bottom: int, shapes: Any, starts: Any, weights: Any, inverses:
             _pull_one(weight, parent, value)
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def transpose_coarse(bottom: int, shapes: Any, starts: Any, weights: Any, inverses: Any, sources: Any) -> None:
     """Gather from the level `bottom` to the top and scatter back to it: the transpose of `extend_coarse`."""
     top = len(shapes) - 1
@@ -169,7 +169,7 @@ def _level(flat: Any, shapes: Any, starts: Any, level: int) -> Any:
     return flat[starts[level] : starts[level] + rows * columns].reshape((rows, columns))
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def _push(weight: Any, value: Any, parent_weight: Any, parent_value: Any, parent_inverse: Any) -> None:
     rows, columns = weight.shape
     one, third, zero = value.dtype.type(1.0), value.dtype.type(1.0 / 3.0), value.dtype.type(0.0)
@@ -194,7 +194,7 @@ def _push(weight: Any, value: Any, parent_weight: Any, parent_value: Any, parent
             parent_weight[i, j] = min(one, (wa + wc) * third)
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def _pull(weight: Any, parent: Any, value: Any) -> None:
     rows, columns = weight.shape
     parents = parent.shape[1]
@@ -213,7 +213,7 @@ def _pull(weight: Any, parent: Any, value: Any) -> None:
             value[i, a] = wa * value[i, a] + (one - wa) * (big * blended[parents] + small * blended[parents - 1])
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def _gather(weight: Any, source: Any, parent: Any) -> None:
     rows, columns = source.shape
     parents = parent.shape[1]
@@ -230,7 +230,7 @@ def _gather(weight: Any, source: Any, parent: Any) -> None:
         _collect(line, parent[i])
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def _scatter(weight: Any, parent: Any, inverse: Any, source: Any) -> None:
     rows, columns = source.shape
     shares = np.empty(parent.shape[1], source.dtype)
@@ -246,7 +246,7 @@ def _scatter(weight: Any, parent: Any, inverse: Any, source: Any) -> None:
             source[i, a] = weight[i, a] * (source[i, a] + shares[columns // 2])
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def _blend(parent: Any, row: int, blended: Any) -> None:
     """Interpolate the parents' rows to a child row; a parent more, periodic, at each end."""
     rows, columns = parent.shape
@@ -266,7 +266,7 @@ def _neighbour(row: int, rows: int, parents: int) -> int:
     return row if row < rows else -1
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def _collect(line: Any, parent: Any) -> None:
     """Transpose the interpolation along a row; child j of the doubled parents is at line[j + 1]."""
     parents = parent.size
@@ -276,7 +276,7 @@ def _collect(line: Any, parent: Any) -> None:
         parent[j] = big * (line[2 * j + 1] + line[2 * j + 2]) + small * (line[2 * j] + line[2 * j + 3])
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def _push_one(weight: Any, value: Any, parent_weight: Any, parent_value: Any, parent_inverse: Any) -> None:
     """Fill the parents: weight min(1, Σ/`WHOLE`), weighted mean, 1/Σ weights."""
     rows, columns = weight.shape
@@ -303,7 +303,7 @@ def _push_one(weight: Any, value: Any, parent_weight: Any, parent_value: Any, pa
             parent_weight[i, j] = min(one, total * share)
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def _pull_one(weight: Any, parent: Any, value: Any) -> None:
     """Write w v + (1 − w)·(linear interpolation of the parents)."""
     rows, columns = value.shape
@@ -322,7 +322,7 @@ def _pull_one(weight: Any, parent: Any, value: Any) -> None:
             value[i, j] = weight[i, j] * value[i, j] + (one - weight[i, j]) * mean
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def _gather_one(weight: Any, source: Any, parent: Any) -> None:
     """Fill the parents with the transpose of the linear part of `_pull_one`."""
     rows, columns = source.shape
@@ -345,7 +345,7 @@ def _gather_one(weight: Any, source: Any, parent: Any) -> None:
                 parent[side, j] += small * line[j]
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def _scatter_one(weight: Any, parent: Any, inverse: Any, source: Any) -> None:
     """Write w (source + what the parent has for its children): the transpose of `_push_one`."""
     rows, columns = source.shape

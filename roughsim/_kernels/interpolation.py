@@ -48,7 +48,7 @@ def _weights(points: int, coarse: int, i: int) -> Any:
     )
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def _across(coarse: Any, i: int, rows: int, line: Any) -> None:
     size = coarse.shape[0]
     kind = coarse.dtype.type
@@ -59,7 +59,7 @@ def _across(coarse: Any, i: int, rows: int, line: Any) -> None:
         line[j] = a * coarse[k0, j] + b * coarse[k1, j] + c * coarse[k2, j] + d * coarse[k3, j]
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def _along(line: Any, fine: Any) -> None:
     size, points = line.size, fine.size
     kind = line.dtype.type

@@ -15,7 +15,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from roughsim._kernels import REORDER, kernel
+from roughsim._kernels import kernel
 
 
 def _transform(context: Any, execute: Any, plan: Any, source: Any, result: Any) -> Any:
@@ -111,7 +111,7 @@ def columns_backward(start: int, stop: int, group: int, plans: Any, spectrum: An
         transform(plans[0], plans[2], result.ctypes.data, spectrum[first:].ctypes.data)
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def pack(field: Any, first: int, lines: Any) -> None:
     """Write rows first, first + 1 as the real and imaginary parts of line 0, and so on; zero beyond the last row."""
     rows, columns = field.shape
@@ -127,7 +127,7 @@ def pack(field: Any, first: int, lines: Any) -> None:
                 lines[r, 2 * j + 1] = 0.0
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def unpack(lines: Any, first: int, rows: int, field: Any) -> None:
     """Undo `pack`: real and imaginary parts of the lines to rows of the field."""
     columns = field.shape[1]
@@ -142,7 +142,7 @@ def unpack(lines: Any, first: int, rows: int, field: Any) -> None:
                 field[i, j] = lines[r, 2 * j]
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def split(lines: Any, points: int, first: int, count: int, spectrum: Any) -> None:
     """Separate the transforms of the two rows of each line: twice the half spectrum, transposed."""
     for k in range(spectrum.shape[0]):
@@ -156,7 +156,7 @@ def split(lines: Any, points: int, first: int, count: int, spectrum: Any) -> Non
             spectrum[k, c + 3] = wr - zr
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def join(spectrum: Any, first: int, count: int, points: int, lines: Any) -> None:
     """Undo `split` but for the factor 2: half spectra of two rows to the full spectrum of one complex line."""
     for k in range(spectrum.shape[0]):
@@ -175,7 +175,7 @@ def join(spectrum: Any, first: int, count: int, points: int, lines: Any) -> None
                 lines[r, b + 1] = u - y
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def stiffen(lines: Any, first: int, count: int, along: Any, across: Any, factor: Any) -> None:
     """Multiply by factor · q/2, q² = along + across: from displacement to pressure."""
     half = lines.dtype.type(0.5) * factor
@@ -187,7 +187,7 @@ def stiffen(lines: Any, first: int, count: int, along: Any, across: Any, factor:
             lines[r, 2 * i + 1] *= weight
 
 
-@kernel(fastmath=REORDER)
+@kernel()
 def comply(lines: Any, first: int, count: int, along: Any, across: Any, factor: Any) -> None:
     """Multiply by factor · 2/q, q² = along + across; q = 0 becomes zero: from pressure to displacement."""
     twice = lines.dtype.type(2.0) * factor
