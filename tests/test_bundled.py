@@ -37,7 +37,7 @@ def test_numbers_nobody_measured_are_marked_as_assumed(name):
     assert "assumed" in rs.load_scene(name).title
 
 
-@pytest.mark.parametrize("name", ["granite", "rubber"])
+@pytest.mark.parametrize("name", ["granite", pytest.param("rubber", marks=pytest.mark.slow)])
 def test_scenes_beyond_any_grid_are_cut_with_a_word_and_share_the_cut(name):
     scene = rs.load_scene(name)
     numerics = rs.plan(scene)

@@ -105,6 +105,7 @@ def test_the_correlation_starts_at_the_variance(capped_run):
         capped_run.correlation(np.array([1.0]))
 
 
+@pytest.mark.slow
 def test_two_workers_and_threads_give_the_same_bits(capped_scene, capped_run, tmp_path):
     shared = rs.run(capped_scene, tmp_path / "two", workers=2)
     assert_same(shared.folder, capped_run.folder, 3, 6)

@@ -116,8 +116,8 @@ def test_twenty_kills_lose_nothing(quick, scene_file, tmp_path):
 @pytest.mark.parametrize(
     ("which", "workers"),
     [
-        (signal.SIGINT, 2),
-        pytest.param(signal.SIGINT, 1, marks=pytest.mark.slow),
+        pytest.param(signal.SIGINT, 2, marks=pytest.mark.slow),
+        (signal.SIGINT, 1),
         pytest.param(signal.SIGTERM, 1, marks=pytest.mark.slow),
         pytest.param(signal.SIGTERM, 2, marks=pytest.mark.slow),
     ],

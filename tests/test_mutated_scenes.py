@@ -136,6 +136,7 @@ def refusal(capsys, path):
     return printed.err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 def test_each_mistake_is_refused_in_one_line_that_names_the_key_and_the_cure(kind, capsys, tmp_path):
     rng = random.Random(f"{SEED} {kind.__name__}")

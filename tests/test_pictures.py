@@ -60,6 +60,7 @@ def test_pictures_lie_beside_the_run(capped_run):
         path.unlink()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_full_contact_in_an_oblong_cell_is_drawn_too(full_run, tmp_path, quantity):
     text = plot_run(full_run, quantity, tmp_path / "one.svg").read_text()
