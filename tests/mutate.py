@@ -68,9 +68,9 @@ TESTS = {
     "roughsim/compare.py": "test_compare.py",
     "roughsim/_kernels/active_set.py": "test_kernels.py test_contact_solver.py test_contact.py test_contact_cases.py",
     "roughsim/_kernels/columns.py": "test_kernels.py test_half_space.py",
-    "roughsim/_kernels/extension.py": "test_contact_solver.py",
-    "roughsim/_kernels/interpolation.py": "test_contact_solver.py",
-    "roughsim/_kernels/lines.py": "test_contact_solver.py",
+    "roughsim/_kernels/extension.py": "test_contact_operator.py test_contact_solver.py",
+    "roughsim/_kernels/interpolation.py": "test_contact_operator.py test_contact_solver.py",
+    "roughsim/_kernels/lines.py": "test_contact_operator.py test_contact_solver.py",
 }
 SWAPS = {"+": "-", "-": "+", "*": "/", "/": "*", "<": ">", ">": "<", "<=": "<", ">=": ">", "**": "*"}
 # lines whose numbers may change without changing a result: sizes of blocks and caches, starts of iterations, limits of

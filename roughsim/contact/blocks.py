@@ -24,8 +24,6 @@ def spans(rows: int, columns: int) -> list[tuple[int, int]]:
 
 def run(task: Callable[..., Any], blocks: list[Any]) -> list[Any]:
     """Return [task(*block) for each block], by all threads."""
-    if len(blocks) == 1:
-        return [task(*blocks[0])]
     threads = min(get_threads(), len(blocks))
     if threads <= 1:
         return [task(*block) for block in blocks]
