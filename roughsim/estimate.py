@@ -42,7 +42,7 @@ class Estimate:
     bias : ndarray
         Value at the finest level minus `mean`; zero where nothing is extrapolated.
     total_error : ndarray
-        Root of the sum of squares of `budget`; what no level tells is left out of it, and `explain` says so.
+        Root of the sum of squares of `budget`; what no level tells is left out of it, and `unknown` names it.
     budget : dict of str to ndarray
         The parts by source, the keys of `SOURCES`; NaN where no level tells.
     n : int
@@ -74,10 +74,15 @@ class Estimate:
                 f"{mean:.6g} ± {self.total_error[k]:.2g} {self.unit}: {parts}; n = {self.n} realizations, "
                 f"worth {self.effective_n[k]:.3g} with all levels; value at the finest level {self.bias[k]:+.2g}"
             )
-        told = [name for name, part in self.budget.items() if np.all(np.isfinite(part))]
-        missing = [f"{name}: no levels tell, not in these figures" for name in self.budget if name not in told]
-        sources = [f"{name}: {SOURCES[name]}" for name in told]
+        sources = [f"{name}: {SOURCES[name]}" for name in self.budget if name not in self.unknown]
+        missing = [f"{name}: unknown, no levels tell; not in these figures" for name in self.unknown]
         return "\n".join([f"{self.observable}:", *lines, *self.notes, *sources, *missing])
+
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """The parts of `budget` that no level tells, at some speed whose mean is finite; `total_error` is without."""
+        defined = np.isfinite(self.mean)
+        return tuple(name for name, part in self.budget.items() if np.any(np.isnan(part) & defined))
 
 
 def estimate(

@@ -184,11 +184,20 @@ def test_an_estimate_explains_itself():
     assert "flash_temperature" in text
     assert "n = 20" in text
     assert "size: at most what a larger cell changes, as measured" in text
-    assert "pixel: no levels tell, not in these figures" in text
+    assert "pixel: unknown, no levels tell; not in these figures" in text
+    assert found.unknown == ("pixel",)
     np.testing.assert_allclose(found.budget["size"], 0.01 * found.mean)
     np.testing.assert_allclose(found.budget["solver"], 2e-4 * found.mean)
     parts = [found.budget[name] ** 2 for name in ("statistical", "size", "solver")]
     np.testing.assert_allclose(found.total_error, np.sqrt(sum(parts)))
+
+
+def test_a_part_is_unknown_where_no_level_tells_but_not_where_the_mean_itself_is_infinite():
+    rows = np.column_stack([np.full(12, np.inf), 1.0 + 0.1 * np.random.default_rng(1).standard_normal(12)])
+    group, zero, nothing = np.zeros(12, dtype=np.intp), np.zeros(2), np.array([np.nan, np.nan])
+    found = est.estimate("slope_length", Values(rows, rows, rows, group, nothing, nothing, zero), size=0.01)
+    assert found.unknown == ("bandwidth",)  # the statistical part is NaN too, at rest: there the length is infinite
+    np.testing.assert_allclose(found.total_error[1], np.hypot(found.half_width[1], 0.01 * found.mean[1]), rtol=1e-12)
 
 
 def test_it_stops_at_the_first_sufficient_number_of_realizations():
