@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import io
 import json
-import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
-from roughsim.foreign import refuse_foreign, regular_file
+from roughsim.foreign import refuse_foreign
 from roughsim.means import NUMBERS
+from roughsim.record.disk import DamagedError, damaged, hdf5_bytes, place_bytes, seal_of, sealed, unlocked
 
 Array = NDArray[np.float64]
 FORMAT = 2  # raised when older readers would misread
@@ -77,45 +78,8 @@ def write_member(folder: Path, member: Member) -> None:
     OSError
         If the disk refuses, naming the path; no half-written file stays.
     """
-    place_hdf5(member_path(folder, member.level, member.index), lambda file: _fill(file, member))
-
-
-def place_hdf5(path: Path, fill: Callable[[Any], None], **options: Any) -> None:
-    """Write an HDF5 file as `place_bytes` does, made in memory by `fill`: HDF5 never meets a full disk.
-
-    Raises
-    ------
-    OSError
-        If the disk refuses, naming the path; no half-written file stays.
-    """
-    import h5py
-
-    memory = io.BytesIO()  # not the core driver: before HDF5 2.0 its images of v110 files have a stale checksum
-    with h5py.File(memory, "w", libver="v110", **options) as file:
-        fill(file)
-    place_bytes(path, memory.getvalue())
-
-
-def place_bytes(path: Path, content: bytes) -> None:
-    """Write a file beside its place, force it to disk, and move it there: whole or not at all.
-
-    Raises
-    ------
-    OSError
-        If the disk refuses, naming the path; no half-written file stays.
-    """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        with open(temporary, "wb") as handle:
-            handle.write(content)
-            handle.flush()
-            os.fsync(handle.fileno())
-        os.replace(temporary, path)
-    except BaseException as error:
-        temporary.unlink(missing_ok=True)
-        if isinstance(error, OSError):
-            raise OSError(error.errno, f"cannot write {path}: {error.strerror}") from error
-        raise
+    path = member_path(folder, member.level, member.index)
+    place_bytes(path, sealed(hdf5_bytes(lambda file: _fill(file, member)), path.name))
 
 
 def read_member(path: Path, *, with_fields: bool = False) -> Member:
@@ -125,12 +89,11 @@ def read_member(path: Path, *, with_fields: bool = False) -> Member:
     ------
     RecordError
         If the file is damaged, or written by a newer format; the message names the file.
+    OSError
+        If it cannot be read now, which is no damage.
     """
     with _opened(path) as file:
-        member = _take(file, with_fields=with_fields)
-        if member_path(path.parent.parent, member.level, member.index).name != path.name:
-            raise ValueError(f"it holds level {member.level}, index {member.index}, not what its name says")
-        return member
+        return _take(file, path, with_fields=with_fields)
 
 
 def kept_fields(path: Path) -> tuple[str, ...]:
@@ -145,22 +108,48 @@ def read_field(path: Path, name: str) -> NDArray[np.float32]:
         return _field(file[name], name)
 
 
+def check_member(path: Path) -> None:
+    """See that every byte of a realization's file is as it was written, those of kept fields too.
+
+    Raises
+    ------
+    RecordError
+        If the file is damaged, naming it.
+    OSError
+        If it cannot be read now, which is no damage.
+    """
+    try:
+        content = unlocked(path)
+    except RecordError as error:  # somebody's folder or pipe
+        raise OSError(errno.EINVAL, str(error)) from error
+    if seal_of(path, content) is not None:
+        return
+    try:
+        with _opened(path, content) as file:
+            _take(file, path, with_fields=True)
+    except DamagedError:
+        raise
+    except RecordError:  # of another format: not ours to judge
+        return
+
+
 @contextmanager
-def _opened(path: Path) -> Iterator[Any]:
-    """Open a file for reading; whatever goes wrong in it means that the file is damaged."""
+def _opened(path: Path, content: bytes | None = None) -> Iterator[Any]:
+    """Open a file for reading, in memory; whatever goes wrong in it means that the file is damaged."""
     import h5py
 
+    if content is None:
+        content = unlocked(path)
+        seal_of(path, content)
     try:
-        with h5py.File(regular_file(path), "r") as file:
+        with h5py.File(io.BytesIO(content), "r") as file:
             check_format(path, int(file.attrs["format_version"]))
             refuse_foreign(file, path)
             yield file
     except RecordError:
         raise
-    except FileNotFoundError:
-        raise RecordError(f"{path} does not exist") from None
     except (OSError, LookupError, ValueError, TypeError, RuntimeError) as error:
-        raise RecordError(f"{path} is damaged ({error}); delete it and run the scene again to redo it") from error
+        raise damaged(path, error) from error
 
 
 def _fill(file: Any, member: Member) -> None:
@@ -255,9 +244,12 @@ def _link(file: Any, name: str, signal: str, axes: list[str], others: list[str])
             group[array] = file[array]
 
 
-def _take(file: Any, *, with_fields: bool) -> Member:
+def _take(file: Any, path: Path, *, with_fields: bool) -> Member:
     text = str(file.attrs["header"])
     header = _checked_header(json.loads(text))
+    level, index = header["level"], header["index"]
+    if member_path(path.parent.parent, level, index).name != path.name:
+        raise ValueError(f"it holds level {level}, index {index}, not what its name says")
     numbers: dict[str, Array] = {}
     wavenumber = spectrum = np.empty(0)
     arrays: list[Array] = []
@@ -269,8 +261,8 @@ def _take(file: Any, *, with_fields: bool) -> Member:
         raise ValueError("its SHA-256 does not match")
     fields = {name: _field(file[name], name, shape) for name, shape in header["fields"] if with_fields}
     return Member(
-        header["level"],
-        header["index"],
+        level,
+        index,
         header["failure"],
         numbers,
         wavenumber,

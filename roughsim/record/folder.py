@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from roughsim.errors import RecordError
 from roughsim.foreign import memory, regular_file
 from roughsim.means import OBSERVABLES
-from roughsim.record.files import check_format, place_bytes
+from roughsim.record.disk import place_bytes
+from roughsim.record.files import check_format
 from roughsim.record.run import Run
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from roughsim.errors import RecordError
-from roughsim.record.files import place_hdf5
+from roughsim.record.disk import place_hdf5
 
 Row = dict[str, float | str]
 _MARK = "rows of roughsim"

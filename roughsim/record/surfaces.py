@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from roughsim.record.disk import place_bytes
 from roughsim.record.fields import kept, member_field, not_kept
-from roughsim.record.files import place_bytes
 from roughsim.topography import ENDINGS, encoded
 
 if TYPE_CHECKING:

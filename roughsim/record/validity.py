@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
-from roughsim.record.files import place_hdf5
+from roughsim.record.disk import place_hdf5
 
 Array = NDArray[np.float64]
 Quantity = tuple[str, float]  # observable, and Péclet number v/(D q_r); NaN where there is none

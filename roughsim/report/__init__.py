@@ -7,7 +7,7 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING
 
-from roughsim.record.files import place_bytes
+from roughsim.record.disk import place_bytes
 from roughsim.report.markup import joined, tag, text
 from roughsim.report.pictures import figures
 from roughsim.report.sections import answer, budget, compared, comparison, header, origin, plan_of, scene_of
