@@ -7,7 +7,7 @@ its place, forced to disk and then moved into it, so a killed run is a shorter r
 from roughsim.record.disk import is_temporary, set_aside
 from roughsim.record.export import export_run
 from roughsim.record.files import Member, check_member, member_path, read_member, write_member
-from roughsim.record.folder import describe, open_run, read_description
+from roughsim.record.folder import describe, folder_state, open_run, read_description
 from roughsim.record.lock import writer, writing
 from roughsim.record.run import Run
 from roughsim.record.surfaces import export_surface
@@ -19,6 +19,7 @@ __all__ = [
     "describe",
     "export_run",
     "export_surface",
+    "folder_state",
     "is_temporary",
     "member_path",
     "open_run",

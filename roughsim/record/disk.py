@@ -104,20 +104,22 @@ def sealed(content: bytes, name: str) -> bytes:
     return head + hashlib.sha256(head).hexdigest().encode() + b"\n"
 
 
-def unlocked(path: Path) -> bytes:
+def unlocked(path: Path, most: int | None = None) -> bytes:
     """Return all bytes of a file, read without HDF5 and its locks.
 
     Raises
     ------
     RecordError
-        If it is no file but a folder, a pipe or a device.
+        If it is no file but a folder, a pipe or a device, or has more bytes than `most`.
     OSError
         If it cannot be read now; one sentence says which file, why, and what to do.
     """
     try:
         with open(regular_file(path), "rb") as file:
-            size, most = os.fstat(file.fileno()).st_size, 0.5 * memory()
-            if size > most:
+            size = os.fstat(file.fileno()).st_size
+            if most is not None and size > most:
+                raise RecordError(f"{path} has more than {most >> 20} MiB: roughsim does not write such")
+            if size > 0.5 * memory():
                 raise OSError(errno.ENOMEM, f"it has {size / 1e9:.3g} GB, above half of the machine's memory")
             return file.read()
     except OSError as error:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
+from roughsim import analytic
 from roughsim.errors import RecordError
-from roughsim.foreign import memory, regular_file
+from roughsim.foreign import memory
 from roughsim.means import OBSERVABLES
-from roughsim.record.disk import place_bytes
+from roughsim.record.disk import is_temporary, place_bytes, unlocked
 from roughsim.record.files import check_format
 from roughsim.record.run import Run
 
@@ -18,14 +22,46 @@ if TYPE_CHECKING:
     from roughsim.numerics import Numerics
     from roughsim.scene import Scene
 
+_BEFORE = ("lock", "claims")  # what a start may have made before all else
 _MOST_BYTES = 1 << 20  # of run.json and scene.toml: a scene has at most 64 KiB
 
 
 def describe(folder: Path, description: dict[str, Any], scene: Scene) -> None:
     """Write what a run is, before anything slow."""
     (folder / "realizations").mkdir(parents=True, exist_ok=True)
+    guarded = {**description, "checksums": {key: _checksum(value) for key, value in description.items()}}
     place_bytes(folder / "scene.toml", scene.to_toml().encode())
-    place_bytes(folder / "run.json", (json.dumps(description, indent=1) + "\n").encode())
+    place_bytes(folder / "run.json", (json.dumps(guarded, indent=1) + "\n").encode())
+
+
+def _checksum(value: Any) -> str:
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def folder_state(folder: Path) -> Literal["new", "begun", "run", "foreign"]:
+    """Return what a folder is to a run that is to start there.
+
+    Returns
+    -------
+    str
+        "new": it does not exist, or is empty. "begun": a start was interrupted before it had written run.json, and all
+        that is there comes from it. "run": it has a run.json. "foreign": it is a file, or holds something else.
+    """
+    if not folder.exists():
+        return "new"
+    if not folder.is_dir():
+        return "foreign"
+    if (folder / "run.json").exists():
+        return "run"
+    names = {path.name for path in folder.iterdir()}
+    # a scene.toml alone may be somebody's own: describe() makes the folder for the realizations before it
+    ours = {"realizations", *_BEFORE, *(("scene.toml",) if "realizations" in names else ())}
+    inside = folder / "realizations"
+    if any(name not in ours and not is_temporary(name) for name in names) or (inside.exists() and not inside.is_dir()):
+        return "foreign"
+    if inside.exists() and not all(is_temporary(path.name) for path in inside.iterdir()):
+        return "foreign"
+    return "begun" if names else "new"
 
 
 def read_description(folder: Path) -> dict[str, Any]:
@@ -34,7 +70,9 @@ def read_description(folder: Path) -> dict[str, Any]:
     Raises
     ------
     RecordError
-        If the folder is no run, or one of a newer format.
+        If the folder is no run, one of a newer format, or a value in run.json was changed by somebody; it is named.
+    OSError
+        If run.json cannot be read now.
     """
     path = folder / "run.json"
     if not folder.exists():
@@ -46,19 +84,28 @@ def read_description(folder: Path) -> dict[str, Any]:
         raise
     except FileNotFoundError:
         raise RecordError(f"{folder} is no run: it has no run.json") from None
-    except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
+    except (ValueError, LookupError, TypeError, RecursionError) as error:
         raise RecordError(f"{path} is damaged ({error})") from error
     check_format(path, version)
+    if "checksums" in description:
+        _check_unchanged(path, description)
     return dict(description)
+
+
+def _check_unchanged(path: Path, description: dict[str, Any]) -> None:
+    """Refuse a description of which a value is not what was written, RecordError naming it."""
+    guards = description["checksums"] if isinstance(description["checksums"], dict) else {}
+    for key in dict.fromkeys((*guards, *description)):
+        if key != "checksums" and (key not in description or guards.get(key) != _checksum(description[key])):
+            raise RecordError(
+                f"{key} in {path} was changed since the run wrote it; put the old value back, or give the scene that "
+                f"you want to a new folder"
+            )
 
 
 def _text(path: Path) -> str:
     """The text of a file of the folder, if it has no more bytes than such a file can have."""
-    with open(regular_file(path), "rb") as file:
-        content = file.read(_MOST_BYTES + 1)
-    if len(content) > _MOST_BYTES:
-        raise RecordError(f"{path} has more than {_MOST_BYTES >> 20} MiB: roughsim does not write such")
-    return content.decode("utf-8")
+    return unlocked(path, _MOST_BYTES).decode("utf-8")
 
 
 def open_run(folder: str | Path, *, damaged: Literal["refuse", "skip"] = "refuse") -> Run:
@@ -92,8 +139,10 @@ def open_run(folder: str | Path, *, damaged: Literal["refuse", "skip"] = "refuse
         scene = parse_scene(_text(place / "scene.toml"), source=str(place / "scene.toml"))
         numerics = Numerics.from_dict(description["numerics"])
         _check(description, scene, numerics)
+        if "checksums" not in description:
+            _check_against(scene, description)
         run = Run(place, description, scene, numerics, skip_damaged=damaged == "skip")
-    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
+    except (ValueError, LookupError, TypeError, AttributeError) as error:
         raise RecordError(f"{place} cannot be opened: {error}") from error
     run.refresh()
     return run
@@ -117,3 +166,19 @@ def _check(description: dict[str, Any], scene: Scene, numerics: Numerics) -> Non
     most = max(level.shape[0] * level.shape[1] for level in numerics.levels)
     if 8.0 * most > 0.5 * memory():
         raise ValueError(f"run.json: a field of {most} points needs more than half of the machine's memory")
+
+
+def _check_against(scene: Scene, description: dict[str, Any]) -> None:
+    """Refuse an unguarded description, as older versions wrote it, whose values do not follow from its scene."""
+    ensemble = scene.ensemble
+    follows = {
+        "seed": ensemble.seed,
+        "max_realizations": ensemble.max_realizations,
+        "until": dict(ensemble.until),
+        "heat_partition": analytic.heat_partition(scene).tolist(),
+    }
+    for key, value in follows.items():
+        there = description[key]
+        same = np.allclose(there, value, rtol=1e-9, atol=0.0) if key == "heat_partition" else there == value
+        if not same:
+            raise ValueError(f"{key} in run.json was changed: it is {there}, and scene.toml gives {value}")
