@@ -17,7 +17,6 @@ ORDER = (
     "patches",
     "_kernels",
     "fourier",
-    "convolution",
     "spectrum",
     "surface",
     "topography",

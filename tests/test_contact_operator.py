@@ -11,9 +11,9 @@ import roughsim as rs
 from roughsim import fourier
 from roughsim._kernels.interpolation import refine
 from roughsim.contact import operator as operators
-from roughsim.contact.blocks import spans
 from roughsim.contact.extension import Extension
 from roughsim.contact.operator import Operator, PlainOperator, rms_compliance
+from roughsim.fourier.blocks import spans
 
 SIZES = [1, 2, 3, 4, 5, 7, 8, 61, 64]
 
@@ -106,7 +106,7 @@ def test_without_fftw_in_reach_of_compiled_code_the_fields_are_the_same_and_it_i
         import sys, warnings
         import numpy as np
         from roughsim import fourier
-        fourier._libraries = lambda: []
+        fourier.library._libraries = lambda: []
         import roughsim as rs
         heights = np.random.default_rng(0).standard_normal((40, 36))
         with warnings.catch_warnings(record=True) as caught:

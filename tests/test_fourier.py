@@ -11,7 +11,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from roughsim import convolution, fourier
+from roughsim import fourier
+from roughsim.fourier import convolution, library, plans
 
 SIZES = [1, 2, 3, 4, 5, 7, 8, 61, 64]
 SHAPES = [
@@ -120,7 +121,8 @@ FORK = """
     import os, signal, sys, warnings
     import numpy as np
     import roughsim as rs
-    from roughsim import convolution, fourier
+    from roughsim import fourier
+    from roughsim.fourier import convolution
     rs.set_threads(2)
     field, grid = np.random.default_rng(0).standard_normal((512, 512)), rs.Grid((512, 512), (1.0, 1.0))
     kept = fourier.Transform((512, 512))
@@ -158,6 +160,7 @@ def test_a_forked_process_transforms_on_though_the_threads_of_its_parent_are_gon
 FORK_WHILE_PLANNING = """
     import os, signal, sys, threading, time
     from roughsim import fourier
+    from roughsim.fourier import library
     begun, ready, kept = threading.Event(), threading.Event(), threading.local()
 
     def keep():
@@ -167,7 +170,7 @@ FORK_WHILE_PLANNING = """
         time.sleep(10)
 
     def plan():
-        with fourier._planning:
+        with library.planning:
             begun.set()
             time.sleep(0.2)
 
@@ -202,11 +205,11 @@ def test_a_fork_waits_for_the_plan_another_thread_is_making():
 
 
 def test_threads_that_fftw_once_had_are_known_to_be_lost_in_a_fork(monkeypatch):
-    for name, value in (("_threaded", True), ("_orphaned", False), ("_state", threading.local()), ("_planning", None)):
-        monkeypatch.setattr(fourier, name, value)
+    for name, value in (("_threaded", True), ("_orphaned", False), ("state", threading.local()), ("planning", None)):
+        monkeypatch.setattr(library, name, value)
     assert fourier.get_threads() == 1
-    fourier._after_fork()
-    assert fourier._orphaned == (fourier.pyfftw is not None)
+    library._after_fork()
+    assert library._orphaned == (library.pyfftw is not None)
 
 
 def test_two_python_threads_do_not_disturb_each_other():
@@ -262,7 +265,8 @@ def test_scipy_takes_over_without_pyfftw_and_says_so():
         sys.modules["pyfftw"] = None
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            from roughsim import convolution, fourier
+            from roughsim import fourier
+            from roughsim.fourier import convolution
         assert ["scipy.fft takes over" in str(w.message) for w in caught] == [True], caught
         assert fourier.backend().startswith("scipy.fft "), fourier.backend()
         import numpy as np
@@ -277,14 +281,14 @@ def test_scipy_takes_over_without_pyfftw_and_says_so():
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("library", ["pyfftw", "scipy"])
+@pytest.mark.parametrize("package", ["pyfftw", "scipy"])
 @pytest.mark.parametrize(
     ("shape", "padded"), [((5, 4), (9, 8)), ((3, 20), (5, 40)), ((1, 1), (1, 1)), ((7, 1), (15, 1))]
 )
-def test_a_padded_convolution_is_the_sum_over_the_field(monkeypatch, library, shape, padded):
-    if library == "scipy":
-        monkeypatch.setattr(fourier, "pyfftw", None)
-        monkeypatch.setattr(fourier, "_state", threading.local())
+def test_a_padded_convolution_is_the_sum_over_the_field(monkeypatch, package, shape, padded):
+    if package == "scipy":
+        monkeypatch.setattr(library, "pyfftw", None)
+        monkeypatch.setattr(library, "state", threading.local())
     field, kernel = (np.random.default_rng(k).random(n) for k, n in enumerate((shape, padded)))
     expected = np.zeros(shape)
     for i, j in np.ndindex(shape):
@@ -309,35 +313,35 @@ def test_lines_are_transformed_there_and_back(count, points, dtype):
 
 @pytest.mark.skipif(not fourier.direct(), reason="FFTW is out of reach of compiled code")
 def test_plans_of_lines_lead_between_lines_at_any_distance_and_end_with_their_owner(monkeypatch):
-    ended, destroy = [], fourier._destroy
-    monkeypatch.setattr(fourier, "_destroy", lambda *args: (ended.append(args[1:]), destroy(*args)))
-    plans = fourier.LinePlans(3, 8, (16, 24), np.float64)
+    ended, destroy = [], plans._destroy
+    monkeypatch.setattr(plans, "_destroy", lambda *args: (ended.append(args[1:]), destroy(*args)))
+    made = fourier.LinePlans(3, 8, (16, 24), np.float64)
     source, result = fourier.aligned((3, 16), complex), fourier.aligned((3, 24), complex)
     source[:, :8] = field = np.random.default_rng(4).random((3, 8))
-    plans.execute(plans.forward, source.ctypes.data, result.ctypes.data)
+    made.execute(made.forward, source.ctypes.data, result.ctypes.data)
     np.testing.assert_allclose(result[:, :8], np.fft.fft(field, axis=1), atol=1e-14)
     assert not result[:, 8:].any()
-    expected = [(plans.forward, plans.backward)]
-    del plans
+    expected = [(made.forward, made.backward)]
+    del made
     gc.collect()
     assert ended == expected
 
 
 @pytest.mark.skipif(not fourier.direct(), reason="FFTW is out of reach of compiled code")
 def test_a_plan_that_fftw_cannot_make_is_refused(monkeypatch):
-    genuine = fourier._function
+    genuine = library.function
     none = lambda name: (lambda *_: None) if "plan_many" in name else genuine(name)  # noqa: E731
-    monkeypatch.setattr(fourier, "_function", none)
+    monkeypatch.setattr(library, "function", none)
     with pytest.raises(MemoryError, match="no plan for 3 lines of 8 points"):
         fourier.LinePlans(3, 8, (16, 24), np.float32)
 
 
-@pytest.mark.skipif(fourier.pyfftw is None, reason="there is no FFTW")
+@pytest.mark.skipif(library.pyfftw is None, reason="there is no FFTW")
 @pytest.mark.parametrize("missing", ["fftw_make_planner_thread_safe", "fftwf_execute_dft"])
 def test_fftw_in_one_precision_is_out_of_reach(monkeypatch, missing):
-    monkeypatch.setattr(fourier, "_function", lambda name: None if name == missing else list)
+    monkeypatch.setattr(library, "function", lambda name: None if name == missing else list)
     with pytest.warns(RuntimeWarning, match="compiled code cannot reach the FFTW"):
-        assert not fourier._reached.__wrapped__()
+        assert not library._reached.__wrapped__()
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.complex64])
@@ -359,14 +363,15 @@ def test_memory_for_fftw_begins_there_wherever_the_system_puts_it(monkeypatch, s
 
 @pytest.mark.skipif(not fourier.direct(), reason="FFTW is out of reach of compiled code")
 def test_fftw_is_found_beside_an_extension_module_that_does_not_give_it():
-    beside = fourier._libraries()[1:]
+    beside = library._libraries()[1:]
     if not beside:
         pytest.skip("this FFTW belongs to the system")
     code = f"""
         import pathlib, sys
         from roughsim import fourier
+        from roughsim.fourier import library
         beside = [pathlib.Path(name) for name in {[str(path) for path in beside]}]
-        fourier._libraries = lambda: beside
+        library._libraries = lambda: beside
         assert fourier.direct()
         fourier.Lines(2, 8).forward()
     """
@@ -374,11 +379,11 @@ def test_fftw_is_found_beside_an_extension_module_that_does_not_give_it():
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.skipif(fourier.pyfftw is None, reason="there is no FFTW")
+@pytest.mark.skipif(library.pyfftw is None, reason="there is no FFTW")
 def test_a_file_beside_that_is_no_library_is_passed_over(monkeypatch, tmp_path):
     (tmp_path / "fftw3.txt").write_text("no library")
-    monkeypatch.setattr(fourier, "_libraries", lambda: [tmp_path / "fftw3.txt"])
-    assert fourier._function.__wrapped__("fftw_execute_dft") is None
+    monkeypatch.setattr(library, "_libraries", lambda: [tmp_path / "fftw3.txt"])
+    assert library.function.__wrapped__("fftw_execute_dft") is None
 
 
 def test_plans_are_made_from_many_python_threads_at_a_time():

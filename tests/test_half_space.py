@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from roughsim import Grid, convolution, half_space_temperature, sliding_temperature
+from roughsim import Grid, half_space_temperature, sliding_temperature
+from roughsim.fourier import convolution
 from roughsim.heat import contact_temperature, uniform_temperature
 from roughsim.heat.influence import Axis, pixel_influence
 from theory import hertz

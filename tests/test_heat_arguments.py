@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from heat_cases import UNIT, close
 
-from roughsim import Grid, convolution, half_space_temperature, sliding_temperature
+from roughsim import Grid, half_space_temperature, sliding_temperature
+from roughsim.fourier import convolution
 from roughsim.heat import uniform_temperature
 
 

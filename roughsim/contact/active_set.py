@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim._kernels import active_set as kernels
-from roughsim.contact.blocks import run, spans, total
 from roughsim.contact.extension import Extension
 from roughsim.contact.newton import exchange_points
 from roughsim.contact.operator import half_space, rms_compliance
+from roughsim.fourier.blocks import run, spans, total
 from roughsim.grid import Grid
 
 Array = NDArray[Any]

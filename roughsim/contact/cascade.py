@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from roughsim._kernels import active_set as kernels
 from roughsim._kernels.interpolation import refine
 from roughsim.contact.active_set import NEGLIGIBLE, Iteration, Problem
-from roughsim.contact.blocks import run, spans, total
 from roughsim.contact.operator import half_space
+from roughsim.fourier.blocks import run, spans, total
 from roughsim.grid import Grid
 
 Array = NDArray[Any]

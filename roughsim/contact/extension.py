@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim._kernels import extension as kernels
-from roughsim.contact.blocks import run, spans, total
+from roughsim.fourier.blocks import run, spans, total
 from roughsim.grid import Grid
 
 SQUARE = 1.5  # ratio of the sides of a cell up to which both are doubled

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim._kernels import lines as kernels
-from roughsim.contact.blocks import POINTS, run
 from roughsim.fourier import ALIGNMENT, Transform, aligned, direct, line_plans, lines
 from roughsim.fourier import PADDING as LINE_PADDING
+from roughsim.fourier.blocks import POINTS, run
 from roughsim.grid import Grid
 
 CACHED = 1 << 18  # bytes of one group of lines

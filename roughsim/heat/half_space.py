@@ -13,8 +13,8 @@ from typing import Any
 from numpy.typing import ArrayLike, NDArray
 from scipy.fft import next_fast_len
 
-from roughsim import convolution
 from roughsim.errors import not_negative, number, positive, real_field
+from roughsim.fourier import convolution
 from roughsim.grid import Grid
 from roughsim.heat.influence import Axis, one_sided_influence
 from roughsim.heat.periodic import checked_times, fields_over_time, unit_vector

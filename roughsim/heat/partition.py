@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughsim import convolution, fourier
+from roughsim import fourier
 from roughsim.errors import ConvergenceError, number, positive, real_field
+from roughsim.fourier import convolution
 from roughsim.grid import Grid
 from roughsim.heat.half_space import influence_spectrum, padded_shape
 from roughsim.heat.periodic import checked_times

@@ -26,8 +26,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
-from roughsim import convolution, fourier
+from roughsim import fourier
 from roughsim.errors import not_negative, number, positive, real_field
+from roughsim.fourier import convolution
 from roughsim.grid import Grid
 
 Field = NDArray[Any]

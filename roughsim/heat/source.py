@@ -17,8 +17,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughsim import convolution
 from roughsim.errors import not_negative, number, positive, real_field
+from roughsim.fourier import convolution
 from roughsim.grid import Grid
 from roughsim.heat.half_space import axes, axes_spectrum, padded_shape
 from roughsim.heat.influence import Axis, temperature_at

@@ -1,161 +1,27 @@
-"""Real two-dimensional Fourier transforms: the one door to FFTW.
+"""Real two-dimensional transforms, lines and rows, with plans that are kept.
 
 Plans are made with FFTW_ESTIMATE, so the same machine and versions always give the same bits. Each Python thread
 has plans of its own (a plan object of pyfftw owns its buffers), but for `LinePlans`, which are FFTW's own, called by
-address from compiled loops. Without pyfftw, scipy.fft takes over; this is announced once and `backend()` names it for
-the records.
+address from compiled loops.
 """
 
 from __future__ import annotations
 
 import ctypes
-import operator
 import os
-import threading
-import warnings
 import weakref
 from collections.abc import Callable
-from functools import cache, lru_cache
-from pathlib import Path
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-try:
-    import pyfftw
-except ImportError:  # the wheel of pyfftw bundles GPL code; some sites do without it
-    pyfftw = None
-    warnings.warn("pyfftw is not installed: scipy.fft takes over, slower", RuntimeWarning, stacklevel=2)
+from roughsim.fourier import library
 
 ALIGNMENT = 64  # bytes, of what is handed to FFTW by address
 PADDING = 8  # complex numbers between lines, so that equal places do not all fall onto the same part of the cache
-_WORD, _INT = ctypes.c_void_p, ctypes.c_int
-_SIDE = [_WORD, _WORD, _INT, _INT]  # address, embedding, stride, distance
-_SIGNATURES: dict[str, tuple[list[Any], Any]] = {
-    "plan_many_dft": ([_INT, _WORD, _INT, *_SIDE, *_SIDE, _INT, ctypes.c_uint], _WORD),
-    "plan_with_nthreads": ([_INT], None),
-    "make_planner_thread_safe": ([], None),
-    "execute_dft": ([_WORD, _WORD, _WORD], None),
-    "destroy_plan": ([_WORD], None),
-}
-_state = threading.local()
-_threads = 1
-_threaded = False  # whether FFTW has been asked for threads of its own
-_orphaned = False  # whether they were lost in a fork: what waits for them waits for ever
-_planning = threading.RLock()  # the number of threads of the next plan belongs to the process
 _ESTIMATE = 1 << 6 | 1 << 0  # FFTW_ESTIMATE, FFTW_DESTROY_INPUT
-
-
-def set_threads(count: int) -> None:
-    """Set the number of threads of every later transform in this process.
-
-    Raises
-    ------
-    ValueError
-        If `count` is not a whole number ≥ 1.
-    """
-    global _threads  # noqa: PLW0603  (process-wide by contract)
-    try:
-        whole = 0 if isinstance(count, bool) else operator.index(count)
-    except TypeError:
-        whole = 0
-    if whole < 1:
-        raise ValueError(f"threads = {count!r} must be a whole number ≥ 1")
-    _threads = whole
-
-
-def get_threads() -> int:
-    """Return the number of threads that transforms use in this process."""
-    return _threads
-
-
-def _plan_threads() -> int:
-    """Return how many threads FFTW may plan for."""
-    global _threaded  # noqa: PLW0603
-    if _threads > 1 and _orphaned:
-        warnings.warn(
-            f"this process was forked from one with threads of FFTW, which do not survive that: transforms use one "
-            f"thread, not {_threads}; start worker processes by spawn or forkserver",
-            RuntimeWarning,
-            stacklevel=4,
-        )
-        return 1
-    _threaded = _threaded or _threads > 1
-    return _threads
-
-
-def _before_fork() -> None:
-    """Wait for plans in the making: their threads are gone in the child, and FFTW's planner would stay locked there."""
-    _planning.acquire()
-
-
-def _after_fork_here() -> None:
-    """Let the threads of the parent go on."""
-    _planning.release()
-
-
-def _after_fork() -> None:
-    """Forget in a forked process the plans of its parent, whose threads are gone."""
-    global _orphaned, _planning  # noqa: PLW0603
-    _planning = threading.RLock()
-    _orphaned = _orphaned or (_threaded and pyfftw is not None)
-    _state.__dict__.clear()
-
-
-if hasattr(os, "register_at_fork"):  # there is no fork elsewhere
-    os.register_at_fork(before=_before_fork, after_in_parent=_after_fork_here, after_in_child=_after_fork)
-
-
-def backend() -> str:
-    """Name the library that computes the transforms, with its version."""
-    if pyfftw is not None:
-        return f"pyfftw {pyfftw.__version__}" + ("" if direct() else ", out of reach of compiled code")
-    import scipy
-
-    return f"scipy.fft {scipy.__version__}"
-
-
-def direct() -> bool:
-    """Whether compiled loops can call FFTW."""
-    return pyfftw is not None and _reached()
-
-
-@cache
-def _reached() -> bool:
-    """Find FFTW's own functions, and have its planners wait for each other; where they are out of reach say so."""
-    if None in [_function(f"{prefix}_{name}") for prefix in ("fftw", "fftwf") for name in _SIGNATURES]:
-        warnings.warn(
-            "compiled code cannot reach the FFTW of pyfftw: contact solves and convolutions are slower",
-            RuntimeWarning,
-            stacklevel=2,
-        )
-        return False
-    for prefix in ("fftw", "fftwf"):
-        _function(f"{prefix}_make_planner_thread_safe")()
-    return True
-
-
-@cache
-def _function(name: str) -> Any:
-    """Return a function of the FFTW that pyfftw has loaded; None if there is none."""
-    for path in _libraries():
-        try:
-            library = ctypes.CDLL(str(path))
-        except OSError:  # of that name, but no library
-            continue
-        if hasattr(library, name):
-            function = library[name]
-            function.argtypes, function.restype = _SIGNATURES[name.split("_", 1)[1]]
-            return function
-    return None
-
-
-def _libraries() -> list[Path]:
-    """Where FFTW may be: pyfftw's extension module, which mostly gives all it is linked with, or files beside it."""
-    module = Path(pyfftw.pyfftw.__file__)
-    folders = module.parent, module.parent.with_name("pyfftw.libs")
-    return [module, *sorted(path for folder in folders for path in folder.glob("*fftw3*"))]
 
 
 def aligned(shape: tuple[int, int], dtype: Any) -> NDArray[Any]:
@@ -184,7 +50,7 @@ class Transform:
         self.field: NDArray[Any]
         self.spectrum: NDArray[Any]
         self._plans: tuple[Any, Any] | None = None
-        if pyfftw is None:
+        if library.pyfftw is None:
             self.field, self.spectrum = np.zeros(shape, real), np.zeros(half, complex_type)
             return
         self.field = aligned(shape, real)
@@ -192,12 +58,12 @@ class Transform:
         self._plan()
 
     def _plan(self) -> None:
-        options: dict[str, Any] = {"axes": (0, 1), "flags": ("FFTW_ESTIMATE",), "threads": _plan_threads()}
+        options: dict[str, Any] = {"axes": (0, 1), "flags": ("FFTW_ESTIMATE",), "threads": library.plan_threads()}
         self._process = os.getpid()
-        with _planning:
+        with library.planning:
             self._plans = (
-                pyfftw.FFTW(self.field, self.spectrum, **options),
-                pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options),
+                library.pyfftw.FFTW(self.field, self.spectrum, **options),
+                library.pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options),
             )
 
     def _execute(self, plan: int) -> None:
@@ -211,7 +77,7 @@ class Transform:
         if self._plans is None:
             from scipy import fft
 
-            self.spectrum[...] = fft.rfft2(self.field, workers=_threads)
+            self.spectrum[...] = fft.rfft2(self.field, workers=library.get_threads())
         else:
             self._execute(0)
         if self.scale is not None:
@@ -223,7 +89,9 @@ class Transform:
         if self._plans is None:
             from scipy import fft
 
-            self.field[...] = fft.irfft2(self.spectrum, s=self.field.shape, norm="forward", workers=_threads)
+            self.field[...] = fft.irfft2(
+                self.spectrum, s=self.field.shape, norm="forward", workers=library.get_threads()
+            )
         else:
             self._execute(1)
         return self.field
@@ -243,14 +111,14 @@ class LinePlans:
         source, result = (aligned((count, distance), kind) for distance in distances)
         near, far = ((a.ctypes.data, None, 1, d) for a, d in zip((source, result), distances, strict=True))
         prefix = "fftwf" if kind == np.complex64 else "fftw"
-        make, destroy = _function(f"{prefix}_plan_many_dft"), _function(f"{prefix}_destroy_plan")
+        make, destroy = library.function(f"{prefix}_plan_many_dft"), library.function(f"{prefix}_destroy_plan")
         common = 1, ctypes.byref(ctypes.c_int(points)), count
-        with _planning:
-            _function(f"{prefix}_plan_with_nthreads")(1)
+        with library.planning:
+            library.function(f"{prefix}_plan_with_nthreads")(1)
             self.forward = make(*common, *near, *far, -1, _ESTIMATE)
             self.backward = make(*common, *far, *near, +1, _ESTIMATE)
-        self.execute = _function(f"{prefix}_execute_dft")
-        self.addresses = ctypes.cast(self.execute, _WORD).value, self.forward, self.backward
+        self.execute = library.function(f"{prefix}_execute_dft")
+        self.addresses = ctypes.cast(self.execute, library.WORD).value, self.forward, self.backward
         weakref.finalize(self, _destroy, destroy, self.forward, self.backward).atexit = False
         if not (self.forward and self.backward):
             raise MemoryError(f"FFTW has no plan for {count} lines of {points} points: not enough memory")
@@ -263,7 +131,7 @@ def line_plans(count: int, points: int, distances: tuple[int, int], dtype: Any) 
 
 
 def _destroy(destroy: Callable[[int | None], None], *plans: int | None) -> None:
-    with _planning:
+    with library.planning:
         for plan in plans:
             if plan:
                 destroy(plan)
@@ -284,7 +152,7 @@ class Lines:
         self.source_pairs, self.result_pairs = (buffer.view(dtype) for buffer in padded)  # contiguous, for kernels
         self._ends = self.source.ctypes.data, self.result.ctypes.data
         distances = points + PADDING, points + PADDING
-        self.plans = line_plans(count, points, distances, np.dtype(dtype)) if direct() else None
+        self.plans = line_plans(count, points, distances, np.dtype(dtype)) if library.direct() else None
 
     def forward(self) -> None:
         """Transform `source` into `result`."""
@@ -307,7 +175,7 @@ class Lines:
 
 def lines(count: int, points: int, dtype: DTypeLike) -> Lines:
     """Return `Lines` that belong to this Python thread; their buffers are small and kept for the next call."""
-    cache = _state.__dict__.setdefault("lines", {})
+    cache = library.state.__dict__.setdefault("lines", {})
     key = count, points, dtype
     if key not in cache:
         if len(cache) >= 64:
@@ -326,17 +194,17 @@ class Rows:
         self.spectrum = aligned((shape[0], shape[1] // 2 + PADDING), complex_type)[:, : shape[1] // 2 + 1]
         self.forward: Callable[[], object]
         self.backward: Callable[[], object]
-        if pyfftw is None:
+        if library.pyfftw is None:
             self.forward, self.backward = self._scipy_forward, self._scipy_backward
             return
         options: dict[str, Any] = {
             "axes": (1,),
             "flags": ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT"),
-            "threads": _plan_threads(),
+            "threads": library.plan_threads(),
         }
-        with _planning:
-            self.forward = pyfftw.FFTW(self.field, self.spectrum, **options).execute
-            self.backward = pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options).execute
+        with library.planning:
+            self.forward = library.pyfftw.FFTW(self.field, self.spectrum, **options).execute
+            self.backward = library.pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options).execute
 
     def _scipy_forward(self) -> None:
         from scipy import fft
@@ -351,11 +219,11 @@ class Rows:
 
 def rows(shape: tuple[int, int], dtype: DTypeLike) -> Rows:
     """Return `Rows` that belong to this Python thread, kept for the next call; their buffers are large."""
-    cache = _state.__dict__.setdefault("rows", {})
-    key = (shape, np.dtype(dtype).char, _threads)
+    cache = library.state.__dict__.setdefault("rows", {})
+    key = (shape, np.dtype(dtype).char, library.get_threads())
     if key not in cache:
         if len(cache) >= 2:  # buffers are large
-            with _planning:
+            with library.planning:
                 cache.pop(next(iter(cache)))
         cache[key] = Rows(shape, dtype)
     result: Rows = cache[key]
@@ -363,11 +231,11 @@ def rows(shape: tuple[int, int], dtype: DTypeLike) -> Rows:
 
 
 def _transform(shape: tuple[int, int], dtype: DTypeLike) -> Transform:
-    cache = _state.__dict__.setdefault("cache", {})
-    key = (shape, np.dtype(dtype).char, _threads)
+    cache = library.state.__dict__.setdefault("cache", {})
+    key = (shape, np.dtype(dtype).char, library.get_threads())
     if key not in cache:
         if len(cache) >= 4:  # buffers are large: keep the latest few
-            with _planning:
+            with library.planning:
                 cache.pop(next(iter(cache)))
         cache[key] = Transform(shape, dtype)
     result: Transform = cache[key]

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from roughsim import fourier
-from roughsim.fourier import Lines, Rows, lines
+from roughsim.fourier import plans
+from roughsim.fourier.plans import Lines, Rows, lines
 
 _ROWS = 64  # rows at a time, of an influence
 _BLOCK = 256  # bytes of a row of columns taken at a time: they stay in the cache
@@ -50,7 +50,7 @@ def convolutions(
     for part, block in _columns_forward(rows.spectrum, shape):
         source[part] = block.result[: part.stop - part.start]
     for response in responses:
-        rows, block = fourier.rows((field.shape[0], shape[1]), field.dtype), _block(shape, field.dtype)
+        rows, block = plans.rows((field.shape[0], shape[1]), field.dtype), _block(shape, field.dtype)
         for part in _parts(shape, block):
             _column_backward(block, source[part], response, part, rows.spectrum)
         yield _rows_backward(rows, field.shape, factor)
@@ -96,7 +96,7 @@ def _influence_rows(influence: NDArray[np.float64], count: int, points: int) -> 
     """Transforms of the rows, each with its negative offsets at the end of `points` points."""
     spectrum = np.empty((influence.shape[0], points // 2 + 1), np.complex128)
     before = influence.shape[1] - count
-    rows = fourier.rows((min(_ROWS, influence.shape[0]), points), np.dtype(np.float64))
+    rows = plans.rows((min(_ROWS, influence.shape[0]), points), np.dtype(np.float64))
     for first in range(0, influence.shape[0], _ROWS):
         part = influence[first : first + _ROWS]
         field = rows.field[: part.shape[0]]
@@ -128,7 +128,7 @@ def _parts(shape: tuple[int, int], block: Lines) -> Iterator[slice]:
 
 def _rows_forward(field: NDArray[Any], shape: tuple[int, int]) -> Rows:
     nx, ny = field.shape
-    rows = fourier.rows((nx, shape[1]), field.dtype)
+    rows = plans.rows((nx, shape[1]), field.dtype)
     rows.field[:, :ny], rows.field[:, ny:] = field, 0.0
     rows.forward()
     return rows

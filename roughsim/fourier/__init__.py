@@ -1,0 +1,40 @@
+"""Fourier transforms, the one door to FFTW, and what is done block by block around them.
+
+`library` is FFTW itself, `plans` transforms whole fields, rows and lines, `convolution` multiplies spectra while they
+are in the cache, and `blocks` shares work on one array out among threads.
+"""
+
+from roughsim.fourier.library import backend, direct, get_threads, set_threads
+from roughsim.fourier.plans import (
+    ALIGNMENT,
+    PADDING,
+    LinePlans,
+    Lines,
+    Rows,
+    Transform,
+    aligned,
+    forward,
+    inverse,
+    line_plans,
+    lines,
+    rows,
+)
+
+__all__ = [
+    "ALIGNMENT",
+    "PADDING",
+    "LinePlans",
+    "Lines",
+    "Rows",
+    "Transform",
+    "aligned",
+    "backend",
+    "direct",
+    "forward",
+    "get_threads",
+    "inverse",
+    "line_plans",
+    "lines",
+    "rows",
+    "set_threads",
+]
