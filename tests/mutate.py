@@ -41,10 +41,10 @@ TESTS = {
     "roughsim/grid.py": "test_grid.py",
     "roughsim/spectrum.py": "test_spectrum.py",
     "roughsim/surface.py": "test_surface.py",
-    "roughsim/convolution.py": "test_half_space.py test_partition.py",
+    "roughsim/fourier/convolution.py": "test_half_space.py test_partition.py",
     "roughsim/patches.py": "test_patches.py",
-    "roughsim/contact/operator.py": "test_contact.py test_contact_solver.py",
-    "roughsim/contact/full.py": "test_contact.py test_contact_cases.py",
+    "roughsim/contact/solver/half_space.py": "test_contact.py test_contact_solver.py",
+    "roughsim/contact/solver/full_contact.py": "test_contact.py test_contact_cases.py",
     "roughsim/contact/plasticity.py": "test_plasticity.py",
     "roughsim/heat/periodic.py": "test_heat.py test_heat_time.py test_heat_symmetry.py test_heat_errors.py",
     "roughsim/heat/influence.py": "test_half_space.py test_source.py test_partition.py",
@@ -84,7 +84,10 @@ EQUAL: tuple[tuple[str, str], ...] = (
     ),
     ("theory/hardness.py", "if not known[0] <= start <= known[-1]:"),  # at the last temperature both refuse
     # the zeros that reach too far are written over by the next line
-    ("roughsim/convolution.py", "field[:, :count], field[:, count : points - count + 1] = part[:, before:], 0.0"),
+    (
+        "roughsim/fourier/convolution.py",
+        "field[:, :count], field[:, count : points - count + 1] = part[:, before:], 0.0",
+    ),
 )
 
 

@@ -10,8 +10,8 @@ import pytest
 from test_contact import UNIT, WAVE, WAVE_PRESSURE, displacement_by_dft, q_plane, rough, violation
 
 import roughsim as rs
-from roughsim import fourier
-from roughsim.contact import operator
+from roughsim.contact.solver import half_space
+from roughsim.fourier import plans
 from roughsim.scene import parse_scene
 
 ROUGH, _ = rough()
@@ -336,7 +336,7 @@ def test_an_unlawful_problem_is_refused_by_name_and_value_before_any_transform(n
     def transform(*_, **__):
         pytest.fail("a transform was planned")
 
-    for module, door in ((fourier, "Transform"), (fourier, "Lines"), (operator, "lines")):
+    for module, door in ((plans, "Transform"), (plans, "Lines"), (half_space, "lines")):
         monkeypatch.setattr(module, door, transform)
     refused, words = UNLAWFUL[name]
     with pytest.raises((TypeError, ValueError), match=words):

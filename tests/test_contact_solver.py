@@ -11,7 +11,8 @@ from test_contact_operator import compliance
 
 import roughsim as rs
 from roughsim._kernels import active_set as kernels
-from roughsim.contact import active_set
+from roughsim.contact.solver.solve import PATIENCE, Solver
+from roughsim.contact.solver.state import REACH, Problem
 
 
 def rough(points=64, *, slope=0.5, seed=0, per_wave=4):
@@ -49,7 +50,7 @@ def test_the_reported_residual_holds_outside_though_steps_are_single(cap, tolera
 def test_loads_that_float32_cannot_hold_are_stepped_in_float64():
     heights, grid = rough()
     for load, kind in ((1e-3, np.float32), (1e-20, np.float64)):
-        assert active_set.Problem(heights, 0.0, 1.0, grid, load, np.inf, 100.0).step_type is kind
+        assert Problem(heights, 0.0, 1.0, grid, load, np.inf, 100.0).step_type is kind
 
 
 @pytest.mark.parametrize("cap", [np.inf, 0.3])
@@ -129,14 +130,14 @@ def test_an_interrupt_ends_the_solve_soon_and_leaves_it_usable(threads, points):
 
 
 def test_a_stall_is_noticed_and_raised_with_the_best_field(monkeypatch):
-    monkeypatch.setattr(active_set.Iteration, "advance", lambda self: None)
-    monkeypatch.setattr(active_set, "exchange_points", lambda state: None)
+    monkeypatch.setattr(Solver, "advance", lambda self: None)
+    monkeypatch.setattr("roughsim.contact.solver.solve.exchange_points", lambda state: None)
     heights, grid = rough()
     with pytest.raises(
         rs.ConvergenceError, match=r"stalled: residual .* after \d+ iterations, tolerance 1e-06"
     ) as caught:
         rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=0.1)
-    assert active_set.PATIENCE < caught.value.iterations < 10 * active_set.PATIENCE
+    assert PATIENCE < caught.value.iterations < 10 * PATIENCE
     assert caught.value.residual > 1e-6
     assert caught.value.pressure.shape == grid.shape
 
@@ -163,7 +164,7 @@ def test_exchanges_of_points_alone_lead_to_the_solution(cap, monkeypatch):
     heights, grid = rough()
     solid = rs.Solid(1.0, cap)
     expected = rs.solve_contact(heights, grid, solid, nominal_pressure=0.1, tolerance=1e-9).pressure
-    monkeypatch.setattr(active_set.Iteration, "advance", lambda self: None)
+    monkeypatch.setattr(Solver, "advance", lambda self: None)
     alone = rs.solve_contact(heights, grid, solid, nominal_pressure=0.1, tolerance=1e-9).pressure
     np.testing.assert_allclose(alone, expected, atol=1e-8 * expected.max())
 
@@ -196,18 +197,19 @@ def test_a_point_near_its_bound_is_judged_by_its_gap_too():
     # p − clip(p − κ gap) sees no more than p; the point is free, so its gap may be twice that
     pressure, gap, limit = np.array([0.6e-3, 1.0, 1.0]), np.array([1.1e-3, -0.9e-3, 1.1e-3]), 1e-3
     free, rest = np.empty(3, np.int8), np.empty(3)
-    sums = kernels.classify(0, 3, pressure, gap, (0.0, 1.0, np.inf), active_set.REACH, 1.0, limit, free, rest)
+    sums = kernels.classify(0, 3, pressure, gap, (0.0, 1.0, np.inf), REACH, 1.0, limit, free, rest)
     assert free.tolist() == [1, 1, 1]
     assert sums[-1] == 2
 
 
 def test_the_worst_point_is_judged_against_the_range_of_its_own_displacement():
     heights, grid = rough()
-    state = active_set.Iteration(active_set.Problem(heights, 0.0, 1.0, grid, 0.05, np.inf, grid.nyquist / 4))
+    solver = Solver(Problem(heights, 0.0, 1.0, grid, 0.05, np.inf, grid.nyquist / 4))
+    state = solver.state
     state.pressure[...] = 0.0
     state.pressure[7, 5] = 4096 * 0.05  # the whole load on one point: a displacement far beyond that of the solution
     state.refresh(np.float64)
-    state.solve(1e-3, 1000, final=True)
+    solver.solve(1e-3, 1000, final=True)
     exact = np.fft.irfft2(compliance(grid.wavenumbers) * np.fft.rfft2(state.pressure), s=grid.shape)
     assert state.residual <= 1e-3
     assert state.range == pytest.approx(np.ptp(exact), rel=0.1)
@@ -233,8 +235,9 @@ def test_a_failed_solve_leaves_no_trace():
 
 def test_a_conjugate_step_lowers_the_energy_and_keeps_the_load():
     heights, grid = rough()
-    problem = active_set.Problem(heights, 0.0, 1.0, grid, 0.05, 0.2, 100.0)
-    state = active_set.Iteration(problem)
+    problem = Problem(heights, 0.0, 1.0, grid, 0.05, 0.2, 100.0)
+    solver = Solver(problem)
+    state = solver.state
     state.pressure[...] = problem.load
     state.refresh(np.float64)
     state.begin()
@@ -242,7 +245,7 @@ def test_a_conjugate_step_lowers_the_energy_and_keeps_the_load():
     for _ in range(6):
         state.assess(1e-6)
         energies.append(np.sum(state.pressure * (0.5 * (state.gap + heights) - heights)))
-        state.advance()
+        solver.advance()
         assert state.pressure.mean() == pytest.approx(problem.load, rel=1e-6)
         assert state.pressure.min() >= 0.0
         assert state.pressure.max() <= problem.cap
@@ -252,19 +255,20 @@ def test_a_conjugate_step_lowers_the_energy_and_keeps_the_load():
 def test_a_gradient_step_keeps_a_load_that_no_offset_meets(monkeypatch):
     # the offset is of order one: its last digit is worth more than this load
     heights, grid = rough()
-    state = active_set.Iteration(active_set.Problem(heights, 0.0, 1.0, grid, 1e-18, np.inf, 100.0))
+    solver = Solver(Problem(heights, 0.0, 1.0, grid, 1e-18, np.inf, 100.0))
+    state, target = solver.state, 1e-18 * 4096
     state.pressure[...] = 1e-18
     state.gap[...] = 1.0 + np.random.default_rng(8).random(grid.shape)
     state.offset = 1.5
     state.assess(1e-6)
-    monkeypatch.setattr(state, "_length", lambda slope: 0.0)
-    state._fall_back()
-    assert 0.1 * state.target < state.excess < 100.0 * state.target
-    assert (state.pressure + state.step).sum() / state.target == pytest.approx(1.0, rel=1e-6)
+    monkeypatch.setattr(solver, "_length", lambda slope: 0.0)
+    solver._fall_back()
+    assert 0.1 * target < state.assessment.excess < 100.0 * target
+    assert (state.pressure + state.step).sum() / target == pytest.approx(1.0, rel=1e-6)
 
 
 def test_a_load_that_no_free_point_can_take_has_no_shift():
     heights, grid = rough()
-    state = active_set.Iteration(active_set.Problem(heights, 0.0, 1.0, grid, 0.05, np.inf, 100.0))
+    state = Solver(Problem(heights, 0.0, 1.0, grid, 0.05, np.inf, 100.0)).state
     state.pressure[...] = 0.04
     assert state.load_shift((0.04 * 4096, 0), 1e-9) is None

@@ -2,7 +2,7 @@
 
 Minimise ½p·Sp − p·h with 0 ≤ p ≤ σ_P and mean p = σ₀, S(q) = 2/(E*|q|), S(0) = 0: strictly convex, so a small
 residual of the optimality conditions is necessary and sufficient (Stanley & Kato 1997; Almqvist et al. 2007 for the
-cap). The solve cascades from coarse grids (Bornemann & Deuflhard 1996); each level is an `active_set.Iteration`.
+cap). The solve cascades from coarse grids (Bornemann & Deuflhard 1996); the solve itself is in `contact.solver`.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughsim.contact.active_set import Iteration, Problem, rounding_floor
-from roughsim.contact.cascade import coarser, solve_cascade
-from roughsim.contact.full import FullContact, full_contact
-from roughsim.contact.operator import half_space
+from roughsim.contact.solver.cascade import coarser, solve_cascade
+from roughsim.contact.solver.full_contact import FullContact, full_contact
+from roughsim.contact.solver.half_space import half_space
+from roughsim.contact.solver.state import Problem, State, rounding_floor
 from roughsim.errors import ConvergenceError, number, positive, real_field
 from roughsim.grid import Grid
 
@@ -181,7 +181,7 @@ def _stiffness(spectrum: NDArray[Any], grid: Grid) -> float:
     return 0.5 * max(highest, 2 * np.pi / max(grid.lengths))
 
 
-def _judge(solution: Iteration, tolerance: float, limit: int, pressure_unit: float) -> None:
+def _judge(solution: State, tolerance: float, limit: int, pressure_unit: float) -> None:
     """Warn at the rounding floor, raise above it."""
     if solution.residual <= tolerance:
         return
@@ -206,7 +206,7 @@ def _judge(solution: Iteration, tolerance: float, limit: int, pressure_unit: flo
 
 def _contact(
     problem: Problem,
-    solution: Iteration | FullContact,
+    solution: State | FullContact,
     units: tuple[float, float, float],
     precision: str,
     *,

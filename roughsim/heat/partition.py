@@ -242,7 +242,7 @@ class _Inverse:
     """
 
     def __init__(self, contact: NDArray[np.bool_], grid: Grid, spectrum: Field, reach: float):
-        from roughsim.contact.extension import Extension
+        from roughsim.contact.solver.preconditioner import Extension
 
         shape = padded_shape(grid.shape)
         padded = Grid(shape, (shape[0] * grid.spacing[0], shape[1] * grid.spacing[1]))

@@ -9,15 +9,12 @@ Kunisch 2003). Where all at once lead in circles, ever fewer change, the worst o
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim._kernels import active_set as kernels
-
-if TYPE_CHECKING:
-    from roughsim.contact.active_set import Iteration
+from roughsim.contact.solver.state import State
 
 Array = NDArray[Any]
 PATIENCE = 30  # exchanges without fewer points on the wrong side than ever before, after which they lead nowhere
@@ -26,7 +23,7 @@ STEPS = 300  # of conjugate gradients on one set
 ENOUGH = (1e-4, 1e-8, 1e-13)  # a step that gains less than this share of the energy gained so far ends them
 
 
-def exchange_points(state: Iteration) -> None:
+def exchange_points(state: State) -> None:
     """Solve on the free points, ever more accurately, and exchange points until none changes sides."""
     p, cap = state.pressure, state.problem.cap
     bound = np.where(state.gap < state.offset, cap, 0.0)
@@ -43,16 +40,16 @@ def exchange_points(state: Iteration) -> None:
     _make_lawful(state)
 
 
-def _load(state: Iteration) -> None:
+def _load(state: State) -> None:
     """Restore the load on the free points, beyond the bounds if need be, and compute the gap anew."""
     free = state.free.view(bool)
     if not free.any():
         free[...] = True
-    state.pressure[free] += (state.target - state.pressure.sum()) / np.count_nonzero(free)
+    state.pressure[free] += (state.problem.target - state.pressure.sum()) / np.count_nonzero(free)
     state.refresh(np.float64)
 
 
-def _solve(state: Iteration, enough: float) -> None:
+def _solve(state: State, enough: float) -> None:
     """Conjugate gradients on the free points at fixed load, beyond the bounds if need be."""
     free, gained = state.free.view(bool), 0.0
     state.step[...] = 0.0
@@ -72,7 +69,7 @@ def _solve(state: Iteration, enough: float) -> None:
             break
 
 
-def _direct(state: Iteration, offset: float) -> float:
+def _direct(state: State, offset: float) -> float:
     """Turn the last step into the next, conjugate and without load; return its slope."""
     free = state.free.view(bool)
     np.multiply(state.gap - offset, free, out=state.field, casting="unsafe")
@@ -85,7 +82,7 @@ def _direct(state: Iteration, offset: float) -> float:
     return float(np.sum(state.step * (state.gap - offset), dtype=float))
 
 
-def _exchange(state: Iteration, share: float) -> int:
+def _exchange(state: State, share: float) -> int:
     """Points beyond a bound go onto it; points that pull away from theirs are set free: the worst, a share of them.
 
     Return how many were on the wrong side.
@@ -102,15 +99,9 @@ def _exchange(state: Iteration, share: float) -> int:
     return number
 
 
-def _make_lawful(state: Iteration) -> None:
+def _make_lawful(state: State) -> None:
     """Put the pressure within its bounds and under its load."""
-    p, free, cap = state.pressure, state.free.ravel(), state.problem.cap
-    np.clip(p, 0.0, cap, out=p)
-    state.step[...] = 0.0
-    shift = state.load_shift(state.sums(kernels.shifted_sum, free, p.ravel(), state.step.ravel(), 0.0, cap), 1e-14)
-    if shift is None:
-        p[...] = state.problem.load
-    else:
-        for a, b in state.blocks:
-            kernels.balance(a, b, free, shift, cap, p.ravel())
+    np.clip(state.pressure, 0.0, state.problem.cap, out=state.pressure)
+    if not state.balance(1e-14):
+        state.pressure[...] = state.problem.load
     state.refresh(np.float64)

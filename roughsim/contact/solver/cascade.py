@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from roughsim._kernels import active_set as kernels
 from roughsim._kernels.interpolation import refine
-from roughsim.contact.active_set import NEGLIGIBLE, Iteration, Problem
-from roughsim.contact.operator import half_space
+from roughsim.contact.solver.half_space import half_space
+from roughsim.contact.solver.solve import Solver
+from roughsim.contact.solver.state import NEGLIGIBLE, Problem, State
 from roughsim.fourier.blocks import run, spans, total
 from roughsim.grid import Grid
 
@@ -21,20 +22,22 @@ COARSE_TOLERANCE = 1e-2  # tighter coarse solves do not help the next level
 CONTINUATION = 0.15  # of κ(gap − d), by which the pressure is continued below zero before it is interpolated
 
 
-def solve_cascade(levels: list[Problem], tolerance: float, max_iterations: int) -> tuple[Iteration, float]:
+def solve_cascade(levels: list[Problem], tolerance: float, max_iterations: int) -> tuple[State, float]:
     """Solve the levels, coarse to fine; return the finest and the work in its float64 transforms."""
     coarse_tolerance = max(COARSE_TOLERANCE, tolerance)
     work = 0.0
-    state: Iteration | None = None
+    state: State | None = None
     for problem in reversed(levels):
-        coarse, state = state, Iteration(problem)
+        solver = Solver(problem)
+        coarse, state = state, solver.state
         if coarse is None:
             state.pressure[...] = problem.load
         else:
             _carry(coarse, state)
         final = problem is levels[0]
-        state.refresh(np.float64 if final and coarse and coarse.blur > 0.3 * NEGLIGIBLE * tolerance else state.kind)
-        state.solve(tolerance if final else coarse_tolerance, max_iterations, final=final)
+        precise = final and coarse is not None and coarse.assessment.blur > 0.3 * NEGLIGIBLE * tolerance
+        state.refresh(np.float64 if precise else state.kind)
+        solver.solve(tolerance if final else coarse_tolerance, max_iterations, final=final)
         work += state.transforms * problem.grid.points / levels[0].grid.points
     assert state is not None
     return state, work
@@ -73,7 +76,7 @@ def _truncate(spectrum: Array, fine: tuple[int, int], coarse: tuple[int, int]) -
     return result
 
 
-def _carry(coarse: Iteration, fine: Iteration) -> None:
+def _carry(coarse: State, fine: State) -> None:
     """Bring a continued pressure to a finer grid: cubic interpolation, clipped and shifted to the load."""
     problem = coarse.problem
     field = np.empty(problem.grid.shape, fine.kind)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.contact.active_set import Problem
-from roughsim.contact.operator import half_space
+from roughsim.contact.solver.half_space import half_space
+from roughsim.contact.solver.state import Problem
 
 Array = NDArray[Any]
 

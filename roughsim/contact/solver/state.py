@@ -1,0 +1,237 @@
+"""The state of one contact solve on one grid: its fields, how good they are, and what rounding has left in them.
+
+Everything is dimensionless here: E* = 1, S(q) = 2/q. The free points are those of a primal–dual active set
+(Hintermüller, Ito & Kunisch 2003), the offset d of the gap is the multiplier of the load (Polonsky & Keer 1999 for
+conjugate gradients under load control), and the residual is that of the fixed point p = clip(p − κ(gap − d), 0, cap).
+
+Pressure and gap are float64; steps and their responses are float32 wherever its range allows: an increment need only
+be accurate relative to itself. What rounding has left in the gap is kept account of, and the gap is computed anew in
+float64 before that matters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim._kernels import active_set as kernels
+from roughsim.contact.solver.half_space import half_space, rms_compliance
+from roughsim.contact.solver.preconditioner import Extension
+from roughsim.fourier.blocks import run, spans, total
+from roughsim.grid import Grid
+
+Array = NDArray[Any]
+REACH = 0.5  # a point is free where 0 < p − REACH κ(gap − d) < cap
+DOUBLE = float(np.finfo(np.float64).eps)
+ROUNDING = 64 * DOUBLE  # what rounding may leave of the gap, in units of the heights
+NEGLIGIBLE = 0.1  # share of the tolerance that rounding may take
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Minimise ½p·Sp − p·(heights − middle)/unit, 0 ≤ p ≤ cap, mean p = load: dimensionless but for the heights."""
+
+    heights: Array
+    middle: float
+    unit: float
+    grid: Grid
+    load: float
+    cap: float
+    stiffness: float  # κ = q_s/2, q_s the highest wavenumber of the heights
+
+    @property
+    def step_type(self) -> Any:
+        """Float32 where pressures keep well inside its range."""
+        return np.float32 if 1e-15 < self.load < 1e15 else np.float64
+
+    @property
+    def target(self) -> float:
+        """Σ p over all points."""
+        return self.load * self.grid.points
+
+
+class Assessment(NamedTuple):
+    """How good a pressure is. With x = clip(p − κ(gap − d), 0, cap):
+
+    residual ‖p − x‖/‖p‖, norm ‖p‖, excess Σx − target, inside the number of points with 0 < x < cap, free the number
+    of free points, above that of points whose gap alone misses the tolerance, blur what rounding in the gap may make of
+    the residual.
+    """
+
+    residual: float
+    norm: float
+    excess: float
+    inside: int
+    free: int
+    above: int
+    blur: float
+
+
+class State:
+    """The fields, buffers and accounts of one solve."""
+
+    def __init__(self, problem: Problem):
+        shape, kind = problem.grid.shape, problem.step_type
+        self.problem, self.kind = problem, kind
+        self.blocks = [(a * shape[1], b * shape[1]) for a, b in spans(*shape)]
+        self.operator, self.extension = half_space(problem.grid, kind), Extension(problem.grid, kind)
+        self.free = np.zeros(shape, np.int8)
+        self.step, self.response, self.field = (np.zeros(shape, kind) for _ in range(3))
+        self.pressure, self.gap = np.empty(shape), np.empty(shape)
+        # the same arrays in one dimension, as kernels take them
+        self.flat: tuple[Array, ...] = tuple(
+            a.ravel() for a in (self.pressure, self.gap, self.free, self.field, self.step)
+        )
+        self.offset = 0.0
+        self.assessment: Assessment
+        # what the next step takes from the last: its length, its curvature, and how far the free points reach
+        self.alpha, self.curvature, self.reach = 1.0, 0.0, REACH
+        # rounding: what it has left in the gap, the range of the displacement that it is judged against, the size of
+        # the last response, and by how much of that size each step adds to it
+        self.noise, self.range, self.response_size = 0.0, 0.0, 0.0
+        self.slack = 2.0 * float(np.finfo(kind).eps)
+        self.transforms, self.iterations = 0.0, 0
+
+    @property
+    def residual(self) -> float:
+        """The relative residual when it was last assessed."""
+        return self.assessment.residual
+
+    @property
+    def law(self) -> tuple[float, float, float]:
+        """What p − clip(p − κ(gap − d), 0, cap) takes: d, κ, cap."""
+        return self.offset, self.problem.stiffness, self.problem.cap
+
+    @property
+    def room(self) -> float:
+        """Σ p that is free to vary: little if nearly all points have yielded."""
+        target = self.problem.target
+        return min(target, self.problem.cap * self.pressure.size - target)
+
+    def sums(self, kernel: Any, *arguments: Any) -> Any:
+        """Run a kernel over all blocks; add up what it returns."""
+        return total(run(lambda a, b: kernel(a, b, *arguments), self.blocks))
+
+    def refresh(self, dtype: Any) -> None:
+        """Compute the gap anew from the pressure."""
+        problem = self.problem
+        operator = self.operator if dtype == self.kind else half_space(problem.grid, dtype)
+        operator.comply(self.pressure, self.gap)
+        self._count(2, dtype)
+        self.range = float(np.ptp(self.gap))
+        heights = problem.heights.ravel()
+        sizes = self.sums(kernels.subtract_heights, heights, problem.middle, problem.unit, *self.flat[:2])
+        self.noise = 2.0 * float(np.finfo(dtype).eps) * self._size(*sizes)
+
+    def _size(self, pressure_square: float, displacement_square: float) -> float:
+        """What rounding in S p is relative to: its result, and what S makes of evenly spread noise in its argument."""
+        spread = rms_compliance(self.problem.grid) * float(np.sqrt(pressure_square / self.pressure.size))
+        return spread + float(np.sqrt(displacement_square / self.pressure.size))
+
+    def _count(self, transforms: int, dtype: Any) -> None:
+        self.transforms += transforms * (0.5 if dtype == np.float32 else 1.0)
+
+    def range_shrank(self) -> bool:
+        """Measure the range of the displacement anew; worst points are judged against it."""
+        problem, old = self.problem, self.range
+        scale = problem.heights.ravel(), problem.middle, problem.unit
+        parts = run(lambda a, b: kernels.displacement_range(a, b, *scale, self.flat[1]), self.blocks)
+        self.range = max(part[1] for part in parts) - min(part[0] for part in parts)
+        return self.range < 0.9 * old
+
+    def begin(self) -> None:
+        """Guess the offset of a new start."""
+        gaps, count, _ = self.sums(kernels.contact_sum, *self.flat[:2])
+        self.offset = gaps / count
+
+    def assess(self, tolerance: float) -> None:
+        """Solve for the offset, mark the free points, and note the residual and how far rounding blurs it."""
+        self.assessment = found = self._classify(tolerance)
+        room = self.room if found.inside else 0.0  # nothing is free to vary if no point is between the bounds
+        if abs(found.excess) > max(0.05 * found.residual * room, 1e-14 * self.problem.target):
+            self.find_offset()
+            self.assessment = self._classify(tolerance)
+
+    def _classify(self, tolerance: float) -> Assessment:
+        problem = self.problem
+        p, gap, free, field, _ = self.flat
+        kappa, unit = problem.stiffness, 1.0 / problem.load
+        limit = kappa * (0.9 * tolerance * self.range + ROUNDING)
+        clipped, inside, square, norm, count, above = self.sums(
+            kernels.classify, p, gap, self.law, self.reach, unit, limit, free, field
+        )
+        blur = kappa * unit * self.noise * float(np.sqrt(max(count, 1) / norm))
+        residual, size = float(np.sqrt(square / norm)), float(np.sqrt(norm)) / unit
+        return Assessment(residual, size, clipped - problem.target, inside, count, above, blur)
+
+    def find_offset(self) -> None:
+        """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d."""
+        (p, gap), block, problem = self.flat[:2], self.blocks[0][1], self.problem
+        goals = problem.target, min(problem.cap, problem.load * (1.0 + 1e-12))
+        known = self.assessment
+        found = kernels.find_offset(block, p, gap, self.law, goals, known.excess, known.inside)
+        self.offset, excess, inside = found
+        self.assessment = known._replace(excess=excess, inside=inside)
+
+    def blurred(self, tolerance: float) -> bool:
+        """Whether rounding in the gap now matters for the steps to come."""
+        blur, residual = self.assessment.blur, self.residual
+        noise_matters = blur > NEGLIGIBLE * tolerance or 8 * self.noise > NEGLIGIBLE * tolerance * self.range
+        return noise_matters and residual <= max(10.0 * blur, tolerance)
+
+    def precondition(self) -> tuple[float, float]:
+        """Turn the gap in `field` into a pressure, both on the free points.
+
+        Return ⟨field, response⟩ and ⟨step, response⟩ there.
+        """
+        self.extension.extend(self.free, self.field)
+        self.operator.stiffen(self.field, self.field)
+        self._count(2, self.kind)
+        return self.extension.transpose(self.free, self.field, self.step, self.response)
+
+    def respond(self) -> None:
+        """Compute the response to the step, its curvature, and what its rounding is relative to."""
+        self.operator.comply(self.step, self.response)
+        self._count(2, self.kind)
+        self.curvature, *squares = self.sums(kernels.curvature, self.flat[4], self.response.ravel())
+        self.response_size = self._size(*squares)
+
+    def load_shift(self, sums: tuple[float, int], accuracy: float) -> float | None:
+        """Solve for the shift of the free points that restores the load; None if none does."""
+        p, _, free, _, step = self.flat
+        goal = self.problem.cap, self.problem.target, accuracy
+        found, shift = kernels.find_shift(self.blocks[0][1], free, p, step, *goal, *sums)
+        return shift if found else None
+
+    def balance(self, accuracy: float) -> bool:
+        """Shift the free points so that the load holds to this accuracy; return whether any shift does."""
+        p, _, free, _, step = self.flat
+        self.step[...] = 0.0
+        shift = self.load_shift(self.sums(kernels.shifted_sum, free, p, step, 0.0, self.problem.cap), accuracy)
+        if shift is None:
+            return False
+        for a, b in self.blocks:
+            kernels.balance(a, b, free, shift, self.problem.cap, p)
+        return True
+
+    def move(self, length: float) -> None:
+        """Move by min(length, 1) steps: beyond 1 the step could leave the bounds."""
+        length = min(length, 1.0)
+        p, gap, _, _, step = self.flat
+        arguments = p, gap, step, self.response.ravel(), length, self.slack, self.law
+        clipped, inside = self.sums(kernels.advance, *arguments)
+        self.noise += self.slack * length * self.response_size
+        if inside > 0:
+            self.offset -= (clipped - self.problem.target) / (self.problem.stiffness * inside)
+
+
+def rounding_floor(state: State) -> float:
+    """The relative residual that rounding alone leaves: the gap cannot be known better than to ε·max|heights|."""
+    problem = state.problem
+    spread = float(np.abs(problem.heights - problem.middle).max()) / problem.unit
+    rms = float(np.sqrt(np.mean(state.pressure**2)))
+    contact = float(np.sqrt(np.mean(state.pressure > 0.0)))
+    return 4.0 * DOUBLE * (1.0 + problem.stiffness * spread * contact / rms)
