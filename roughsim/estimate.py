@@ -24,6 +24,7 @@ SOURCES = {
     "pixel": "left by the grid at fixed q_c",
     "size": "at most what a larger cell changes, as measured by doubling cells with as many waves per side",
     "solver": "twice the contact solver's tolerance: moments are quadratic in the pressure",
+    "scan": "of C(q) measured on one map: few long waves, a tilt taken off, a finite size",
 }
 
 
@@ -44,7 +45,8 @@ class Estimate:
     total_error : ndarray
         Root of the sum of squares of `budget`; what no level tells is left out of it, and `unknown` names it.
     budget : dict of str to ndarray
-        The parts by source, the keys of `SOURCES`; NaN where no level tells.
+        The parts by source, keys of `SOURCES`; NaN where no level tells. "scan" is there only where a C(q) was
+        measured on one map, and is NaN: nothing tells it yet.
     n : int
         Realizations.
     effective_n : ndarray
@@ -92,6 +94,7 @@ def estimate(
     *,
     size: float = 0.0,
     tolerance: float = 0.0,
+    scanned: bool = False,
 ) -> Estimate:
     """Return mean, errors and bias of an observable from its values.
 
@@ -107,6 +110,8 @@ def estimate(
         Relative error of the finite cell, from `roughsim.cell.size_error`.
     tolerance : float, optional
         Relative pressure error of the contact solves.
+    scanned : bool, optional
+        Whether C(q) was measured on one map, whose error is unknown.
     """
     mean = values.extrapolated.mean(axis=0)
     error, freedom = spread(values.extrapolated, values.base, values.group)
@@ -119,6 +124,8 @@ def estimate(
             "solver": 2.0 * tolerance * np.abs(mean),
         }
         bias = values.finest.mean(axis=0) - mean
+    if scanned:
+        budget["scan"] = np.where(mean == 0.0, 0.0, np.nan)  # at rest nothing heats, whatever C(q)
     total = np.sqrt(sum(np.where(np.isnan(part), 0.0, part) ** 2 for part in budget.values()))
     total = np.where(np.isnan(mean), np.nan, total)
     return Estimate(

@@ -87,9 +87,8 @@ def filled(text):
     return re.sub(r"(?m)^# (?=\[|[a-z_]+ = )", "", text)
 
 
-RIVALS = (
-    "rms_slope|spectrum|topography|psd_file|psd_convention|background_temperature"  # keys that need or exclude others
-)
+# keys that need or exclude others
+RIVALS = "rms_slope|spectrum|topography|psd_file|psd_convention|psd_source|background_temperature"
 
 
 def without(text, keys):

@@ -45,6 +45,7 @@ SAME = [
     ('"1 %"', '"2 %"'),
     ("tolerance = 1e-4", "tolerance = 1e-4\nkeep_fields = 3"),
     ('"90 MPa"', "9e7"),
+    ("heat_capacity =", 'melting_temperature = "1420 K"\nheat_capacity ='),
 ]
 DIFFERENT = [
     ("seed = 1", "seed = 2", ("ensemble.seed", 1, 2)),
@@ -59,6 +60,13 @@ DIFFERENT = [
         ("sliding.speed", [0.001, 0.01, 0.1, 1.0, 10.0, 35.0, 100.0], [0.01, 0.1, 1.0, 10.0, 35.0, 100.0]),
     ),
 ]
+
+
+def test_a_background_counts_where_a_table_or_nothing_but_melting_needs_it(steel):
+    melting = changed("heat_capacity =", "melting_temperature = 1420\nheat_capacity =")
+    cold = changed("friction_coefficient =", "background_temperature = 77\nfriction_coefficient =", melting)
+    assert parse_scene(cold).sliding.background_temperature == 77.0
+    assert first_difference(steel, parse_scene(cold)) is None  # no number of the results changes
 
 
 @pytest.mark.parametrize(("old", "new"), SAME)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 
 import pytest
-from steel_text import ROWS, approx, refusal, table_scene, with_counterface
+from steel_text import ROWS, approx, changed, refusal, table_scene, with_counterface
 
 from roughsim.scene import SceneError, load_scene, parse_scene
 
@@ -79,4 +79,15 @@ def test_a_table_must_state_its_convention_and_excludes_the_self_affine_keys():
     assert "surface.rms_height and psd_file are both given" in refusal(table_scene(rows + "\nrms_height = 1e-6"))
     assert 'surface.psd_convention = "person" is not known; did you mean "persson"?' in refusal(
         table_scene(rows, "person")
+    )
+
+
+def test_where_a_table_comes_from_is_kept_in_the_file_and_is_no_part_of_the_identity():
+    text = table_scene("psd = [[1e4, 3e-23], [1e5, 7e-27]]")
+    stated, scanned = parse_scene(text), parse_scene(text.replace("psd_conv", 'psd_source = "scan"\npsd_conv'))
+    assert (stated.scanned, scanned.scanned) == (False, True)
+    assert parse_scene(scanned.to_toml()).scanned
+    assert stated.identity() == scanned.identity()
+    assert "surface.psd_source goes with psd_file only" in refusal(
+        changed("hurst = 0.8", 'hurst = 0.8\npsd_source = "scan"')
     )

@@ -260,6 +260,7 @@ class Run:
             self._notes(observable, name, values),
             size=size_error(self.scene, self.numerics.lengths, observable),
             tolerance=self.numerics.tolerance,
+            scanned=self.scene.scanned,
         )
 
     def _notes(self, observable: str, column: str, values: Values) -> tuple[str, ...]:

@@ -149,7 +149,7 @@ def budget(run: Run) -> Html:
     """Return each reported mean with the parts of its error, and what was done about the cut-off."""
     if not run.sound(run.realizations):
         return tag("p", "There is no sound realization yet.", css="warning")
-    told = "; ".join(f"{source}: {words}" for source, words in SOURCES.items())
+    told = "; ".join(f"{source}: {words}" for source, words in SOURCES.items() if source != "scan" or run.scene.scanned)
     lead = "Means over all sound realizations, at the highest speed, with each source of error by itself."
     note = f"A dash: no level tells, and it is not in the sum. {told[0].upper()}{told[1:]}."
     parts = [tag("p", lead), tag("p", note, css="note")]
@@ -172,13 +172,14 @@ def _notes(found: list[Estimate]) -> Html:
 
 
 def _budget_table(run: Run, found: list[Estimate]) -> Html:
-    titles = ["observable", "m/s", "value", *SOURCES, "in all", "finest level − value"]
+    sources = list(found[0].budget)
+    titles = ["observable", "m/s", "value", *sources, "in all", "finest level − value"]
     rows: list[list[object]] = []
     for one in found:
         factor = shown(one.unit)[1]
         k = int(np.argmax(run.scene.speeds)) if OBSERVABLES[one.observable].per_speed else 0
         speed = f"{run.scene.speeds[k]:g}" if OBSERVABLES[one.observable].per_speed else ""
-        parts = [*(one.budget[source][k] for source in SOURCES), one.total_error[k], one.bias[k]]
+        parts = [*(one.budget[source][k] for source in sources), one.total_error[k], one.bias[k]]
         cells = [number(float(part) * factor, 2) for part in parts]
         rows.append([_name(one.observable), speed, number(float(one.mean[k]) * factor), *cells])
     return table(titles, rows, numbers=set(range(1, len(titles))))

@@ -190,7 +190,7 @@ def _measured(section: dict[str, Any], name: str, folder: Path | None) -> dict[s
     except (OSError, ValueError, ImportError) as error:
         raise SceneError(f"{name}.topography = {shown(section['topography'])}: {error}") from None
     rows = [[float(q), float(psd)] for q, psd in zip(spectrum.q, spectrum.psd, strict=True)]
-    return {**rest, "psd": rows, "psd_convention": "persson"}
+    return {**rest, "psd": rows, "psd_convention": "persson", "psd_source": "scan"}
 
 
 def _beside(value: Any, key: str, example: str, folder: Path | None) -> Path:

@@ -29,7 +29,11 @@ from roughsim.scene.sections import (
 if TYPE_CHECKING:
     from roughsim.spectrum import Face, SumSpectrum
 
-_NOT_IDENTITY = {"title", "ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"}
+_NOT_IDENTITY = {"title", "ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"} | {
+    f"{face}.{key}"
+    for face in ("surface", "body", "counterface")
+    for key in ("psd_source", "melting_temperature")  # they change what is said of the numbers, and no number
+}
 
 
 class Conduction(NamedTuple):
@@ -110,6 +114,18 @@ class Scene:
         return math.isinf(self.penetration_hardness)
 
     @property
+    def scanned(self) -> bool:
+        """Whether a C(q) was measured on one map, so that nobody knows yet how far it is off."""
+        faces = (self.surface, self.counterface)
+        return any(face is not None and face.psd_source == "scan" for face in faces)
+
+    @property
+    def melting_temperature(self) -> float:
+        """The lower one of the bodies that give theirs, absolute, K; inf if none does."""
+        given = [body.melting_temperature for body in self._bodies if body.melting_temperature is not None]
+        return min(given, default=math.inf)
+
+    @property
     def diffusivity(self) -> float:
         """D = κ/(ρc) of the moving body, m²/s; SceneError where a κ is a table, as for the next two."""
         return self.conduction().diffusivity
@@ -176,9 +192,10 @@ class Scene:
     def identity(self) -> dict[str, Any]:
         """Return what makes this scene this one: physics, numerics and seed as dotted key → JSON value.
 
-        Left out are the title, `ensemble.max_realizations`, `ensemble.until` and `numerics.keep_fields`, which say
-        how long to go on and what to keep. Keys without a value are absent, except where absence has a meaning of
-        its own as a number (``q_roll_off`` is then `q_min`, ``roll_off_exponent`` 0).
+        Left out are the title; `ensemble.max_realizations`, `ensemble.until` and `numerics.keep_fields`, which say
+        how long to go on and what to keep; and `psd_source`, the melting temperature and a background temperature
+        without a table κ(T), which change what is said of the numbers only. Keys without a value are absent, except
+        where absence has a meaning of its own as a number (``q_roll_off`` is then `q_min`, ``roll_off_exponent`` 0).
         """
         flat: dict[str, Any] = {}
         for name in (field.name for field in fields(self)):
@@ -188,6 +205,8 @@ class Scene:
             if f"{face}.q_min" in flat:
                 flat.setdefault(f"{face}.q_roll_off", flat[f"{face}.q_min"])
                 flat.setdefault(f"{face}.roll_off_exponent", 0.0)
+        if math.isinf(self.temperature_range[1]):
+            flat.pop("sliding.background_temperature", None)
         return {key: value for key, value in flat.items() if key not in _NOT_IDENTITY}
 
     def to_toml(self) -> str:
@@ -293,10 +312,10 @@ def _check_conductivity(scene: Scene) -> None:
             "sliding.background_temperature is missing; a conductivity that is a table over temperature needs it: add "
             'for example background_temperature = "300 K"'
         )
-    if start is not None and high == math.inf:
+    if start is not None and min(high, scene.melting_temperature) == math.inf:
         raise refused_section(
-            f"sliding.background_temperature = {start:g} K goes with a conductivity that is a table over temperature; "
-            "remove it"
+            f"sliding.background_temperature = {start:g} K goes with a conductivity that is a table over temperature, "
+            "or with a melting_temperature; remove it"
         )
     if start is not None and not low <= start <= high:
         raise refused_section(

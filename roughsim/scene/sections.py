@@ -20,6 +20,7 @@ ROUGHNESS_KEYS = (
     "rms_slope",
     "psd",
     "psd_convention",
+    "psd_source",
     "hurst",
     "q_min",
     "q_roll_off",
@@ -87,6 +88,9 @@ class SurfaceSection:
         Rows (q in rad/m, C in m⁴), what `psd_file` held or the map `topography` has.
     psd_convention : str or None
         "persson" (⟨h²⟩ = 2π ∫ q C dq) or "surfacetopography" (C is 4π² larger).
+    psd_source : str or None
+        "scan": the table was measured on one map, as by `topography`, so that its own error is unknown; None: it is
+        taken as stated. No number depends on it, so it is not part of a scene's identity.
     hurst, q_min, q_roll_off, q_max, roll_off_exponent : float or None
         Shape of the self-affine C(q), see `roughsim.SelfAffineSpectrum`; wavenumbers in rad/m.
     spectrum : record or None
@@ -97,6 +101,7 @@ class SurfaceSection:
     rms_slope: float | None = None
     psd: Rows | None = None
     psd_convention: Literal["persson", "surfacetopography"] | None = None
+    psd_source: Literal["scan"] | None = None
     hurst: float | None = None
     q_min: float | None = None
     q_roll_off: float | None = None
@@ -130,6 +135,8 @@ class BodySection:
         ρ, kg/m³.
     heat_capacity : float
         c, J/(kg K).
+    melting_temperature : float or None
+        Absolute, K: a contact above it is warned of. No number depends on it, so it is not part of a scene's identity.
     """
 
     youngs_modulus: float
@@ -138,6 +145,7 @@ class BodySection:
     conductivity: float | Rows
     density: float
     heat_capacity: float
+    melting_temperature: float | None = None
     _read = read_values()
 
 
@@ -155,6 +163,7 @@ class CounterfaceSection:
     rms_slope: float | None = None
     psd: Rows | None = None
     psd_convention: Literal["persson", "surfacetopography"] | None = None
+    psd_source: Literal["scan"] | None = None
     hurst: float | None = None
     q_min: float | None = None
     q_roll_off: float | None = None
@@ -167,6 +176,7 @@ class CounterfaceSection:
     conductivity: float | Rows | None = None
     density: float | None = None
     heat_capacity: float | None = None
+    melting_temperature: float | None = None
     _read = read_values()
 
     @property
@@ -208,7 +218,8 @@ class SlidingSection:
     duration : float or None
         Time since sliding began, s; None is steady.
     background_temperature : float or None
-        T₀, the absolute temperature of both bodies without their flash temperatures, K; goes with a table κ(T).
+        T₀, the absolute temperature of both bodies without their flash temperatures, K; goes with a table κ(T) or a
+        melting temperature.
     """
 
     nominal_pressure: float
@@ -326,15 +337,16 @@ def _check_roughness(face: Any) -> None:
             )
     elif given == ["spectrum"]:
         _check_alone(face, "spectrum, which has keys of its own")
-        _check_no_convention(face)
+        _check_no_table_keys(face)
     else:
-        _check_no_convention(face)
+        _check_no_table_keys(face)
         _check_band(face)
 
 
-def _check_no_convention(face: Any) -> None:
-    if face.psd_convention is not None:
-        raise refused_section("psd_convention goes with psd_file only; remove it")
+def _check_no_table_keys(face: Any) -> None:
+    for key in ("psd_convention", "psd_source"):
+        if getattr(face, key) is not None:
+            raise refused_section(f"{key} goes with psd_file only; remove it")
 
 
 def _check_alone(face: Any, what: str) -> None:
