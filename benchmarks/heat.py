@@ -23,7 +23,8 @@ from matplotlib.ticker import NullLocator
 
 import roughsim as rs
 from roughsim import fourier
-from roughsim.heat import half_space, periodic, source_temperature, uniform_temperature
+from roughsim.heat import periodic, source_temperature, uniform_temperature
+from roughsim.heat.free import half_space
 from theory import hertz
 
 mpl.use("Agg")

@@ -10,7 +10,7 @@ import pytest
 from roughsim import Grid, half_space_temperature, sliding_temperature
 from roughsim.fourier import convolution
 from roughsim.heat import contact_temperature, uniform_temperature
-from roughsim.heat.influence import Axis, pixel_influence
+from roughsim.heat.free.influence import Axis, pixel_influence
 from theory import hertz
 
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "half_space.json").read_text())["pixels"]

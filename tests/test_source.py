@@ -9,7 +9,7 @@ import pytest
 
 from roughsim import Grid, half_space_temperature
 from roughsim.heat import source_temperature
-from roughsim.heat.influence import Axis, pixel_influence, temperature_at
+from roughsim.heat.free.influence import Axis, pixel_influence, temperature_at
 from theory import hertz
 
 REFERENCE = Path(__file__).parent / "reference"

@@ -1,14 +1,16 @@
 """Heat of sliding: from the heat flux through the contact to the temperature of the bodies.
 
-`periodic` repeats the cell for ever, `half_space` has one source and nothing around it, `source` gives T_flash, T_av
-and T_max of that one, `partition` shares the heat between the two bodies, `statistics` reads the fields. Each body
-occupies z > 0 below the plane of the grid, and the source moves through it.
+`periodic` repeats the cell for ever, `free` has one source and nothing around it, and shares the heat between two
+bodies; `response` is what each mode answers with, `statistics` reads the fields. Each body occupies z > 0 below the
+plane of the grid, and the source moves through it. The numbers of a run come from `observables`, which averages over
+all directions in closed form; this room makes fields.
 """
 
-from roughsim.heat.half_space import half_space_temperature
-from roughsim.heat.partition import Body, Partition, partition_heat
-from roughsim.heat.periodic import responses, sliding_temperature, uniform_temperature, unit_vector
-from roughsim.heat.source import SourceTemperature, source_temperature
+from roughsim.heat.free.half_space import half_space_temperature
+from roughsim.heat.free.partition import Body, Partition, partition_heat
+from roughsim.heat.free.source import SourceTemperature, source_temperature
+from roughsim.heat.periodic import sliding_temperature, uniform_temperature
+from roughsim.heat.response import responses, unit_vector
 from roughsim.heat.statistics import (
     contact_temperature,
     depth_profile,

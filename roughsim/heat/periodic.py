@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterator
 from functools import lru_cache
 from typing import Any
 
@@ -28,13 +27,18 @@ from scipy import special
 
 from roughsim import fourier
 from roughsim.errors import not_negative, number, positive, real_field
-from roughsim.fourier import convolution
 from roughsim.grid import Grid
+from roughsim.heat.response import (
+    FORGOTTEN,
+    ROWS,
+    checked_times,
+    fields_over_time,
+    response_of_modes,
+    responses,
+    unit_vector,
+)
 
 Field = NDArray[Any]
-_ROWS = 32  # rows of the half spectrum in one block: the work arrays stay in the cache
-_FORGOTTEN = 40.0  # e^-40 = 4e-18: beyond D q² t = 40 a mode has forgotten its start
-_SERIES = 0.1  # below |λ|√(Dt) = 0.1 the two terms of the buried transient cancel; a series replaces them
 
 
 def sliding_temperature(
@@ -156,74 +160,6 @@ def uniform_temperature(
     return result if instants.ndim else float(result)
 
 
-def unit_vector(direction: float) -> tuple[float, float]:
-    """Return (cos, sin) of `direction`, exact at quarter turns.
-
-    The rounding of cos(π/2) would let a source at Péclet number 1e12 drift across its own track.
-    """
-    angle = number("direction", direction, "rad")
-    ux, uy = math.cos(angle), math.sin(angle)
-    return (ux if abs(ux) > 1e-15 else 0.0), (uy if abs(uy) > 1e-15 else 0.0)
-
-
-def responses(
-    grid: Grid, drift: tuple[float, float], depth: float = 0.0, spread: float = math.inf
-) -> Iterator[tuple[NDArray[np.intp], NDArray[np.complex128]]]:
-    """Yield (rows, κT/q̇ in m) block by block: every row of the half spectrum once, q = 0 with response 0.
-
-    Parameters
-    ----------
-    grid : Grid
-        The periodic cell.
-    drift : (float, float)
-        v/D along x and y, 1/m.
-    depth : float
-        Distance below the surface, m.
-    spread : float
-        D t, m²: diffusivity times the time since the start from rest; inf is the steady state.
-    """
-    qx = grid.wavevectors[0]
-    count, half = grid.shape[0], grid.shape[0] // 2 + 1
-    for start in range(0, half, _ROWS):
-        rows = np.arange(start, min(start + _ROWS, half))
-        response = _response_rows(grid, rows, qx[rows], drift, depth, spread)
-        if start == 0:
-            response[0, 0] = 0.0
-        yield rows, response
-        inner = (rows > 0) & (2 * rows != count)  # those have a partner at −q_x
-        if not inner.any():
-            continue
-        if drift[1] == 0.0:
-            partner = response[inner].conj()
-        elif drift[0] == 0.0:
-            partner = response[inner]
-        else:
-            partner = _response_rows(grid, rows, -qx[rows], drift, depth, spread)[inner]
-        yield count - rows[inner], partner
-
-
-def fields_over_time(
-    flux: Field,
-    spreads: NDArray[np.float64],
-    response: Callable[[float, bool], Field],
-    shape: tuple[int, int],
-    factor: float,
-) -> Field:
-    """Return one field per entry of `spreads`: one forward transform for all, one inverse each; zero where D t = 0.
-
-    `response(spread, kept)` gives the response as `convolution.convolve` takes it; a single one is kept for later.
-    """
-    flowing = np.flatnonzero(spreads > 0.0)
-    if spreads.size == flowing.size == 1:
-        return convolution.convolve(flux, response(float(spreads[0]), True), shape, factor)[None]
-    fields = np.zeros((spreads.size, *flux.shape), flux.dtype)
-    if flowing.size:
-        series = (response(float(spread), False) for spread in spreads[flowing])
-        for index, field in zip(flowing, convolution.convolutions(flux, series, shape, factor), strict=True):
-            fields[index] = field
-    return fields
-
-
 def _turned_response(grid: Grid, drift: tuple[float, float], depth: float, spread: float, precision: str) -> Field:
     """κT/q̇ of all modes as `convolution.convolve` takes it, shape (n_y//2 + 1, n_x)."""
     turned: Field = np.empty(grid.half_shape[::-1], np.result_type(precision, np.complex64))
@@ -234,68 +170,6 @@ def _turned_response(grid: Grid, drift: tuple[float, float], depth: float, sprea
 
 
 _kept_response = lru_cache(maxsize=2)(_turned_response)  # as large as the field: the latest two
-
-
-def _response_rows(
-    grid: Grid, rows: NDArray[np.intp], qx: Field, drift: tuple[float, float], depth: float, spread: float
-) -> NDArray[np.complex128]:
-    """κT/q̇ at the wavevectors (qx, q_y ≥ 0), averaged over both signs where an axis is at its Nyquist wavenumber."""
-    qy = grid.wavevectors[1]
-    along, across, square = drift[0] * qx, drift[1] * qy, qx**2 + qy**2
-    square[square == 0.0] = 1.0  # q = 0: any finite response, replaced by the caller
-
-    def both_signs_of_qy(part: slice, along: Field) -> NDArray[np.complex128]:
-        response = _response(square[part], along + across, depth, spread)
-        if grid.shape[1] % 2 == 0:
-            flipped = _response(square[part, -1:], along - across[:, -1:], depth, spread)
-            response[:, -1:] = (response[:, -1:] + flipped) / 2
-        return response
-
-    response = both_signs_of_qy(slice(None), along)
-    if 2 * rows[-1] == grid.shape[0]:
-        response[-1:] = (response[-1:] + both_signs_of_qy(slice(-1, None), -along[-1:])) / 2
-    return response
-
-
-def _response(square: Field, advection: Field, depth: float, spread: float) -> NDArray[np.complex128]:
-    """κT/q̇ of the modes with q² = `square` and q·v/D = `advection`, both 1/m²."""
-    modulus = np.sqrt(square**2 + advection**2)  # |λ|²; real numbers cost half of a complex root
-    real = np.sqrt((modulus + square) / 2)
-    surface: NDArray[np.complex128] = np.empty(real.shape, np.complex128)
-    surface.real, surface.imag = real / modulus, advection / (2 * real * modulus)  # 1/λ
-    response = surface if depth == 0.0 else surface * np.exp(-depth * modulus * surface.conj())
-    young = square * spread < _FORGOTTEN
-    if young.any():
-        scaled = math.sqrt(spread) / surface[young]
-        if depth > 0.0:
-            response[young] = math.sqrt(spread) * _buried(scaled, depth / (2 * math.sqrt(spread)))
-        else:
-            response[young] *= special.erf(scaled)
-    return response
-
-
-def _buried(b: NDArray[np.complex128], a: float) -> NDArray[np.complex128]:
-    """[e^(−2ab) erfc(a−b) − e^(2ab) erfc(a+b)]/(2b) with b = λ√(Dt), a = z/2√(Dt), free of overflow.
-
-    Either term is e^(−a²−b²) w(i(a∓b)), w the Faddeeva function, where Re(a∓b) ≥ 0.
-    """
-    tail = np.exp(-(a * a) - b * b)
-    shallow = b.real > a
-    first = tail * special.erfcx(np.where(shallow, b - a, a - b))
-    first = np.where(shallow, 2 * np.exp(-2 * a * b) - first, first)
-    result: NDArray[np.complex128] = (first - tail * special.erfcx(a + b)) / (2 * b)
-    small = np.abs(b) < _SERIES
-    result[small] = tail[small] * np.polynomial.polynomial.polyval(b[small] ** 2, _buried_series(a))
-    return result
-
-
-def _buried_series(a: float) -> list[float]:
-    """Coefficients of [f(a−b) − f(a+b)]/(2b) in powers of b², f(x) = e^(x²) erfc(x), f′ = 2xf − 2/√π."""
-    derivatives = [float(special.erfcx(a))]
-    derivatives.append(2 * a * derivatives[0] - 2 / math.sqrt(math.pi))
-    for n in range(1, 14):
-        derivatives.append(2 * a * derivatives[n] + 2 * n * derivatives[n - 1])
-    return [-derivatives[n] / math.factorial(n) for n in range(1, 14, 2)]
 
 
 def _durations(speed: float, chord: float, slid_distance: float | None, time: ArrayLike | None) -> NDArray[np.float64]:
@@ -313,18 +187,6 @@ def _durations(speed: float, chord: float, slid_distance: float | None, time: Ar
         return np.asarray(np.float64(distance) / abs(speed))
 
 
-def checked_times(time: ArrayLike) -> NDArray[np.float64]:
-    """`time` as a float array of at most one axis, s, ≥ 0; inf may stay."""
-    instants = np.asarray(time)
-    if instants.dtype.kind not in "iuf":
-        raise TypeError(f"time has dtype {instants.dtype}; real numbers in s are needed")
-    if instants.ndim > 1 or instants.size == 0:
-        raise ValueError(f"time has shape {instants.shape}; give one number or a 1-D array, in s")
-    if not (instants >= 0).all():
-        raise ValueError(f"time = {instants.min()} s must not be negative or NaN")
-    return instants.astype(np.float64)
-
-
 def _chord(grid: Grid, ux: float, uy: float) -> float:
     """Length of the line through the centre of the cell along the sliding direction, m."""
     pairs = zip(grid.lengths, (abs(ux), abs(uy)), strict=True)
@@ -340,15 +202,15 @@ def _hot_track_excess(
     """
     source, total, excess = fourier.forward(flux), float(np.mean(flux * field, dtype=np.float64)), 0.0
     qx, qy = grid.wavevectors
-    columns = int((qy[0] ** 2 * spread < _FORGOTTEN).sum())
+    columns = int((qy[0] ** 2 * spread < FORGOTTEN).sum())
     weights = grid.multiplicity[:, :columns]
-    rows = np.flatnonzero(qx[:, 0] ** 2 * spread < _FORGOTTEN)
-    for part in np.array_split(rows, math.ceil(rows.size / _ROWS)):
+    rows = np.flatnonzero(qx[:, 0] ** 2 * spread < FORGOTTEN)
+    for part in np.array_split(rows, math.ceil(rows.size / ROWS)):
         along, across = drift[0] * qx[part], drift[1] * qy[:, :columns]
         square = qx[part] ** 2 + qy[:, :columns] ** 2
         power = np.abs(source[part, :columns]) ** 2 * weights
         power[square == 0.0], square[square == 0.0] = 0.0, 1.0
-        steady, young = (_response(square, along + across, depth, end).real for end in (math.inf, spread))
+        steady, young = (response_of_modes(square, along + across, depth, end).real for end in (math.inf, spread))
         excess += float(np.sum(power * (steady - young)))
     return excess / (total - excess) if total != excess else math.nan
 

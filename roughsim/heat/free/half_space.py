@@ -16,8 +16,8 @@ from scipy.fft import next_fast_len
 from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.fourier import convolution
 from roughsim.grid import Grid
-from roughsim.heat.influence import Axis, one_sided_influence
-from roughsim.heat.periodic import checked_times, fields_over_time, unit_vector
+from roughsim.heat.free.influence import Axis, one_sided_influence
+from roughsim.heat.response import checked_times, fields_over_time, unit_vector
 
 Field = NDArray[Any]
 

@@ -20,9 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.fourier import convolution
 from roughsim.grid import Grid
-from roughsim.heat.half_space import axes, axes_spectrum, padded_shape
-from roughsim.heat.influence import Axis, temperature_at
-from roughsim.heat.periodic import checked_times, unit_vector
+from roughsim.heat.free.half_space import axes, axes_spectrum, padded_shape
+from roughsim.heat.free.influence import Axis, temperature_at
+from roughsim.heat.response import checked_times, unit_vector
 
 Vector = NDArray[np.float64]
 _SLOW = 0.25  # Péclet number of a pixel, below which the temperature is smooth over it

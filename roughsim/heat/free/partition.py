@@ -20,8 +20,8 @@ from roughsim import fourier
 from roughsim.errors import ConvergenceError, number, positive, real_field
 from roughsim.fourier import convolution
 from roughsim.grid import Grid
-from roughsim.heat.half_space import influence_spectrum, padded_shape
-from roughsim.heat.periodic import checked_times
+from roughsim.heat.free.half_space import influence_spectrum, padded_shape
+from roughsim.heat.response import checked_times
 
 Field = NDArray[Any]
 _TOLERANCE = 1e-8
