@@ -6,8 +6,7 @@ import errno
 import hashlib
 import io
 import json
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
 from roughsim.foreign import refuse_foreign
+from roughsim.foreign.apart import EndedError, call_apart
 from roughsim.means import NUMBERS
 from roughsim.record.disk import DamagedError, damaged, hdf5_bytes, place_bytes, seal_of, sealed, unlocked
 
@@ -92,20 +92,20 @@ def read_member(path: Path, *, with_fields: bool = False) -> Member:
     OSError
         If it cannot be read now, which is no damage.
     """
-    with _opened(path) as file:
-        return _take(file, path, with_fields=with_fields)
+    member: Member = _inside(path, _take, with_fields)
+    return member
 
 
 def kept_fields(path: Path) -> tuple[str, ...]:
     """Return the names of the fields that a realization's file holds, without reading them; errors as `read_member`."""
-    with _opened(path) as file:
-        return tuple(name for name in FIELD_UNITS if name in file)
+    names: tuple[str, ...] = _inside(path, _names)
+    return names
 
 
 def read_field(path: Path, name: str) -> NDArray[np.float32]:
     """Read one field of a realization's file and check its bytes; errors as `read_member`."""
-    with _opened(path) as file:
-        return _field(file[name], name)
+    field: NDArray[np.float32] = _inside(path, _one_field, name)
+    return field
 
 
 def check_member(path: Path) -> None:
@@ -122,30 +122,40 @@ def check_member(path: Path) -> None:
         content = unlocked(path)
     except RecordError as error:  # somebody's folder or pipe
         raise OSError(errno.EINVAL, str(error)) from error
-    if seal_of(path, content) is not None:
-        return
     try:
-        with _opened(path, content) as file:
-            _take(file, path, with_fields=True)
+        if seal_of(path, content) is None:
+            _apart(path, content, _take, True)
     except DamagedError:
         raise
     except RecordError:  # of another format: not ours to judge
         return
 
 
-@contextmanager
-def _opened(path: Path, content: bytes | None = None) -> Iterator[Any]:
-    """Open a file for reading, in memory; whatever goes wrong in it means that the file is damaged."""
+def _inside(path: Path, take: Callable[..., Any], *arguments: Any) -> Any:
+    """Return ``take(file, path, *arguments)`` of an HDF5 file whose bytes were read and judged before."""
+    content = unlocked(path)
+    where = _apart if seal_of(path, content) is None else _opened
+    return where(path, content, take, *arguments)
+
+
+def _apart(path: Path, content: bytes, take: Callable[..., Any], *arguments: Any) -> Any:
+    """Open a file without a seal, as older versions wrote it, where the HDF5 library can do no harm."""
+    seconds = 5.0 + len(content) / 1e7
+    try:
+        return call_apart(_opened, path, content, take, *arguments, seconds=seconds)
+    except EndedError as error:
+        raise damaged(path, error) from error
+
+
+def _opened(path: Path, content: bytes, take: Callable[..., Any], *arguments: Any) -> Any:
+    """Open a file in memory and take something out of it; whatever goes wrong means that the file is damaged."""
     import h5py
 
-    if content is None:
-        content = unlocked(path)
-        seal_of(path, content)
     try:
         with h5py.File(io.BytesIO(content), "r") as file:
             check_format(path, int(file.attrs["format_version"]))
             refuse_foreign(file, path)
-            yield file
+            return take(file, path, *arguments)
     except RecordError:
         raise
     except (OSError, LookupError, ValueError, TypeError, RuntimeError) as error:
@@ -244,7 +254,7 @@ def _link(file: Any, name: str, signal: str, axes: list[str], others: list[str])
             group[array] = file[array]
 
 
-def _take(file: Any, path: Path, *, with_fields: bool) -> Member:
+def _take(file: Any, path: Path, with_fields: bool) -> Member:
     text = str(file.attrs["header"])
     header = _checked_header(json.loads(text))
     level, index = header["level"], header["index"]
@@ -272,6 +282,14 @@ def _take(file: Any, path: Path, *, with_fields: bool) -> Member:
         tuple(header["speeds"]),
         header["provenance"],
     )
+
+
+def _names(file: Any, _: Path) -> tuple[str, ...]:
+    return tuple(name for name in FIELD_UNITS if name in file)
+
+
+def _one_field(file: Any, _: Path, name: str) -> NDArray[np.float32]:
+    return _field(file[name], name)
 
 
 def _field(dataset: Any, name: str, shape: list[int] | None = None) -> NDArray[np.float32]:

@@ -75,7 +75,7 @@ class Rows:
         import h5py
 
         try:
-            with h5py.File(path) as file:
+            with h5py.File(path, "r", locking=False) as file:
                 if file.attrs.get("content") != _MARK:
                     raise RecordError(f"{path} holds no rows to go on with; give another path")
                 for table, group in file.items():

@@ -81,7 +81,7 @@ def read_validity(path: Path | None = None) -> dict[str, Table]:
 
     place = Path(str(files("roughsim") / "data" / "validity.h5")) if path is None else path
     try:
-        with h5py.File(place, "r") as file:
+        with h5py.File(place, "r", locking=False) as file:
             if int(file.attrs["format_version"]) > _FORMAT:
                 raise RecordError(f"{place} has a newer format than {_FORMAT}; update roughsim")
             tables = {name: _table(file[name]) for name in file}

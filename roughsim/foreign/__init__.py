@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from roughsim.errors import RecordError
+from roughsim.foreign.apart import EndedError, call_apart
 
 _OBJECTS = re.compile(rb"'descr'\s*:\s*[^,}]*\|?O")  # in the header of a .npy
 
@@ -79,10 +80,10 @@ def refuse_file_of_instrument(path: Path) -> None:
         raise RecordError(f"{path} has {size / 1e9:.3g} GB, above an eighth of the machine's memory; crop it first")
     start = _start(path)
     if start.startswith(b"\x89HDF\r\n\x1a\n"):
-        import h5py
-
-        with h5py.File(path, "r") as file:
-            refuse_foreign(file, path, written_here=False)
+        try:
+            call_apart(_walk, path, seconds=5.0 + size / 1e7)
+        except EndedError as error:
+            raise RecordError(f"{path} cannot be read: {error}; it is damaged, save it again") from error
     elif start.startswith(b"PK"):
         with zipfile.ZipFile(path) as archive:
             unpacked = sum(entry.file_size for entry in archive.infolist())
@@ -90,6 +91,20 @@ def refuse_file_of_instrument(path: Path) -> None:
             raise RecordError(f"{path} unpacks to {unpacked / 1e9:.3g} GB, above half of the machine's memory")
     elif start.startswith(b"\x80") or (start.startswith(b"\x93NUMPY") and _OBJECTS.search(start)):
         raise RecordError(f"{path} holds pickled Python objects, which run code when they are read; nothing was read")
+
+
+def _walk(path: Path) -> None:
+    """Refuse an HDF5 file that leads elsewhere, and read all of it once."""
+    import h5py
+
+    def read(_: str, item: Any) -> None:
+        list(item.attrs.values())
+        if isinstance(item, h5py.Dataset):
+            item[()]
+
+    with h5py.File(path, "r", locking=False) as file:
+        refuse_foreign(file, path, written_here=False)
+        file.visititems(read)
 
 
 def _start(path: Path) -> bytes:
