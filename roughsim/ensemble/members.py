@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import time
 import warnings
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roughsim import fourier
-from roughsim.errors import ConvergenceError
+from roughsim.errors import ConvergenceError, RecordError
 from roughsim.means import NUMBERS
 from roughsim.numerics import Numerics
 from roughsim.realization import Realization, realize, versions
@@ -37,6 +38,23 @@ def store_member(scene: Scene, numerics: Numerics, level: int, index: int, place
         member = Member(level, index, failure=str(error), lengths=numerics.lengths, provenance=provenance)
     write_member(place, member)
     return member.without_arrays()
+
+
+def store_for(scene: Scene, numerics: Numerics, level: int, index: int, place: Path) -> tuple[str, Member]:
+    """Do as `store_member` in a worker, and return also the name of its host.
+
+    Raises
+    ------
+    RecordError
+        If the worker does not see the run folder.
+    """
+    host = socket.gethostname()
+    if not (place / "run.json").exists():
+        raise RecordError(
+            f"a worker on {host} does not see {place}: the file system is not shared; name a run folder that all "
+            f"workers see"
+        )
+    return host, store_member(scene, numerics, level, index, place)
 
 
 def _member(scene: Scene, numerics: Numerics, one: Realization) -> Member:

@@ -2,180 +2,211 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import signal
-import threading
+import socket
 import time
 import warnings
-from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING
 
-from roughsim.ensemble.members import store_member
+from roughsim.ensemble.claims import Claims
+from roughsim.ensemble.folder import sweep
+from roughsim.ensemble.members import store_for, store_member
+from roughsim.ensemble.workers import Workforce
 from roughsim.errors import RecordError
 from roughsim.numerics import Numerics
-from roughsim.record import Member, Run, member_path, read_member
+from roughsim.record import Member, Run, member_path
+from roughsim.record.disk import DamagedError
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene
 
+Task = tuple[int, int]  # level and index
 RETRIES = 3  # how often a pool whose worker died is started anew without a new member in between
+PAUSE = 0.5  # s between two looks at what other processes have done
+SEEN = 10.0  # s that a network file system may take to show what a worker has written
+LEAST_WAIT, LONGEST_WAITS = 600.0, 10.0  # s, and multiple of the longest time of a member, after which it is done again
 
 
-@contextmanager
-def workforce(workers: int, executor: Executor | None) -> Iterator[Callable[[], Executor | None]]:
-    """Yield what makes a pool, and end the last one made; a given executor is left to its owner.
+@dataclass(slots=True)
+class _Sent:
+    """A member that was handed to a worker: when, and whether for the second time."""
 
-    After an error or an interrupt the processes are ended at once: what they were at is not stored yet, so nothing is
-    lost.
-    """
-    others = set(multiprocessing.active_children())
-    made: list[Executor] = []
-
-    def make() -> Executor | None:
-        if executor is not None or workers == 1:
-            return executor
-        context = multiprocessing.get_context("spawn")  # fork after threaded transforms hangs
-        made.append(
-            ProcessPoolExecutor(workers, mp_context=context, initializer=_begin_worker, initargs=(os.getpid(),))
-        )
-        return made[-1]
-
-    try:
-        yield make
-    except BaseException:
-        for child in multiprocessing.active_children():
-            if made and child not in others:
-                child.terminate()
-        raise
-    finally:
-        for pool in made:
-            pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _begin_worker(parent: int) -> None:
-    """Leave interrupts to the main process, and do not outlive it, however it ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(0.5)
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
-
-
-@contextmanager
-def stopped_by_signals() -> Iterator[Callable[[], None]]:
-    """Let SIGTERM end a run as an interrupt does, and yield what raises an interrupt that was lost.
-
-    Python drops an exception that comes up inside a finalizer, of an HDF5 object for instance: the run would go on.
-    Only the main thread of a process can arrange signals; a handler of the program's own is left alone.
-    """
-    asked = threading.Event()
-
-    def stop(number: int, frame: FrameType | None) -> None:
-        asked.set()
-        raise KeyboardInterrupt
-
-    def check() -> None:
-        if asked.is_set():
-            raise KeyboardInterrupt
-
-    before = {}
-    if threading.current_thread() is threading.main_thread():
-        before[signal.SIGTERM] = signal.signal(signal.SIGTERM, stop)
-        if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-            before[signal.SIGINT] = signal.signal(signal.SIGINT, stop)
-    try:
-        yield check
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-def sweep(place: Path) -> None:
-    """Remove what a killed writer left half done, and damaged files with a warning: they are done again."""
-    for path in sorted((place / "realizations").glob("*")):
-        if path.name.endswith(".tmp"):
-            path.unlink()
-            continue
-        try:
-            read_member(path)
-        except RecordError as error:
-            warnings.warn(f"{error}; doing it again", RuntimeWarning, stacklevel=3)
-            path.unlink()
+    task: Task
+    since: float
+    again: bool = False
 
 
 class Tasks:
-    """The members still to do, in order, and the run that they make up."""
+    """The members still to do, in order, and the run that they make up, also by the work of other processes."""
 
-    def __init__(self, scene: Scene, numerics: Numerics, place: Path, result: Run, check: Callable[[], None]):
-        self.scene, self.numerics, self.place, self.result, self.check = scene, numerics, place, result, check
+    def __init__(
+        self,
+        scene: Scene,
+        numerics: Numerics,
+        place: Path,
+        result: Run,
+        claims: Claims,
+        check: Callable[[], None],
+        observer: Callable[[Run], None] | None = None,
+    ):
+        self.scene, self.numerics, self.place, self.result = scene, numerics, place, result
+        self.claims, self.check, self.observer = claims, check, observer
+        self.most = scene.ensemble.max_realizations
+        self.longest = 0.0  # s from handing a member out until it came back
+        self._levels = sorted(range(len(numerics.levels)), key=lambda i: -numerics.grid(i).points)
 
-    def _to_do(self) -> Iterator[tuple[int, int]]:
-        """Yield (level, index) of what is not stored yet, index by index, the largest grid first."""
-        levels = sorted(range(len(self.numerics.levels)), key=lambda i: -self.numerics.grid(i).points)
-        for index in range(self.scene.ensemble.max_realizations):
-            wanted = self.numerics.of_index(index)
-            yield from ((level, index) for level in levels if level in wanted and not self._stored(level, index))
-
-    def _stored(self, level: int, index: int) -> bool:
-        return member_path(self.place, level, index).exists()
-
-    def complete(
-        self, make: Callable[[], Executor | None], workers: int, observer: Callable[[Run], None] | None
-    ) -> None:
-        """Work through the tasks until the targets are met or there are none left."""
+    def complete(self, force: Workforce) -> None:
+        """Work through the tasks until the targets are met or all members are there, whoever computes them."""
         died, stored = 0, len(self.result.members)
         while True:
-            pool = make()
+            pool = force.pool()
             try:
                 if pool is None:
-                    self._alone(observer)
+                    self._alone()
                 else:
-                    self._shared(pool, 2 * workers, observer)
+                    self._shared(pool, force)
+                return
             except BrokenExecutor as error:
-                self.result.refresh()
+                if force.unguarded:
+                    raise RuntimeError(_GUARD) from None
+                self._refresh()
                 died = died + 1 if len(self.result.members) == stored else 1
                 stored = len(self.result.members)
                 if died > RETRIES:
                     raise RuntimeError(
-                        f"workers died {died} times without storing a member, last: {error}; see memory and disk, and "
-                        f"try fewer workers"
+                        f"workers died {died} times without storing a member, last: {error or type(error).__name__}; "
+                        f"see memory and disk, and try fewer workers"
                     ) from error
-                continue
-            return
 
-    def _alone(self, observer: Callable[[Run], None] | None) -> None:
-        for level, index in self._to_do():
-            if self.result.target_met:
-                return
-            self.result.take(store_member(self.scene, self.numerics, level, index, self.place))
-            self._tell(observer)
+    def _next(self) -> Task | None:
+        """Claim the first member, index by index and the largest grid first, that is not there and nobody computes."""
+        for index in range(self.result.realizations, self.most):
+            wanted = self.numerics.of_index(index)
+            for task in ((level, index) for level in self._levels if level in wanted):
+                if not self._stored(task) and self.claims.take(_claim(task)):
+                    if not self._stored(task):
+                        return task
+                    self.claims.release(_claim(task))  # stored since we looked
+        return None
 
-    def _shared(self, pool: Executor, ahead: int, observer: Callable[[Run], None] | None) -> None:
-        to_do = self._to_do()
-        pending: set[Future[Member]] = set()
+    def _stored(self, task: Task) -> bool:
+        return member_path(self.place, *task).exists()
+
+    def _finished(self) -> bool:
+        return self.result.target_met or self.result.realizations >= self.most
+
+    def _alone(self) -> None:
+        while not self._finished():
+            task = self._next()
+            if task is None:
+                self._pause()
+            else:
+                self._count(task, store_member(self.scene, self.numerics, *task, self.place), socket.gethostname())
+
+    def _shared(self, pool: Executor, force: Workforce) -> None:
+        pending: dict[Future[tuple[str, Member]], _Sent] = {}
         try:
-            while not self.result.target_met:
-                while len(pending) < ahead and (task := next(to_do, None)) is not None:
-                    pending.add(pool.submit(store_member, self.scene, self.numerics, *task, self.place))
-                if not pending:
-                    return
-                done, pending = wait(pending, return_when=FIRST_COMPLETED)
+            while not self._finished():
+                while len(pending) < 2 * force.workers and (task := self._next()) is not None:
+                    self._hand_out(pool, pending, _Sent(task, time.monotonic()))
+                done, _ = wait(pending, timeout=PAUSE, return_when=FIRST_COMPLETED)
                 for future in done:
-                    self.result.take(future.result())
-                self._tell(observer)
+                    sent = pending.pop(future)
+                    host, member = _result(future)
+                    self.longest = max(self.longest, time.monotonic() - sent.since)
+                    self._count(sent.task, member, host)
+                if not done:
+                    self._pause(0.0 if pending else PAUSE)
+                    self._redo_overdue(pool, pending, force)
         finally:
-            for future in pending:
+            for future, sent in pending.items():
                 future.cancel()
+                self.claims.release(_claim(sent.task))
 
-    def _tell(self, observer: Callable[[Run], None] | None) -> None:
+    def _hand_out(self, pool: Executor, pending: dict[Future[tuple[str, Member]], _Sent], sent: _Sent) -> None:
+        pending[pool.submit(store_for, self.scene, self.numerics, *sent.task, self.place)] = sent
+
+    def _redo_overdue(self, pool: Executor, pending: dict[Future[tuple[str, Member]], _Sent], force: Workforce) -> None:
+        """Hand out again what has not come back for long; what then still does not come back is computed here."""
+        limit = max(LEAST_WAIT, LONGEST_WAITS * self.longest)
+        for future, sent in list(pending.items()):
+            waited = time.monotonic() - sent.since
+            if waited <= limit:
+                continue
+            del pending[future]
+            force.stuck |= not future.cancel()
+            name = f"{_claim(sent.task)} has not come back from a worker for {waited:.0f} s"
+            if sent.again:
+                warnings.warn(f"{name} again; it is computed in this process", RuntimeWarning, stacklevel=2)
+                member = store_member(self.scene, self.numerics, *sent.task, self.place)
+                self._count(sent.task, member, socket.gethostname())
+            else:
+                warnings.warn(
+                    f"{name} (limit {limit:.0f} s: {LONGEST_WAITS:g} times the longest so far, at least "
+                    f"{LEAST_WAIT:g} s); it is handed out again; see whether the workers are alive",
+                    RuntimeWarning,
+                    stacklevel=2,
+                )
+                self._hand_out(pool, pending, _Sent(sent.task, time.monotonic(), again=True))
+
+    def _count(self, task: Task, member: Member, host: str) -> None:
+        """Count a member once this process sees its file, and give up its claim."""
+        end = time.monotonic() + SEEN
+        while not self._stored(task):
+            if time.monotonic() > end:
+                raise RecordError(
+                    f"a worker on {host} wrote {member_path(self.place, *task)}, but this process does not see it: the "
+                    f"file system is not shared; name a run folder that all workers see"
+                )
+            list(member_path(self.place, *task).parent.iterdir())  # network file systems look again
+            time.sleep(0.1)
+        self.result.members[task] = member
+        self._refresh()
+        self.claims.release(_claim(task))
+        self._tell()
+
+    def _pause(self, seconds: float = PAUSE) -> None:
+        """Wait, and count what other processes have stored."""
+        before = len(self.result.members)
+        time.sleep(seconds)
+        self._refresh()
+        if len(self.result.members) != before:
+            self._tell()
         self.check()
-        if observer is not None:
-            observer(self.result)
+
+    def _refresh(self) -> None:
+        """Read what has come; what another process has moved aside, or a disk has damaged since, is done again."""
+        try:
+            self.result.refresh()
+        except (DamagedError, FileNotFoundError):
+            sweep(self.place, self.claims)
+            self.result.refresh()
+
+    def _tell(self) -> None:
+        self.check()
+        if self.observer is not None:
+            self.observer(self.result)
+
+
+_GUARD = (
+    'the script lacks `if __name__ == "__main__":`: each worker imports the script and would start the run again; '
+    "put the call of run below that line, or compute with workers=1"
+)
+
+
+def _claim(task: Task) -> str:
+    return f"L{task[0]}-{task[1]:06d}"
+
+
+def _result(future: Future[tuple[str, Member]]) -> tuple[str, Member]:
+    """What a worker sends back; an executor that drops what it was given says nothing by itself."""
+    try:
+        return future.result()
+    except CancelledError:
+        raise RuntimeError(
+            "the executor dropped a member that it had been given: its scheduler or its workers are gone; what was "
+            "computed is stored; start them anew, and the same call goes on from there"
+        ) from None

@@ -1,0 +1,119 @@
+"""The processes of a run, and the signals that end it."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing.context import SpawnContext, SpawnProcess
+from types import FrameType, TracebackType
+from typing import Any, Self
+
+_WORKER = "roughsim worker"
+_UNGUARDED = 113  # exit code of a worker that came to `run` while it imported the script of its parent
+
+
+class _Context(SpawnContext):
+    """Starts processes by spawning, since fork after threaded transforms hangs, and remembers them."""
+
+    def __init__(self) -> None:
+        self.born: list[SpawnProcess] = []
+
+    def Process(self, *args: Any, **kwargs: Any) -> SpawnProcess:  # type: ignore[override]  # noqa: N802
+        self.born.append(SpawnProcess(*args, name=_WORKER, **kwargs))
+        return self.born[-1]
+
+
+class Workforce:
+    """Worker processes of this run, made anew when they break; or an executor of the caller's, which is left to it.
+
+    At the end all processes made here are gone. After an error or an interrupt they are ended at once: what they were
+    at is not stored yet, so nothing is lost.
+    """
+
+    def __init__(self, workers: int, executor: Executor | None):
+        self.workers = workers
+        self.executor = executor
+        self.stuck = False  # whether a worker is not to be waited for at the end
+        self._context = _Context()
+        self._made: list[Executor] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def pool(self) -> Executor | None:
+        """Return what members are handed to; None to compute them in this process."""
+        if self.executor is not None or self.workers == 1:
+            return self.executor
+        options = {"initializer": _begin_worker, "initargs": (os.getpid(),)}
+        self._made.append(ProcessPoolExecutor(self.workers, mp_context=self._context, **options))
+        return self._made[-1]
+
+    @property
+    def unguarded(self) -> bool:
+        """Whether a worker ended because it came upon this very run in the script that it imports."""
+        return any(child.exitcode == _UNGUARDED for child in self._context.born)
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is not None or self.stuck:
+            for child in self._context.born:
+                child.kill()
+        for pool in self._made:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+def leave_if_imported() -> None:
+    """End this process if it is a worker that imports the script of its parent and has come to the call of `run`.
+
+    The parent then says what the script lacks; an exception here would print a traceback for each worker.
+    """
+    if multiprocessing.current_process().name == _WORKER:
+        os._exit(_UNGUARDED)
+
+
+def _begin_worker(parent: int) -> None:
+    """Leave interrupts to the main process, and do not outlive it, however it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.5)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def stopped_by_signals() -> Iterator[Callable[[], None]]:
+    """Let SIGTERM end a run as an interrupt does, and yield what raises an interrupt that was lost.
+
+    Python drops an exception that comes up inside a finalizer, of an HDF5 object for instance: the run would go on.
+    Only the main thread of a process can arrange signals; a handler of the program's own is left alone.
+    """
+    asked = threading.Event()
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        asked.set()
+        raise KeyboardInterrupt
+
+    def check() -> None:
+        if asked.is_set():
+            raise KeyboardInterrupt
+
+    before = {}
+    if threading.current_thread() is threading.main_thread():
+        before[signal.SIGTERM] = signal.signal(signal.SIGTERM, stop)
+        if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            before[signal.SIGINT] = signal.signal(signal.SIGINT, stop)
+    try:
+        yield check
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
