@@ -1,4 +1,4 @@
-"""What this installation is, what it lacks, and whether it computes: versions, threads, memory, locks, two exact cases.
+"""What this installation is, what it lacks, and whether it computes: versions, threads, memory, runs, two exact cases.
 
 Nothing here is needed by a run. Whatever is broken is a finding, not an error: `examine` always returns.
 """
@@ -34,8 +34,9 @@ def examine(folder: Path) -> dict[str, Any]:
     -------
     dict
         JSON values: ``roughsim``, ``python``, ``system``, ``packages`` (name → {version, needed, sound}), ``fft``,
-        ``cores``, ``threads`` (library → count), ``memory_bytes``, ``free_bytes`` (of the folder's disk), ``locks``,
-        ``extras`` (name → {missing, install}), ``checks``, and ``sound``: whether a run can be trusted to compute.
+        ``cores``, ``threads`` (library → count), ``memory_bytes``, ``free_bytes`` (of the folder's disk), ``claims``
+        (runs that processes work on), ``extras`` (name → {missing, install}), ``checks``, and ``sound``: whether a run
+        can be trusted to compute.
     """
     packages = {name: _package(name, least) for name, least, extra in _requirements() if not extra}
     checks = [_checked(name, check) for name, check in _CHECKS.items()]
@@ -50,7 +51,7 @@ def examine(folder: Path) -> dict[str, Any]:
         "threads": _told(_threads),
         "memory_bytes": _told(_memory),
         "free_bytes": _told(lambda: _free(folder)),
-        "locks": list(_locks(folder)),
+        "claims": list(_claims(folder)),
         "extras": _extras(),
         "checks": checks,
         "sound": all(check["sound"] for check in checks)
@@ -70,7 +71,7 @@ def lines(found: dict[str, Any]) -> list[str]:
         f"memory: {_gigabytes(found['memory_bytes'])}; free disk here: {_gigabytes(found['free_bytes'])}",
     ]
     told += [f"{name} is wanted as {one['needed']}: {one['install']}" for name, one in _unsound(found)]
-    told += [f"lock: {lock['folder']} {lock['says']}" for lock in found["locks"]] or ["locks: none below this folder"]
+    told += [f"run: {one['folder']} {one['says']}" for one in found["claims"]] or ["runs at work: none below here"]
     for name, extra in found["extras"].items():
         lacks = f"lacks {', '.join(extra['missing'])}: {extra['install']}" if extra["missing"] else "complete"
         told.append(f"extra {name}: {lacks}")
@@ -160,14 +161,14 @@ def _free(folder: Path) -> int:
     return shutil.disk_usage(folder).free
 
 
-def _locks(folder: Path) -> Iterator[dict[str, Any]]:
-    from roughsim.record import writer
+def _claims(folder: Path) -> Iterator[dict[str, Any]]:
+    from roughsim.ensemble import writer
 
-    for path in sorted({*folder.glob("lock"), *folder.glob("*/lock"), *folder.glob("*/*/lock")}):
+    for path in sorted({*folder.glob("claims"), *folder.glob("*/claims"), *folder.glob("*/*/claims")}):
         if not (path.parent / "run.json").exists():
             continue
         owner = writer(path.parent)
-        says = f"is being written by {owner}" if owner else "was left by a process that is gone; the next run takes it"
+        says = f"is being computed by {owner}" if owner else "was left by processes that are gone; the next run goes on"
         yield {"folder": str(path.parent), "writer": owner, "says": says}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Self
 from rich import progress as bars
 from rich.console import Console
 
-from roughsim.status import clock, reached, realizations_needed
+from roughsim.status import clock, count_text, end_known, reached, realizations_needed
 
 if TYPE_CHECKING:
     from roughsim.record import Run
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Progress:
-    """A bar on a terminal, a line now and then elsewhere."""
+    """A bar on a terminal, a line now and then elsewhere; a terminal or file that takes no more stops no run."""
 
     def __init__(self, console: Console):
         self.console = console
@@ -31,30 +32,32 @@ class Progress:
         self.said = -1
 
     def __enter__(self) -> Self:
-        self.bar.start()
+        with suppress(OSError):
+            self.bar.start()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.bar.stop()
+        with suppress(OSError):
+            self.bar.stop()
 
     def update(self, run: Run) -> None:
-        """Show where the run stands."""
+        """Show where the run stands, and the time left once the end can be told."""
         count = run.realizations
         members = len(run.members)
         if self.first is None:
             self.first = members - 1
         needed = realizations_needed(run)
-        rate = (members - self.first) / max(time.monotonic() - self.began, 1e-9)
         expected = run.numerics.members(needed)
-        left = max(expected - members, 0) / rate
-        text = f"{count} of about {needed} realizations{reached(run)}"
-        done = members / expected
-        self.bar.update(self.task, description=text, completed=min(done, 1.0), left=f"{clock(left)} left")
-        if self.bar.disable and count and count % max(needed // 5, 1) == 0 and count != self.said:
-            self.said = count
-            self.console.print(f"{text}, {clock(left)} left", highlight=False, soft_wrap=True)
+        rate = (members - self.first) / max(time.monotonic() - self.began, 1e-9)
+        left = f"{clock(max(expected - members, 0) / rate)} left" if end_known(run) else "time left not known yet"
+        text = count_text(run) + reached(run)
+        with suppress(OSError):
+            self.bar.update(self.task, description=text, completed=min(members / expected, 1.0), left=left)
+            if self.bar.disable and count and count % max(needed // 5, 1) == 0 and count != self.said:
+                self.said = count
+                self.console.print(f"{text}, {left}", highlight=False, soft_wrap=True)
 
     def summary(self, run: Run) -> list[str]:
         """Return what to say at the end."""
@@ -69,19 +72,25 @@ class Progress:
 
 def run_shown(scene: Scene, folder: Path, workers: int | None, **options: Any) -> Run:
     """Plan and run a scene as `roughsim.run` does, showing the plan, the progress and the end; all cores for None."""
-    from roughsim.ensemble import run, settled
+    from roughsim.ensemble import aimed, begin, run
 
     console = Console(stderr=True)
-    numerics = settled(scene, folder)
-    for reason in numerics.reasons:
-        if reason.choice in ("smoothed", "capped", "elastic"):
-            console.print(f"[dim]{reason.value}[/dim]", highlight=False, soft_wrap=True)
+    scene = aimed(scene, **options)
+    numerics = begin(scene, folder)
+    reasons = (reason for reason in numerics.reasons if reason.choice in ("smoothed", "capped", "elastic"))
+    _show(console, *(f"[dim]{reason.value}[/dim]" for reason in reasons))
     count = (os.cpu_count() or 1) if workers is None else workers
     with Progress(console) as progress:
-        result = run(scene, folder, numerics=numerics, workers=count, observer=progress.update, **options)
-    for line in progress.summary(result):
-        console.print(line, highlight=False, soft_wrap=True)
+        result = run(scene, folder, numerics=numerics, workers=count, observer=progress.update)
+    _show(console, *progress.summary(result))
     return result
+
+
+def _show(console: Console, *lines: str) -> None:
+    """Print lines; what nobody reads any more is lost, and the run goes on."""
+    with suppress(OSError):
+        for line in lines:
+            console.print(line, highlight=False, soft_wrap=True)
 
 
 def targets(until: list[str] | None) -> dict[str, float] | None:

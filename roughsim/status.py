@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from roughsim.compare import json_number
-from roughsim.estimate import relative_half_width
-from roughsim.record import member_path, writer
+from roughsim.ensemble import writer
+from roughsim.estimate import LEAST, relative_half_width
+from roughsim.record import member_path
 
 if TYPE_CHECKING:
     from roughsim.record import Run
@@ -48,7 +48,7 @@ def status_lines(run: Run) -> list[str]:
     told = status_dict(run)
     by = f"being computed by {told['writer']}" if told["writer"] else "not being computed now"
     lines = [f"{run.folder}: {run.scene.title or 'untitled'}; {by}"]
-    lines.append(f"{told['realizations']} of about {told['needed']} realizations{reached(run)}")
+    lines.append(f"{count_text(run)}{reached(run)}")
     if told["failed"]:
         lines.append(f"{told['failed']} did not converge and are left out of the means")
     for name in told["estimates"]:
@@ -73,15 +73,31 @@ def realizations_needed(run: Run) -> int:
     return min(wanted, run.max_realizations)
 
 
+def count_text(run: Run) -> str:
+    """Return how many realizations are there, and how many the targets take, if that can be told."""
+    if end_known(run):
+        return f"{run.realizations} of about {realizations_needed(run)} realizations"
+    return f"{run.realizations} realizations; how many the target takes shows after {realizations_needed(run)}"
+
+
+def end_known(run: Run) -> bool:
+    """Whether so many realizations are there that those which the targets take can be told."""
+    if not run.until:
+        return True
+    enough = len(run.sound(run.realizations)) >= min(LEAST, run.max_realizations)
+    return enough and all(isfinite(relative_half_width(run.values(name))) for name in run.until)
+
+
 def seconds_left(run: Run) -> float | None:
-    """Return the time left at the pace of the latest members, s; None while there is no pace to tell."""
+    """Return the time left at the pace of the latest members, s; None while there is no pace or no end to tell."""
+    if not end_known(run):
+        return None
     paths = (member_path(run.folder, level, index) for level, index in run.members)
     written = sorted(path.stat().st_mtime for path in paths if path.exists())[-_RECENT:]
     if len(written) < 2 or written[-1] <= written[0]:
         return None
     missing = max(run.numerics.members(realizations_needed(run)) - len(run.members), 0)
-    waited = max(time.time() - written[-1], 0.0) if writer(run.folder) else 0.0
-    return max(missing * (written[-1] - written[0]) / (len(written) - 1) - waited, 0.0)
+    return missing * (written[-1] - written[0]) / (len(written) - 1)
 
 
 def reached(run: Run) -> str:

@@ -2,13 +2,13 @@
 
 import json
 import os
-import socket
 
 import numpy as np
 import pytest
 
 import roughsim as rs
 from roughsim import cli, doctor
+from roughsim.ensemble import claims
 
 
 def told(capsys, *words):
@@ -34,7 +34,7 @@ def test_a_sound_installation_computes_two_exact_cases(found):
     assert found["fft"] == rs.fourier.backend()
     assert found["cores"] >= 1
     assert found["memory_bytes"] > 1e8
-    assert found["locks"] == []
+    assert found["claims"] == []
     assert doctor.lines(found)[-1] == "all is well"
     assert json.loads(json.dumps(found, allow_nan=False)) == found
 
@@ -91,16 +91,17 @@ def test_missing_pyfftw_is_told_and_does_without(monkeypatch, tmp_path):
     assert any("pyfftw>=999" in line for line in doctor.lines(found))
 
 
-def test_locks_of_runs_below_are_named_with_their_owner_dead_or_alive(monkeypatch, tmp_path):
+def test_runs_below_are_named_with_who_computes_them_or_who_is_gone(monkeypatch, tmp_path):
     monkeypatch.setattr(doctor, "_CHECKS", {})
-    for name, pid in (("one", os.getpid()), ("deep/two", 2**22 + 1)):
-        (tmp_path / name).mkdir(parents=True)
-        (tmp_path / name / "run.json").write_text("{}")
-        (tmp_path / name / "lock").write_text(json.dumps({"host": socket.gethostname(), "pid": pid}))
-    (tmp_path / "other").mkdir()
-    (tmp_path / "other" / "lock").write_text("not of a run")
-    locks = {os.path.basename(lock["folder"]): lock for lock in doctor.examine(tmp_path)["locks"]}
-    assert set(locks) == {"one", "two"}
-    assert str(os.getpid()) in locks["one"]["writer"]
-    assert locks["two"]["writer"] is None
-    assert "the next run takes it" in locks["two"]["says"]
+    for name in ("one", "deep/two", "other"):
+        (tmp_path / name / "claims").mkdir(parents=True)
+        if name != "other":
+            (tmp_path / name / "run.json").write_text("{}")
+    gone = {"host": "here", "pid": 2**22 + 1, "space": claims._space()}
+    (tmp_path / "deep" / "two" / "claims" / "process-here-1").write_text("0\n" + json.dumps(gone))
+    with claims.Claims(tmp_path / "one", renewal=0.02):
+        found = {os.path.basename(one["folder"]): one for one in doctor.examine(tmp_path)["claims"]}
+    assert set(found) == {"one", "two"}
+    assert str(os.getpid()) in found["one"]["writer"]
+    assert found["two"]["writer"] is None
+    assert "the next run goes on" in found["two"]["says"]

@@ -185,11 +185,11 @@ def test_a_target_out_of_reach_ends_at_the_last_realization(quick, tmp_path):
 
 def test_a_planned_run_goes_on_with_what_it_began_with(tmp_path, monkeypatch):
     # the stride of fine levels depends on when the run is to stop; a longer run is still the same run
-    from roughsim import ensemble
+    from roughsim.ensemble import start
 
     scene = rs.load_scene("demo")
     began = rs.run(scene, tmp_path / "run", max_realizations=2, until={})
-    monkeypatch.setattr(ensemble, "plan", lambda *_: pytest.fail("planned again"))
+    monkeypatch.setattr(start, "plan", lambda *_: pytest.fail("planned again"))
     run = rs.run(scene, tmp_path / "run", max_realizations=3, until={"flash_temperature": 1e-4})
     assert run.realizations == 3
     assert run.numerics == began.numerics
@@ -228,7 +228,7 @@ def test_run_json_tells_all_before_anything_slow(quick, tmp_path, monkeypatch):
     assert told["scene"]["sliding.friction_coefficient"] == 0.11
     assert {"numpy", "numba", "fft", "roughsim"} <= set(told["versions"])
     assert rs.load_scene(tmp_path / "run" / "scene.toml").sliding == quick.sliding
-    assert not (tmp_path / "run" / "lock").exists()
+    assert not (tmp_path / "run" / "claims").exists()
 
 
 def test_fields_are_kept_for_the_first_members_only(capped_run):

@@ -137,12 +137,12 @@ def test_an_interrupt_ends_all_within_a_second(scene_file, tmp_path, which, work
     while any(Path(f"/proc/{pid}").exists() for pid in family):
         assert time.monotonic() - began < 4.0 * patience, "a process stayed"
         time.sleep(0.05)
-    assert not (folder / "lock").exists()
+    assert not (folder / "claims").exists()
     assert_all_sound(folder)
 
 
 def test_an_interrupt_lost_in_a_finalizer_still_ends_the_run(monkeypatch):
-    from roughsim.ensemble.tasks import stopped_by_signals
+    from roughsim.ensemble.workers import stopped_by_signals
 
     class Finalized:
         def __del__(self):
@@ -196,7 +196,7 @@ def test_a_file_size_limit_stops_with_the_path_and_can_be_resumed(quick, tmp_pat
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert list((folder / "realizations").iterdir()) == []
-    assert not (folder / "lock").exists()
+    assert not (folder / "claims").exists()
     assert rs.run(quick, folder, max_realizations=3, until={}).realizations == 3
 
 
@@ -213,18 +213,6 @@ def test_a_run_can_be_read_while_it_is_written(scene_file, tmp_path):
     assert process.returncode == 0
     assert seen == sorted(seen)  # a prefix that only grows
     assert rs.open_run(folder).realizations == 24
-
-
-def test_a_second_writer_is_refused(quick, scene_file, tmp_path):
-    folder = tmp_path / "run"
-    process = start(scene_file, folder, most=100000)
-    try:
-        wait_for_members(folder, 1)
-        with pytest.raises(rs.RecordError, match=f"is being written by process {process.pid}"):
-            rs.run(quick, folder, max_realizations=100000, until={})
-    finally:
-        process.kill()
-        process.wait()
 
 
 def test_a_copy_under_another_index_is_refused(quick, tmp_path):

@@ -1,17 +1,13 @@
-"""Files: whole or absent, checked to the last byte, readable by other tools; one writer per run."""
+"""Files: whole or absent, checked to the last byte, readable by other tools."""
 
 import json
-import os
-import socket
-import subprocess
-import sys
 
 import h5py
 import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim.record import Member, member_path, read_member, write_member, writing
+from roughsim.record import Member, member_path, read_member, write_member
 
 
 def member(**changes):
@@ -125,28 +121,6 @@ def test_a_missing_folder_is_an_error_that_names_the_path_and_leaves_nothing(tmp
     with pytest.raises(OSError, match="cannot write .*L1-000042.h5"):
         write_member(tmp_path / "none", member())
     assert list(tmp_path.iterdir()) == []
-
-
-def test_two_writers_are_kept_apart(tmp_path):
-    with writing(tmp_path):
-        owner = json.loads((tmp_path / "lock").read_text())
-        assert owner == {"host": socket.gethostname(), "pid": os.getpid()}
-        with pytest.raises(rs.RecordError, match=f"is being written by process {os.getpid()}"), writing(tmp_path):
-            pass
-    assert not (tmp_path / "lock").exists()
-
-
-def test_the_lock_of_a_dead_process_is_taken_over(tmp_path):
-    gone = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True, check=True)
-    (tmp_path / "lock").write_text(json.dumps({"host": socket.gethostname(), "pid": int(gone.stdout)}))
-    with writing(tmp_path):
-        assert json.loads((tmp_path / "lock").read_text())["pid"] == os.getpid()
-
-
-def test_a_lock_on_another_host_is_respected(tmp_path):
-    (tmp_path / "lock").write_text(json.dumps({"host": "elsewhere", "pid": 1}))
-    with pytest.raises(rs.RecordError, match="process 1 on elsewhere"), writing(tmp_path):
-        pass
 
 
 def test_a_folder_that_is_no_run_is_refused(tmp_path):

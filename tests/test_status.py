@@ -71,12 +71,6 @@ def test_the_time_left_is_the_pace_of_the_latest_members_times_those_missing(run
     assert status.seconds_left(running) == pytest.approx(10 * levels * 4, rel=1e-3)
 
 
-def test_the_wait_for_the_next_member_counts_while_somebody_computes(running, monkeypatch):
-    levels = len(running.numerics.levels)
-    monkeypatch.setattr(status, "writer", lambda _: "process 1")
-    assert status.seconds_left(running) == pytest.approx(10 * levels * 4 - 30, abs=5)
-
-
 def test_there_is_no_pace_where_all_members_are_of_one_moment(running):
     for path in (running.folder / "realizations").iterdir():
         os.utime(path, (1e9, 1e9))

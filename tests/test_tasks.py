@@ -9,7 +9,8 @@ from concurrent.futures import BrokenExecutor, Executor
 import pytest
 
 import roughsim as rs
-from roughsim.ensemble import tasks
+from roughsim.ensemble import aimed, tasks, workers
+from roughsim.ensemble.claims import Claims
 
 
 class Broken(Executor):
@@ -22,20 +23,33 @@ class Broken(Executor):
 def to_do(scene, folder):
     run = rs.run(scene, folder, max_realizations=1)
     run.max_realizations = 2
-    return tasks.Tasks(scene, run.numerics, folder, run, lambda: None)
+    scene = aimed(scene, max_realizations=2)
+    return tasks.Tasks(scene, run.numerics, folder, run, Claims(folder), lambda: None)
+
+
+class Force(workers.Workforce):
+    """Pools that are handed in."""
+
+    def __init__(self, *pools):
+        super().__init__(2, None)
+        self.pools, self.used = iter(pools), 0
+
+    def pool(self):
+        self.used += 1
+        return next(self.pools)
 
 
 def test_workers_that_die_again_and_again_end_the_run_with_advice(quick, tmp_path):
-    pools = []
+    force = Force(*(Broken() for _ in range(9)))
     with pytest.raises(RuntimeError, match=r"workers died 4 times without storing a member, last: killed; see memory"):
-        to_do(quick, tmp_path / "run").complete(lambda: pools.append(Broken()) or pools[-1], 2, None)
-    assert len(pools) == tasks.RETRIES + 1
+        to_do(quick, tmp_path / "run").complete(force)
+    assert force.used == tasks.RETRIES + 1
 
 
 def test_workers_that_die_once_are_replaced_and_every_member_is_told(quick, tmp_path):
     work, seen = to_do(quick, tmp_path / "run"), []
-    pools = iter([Broken(), None])
-    work.complete(lambda: next(pools), 2, lambda run: seen.append(run.realizations))
+    work.observer = lambda run: seen.append(run.realizations)
+    work.complete(Force(Broken(), None))
     assert seen[0] == 2
     assert work.result.realizations == 2
 
@@ -48,7 +62,7 @@ def test_an_interrupt_that_was_noted_comes_up_at_the_next_member(quick, tmp_path
 
     work.check = check
     with pytest.raises(KeyboardInterrupt):
-        work.complete(lambda: None, 1, None)
+        work.complete(Force(None))
 
 
 def test_a_worker_whose_parent_is_gone_leaves_and_hears_no_interrupt(monkeypatch):
@@ -56,7 +70,7 @@ def test_a_worker_whose_parent_is_gone_leaves_and_hears_no_interrupt(monkeypatch
     monkeypatch.setattr(os, "_exit", lambda code: codes.append(code) or left.set())
     before = signal.getsignal(signal.SIGINT)
     try:
-        tasks._begin_worker(os.getppid() + 1)
+        workers._begin_worker(os.getppid() + 1)
         assert signal.getsignal(signal.SIGINT) == signal.SIG_IGN
     finally:
         signal.signal(signal.SIGINT, before)
@@ -70,7 +84,7 @@ def test_a_signal_is_an_interrupt_until_the_run_ends_and_then_what_it_was(number
     signal.signal(signal.SIGINT, signal.default_int_handler)
     own = signal.getsignal(number)
     try:
-        with tasks.stopped_by_signals() as check:
+        with workers.stopped_by_signals() as check:
             check()
             with pytest.raises(KeyboardInterrupt):
                 signal.raise_signal(number)
@@ -83,11 +97,11 @@ def test_a_signal_is_an_interrupt_until_the_run_ends_and_then_what_it_was(number
 
 def test_an_error_ends_the_workers_at_once_and_leaves_a_given_executor_alone():
     given = Broken()
-    with tasks.workforce(2, given) as make:
-        assert make() is given
-    with tasks.workforce(1, None) as make:
-        assert make() is None
+    with workers.Workforce(2, given) as force:
+        assert force.pool() is given
+    with workers.Workforce(1, None) as force:
+        assert force.pool() is None
     others = multiprocessing.active_children()
-    with pytest.raises(BrokenExecutor), tasks.workforce(2, None) as make:
-        make().submit(signal.raise_signal, signal.SIGKILL).result()
+    with pytest.raises(BrokenExecutor), workers.Workforce(2, None) as force:
+        force.pool().submit(signal.raise_signal, signal.SIGKILL).result()
     assert multiprocessing.active_children() == others

@@ -4,7 +4,6 @@ import json
 import os
 import pickle
 import shutil
-import socket
 import zipfile
 from dataclasses import replace
 
@@ -15,8 +14,9 @@ import pytest
 import roughsim as rs
 from roughsim import foreign
 from roughsim.cli import main
+from roughsim.ensemble import claims, tasks, writer
 from roughsim.foreign import refuse_file_of_instrument, refuse_foreign
-from roughsim.record import export_run, member_path, read_member, writer
+from roughsim.record import export_run, member_path, read_member
 from roughsim.record.files import kept_fields, read_field
 from roughsim.topography import read_topography
 
@@ -172,13 +172,23 @@ def test_a_pipe_is_refused_and_does_not_block(folder):
         rs.open_run(folder)
 
 
-def test_a_lock_from_elsewhere_neither_blocks_nor_crashes(folder):
-    os.mkfifo(folder / "lock")
+def test_claims_from_elsewhere_neither_block_nor_crash(folder, quick, monkeypatch):
+    monkeypatch.setattr(claims, "LEASE", 0.1)
+    monkeypatch.setattr(claims, "RENEWAL", 0.02)
+    monkeypatch.setattr(tasks, "PAUSE", 0.01)
+    place = folder / "claims"
+    place.mkdir()
+    os.mkfifo(place / "process-pipe")
+    os.mkfifo(place / "L0-000002")
+    (place / "process-folder").mkdir()
+    (place / "L0-000003").write_text("../../../etc/passwd")
+    for name, pid in (("a", 10**30), ("b", "x"), ("c", None), ("d", [1]), ("e", -1), ("\x1b[31m", 1)):
+        told = {"host": "\x1b[31m", "pid": pid, "space": claims._space()}
+        (place / f"process-{name}").write_text("0\n" + json.dumps(told))
+    (place / "letter.txt").write_text("dear")
     assert writer(folder) is None
-    (folder / "lock").unlink()
-    for pid in (10**30, "x", None, [1]):
-        (folder / "lock").write_text(json.dumps({"host": socket.gethostname(), "pid": pid}))
-        assert writer(folder) is None
+    assert rs.run(quick, folder, max_realizations=4).realizations == 4
+    assert (place / "letter.txt").read_text() == "dear"
 
 
 HEADERS = {

@@ -16,6 +16,7 @@ import socket
 import threading
 import time
 import warnings
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -41,8 +42,8 @@ class Claims:
         self.folder = place / "claims"
         self.lease = LEASE if lease is None else lease
         self.renewal = RENEWAL if renewal is None else renewal
-        host = re.sub(r"[^\w.-]", "-", socket.gethostname())[:64]
-        self.name = f"{host}-{os.getpid()}-{secrets.token_hex(8)}"  # another one where host and number come again
+        self._host = re.sub(r"[^\w.-]", "-", socket.gethostname())[:64]
+        self.name = f"{self._host}-{os.getpid()}-{secrets.token_hex(8)}"  # another one where host and number come again
         self.held: set[str] = set()
         self._seen: dict[str, tuple[bytes, float]] = {}
         self._warned = False
@@ -75,10 +76,8 @@ class Claims:
         for name in _processes(self.folder):
             if self._gone(name):
                 _remove(self.folder / f"process-{name}")
-        try:
+        with suppress(OSError):  # others are at work, or it holds files that are not ours
             self.folder.rmdir()
-        except OSError:
-            pass  # others are at work, or it holds files that are not ours
 
     def take(self, claim: str) -> bool:
         """Claim a member, also from a process that is gone; False if another process computes it.
@@ -104,6 +103,11 @@ class Claims:
         self.held.discard(claim)
         if _content(self.folder / claim) == self.name.encode():
             _remove(self.folder / claim)
+
+    def claimed(self, claim: str) -> bool:
+        """Whether another process computes a member, as far as is known."""
+        path = self.folder / claim
+        return path.exists() and claim not in self.held and not self._stale(path)
 
     def _create(self, path: Path) -> bool:
         self.folder.mkdir(exist_ok=True)  # the last process to leave removes it
@@ -138,14 +142,12 @@ class Claims:
         count = 0
         while not self._end.wait(self.renewal):
             count += 1
-            try:
+            with suppress(OSError):  # the next time, or others compute the same members
                 self._sign(count)
-            except OSError:
-                pass  # the next time, or others compute the same members
 
     def _sign(self, count: int) -> None:
         """Write a sign of life into the file of this process, in place: other machines see it when they open it."""
-        text = json.dumps({"host": socket.gethostname(), "pid": os.getpid(), "space": _space()})
+        text = json.dumps({"host": self._host, "pid": os.getpid(), "space": _space()})
         handle = os.open(self.folder / f"process-{self.name}", os.O_CREAT | os.O_WRONLY, 0o644)
         try:
             os.write(handle, f"{count:020d}\n{text}\n".encode())
@@ -179,7 +181,8 @@ def working(place: Path) -> list[str]:
         now = {name: _content(folder / f"process-{name}") for name in asked}
         alive |= {name for name, content in now.items() if content and content != first[name]}
         asked -= {name for name, content in now.items() if not content or _ended(content)} - alive
-    return [f"process {told.get('pid')} on {told.get('host')}" for told in (_told(first[name]) for name in sorted(alive))]
+    found = (_told(first[name]) for name in sorted(alive))
+    return [f"process {told['pid']} on {told['host']}" if told else "an unknown process on an unknown host" for told in found]
 
 
 def writer(place: Path) -> str | None:
@@ -215,19 +218,18 @@ def _content(path: Path) -> bytes:
 
 
 def _remove(path: Path) -> None:
-    try:
+    with suppress(OSError):  # another process was quicker, or it is left over
         path.unlink()
-    except OSError:
-        pass  # another process was quicker, or it is left over
 
 
 def _told(content: bytes) -> dict[str, Any]:
     """What a process has written of itself; empty if that is nothing that one writes."""
     try:
         told = json.loads(content.partition(b"\n")[2])
-    except (ValueError, RecursionError):
+        sound = isinstance(told["pid"], int) and _NAME.fullmatch(told["host"])
+    except (ValueError, LookupError, TypeError, RecursionError):
         return {}
-    return told if isinstance(told, dict) else {}
+    return told if sound else {}
 
 
 def _ended(content: bytes) -> bool:
@@ -236,10 +238,10 @@ def _ended(content: bytes) -> bool:
     if told.get("space") is None or told["space"] != _space():
         return False
     try:
-        os.kill(int(told["pid"]), 0)
+        os.kill(told["pid"], 0)
     except ProcessLookupError:
         return True
-    except (OSError, KeyError, TypeError, ValueError, OverflowError):
+    except (OSError, OverflowError):
         return False
     return False
 

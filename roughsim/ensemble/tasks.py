@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from roughsim.ensemble.claims import Claims
-from roughsim.ensemble.folder import sweep
 from roughsim.ensemble.members import store_for, store_member
+from roughsim.ensemble.start import sweep
 from roughsim.ensemble.workers import Workforce
 from roughsim.errors import RecordError
 from roughsim.numerics import Numerics
@@ -121,6 +121,9 @@ class Tasks:
                 if not done:
                     self._pause(0.0 if pending else PAUSE)
                     self._redo_overdue(pool, pending, force)
+            if force.executor is None:
+                running = [future for future in pending if not future.cancel()]
+                force.stuck |= bool(wait(running, timeout=self._limit).not_done)
         finally:
             for future, sent in pending.items():
                 future.cancel()
@@ -131,7 +134,7 @@ class Tasks:
 
     def _redo_overdue(self, pool: Executor, pending: dict[Future[tuple[str, Member]], _Sent], force: Workforce) -> None:
         """Hand out again what has not come back for long; what then still does not come back is computed here."""
-        limit = max(LEAST_WAIT, LONGEST_WAITS * self.longest)
+        limit = self._limit
         for future, sent in list(pending.items()):
             waited = time.monotonic() - sent.since
             if waited <= limit:
@@ -151,6 +154,11 @@ class Tasks:
                     stacklevel=2,
                 )
                 self._hand_out(pool, pending, _Sent(sent.task, time.monotonic(), again=True))
+
+    @property
+    def _limit(self) -> float:
+        """How long a member is waited for, s."""
+        return max(LEAST_WAIT, LONGEST_WAITS * self.longest)
 
     def _count(self, task: Task, member: Member, host: str) -> None:
         """Count a member once this process sees its file, and give up its claim."""

@@ -24,8 +24,9 @@ class _Context(SpawnContext):
     def __init__(self) -> None:
         self.born: list[SpawnProcess] = []
 
-    def Process(self, *args: Any, **kwargs: Any) -> SpawnProcess:  # type: ignore[override]  # noqa: N802
-        self.born.append(SpawnProcess(*args, name=_WORKER, **kwargs))
+    def Process(self, *args: Any, **kwargs: Any) -> SpawnProcess:  # type: ignore[override]
+        self.born.append(SpawnProcess(*args, **kwargs))
+        self.born[-1].name = _WORKER
         return self.born[-1]
 
 
@@ -50,8 +51,8 @@ class Workforce:
         """Return what members are handed to; None to compute them in this process."""
         if self.executor is not None or self.workers == 1:
             return self.executor
-        options = {"initializer": _begin_worker, "initargs": (os.getpid(),)}
-        self._made.append(ProcessPoolExecutor(self.workers, mp_context=self._context, **options))
+        pool = ProcessPoolExecutor(self.workers, self._context, initializer=_begin_worker, initargs=(os.getpid(),))
+        self._made.append(pool)
         return self._made[-1]
 
     @property

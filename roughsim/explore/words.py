@@ -5,9 +5,9 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING
 
+from roughsim.ensemble import writer
 from roughsim.means import OBSERVABLES
-from roughsim.record import writer
-from roughsim.status import clock, reached, realizations_needed, seconds_left
+from roughsim.status import clock, count_text, reached, seconds_left
 from roughsim.tables import shown
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def state_of(run: Run) -> str:
     if not sound:
         return f"no realization yet; {f'being computed by {by}' if by else 'not being computed now'}"
     finished = run.target_met or run.realizations >= run.max_realizations
-    parts = [f"{sound} realizations" if finished else f"{sound} of about {realizations_needed(run)} realizations"]
+    parts = [f"{sound} realizations" if finished else count_text(run)]
     parts[0] += reached(run)
     left = seconds_left(run)
     if by:

@@ -8,7 +8,6 @@ from roughsim.record.disk import is_temporary, set_aside
 from roughsim.record.export import export_run
 from roughsim.record.files import Member, check_member, member_path, read_member, write_member
 from roughsim.record.folder import describe, folder_state, open_run, read_description
-from roughsim.record.lock import writer, writing
 from roughsim.record.run import Run
 from roughsim.record.surfaces import export_surface
 
@@ -27,6 +26,4 @@ __all__ = [
     "read_member",
     "set_aside",
     "write_member",
-    "writer",
-    "writing",
 ]

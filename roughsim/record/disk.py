@@ -38,15 +38,15 @@ class DamagedError(RecordError):
     """A file is proven to be not what was written: its digest, or the format inside, does not hold."""
 
 
-def place_bytes(path: Path, content: bytes) -> None:
+def place_bytes(path: Path, content: bytes, *, first: bool = False) -> None:
     """Write a file beside its place, force it to disk, and move it there: whole or not at all.
 
-    Any number of processes may write the same file at once: the last whole one stays.
+    Any number of processes may write the same file at once: the last whole one stays, or, with `first`, the first one.
 
     Raises
     ------
     OSError
-        If the disk refuses, naming the path; no half-written file stays.
+        If the disk refuses, naming the path; no half-written file stays. FileExistsError with `first`, if it is there.
     """
     for left in reversed(range(_TRIES)):
         token = f"{re.sub('[^A-Za-z0-9]', '', socket.gethostname())[:24]}-{os.getpid()}-{secrets.token_hex(4)}"
@@ -56,7 +56,10 @@ def place_bytes(path: Path, content: bytes) -> None:
                 handle.write(content)
                 handle.flush()
                 os.fsync(handle.fileno())
-            os.replace(temporary, path)
+            if first:
+                _place_first(temporary, path)
+            else:
+                os.replace(temporary, path)
             return
         except FileNotFoundError as error:  # somebody swept it away underneath
             if not left or not path.parent.is_dir():
@@ -66,6 +69,20 @@ def place_bytes(path: Path, content: bytes) -> None:
             if isinstance(error, OSError):
                 raise _not_written(path, error) from error
             raise
+
+
+def _place_first(temporary: Path, path: Path) -> None:
+    """Move a file to its place if nobody was quicker, FileExistsError otherwise."""
+    try:
+        os.link(temporary, path)  # the one way to move a whole file that refuses an existing one
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without hard links: of two processes in the same millisecond the last one stays
+        if path.exists():
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST)) from None
+        os.replace(temporary, path)
+    else:
+        temporary.unlink(missing_ok=True)
 
 
 def _not_written(path: Path, error: OSError) -> OSError:

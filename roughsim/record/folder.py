@@ -26,12 +26,12 @@ _BEFORE = ("lock", "claims")  # what a start may have made before all else
 _MOST_BYTES = 1 << 20  # of run.json and scene.toml: a scene has at most 64 KiB
 
 
-def describe(folder: Path, description: dict[str, Any], scene: Scene) -> None:
-    """Write what a run is, before anything slow."""
+def describe(folder: Path, description: dict[str, Any], scene: Scene, *, first: bool = False) -> None:
+    """Write what a run is, before anything slow; with `first`, only if no process has: FileExistsError otherwise."""
     (folder / "realizations").mkdir(parents=True, exist_ok=True)
     guarded = {**description, "checksums": {key: _checksum(value) for key, value in description.items()}}
-    place_bytes(folder / "scene.toml", scene.to_toml().encode())
-    place_bytes(folder / "run.json", (json.dumps(guarded, indent=1) + "\n").encode())
+    place_bytes(folder / "run.json", (json.dumps(guarded, indent=1) + "\n").encode(), first=first)
+    place_bytes(folder / "scene.toml", scene.to_toml().encode())  # after it: the process that decides writes both
 
 
 def _checksum(value: Any) -> str:

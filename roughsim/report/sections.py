@@ -11,9 +11,9 @@ import numpy as np
 
 from roughsim import analytic
 from roughsim.compare import compare
+from roughsim.ensemble import writer
 from roughsim.estimate import SOURCES
 from roughsim.means import OBSERVABLES
-from roughsim.record import writer
 from roughsim.report.markup import Html, grouped_table, joined, number, plus_minus, table, tag
 from roughsim.report.pictures import picture
 from roughsim.status import clock, reached, status_dict
