@@ -1,7 +1,5 @@
 """Files: whole or absent, checked to the last byte, readable by other tools."""
 
-import json
-
 import h5py
 import numpy as np
 import pytest

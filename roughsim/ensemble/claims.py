@@ -182,7 +182,10 @@ def working(place: Path) -> list[str]:
         alive |= {name for name, content in now.items() if content and content != first[name]}
         asked -= {name for name, content in now.items() if not content or _ended(content)} - alive
     found = (_told(first[name]) for name in sorted(alive))
-    return [f"process {told['pid']} on {told['host']}" if told else "an unknown process on an unknown host" for told in found]
+    return [
+        f"process {told['pid']} on {told['host']}" if told else "an unknown process on an unknown host"
+        for told in found
+    ]
 
 
 def writer(place: Path) -> str | None:
