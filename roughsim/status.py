@@ -82,9 +82,9 @@ def count_text(run: Run) -> str:
 
 def end_known(run: Run) -> bool:
     """Whether so many realizations are there that those which the targets take can be told."""
-    if not run.until:
+    if not run.until or run.max_realizations <= LEAST:
         return True
-    enough = len(run.sound(run.realizations)) >= min(LEAST, run.max_realizations)
+    enough = len(run.sound(run.realizations)) >= LEAST
     return enough and all(isfinite(relative_half_width(run.values(name))) for name in run.until)
 
 

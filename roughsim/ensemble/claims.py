@@ -181,11 +181,8 @@ def working(place: Path) -> list[str]:
         now = {name: _content(folder / f"process-{name}") for name in asked}
         alive |= {name for name, content in now.items() if content and content != first[name]}
         asked -= {name for name, content in now.items() if not content or _ended(content)} - alive
-    found = (_told(first[name]) for name in sorted(alive))
-    return [
-        f"process {told['pid']} on {told['host']}" if told else "an unknown process on an unknown host"
-        for told in found
-    ]
+    found = (_told(first[name]) or {"pid": "?", "host": "?"} for name in sorted(alive))
+    return [f"process {told['pid']} on {told['host']}" for told in found]
 
 
 def writer(place: Path) -> str | None:
