@@ -174,9 +174,9 @@ def _cell(estimate: Estimate, k: int) -> Cell:
 def _ratios(run: Run, observable: str, theory: Array) -> dict[str, tuple[Array, Array]]:
     """Value and paired standard error of first/theory and, for capped scenes, capped/smoothed."""
     columns = run.numerics.columns
-    first = run.values(observable, columns[0])
-    result = {f"{columns[0]}_over_theory": quotient(first, theory)}
+    result = {f"{columns[0]}_over_theory": quotient(run.values(observable, columns[0], extrapolated=False), theory)}
     if len(columns) > 1:
+        first = run.values(observable, columns[0])
         result[f"{columns[1]}_over_{columns[0]}"] = quotient(run.values(observable, columns[1]), first)
     return result
 

@@ -19,6 +19,7 @@ from roughsim.analytic.bodies import (
     stress_arguments,
     theoretical_partition,
 )
+from roughsim.analytic.cut_offs import continuation, follows_theory, up_to
 from roughsim.analytic.views import Integrals, ModeSums, Theory, area_fractions, heating, over_speed
 from roughsim.grid import Grid
 from roughsim.means import OBSERVABLES
@@ -167,7 +168,9 @@ __all__ = [
     "area_fractions",
     "balanced",
     "conduction",
+    "continuation",
     "correlation",
+    "follows_theory",
     "heat_partition",
     "mode_sums",
     "over_speed",
@@ -175,5 +178,6 @@ __all__ = [
     "smoothed_spectrum",
     "stress_spectrum",
     "theoretical_partition",
+    "up_to",
     "yield_wavenumber",
 ]

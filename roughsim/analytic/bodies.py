@@ -152,22 +152,29 @@ def heat_partition(scene: Scene, speeds: ArrayLike | None = None) -> Array:
     return _over_groups(scene, speeds, _used_share)
 
 
-def theoretical_partition(scene: Scene) -> Array:
-    """Return the theory's share per speed, "total" where the scene says so, else "mean"; NaN without a second body."""
+def theoretical_partition(scene: Scene, spectrum: Any = None) -> Array:
+    """Return the theory's share per speed, "total" where the scene says so, else "mean"; NaN without a second body.
+
+    `spectrum` stands for the whole C_sm if given.
+    """
     rule = "total" if scene.sliding.heat_partition == "total" else "mean"
 
     def share(*given: Any) -> Array:
         return _theoretical_share(rule, *given)
 
-    return _over_groups(scene, None, share)
+    return _over_groups(scene, None, share, spectrum)
 
 
 def _over_groups(
-    scene: Scene, speeds: ArrayLike | None, share: Callable[[Scene, Array, Any, Conduction], Array]
+    scene: Scene,
+    speeds: ArrayLike | None,
+    share: Callable[[Scene, Array, Any, Conduction], Array],
+    spectrum: Any = None,
 ) -> Array:
     """A share at each speed, with the conductivities that go with it."""
     speed = np.asarray(scene.speeds if speeds is None else speeds, np.float64)
-    result, spectrum = np.empty(speed.shape), smoothed_spectrum(scene)
+    result = np.empty(speed.shape)
+    spectrum = smoothed_spectrum(scene) if spectrum is None else spectrum
     for place, bodies in conduction(scene, speed).groups():
         result[place] = share(scene, speed[place], spectrum, bodies)
     return result

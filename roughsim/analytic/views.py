@@ -60,13 +60,13 @@ class Theory(Protocol):
 
 
 class Integrals:
-    """The theory over the whole spectrum, or up to `q_max`, rad/m; what only the whole one has is then NaN."""
+    """The theory over the whole spectrum, or up to `q_max`, rad/m."""
 
     def __init__(self, scene: Scene, q_max: float = inf):
         self.scene = scene
-        self._cut = q_max < inf
         whole = smoothed_spectrum(scene)
-        self._spectrum = TruncatedSpectrum(whole, q_max) if self._cut else whole
+        self._end = min(q_max, float(whole.breaks[-1]))
+        self._spectrum = TruncatedSpectrum(whole, q_max) if q_max < inf else whole
 
     @cached_property
     def over_speed(self) -> dict[str, Array]:
@@ -76,12 +76,12 @@ class Integrals:
     @property
     def heat_partition(self) -> Array:
         """The share of the moving body, (speeds,)."""
-        return np.full(len(self.scene.speeds), nan) if self._cut else theoretical_partition(self.scene)
+        return theoretical_partition(self.scene, self._spectrum)
 
     @property
     def area_fractions(self) -> dict[str, float]:
         """`contact_fraction` and `plastic_fraction`."""
-        return {"contact_fraction": nan, "plastic_fraction": nan} if self._cut else area_fractions(self.scene)
+        return area_fractions(self.scene, self._end)
 
     def correlation_radius(self, fraction: float) -> float:
         """Return the smallest r, m, with g_σ(r) = fraction·g_σ(0)."""
@@ -224,12 +224,12 @@ def over_speed(scene: Scene, speeds: Array, spectrum: Any = None) -> dict[str, A
     return result
 
 
-def area_fractions(scene: Scene) -> dict[str, float]:
-    """Return the contact and the plastic share of the area with all roughness."""
+def area_fractions(scene: Scene, q_max: float = inf) -> dict[str, float]:
+    """Return the contact and the plastic share of the area with all roughness, or with that up to q_max, rad/m."""
     from theory import persson, plasticity
 
     spectrum, modulus = scene.spectrum, scene.effective_modulus
-    load, end = scene.sliding.nominal_pressure, scene.spectrum.breaks[-1]
+    load, end = scene.sliding.nominal_pressure, min(q_max, float(scene.spectrum.breaks[-1]))
     if scene.elastic:
         share = persson.contact_probability(end, spectrum, effective_modulus=modulus, nominal_pressure=load)
         return {"contact_fraction": float(share), "plastic_fraction": 0.0}

@@ -197,8 +197,10 @@ class Run:
             return member.numbers[name]
         return np.full(len(self.scene.speeds) if NUMBERS[name].per_speed else 1, nan)
 
-    def values(self, observable: str, column: str | None = None) -> Values:
+    def values(self, observable: str, column: str | None = None, *, extrapolated: bool = True) -> Values:
         """Return the values of an observable, a row per sound realization, with all heat in the moving body.
+
+        Not extrapolated they are those of the highest cut-off.
 
         Raises
         ------
@@ -210,17 +212,23 @@ class Run:
         rows = self.sound(self.realizations)
         if not rows:
             raise ValueError(f"{self.folder} has no sound realization yet; let it run first")
-        return self._values(observable, column, rows)
+        return self._values(observable, column, rows, extrapolated)
 
-    def _values(self, observable: str, column: str | None, rows: list[int]) -> Values:
+    def _values(self, observable: str, column: str | None, rows: list[int], extrapolated: bool = True) -> Values:
         name = self.column(column)
         bodies = analytic.conduction(self.scene)
         ratio = bodies.conductivity / bodies.counter_conductivity
         samples = self.samples(name, rows, spectra=OBSERVABLES[observable].spectra)
         if observable == "heat_partition":
             samples = [analytic.balanced(self.scene, sample) for sample in samples]
-        end = self.scene.spectrum.breaks[-1]
-        values = observe(observable, samples, capped=name == "capped", resting_ratio=ratio, end=end)
+        cut_offs = tuple(sorted({sample.q_max for sample in samples}))
+        end, theory = self.scene.spectrum.breaks[-1], None
+        if not extrapolated:
+            end = cut_offs[-1]
+        elif cut_offs[-1] < end * (1 - 1e-9):
+            theory = analytic.continuation(self.scene, name, cut_offs, observable)
+        capped = name == "capped"
+        values = observe(observable, samples, capped=capped, resting_ratio=ratio, end=end, theory=theory)
         rest = OBSERVABLES[observable].at_rest
         if rest is not None:  # members are measured at a tiny speed instead: exact limits here
             moving = np.array(self.scene.speeds) > 0.0
