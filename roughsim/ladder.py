@@ -30,7 +30,7 @@ NO_LIMIT = tuple(name for name, record in OBSERVABLES.items() if not record.limi
 _DOUBT_OF_TWO, _DOUBT_OF_THREE, _DOUBT_UNFITTED = 0.25, 0.10, 0.5
 # a remainder after the theory's shape was right to a quarter in 150 of 151 cases, H = 0.3…0.95, rubber and unyielding
 # rock; beyond half of the value nothing was tried
-_DOUBT_OF_SHAPE, _MOST_OF_SHAPE = 0.25, 0.5
+DOUBT_OF_SHAPE, _MOST_OF_SHAPE = 0.25, 0.5
 
 
 class Values(NamedTuple):
@@ -181,7 +181,7 @@ def _shaped_remainder(ladder: list[_Rung], top: Array, theory: Array) -> tuple[A
             step = ladder[-1].rows - ladder[-2].rows
             remainder = np.where(follows == 0.0, 0.0, step * (follows / (theory[-2] - theory[-3])))
             size, other = remainder.mean(axis=0), in_proportion.mean(axis=0)
-            doubt = np.maximum(np.abs(size - other), _DOUBT_OF_SHAPE * np.abs(size))
+            doubt = np.maximum(np.abs(size - other), DOUBT_OF_SHAPE * np.abs(size))
         told = np.abs(remainder.mean(axis=0)) <= _MOST_OF_SHAPE * np.abs(top.mean(axis=0))
     return np.where(told, remainder, 0.0), np.where(told, doubt, nan)
 
@@ -274,4 +274,4 @@ def _exponent(cutoffs: list[float], a: float, b: float, c: float) -> float:
     return float(brentq(excess, 0.3, 3.0)) if low * high < 0.0 else 1.0
 
 
-__all__ = ["NO_LIMIT", "Values", "fitted_exponent", "observe"]
+__all__ = ["DOUBT_OF_SHAPE", "NO_LIMIT", "Values", "fitted_exponent", "observe"]

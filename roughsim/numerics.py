@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import ceil, sqrt
+from math import ceil, isnan, sqrt
 from typing import Any, Literal, NamedTuple, get_args
 
 from roughsim import solvers
@@ -27,7 +27,8 @@ START_SECONDS = 3.0  # until processes have loaded what they need
 class Forecast(NamedTuple):
     """What a plan expects of the highest T_flash in the column that the run is judged by: relative errors; the cost.
 
-    `statistical` is the 95 % half-width at `realizations`; `cpu_seconds` is of one thread on the machine of the plan.
+    `statistical` is the 95 % half-width at `realizations`; `bandwidth` is NaN where no level tells it. `cpu_seconds`
+    is of one thread on the machine of the plan.
     """
 
     realizations: int
@@ -39,8 +40,9 @@ class Forecast(NamedTuple):
 
     @property
     def total(self) -> float:
-        """Root of the sum of squares."""
-        return sqrt(self.statistical**2 + self.bandwidth**2 + self.pixel**2 + self.size**2)
+        """Root of the sum of squares of what is known."""
+        parts = (self.statistical, self.bandwidth, self.pixel, self.size)
+        return sqrt(sum(part**2 for part in parts if not isnan(part)))
 
     def wall_seconds(self, workers: int) -> float:
         """Return the time that the run takes with so many processes, one core each, s."""

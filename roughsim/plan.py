@@ -1,33 +1,27 @@
 """From a scene to its numerics: the cheapest grids and tolerances that meet the asked-for error, each with its reason.
 
-The rules, measured on steel: what yields plastically needs no resolution of its own, so the yield wavenumber q_y sets
-the scale, not q_max. Bandwidth, not pixels, is the error of capped contact, so it is solved up to three cut-offs, the
-lower two also at half the pixel, and extrapolated; contact on the smoothed spectrum C_sm converges by itself.
+`rungs` has the levels of a column, this module what they cost, how often they are solved, and what to expect.
 """
 
 from __future__ import annotations
 
 import os
 from dataclasses import replace
-from math import hypot, inf, isfinite, pi, sqrt
+from math import hypot, inf, isfinite, isnan, sqrt
 from typing import TYPE_CHECKING
 
-from roughsim import analytic
+from roughsim import analytic, rungs
 from roughsim.cell import choose_lengths, size_error
 from roughsim.errors import ResolutionError, number
 from roughsim.estimate import LEAST, quantile
-from roughsim.numerics import Column, Forecast, Level, Numerics, Reason, fast_size
+from roughsim.numerics import Column, Forecast, Level, Numerics, Reason
 from roughsim.pilot import Pilot, pilot, work
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene
 
-ELASTIC_LIMIT = 2048  # points per side up to which an elastic scene is resolved; beyond, C(q) is cut
-CAPPED_LIMIT = 4096
 BYTES_PER_POINT = 120  # peak memory of a solve, measured
 PACE = 1.2e-8  # CPU time of one realization over its `work` where no pilot was run, s, within a factor of two
-_TOPS = (8, 16, 32)  # cut-offs of capped contact, in q_y
-_SYSTEMATIC = 0.6  # share of the target that bandwidth and pixel may take
 
 
 def plan(scene: Scene, target_error: float | None = None) -> Numerics:
@@ -80,11 +74,11 @@ def _chosen(
     """Levels, what to expect of them, and why; `stop` is the statistical target if that is fixed."""
     column: Column = "elastic" if scene.elastic else "capped"
     q_max = scene.spectrum.breaks[-1]
-    seen = pilot(scene, column, lengths, q_max if scene.elastic else min(q_max, 4.0 * _scale(scene)[0]))
-    build = _elastic_levels if scene.elastic else _capped_levels
+    seen = pilot(scene, column, lengths, q_max if scene.elastic else min(q_max, 4.0 * rungs.scale(scene)[0]))
+    build = rungs.elastic_levels if scene.elastic else rungs.capped_levels
     chosen, (bandwidth, pixel) = build(scene, lengths, target, seen)
     size = size_error(scene, lengths)
-    systematic = hypot(bandwidth, pixel, size)
+    systematic = hypot(0.0 if isnan(bandwidth) else bandwidth, pixel, size)
     goal = sqrt(max(target**2 - systematic**2, 0.1 * target**2)) if stop is None else stop
     scatter, hot, change = (0.02, 0.02, 0.003)
     if seen is not None:
@@ -113,21 +107,28 @@ def _told(seen: Pilot | None) -> Reason:
 
 
 def _expected(forecast: Forecast, goal: float) -> list[Reason]:
-    parts = f"of the highest T_flash, expected: statistical {100 * forecast.statistical:.2g} %, bandwidth "
-    parts += f"{100 * forecast.bandwidth:.2g} %, pixel {100 * forecast.pixel:.2g} %, size {100 * forecast.size:.2g} %"
+    bandwidth = "unknown" if isnan(forecast.bandwidth) else f"{100 * forecast.bandwidth:.2g} %"
+    parts = f"of the highest T_flash, expected: statistical {100 * forecast.statistical:.2g} %, bandwidth {bandwidth}, "
+    parts += f"pixel {100 * forecast.pixel:.2g} %, size {100 * forecast.size:.2g} %"
     workers = os.cpu_count() or 1
     wall = forecast.wall_seconds(workers)
     until = f"--until flash_temperature={100 * goal:.3g}% stops once its 95 % interval is ± that at every speed"
     each = f"{LEAST} at least; levels marked 1 in k are solved for every kth of them"
     return [
         Reason("realizations", f"about {forecast.realizations}", f"{until}; {each}"),
-        Reason("error", f"{100 * forecast.total:.2g} %", parts),
+        Reason("error", _total(forecast), parts),
         Reason(
             "workers",
             str(workers),
             f"one per core: {wall:.2g} s; {forecast.cpu_seconds:.2g} s of CPU in all, within a factor of two",
         ),
     ]
+
+
+def _total(forecast: Forecast) -> str:
+    """The error in all, and what it is without."""
+    without = " at q_c: what shorter waves change is unknown" if isnan(forecast.bandwidth) else ""
+    return f"{100 * forecast.total:.2g} %{without}"
 
 
 def _realizations(scatter: float, goal: float) -> int:
@@ -155,120 +156,6 @@ def _strided(levels: list[Level], every: int) -> tuple[Level, ...]:
 def _work(levels: tuple[Level, ...], count: int) -> float:
     """What all solves of so many realizations take."""
     return sum(work(level.shape[0] * level.shape[1]) * -(-count // level.every) for level in levels)
-
-
-Chosen = tuple[list[tuple[Level, str]], tuple[float, float]]
-_FINE = 2  # stands for the stride that is chosen later
-_FINER = "half the pixel, which tells the pixel's error"
-
-
-def _pair(column: Column, q_c: float, pixels: int, lengths: tuple[float, float], why: str) -> list[tuple[Level, str]]:
-    """One cut-off on two grids."""
-    return [
-        (_level(column, q_c, pixels, lengths), why),
-        (
-            _level(column, q_c, 2 * pixels, lengths, _FINE),
-            _FINER + " and takes it off",
-        ),
-    ]
-
-
-def _elastic_levels(scene: Scene, lengths: tuple[float, float], target: float, seen: Pilot | None) -> Chosen:
-    """One cut-off, on two grids: the coarse one always, the fine one for the pixel."""
-    q_max = scene.spectrum.breaks[-1]
-    limit = _elastic_cut(lengths)
-    change = 0.01 if seen is None else seen.pixel
-    pixels = 4 if change / 3 <= _SYSTEMATIC * target else 8  # second order: a third of the change is left
-    left = change / 3 if pixels == 4 else change / 12
-    cut = ""
-    if q_max > limit:
-        cut = "; " + _cut_words(limit, q_max)
-    q_c = min(q_max, limit)
-    return _pair("elastic", q_c, pixels, lengths, f"{pixels} pixels per shortest wave" + cut), (0.0, left)
-
-
-def _elastic_cut(lengths: tuple[float, float]) -> float:
-    """The highest cut-off that an elastic scene gets, rad/m: 8 pixels per wave on the finest grid."""
-    return ELASTIC_LIMIT * 2 * pi / (8 * max(lengths))
-
-
-def _cut_words(q_c: float, q_max: float) -> str:
-    return f"C(q) cut at q_c = {q_c:.3g} rad/m (q_max = {q_max:.3g}): theory is summed over the same modes"
-
-
-def _scale(scene: Scene) -> tuple[float, str]:
-    """q_y, or q_max where the theory's contact does not yield before, and what to call it."""
-    q_yield = analytic.yield_wavenumber(scene)
-    if isfinite(q_yield):
-        return q_yield, f"q_y = {q_yield:.3g} rad/m, where 99 % of the contact has yielded"
-    q_max = scene.spectrum.breaks[-1]
-    return q_max, f"q_max = {q_max:.3g} rad/m: 99 % yielding is not reached"
-
-
-def _capped_levels(scene: Scene, lengths: tuple[float, float], target: float, seen: Pilot | None) -> Chosen:
-    """The smoothed surface on two grids, and a ladder of capped contact up to some q_y."""
-    q_max = scene.spectrum.breaks[-1]
-    q_yield, where = _scale(scene)
-    smooth = min(1.5 * q_yield, q_max)
-    limit = CAPPED_LIMIT * 2 * pi / (4 * max(lengths))
-    if smooth > limit / 2:
-        return _unyielding_levels(scene, lengths, seen, where)
-    smoothed = _pair("smoothed", smooth, 4, lengths, f"1.5 × {where}; 4 pixels per shortest wave")
-    for factor in _TOPS:
-        top = min(factor * q_yield, q_max, limit)
-        errors = _capped_errors(top, top < q_max, seen, 0.12 if factor >= 16 else 0.35)
-        if hypot(*errors) <= _SYSTEMATIC * target or top < factor * q_yield:
-            break
-    if top >= q_max:
-        all_of_it = f"all of C(q), {top / q_yield:.3g} q_y, at 4 pixels per shortest wave"
-        return [*smoothed, *_pair("capped", top, 4, lengths, all_of_it)], errors
-    ladder = [(_level("capped", top / 4, 4, lengths), f"{top / 4 / q_yield:.3g} q_y at 4 pixels per shortest wave")]
-    ladder += [
-        (
-            _level("capped", top / k, 8, lengths, _FINE),
-            _FINER,
-        )
-        for k in (4, 2)
-    ]
-    last = f"{top / q_yield:.3g} q_y" + (f": the limit of {CAPPED_LIMIT} points per side" if top == limit else "")
-    ladder.insert(
-        2,
-        (_level("capped", top / 2, 4, lengths, _FINE), "twice the q_c: what shorter waves change"),
-    )
-    return [
-        *smoothed,
-        *ladder,
-        (
-            _level("capped", top, 4, lengths, _FINE),
-            last + ": how that falls, T∞ + c q_c^(−p)",
-        ),
-    ], errors
-
-
-def _unyielding_levels(scene: Scene, lengths: tuple[float, float], seen: Pilot | None, where: str) -> Chosen:
-    """Both columns up to one cut-off: the grids that reach it show too little yielding to extrapolate from."""
-    q_max, q_c = scene.spectrum.breaks[-1], _elastic_cut(lengths)
-    why = f"yields beyond any grid ({where}); {_cut_words(q_c, q_max)}; 4 pixels per shortest wave"
-    columns: tuple[Column, Column] = ("smoothed", "capped")
-    levels = [level for column in columns for level in _pair(column, q_c, 4, lengths, why)]
-    return levels, _capped_errors(q_c, False, seen, 0.0)
-
-
-def _capped_errors(top: float, extrapolated: bool, seen: Pilot | None, doubt: float) -> tuple[float, float]:
-    """Bandwidth and pixel error to expect of capped T_flash up to a cut-off; shares measured on steel.
-
-    `doubt` is the share of the remainder that three rungs leave: small once the lowest stands at 4 q_y.
-    """
-    if seen is None:
-        return (0.005, 0.002)
-    if not extrapolated:
-        return (0.0, 0.6 * seen.pixel * min(seen.q_max / top, 1.0) ** 0.5)
-    return (doubt * seen.step * seen.q_max / top, seen.pixel * seen.q_max / top)
-
-
-def _level(column: Column, q_max: float, pixels: int, lengths: tuple[float, float], every: int = 1) -> Level:
-    shape = fast_size(pixels * q_max * lengths[0] / (2 * pi)), fast_size(pixels * q_max * lengths[1] / (2 * pi))
-    return Level(column, shape, q_max, every)
 
 
 def _overridden(numerics: Numerics, scene: Scene, reasons: list[Reason]) -> Numerics:

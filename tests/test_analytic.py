@@ -160,3 +160,32 @@ def test_a_hertz_contact_as_wide_as_the_theory_at_the_highest_speed():
     assert width / radius == pytest.approx(4 / 9, rel=1e-12)  # D_flash of fast Hertz contacts
     assert peclet == pytest.approx(speed * radius * 7900 * 500 / 30.0, rel=1e-12)
     assert flash_temperature == pytest.approx(0.7438575075933 / np.sqrt(peclet), rel=0.02)
+
+
+@pytest.mark.parametrize("hardness", [None, 10e9])
+def test_the_theory_up_to_a_cut_off_is_that_of_a_surface_that_ends_there(hardness):
+    rock = rs.load_scene("granite")
+    rock = replace(rock, body=replace(rock.body, penetration_hardness=hardness))
+    ends = rock.spectrum.truncated(q_max=4e5)
+    short = replace(rock, surface=replace(rock.surface, q_max=4e5, rms_height=ends.rms_height / np.sqrt(2.0)))
+    cut, whole = analytic.up_to(rock, 4e5), analytic.predictions(short)
+    for name, values in whole.items():
+        np.testing.assert_allclose(cut[name], values, rtol=1e-6, err_msg=name)
+    np.testing.assert_allclose(
+        analytic.up_to(rock, np.inf)["flash_temperature"], analytic.predictions(rock)["flash_temperature"], rtol=1e-12
+    )
+
+
+def test_who_yields_beyond_the_cut_off_does_not_follow_the_theory_and_who_has_yielded_falls():
+    rock, rubber, steel = (rs.load_scene(name) for name in ("granite", "rubber", "steel-1.2GPa"))
+    assert analytic.follows_theory(rubber, "elastic", 3e4) is True
+    assert analytic.follows_theory(rock, "smoothed", 4e5) is True
+    assert analytic.follows_theory(rock, "capped", 4e5) is None  # 97 % of it yields up to q_max
+    hard = replace(rock, body=replace(rock.body, penetration_hardness=30e9))
+    assert analytic.follows_theory(hard, "capped", 4e5) is True
+    assert analytic.follows_theory(steel, "capped", 4e5) is False
+    assert analytic.continuation(steel, "capped", (2e5, 4e5), "flash_temperature") is None
+    assert np.isnan(analytic.continuation(rock, "capped", (2e5, 4e5), "flash_temperature")).all()
+    found = analytic.continuation(rubber, "elastic", (2e4, 4e4), "flash_temperature")
+    assert found.shape == (3, 5)
+    assert np.all(np.diff(found, axis=0) > 0)

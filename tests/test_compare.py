@@ -120,7 +120,10 @@ def test_force_balance_is_marked_where_all_has_yielded(tmp_path):
 
 def test_temperatures_carry_the_share_and_ratios_do_not(table, capped_run):
     row = next(r for r in table.rows if r.observable == "flash_temperature" and r.speed == 35.0)
-    assert row.ratios["smoothed_over_theory"].value == pytest.approx(row.columns["smoothed"].mean / row.theory)
+    assert row.ratios["smoothed_over_theory"].value == pytest.approx(
+        row.columns["smoothed"].mean / row.theory,
+        rel=1e-4,  # the theory sees some 1e-5 of C_sm beyond the cut-off
+    )
     assert row.columns["capped"].mean == pytest.approx(capped_run.estimate("flash_temperature").mean[2])
     fine, coarse = (capped_run.samples("capped")[k].numbers["flash_temperature"].mean(axis=0)[2] for k in (1, 0))
     left = (coarse - fine) / 2  # between the finest q_c = 1e5 and the end of C(q) at 2e5, q_c/q_max of the remainder

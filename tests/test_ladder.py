@@ -135,6 +135,74 @@ def test_what_is_left_of_the_pixel_shrinks_on_the_way_to_the_top_rung():
     assert observe(NAME, alone, capped=True).pixel[0] == pytest.approx(expected, rel=1e-9)
 
 
+def test_one_cut_off_below_the_end_leaves_an_unknown_remainder():
+    for capped in (False, True):
+        values = observe(NAME, power_law([1.0], 1.0), capped=capped, end=4.0)
+        assert np.isnan(values.bandwidth[0])
+        assert observe(NAME, power_law([1.0], 1.0), capped=capped, end=1.0).bandwidth[0] == 0.0
+
+
+def test_steps_that_do_not_fall_leave_half_of_the_remainder_in_doubt():
+    samples = [level(np.full((13, 1), value), q_max=q, side=64.0 * q) for q, value in ((1, 9.0), (2, 8.0), (4, 7.0))]
+    values = observe(NAME, samples, capped=True)
+    assert values.extrapolated.mean() == pytest.approx(6.0, rel=1e-12)  # first order: as much again as the last step
+    assert values.bandwidth[0] == pytest.approx(0.5, rel=1e-12)
+
+
+THEORY = np.array([[2.0], [2.8], [3.2], [4.0]])  # up to three cut-offs, and over the whole spectrum
+
+
+def shaped(count, theory=THEORY, slope=1.5, **names):
+    """Levels whose T_flash is 1 + slope × theory, at the highest of the cut-offs of the theory."""
+    chosen = list(zip((1.0, 2.0, 4.0), 1.0 + slope * THEORY[:3, 0], strict=True))[-count:]
+    samples = [level(np.full((13, 1), value), q_max=q, side=64.0 * q) for q, value in chosen]
+    return observe(NAME, samples, capped=False, end=100.0, theory=theory[-count - 1 :], **names)
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_a_value_that_goes_with_the_theory_is_continued_by_its_last_step_over_that_of_the_theory(count):
+    values = shaped(count)
+    assert values.extrapolated.mean() == pytest.approx(1.0 + 1.5 * 4.0, rel=1e-12)
+    assert values.finest.mean() == pytest.approx(1.0 + 1.5 * 3.2, rel=1e-12)
+    # the remainder is 1.5 × 0.8 by the steps and 5.8 × 0.8/3.2 by the values
+    assert values.bandwidth[0] == pytest.approx(max(1.45 - 1.2, 1.2 / 4), rel=1e-12)
+    assert shaped(count, slope=0.5).bandwidth[0] == pytest.approx(2.6 / 4 - 0.4, rel=1e-9)
+    assert np.isnan(values.exponent[0])
+
+
+def test_one_cut_off_is_continued_in_proportion_to_the_theory_and_doubted_as_much():
+    values = shaped(1)
+    assert values.extrapolated.mean() == pytest.approx(5.8 * 4.0 / 3.2, rel=1e-12)
+    assert values.bandwidth[0] == pytest.approx(5.8 * 0.25, rel=1e-12)
+
+
+def test_what_the_theory_leaves_above_half_of_the_value_or_does_not_say_is_unknown():
+    beyond = np.vstack([THEORY[:3], [[3.2 + 3.0]]])  # 1.5 × 3 exceeds half of 5.8
+    for theory in (beyond, np.full_like(THEORY, np.nan)):
+        values = shaped(3, theory)
+        assert values.extrapolated.mean() == pytest.approx(5.8, rel=1e-12)
+        assert np.isnan(values.bandwidth[0])
+    settled = np.vstack([THEORY[:3], THEORY[2:3]])
+    assert shaped(3, settled).bandwidth[0] == 0.0
+
+
+def test_the_scatter_of_the_last_step_passes_into_what_is_continued():
+    rng = np.random.default_rng(7)
+    low = 10.0 + rng.standard_normal((40, 1))
+    high = low + 1.0 + 0.2 * rng.standard_normal((40, 1))
+    samples = [level(low, q_max=1.0), level(high, q_max=2.0)]
+    values = observe(NAME, samples, capped=False, end=9.0, theory=np.array([[1.0], [1.5], [2.5]]))
+    np.testing.assert_allclose(values.extrapolated, high + 2.0 * (high - low), rtol=1e-12)
+
+
+def test_the_pixel_of_a_lower_rung_is_taken_off_the_top_in_proportion():
+    low = [level(np.full((12, 1), 4.0 * (1.0 + 0.4 * side**-2.0)), q_max=1.0, side=side) for side in (1.0, 2.0)]
+    top = level(np.full((12, 1), 5.0 * 1.4), q_max=2.0, side=2.0)
+    values = observe(NAME, [*low, top], capped=False, end=2.0)
+    assert values.extrapolated.mean() == pytest.approx(5.0, rel=1e-12)
+    assert values.pixel[0] == pytest.approx(5.0 * 0.1, rel=1e-12)  # what half the pixel leaves
+
+
 def test_without_a_finer_grid_nobody_knows_the_pixel():
     for samples in (power_law([1.0], 1.0), power_law([1.0, 2.0], 1.0)):
         assert np.isnan(observe(NAME, samples, capped=True).pixel[0])

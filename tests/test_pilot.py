@@ -10,6 +10,7 @@ import pytest
 from scipy import stats
 
 import roughsim as rs
+from roughsim import analytic
 from roughsim import pilot as stage
 from roughsim.errors import ConvergenceError
 from roughsim.numerics import Level, Numerics
@@ -150,12 +151,35 @@ def test_what_is_not_extrapolated_has_the_error_of_its_pixel_alone(monkeypatch):
 @pytest.mark.parametrize(("pixel", "per_wave", "left"), [(0.012, 4, 0.004), (0.06, 8, 0.005)])
 def test_an_elastic_scene_is_left_with_a_third_of_its_pixels_change(monkeypatch, pixel, per_wave, left):
     scene = rs.load_scene("steel-1.2GPa")
-    soft = replace(scene, body=replace(scene.body, penetration_hardness=None))
+    smooth = replace(scene.surface, q_max=3e5)
+    soft = replace(scene, surface=smooth, body=replace(scene.body, penetration_hardness=None))
     numerics = planned(monkeypatch, soft, 0.02, replace(SEEN, pixel=pixel))
     coarse = numerics.levels[0]
     assert coarse.shape[0] * 2 * pi / (coarse.q_max * numerics.lengths[0]) == pytest.approx(per_wave, rel=0.35)
     assert numerics.forecast.pixel == pytest.approx(left)
     assert numerics.forecast.bandwidth == 0.0
+
+
+def test_a_cut_scene_is_left_with_a_quarter_of_what_follows_scaled_by_the_pilots_step(monkeypatch):
+    rubber = rs.load_scene("rubber")
+    forecast = planned(monkeypatch, rubber, 0.02, replace(SEEN, step=0.09, q_max=1.6e4)).forecast
+
+    def theory(q):  # T_flash at 10 m/s with the roughness up to q
+        return analytic.over_speed(rubber, np.array([10.0]), rubber.spectrum.truncated(q_max=q))["flash_temperature"][0]
+
+    follows = (theory(1e9) - theory(6.4e4)) / (theory(1.6e4) - theory(0.8e4))
+    assert forecast.bandwidth == pytest.approx(0.25 * 0.09 * follows, rel=1e-6)
+    assert forecast.total > forecast.bandwidth
+
+
+def test_a_rock_that_yields_at_waves_that_no_grid_holds_has_an_unknown_remainder(monkeypatch):
+    numerics = planned(monkeypatch, rs.load_scene("granite"), 0.02)
+    assert np.isnan(numerics.forecast.bandwidth)
+    known = [numerics.forecast.statistical, numerics.forecast.pixel, numerics.forecast.size]
+    assert numerics.forecast.total == pytest.approx(np.linalg.norm(known))
+    assert "bandwidth unknown" in why(numerics, "error")
+    assert "at q_c" in next(r.value for r in numerics.reasons if r.choice == "error")
+    assert len({a.q_max for a in numerics.levels if a.column == "capped"}) == 3
 
 
 def test_a_statistical_target_of_the_scene_is_taken_as_it_is():

@@ -60,18 +60,19 @@ def test_a_plan_is_the_same_every_time_and_tells_what_to_expect():
     )  # a target in all says at which statistical error to stop
 
 
-@pytest.mark.slow  # 2048² points
+@pytest.mark.slow  # a pilot of 512² points
 def test_an_elastic_scene_is_resolved_or_cut_with_a_word():
     scene = rs.load_scene("steel-1.2GPa")
     elastic = replace(scene, body=replace(scene.body, penetration_hardness=None))
     numerics = rs.plan(elastic)
-    coarse, fine = numerics.levels
-    assert coarse.column == fine.column == "elastic"
-    assert coarse.q_max == fine.q_max == pytest.approx(2048 * pi / (4 * 4 * WAVE))  # 8 pixels per wave on 2048²
-    assert fine.shape[0] == 2 * coarse.shape[0]
-    assert "C(q) cut at q_c" in next(r.reason for r in numerics.reasons if r.choice == "elastic")
+    assert {level.column for level in numerics.levels} == {"elastic"}
+    top = 2048 * pi / (2 * 4 * WAVE)  # 4 pixels per wave on 2048²
+    assert [level.q_max / top for level in numerics.levels] == pytest.approx([0.25, 0.25, 0.5, 1.0])
+    assert [level.shape[0] for level in numerics.levels] == [512, 1024, 1024, 2048]
+    assert [level.every == 1 for level in numerics.levels] == [True, False, False, False]
+    assert "C(q) cut at q_c" in [r.reason for r in numerics.reasons if r.choice == "elastic"][-1]
     short = replace(elastic, surface=replace(elastic.surface, q_max=2e5))
-    assert rs.plan(short).levels[0].q_max == 2e5
+    assert {level.q_max for level in rs.plan(short).levels} == {2e5}
 
 
 def test_a_plateau_is_given_eight_roll_off_waves():
