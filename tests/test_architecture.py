@@ -34,6 +34,7 @@ ORDER = (
     "numerics",
     "realization",
     "pilot",
+    "rungs",
     "plan",
     "record",
     "ensemble",
