@@ -36,6 +36,7 @@ ORDER = (
     "pilot",
     "rungs",
     "plan",
+    "plausibility",
     "record",
     "ensemble",
     "trust",

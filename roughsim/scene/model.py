@@ -85,12 +85,18 @@ class Scene:
     @property
     def spectrum(self) -> Face | SumSpectrum:
         """Composite C(q) = C₁(q) + C₂(q) of the two uncorrelated faces, m⁴, Persson's convention."""
-        face = _face_spectrum(self.surface)
-        if self.counterface is None:
-            return face
-        if self.counterface.like:
-            return face.scaled(2.0)
-        return face + _face_spectrum(self.counterface) if self.counterface.rough else face
+        faces = self.faces
+        if len(faces) == 1:
+            return faces[0]
+        return faces[0].scaled(2.0) if faces[0] is faces[1] else faces[0] + faces[1]
+
+    @property
+    def faces(self) -> tuple[Face, ...]:
+        """C(q) of each rough face, m⁴: one or two."""
+        face, other = _face_spectrum(self.surface), self.counterface
+        if other is None or not (other.like or other.rough):
+            return (face,)
+        return (face, face if other.like else _face_spectrum(other))
 
     @property
     def effective_modulus(self) -> float:

@@ -1,0 +1,240 @@
+"""Where a number of a scene leaves what the model means: a line for each, with its value, the limit, what to check."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf, isfinite, nan, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roughsim import analytic
+from roughsim.plan import CAPPED_LIMIT, ELASTIC_LIMIT
+from roughsim.plausibility.sizes import STEEP, Facts, facts
+
+if TYPE_CHECKING:
+    from roughsim.numerics import Numerics
+    from roughsim.scene import Scene
+    from roughsim.scene.sections import BodySection, CounterfaceSection
+
+Lines = Iterator[str]
+ATOM = 0.3e-9  # m: shorter waves are no continuum
+FLAT = 0.1e-9  # m: atoms alone are rougher
+YIELDS = 1 / 3  # of the hardness: about the yield stress, where bodies yield beneath their whole face
+STRAIN = 0.1  # nominal pressure over E*: linear elasticity
+STRONGEST = 0.3  # hardness over Young's modulus: three times the strength of a perfect crystal
+COMPLETE = 0.9  # contact area over nominal area: such faces adhere
+LEAST_PIXELS = 16.0  # of contact in a cell
+HOTTEST = 4200.0  # K: nothing is solid above
+FAST = 0.5  # of the speed of shear waves: the model's contact takes no time
+FREE_PATH = 10e-9  # m, of what carries heat: Fourier's law
+UNEVEN = 0.02  # of the heat share, from 1/2
+FRICTION = 1e-3, 5.0  # of dry solids
+# of solids, SI; the ends of each are left to gels, aerogel, diamond, osmium and lithium
+USUAL = {
+    "youngs_modulus": (1e3, 2e12, "Pa"),
+    "density": (20.0, 2.3e4, "kg/m³"),
+    "heat_capacity": (50.0, 6e3, "J/(kg K)"),
+    "conductivity": (0.01, 3e3, "W/(m K)"),
+    "diffusivity": (3e-8, 2e-3, "m²/s"),
+}
+
+
+def warnings_of(scene: Scene, numerics: Numerics | None = None) -> list[str]:
+    """Return a line for each number of a scene that leaves what the model means; none for a scene within it.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is to be computed.
+    numerics : Numerics, optional
+        How well, where that is known: contact is then counted in the pixels of its finest grid.
+    """
+    try:
+        known = facts(scene)
+    except (ValueError, ArithmeticError, RuntimeError) as error:
+        return [f"the theory of this scene cannot be evaluated ({error}); nothing tells whether its numbers make sense"]
+    return [
+        *_of_the_roughness(scene, known),
+        *_of_the_bodies(scene),
+        *_of_the_load(scene, known, numerics),
+        *_of_the_heat(scene, known),
+        *_of_the_share(scene, known),
+    ]
+
+
+def _of_the_roughness(scene: Scene, known: Facts) -> Lines:
+    if known.rms_slope > STEEP:
+        end = _gentle_end(scene)
+        until = f", or lower q_max to {end:.3g} rad/m, up to which it is less" if isfinite(end) else ""
+        yield (
+            f"rms slope = {known.rms_slope:.3g} of both faces together is above {STEEP:g}, and the model has small "
+            f"slopes; check the units of the roughness{until}"
+        )
+    if known.rms_height < FLAT:
+        yield (
+            f"rms height = {known.rms_height:.3g} m of both faces together is below {FLAT:g} m, less than an atom; "
+            "check the units of the roughness"
+        )
+    if known.shortest_wave < ATOM:
+        yield (
+            f"the shortest wave, 2π/q_max = {known.shortest_wave:.3g} m, is below {ATOM:g} m, the distance of atoms, and "
+            "the model has continuous solids; check the unit of q_max, or lower it"
+        )
+    if scene.scanned:
+        yield (
+            "C(q) was measured on one scan, and its error is unknown: maps cut out of known surfaces gave T_flash up "
+            "to 23 % too low; run a scene for each of several scans, or state C(q) yourself"
+        )
+
+
+def _gentle_end(scene: Scene) -> float:
+    """The wavenumber up to which the rms slope stays below `STEEP`, rad/m; NaN if the first waves are steep."""
+    low, high = scene.spectrum.breaks[0] * 1.01, scene.spectrum.breaks[-1]
+    if scene.spectrum.truncated(q_max=low).rms_slope > STEEP:
+        return nan
+    for _ in range(40):
+        middle = sqrt(low * high)
+        steep = scene.spectrum.truncated(q_max=middle).rms_slope > STEEP
+        low, high = (low, middle) if steep else (middle, high)
+    return low
+
+
+def _of_the_bodies(scene: Scene) -> Lines:
+    resting = None if scene.counterface is None or scene.counterface.like else scene.counterface
+    bodies: tuple[tuple[str, BodySection | CounterfaceSection | None], ...]
+    bodies = (("body", scene.body), ("counterface", resting))
+    for name, body in bodies:
+        if body is not None:
+            yield from _of_a_body(name, body, max(scene.speeds))
+
+
+def _of_a_body(name: str, body: BodySection | CounterfaceSection, speed: float) -> Lines:
+    for quantity, value in _properties(body):
+        low, high, unit = USUAL[quantity]
+        if not low <= value <= high:
+            units = "conductivity, density and heat_capacity" if quantity == "diffusivity" else "it"
+            yield (
+                f"{name}.{quantity} = {value:.3g} {unit} is not within {low:g} to {high:g} {unit}, where solids are; "
+                f"check the unit of {units}"
+            )
+    hardness, modulus = body.penetration_hardness, body.youngs_modulus
+    if hardness is not None and modulus is not None and hardness > STRONGEST * modulus:
+        yield (
+            f"{name}.penetration_hardness = {hardness:.3g} Pa is above {STRONGEST:g} of youngs_modulus = {modulus:.3g} "
+            "Pa, and no crystal is stronger; check the units of both"
+        )
+    waves = inf
+    if modulus is not None and body.poisson_ratio is not None and body.density is not None:
+        waves = sqrt(modulus / (2.0 * (1.0 + body.poisson_ratio)) / body.density)
+    if speed > FAST * waves:
+        yield (
+            f"sliding.speed = {speed:.3g} m/s is above {FAST:g} of the speed of shear waves in the {name}, {waves:.3g} "
+            "m/s, and the model's contact takes no time; check the units of speed, youngs_modulus and density"
+        )
+
+
+def _properties(body: BodySection | CounterfaceSection) -> Iterator[tuple[str, float]]:
+    """What a body is made of, at each temperature of a table, and D = κ/(ρc) where nothing else is strange."""
+    strange = False
+    for name in ("youngs_modulus", "density", "heat_capacity", "conductivity"):
+        given = getattr(body, name)
+        values = [row[1] for row in given] if isinstance(given, tuple) else [given] if given is not None else []
+        for value in values:
+            strange |= not USUAL[name][0] <= value <= USUAL[name][1]
+            yield name, value
+            if name == "conductivity" and not strange and body.density and body.heat_capacity:
+                yield "diffusivity", value / (body.density * body.heat_capacity)
+
+
+def _of_the_load(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines:
+    pressure = f"sliding.nominal_pressure = {scene.sliding.nominal_pressure:.3g} Pa"
+    if known.pressure_over_hardness > YIELDS:
+        yield (
+            f"{pressure} is {known.pressure_over_hardness:.2g} of the hardness, above {YIELDS:.2g}: bodies yield "
+            "beneath their whole face, and the model's at the contact alone; check the units of both"
+        )
+    if known.pressure_over_modulus > STRAIN:
+        yield (
+            f"{pressure} is {known.pressure_over_modulus:.2g} of E* = {scene.effective_modulus:.3g} Pa, above "
+            f"{STRAIN:g}, and the model has small strains; check the units of pressure and youngs_modulus"
+        )
+    pixels, grid = _contact_pixels(scene, known, numerics)
+    if pixels < LEAST_PIXELS:
+        yield (
+            f"{pressure} makes contact on {known.contact_fraction:.2g} of the area, {pixels:.2g} pixels of {grid}, "
+            f"below {LEAST_PIXELS:g}; check its unit"
+        )
+    elif known.hot_spots < 1.0:
+        yield (
+            f"{pressure} makes contact on {known.contact_fraction:.2g} of the area, {known.hot_spots:.2g} of one hot "
+            f"spot of the theory in a cell of {1e3 * known.cell[0]:.3g} mm; check its unit, or raise numerics.lengths"
+        )
+    if known.contact_fraction > COMPLETE:
+        yield (
+            f"contact on {known.contact_fraction:.3g} of the area in theory is above {COMPLETE:g}: such faces adhere, "
+            "and the model's do not; check the units of roughness, pressure and youngs_modulus"
+        )
+
+
+def _contact_pixels(scene: Scene, known: Facts, numerics: Numerics | None) -> tuple[float, str]:
+    """Pixels of contact on the finest grid, and that grid in words."""
+    if numerics is None:
+        side = ELASTIC_LIMIT if scene.elastic else CAPPED_LIMIT
+        return known.contact_fraction * side**2, f"the finest grid of a plan, {side} × {side}"
+    shape = max((level.shape for level in numerics.levels), key=lambda shape: shape[0] * shape[1])
+    return known.contact_fraction * shape[0] * shape[1], f"the finest grid, {shape[0]} × {shape[1]}"
+
+
+def _of_the_heat(scene: Scene, known: Facts) -> Lines:
+    friction = scene.sliding.friction_coefficient
+    if not FRICTION[0] < friction <= FRICTION[1]:
+        yield (
+            f"sliding.friction_coefficient = {friction:.3g} is not within {FRICTION[0]:g} to {FRICTION[1]:g}, where "
+            "dry solids are; check it"
+        )
+    k = int(np.argmax(known.flash_temperature))
+    contact = known.background_temperature + float(known.flash_temperature[k])
+    where = "a background of" if scene.sliding.background_temperature else "an assumed background of"
+    reached = (
+        f"T_flash = {known.flash_temperature[k]:.4g} K at {scene.speeds[k]:g} m/s in theory, over {where} "
+        f"{known.background_temperature:g} K, makes {contact:.4g} K"
+    )
+    if contact > known.melting_temperature:
+        yield (
+            f"{reached}, above the melting_temperature of {known.melting_temperature:g} K, and the model's bodies stay "
+            "solid; check the units of heat, load and roughness, or lower the speed"
+        )
+    elif contact > HOTTEST:
+        yield f"{reached}, above {HOTTEST:g} K, where nothing is solid; check the units of heat, load and roughness"
+    fastest = float(known.peclet_number.max())
+    if fastest > 1.0 and (depth := known.hot_spot_radius * sqrt(2.0 / fastest)) < FREE_PATH:
+        yield (
+            f"the Péclet number vr/D = {fastest:.3g} lets the heat of a hot spot in by {depth:.2g} m, below "
+            f"{FREE_PATH:g} m, the free path of what carries heat; check the units of speed and conductivity"
+        )
+
+
+def _of_the_share(scene: Scene, known: Facts) -> Lines:
+    k = int(np.argmax(scene.speeds))
+    share = float(known.heat_partition[k])
+    if _like_faces(scene) and abs(share - 0.5) > UNEVEN:
+        yield (
+            f"the heat share {share:.3g} at {scene.speeds[k]:g} m/s takes hot spots to rest on the counterface until "
+            "it is warm there, but two equally rough faces of one material share evenly: at 1/2 temperatures are "
+            f"{0.5 / share:.3g} of these; see docs/partition.md"
+        )
+
+
+def _like_faces(scene: Scene) -> bool:
+    """Whether both faces conduct alike and are, within a factor of two, equally rough."""
+    if len(scene.faces) < 2 or not scene.counterface_conducts:
+        return False
+    one, other = (face.rms_height for face in scene.faces)
+    bodies = analytic.conduction(scene)
+    alike = np.array_equal(bodies.conductivity, bodies.counter_conductivity)
+    alike = alike and np.array_equal(bodies.diffusivity, bodies.counter_diffusivity)
+    return alike and 0.5 <= one / other <= 2.0
+
+
+__all__ = ["warnings_of"]
