@@ -102,15 +102,20 @@ def plan(
 ) -> None:
     """Show how a scene would be computed, each choice with its reason."""
     from roughsim.plan import plan as make_plan
+    from roughsim.plausibility import judge
     from roughsim.scene import load_scene
-    from roughsim.tables import plan_table
+    from roughsim.tables import facts_table, plan_table
 
-    numerics = make_plan(load_scene(scene), target_error)
+    loaded = load_scene(scene)
+    numerics = make_plan(loaded, target_error)
+    judged = judge(loaded, numerics)
     if as_json:
         reasons = [reason._asdict() for reason in numerics.reasons]
-        typer.echo(json.dumps(numerics.to_dict() | {"reasons": reasons}, indent=1))
+        typer.echo(json.dumps(numerics.to_dict() | {"reasons": reasons} | judged.to_dict(), indent=1))
     else:
-        _print(plan_table(numerics))
+        _print(plan_table(numerics), facts_table(judged))
+        for line in judged.warnings:
+            _warn(line)
 
 
 @app.command()
@@ -120,16 +125,20 @@ def theory(
     trust: Annotated[bool, typer.Option("--trust", help="Say how far the theory is known to be off here.")] = False,
 ) -> None:
     """Evaluate the analytic theory of a scene over its whole spectrum."""
+    from roughsim.plausibility import judge
     from roughsim.scene import load_scene
-    from roughsim.tables import theory_dict, theory_table, trust_table
+    from roughsim.tables import facts_table, theory_dict, theory_table, trust_table
     from roughsim.trust import trust as look_up
 
     loaded = load_scene(scene)
-    known = look_up(loaded) if trust else None
+    known, judged = look_up(loaded) if trust else None, judge(loaded)
     if as_json:
-        typer.echo(json.dumps(theory_dict(loaded) | ({"trust": known.to_dict()} if known else {}), indent=1))
+        told = theory_dict(loaded) | judged.to_dict() | ({"trust": known.to_dict()} if known else {})
+        typer.echo(json.dumps(told, indent=1))
     else:
-        _print(theory_table(loaded), *([trust_table(known)] if known else []))
+        _print(theory_table(loaded), *([trust_table(known)] if known else []), facts_table(judged))
+        for line in judged.warnings:
+            _warn(line)
 
 
 @app.command()

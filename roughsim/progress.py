@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from rich import progress as bars
 from rich.console import Console
+from rich.markup import escape
 
 from roughsim.status import clock, count_text, end_known, reached, realizations_needed
 
@@ -73,12 +74,14 @@ class Progress:
 def run_shown(scene: Scene, folder: Path, workers: int | None, **options: Any) -> Run:
     """Plan and run a scene as `roughsim.run` does, showing the plan, the progress and the end; all cores for None."""
     from roughsim.ensemble import aimed, begin, run
+    from roughsim.plausibility import judge
 
     console = Console(stderr=True)
     scene = aimed(scene, **options)
     numerics = begin(scene, folder)
     reasons = (reason for reason in numerics.reasons if reason.choice in ("smoothed", "capped", "elastic"))
     _show(console, *(f"[dim]{reason.value}[/dim]" for reason in reasons))
+    _show(console, *(f"warning: {escape(line)}" for line in judge(scene, numerics).warnings))
     count = (os.cpu_count() or 1) if workers is None else workers
     with Progress(console) as progress:
         result = run(scene, folder, numerics=numerics, workers=count, observer=progress.update)

@@ -14,6 +14,7 @@ from roughsim.means import UNITS
 
 if TYPE_CHECKING:
     from roughsim.numerics import Numerics
+    from roughsim.plausibility import Plausibility
     from roughsim.scene import Scene
     from roughsim.trust import Trust
 
@@ -41,6 +42,14 @@ def plan_table(numerics: Numerics) -> Table:
         table.add_column(title, overflow="fold")
     for reason in numerics.reasons:
         table.add_row(*reason)
+    return table
+
+
+def facts_table(judged: Plausibility) -> Table:
+    """Return what follows from a scene, for readers to judge."""
+    table = Table(box=None, pad_edge=False, show_header=False)
+    for row in judged.facts.rows() if judged.facts else []:
+        table.add_row(*row)
     return table
 
 

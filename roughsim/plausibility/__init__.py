@@ -4,7 +4,7 @@ A unit that slipped by a thousand gives a scene that computes without complaint.
 are stated, and what lies beyond the model is told in one line each.
 """
 
-from roughsim.plausibility.limits import warnings_of
+from roughsim.plausibility.limits import Plausibility, judge
 from roughsim.plausibility.sizes import Facts, facts
 
-__all__ = ["Facts", "facts", "warnings_of"]
+__all__ = ["Facts", "Plausibility", "facts", "judge"]

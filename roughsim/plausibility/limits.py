@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import inf, isfinite, nan, sqrt
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -40,8 +40,19 @@ USUAL = {
 }
 
 
-def warnings_of(scene: Scene, numerics: Numerics | None = None) -> list[str]:
-    """Return a line for each number of a scene that leaves what the model means; none for a scene within it.
+class Plausibility(NamedTuple):
+    """What follows from a scene (None where its theory cannot be evaluated), and a line for all beyond the model."""
+
+    facts: Facts | None
+    warnings: list[str]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return "scene_facts" and "scene_warnings" as JSON values."""
+        return {"scene_facts": self.facts and self.facts.to_dict(), "scene_warnings": self.warnings}
+
+
+def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
+    """Return what follows from a scene, and a line for each number that leaves what the model means.
 
     Parameters
     ----------
@@ -53,14 +64,16 @@ def warnings_of(scene: Scene, numerics: Numerics | None = None) -> list[str]:
     try:
         known = facts(scene)
     except (ValueError, ArithmeticError, RuntimeError) as error:
-        return [f"the theory of this scene cannot be evaluated ({error}); nothing tells whether its numbers make sense"]
-    return [
+        line = f"the theory of this scene cannot be evaluated ({error}); nothing tells whether its numbers make sense"
+        return Plausibility(None, [" ".join(line.split())])
+    lines = [
         *_of_the_roughness(scene, known),
         *_of_the_bodies(scene),
         *_of_the_load(scene, known, numerics),
         *_of_the_heat(scene, known),
         *_of_the_share(scene, known),
     ]
+    return Plausibility(known, lines)
 
 
 def _of_the_roughness(scene: Scene, known: Facts) -> Lines:
@@ -78,8 +91,8 @@ def _of_the_roughness(scene: Scene, known: Facts) -> Lines:
         )
     if known.shortest_wave < ATOM:
         yield (
-            f"the shortest wave, 2π/q_max = {known.shortest_wave:.3g} m, is below {ATOM:g} m, the distance of atoms, and "
-            "the model has continuous solids; check the unit of q_max, or lower it"
+            f"the shortest wave, 2π/q_max = {known.shortest_wave:.3g} m, is below {ATOM:g} m, the distance of atoms, "
+            "and the model has continuous solids; check the unit of q_max, or lower it"
         )
     if scene.scanned:
         yield (
@@ -113,10 +126,10 @@ def _of_a_body(name: str, body: BodySection | CounterfaceSection, speed: float) 
     for quantity, value in _properties(body):
         low, high, unit = USUAL[quantity]
         if not low <= value <= high:
-            units = "conductivity, density and heat_capacity" if quantity == "diffusivity" else "it"
+            units = "its unit" if quantity != "diffusivity" else "those of conductivity, density and heat_capacity"
             yield (
                 f"{name}.{quantity} = {value:.3g} {unit} is not within {low:g} to {high:g} {unit}, where solids are; "
-                f"check the unit of {units}"
+                f"check {units}"
             )
     hardness, modulus = body.penetration_hardness, body.youngs_modulus
     if hardness is not None and modulus is not None and hardness > STRONGEST * modulus:
@@ -237,4 +250,4 @@ def _like_faces(scene: Scene) -> bool:
     return alike and 0.5 <= one / other <= 2.0
 
 
-__all__ = ["warnings_of"]
+__all__ = ["Plausibility", "judge"]

@@ -46,6 +46,8 @@ class Facts:
         Contact area of a cell over πr².
     cell : (float, float)
         Sides of the cell, m.
+    speed : ndarray
+        v, m/s.
     peclet_number : ndarray
         vr/D, over speed.
     heat_partition : ndarray
@@ -69,6 +71,7 @@ class Facts:
     hot_spot_radius: float
     hot_spots: float
     cell: tuple[float, float]
+    speed: Array
     peclet_number: Array
     heat_partition: Array
     flash_temperature: Array
@@ -79,15 +82,16 @@ class Facts:
         """Return JSON values in SI; NaN and inf as None."""
         return {key: _json(value) for key, value in asdict(self).items()}
 
-    def rows(self, scene: Scene) -> list[tuple[str, str, str]]:
+    def rows(self) -> list[tuple[str, str, str]]:
         """Return name, value and meaning of each for people."""
-        speeds = f"from {min(scene.speeds):g} to {max(scene.speeds):g} m/s"
+        elastic = self.pressure_over_hardness == 0.0
+        speeds = f"{_range(self.speed)} m/s"
         melting = "" if isinf(self.melting_temperature) else f"; melts at {self.melting_temperature:g} K"
-        yields = "no q_y: elastic" if scene.elastic else "no q_y: less than 99 % yields"
+        yields = "no q_y: elastic" if elastic else "no q_y: less than 99 % yields"
         if isfinite(self.yield_wavenumber):
             yields = f"q_y = {self.yield_wavenumber:.3g} rad/m"
         ratio = ("σ₀/σ_P", self.pressure_over_hardness, "nominal pressure over penetration hardness")
-        if scene.elastic:
+        if elastic:
             ratio = ("σ₀/E*", self.pressure_over_modulus, "nominal pressure over effective modulus")
         waves = f"{1e3 * self.longest_wave:.3g} mm to {1e6 * self.shortest_wave:.3g} µm"
         size = f"{1e3 * self.cell[0]:.3g} mm × {1e3 * self.cell[1]:.3g} mm"
@@ -101,8 +105,12 @@ class Facts:
                 f"{self.hot_spots:.3g}",
                 f"of radius {1e6 * self.hot_spot_radius:.3g} µm in a cell of {size}",
             ),
-            ("Péclet number", _range(self.peclet_number), f"vr/D with that radius, {speeds}"),
-            ("T_flash", f"{_range(self.flash_temperature)} K", f"in theory, {speeds}, above the background{melting}"),
+            ("Péclet number", _range(self.peclet_number), f"vr/D with that radius, at {speeds}"),
+            (
+                "T_flash",
+                f"{_range(self.flash_temperature)} K",
+                f"in theory, at {speeds}, above the background{melting}",
+            ),
         ]
 
 
@@ -132,6 +140,7 @@ def facts(scene: Scene) -> Facts:
         hot_spot_radius=radius,
         hot_spots=contact * lengths[0] * lengths[1] / (pi * radius**2),
         cell=lengths,
+        speed=speeds,
         peclet_number=speeds * radius / analytic.conduction(scene).diffusivity,
         heat_partition=share,
         flash_temperature=share * theory.over_speed["flash_temperature"],

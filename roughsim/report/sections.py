@@ -14,6 +14,7 @@ from roughsim.compare import compare
 from roughsim.ensemble import writer
 from roughsim.estimate import SOURCES
 from roughsim.means import OBSERVABLES
+from roughsim.plausibility import judge
 from roughsim.report.markup import Html, grouped_table, joined, number, plus_minus, table, tag
 from roughsim.report.pictures import picture
 from roughsim.status import clock, reached, status_dict
@@ -49,6 +50,10 @@ def header(run: Run) -> Html:
     if run.damaged:
         parts.append(tag("p", "Damaged files, left out; all else is shown:", css="warning"))
         parts.append(tag("ul", *(tag("li", reason) for reason in run.damaged.values()), css="plain"))
+    warnings = judge(run.scene, run.numerics).warnings
+    if warnings:
+        parts.append(tag("p", "Where this scene leaves what the model means:", css="warning"))
+        parts.append(tag("ul", *(tag("li", line) for line in warnings), css="plain"))
     return joined(*parts)
 
 
@@ -208,13 +213,17 @@ def scene_of(run: Run) -> Html:
     scene = run.scene
     derived: list[list[object]] = [
         ["effective modulus E*", number(scene.effective_modulus / 1e9), "GPa"],
-        ["rms height of both faces", number(scene.spectrum.rms_height * 1e6), "µm"],
-        ["rms slope of both faces, whole spectrum", number(scene.spectrum.rms_slope), ""],
         ["penetration hardness", number(scene.penetration_hardness / 1e9), "GPa"],
         ["thermal diffusivity", _diffusivity(scene), "mm²/s"],
     ]
     shown = re.sub(r"((?:^\[[^\[\]\n]*\],\n)+)", _shortened, scene.to_toml(), flags=re.MULTILINE)
-    return joined(table(["what follows from it", "", ""], derived, numbers={1}), tag("pre", shown))
+    known = judge(scene, run.numerics).facts
+    facts: list[list[object]] = [list(row) for row in known.rows()] if known else []
+    return joined(
+        table(["what follows from it", "", ""], derived, numbers={1}),
+        table(["to judge it by", "", ""], facts, numbers=set()),
+        tag("pre", shown),
+    )
 
 
 def _diffusivity(scene: Scene) -> str:
