@@ -58,6 +58,8 @@ def test_theory_prints_the_steel_table(capsys):
         "contact_fraction",
         "plastic_fraction",
         "pressure_correlation",
+        "scene_facts",
+        "scene_warnings",
     }
 
 
@@ -223,7 +225,7 @@ def test_a_warning_is_one_line_without_the_place_in_the_code(capsys, monkeypatch
         warnings.simplefilter("default")
         code, _, err = inside(capsys, "theory", "demo")
     assert code == 0
-    assert err == "roughsim: warning: the cell is small\n"
+    assert err.startswith("roughsim: warning: the cell is small\nroughsim: warning: the heat share")
 
 
 def test_too_little_memory_is_said_in_one_line(capsys, monkeypatch):

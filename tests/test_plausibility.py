@@ -2,7 +2,9 @@
 
 import json
 import math
+import re
 from dataclasses import fields, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +16,8 @@ from roughsim.plausibility import facts, judge
 from roughsim.report.sections import header, scene_of
 from roughsim.scene import SceneError, bundled_scenes, parse_scene
 from roughsim.tables import theory_dict
+
+ROOT = Path(__file__).parents[1]
 
 
 def warned(text):
@@ -51,8 +55,6 @@ SLIPS = {
 
 @pytest.mark.parametrize("slip", SLIPS, ids=lambda slip: slip[1])
 def test_a_slip_of_a_unit_is_told_in_one_line_with_its_value_and_the_limit(slip):
-    import re
-
     lines = warned(changed(*slip, even()))
     assert any(re.search(SLIPS[slip], line) for line in lines), lines
     assert all("check" in line and "\n" not in line and len(line) < 320 for line in lines)
@@ -139,6 +141,29 @@ def test_a_share_between_two_equally_rough_faces_of_one_material_is_told_unless_
         assert sum("heat share" in line for line in warned(with_counterface(other))) == count
     other = f'rms_height = "0.9 um"\n{band}{body.replace("= 30", "= 60")}'
     assert warned(with_counterface(other)) == warned(with_counterface(body)) == []
+
+
+def test_the_figures_of_a_resting_spot_are_those_of_docs_partition(steel):
+    from theory import flash, hertz, plasticity
+
+    given = {"effective_modulus": 2e11 / 0.91 / 2, "nominal_pressure": 9e7}
+    smooth = plasticity.smoothed_spectrum(steel.spectrum, **given, penetration_hardness=1.2e9)
+    diffusivity = 30 / (7900 * 500)
+    heat = {"friction_coefficient": 0.11, "conductivity": 30.0, "diffusivity": diffusivity, "gamma": 0.294}
+    width = float(flash.flash_width(100.0, smooth, **given, **heat))
+    radius = width / hertz.FAST.flash_width
+    warm, lives = radius**2 / diffusivity, 2 * radius / 35.0
+    hot = float(flash.flash_temperature(35.0, smooth, **given, **heat))
+    rows = dict(re.findall(r"(?m)^\| (\D[^|]*?) \| ([^|]*) \|$", (ROOT / "docs/partition.md").read_text()))
+    told = {key: float(value.split()[0]) for key, value in rows.items() if value[:1].isdigit()}
+    assert told["radius of a hot spot, R"] == pytest.approx(1e6 * radius, rel=0.005)
+    assert told["time that it needs to get warm at rest, R²/D"] == pytest.approx(1e3 * warm, rel=0.05)
+    assert told["time that it lives, 2R/v"] == pytest.approx(1e6 * lives, rel=0.01)
+    assert told["the one over the other, Pe/2"] == pytest.approx(warm / lives, rel=0.01)
+    page = (ROOT / "docs/partition.md").read_text()
+    for whole, half in re.findall(r"\| (?:theory|simulation, capped) \| (\S+) K \| (\S+) K \|", page):
+        assert float(half) == pytest.approx(float(whole) * 0.5 / 0.938, abs=0.06)
+    assert f"| theory | {0.938 * hot:.1f} K |" in page
 
 
 def test_a_scan_is_said_to_have_an_unknown_error_before_anything_is_computed():
