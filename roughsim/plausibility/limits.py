@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from roughsim import analytic
-from roughsim.plan import CAPPED_LIMIT, ELASTIC_LIMIT
 from roughsim.plausibility.sizes import STEEP, Facts, facts
+from roughsim.rungs import CAPPED_LIMIT, ELASTIC_LIMIT
 
 if TYPE_CHECKING:
     from roughsim.numerics import Numerics
