@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from math import inf
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
+from roughsim.digits import plus_minus, shown
 from roughsim.ladder import Values
 from roughsim.means import OBSERVABLES
 from roughsim.sample import ratio
@@ -69,12 +71,14 @@ class Estimate:
 
     def explain(self) -> str:
         """Say in plain words where each part of the error comes from."""
-        lines = []
+        lines, (unit, factor) = [], shown(self.unit)
         for k, mean in enumerate(self.mean):
-            parts = ", ".join(f"{name} {part[k]:.2g}" for name, part in self.budget.items() if np.isfinite(part[k]))
+            told = ((name, part[k] * factor) for name, part in self.budget.items())
+            parts = ", ".join(f"{name} {part:.2g}" for name, part in told if np.isfinite(part))
+            value = plus_minus(mean * factor, self.total_error[k] * factor, self.unknown_at(k))
             lines.append(
-                f"{mean:.6g} ± {self.total_error[k]:.2g} {self.unit}: {parts}; n = {self.n} realizations, "
-                f"worth {self.effective_n[k]:.3g} with all levels; value at the finest level {self.bias[k]:+.2g}"
+                f"{value} {unit}".rstrip() + f": {parts}; n = {self.n} realizations, worth {self.effective_n[k]:.3g} "
+                f"with all levels; value at the finest level {self.bias[k] * factor:+.2g}"
             )
         sources = [f"{name}: {SOURCES[name]}" for name in self.budget if name not in self.unknown]
         missing = [f"{name}: unknown, no levels tell; not in these figures" for name in self.unknown]
@@ -85,6 +89,10 @@ class Estimate:
         """The parts of `budget` that no level tells, at some speed whose mean is finite; `total_error` is without."""
         defined = np.isfinite(self.mean)
         return tuple(name for name, part in self.budget.items() if np.any(np.isnan(part) & defined))
+
+    def unknown_at(self, k: int) -> tuple[str, ...]:
+        """The parts of `budget` that no level tells of entry k; none where the mean is exactly zero."""
+        return unknown_parts(self.mean, self.budget, k)
 
 
 def estimate(
@@ -126,8 +134,6 @@ def estimate(
         bias = values.finest.mean(axis=0) - mean
     if scanned:
         budget["scan"] = np.where(mean == 0.0, 0.0, np.nan)  # at rest nothing heats, whatever C(q)
-    total = np.sqrt(sum(np.where(np.isnan(part), 0.0, part) ** 2 for part in budget.values()))
-    total = np.where(np.isnan(mean), np.nan, total)
     return Estimate(
         observable,
         OBSERVABLES[observable].unit,
@@ -135,7 +141,7 @@ def estimate(
         error,
         budget["statistical"],
         bias,
-        total,
+        in_all(mean, budget),
         budget,
         len(values.extrapolated),
         freedom + 1.0,
@@ -191,8 +197,30 @@ def _split(base: Array, added: Array, common: Array) -> tuple[Array, Array]:
     return common + share * other, np.sqrt(1.0 - share**2) * other
 
 
-def quotient(above: Values, below: Values | Array) -> tuple[Array, Array]:
-    """Return ⟨above⟩/⟨below⟩ and its standard error, (speeds,); rows of one realization stay paired.
+class Quotient(NamedTuple):
+    """A ratio of two columns, or of a column and the theory, with its errors; arrays over speed.
+
+    `standard_error` is statistical; `total_error` (95 %) is the root of the sum of squares of `budget`, whose parts are
+    those of an `Estimate`.
+    """
+
+    value: Array
+    standard_error: Array
+    total_error: Array
+    budget: dict[str, Array]
+
+    def unknown_at(self, k: int) -> tuple[str, ...]:
+        """The parts of `budget` that no level tells of entry k."""
+        return unknown_parts(self.value, self.budget, k)
+
+
+def quotient(above: Values, below: Values | Array, *, size: Array | float = 0.0, tolerance: float = 0.0) -> Quotient:
+    """Return ⟨above⟩/⟨below⟩ and its errors, (speeds,).
+
+    The rows of one realization stay paired, so that scatter which both columns share drops out of the statistical part.
+    The other parts are added as squares: the columns differ in levels and in the kind of contact, and doubled cells
+    changed one by ten times what they changed the other. Both stand on one C(q): what a scan leaves open of it is no part. Exact values share the cut-off of the column above and have
+    errors of no kind: then the part of q_c drops out.
 
     Parameters
     ----------
@@ -200,17 +228,50 @@ def quotient(above: Values, below: Values | Array) -> tuple[Array, Array]:
         Of some column.
     below : Values or ndarray
         Of another column of the same run, or exact values (speeds,).
+    size : float or ndarray, optional
+        Relative error of each column by the finite cell.
+    tolerance : float, optional
+        Relative pressure error of the contact solves.
     """
     if isinstance(below, Values):
         rows, base = ratio(above.extrapolated, below.extrapolated), ratio(above.base, below.base)
         group = above.group + (above.group.max() + 1) * below.group  # 0 where both columns have their coarsest alone
+        columns = [above, below]
     else:
         exact = np.broadcast_to(below, above.base.shape)
         rows, base, group = ratio(above.extrapolated, exact), ratio(above.base, exact), above.group
-    value, error = rows.mean(axis=0), spread(rows, base, group)[0]
+        columns = [above._replace(bandwidth=np.zeros_like(above.bandwidth))]
+    value = rows.mean(axis=0)
+    error, freedom = spread(rows, base, group)
     if not np.any(above.extrapolated):  # elastic contact has no plastic area: there is no ratio to speak of
         value = np.full_like(value, np.nan)
-    return value, error
+    with np.errstate(all="ignore"):  # 0/0 at rest: the ratio is NaN, and its errors are
+        budget = {
+            "statistical": _half_width(error, freedom),
+            "bandwidth": np.abs(value) * _relative(columns, "bandwidth"),
+            "pixel": np.abs(value) * _relative(columns, "pixel"),
+            "size": np.abs(value) * size * np.sqrt(len(columns)),
+            "solver": np.abs(value) * 2.0 * tolerance * np.sqrt(len(columns)),
+        }
+    return Quotient(value, error, in_all(value, budget), budget)
+
+
+def _relative(columns: list[Values], part: str) -> Array:
+    """Root of the sum of squares of a part of the errors of columns, relative to their means."""
+    each = [getattr(column, part) / column.extrapolated.mean(axis=0) for column in columns]
+    return np.asarray(np.sqrt(sum(one**2 for one in each)))
+
+
+def unknown_parts(mean: Array, budget: dict[str, Array], k: int) -> tuple[str, ...]:
+    """Return which parts of a budget are NaN at entry k, where there is a mean to be wrong."""
+    there = np.isfinite(mean[k]) and mean[k] != 0.0
+    return tuple(name for name, part in budget.items() if there and np.isnan(part[k]))
+
+
+def in_all(mean: Array, budget: dict[str, Array]) -> Array:
+    """Return the root of the sum of squares of the known parts; NaN where there is no mean."""
+    total = np.sqrt(sum(np.where(np.isnan(part), 0.0, part) ** 2 for part in budget.values()))
+    return np.where(np.isnan(mean), np.nan, total)
 
 
 def quantile(freedom: Array | float) -> Array:
@@ -265,10 +326,13 @@ __all__ = [
     "LEAST_FINE",
     "SOURCES",
     "Estimate",
+    "Quotient",
     "estimate",
     "first_sufficient",
+    "in_all",
     "quantile",
     "quotient",
     "relative_half_width",
     "spread",
+    "unknown_parts",
 ]

@@ -194,6 +194,47 @@ def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
     return quadrant[np.minimum(rows, grid.shape[0] - rows)]
 
 
+def mean_over_cells(weight: Callable[[Array], Array], spectrum: Spectrum, grid: Grid, modes: Array) -> Array:
+    """Return ∫ C w d²q / ∫ C d²q over the Fourier cells of some modes: the mean that their roughness sees.
+
+    Parameters
+    ----------
+    weight : callable
+        w of wavenumbers within the breaks of the spectrum, rad/m, one-dimensional; smooth between the breaks.
+    spectrum : Spectrum
+        C(q), m⁴.
+    grid : Grid
+        The periodic cell.
+    modes : ndarray
+        Which modes, bool, shape `grid.half_shape`; all of them with C > 0 somewhere in their cell.
+
+    Returns
+    -------
+    ndarray
+        A mean for each mode in the order of `np.nonzero(modes)`, in units of w.
+    """
+    rows, columns = np.nonzero(modes)
+    cells = np.minimum(rows, grid.shape[0] - rows), columns
+    steps = 2 * pi / grid.lengths[0], 2 * pi / grid.lengths[1]
+    inside: Array = _polar_cells(_Weighted(spectrum, weight), *cells, steps) / _polar_cells(spectrum, *cells, steps)
+    return inside
+
+
+class _Weighted(NamedTuple):
+    """C(q) w(q) with the breaks of C(q)."""
+
+    spectrum: Spectrum
+    weight: Callable[[Array], Array]
+
+    @property
+    def breaks(self) -> Any:
+        return self.spectrum.breaks
+
+    def __call__(self, q: Array) -> Any:
+        within = np.clip(q, self.breaks[0], self.breaks[-1])
+        return self.spectrum(q) * self.weight(within.ravel()).reshape(q.shape)
+
+
 def _quadrant(spectrum: Spectrum, grid: Grid) -> Array:
     """Cell integrals for k_x, k_y ≥ 0, with the Nyquist rows counted for both signs."""
     nx, ny = grid.shape

@@ -9,7 +9,8 @@ import numpy as np
 from rich.table import Table
 
 from roughsim import analytic
-from roughsim.compare import Cell, Comparison, Ratio, json_number
+from roughsim.compare import Comparison, json_number
+from roughsim.digits import plus_minus, shown
 from roughsim.means import UNITS
 
 if TYPE_CHECKING:
@@ -18,21 +19,7 @@ if TYPE_CHECKING:
     from roughsim.scene import Scene
     from roughsim.trust import Trust
 
-# SI unit → unit of the tables, and the factor between them
-_SHOWN = {
-    "K": ("K", 1.0),
-    "K/m": ("K/mm", 1e-3),
-    "K/m^2": ("K/µm²", 1e-12),
-    "m": ("µm", 1e6),
-    "1": ("", 1.0),
-    "Pa^2": ("GPa²", 1e-18),
-}
 CORRELATION_POINTS = 65
-
-
-def shown(unit: str) -> tuple[str, float]:
-    """Return the unit that tables show in place of an SI unit, and the factor between them."""
-    return _SHOWN.get(unit, (unit, 1.0))
 
 
 def plan_table(numerics: Numerics) -> Table:

@@ -118,7 +118,7 @@ def test_mode_sums_approach_the_integrals_as_the_cell_grows():
         "pressure_variance",
         "correlation_radius_10",
     ):
-        assert errors[4][name] < 0.003, name  # the ring of modes at q_min is coarse
+        assert errors[4][name] < 0.01, name  # the ring of modes at q_min is coarse
         assert errors[12][name] < 0.003, name
         assert errors[1][name] > 5 * errors[12][name], name
     assert max(errors[12].values()) < 0.01

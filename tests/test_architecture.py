@@ -12,6 +12,7 @@ SOURCES = sorted([*(ROOT / "roughsim").rglob("*.py"), *(ROOT / "theory").rglob("
 # data flows to the right: a module may import only what stands before it
 ORDER = (
     "errors",
+    "digits",
     "foreign",
     "grid",
     "patches",

@@ -24,12 +24,13 @@ from roughsim.analytic.bodies import (
 from roughsim.grid import Grid
 from roughsim.observables import StressSpectrum
 from roughsim.spectrum import TruncatedSpectrum
-from roughsim.surface import mode_variance
+from roughsim.surface import mean_over_cells, mode_variance
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene
 
 Array = NDArray[np.float64]
+_NEAR = 16.0  # mode spacings beyond q_min within which W is averaged over Fourier cells
 
 
 class Theory(Protocol):
@@ -162,17 +163,27 @@ class ModeSums:
 
 
 def _mode_stress(scene: Scene, spectrum: Any, grid: Grid) -> tuple[Array, Array, float]:
-    """Wavenumbers of the modes, their share of ⟨σ²⟩ − σ₀² in the theory, and the contact area at their end."""
+    """Wavenumbers of the modes, their share of ⟨σ²⟩ − σ₀² in the theory, and the contact area at their end.
+
+    W is that at |q| of a mode, but its mean over the Fourier cell near q_min: there W falls from 1 within a mode.
+    """
     from theory import persson
 
     variance = mode_variance(spectrum, grid) * grid.multiplicity
     present = variance > 0.0
     q, place = np.unique(grid.wavenumbers[present], return_inverse=True)
-    pressures = {"effective_modulus": scene.effective_modulus, "nominal_pressure": scene.sliding.nominal_pressure}
-    weight = persson.stress_weight(q, spectrum, **pressures, gamma=scene.theory.gamma)
-    roughness = np.bincount(place, variance[present])
+    stress = stress_arguments(scene)
+
+    def weight(at: Array) -> Array:
+        return persson.stress_weight(at, spectrum, **stress)
+
+    weights = weight(q)[place]
+    near = grid.wavenumbers < spectrum.breaks[0] + _NEAR * 2 * pi / min(grid.lengths)
+    weights[near[present]] = mean_over_cells(weight, spectrum, grid, near & present)
+    roughness = np.bincount(place, variance[present] * weights)
+    pressures = {key: stress[key] for key in ("effective_modulus", "nominal_pressure")}
     share = persson.contact_probability(float(spectrum.breaks[-1]), spectrum, **pressures)
-    return q, (0.5 * scene.effective_modulus * q) ** 2 * roughness * weight, float(share)
+    return q, (0.5 * scene.effective_modulus * q) ** 2 * roughness, float(share)
 
 
 class _Heating(NamedTuple):

@@ -5,10 +5,10 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING
 
+from roughsim.digits import shown
 from roughsim.ensemble import writer
 from roughsim.means import OBSERVABLES
 from roughsim.status import clock, count_text, reached, seconds_left
-from roughsim.tables import shown
 
 if TYPE_CHECKING:
     from roughsim.estimate import Estimate

@@ -13,12 +13,12 @@ from roughsim import analytic
 from roughsim.compare import compare
 from roughsim.ensemble import writer
 from roughsim.estimate import SOURCES
+from roughsim.digits import shown
 from roughsim.means import OBSERVABLES
 from roughsim.plausibility import judge
 from roughsim.report.markup import Html, grouped_table, joined, number, plus_minus, table, tag
 from roughsim.report.pictures import picture
 from roughsim.status import clock, reached, status_dict
-from roughsim.tables import shown
 
 if TYPE_CHECKING:
     from roughsim.compare import Comparison, Row
