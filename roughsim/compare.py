@@ -2,12 +2,13 @@
 
 theory (on C_sm, with the scene's γ) · smoothed (elastic contact of surfaces drawn from C_sm) · capped (contact of the
 original surface, p ≤ σ_P). smoothed/theory tests W(q); capped/smoothed tests Eq. (27), where γ drops out. An elastic
-scene has theory and elastic. Theory is summed over the simulation's own modes; the whole spectrum stands beside it.
+scene has theory and elastic. People read the theory over the whole spectrum, everywhere the same number; the ratio to
+the theory is formed over the modes that the simulation itself has.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import isfinite, isnan, nan
 from pathlib import Path
@@ -17,7 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim import analytic
-from roughsim.estimate import Estimate, quotient
+from roughsim.cell import size_error
+from roughsim.digits import shown
+from roughsim.estimate import Estimate, Quotient, quotient
 from roughsim.means import OBSERVABLES
 from roughsim.record.run import Run
 from roughsim.spectrum import TruncatedSpectrum
@@ -28,19 +31,26 @@ NOTICED = 0.02  # difference of sum and integral of the theory that is told
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """A measured value: mean, its standard error, and finest level − mean."""
+    """A measured value: mean, standard error, finest level − mean; total error (95 %) and what it does not know of."""
 
     mean: float
     standard_error: float
     bias: float
+    total_error: float = nan
+    unknown: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Ratio:
-    """A ratio of two columns with its paired standard error; z is its distance from 1 in standard errors."""
+    """A ratio of two columns with its paired standard error and its total error (95 %).
+
+    z is its distance from 1 in standard errors.
+    """
 
     value: float
     standard_error: float
+    total_error: float = nan
+    unknown: tuple[str, ...] = ()
 
     @property
     def z(self) -> float:
@@ -54,13 +64,16 @@ class Ratio:
 class Row:
     """One observable at one speed (None where there is none): theory, the measured columns, and their ratios.
 
-    `note` is "identity" where force balance fixes the value, "at q_c" where it has no limit in the cut-off.
+    `theory` is summed over the modes of the cell up to q_c, `theory_at_cut_off` integrated up to q_c, and
+    `theory_full_spectrum` integrated over all. `note` is "identity" where force balance fixes the value, "at q_c" where
+    it has no limit in the cut-off.
     """
 
     observable: str
     unit: str
     speed: float | None
     theory: float
+    theory_at_cut_off: float
     theory_full_spectrum: float
     columns: dict[str, Cell]
     ratios: dict[str, Ratio]
@@ -76,22 +89,33 @@ class Comparison:
     failed: int
     rows: tuple[Row, ...]
 
-    def cell_note(self) -> str:
-        """Say where the sum over the modes of the cell is no measure of the theory; empty where it is one.
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """The parts of the errors that no level of the run tells, of some column or ratio."""
+        parts: dict[str, None] = {}
+        for row in self.rows:
+            entries: list[Cell | Ratio] = [*row.columns.values(), *row.ratios.values()]
+            for entry in entries:
+                parts |= dict.fromkeys(entry.unknown)
+        return tuple(parts)
 
-        Contacts feel the size of their cell less than that sum does, see docs/errors.md.
-        """
-        off = [row.theory / row.theory_full_spectrum - 1.0 if row.theory_full_spectrum else nan for row in self.rows]
-        told = [(abs(x), row) for x, row in zip(off, self.rows, strict=True) if isfinite(x) and not row.note]
-        most, row = max(told, key=lambda pair: pair[0], default=(0.0, None))
-        if row is None or most <= NOTICED:
-            return ""
-        speed = "" if row.speed is None else f" at {row.speed:g} m/s"
-        return (
-            f"The modes of this cell give another theory than the whole spectrum: {row.observable}{speed} "
-            f"{row.theory:.4g} against {row.theory_full_spectrum:.4g} {row.unit}. Contacts feel the cell less: read "
-            "the latter, theory_full_spectrum in --json, or take more waves per side."
-        )
+    def notes(self) -> tuple[str, ...]:
+        """Say why measured values and the theory that stands beside them differ in what they include."""
+        run = self.run
+        first = run.numerics.columns[0]
+        q_c, q_max = run.numerics.levels[run.numerics.of_column(first)[-1]].q_max, run.scene.spectrum.breaks[-1]
+        told = []
+        if cut := _farthest((row, row.theory_at_cut_off, row.theory_full_spectrum) for row in self.rows):
+            told.append(
+                f"C(q) is cut at q_c = {q_c:.3g} rad/m, below q_max = {q_max:.3g} rad/m. The theory is of the whole "
+                f"spectrum; up to q_c it is {cut} The ratio is formed up to q_c."
+            )
+        if short := _farthest((row, row.theory, row.theory_at_cut_off) for row in self.rows):
+            told.append(
+                f"The cell holds too few long waves for the theory: summed over its modes it is {short} The ratio has "
+                "this in its error; take more waves per side."
+            )
+        return tuple(told)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the table as JSON values; NaN and infinity become None."""
@@ -143,15 +167,27 @@ def compare(run: Run) -> Comparison:
     return Comparison(run, run.realizations, run.failed, tuple(_rows(run)))
 
 
+def _farthest(pairs: Iterable[tuple[Row, float, float]]) -> str:
+    """The row with the largest relative difference of two theories in words; empty where that is too small to tell."""
+    off = ((abs(a / b - 1.0) if b else nan, row, a, b) for row, a, b in pairs if not row.note)
+    most, row, a, b = max((x for x in off if isfinite(x[0])), key=lambda x: x[0], default=(0.0, None, 0.0, 0.0))
+    if row is None or most <= NOTICED:
+        return ""
+    unit, factor = shown(row.unit)
+    speed = "" if row.speed is None else f" at {row.speed:g} m/s"
+    return f"{a * factor:.4g} instead of {b * factor:.4g} {unit}".rstrip() + f" ({row.observable}{speed})."
+
+
 def _rows(run: Run) -> Iterator[Row]:
     first = run.numerics.columns[0]
     level = run.numerics.of_column(first)[-1]
-    drawn = TruncatedSpectrum(analytic.smoothed_spectrum(run.scene), run.numerics.levels[level].q_max)
+    q_c = run.numerics.levels[level].q_max
+    drawn = TruncatedSpectrum(analytic.smoothed_spectrum(run.scene), q_c)
     summed = analytic.mode_sums(run.scene, drawn, run.numerics.grid(level))
-    whole = analytic.predictions(run.scene)
+    cut, whole = analytic.predictions(run.scene, q_c), analytic.predictions(run.scene)
     for observable, record in OBSERVABLES.items():
         measured = {name: run.estimate(observable, name) for name in run.numerics.columns}
-        ratios = _ratios(run, observable, summed[observable])
+        ratios = _ratios(run, observable, summed[observable], cut[observable])
         share = run.heat_partition if record.heated else np.ones(len(run.scene.speeds))
         note = _note(run, observable)
         for k, speed in enumerate(run.scene.speeds if record.per_speed else (None,)):
@@ -160,24 +196,39 @@ def _rows(run: Run) -> Iterator[Row]:
                 record.unit,
                 speed,
                 float(summed[observable][k] * share[k]),
+                float(cut[observable][k] * share[k]),
                 float(whole[observable][k] * share[k]),
                 {name: _cell(estimate, k) for name, estimate in measured.items()},
-                {name: Ratio(float(values[k]), float(error[k])) for name, (values, error) in ratios.items()},
+                {name: _ratio(found, k) for name, found in ratios.items()},
                 note,
             )
 
 
-def _cell(estimate: Estimate, k: int) -> Cell:
-    return Cell(float(estimate.mean[k]), float(estimate.standard_error[k]), float(estimate.bias[k]))
+def _cell(found: Estimate, k: int) -> Cell:
+    mean, error, bias, total = (float(x[k]) for x in (found.mean, found.standard_error, found.bias, found.total_error))
+    return Cell(mean, error, bias, total, found.unknown_at(k))
 
 
-def _ratios(run: Run, observable: str, theory: Array) -> dict[str, tuple[Array, Array]]:
-    """Value and paired standard error of first/theory and, for capped scenes, capped/smoothed."""
-    columns = run.numerics.columns
-    result = {f"{columns[0]}_over_theory": quotient(run.values(observable, columns[0], extrapolated=False), theory)}
+def _ratio(found: Quotient, k: int) -> Ratio:
+    value, error, total = (float(x[k]) for x in (found.value, found.standard_error, found.total_error))
+    return Ratio(value, error, total, found.unknown_at(k))
+
+
+def _ratios(run: Run, observable: str, summed: Array, integral: Array) -> dict[str, Quotient]:
+    """First/theory and, for capped scenes, capped/smoothed.
+
+    What the sum over the modes has over the integral is an error by the cell: contacts feel it less than the sum does.
+    """
+    columns, tolerance = run.numerics.columns, run.numerics.tolerance
+    size = size_error(run.scene, run.numerics.lengths, observable)
+    first = run.values(observable, columns[0], extrapolated=False)
+    with np.errstate(all="ignore"):  # 0/0 at rest
+        apart = np.nan_to_num(summed / integral - 1.0, nan=0.0, posinf=0.0, neginf=0.0)
+    of_both = np.hypot(size, apart)
+    result = {f"{columns[0]}_over_theory": quotient(first, summed, size=of_both, tolerance=tolerance)}
     if len(columns) > 1:
-        first = run.values(observable, columns[0])
-        result[f"{columns[1]}_over_{columns[0]}"] = quotient(run.values(observable, columns[1]), first)
+        pair = (run.values(observable, column) for column in (columns[1], columns[0]))
+        result[f"{columns[1]}_over_{columns[0]}"] = quotient(*pair, size=size, tolerance=tolerance)
     return result
 
 
@@ -198,11 +249,15 @@ def _row_dict(row: Row) -> dict[str, Any]:
     }
     for name, cell in row.columns.items():
         values = {"mean": cell.mean, "standard_error": cell.standard_error, "bias": cell.bias}
-        result[name] = {key: json_number(value) for key, value in values.items()}
+        result[name] = _entry(values | {"total_error": cell.total_error}, cell.unknown)
     for name, entry in row.ratios.items():
         values = {"value": entry.value, "standard_error": entry.standard_error, "z": entry.z}
-        result[name] = {key: json_number(value) for key, value in values.items()}
+        result[name] = _entry(values | {"total_error": entry.total_error}, entry.unknown)
     return result | {"note": row.note}
+
+
+def _entry(values: dict[str, float], unknown: tuple[str, ...]) -> dict[str, Any]:
+    return {key: json_number(value) for key, value in values.items()} | {"unknown": list(unknown)}
 
 
 def json_number(value: float) -> float | None:

@@ -219,8 +219,8 @@ def quotient(above: Values, below: Values | Array, *, size: Array | float = 0.0,
 
     The rows of one realization stay paired, so that scatter which both columns share drops out of the statistical part.
     The other parts are added as squares: the columns differ in levels and in the kind of contact, and doubled cells
-    changed one by ten times what they changed the other. Both stand on one C(q): what a scan leaves open of it is no part. Exact values share the cut-off of the column above and have
-    errors of no kind: then the part of q_c drops out.
+    changed one by ten times what they changed the other. Both stand on one C(q), so that a scan is no part. Exact
+    values share the cut-off of the column above and have errors of no kind: then the part of q_c drops out.
 
     Parameters
     ----------

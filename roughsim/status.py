@@ -38,6 +38,8 @@ def status_dict(run: Run) -> dict[str, Any]:
             result["estimates"][name] = {
                 "mean": [json_number(float(x)) for x in found.mean],
                 "half_width": [json_number(float(x)) for x in found.half_width],
+                "total_error": [json_number(float(x)) for x in found.total_error],
+                "unknown": list(found.unknown),
                 "bias": [json_number(float(x)) for x in found.bias],
             }
     return result
@@ -101,11 +103,11 @@ def seconds_left(run: Run) -> float | None:
 
 
 def reached(run: Run) -> str:
-    """Return how near the targets are, as ": name ± x % (target y %)"; empty where nothing is to be told."""
+    """Return how near the targets are, in words that follow a count; empty where nothing is to be told."""
     if not run.until or len(run.sound(run.realizations)) < 4:
         return ""
     parts = (
-        f"{name} ± {100 * relative_half_width(run.values(name)):.2g} % (target {100 * goal:g} %)"
+        f"{name} statistical error {100 * relative_half_width(run.values(name)):.2g} % (target {100 * goal:g} %)"
         for name, goal in run.until.items()
     )
     told = ", ".join(parts)

@@ -141,15 +141,28 @@ def comparison_table(comparison: Comparison) -> Table:
         name = "" if row.observable == previous else row.observable
         previous = row.observable
         speed = "" if row.speed is None else f"{row.speed:g}"
-        cells = [_cell(cell, row.unit) for cell in row.columns.values()]
-        ratios = [_ratio(entry) for entry in row.ratios.values()]
-        unit = shown(row.unit)[0]
-        table.add_row(name, speed, unit, _number(row.theory, row.unit), *cells, *ratios, row.note)
-    table.caption = (
-        "± standard errors. theory: summed over the simulation's modes. identity: fixed by force balance. at q_c: no "
-        "limit in the cut-off. Neither counts as agreement." + (f"\n{note}" if (note := comparison.cell_note()) else "")
-    )
+        unit, factor = shown(row.unit)
+        cells = [plus_minus(x.mean * factor, x.total_error * factor, x.unknown) for x in row.columns.values()]
+        ratios = [plus_minus(x.value, x.total_error, x.unknown) for x in row.ratios.values()]
+        table.add_row(name, speed, unit, _number(row.theory_full_spectrum, row.unit), *cells, *ratios, row.note)
+    table.caption = "\n".join((*comparison_caption(comparison), *comparison.notes()))
+    table.caption_justify = "left"
     return table
+
+
+def comparison_caption(comparison: Comparison) -> tuple[str, ...]:
+    """Return what the columns and marks of a comparison mean, a sentence or two each."""
+    notes = {row.note for row in comparison.rows}
+    told = [
+        "± total error, 95 %. theory: over the whole spectrum. The ratio to theory is over the same modes: those of "
+        "the cell, up to q_c.",
+        f"≥: no level of the run tells the whole error ({', '.join(comparison.unknown)})."
+        if comparison.unknown
+        else "",
+        "identity: fixed by force balance, no agreement." if "identity" in notes else "",
+        "at q_c: no limit in the cut-off, no agreement." if "at q_c" in notes else "",
+    ]
+    return tuple(line for line in told if line)
 
 
 def _title(comparison: Comparison) -> str:
@@ -163,23 +176,13 @@ def _title(comparison: Comparison) -> str:
 
 
 def _heading(name: str) -> str:
-    return name.replace("_over_", "/")
+    return name.replace("_over_", "/") + (" (same modes)" if name.endswith("_over_theory") else "")
 
 
 def _number(value: float | None, unit: str) -> str:
     if value is None or not isfinite(value):
         return "–"
     return f"{value * shown(unit)[1]:.4g}"
-
-
-def _cell(cell: Cell, unit: str) -> str:
-    if not isfinite(cell.mean):
-        return "–"
-    return f"{_number(cell.mean, unit)} ± {cell.standard_error * shown(unit)[1]:.2g}"
-
-
-def _ratio(entry: Ratio) -> str:
-    return f"{entry.value:.3f} ± {entry.standard_error:.3f}" if isfinite(entry.value) else "–"
 
 
 def _listed(values: Any) -> list[float | None]:

@@ -87,8 +87,8 @@ def test_its_json_has_the_keys_programs_rely_on(table):
     assert (told["realizations"], told["failed"]) == (6, 0)
     for row in told["rows"]:
         assert set(row) == HEADINGS | {"smoothed_over_theory", "capped_over_smoothed"}
-        assert set(row["capped"]) == {"mean", "standard_error", "bias"}
-        assert set(row["smoothed_over_theory"]) == {"value", "standard_error", "z"}
+        assert set(row["capped"]) == {"mean", "standard_error", "bias", "total_error", "unknown"}
+        assert set(row["smoothed_over_theory"]) == {"value", "standard_error", "z", "total_error", "unknown"}
         assert row["note"] in ("", "identity", "at q_c")
 
 
@@ -163,20 +163,24 @@ def test_theory_stands_beside_the_whole_spectrum(table):
     assert row.theory == pytest.approx(row.theory_full_spectrum, rel=0.02)  # modes of a finite cell
 
 
-def test_a_cell_whose_modes_are_no_measure_of_the_theory_is_told(table):
+def test_what_measured_values_and_theory_do_not_have_in_common_is_told_with_its_cause(table):
     row = next(r for r in table.rows if r.observable == "flash_temperature" and r.speed == 35.0)
 
-    def note(**change):
-        return replace(table, rows=(replace(row, **change),)).cell_note()
+    def notes(summed, cut, whole, note=""):
+        theories = {"theory": summed, "theory_at_cut_off": cut, "theory_full_spectrum": whole}
+        return replace(table, rows=(replace(row, note=note, **theories),)).notes()
 
-    assert note(theory=1.019, theory_full_spectrum=1.0) == ""
-    assert note(theory=1.021, theory_full_spectrum=1.0) != ""
-    told = note(theory=0.7, theory_full_spectrum=1.0)
-    assert "flash_temperature at 35 m/s 0.7 against 1 K" in told
-    assert "take more waves per side" in told
+    assert notes(1.0, 1.0, 1.019) == notes(1.019, 1.0, 1.0) == ()
+    (cut,) = notes(0.7, 0.7, 1.0)
+    assert "C(q) is cut at q_c = 5e+04 rad/m, below q_max = 2e+05 rad/m" in cut
+    assert "up to q_c it is 0.7 instead of 1 K (flash_temperature at 35 m/s)" in cut
+    assert "waves" not in cut  # the cell is not to blame
+    (short,) = notes(1.48, 1.0, 1.0)
+    assert "too few long waves" in short
+    assert "1.48 instead of 1 K" in short
+    assert len(notes(1.48, 0.7, 1.0)) == 2
     # another cut-off is another theory, and no 0/0 is told
-    assert note(theory=0.7, theory_full_spectrum=1.0, note="at q_c") == ""
-    assert note(theory=0.0, theory_full_spectrum=0.0) == note(theory=np.nan, theory_full_spectrum=np.nan) == ""
+    assert notes(0.7, 0.7, 1.0, "at q_c") == notes(0.0, 0.0, 0.0) == notes(np.nan, np.nan, np.nan) == ()
 
 
 def test_z_counts_standard_errors_from_one():

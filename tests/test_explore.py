@@ -224,7 +224,7 @@ def test_measured_curves_are_the_estimates(capped_run):
             estimate = capped_run.estimate(name, column)
             np.testing.assert_array_equal(found[column][name].x, [0.1, 35.0])  # rest has no place on a log axis
             np.testing.assert_array_equal(found[column][name].mean, estimate.mean[1:])
-            np.testing.assert_array_equal(found[column][name].error, estimate.standard_error[1:])
+            np.testing.assert_array_equal(found[column][name].error, estimate.total_error[1:])
         curve = found[column][curves.CORRELATION]
         sample = capped_run.samples(column)[-1]
         exact = sample.spectrum.mean(0) @ j0(np.outer(sample.wavenumber, curve.x[[0, 40, -1]]))

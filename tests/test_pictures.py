@@ -396,6 +396,9 @@ def test_full_contact_has_the_stress_spectrum_of_the_theory(full_run, drawn):
     np.testing.assert_allclose(heights[far], full_run.scene.spectrum(q[far]), rtol=0.03)
 
 
+WIDE = 2.5705818 * np.sqrt(1 + 2 / 5)  # Student at 5 degrees of freedom, widened for runs that stop themselves
+
+
 def half_band(axes):
     """Half the height of the band of a chart, and where."""
     (band,) = axes.collections
@@ -404,12 +407,12 @@ def half_band(axes):
     return x, np.array([np.ptp(corners[corners[:, 0] == value, 1]) for value in x]) / 2
 
 
-def test_bands_are_two_standard_errors(capped_run, drawn):
+def test_bands_are_intervals_of_95_percent(capped_run, drawn):
     plot_run(capped_run, "correlation")
     for axes in drawn[0].axes[:2]:
         r, half = half_band(axes)
         mean, error = capped_run.correlation(r * 1e-6)
-        np.testing.assert_allclose(half, 2e-18 * error, rtol=1e-6, atol=1e-9)
+        np.testing.assert_allclose(half, WIDE * 1e-18 * error, rtol=1e-6, atol=1e-9)
         theory, measured = axes.lines[:2]
         np.testing.assert_allclose(measured.get_ydata(), mean * 1e-18, rtol=1e-6, atol=1e-9)
         exact = 1e-18 * analytic.predictions(capped_run.scene)["pressure_variance"][0]
@@ -417,7 +420,7 @@ def test_bands_are_two_standard_errors(capped_run, drawn):
     plot_run(capped_run, "spectrum")
     _, half = half_band(drawn[1].axes[1])
     one = [curve(capped_run, index) for index in range(6)]
-    np.testing.assert_allclose(half, 2 * np.std(one, axis=0, ddof=1) / np.sqrt(6), rtol=1e-6)
+    np.testing.assert_allclose(half, WIDE * np.std(one, axis=0, ddof=1) / np.sqrt(6), rtol=1e-6)
 
 
 def curve(run, index):

@@ -84,9 +84,8 @@ def test_a_running_run_tells_the_time_left_and_how_near_the_target_is(running, m
     running.until = {"flash_temperature": width / 3}
     lines = status.status_lines(running)
     assert lines[0] == f"{running.folder}: small capped; being computed by process 1 on here"
-    assert lines[1] == (
-        f"6 of about 10 realizations: flash_temperature ± {100 * width:.2g} % (target {100 * width / 3:g} %)"
-    )
+    near = f"flash_temperature statistical error {100 * width:.2g} % (target {100 * width / 3:g} %)"
+    assert lines[1] == f"6 of about 10 realizations: {near}"
     assert lines[-1].endswith("s left at the latest pace")
 
 

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim import analytic
-from roughsim.charts.style import COLOURS, MARKERS, THEORY, band, new_figure, save
+from roughsim.charts.style import COLOURS, MARKERS, THEORY, band, new_figure, save, statistical
+from roughsim.digits import shown
+from roughsim.means import OBSERVABLES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,6 +20,12 @@ if TYPE_CHECKING:
     from roughsim.compare import Comparison, Row
 
 Array = NDArray[np.float64]
+# over speed: observable → words, label, and SI unit
+DRAWN = {
+    "flash_temperature": ("Flash temperature", r"$T_\mathrm{flash}$", "K"),
+    "flash_width": ("Hot-spot width", r"$D_\mathrm{flash}$", "m"),
+    "slope_length": ("Slope length", r"$d_\mathrm{flash}$", "m"),
+}
 
 
 def comparison_chart(comparison: Comparison, path: Path) -> None:
@@ -39,9 +47,8 @@ def comparison_chart(comparison: Comparison, path: Path) -> None:
         places = figure.subplots(2, 3).ravel()
         _spectra(places[0], comparison)
         _correlation(places[1], comparison)
-        _over_speed(places[2], comparison, "flash_temperature", r"$T_\mathrm{flash}$, K", 1.0)
-        _over_speed(places[3], comparison, "flash_width", r"$D_\mathrm{flash}$, µm", 1e6)
-        _over_speed(places[4], comparison, "slope_length", r"$d_\mathrm{flash}$, µm", 1e6)
+        for axes, observable in zip(places[2:], DRAWN, strict=False):
+            _over_speed(axes, comparison, observable)
         _legend(places[5], comparison)
         save(figure, path)
 
@@ -70,30 +77,31 @@ def _correlation(axes: Axes, comparison: Comparison) -> None:
     axes.plot(r * 1e6, analytic.correlation(run.scene, r) * 1e-18, color=THEORY, lw=1.4)
     for column in run.numerics.columns:
         mean, error = run.correlation(r, column)
-        band(axes, r * 1e6, mean * 1e-18, error * 1e-18, COLOURS[column])
+        band(axes, r * 1e6, mean * 1e-18, statistical(run, column, error) * 1e-18, COLOURS[column])
     axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)
     axes.set(xlabel="$r$, µm", ylabel=r"$g_\sigma$, GPa²", title="Stress correlation", xlim=(0, r[-1] * 1e6))
 
 
-def _over_speed(axes: Axes, comparison: Comparison, observable: str, label: str, factor: float) -> None:
+def _over_speed(axes: Axes, comparison: Comparison, observable: str) -> None:
     rows = [row for row in comparison.rows if row.observable == observable and row.speed]
     speed = np.array([row.speed for row in rows])
     if speed.size == 0:  # only at rest
         axes.set_axis_off()
         return
-    scene = comparison.run.scene
+    scene, (_, label, si) = comparison.run.scene, DRAWN[observable]
+    unit, factor = shown(si)
     beyond = 1.5 if np.isinf(scene.temperature_range[1]) else 1.0  # a table of conductivity may end there
-    dense = np.geomspace(speed.min() / 1.5, speed.max() * beyond, 60)
+    dense = np.union1d(np.geomspace(speed.min() / 1.5, speed.max() * beyond, 60), speed)
     theory = analytic.over_speed(scene, dense)[observable] * factor
-    if observable == "flash_temperature":
+    if OBSERVABLES[observable].heated:
         theory *= analytic.heat_partition(scene, dense)
     axes.plot(dense, theory, color=THEORY, lw=1.4)
     for column in comparison.run.numerics.columns:
         mean = np.array([row.columns[column].mean for row in rows]) * factor
-        error = np.array([row.columns[column].standard_error for row in rows]) * factor
+        error = np.array([row.columns[column].total_error for row in rows]) * factor
         band(axes, speed, mean, error, COLOURS[column])
         axes.plot(speed, mean, ls="", marker=MARKERS[column], ms=3.5, color=COLOURS[column])
-    axes.set(xscale="log", yscale="log", xlabel="$v$, m/s", ylabel=label, title=_title(rows))
+    axes.set(xscale="log", yscale="log", xlabel="$v$, m/s", ylabel=f"{label}, {unit}", title=_title(rows))
     _plain_numbers(axes)
 
 
@@ -109,9 +117,14 @@ def _plain_numbers(axes: Axes) -> None:
 
 
 def _title(rows: list[Row]) -> str:
-    words = {"flash_temperature": "Flash temperature", "flash_width": "Hot-spot width", "slope_length": "Slope length"}
     note = r" (capped: at $q_c$, no limit)" if rows and rows[0].note == "at q_c" else ""
-    return words[rows[0].observable] + note if rows else ""
+    return DRAWN[rows[0].observable][0] + note if rows else ""
+
+
+def _drawn_unknown(comparison: Comparison) -> list[str]:
+    """The parts of the errors drawn over speed that no level tells."""
+    rows = (row for row in comparison.rows if row.observable in DRAWN and row.speed)
+    return list(dict.fromkeys(part for row in rows for cell in row.columns.values() for part in cell.unknown))
 
 
 def _legend(axes: Axes, comparison: Comparison) -> None:
@@ -124,7 +137,8 @@ def _legend(axes: Axes, comparison: Comparison) -> None:
         "capped": r"capped: contact with $p \leq \sigma_P$",
         "elastic": "elastic contact",
     }
-    handles: list[Any] = [Line2D([], [], color=THEORY, lw=1.4, label=rf"theory, $\gamma$ = {run.scene.theory.gamma:g}")]
+    label = rf"theory, $\gamma$ = {run.scene.theory.gamma:g}, whole spectrum"
+    handles: list[Any] = [Line2D([], [], color=THEORY, lw=1.4, label=label)]
     for column in run.numerics.columns:
         style: Any = {"color": COLOURS[column], "marker": MARKERS[column], "ms": 4, "lw": 1.0}
         handles.append(Line2D([], [], label=meanings[column], **style))
@@ -132,7 +146,9 @@ def _legend(axes: Axes, comparison: Comparison) -> None:
     share = run.heat_partition
     lines = [
         run.scene.title,
-        f"{comparison.realizations} realizations; bands: ± 2 standard errors",
+        f"{comparison.realizations} realizations",
+        "bands: total error, 95 %; of the stress correlation: statistical, 95 %",
+        f"at least, since nothing tells of: {', '.join(missing)}" if (missing := _drawn_unknown(comparison)) else "",
         f"heat share in the body {share.min():.3g}" + (f"…{share.max():.3g}" if np.ptp(share) > 0 else ""),
     ]
     text = "\n".join(fill(line, 50) for line in lines if line)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roughsim import analytic, fourier
-from roughsim.charts.style import COLOURS, MARKERS, THEORY, Array, band, new_figure, save
+from roughsim.charts.style import COLOURS, MARKERS, THEORY, Array, band, new_figure, save, statistical
+from roughsim.estimate import quantile, spread
 from roughsim.record.fields import kept, member_field
 
 if TYPE_CHECKING:
@@ -61,12 +62,13 @@ def _stress(axes: Axes, subject: Subject) -> None:
     kernel = _kernel(q, sample.wavenumber)
     rows = spectra @ kernel.T / _modes(grid, q, (0.0, np.inf))
     weight = 2 * np.pi * q**2 * 1e-18
-    mean, error = rows.mean(axis=0), rows.std(axis=0, ddof=1) / np.sqrt(len(rows)) if len(rows) > 1 else 0 * q
+    mean = rows.mean(axis=0)
+    error = quantile(len(rows) - 1.0) * spread(rows)[0] if len(rows) > 1 else 0.0 * q
     dense = np.geomspace(run.scene.spectrum.breaks[0], run.scene.spectrum.breaks[-1], 400)
     theory = 2 * np.pi * dense**2 * analytic.stress_spectrum(run.scene, dense) * 1e-18
     axes.loglog(dense, theory, color=THEORY, lw=1.3, label=rf"theory, $\gamma$ = {run.scene.theory.gamma:g}")
     band(axes, q, mean * weight, error * weight, COLOURS[subject.column])
-    count = f"{len(rows)} realizations, ± 2 standard errors" if len(rows) > 1 else f"realization {subject.index}"
+    count = f"{len(rows)} realizations, band: statistical, 95 %" if len(rows) > 1 else f"realization {subject.index}"
     axes.plot([], [], color=COLOURS[subject.column], label=f"measured, {count}")
     top = max(float(theory.max()), float((mean * weight).max()))
     axes.set(xlabel="$q$, rad/m", ylabel=r"$2\pi q^2 |\sigma_q|^2$, GPa² per $\ln q$", ylim=(1e-5 * top, 30 * top))
@@ -144,7 +146,7 @@ def correlation_chart(subject: Subject, path: Path) -> None:
             title="Far: where it is negative", xlim=(0, far[-1] * 1e6), ylim=(1.2 * values.min(), 0.1 * values.max())
         )
         count = len(run.sound(run.realizations))
-        right.legend(loc="upper right", title=f"{count} realizations, ± 2 standard errors", alignment="left")
+        right.legend(loc="upper right", title=f"{count} realizations, band: statistical, 95 %", alignment="left")
         title = subject.title(r"Correlation of the contact stress, $g_\sigma(r)$")
         figure.suptitle(title, fontsize=9, x=0.01, ha="left")
         save(figure, path)
@@ -155,7 +157,7 @@ def _correlation(axes: Axes, subject: Subject, r: Array) -> None:
     theory = analytic.correlation(run.scene, r)
     axes.plot(r * 1e6, theory * 1e-18, color=THEORY, lw=1.3, label=rf"theory, $\gamma$ = {run.scene.theory.gamma:g}")
     mean, error = run.correlation(r, subject.column)
-    band(axes, r * 1e6, mean * 1e-18, error * 1e-18, COLOURS[subject.column])
+    band(axes, r * 1e6, mean * 1e-18, statistical(run, subject.column, error) * 1e-18, COLOURS[subject.column])
     axes.plot([], [], color=COLOURS[subject.column], label=f"{subject.column} contact")
     axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)
     axes.set(xlabel="$r$, µm", ylabel=r"$g_\sigma$, GPa²")

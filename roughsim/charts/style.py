@@ -11,9 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughsim.estimate import quantile
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from roughsim.record import Run
 
 Array = NDArray[np.float64]
 THEORY = "#222222"
@@ -63,9 +67,16 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def band(axes: Axes, x: Array, mean: Array, error: Array, colour: str) -> None:
-    """Draw a mean with ± two standard errors."""
-    axes.fill_between(x, mean - 2 * error, mean + 2 * error, color=colour, alpha=0.25, lw=0)
+    """Draw a mean with the half-width of its 95 % interval."""
+    axes.fill_between(x, mean - error, mean + error, color=colour, alpha=0.25, lw=0)
     axes.plot(x, mean, color=colour, lw=1.0)
+
+
+def statistical(run: Run, column: str | None, error: Array) -> Array:
+    """Return the half-width of the 95 % interval of a standard error that the finest level of a column scatters by."""
+    level = run.numerics.levels[run.numerics.of_column(run.column(column))[-1]]
+    count = sum(index % level.every == 0 for index in run.sound(run.realizations))
+    return error * quantile(count - 1.0)
 
 
 def scaled(largest: float, unit: str) -> tuple[float, str]:

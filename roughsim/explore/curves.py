@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim import analytic
+from roughsim.charts.style import statistical
 from roughsim.means import OBSERVABLES
 
 if TYPE_CHECKING:
@@ -21,7 +22,10 @@ OVER_SPEED = ("flash_temperature", "flash_width", "slope_length")
 
 
 class Curve(NamedTuple):
-    """A measured curve: where (m/s or m), the mean, and its standard error (infinite for one realization)."""
+    """A measured curve: where (m/s or m), the mean, and its error, 95 %: total, of g_σ statistical.
+
+    Infinite for one realization.
+    """
 
     x: Array
     mean: Array
@@ -64,8 +68,9 @@ def measured_curves(run: Run) -> dict[str, dict[str, Curve]]:
 def _of_column(run: Run, column: str) -> dict[str, Curve]:
     speeds, r = np.array(run.scene.speeds), distances(run)
     moving = speeds > 0.0
-    curves = {CORRELATION: Curve(r, *run.correlation(r, column))}
+    mean, error = run.correlation(r, column)
+    curves = {CORRELATION: Curve(r, mean, statistical(run, column, error))}
     for name in OVER_SPEED:
         found = run.estimate(name, column)
-        curves[name] = Curve(speeds[moving], found.mean[moving], found.standard_error[moving])
+        curves[name] = Curve(speeds[moving], found.mean[moving], found.total_error[moving])
     return curves

@@ -225,11 +225,11 @@ class Layout:
             self.charts[name].sources["theory"].data = {"x": x * x_factor, "y": value * factor}
 
     def show_curves(self, measured: dict[str, dict[str, curves.Curve]]) -> None:
-        """Show the measured curves: bands of ± 2 standard errors."""
+        """Show the measured curves: bands of the errors that each bears."""
         for label, of_column in measured.items():
             for name, curve in of_column.items():
                 _, _, _, x_factor, factor = _CURVES[name]
-                reach = np.where(np.isfinite(curve.error), 2 * curve.error, 0.0)
+                reach = np.where(np.isfinite(curve.error), curve.error, 0.0)
                 low, high = (curve.mean - reach) * factor, (curve.mean + reach) * factor
                 if name != curves.CORRELATION:  # a logarithmic axis ends somewhere
                     low = np.maximum(low, 1e-3 * curve.mean * factor)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
-from math import floor, isfinite, log10
+from math import isfinite
+
+from roughsim.digits import written
 
 
 class Html(str):
@@ -69,28 +72,21 @@ def number(value: float | None, digits: int = 4) -> Html:
         return Html("0")
     if -4 <= power < 5:
         return Html(_minus(f"{float(shown):.{max(digits - 1 - power, 0)}f}"))
-    return Html(f"{_minus(mantissa)} × 10<sup>{_minus(str(power))}</sup>")
+    return Html(_minus(mantissa) + _power(power))
 
 
-def plus_minus(mean: float, error: float) -> Html:
-    """Return mean ± error, both to the second digit of the error."""
-    if not isfinite(mean):
-        return Html("–")
-    if not isfinite(error) or error <= 0.0:
+def plus_minus(mean: float, error: float, unknown: Sequence[str] = ()) -> Html:
+    """Return mean ± error as `roughsim.digits.plus_minus` does, powers of ten written out."""
+    value, wrong, power = written(mean, error, unknown)
+    if not wrong:
         return number(mean)
-    digits = max(floor(log10(abs(mean))) if mean else -300, floor(log10(error))) - floor(log10(error)) + 2
-    if digits > 6:  # the error is below every digit worth printing
-        return number(mean, 6)
-    large = max(abs(mean), error)
-    if 1e-3 <= large < 1e5:
-        places = max(0, 1 - floor(log10(error)))
-        return Html(f"{_minus(f'{mean:.{places}f}')} ± {error:.{places}f}")
-    power = floor(log10(large))
-    scale = 10.0**power
-    places = max(0, digits - 1)
-    return Html(
-        f"({_minus(f'{mean / scale:.{places}f}')} ± {error / scale:.{places}f}) × 10<sup>{_minus(str(power))}</sup>"
-    )
+    small, _, exponent = wrong.partition("e")
+    both = f"{_minus(value)} ± {small}" + (_power(int(exponent)) if exponent else "")
+    return Html(f"({both}){_power(power)}" if power else both)
+
+
+def _power(exponent: int) -> str:
+    return f" × 10<sup>{_minus(str(exponent))}</sup>"
 
 
 def _minus(shown: str) -> str:

@@ -11,14 +11,15 @@ import numpy as np
 
 from roughsim import analytic
 from roughsim.compare import compare
+from roughsim.digits import shown
 from roughsim.ensemble import writer
 from roughsim.estimate import SOURCES
-from roughsim.digits import shown
 from roughsim.means import OBSERVABLES
 from roughsim.plausibility import judge
 from roughsim.report.markup import Html, grouped_table, joined, number, plus_minus, table, tag
 from roughsim.report.pictures import picture
 from roughsim.status import clock, reached, status_dict
+from roughsim.tables import comparison_caption
 
 if TYPE_CHECKING:
     from roughsim.compare import Comparison, Row
@@ -81,12 +82,13 @@ def answer(found: Comparison | Html) -> Html:
     if isinstance(found, Html):
         return found
     row = max((r for r in found.rows if r.observable == "flash_temperature"), key=lambda r: r.speed or 0.0)
-    boxes = [_box("theory", number(row.theory))]
-    boxes += [_box(name, plus_minus(cell.mean, cell.standard_error)) for name, cell in row.columns.items()]
+    boxes = [_box("theory", number(row.theory_full_spectrum))]
+    boxes += [_box(name, plus_minus(cell.mean, cell.total_error, cell.unknown)) for name, cell in row.columns.items()]
     told = [tag("li", _ratio_words(name, row)) for name in row.ratios]
     caption = (
         "Roughness, stress correlation g(r), flash temperature T, hot-spot width D and slope length d over the sliding "
-        "speed. Bands are ± 2 standard errors; the black line is the theory over the whole spectrum."
+        "speed. The black line is the theory over the whole spectrum. Bands are the total error, 95 %; of g(r) the "
+        "statistical error, 95 %."
     )
     return joined(
         tag("p", f"Flash temperature ⟨Tσ⟩/⟨σ⟩ at {row.speed:g} m/s, with the heat share {_share(found.run)}:"),
@@ -109,7 +111,8 @@ def _ratio_words(name: str, row: Row) -> Html:
         "capped_over_smoothed": "tests the plastic smoothing, Eq. (27); γ drops out",
         "elastic_over_theory": "tests the weight W(q) of the theory",
     }
-    return Html(f"{above} / {below} = {plus_minus(found.value, found.standard_error)}: {tested.get(name, '')}")
+    value = plus_minus(found.value, found.total_error, found.unknown)
+    return Html(f"{above} / {below} = {value}: {tested.get(name, '')}")
 
 
 def _share(run: Run) -> str:
@@ -122,19 +125,19 @@ def comparison(found: Comparison | Html) -> Html:
     if isinstance(found, Html):
         return found
     first = found.rows[0]
-    titles = ["m/s", "theory", *first.columns, *(name.replace("_over_", " / ") for name in first.ratios), ""]
+    titles = ["m/s", "theory", *first.columns, *(_heading(name) for name in first.ratios), ""]
     groups = {name: [row for row in found.rows if row.observable == name] for name in OBSERVABLES}
     rows = {_name(name): [_row(row) for row in members] for name, members in groups.items() if members}
-    note = (
-        "± standard errors. The theory is summed over the modes of the simulation: both see the same roughness. "
-        "identity: fixed by force balance. at q_c: no limit in the cut-off. Neither counts as agreement."
-    )
-    warning = found.cell_note()
+    note = " ".join(comparison_caption(found))
     return joined(
         grouped_table(titles, rows),
         tag("p", note, css="note"),
-        *([tag("p", warning, css="warning")] if warning else []),
+        *(tag("p", warning, css="warning") for warning in found.notes()),
     )
+
+
+def _heading(ratio: str) -> str:
+    return ratio.replace("_over_", " / ") + (", same modes" if ratio.endswith("_over_theory") else "")
 
 
 def _name(observable: str) -> str:
@@ -144,9 +147,9 @@ def _name(observable: str) -> str:
 
 def _row(row: Row) -> list[object]:
     factor = shown(row.unit)[1]
-    cells: list[object] = ["" if row.speed is None else f"{row.speed:g}", number(row.theory * factor)]
-    cells += [plus_minus(cell.mean * factor, cell.standard_error * factor) for cell in row.columns.values()]
-    cells += [plus_minus(ratio.value, ratio.standard_error) for ratio in row.ratios.values()]
+    cells: list[object] = ["" if row.speed is None else f"{row.speed:g}", number(row.theory_full_spectrum * factor)]
+    cells += [plus_minus(cell.mean * factor, cell.total_error * factor, cell.unknown) for cell in row.columns.values()]
+    cells += [plus_minus(ratio.value, ratio.total_error, ratio.unknown) for ratio in row.ratios.values()]
     return [*cells, row.note]
 
 
