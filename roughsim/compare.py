@@ -107,8 +107,8 @@ class Comparison:
         told = []
         if cut := _farthest((row, row.theory_at_cut_off, row.theory_full_spectrum) for row in self.rows):
             told.append(
-                f"C(q) is cut at q_c = {q_c:.3g} rad/m, below q_max = {q_max:.3g} rad/m. The theory is of the whole "
-                f"spectrum; up to q_c it is {cut} The ratio is formed up to q_c."
+                f"C(q) is cut at q_c = {q_c:.3g} rad/m, below q_max = {q_max:.3g} rad/m. Up to q_c the theory is {cut} "
+                "Means are continued to q_max, which their bandwidth error has; the ratio is formed up to q_c."
             )
         if short := _farthest((row, row.theory, row.theory_at_cut_off) for row in self.rows):
             told.append(
@@ -184,7 +184,7 @@ def _rows(run: Run) -> Iterator[Row]:
     q_c = run.numerics.levels[level].q_max
     drawn = TruncatedSpectrum(analytic.smoothed_spectrum(run.scene), q_c)
     summed = analytic.mode_sums(run.scene, drawn, run.numerics.grid(level))
-    cut, whole = analytic.predictions(run.scene, q_c), analytic.predictions(run.scene)
+    cut, whole = analytic.up_to(run.scene, q_c), analytic.predictions(run.scene)
     for observable, record in OBSERVABLES.items():
         measured = {name: run.estimate(observable, name) for name in run.numerics.columns}
         ratios = _ratios(run, observable, summed[observable], cut[observable])

@@ -173,7 +173,7 @@ def test_what_measured_values_and_theory_do_not_have_in_common_is_told_with_its_
     assert notes(1.0, 1.0, 1.019) == notes(1.019, 1.0, 1.0) == ()
     (cut,) = notes(0.7, 0.7, 1.0)
     assert "C(q) is cut at q_c = 5e+04 rad/m, below q_max = 2e+05 rad/m" in cut
-    assert "up to q_c it is 0.7 instead of 1 K (flash_temperature at 35 m/s)" in cut
+    assert "Up to q_c the theory is 0.7 instead of 1 K (flash_temperature at 35 m/s)" in cut
     assert "waves" not in cut  # the cell is not to blame
     (short,) = notes(1.48, 1.0, 1.0)
     assert "too few long waves" in short

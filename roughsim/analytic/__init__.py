@@ -5,7 +5,6 @@ All temperatures here are with all the heat in the moving body; the share is a q
 
 from __future__ import annotations
 
-from math import inf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,12 +38,9 @@ def yield_wavenumber(scene: Scene) -> float:
     return plasticity.yield_wavenumber(scene.spectrum, **pressure_arguments(scene))
 
 
-def predictions(scene: Scene, q_max: float = inf) -> dict[str, Array]:
-    """Return every observable over the whole spectrum, arrays over speed or of one entry; NaN without a theory.
-
-    Up to `q_max`, rad/m, where that is given: what only the whole spectrum has is then NaN.
-    """
-    return _seen(Integrals(scene, q_max))
+def predictions(scene: Scene) -> dict[str, Array]:
+    """Return every observable over the whole spectrum, arrays over speed or of one entry; NaN without a theory."""
+    return _seen(Integrals(scene))
 
 
 def _seen(theory: Theory) -> dict[str, Array]:
