@@ -3,14 +3,15 @@
 import asyncio
 import gc
 import http.client
+import re
 import signal
 import socket
 import threading
+from pathlib import Path
 
 import pytest
 
 pytest.importorskip("bokeh")
-from bokeh.client import pull_session
 from tornado.ioloop import IOLoop
 
 from roughsim.errors import RecordError
@@ -46,7 +47,7 @@ def test_the_first_free_port_is_taken(loop, held, capped_run, monkeypatch):
     try:
         port = started.port
         assert held < port < held + 20
-        assert address == f"http://127.0.0.1:{port}/"
+        assert re.fullmatch(rf"http://127\.0\.0\.1:{port}/[\w-]{{43}}/", address)
         assert started.address == "127.0.0.1"
     finally:
         started.stop()
@@ -72,14 +73,13 @@ def test_the_page_is_served_with_its_own_scripts_until_it_is_stopped(loop, cappe
 
     def visit(address):
         """What a browser does, in a thread beside the server."""
-        port = int(address.split(":")[2].strip("/"))
-        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
-        connection.request("GET", "/")
+        address = re.search('url=(.*)"', Path(address.removeprefix("file://")).read_text())[1]
+        host, path = address.removeprefix("http://").split("/", 1)
+        connection = http.client.HTTPConnection(host, timeout=20)
+        connection.request("GET", f"/{path}")
         found["html"] = connection.getresponse().read().decode()
         connection.close()
-        session = pull_session(url=address)
-        found["names"] = {model.name for model in session.document.models}
-        session.close()
+        found["names"] = {model.name for model in found["server"].get_sessions()[0].document.models}
         found["loop"].add_callback(found["loop"].stop)
 
     def opened(address):
@@ -87,6 +87,12 @@ def test_the_page_is_served_with_its_own_scripts_until_it_is_stopped(loop, cappe
         found["thread"] = threading.Thread(target=visit, args=(address,))
         found["thread"].start()
 
+    def started(*words):
+        found["server"], address = genuine(*words)
+        return found["server"], address
+
+    genuine = server.start
+    monkeypatch.setattr(server, "start", started)
     monkeypatch.setattr("webbrowser.open", opened)
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     told = []

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from html import escape
 from math import cos, degrees, isnan, log10, pi, sin
 from typing import TYPE_CHECKING, Any
 
@@ -40,6 +39,11 @@ _CURVES = {
 }
 
 
+def _words(name: str, **styles: str) -> Div:
+    """An empty place for text: what stands there later is neither HTML nor a formula."""
+    return Div(text="", render_as_text=True, disable_math=True, name=name, styles=styles)
+
+
 class Layout:
     """All that is on the page.
 
@@ -59,7 +63,10 @@ class Layout:
         self.first_speed = speed
         self._build_controls(speed, ends)
         self._build_figures()
-        self.texts = {name: PreText(text="", name=f"budget_{name}", styles=_SMALL) for name in run.numerics.columns}
+        self.texts = {
+            name: PreText(text="", disable_math=True, name=f"budget_{name}", styles=_SMALL)
+            for name in run.numerics.columns
+        }
         self.root = self._arranged()
 
     def _build_controls(self, speed: float, ends: tuple[float, float]) -> None:
@@ -85,10 +92,10 @@ class Layout:
         self.speed = TextInput(title="v, m/s", value=f"{speed:.4g}", width=80, name="speed_box")
         self.angle = Spinner(title="direction, °", low=-360, high=360, step=1, value=0, width=90, name="angle")
         self.span = RadioButtonGroup(labels=["colours of the cell", "of the view"], active=0, name="span")
-        self.state = Div(text="", render_as_text=True, name="state")
-        self.busy = Div(text="", render_as_text=True, name="busy", styles={"color": "#666666"})
-        self.problems = Div(text="", name="problems", styles={"color": "#b00020", "max-width": "1300px"})
-        self.values = Div(text="", render_as_text=True, name="values")
+        self.state = _words("state")
+        self.busy = _words("busy", color="#666666")
+        self.problems = _words("problems", color="#b00020", **{"max-width": "1300px", "white-space": "pre-line"})
+        self.values = _words("values")
 
     def _build_figures(self) -> None:
         self._turned = 0.0
@@ -108,12 +115,12 @@ class Layout:
         }
 
     def _arranged(self) -> Any:
-        title = escape(self.run.scene.title or str(self.run.folder))
-        heading = Div(text=f"<b style='font-size:16px'>{title}</b>")
-        colours = column(Div(text="colours"), self.span)
+        heading = _words("heading", **{"font-size": "16px", "font-weight": "bold"})
+        heading.text = self.run.scene.title or str(self.run.folder)
+        colours = column(Div(text="colours", render_as_text=True, disable_math=True), self.span)
         controls = row(self.level, self.member, self.slider, self.speed, self.dial, self.angle, colours)
         budget = Tabs(tabs=[TabPanel(child=text, title=f"error budget, {n}") for n, text in self.texts.items()])
-        scene = PreText(text=words.scene_of(self.run), name="scene", width=560, styles=_SMALL)
+        scene = PreText(text=words.scene_of(self.run), disable_math=True, name="scene", width=560, styles=_SMALL)
         return column(
             row(heading, self.state, self.busy, spacing=16),
             self.problems,
@@ -127,8 +134,8 @@ class Layout:
         )
 
     def tell(self, lines: list[str]) -> None:
-        """Show what is wrong, a line each; the text is no HTML."""
-        self.problems.text = "<br>".join(escape(line) for line in lines)
+        """Show what is wrong, a line each."""
+        self.problems.text = "\n".join(lines)
 
     def offer(self, sound: list[int], kept: list[int]) -> None:
         """List the realizations."""

@@ -101,6 +101,11 @@ class Library:
                 self._specimens.pop(next(iter(self._specimens)))
         return found
 
+    def forget(self) -> None:
+        """Let go of the members in memory; the next look reads them again."""
+        with self._lock:
+            self._specimens.clear()
+
 
 class Latest:
     """A thread that does the latest of the tasks asked of it; what was not begun before the next came is dropped.

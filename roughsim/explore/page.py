@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from roughsim.grid import Grid
 
 _PERIOD = 2000  # ms between looks for new members
+_TEMPLATE = '{% block preamble %}<link rel="icon" href="data:,">{% endblock %}'  # no icon is asked for by another path
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,6 +63,7 @@ class Page:
         self.layout.show_theory(library.theory)
         self._connect()
         document.title = f"roughsim: {run.scene.title or run.folder.name}"
+        document.template = _TEMPLATE
         document.add_root(self.layout.root)
         document.add_periodic_callback(self.look_for_news, _PERIOD)
         self.look_for_news()
@@ -98,10 +100,12 @@ class Page:
             self.document.add_next_tick_callback(show)
 
     def close(self) -> None:
-        """End the threads of the page."""
+        """End the threads of the page, and let go of all fields."""
         self._closed = True
         for worker in (self.fields, self.previews, self.looks, self.news):
             worker.close()
+        self.specimen = self.heat = None
+        self.library.forget()
 
     def say(self, problem: Exception | str) -> None:
         """Show what is wrong; an empty text clears it."""

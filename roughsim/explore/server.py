@@ -1,25 +1,32 @@
-"""A plain Bokeh server for one run: on this computer only, for its own pages only, nothing fetched from outside."""
+"""A plain Bokeh server for one run: on this computer only, by a secret address, nothing fetched from outside."""
 
 from __future__ import annotations
 
+import gc
+import socket
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from bokeh.application import Application
 from bokeh.application.handlers.function import FunctionHandler
-from bokeh.server.server import Server
-from bokeh.settings import settings
+from bokeh.server.server import BaseServer
+from tornado.httpserver import HTTPServer
+from tornado.ioloop import IOLoop
 
+from roughsim.explore.gate import Gate
 from roughsim.explore.library import Library
 from roughsim.explore.page import Page
 
 ADDRESS = "127.0.0.1"
 FIRST_PORT = 5006
 _TRIED = 20
+_REST = 5.0  # s until threads have ended, too
+_LARGEST_BODY = 4096  # bytes of a request: nothing of this page has any
 
 
-def start(folder: str | Path, port: int | None = None) -> tuple[Server, str]:
-    """Return a started server of the page of a run, and the address of the page.
+def start(folder: str | Path, port: int | None = None) -> tuple[BaseServer, str]:
+    """Return a started server of the page of a run, and the address of the page, a secret.
 
     Parameters
     ----------
@@ -37,12 +44,15 @@ def start(folder: str | Path, port: int | None = None) -> tuple[Server, str]:
     """
     library = Library(folder)
     _ = library.theory  # pages open with it
-    settings.log_level = "error"  # in the browser: figures that wait for their data are no news
-    settings.resources = "server"  # whatever the environment says: scripts come from here, never from a CDN
 
     def open_page(document: Any) -> None:
         page = Page(library, document)
-        document.on_session_destroyed(lambda session_context: page.close())
+
+        def close(session_context: Any) -> None:
+            page.close()
+            IOLoop.current().call_later(_REST, gc.collect)  # a page is a knot of cycles
+
+        document.on_session_destroyed(close)
 
     application = Application(FunctionHandler(open_page))
     ports = range(FIRST_PORT, FIRST_PORT + _TRIED) if port is None else (port,)
@@ -53,22 +63,30 @@ def start(folder: str | Path, port: int | None = None) -> tuple[Server, str]:
             refusal = error
         else:
             server.start()
-            return server, f"http://{ADDRESS}:{number}/"
+            return server, f"http://{ADDRESS}:{number}{server.prefix}/"
     taken = f"port = {port} is" if port else f"ports {FIRST_PORT} to {FIRST_PORT + _TRIED - 1} are"
     raise OSError(refusal.errno, f"{taken} not free on {ADDRESS}; choose another with --port")
 
 
-def _listen(application: Application, port: int) -> Server:
-    origins = [f"{ADDRESS}:{port}", f"localhost:{port}"]
-    return Server({"/": application}, address=ADDRESS, port=port, allow_websocket_origin=origins)
+def _listen(application: Application, port: int) -> BaseServer:
+    listening = socket.create_server((ADDRESS, port), backlog=128)
+    listening.setblocking(False)
+    gate = Gate(application, port)
+    http = HTTPServer(gate, max_body_size=_LARGEST_BODY)
+    http.add_socket(listening)
+    return BaseServer(IOLoop.current(), gate, http)
 
 
 def serve(folder: str | Path, port: int | None, *, browser: bool, announce: Any) -> None:
     """Serve the page until interrupted; arguments as `start`, and how to tell the address."""
     server, address = start(folder, port)
     announce(address)
-    if browser:
-        import webbrowser
+    with TemporaryDirectory(prefix="roughsim-") as private:
+        if browser:
+            import webbrowser
 
-        server.io_loop.add_callback(webbrowser.open, address)
-    server.run_until_shutdown()
+            # all users see the words that a program is started with: a file that none of them can read holds the secret
+            door = Path(private, "page.html")
+            door.write_text(f'<meta http-equiv="refresh" content="0; url={address}">\n', encoding="utf-8")
+            server.io_loop.add_callback(webbrowser.open, door.as_uri())
+        server.run_until_shutdown()
