@@ -34,11 +34,9 @@ def state_of(run: Run) -> str:
 
 def problems_of(run: Run) -> list[str]:
     """Return a line for each damaged file, and one for the members that did not converge."""
-    damaged = run.damaged
-    lines = [f"{text}. The other realizations are shown." for text in damaged.values()]
-    failed = run.failed - len({index for _, index in damaged if index < run.realizations})
-    if failed > 0:
-        lines.append(f"{failed} realizations did not converge and are left out of the means")
+    lines = [f"{text}. The other realizations are shown." for text in run.damaged.values()]
+    if run.failed:
+        lines.append(f"{run.failed} realizations did not converge and are left out of the means")
     return lines
 
 

@@ -171,6 +171,23 @@ def seal_of(path: Path, content: bytes) -> str | None:
     return digest
 
 
+def tail(path: Path) -> bytes:
+    """Return the digest that a member's file bears, without looking at the rest; empty where there is none.
+
+    Raises
+    ------
+    OSError
+        As `unlocked`.
+    """
+    try:
+        with open(path, "rb") as file:
+            file.seek(max(os.fstat(file.fileno()).st_size - _LONGEST_SEAL, 0))
+            found = _SEAL.search(file.read())
+    except OSError as error:
+        raise not_readable(path, error) from error
+    return b"" if found is None or found[1].decode() != path.name else bytes.fromhex(found[4].decode())
+
+
 def damaged(path: Path, reason: object) -> DamagedError:
     """Return the error that names a damaged file and says what to do."""
     return DamagedError(

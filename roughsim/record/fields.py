@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from roughsim import analytic
 from roughsim.errors import RecordError, number
 from roughsim.heat import sliding_temperature, unit_vector
-from roughsim.record.files import FIELD_UNITS, kept_fields, member_path, read_field
+from roughsim.record.files import FIELD_UNITS, member_path, read_field
 
 if TYPE_CHECKING:
     from roughsim.grid import Grid
@@ -51,11 +51,13 @@ def checked_speed(name: str, speed: float | None) -> float | None:
 def kept(run: Run, level: int) -> list[int]:
     """Return the sound realizations that count and whose fields are stored at a level."""
     there = [i for i in run.sound(run.realizations) if (level, i) in run.members]
-    return [i for i in there if kept_fields(member_path(run.folder, level, i))]
+    return [i for i in there if run.members[level, i].kept]
 
 
 def not_kept(run: Run, level: int, index: int | None = None) -> ValueError:
     """Return the error that says how to come by the fields of a realization, or, without an index, of any."""
+    if index is not None and (level, index) in run.damaged:
+        return RecordError(run.damaged[level, index])
     missing = "has kept no fields" if index is None else f"has not kept the fields of realization {index}"
     wanted = index or 0
     return ValueError(

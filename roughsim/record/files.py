@@ -47,6 +47,8 @@ class Member:
         Sliding speeds of the arrays over speed, m/s.
     provenance : dict
         Versions, numerics, seed, residual, iterations, times.
+    kept : tuple of str
+        Names of the fields in its file, also where `fields` are not in memory.
     """
 
     level: int
@@ -59,10 +61,12 @@ class Member:
     lengths: tuple[float, float] = (1.0, 1.0)
     speeds: tuple[float, ...] = ()
     provenance: dict[str, Any] = field(default_factory=dict)
+    kept: tuple[str, ...] = ()
 
     def without_arrays(self) -> Member:
         """Return the member without spectrum and fields: what is kept in memory of many."""
-        return replace(self, wavenumber=np.empty(0), spectrum=np.empty(0), fields={})
+        kept = tuple(self.fields) or self.kept
+        return replace(self, wavenumber=np.empty(0), spectrum=np.empty(0), fields={}, kept=kept)
 
 
 def member_path(folder: Path, level: int, index: int) -> Path:
@@ -92,19 +96,24 @@ def read_member(path: Path, *, with_fields: bool = False) -> Member:
     OSError
         If it cannot be read now, which is no damage.
     """
-    member: Member = _inside(path, _take, with_fields)
+    return member_of(path, unlocked(path), with_fields=with_fields)
+
+
+def member_of(path: Path, content: bytes, *, with_fields: bool = False) -> Member:
+    """Return the member that the bytes of a file hold; RecordError as `read_member`."""
+    member: Member = _inside(path, content, _take, with_fields)
     return member
 
 
 def kept_fields(path: Path) -> tuple[str, ...]:
     """Return the names of the fields that a realization's file holds, without reading them; errors as `read_member`."""
-    names: tuple[str, ...] = _inside(path, _names)
+    names: tuple[str, ...] = _inside(path, unlocked(path), _names)
     return names
 
 
 def read_field(path: Path, name: str) -> NDArray[np.float32]:
     """Read one field of a realization's file and check its bytes; errors as `read_member`."""
-    field: NDArray[np.float32] = _inside(path, _one_field, name)
+    field: NDArray[np.float32] = _inside(path, unlocked(path), _one_field, name)
     return field
 
 
@@ -131,9 +140,8 @@ def check_member(path: Path) -> None:
         return
 
 
-def _inside(path: Path, take: Callable[..., Any], *arguments: Any) -> Any:
-    """Return ``take(file, path, *arguments)`` of an HDF5 file whose bytes were read and judged before."""
-    content = unlocked(path)
+def _inside(path: Path, content: bytes, take: Callable[..., Any], *arguments: Any) -> Any:
+    """Return ``take(file, path, *arguments)`` of an HDF5 file, once its bytes are judged."""
     where = _apart if seal_of(path, content) is None else _opened
     return where(path, content, take, *arguments)
 
@@ -281,6 +289,7 @@ def _take(file: Any, path: Path, with_fields: bool) -> Member:
         (header["lengths"][0], header["lengths"][1]),
         tuple(header["speeds"]),
         header["provenance"],
+        tuple(name for name, _ in header["fields"]),
     )
 
 

@@ -93,20 +93,26 @@ def numbers(run: Run) -> Iterator[Labelled]:
         raise ValueError(f"{run.folder} has no sound realization yet; let it run first")
     share = {"units": "1", "description": "share of the heat that the temperatures are of"}
     yield Labelled("heat_partition", ("speed",), run.heat_partition, share)
-    members = {key: member for key, member in run.members.items() if key[1] < count}
-    stored = {name for member in members.values() for name in member.numbers}
     for name, number in NUMBERS.items():
-        if name in stored:
-            yield _number(run, number, members, (levels, count))
-    yield from _solves(members, (levels, count))
+        values = _number(run, name)
+        if not np.all(np.isnan(values)):
+            yield _of_number(run, number, values)
+    yield from _solves(run)
     for level in range(levels):
         yield from _spectra(run, level, count)
 
 
-def _number(run: Run, number: Number, members: dict[tuple[int, int], Any], shape: tuple[int, int]) -> Labelled:
-    values = np.full((*shape, len(run.scene.speeds) if number.per_speed else 1), np.nan)
-    for place, member in members.items():
-        values[place] = run.number(number.name, member)
+def _number(run: Run, name: str) -> Array:
+    """A number at (level, realization, speed); NaN where it was not measured."""
+    count, levels = run.realizations, run.numerics.levels
+    values = np.full((len(levels), count, len(run.scene.speeds) if NUMBERS[name].per_speed else 1), np.nan)
+    for level, wanted in enumerate(levels):
+        indices = np.arange(0, count, wanted.every)
+        values[level, indices] = run.members.numbers(level, name, indices)
+    return values
+
+
+def _of_number(run: Run, number: Number, values: Array) -> Labelled:
     attributes = {"units": number.unit, "description": number.words}
     if number.heated:
         values *= run.heat_partition
@@ -117,11 +123,14 @@ def _number(run: Run, number: Number, members: dict[tuple[int, int], Any], shape
     return Labelled(number.name, axes[:2], values[..., 0], attributes)
 
 
-def _solves(members: dict[tuple[int, int], Any], shape: tuple[int, int]) -> Iterator[Labelled]:
+def _solves(run: Run) -> Iterator[Labelled]:
+    shape = len(run.numerics.levels), run.realizations
     converged, residual, iterations = np.zeros(shape, np.int8), np.zeros(shape), np.zeros(shape, np.int64)
-    for place, member in members.items():
-        converged[place] = not member.failure
-        residual[place], iterations[place] = member.provenance["residual"], member.provenance["iterations"]
+    for level, wanted in enumerate(run.numerics.levels):
+        indices = np.arange(0, run.realizations, wanted.every)
+        converged[level, indices] = ~np.isin(indices, run.members.failed(level, run.realizations))
+        residual[level, indices] = run.members.fixed(level, "residual", indices)
+        iterations[level, indices] = run.members.fixed(level, "iterations", indices)
     axes = ("level", "realization")
     yield Labelled("converged", axes, converged, {"units": "1", "description": "1 where the contact converged, else 0"})
     yield Labelled("residual", axes, residual, {"units": "1", "description": "of the contact solve"})
@@ -130,7 +139,8 @@ def _solves(members: dict[tuple[int, int], Any], shape: tuple[int, int]) -> Iter
 
 def _spectra(run: Run, level: int, count: int) -> Iterator[Labelled]:
     """The stress spectra of a level, unread but for the first, which has the wavenumbers of all."""
-    there = [(level, index) in run.members and not run.members[level, index].failure for index in range(count)]
+    every, failed = run.numerics.levels[level].every, set(run.members.failed(level, count).tolist())
+    there = [index % every == 0 and index not in failed for index in range(count)]
     paths = [member_path(run.folder, level, index) if there[index] else None for index in range(count)]
     first = next((path for path in paths if path), None)
     if first is None:

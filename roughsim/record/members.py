@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import calendar
-import json
 import time
 from collections.abc import Iterator, MutableMapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,7 +98,7 @@ class Members(MutableMapping[Key, Member]):
         return self._count
 
     def __contains__(self, key: object) -> bool:
-        level, index = key  # type: ignore[misc]
+        level, index = cast(Key, key)
         columns = self.levels[level]
         row, rest = divmod(index, columns.every)
         state = columns.data["state"]

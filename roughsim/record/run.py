@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
-from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,11 +13,12 @@ from scipy.special import j0
 
 from roughsim import analytic
 from roughsim.cell import size_error
-from roughsim.errors import RecordError
 from roughsim.estimate import LEAST, Estimate, estimate, first_sufficient, spread
 from roughsim.ladder import Values, observe
 from roughsim.means import NUMBERS, OBSERVABLES
-from roughsim.record.files import Member, member_path, read_member
+from roughsim.record.files import member_path
+from roughsim.record.members import Members
+from roughsim.record.reader import Reader, identity_of
 from roughsim.sample import Sample
 
 if TYPE_CHECKING:
@@ -49,8 +49,6 @@ class Run:
         Share of the heat that temperatures are reported with, per speed.
     reasons : list of [str, str, str]
         What the plan chose and why, as `plan` told it; empty if the numerics were given without reasons.
-    damaged : dict of (int, int) to str
-        Level and index of files that could not be used, and why; empty unless opened with ``damaged="skip"``.
     """
 
     def __init__(
@@ -70,61 +68,41 @@ class Run:
         self.max_realizations: int = description["max_realizations"]
         self.heat_partition: Array = np.array(description["heat_partition"])
         self.reasons: list[list[str]] = description["reasons"]
-        self.members: dict[tuple[int, int], Member] = {}
-        self._short = LEAST - 1  # so many sound realizations are known not to meet the targets
-        self.damaged: dict[tuple[int, int], str] = {}
-        self._identity = _identity(description)
-        self._skip_damaged = skip_damaged
+        self._reader = Reader(folder, numerics, scene.speeds, identity_of(description), skip_damaged)
+        self._tested: tuple[dict[str, float], int] | None = None  # so many sound realizations miss these targets
 
-    def take(self, member: Member) -> None:
-        """Count a member that has just been stored, without reading it back."""
-        self.members[member.level, member.index] = member
-        self.refresh()
+    @property
+    def members(self) -> Members:
+        """What is there by level and index, without spectra and fields."""
+        return self._reader.members
+
+    @property
+    def damaged(self) -> dict[tuple[int, int], str]:
+        """Level and index of files that could not be used, and why; empty unless opened with ``damaged="skip"``."""
+        return self._reader.damaged
+
+    @property
+    def missing(self) -> list[str]:
+        """Names of the members that are not there although later realizations are, such as "L0-000003"."""
+        return [member_path(self.folder, level, index).stem for level, index in self._reader.missing()]
 
     def refresh(self) -> None:
-        """Read the members that have come since, in order, up to the first gap; damaged ones again."""
-        index = 0
-        while self.damaged:
-            del self.members[self.damaged.popitem()[0]]
-        while index < self.max_realizations and self._read(index):
-            index += 1
+        """Read the members that have come since, in order, up to the first gap; damaged ones again.
+
+        Raises
+        ------
+        RecordError
+            If one is damaged or of another run, naming it.
+        OSError
+            If one cannot be read now, which is no damage.
+        """
         self.__dict__.pop("realizations", None)
-        self._available = index
-
-    def _read(self, index: int) -> bool:
-        """Read all levels of one index; False if one is not there yet."""
-        for level in self.numerics.of_index(index):
-            if (level, index) not in self.members:
-                path = member_path(self.folder, level, index)
-                if not path.exists():
-                    return False
-                self.members[level, index] = self._member(path, level, index)
-        return True
-
-    def _member(self, path: Path, level: int, index: int) -> Member:
-        """Read one member; where that is wanted, a damaged file stands as a failed member."""
-        try:
-            member = read_member(path).without_arrays()
-            told = {"residual", "iterations", "versions"} <= set(member.provenance)
-            if not told or _identity(member.provenance) != self._identity:
-                raise RecordError(f"{path} is of another run: its scene, seed or numerics differ; delete it to redo it")
-        except RecordError as error:
-            if not self._skip_damaged:
-                raise
-            self.damaged[level, index] = str(error)
-            provenance = {"residual": nan, "iterations": 0, "versions": {}}
-            return Member(level, index, failure=str(error), provenance=provenance)
-        return member
-
-    @cached_property
-    def _available(self) -> int:
-        self.refresh()
-        return int(self.__dict__["_available"])
+        self._reader.refresh(self.max_realizations)
 
     @cached_property
     def realizations(self) -> int:
         """How many indices count: the first n at which the targets are met, or all there are without a gap."""
-        available = self._available
+        available = self._reader.available
         rows = self.sound(available)
         stop = self._stop(rows)
         return available if stop is None else rows[stop - 1] + 1
@@ -133,28 +111,40 @@ class Run:
         """How many of the rows meet the targets first; what did not suffice once never will."""
         if not self.until:
             return None
-        until = self.until.items()
-        stop = first_sufficient(
-            lambda n: ((self._values(name, None, rows[:n]), goal) for name, goal in until),
-            range(self._short + 1, len(rows) + 1),
-        )
-        self._short = max(self._short, len(rows)) if stop is None else stop - 1
+        if self._tested is None or self._tested[0] != self.until:
+            self._tested = dict(self.until), max(LEAST - 1, self._reader.remembered(rows, self.until))
+        short = self._tested[1]
+        if short >= len(rows):
+            return None
+        samples = {name: self.samples(None, rows, spectra=OBSERVABLES[name].spectra) for name in self.until}
+
+        def targets(count: int) -> Iterator[tuple[Values, float]]:
+            for name, goal in self.until.items():
+                yield self._values(name, None, [_first(count, sample) for sample in samples[name]]), goal
+
+        stop = first_sufficient(targets, range(short + 1, len(rows) + 1))
+        short = len(rows) if stop is None else stop - 1
+        self._tested = dict(self.until), short
+        self._reader.remember(short, rows, self.until)
         return stop
 
     @property
     def target_met(self) -> bool:
         """Whether the targets of `until` are met."""
-        return self._stop(self.sound(self._available)) is not None
+        return self._stop(self.sound(self._reader.available)) is not None
 
     @property
     def failed(self) -> int:
         """How many of the realizations that count did not converge at some level."""
-        return self.realizations - len(self.sound(self.realizations))
+        damaged = {index for _, index in self.damaged if index < self.realizations}
+        return self.realizations - len(self.sound(self.realizations)) - len(damaged)
 
     def sound(self, count: int) -> list[int]:
         """Return the indices below `count` of which every level is sound."""
-        of_index = self.numerics.of_index
-        return [i for i in range(count) if not any(self.members[level, i].failure for level in of_index(i))]
+        good = np.ones(count, bool)
+        for level in range(len(self.numerics.levels)):
+            good[self.members.failed(level, count)] = False
+        return [int(index) for index in np.flatnonzero(good)]
 
     def column(self, column: str | None) -> str:
         """Return the name of a column: the capped one where there is a hardness, else the elastic one, if None.
@@ -176,26 +166,18 @@ class Run:
 
         The stress spectra are read from disk if wanted, else left empty.
         """
-        rows = self.sound(self.realizations) if rows is None else rows
+        wanted = np.array(self.sound(self.realizations) if rows is None else rows, np.int64)
         reach = 0.5 * float(np.hypot(*self.numerics.lengths))
         result = []
-        for level in self.numerics.of_column(self.column(column)):
-            every = self.numerics.levels[level].every
-            there = [k for k, index in enumerate(rows) if index % every == 0]
-            members = [self.members[level, rows[k]] for k in there]
-            numbers = {name: np.stack([self.number(name, m) for m in members]) for name in NUMBERS}
-            stored = [read_member(member_path(self.folder, level, rows[k])) for k in there] if spectra else members
-            spectrum = np.stack([m.spectrum for m in stored])
-            side = float(self.numerics.levels[level].shape[0])
-            q_max, place = self.numerics.levels[level].q_max, np.array(there, dtype=np.intp)
-            result.append(Sample(q_max, side, place, numbers, stored[0].wavenumber, spectrum, reach))
+        for number in self.numerics.of_column(self.column(column)):
+            level = self.numerics.levels[number]
+            place = np.flatnonzero(wanted % level.every == 0)
+            there = wanted[place]
+            numbers = {name: self.members.numbers(number, name, there) for name in NUMBERS}
+            nothing = np.empty(0), np.empty((len(there), 0))
+            wavenumber, spectra_there = self._reader.spectra(number, there) if spectra else nothing
+            result.append(Sample(level.q_max, float(level.shape[0]), place, numbers, wavenumber, spectra_there, reach))
         return result
-
-    def number(self, name: str, member: Member) -> Array:
-        """Return a number of a member, over speed or of one entry; NaN where it failed or is from before the number."""
-        if name in member.numbers:
-            return member.numbers[name]
-        return np.full(len(self.scene.speeds) if NUMBERS[name].per_speed else 1, nan)
 
     def values(self, observable: str, column: str | None = None, *, extrapolated: bool = True) -> Values:
         """Return the values of an observable, a row per sound realization, with all heat in the moving body.
@@ -212,13 +194,15 @@ class Run:
         rows = self.sound(self.realizations)
         if not rows:
             raise ValueError(f"{self.folder} has no sound realization yet; let it run first")
-        return self._values(observable, column, rows, extrapolated)
+        samples = self.samples(column, rows, spectra=OBSERVABLES[observable].spectra)
+        return self._values(observable, column, samples, extrapolated)
 
-    def _values(self, observable: str, column: str | None, rows: list[int], extrapolated: bool = True) -> Values:
+    def _values(
+        self, observable: str, column: str | None, samples: list[Sample], extrapolated: bool = True
+    ) -> Values:
         name = self.column(column)
         bodies = analytic.conduction(self.scene)
         ratio = bodies.conductivity / bodies.counter_conductivity
-        samples = self.samples(name, rows, spectra=OBSERVABLES[observable].spectra)
         if observable == "heat_partition":
             samples = [analytic.balanced(self.scene, sample) for sample in samples]
         cut_offs = tuple(sorted({sample.q_max for sample in samples}))
@@ -363,9 +347,8 @@ class Run:
         return to_xarray(self)
 
 
-def _identity(description: dict[str, Any]) -> tuple[Any, Any]:
-    """What a run and each of its files must have in common: scene with seed, and numerics but for what is kept."""
-    numerics = description.get("numerics")
-    if isinstance(numerics, dict):
-        numerics = {key: value for key, value in numerics.items() if key != "keep_fields"}
-    return description.get("scene"), numerics
+def _first(count: int, sample: Sample) -> Sample:
+    """The sample of the first realizations."""
+    rows = int(np.searchsorted(sample.rows, count))
+    numbers = {name: values[:rows] for name, values in sample.numbers.items()}
+    return sample._replace(rows=sample.rows[:rows], numbers=numbers, spectrum=sample.spectrum[:rows])
