@@ -42,6 +42,12 @@ class Sample(NamedTuple):
         numbers = {name: values[chosen] for name, values in self.numbers.items()}
         return self._replace(rows=self.rows[chosen], numbers=numbers, spectrum=self.spectrum[chosen])
 
+    def first(self, count: int) -> Sample:
+        """Return the sample of those among the first `count` realizations."""
+        rows = int(np.searchsorted(self.rows, count))
+        numbers = {name: values[:rows] for name, values in self.numbers.items()}
+        return self._replace(rows=self.rows[:rows], numbers=numbers, spectrum=self.spectrum[:rows])
+
 
 @dataclass(frozen=True, slots=True)
 class Number:

@@ -120,7 +120,7 @@ class Run:
 
         def targets(count: int) -> Iterator[tuple[Values, float]]:
             for name, goal in self.until.items():
-                yield self._values(name, None, [_first(count, sample) for sample in samples[name]]), goal
+                yield self._values(name, None, [sample.first(count) for sample in samples[name]]), goal
 
         stop = first_sufficient(targets, range(short + 1, len(rows) + 1))
         short = len(rows) if stop is None else stop - 1
@@ -197,9 +197,7 @@ class Run:
         samples = self.samples(column, rows, spectra=OBSERVABLES[observable].spectra)
         return self._values(observable, column, samples, extrapolated)
 
-    def _values(
-        self, observable: str, column: str | None, samples: list[Sample], extrapolated: bool = True
-    ) -> Values:
+    def _values(self, observable: str, column: str | None, samples: list[Sample], extrapolated: bool = True) -> Values:
         name = self.column(column)
         bodies = analytic.conduction(self.scene)
         ratio = bodies.conductivity / bodies.counter_conductivity
@@ -345,10 +343,3 @@ class Run:
         from roughsim.record.labelled import to_xarray
 
         return to_xarray(self)
-
-
-def _first(count: int, sample: Sample) -> Sample:
-    """The sample of the first realizations."""
-    rows = int(np.searchsorted(sample.rows, count))
-    numbers = {name: values[:rows] for name, values in sample.numbers.items()}
-    return sample._replace(rows=sample.rows[:rows], numbers=numbers, spectrum=sample.spectrum[:rows])
