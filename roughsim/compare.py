@@ -8,7 +8,7 @@ the theory is formed over the modes that the simulation itself has.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import isfinite, isnan, nan
 from pathlib import Path
@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from roughsim import analytic
 from roughsim.cell import size_error
-from roughsim.digits import shown
 from roughsim.estimate import Estimate, Quotient, quotient
+from roughsim.in_band import Slope, stress_slope
 from roughsim.means import OBSERVABLES
 from roughsim.record.run import Run
 from roughsim.spectrum import TruncatedSpectrum
@@ -66,7 +66,7 @@ class Row:
 
     `theory` is summed over the modes of the cell up to q_c, `theory_at_cut_off` integrated up to q_c, and
     `theory_full_spectrum` integrated over all. `note` is "identity" where force balance fixes the value, "at q_c" where
-    it has no limit in the cut-off.
+    it has no limit in the cut-off, or none that the run can tell.
     """
 
     observable: str
@@ -82,12 +82,16 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """The table of a run. Temperatures are those of the heat share used; ratios do not depend on it."""
+    """The table of a run. Temperatures are those of the heat share used; ratios do not depend on it.
+
+    `slopes` are those of |σ_q|² in the band of each column that has one.
+    """
 
     run: Run
     realizations: int
     failed: int
     rows: tuple[Row, ...]
+    slopes: tuple[Slope, ...] = ()
 
     @property
     def unknown(self) -> tuple[str, ...]:
@@ -105,17 +109,28 @@ class Comparison:
         first = run.numerics.columns[0]
         q_c, q_max = run.numerics.levels[run.numerics.of_column(first)[-1]].q_max, run.scene.spectrum.breaks[-1]
         told = []
-        if cut := _farthest((row, row.theory_at_cut_off, row.theory_full_spectrum) for row in self.rows):
+        if cut := self._apart("theory_at_cut_off", "theory_full_spectrum"):
             told.append(
                 f"C(q) is cut at q_c = {q_c:.3g} rad/m, below q_max = {q_max:.3g} rad/m. Up to q_c the theory is {cut} "
-                "Means are continued to q_max, which their bandwidth error has; the ratio is formed up to q_c."
+                "Means are continued to q_max, and what that leaves open is in their error; rows marked at q_c are not. "
+                "The ratio is formed up to q_c."
             )
-        if short := _farthest((row, row.theory, row.theory_at_cut_off) for row in self.rows):
+        if short := self._apart("theory", "theory_at_cut_off"):
             told.append(
                 f"The cell holds too few long waves for the theory: summed over its modes it is {short} The ratio has "
                 "this in its error; take more waves per side."
             )
         return tuple(told)
+
+    def _apart(self, name: str, other: str) -> str:
+        """The T_flash at which two theories are farthest apart, in words; empty where that is too little to tell."""
+        rows = [row for row in self.rows if row.observable == "flash_temperature" and getattr(row, other)]
+        off = [abs(getattr(row, name) / getattr(row, other) - 1.0) for row in rows]
+        most = max(range(len(rows)), key=off.__getitem__, default=None)
+        if most is None or not off[most] > NOTICED:
+            return ""
+        values = (getattr(rows[most], key) for key in (name, other))
+        return "{:.4g} instead of {:.4g} K".format(*values) + f" (flash_temperature at {rows[most].speed:g} m/s)."
 
     def to_dict(self) -> dict[str, Any]:
         """Return the table as JSON values; NaN and infinity become None."""
@@ -123,6 +138,7 @@ class Comparison:
             "realizations": self.realizations,
             "failed": self.failed,
             "rows": [_row_dict(row) for row in self.rows],
+            "stress_slopes": [slope._asdict() for slope in self.slopes],
         }
 
     def chart(self, path: str | Path) -> None:
@@ -164,18 +180,8 @@ def compare(run: Run) -> Comparison:
     sound = len(run.sound(run.realizations))
     if sound < 2:
         raise ValueError(f"{run.folder} has {sound} sound realizations; a comparison needs at least 2, let it run on")
-    return Comparison(run, run.realizations, run.failed, tuple(_rows(run)))
-
-
-def _farthest(pairs: Iterable[tuple[Row, float, float]]) -> str:
-    """The row with the largest relative difference of two theories in words; empty where that is too small to tell."""
-    off = ((abs(a / b - 1.0) if b else nan, row, a, b) for row, a, b in pairs if not row.note)
-    most, row, a, b = max((x for x in off if isfinite(x[0])), key=lambda x: x[0], default=(0.0, None, 0.0, 0.0))
-    if row is None or most <= NOTICED:
-        return ""
-    unit, factor = shown(row.unit)
-    speed = "" if row.speed is None else f" at {row.speed:g} m/s"
-    return f"{a * factor:.4g} instead of {b * factor:.4g} {unit}".rstrip() + f" ({row.observable}{speed})."
+    slopes = (stress_slope(run, column) for column in run.numerics.columns)
+    return Comparison(run, run.realizations, run.failed, tuple(_rows(run)), tuple(s for s in slopes if s is not None))
 
 
 def _rows(run: Run) -> Iterator[Row]:
@@ -190,6 +196,7 @@ def _rows(run: Run) -> Iterator[Row]:
         ratios = _ratios(run, observable, summed[observable], cut[observable])
         share = run.heat_partition if record.heated else np.ones(len(run.scene.speeds))
         note = _note(run, observable)
+        open_ended = np.any([np.isnan(estimate.budget["bandwidth"]) for estimate in measured.values()], axis=0)
         for k, speed in enumerate(run.scene.speeds if record.per_speed else (None,)):
             yield Row(
                 observable,
@@ -200,7 +207,7 @@ def _rows(run: Run) -> Iterator[Row]:
                 float(whole[observable][k] * share[k]),
                 {name: _cell(estimate, k) for name, estimate in measured.items()},
                 {name: _ratio(found, k) for name, found in ratios.items()},
-                note,
+                note or ("at q_c" if open_ended[k] else ""),
             )
 
 

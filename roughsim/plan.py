@@ -112,7 +112,7 @@ def _expected(forecast: Forecast, goal: float) -> list[Reason]:
     parts += f"pixel {100 * forecast.pixel:.2g} %, size {100 * forecast.size:.2g} %"
     workers = os.cpu_count() or 1
     wall = forecast.wall_seconds(workers)
-    until = f"--until flash_temperature={100 * goal:.3g}% stops once its 95 % interval is ± that at every speed"
+    until = f"--until flash_temperature={100 * goal:.3g}% stops once its statistical error (95 %) is that everywhere"
     each = f"{LEAST} at least; levels marked 1 in k are solved for every kth of them"
     return [
         Reason("realizations", f"about {forecast.realizations}", f"{until}; {each}"),

@@ -145,9 +145,18 @@ def comparison_table(comparison: Comparison) -> Table:
         cells = [plus_minus(x.mean * factor, x.total_error * factor, x.unknown) for x in row.columns.values()]
         ratios = [plus_minus(x.value, x.total_error, x.unknown) for x in row.ratios.values()]
         table.add_row(name, speed, unit, _number(row.theory_full_spectrum, row.unit), *cells, *ratios, row.note)
-    table.caption = "\n".join((*comparison_caption(comparison), *comparison.notes()))
+    table.caption = "\n".join((*slope_lines(comparison), *comparison_caption(comparison), *comparison.notes()))
     table.caption_justify = "left"
     return table
+
+
+def slope_lines(comparison: Comparison) -> list[str]:
+    """Return a line for the slope of the stress spectrum in the band of each column that has one."""
+    return [
+        f"slope of |σ_q|² from {one.low:.3g} to {one.high:.3g} rad/m: {one.column} "
+        f"{plus_minus(one.measured, one.error)} (statistical, 95 %), theory {one.theory:.2f}"
+        for one in comparison.slopes
+    ]
 
 
 def comparison_caption(comparison: Comparison) -> tuple[str, ...]:
@@ -160,7 +169,7 @@ def comparison_caption(comparison: Comparison) -> tuple[str, ...]:
         if comparison.unknown
         else "",
         "identity: fixed by force balance, no agreement." if "identity" in notes else "",
-        "at q_c: no limit in the cut-off, no agreement." if "at q_c" in notes else "",
+        "at q_c: no limit in the cut-off, or none that the run can tell; no agreement." if "at q_c" in notes else "",
     ]
     return tuple(line for line in told if line)
 

@@ -41,6 +41,7 @@ ORDER = (
     "record",
     "ensemble",
     "trust",
+    "in_band",
     "compare",
     "charts",
     "bench",

@@ -166,9 +166,9 @@ def test_theory_stands_beside_the_whole_spectrum(table):
 def test_what_measured_values_and_theory_do_not_have_in_common_is_told_with_its_cause(table):
     row = next(r for r in table.rows if r.observable == "flash_temperature" and r.speed == 35.0)
 
-    def notes(summed, cut, whole, note=""):
+    def notes(summed, cut, whole):
         theories = {"theory": summed, "theory_at_cut_off": cut, "theory_full_spectrum": whole}
-        return replace(table, rows=(replace(row, note=note, **theories),)).notes()
+        return replace(table, rows=(replace(row, **theories),)).notes()
 
     assert notes(1.0, 1.0, 1.019) == notes(1.019, 1.0, 1.0) == ()
     (cut,) = notes(0.7, 0.7, 1.0)
@@ -179,8 +179,7 @@ def test_what_measured_values_and_theory_do_not_have_in_common_is_told_with_its_
     assert "too few long waves" in short
     assert "1.48 instead of 1 K" in short
     assert len(notes(1.48, 0.7, 1.0)) == 2
-    # another cut-off is another theory, and no 0/0 is told
-    assert notes(0.7, 0.7, 1.0, "at q_c") == notes(0.0, 0.0, 0.0) == notes(np.nan, np.nan, np.nan) == ()
+    assert notes(0.0, 0.0, 0.0) == notes(np.nan, np.nan, np.nan) == ()  # at rest, or without a theory
 
 
 def test_z_counts_standard_errors_from_one():

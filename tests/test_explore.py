@@ -16,6 +16,7 @@ import roughsim as rs
 from roughsim import analytic, fourier
 from roughsim.charts.maps import palette
 from roughsim.cli import main
+from roughsim.digits import plus_minus
 from roughsim.ensemble.claims import Claims
 from roughsim.explore import curves, views, words
 from roughsim.explore.library import Latest, Library
@@ -257,8 +258,7 @@ def test_the_budget_names_every_observable_with_the_numbers_of_the_estimate(capp
         assert name in text
     flash = capped_run.estimate("flash_temperature", "capped")
     row = next(line for line in text.splitlines() if line.split()[:1] == ["35"])
-    assert row.split()[1] == f"{flash.mean[2]:.5g}"
-    assert row.split()[2] == f"{flash.total_error[2]:.2g}"
+    assert " ± ".join(row.split()[1:3]) == plus_minus(flash.mean[2], flash.total_error[2], flash.unknown_at(2))
 
 
 def test_the_state_counts_and_says_that_the_run_is_finished(capped_run):

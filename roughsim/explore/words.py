@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from roughsim.digits import shown
+from roughsim.digits import shown, written
 from roughsim.ensemble import writer
 from roughsim.means import OBSERVABLES
 from roughsim.status import clock, count_text, reached, seconds_left
@@ -57,10 +57,11 @@ def budget_of(run: Run, column: str) -> str:
     found = [run.estimate(name, column) for name in OBSERVABLES]
     parts = list(found[0].budget)
     lines = [
-        f"{column} contact, n = {found[0].n} realizations. ± all: root of the sum of squares of the parts,",
-        "– where no level of the run tells. finest: the value at the finest level minus the mean.",
+        f"{column} contact, n = {found[0].n} realizations. ± all: total error, 95 %, the root of the sum",
+        "of squares of the parts; ≥ where no level of the run tells one of them (–). finest: the value at the finest",
+        "level minus the mean.",
         "",
-        f"{'':24}{'m/s':>7}{'mean':>12}{'± all':>9}" + "".join(f"{part:>12}" for part in parts) + f"{'finest':>9}",
+        f"{'':24}{'m/s':>7}{'mean':>12}{'± all':>10}" + "".join(f"{part:>12}" for part in parts) + f"{'finest':>9}",
     ]
     for one in found:
         lines += _rows(run, one, parts)
@@ -73,7 +74,9 @@ def _rows(run: Run, found: Estimate, parts: list[str]) -> list[str]:
     title = f"{found.observable}{f', {unit}' if unit else ''}"
     lines = []
     for k, speed in enumerate(speeds):
-        cells = [f"{found.mean[k] * factor:>12.5g}", f"{found.total_error[k] * factor:>9.2g}"]
+        mean, total, power = written(found.mean[k] * factor, found.total_error[k] * factor, found.unknown_at(k))
+        ten = f"e{power}" if power else ""
+        cells = [f"{mean + ten:>12}", f"{total + ten if total else '–':>10}"]
         errors = [float(found.budget[part][k]) * factor for part in parts]
         cells += [f"{error:>12.2g}" if isfinite(error) else f"{'–':>12}" for error in errors]
         lines.append(f"{title if k == 0 else '':<26}{speed:>5}{''.join(cells)}{found.bias[k] * factor:>+9.2g}")

@@ -19,7 +19,7 @@ from roughsim.plausibility import judge
 from roughsim.report.markup import Html, grouped_table, joined, number, plus_minus, table, tag
 from roughsim.report.pictures import picture
 from roughsim.status import clock, reached, status_dict
-from roughsim.tables import comparison_caption
+from roughsim.tables import comparison_caption, slope_lines
 
 if TYPE_CHECKING:
     from roughsim.compare import Comparison, Row
@@ -131,6 +131,7 @@ def comparison(found: Comparison | Html) -> Html:
     note = " ".join(comparison_caption(found))
     return joined(
         grouped_table(titles, rows),
+        *(tag("p", line) for line in slope_lines(found)),
         tag("p", note, css="note"),
         *(tag("p", warning, css="warning") for warning in found.notes()),
     )
@@ -159,7 +160,7 @@ def budget(run: Run) -> Html:
         return tag("p", "There is no sound realization yet.", css="warning")
     told = "; ".join(f"{source}: {words}" for source, words in SOURCES.items() if source != "scan" or run.scene.scanned)
     lead = "Means over all sound realizations, at the highest speed, with each source of error by itself."
-    note = f"A dash: no level tells, and it is not in the sum. {told[0].upper()}{told[1:]}."
+    note = f"± total error, 95 %; ≥ where a dash stands for a part that no level tells. {told[0].upper()}{told[1:]}."
     parts = [tag("p", lead), tag("p", note, css="note")]
     for column in run.numerics.columns:
         found = [run.estimate(name, column) for name in OBSERVABLES]
@@ -181,15 +182,16 @@ def _notes(found: list[Estimate]) -> Html:
 
 def _budget_table(run: Run, found: list[Estimate]) -> Html:
     sources = list(found[0].budget)
-    titles = ["observable", "m/s", "value", *sources, "in all", "finest level − value"]
+    titles = ["observable", "m/s", "value ± total", *sources, "finest level − value"]
     rows: list[list[object]] = []
     for one in found:
         factor = shown(one.unit)[1]
         k = int(np.argmax(run.scene.speeds)) if OBSERVABLES[one.observable].per_speed else 0
         speed = f"{run.scene.speeds[k]:g}" if OBSERVABLES[one.observable].per_speed else ""
-        parts = [*(one.budget[source][k] for source in sources), one.total_error[k], one.bias[k]]
+        parts = [*(one.budget[source][k] for source in sources), one.bias[k]]
         cells = [number(float(part) * factor, 2) for part in parts]
-        rows.append([_name(one.observable), speed, number(float(one.mean[k]) * factor), *cells])
+        value = plus_minus(float(one.mean[k]) * factor, float(one.total_error[k]) * factor, one.unknown_at(k))
+        rows.append([_name(one.observable), speed, value, *cells])
     return table(titles, rows, numbers=set(range(1, len(titles))))
 
 
