@@ -112,7 +112,7 @@ class Comparison:
         if cut := self._apart("theory_at_cut_off", "theory_full_spectrum"):
             told.append(
                 f"C(q) is cut at q_c = {q_c:.3g} rad/m, below q_max = {q_max:.3g} rad/m. Up to q_c the theory is {cut} "
-                "Means are continued to q_max, and what that leaves open is in their error; rows marked at q_c are not. "
+                "Means are continued to q_max, what that leaves open is in their error; rows marked at q_c are not. "
                 "The ratio is formed up to q_c."
             )
         if short := self._apart("theory", "theory_at_cut_off"):

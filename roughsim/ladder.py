@@ -161,6 +161,7 @@ def _at_top(ladder: list[_Rung], order: float, unlimited: bool) -> tuple[Array, 
     left = change / (rung.refined**order - 1.0)
     with np.errstate(all="ignore"):
         carried = np.where(rung is top, 1.0, top.rows.mean(axis=0) / rung.rows.mean(axis=0))
+        carried = np.where(np.any(change, axis=0), carried, 0.0)  # 0/0 where nothing yields
         if unlimited:  # the relative change is taken over, and nothing corrected
             share = np.abs((change + left).mean(axis=0) / rung.rows.mean(axis=0))
             return finest, finest, share * np.abs(finest.mean(axis=0))

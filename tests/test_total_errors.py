@@ -1,0 +1,137 @@
+"""Every ± that is printed is the total error of the estimate, and a ratio has every error of its two columns."""
+
+import re
+import shutil
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim import cell
+from roughsim import estimate as est
+from roughsim.explore import words
+from roughsim.ladder import Values
+from roughsim.means import OBSERVABLES
+from roughsim.report import sections
+from roughsim.report.markup import tag
+from roughsim.status import status_lines
+from roughsim.tables import comparison_table
+
+UNITS = {"K/m": 1e-3, "K/m^2": 1e-12, "m": 1e6, "Pa^2": 1e-18}
+
+
+@pytest.fixture(scope="module")
+def partial(capped_run, tmp_path_factory):
+    """The first four of six realizations."""
+    folder = shutil.copytree(capped_run.folder, tmp_path_factory.mktemp("partial") / "run")
+    for path in (folder / "realizations").glob("*-00000[45].h5"):
+        path.unlink()
+    return rs.open_run(folder)
+
+
+def as_printed(mean, error, unknown):
+    """Mean and error to the second digit of the error, by decimal arithmetic."""
+    places = 1 - int(f"{error:.1e}".split("e")[1])
+    digits = [f"{round(x, places):.{max(places, 0)}f}" for x in (mean, error)]
+    return (" ± ≥" if unknown else " ± ").join(digits)
+
+
+def expected(run, factors):
+    """What is printed of each observable, column and speed, unless it takes a power of ten or is zero."""
+    for name, record in OBSERVABLES.items():
+        for column in run.numerics.columns:
+            found, factor = run.estimate(name, column), factors.get(record.unit, 1.0)
+            for k, mean in enumerate(found.mean * factor):
+                error = found.total_error[k] * factor
+                if 1e-3 <= max(abs(mean), error) < 1e5 and np.isfinite(error) and error > 0.0:
+                    missing = any(np.isnan(part[k]) for part in found.budget.values())
+                    yield as_printed(mean, error, missing)
+
+
+def test_the_table_prints_total_errors(partial):
+    cells = {cell for column in comparison_table(rs.compare(partial)).columns for cell in column.cells}
+    wanted = set(expected(partial, UNITS))
+    assert len(wanted) > 30
+    assert wanted <= cells
+    assert any("≥" in text for text in wanted)  # one cut-off tells of no pixel
+
+
+def test_the_page_prints_total_errors(partial, monkeypatch):
+    monkeypatch.setattr(sections, "picture", lambda draw, ending, caption: tag("figure", caption))
+    page = sections.comparison(rs.compare(partial)) + sections.budget(partial)
+    shown = set(re.findall(r">([^<>]+ ± [^<>]+)</td>", page))
+    assert {text.replace("-", "−") for text in expected(partial, UNITS)} <= shown
+
+
+def test_status_and_the_budget_of_explore_print_total_errors(partial):
+    found = partial.estimate("flash_temperature")
+    moving = [as_printed(found.mean[k], found.total_error[k], found.unknown_at(k)) for k in (1, 2)]
+    lines = status_lines(partial)
+    for text in moving:
+        assert any(line.startswith(f"{text} K: statistical") for line in lines)
+        assert f"{text.split(' ± ')[1]} " in words.budget_of(partial, "capped")
+    assert all("±" not in line or " K: statistical" in line for line in lines)
+
+
+def test_one_realization_has_an_unknown_error_and_no_infinite_one(partial, tmp_path):
+    folder = shutil.copytree(partial.folder, tmp_path / "run")
+    for path in (folder / "realizations").glob("*-00000[123].h5"):
+        path.unlink()
+    told = "\n".join(status_lines(rs.open_run(folder)))
+    assert "± unknown K" in told
+    assert "inf" not in told
+
+
+def column(rng, mean, scatter, bandwidth, pixel, n=40):
+    rows = mean * (1.0 + scatter * rng.standard_normal((n, 1)))
+    none = np.zeros(n, dtype=np.intp)
+    return Values(rows, rows, rows, none, np.array([np.nan]), np.array([bandwidth]), np.array([pixel]))
+
+
+def test_a_ratio_has_the_errors_of_both_columns_but_for_the_scatter_that_they_share():
+    rng = np.random.default_rng(8)
+    below = column(rng, 4.0, 0.1, bandwidth=0.04, pixel=0.08)  # 1 and 2 %
+    above = below._replace(
+        **{key: 0.5 * getattr(below, key) for key in ("extrapolated", "finest", "base")},
+        bandwidth=np.array([0.04]),  # 2 %
+        pixel=np.array([0.0]),
+    )
+    found = est.quotient(above, below, size=0.003, tolerance=1e-4)
+    mean = below.extrapolated.mean()
+    assert found.value[0] == pytest.approx(0.5)
+    assert found.standard_error[0] < 1e-12
+    assert found.budget["bandwidth"][0] == pytest.approx(0.5 * np.hypot(0.04 / (0.5 * mean), 0.04 / mean))
+    assert found.budget["pixel"][0] == pytest.approx(0.5 * 0.08 / mean)
+    assert found.budget["size"][0] == pytest.approx(0.5 * 0.003 * np.sqrt(2))
+    assert found.budget["solver"][0] == pytest.approx(0.5 * 2e-4 * np.sqrt(2))
+    parts = [found.budget[key][0] for key in ("statistical", "bandwidth", "pixel", "size", "solver")]
+    assert found.total_error[0] == pytest.approx(np.sqrt(np.sum(np.square(parts))))
+
+
+def test_a_ratio_to_the_theory_of_the_same_modes_has_no_bandwidth_error():
+    above = column(np.random.default_rng(8), 4.0, 0.1, bandwidth=np.nan, pixel=0.08)
+    found = est.quotient(above, np.array([2.0]), size=np.array([0.01]))
+    assert found.budget["bandwidth"][0] == 0.0
+    assert found.unknown_at(0) == ()
+    assert found.budget["pixel"][0] == pytest.approx(0.04)
+    assert found.budget["size"][0] == pytest.approx(0.01 * found.value[0])
+
+
+def test_what_one_column_does_not_know_the_ratio_does_not_know():
+    rng = np.random.default_rng(8)
+    above, below = column(rng, 4.0, 0.1, np.nan, 0.08), column(rng, 2.0, 0.1, 0.02, 0.08)
+    for pair in ((above, below), (below, above)):
+        assert est.quotient(*pair).unknown_at(0) == ("bandwidth",)
+
+
+def test_a_ratio_to_a_sum_that_is_no_measure_of_the_theory_says_so(capped_run, monkeypatch):
+    from roughsim import analytic
+
+    true = analytic.mode_sums
+    monkeypatch.setattr(analytic, "mode_sums", lambda *a: {k: 1.5 * v for k, v in true(*a).items()})
+    row = [row for row in rs.compare(capped_run).rows if row.observable == "flash_temperature"][-1]
+    ratio = row.ratios["smoothed_over_theory"]
+    assert ratio.total_error / ratio.value > 0.45
+    apart = row.theory / row.theory_at_cut_off - 1
+    size = np.hypot(apart, cell.size_error(capped_run.scene, capped_run.numerics.lengths))
+    assert ratio.total_error / ratio.value >= size
