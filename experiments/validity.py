@@ -29,7 +29,7 @@ from theory.calibrated import LIGHTEST
 LOADS = (0.002, 0.006, 0.02, 0.06, 0.15, 0.3, 0.6)
 HURSTS = (0.3, 0.55, 0.8, 1.0)
 BANDWIDTHS = (4.0, 8.0, 16.0, 32.0, 64.0)
-YIELDS = ((1.0, 0.3), (1.0, 0.8), (2.0, 0.3), (2.0, 0.8), (4.0, 0.8))  # q_y/q_r and H of the capped part
+YIELDS = ((1.0, 0.3), (1.0, 0.55), (1.0, 0.8), (2.0, 0.3), (2.0, 0.55), (2.0, 0.8), (4.0, 0.8))  # q_y/q_r, H: capped
 Point = elastic.Point | capped.CappedPoint
 
 

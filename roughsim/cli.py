@@ -348,14 +348,13 @@ def _run(scene: Scene, output: Path, *, workers: int | None, **options: Any) -> 
 def _compare(run: Run, *, chart: Path | None, as_json: bool) -> None:
     from roughsim.compare import compare as set_beside
     from roughsim.tables import comparison_table, trust_table
-    from roughsim.trust import known
+    from roughsim.trust import trust
 
     table: Comparison = set_beside(run)
     if as_json:
         typer.echo(json.dumps(table.to_dict(), indent=1))
     else:
-        trusted = known(run.scene)
-        _print(comparison_table(table), *([trust_table(trusted)] if trusted else []))
+        _print(comparison_table(table), trust_table(trust(run.scene)))
     if chart is not None:
         table.chart(chart)
         typer.echo(f"picture: {chart}", err=True)

@@ -110,22 +110,27 @@ def theory_table(scene: Scene) -> Table:
 
 
 def trust_table(known: Trust) -> Table:
-    """Return how far the theory is known to be off, a row per observable."""
-    place = {
-        "map": "here",
-        "calibrated": "by the calibrated stress spectrum",
-        "nearest": "outside the map; at its nearest point",
-    }[known.source]
-    table = Table(box=None, title=f"Theory against simulation, {place}: {known.where}", title_justify="left")
-    speeds = list(dict.fromkeys(j.speed for j in known.judgements if j.speed is not None))
-    for title in ("theory is", *(f"{speed:g} m/s" for speed in speeds)):
-        table.add_column(title, justify="left" if title == "theory is" else "right", no_wrap=True)
+    """Return how far the theory is known to be off, a row per observable; off the map only why."""
+    title = {"map": "here", "calibrated": "by the calibrated stress spectrum", "off the map": "off the map"}[
+        known.source
+    ]
+    table = Table(box=None, title=f"Theory against simulation, {title}: {known.where}", title_justify="left")
+    table.caption_justify = "left"
+    if not known.judgements:
+        table.caption = "No number is known there."
+        return table
+    speeds = sorted({j.speed for j in known.judgements if j.speed is not None})
+    table.add_column("theory of", no_wrap=True)
+    for heading in [f"{speed:g} m/s" for speed in speeds] or [""]:
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("against")
     for name in dict.fromkeys(j.observable for j in known.judgements):
         words = {j.speed: str(j) for j in known.judgements if j.observable == name}
-        table.add_row(name, *((words[None],) if None in words else (words.get(speed, "–") for speed in speeds)))
-    table.caption = (
-        "± total error of the simulations, 95 %; for steady sliding, all heat in the body, the scene's gamma."
-    )
+        cells = [words[None], *[""] * len(speeds[1:])] if None in words else [words.get(v, "") for v in speeds]
+        table.add_row(name, *cells, known.against)
+    lines = [f"{speed:g} m/s is off the map: {why}." for speed, why in known.off]
+    lines.append("± total error, 95 %; for steady sliding, all heat in the body, the scene's gamma.")
+    table.caption = "\n".join(lines)
     return table
 
 

@@ -1,19 +1,20 @@
 """How far the theory can be trusted for a scene: what the shipped map of its validity says there.
 
-The map holds measured/theory with γ = 0.45. Between its points it is interpolated, ln of the ratio linear in the
-logarithms of load, bandwidth and Péclet number; elsewhere the nearest point speaks. The scene’s own γ is put right by
-the theory itself.
+The map holds measured/theory with γ = 0.45. Between its points ln of the ratio is linear in the coordinates; what that
+can miss, by the bend of the map, is in the error. What lies off the map in any coordinate gets no number, and the
+coordinate is named. The scene’s own γ is put right by the theory itself.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import isnan, log, nan
+from math import inf, isfinite, log, nan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
 
 from roughsim import analytic
 from roughsim.record.validity import Table, read_validity
@@ -27,9 +28,12 @@ GAMMA = 0.45  # of the theory in the map
 # what counts as one step between places: a factor for logarithmic coordinates, a difference for the others
 _FACTOR = {"load": 3.0, "bandwidth": 2.0, "plateau": 2.0, "share": 2.5, "yields": 2.0}
 _STEP = {"hurst": 0.25, "low_exponent": 0.75}
-_SAME_FAMILY = 0.3  # of q_roll_off/q_min and of the low exponent: how far a scene may be from those of the regular grid
-_BETWEEN = 0.01  # error of the interpolation: a quarter of what leaving every other point out makes, at its worst
-_BETWEEN_RADII = 0.06  # g_σ(r) oscillates about a tenth of g_σ(0), so its radius jumps
+_DEPTH = (0.3, 1.05)  # T_flash nears its limit as q_max^−(0.3 + 1.05 H): between slow and fast sliding on all ladders
+_NEAR = 0.1  # steps: how far a scene may be from a coordinate that the map has at one value only
+_PER_STEP = 0.2  # what ln(measured/theory) may change over such a step: 0.12 for the plateau, up to 0.15 for the others
+_UNSEEN = {
+    "yields": 0.016
+}  # what is missed halfway between its only two values: by q_y/q_roll_off = 1, 2, 4 at H = 0.8
 _WORDS = {
     "load": "load p/(E*h')",
     "hurst": "H",
@@ -38,6 +42,7 @@ _WORDS = {
     "low_exponent": "roll_off_exponent",
     "share": "pressure/hardness",
     "yields": "q_y/q_roll_off",
+    "depth": "q_max/q_y",
 }
 
 
@@ -73,18 +78,23 @@ class Trust:
 
     Attributes
     ----------
-    source : {"map", "calibrated", "nearest"}
-        The scene lies on the map; or its stress spectrum is within what is calibrated; or only the nearest point of the
-        map can be named.
+    source : {"map", "calibrated", "off the map"}
+        The scene lies on the map; or its stress spectrum is within what is calibrated; or nothing is known of it.
     where : str
-        The place that the judgements are for, in words.
+        The place of the scene in words; off the map each coordinate that leaves it, with its value and the map's range.
+    against : str
+        What the theory is high or low against; empty off the map.
     judgements : tuple of Judgement
         One per observable and speed.
+    off : tuple of (float, str)
+        Speeds, m/s, without a judgement, and why.
     """
 
     source: str
     where: str
-    judgements: tuple[Judgement, ...]
+    against: str = ""
+    judgements: tuple[Judgement, ...] = ()
+    off: tuple[tuple[float, str], ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return JSON values."""
@@ -92,7 +102,8 @@ class Trust:
             {"observable": j.observable, "speed": j.speed, "percent": j.percent, "error": j.error}
             for j in self.judgements
         ]
-        return {"source": self.source, "where": self.where, "rows": rows}
+        off = [{"speed": speed, "where": why} for speed, why in self.off]
+        return {"source": self.source, "where": self.where, "against": self.against, "rows": rows, "off": off}
 
 
 def trust(scene: Scene, tables: dict[str, Table] | None = None) -> Trust:
@@ -105,74 +116,34 @@ def trust(scene: Scene, tables: dict[str, Table] | None = None) -> Trust:
     tables : dict of str to Table, optional
         The map; the one that the package ships if left out.
 
-    Raises
-    ------
-    ValueError
-        If C(q) is a table or a sum, which have no place on the map, and the scene has a hardness or is not calibrated.
+    Returns
+    -------
+    Trust
+        Without judgements where nothing is known; `where` then says why.
     """
     table = (read_validity() if tables is None else tables)["elastic" if scene.elastic else "capped"]
-    place = _coordinates(scene)
-    known = None if place is None else _on_the_map(scene, table, place)
-    if known is None and scene.elastic:
-        known = _by_calibration(scene)
-    if known is None and place is not None:
-        k, _ = _nearest(table, place)
-        rows = tuple(_judgements(scene, table, table.value[k], table.error[k]))
-        known = Trust("nearest", _words(table, table.place[k], table.labels[k]), rows)
-    if known is None:
-        raise ValueError("C(q) of this scene is a table or a sum; only a self-affine one has a place on the map")
-    return known
+    place = _place(scene)
+    found = _WITHOUT_A_PLACE if place is None else _looked_up(table, place)
+    if not isinstance(found, str):
+        assert place is not None
+        words = ", ".join(f"{_WORDS[name]} {place[name]:.3g}" for name in table.coordinates)
+        against = f"the simulation extrapolated to q_max = {scene.spectrum.breaks[-1]:.3g} rad/m"
+        off, within = _speeds(scene, table)
+        return Trust("map", words, against, tuple(_judgements(scene, table, *found, within)), off)
+    if not scene.elastic:
+        return Trust("off the map", found)
+    return _by_calibration(scene, table, found)
 
 
-def _on_the_map(scene: Scene, table: Table, place: dict[str, float]) -> Trust | None:
-    k, distance = _nearest(table, place)
-    if distance < 0.1:
-        value, error = table.value[k], table.error[k]
-    else:
-        around = _grid_around(table, np.array([place[name] for name in table.coordinates]))
-        if around is None:
-            return None
-        value, error = around
-    words = _words(table, np.array([place[name] for name in table.coordinates]), "")
-    return Trust("map", words, tuple(_judgements(scene, table, value, error)))
+_WITHOUT_A_PLACE = "C(q) is a table or the sum of two faces; only a self-affine C(q) has a place on the map"
 
 
-def _by_calibration(scene: Scene) -> Trust | None:
-    try:
-        true = analytic.calibrated(scene)
-    except ValueError:
-        return None
-    own, rows = analytic.predictions(scene), []
-    for name, values in true.items():
-        for k, value in enumerate(values.tolist()):
-            speed = scene.speeds[k] if values.size == len(scene.speeds) and name != "pressure_variance" else None
-            if speed != 0.0:
-                off = float(own[name][k]) / value
-                rows.append(Judgement(name, speed, 100 * (off - 1), 100 * off * analytic.calibration_error()))
-    return Trust("calibrated", "load and C(q) within its range", tuple(rows))
-
-
-def known(scene: Scene) -> Trust | None:
-    """Return what `trust` does; None for a scene that has no place on the map."""
-    try:
-        return trust(scene)
-    except ValueError:
-        return None
-
-
-def _nearest(table: Table, place: dict[str, float]) -> tuple[int, float]:
-    scaled = _scaled(table, np.array([place[name] for name in table.coordinates]))
-    distance = np.linalg.norm(np.array([_scaled(table, row) for row in table.place]) - scaled, axis=1)
-    k = int(np.argmin(distance))
-    return k, float(distance[k])
-
-
-def _coordinates(scene: Scene) -> dict[str, float] | None:
+def _place(scene: Scene) -> dict[str, float] | None:
+    """Return the coordinates of a scene; None where C(q) is not self-affine."""
     spectrum = scene.spectrum
     if not isinstance(spectrum, SelfAffineSpectrum):
         return None
-    roll_off = spectrum.q_roll_off
-    load = scene.sliding.nominal_pressure
+    load, roll_off = scene.sliding.nominal_pressure, spectrum.q_roll_off
     result = {
         "load": load / (scene.effective_modulus * spectrum.rms_slope),
         "hurst": spectrum.hurst,
@@ -181,69 +152,146 @@ def _coordinates(scene: Scene) -> dict[str, float] | None:
         "low_exponent": spectrum.roll_off_exponent,
     }
     if not scene.elastic:
-        result |= {"share": load / scene.penetration_hardness}
-        result |= {"yields": min(analytic.yield_wavenumber(scene), spectrum.q_max) / roll_off}
+        yields = analytic.yield_wavenumber(scene)  # infinite where C(q) ends before: the depth says so
+        result |= {"share": load / scene.penetration_hardness, "yields": yields / roll_off}
+        result |= {"depth": spectrum.q_max / yields}
     return result
 
 
-def _scaled(table: Table, place: Array) -> Array:
-    pairs = zip(table.coordinates, place, strict=True)
-    return np.array([log(x) / log(_FACTOR[name]) if name in _FACTOR else x / _STEP[name] for name, x in pairs])
+def _speeds(scene: Scene, table: Table) -> tuple[tuple[tuple[float, str], ...], dict[int, float]]:
+    """Return the speeds whose Péclet number is off the map, and the Péclet numbers of the others by place."""
+    spectrum = scene.spectrum
+    if isinstance(spectrum, SelfAffineSpectrum):
+        q = spectrum.q_roll_off
+    else:  # the mean wavenumber, which is about q_roll_off
+        k = np.geomspace(spectrum.breaks[0], spectrum.breaks[-1], 2001)
+        q = float(np.trapezoid(k**2 * spectrum(k), np.log(k)) / np.trapezoid(k * spectrum(k), np.log(k)))
+    peclet = np.abs(scene.speeds) / (analytic.conduction(scene).diffusivity * q)
+    known = [pe for _, pe in table.quantities if isfinite(pe)]
+    off: list[tuple[float, str]] = []
+    within: dict[int, float] = {}
+    for place, (speed, pe) in enumerate(zip(scene.speeds, peclet.tolist(), strict=True)):
+        if why := _outside("Péclet number", pe, min(known), max(known)):
+            off += [(speed, why)] if speed else []  # at rest there is no heat to judge
+        else:
+            within[place] = pe
+    return tuple(off), within
 
 
-def _grid_around(table: Table, place: Array) -> tuple[Array, Array] | None:
-    """Return ratios and errors between the corners of the cell of the map that holds `place`; None without a cell."""
-    free = np.array([name not in ("plateau", "low_exponent") for name in table.coordinates])
-    home = np.median(table.place[:, ~free], axis=0)
-    rows = np.flatnonzero((np.abs(table.place[:, ~free] - home) < 1e-9).all(axis=1))
-    if (np.abs(place[~free] - home) > _SAME_FAMILY).any():
-        return None
-    scaled = np.array([_scaled(table, row)[free] for row in table.place[rows]])
-    weights = _corner_weights(scaled, _scaled(table, place)[free])
-    if weights is None:
-        return None
-    between = np.array([_BETWEEN_RADII if "radius" in name else _BETWEEN for name, _ in table.quantities])
-    value, error = np.exp(weights @ np.log(table.value[rows])), weights @ table.error[rows]
-    return value, np.hypot(error, between)
+def _outside(name: str, x: float, low: float, high: float) -> str:
+    """Say how a coordinate leaves the range of the map; empty where it does not."""
+    if low * (1 - 1e-9) <= x <= high * (1 + 1e-9):
+        return ""
+    side = f"below {low:.3g}" if x < low else f"above {high:.3g}"
+    return f"{name} {x:.4g} {side} (map: {low:.3g} to {high:.3g})"
 
 
-def _corner_weights(points: Array, target: Array) -> Array | None:
-    """Return the weights of multilinear interpolation between the points at the corners around `target`."""
-    weights = np.ones(points.shape[0])
-    for column, x in zip(points.T, target, strict=True):
-        below, above = column[column <= x + 1e-9], column[column >= x - 1e-9]
-        if below.size == 0 or above.size == 0:
-            return None
-        low, high = below.max(), above.min()
-        share = (x - low) / (high - low) if high > low else 0.0
-        weights *= np.where(column == low, 1.0 - share, np.where(column == high, share, 0.0))
-    return weights if abs(weights.sum() - 1.0) < 1e-9 else None  # a corner is missing
+def _looked_up(table: Table, place: dict[str, float]) -> tuple[Array, Array] | str:
+    """Return ln(measured/theory) and its error at a place, by quantity; or why the map has none there.
+
+    A labelled point, such as a steel, is a map of its own; its other coordinates are those of the scene, or nearly so.
+    """
+    labels, reason = np.array(table.labels), ""
+    for label in sorted(set(table.labels), reverse=True):  # the regular grid, without a label, comes last
+        rows, axes = _regular(table, np.flatnonzero(labels == label))
+        reason = "; ".join(filter(None, (_off_axis(name, place[name], axis) for name, axis in axes.items())))
+        if not reason:
+            return _interpolated(table, rows, axes, place)
+    return reason
 
 
-def _judgements(scene: Scene, table: Table, value: Array, error: Array) -> Iterator[Judgement]:
+def _regular(table: Table, rows: Any) -> tuple[Any, dict[str, Array]]:
+    """Return the rows of a regular grid, in its order, and its axes; a value that lacks some rows is left out."""
+    axes: dict[str, Array] = {}
+    for k, name in enumerate(table.coordinates):
+        values, place, count = np.unique(table.place[rows, k], return_inverse=True, return_counts=True)
+        axes[name], rows = values[count == count.max()], rows[(count == count.max())[place]]
+    return rows[np.lexsort(table.place[rows][:, ::-1].T)], axes
+
+
+def _off_axis(name: str, x: float, axis: Array) -> str:
+    """Say how a coordinate leaves the map; empty where it does not."""
+    if name == "yields" and not isfinite(x):
+        return "q_y beyond q_max: less than 99 % of the contact yields"
+    if axis.size > 1:
+        return _outside(_WORDS[name], x, float(axis[0]), float(axis[-1]))
+    near = abs(_scaled(name, x) - _scaled(name, float(axis[0]))) <= _NEAR
+    return "" if near else f"{_WORDS[name]} {x:.3g}, the map has {axis[0]:.3g} only"
+
+
+def _scaled(name: str, x: float, hurst: float = nan) -> float:
+    """Return a coordinate in which ln(measured/theory) is nearly linear."""
+    if name == "depth":
+        return -float(x ** -(_DEPTH[0] + _DEPTH[1] * hurst))
+    if name in _FACTOR:
+        return log(x) / log(_FACTOR[name]) if x > 0.0 else -inf
+    return x / _STEP[name]
+
+
+def _interpolated(table: Table, rows: Any, axes: dict[str, Array], place: dict[str, float]) -> tuple[Array, Array]:
+    """Return ln(measured/theory) and its error between the points of a regular grid."""
+    free = [name for name, axis in axes.items() if axis.size > 1]
+    shape = (*(axes[name].size for name in free), -1)
+    hurst = place["hurst"]
+    nodes = [np.array([_scaled(name, x, hurst) for x in axes[name]]) for name in free]
+    at = [float(np.clip(_scaled(name, place[name], hurst), *nodes[k][[0, -1]])) for k, name in enumerate(free)]
+    grid = RegularGridInterpolator(nodes, np.log(table.value[rows]).reshape(shape))
+    errors = [RegularGridInterpolator(nodes, table.error[rows].reshape(shape))(at)[0]]
+    for k, name in enumerate(free):
+        through = np.array([[*at[:k], x, *at[k + 1 :]] for x in nodes[k]])
+        errors.append(_missed(nodes[k], grid(through), at[k], _UNSEEN.get(name, 0.0)))
+    fixed = [name for name, axis in axes.items() if axis.size == 1]
+    apart = sum(abs(_scaled(name, place[name]) - _scaled(name, float(axes[name][0]))) for name in fixed)
+    return grid(at)[0], np.sqrt(np.sum(np.square(errors), axis=0) + (_PER_STEP * apart) ** 2)
+
+
+def _missed(nodes: Array, values: Array, x: float, unseen: float = 0.0) -> Array:
+    """Return what linear interpolation at `x` misses by the bend of `values` (nodes, ...) about its cell.
+
+    The bend at a node is what leaving that node out misses; with two nodes `unseen` is missed halfway.
+    """
+    k = int(np.clip(np.searchsorted(nodes, x, side="right") - 1, 0, nodes.size - 2))
+    part = (x - nodes[k]) * (nodes[k + 1] - x)
+    if nodes.size == 2:
+        return np.full(values.shape[1:], 4.0 * unseen * part / (nodes[1] - nodes[0]) ** 2)
+    slopes = np.diff(values, axis=0) / np.diff(nodes).reshape(-1, *[1] * (values.ndim - 1))
+    bend = np.abs(np.diff(slopes, axis=0)) / (nodes[2:] - nodes[:-2]).reshape(-1, *[1] * (values.ndim - 1))
+    result: Array = part * bend[max(k - 1, 0) : k + 1].max(axis=0)
+    return result
+
+
+def _judgements(scene: Scene, table: Table, logs: Array, error: Array, within: dict[int, float]) -> Iterator[Judgement]:
     own = analytic.predictions(scene)
     base = analytic.predictions(replace(scene, theory=replace(scene.theory, gamma=GAMMA)))
-    spectrum = scene.spectrum
-    unit = analytic.conduction(scene).diffusivity * spectrum.q_roll_off  # type: ignore[union-attr]
     for name in dict.fromkeys(name for name, _ in table.quantities):
         columns = [k for k, (other, _) in enumerate(table.quantities) if other == name]
-        peclet = np.array([table.quantities[k][1] for k in columns])
-        for k, speed in enumerate(scene.speeds if len(columns) > 1 else (nan,)):
-            if speed == 0.0:
-                continue
-            weights = np.ones(1) if isnan(speed) else _hats(log(abs(speed) / unit[k]), np.log(peclet))
-            ratio = float(np.exp(weights @ np.log(value[columns])))
-            off = float(own[name][k] / base[name][k]) / ratio
-            yield Judgement(
-                name, None if isnan(speed) else speed, 100 * (off - 1), 100 * off * float(weights @ error[columns])
-            )
+        changed = own[name] / base[name]
+        if len(columns) == 1:
+            off = float(changed[0] / np.exp(logs[columns[0]]))
+            yield Judgement(name, None, 100 * (off - 1), 100 * off * float(error[columns[0]]))
+            continue
+        nodes = np.log([table.quantities[k][1] for k in columns])
+        between = PchipInterpolator(nodes, logs[columns])  # a straight line misses up to twice as much
+        for k, peclet in within.items():
+            x = float(np.clip(log(peclet), nodes[0], nodes[-1]))
+            off = float(changed[k] / np.exp(between(x)))
+            total = np.hypot(np.interp(x, nodes, error[columns]), _missed(nodes, logs[columns], x))
+            yield Judgement(name, scene.speeds[k], 100 * (off - 1), 100 * off * float(total))
 
 
-def _hats(x: float, nodes: Array) -> Array:
-    """Return the weights of linear interpolation at `x`, constant beyond the ends."""
-    return np.array([np.interp(x, nodes, row) for row in np.eye(nodes.size)])
-
-
-def _words(table: Table, place: Array, label: str) -> str:
-    named = ", ".join(f"{_WORDS[name]} {x:.3g}" for name, x in zip(table.coordinates, place, strict=True))
-    return f"{label} ({named})" if label else named
+def _by_calibration(scene: Scene, table: Table, reason: str) -> Trust:
+    """Judge by the calibrated stress spectrum; `reason` says why the map does not."""
+    try:
+        true = analytic.calibrated(scene)
+    except ValueError as error:
+        return Trust("off the map", f"{reason}; calibrated spectrum: {str(error).split(';')[0]}")
+    band, (off, within) = analytic.calibration_error(), _speeds(scene, table)
+    own, rows = analytic.predictions(scene), []
+    for name, values in true.items():
+        for k in within if name != "pressure_variance" else (0,):
+            high = float(own[name][k] / values[k])
+            speed = None if name == "pressure_variance" else scene.speeds[k]
+            rows.append(Judgement(name, speed, 100 * (high - 1), 100 * high * band))
+    end = f"q_max = {scene.spectrum.breaks[-1]:.3g} rad/m"
+    against = f"the calibrated stress spectrum up to {end}, which is within {band:.0%} of simulations"
+    return Trust("calibrated", f"load and C(q) within its range (off the map: {reason})", against, tuple(rows), off)

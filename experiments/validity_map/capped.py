@@ -25,6 +25,8 @@ from theory import persson, plasticity
 from validity_map import members
 
 LOWEST, PIXELS = 4.0, 2.0  # q_c/q_y of the first rung, and pixels per shortest wave of all
+DEPTHS = (4.0, 8.0, 16.0, 32.0, 64.0)  # q_max/q_y at which the map has C(q) end, beside infinity
+FINER = {4.0: (4, 8), 8.0: (4, 8), 16.0: (4,)}  # pixels per shortest wave that show what two leave out there
 WORN = 8.0  # q_c/q_y of the deformed surfaces
 MAGNIFICATIONS = (0.25, 0.5, 1.0, 2.0, 4.0)  # q_c/q_y at which the areas are compared
 SMOOTHED = 1024  # members on C_sm under light loads: they are small, and scatter most
@@ -153,10 +155,35 @@ def measure(point: CappedPoint, rungs: dict[float, int] | None = None) -> dict[s
         solved = [_capped(point, factor * y, PIXELS, seed).functionals for seed in seeds[:number]]
         result[f"capped{factor:g}"] = np.array(solved)
     few = seeds[: 2 if toy else max(round(8 * quiet(point)), 2)]
+    result |= finer(point, 2 if toy else 8)
     worn = [_deformed(point, _capped(point, WORN * y, 4, seed), WORN * y) for seed in few]
     for name in worn[0]:
         result[name] = np.array([entry[name] for entry in worn])
     return result | _areas(point, few)
+
+
+def finer(point: CappedPoint, count: int) -> dict[str, Any]:
+    """Solve the first members of the low rungs on finer grids as well: C(q) may end there."""
+    seeds = [np.random.SeedSequence(point.seed, spawn_key=(7, k)) for k in range(count)]
+    return {
+        f"finer{pixels}-{depth:g}": np.array(
+            [_capped(point, depth * point.yields, pixels, s).functionals for s in seeds]
+        )
+        for depth, many in FINER.items()
+        for pixels in many
+    }
+
+
+def finite(point: CappedPoint) -> dict[str, Any]:
+    """Measure only what a C(q) that ends at DEPTHS needs."""
+    result, most = {}, 2200
+    for depth in DEPTHS:
+        if (side := point.grid(depth * point.yields, PIXELS).shape[0]) <= most:
+            count = max(round(min(256.0, 256 * (256 / side) ** 1.25) * quiet(point)), 6 if side < 2000 else 4)
+            seeds = [np.random.SeedSequence(point.seed, spawn_key=(7, k)) for k in range(count)]
+            solved = [_capped(point, depth * point.yields, PIXELS, seed).functionals for seed in seeds]
+            result[f"capped{depth:g}"] = np.array(solved)
+    return result | finer(point, 4 if point.periods > 16.0 else 8)
 
 
 @dataclass(frozen=True)

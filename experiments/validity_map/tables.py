@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from math import nan
+from math import inf, nan
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,8 @@ OCTAVES = 80  # that are followed
 UNTRIED = 0.5  # of it with three rungs: no limit without the last one is there
 ELASTIC = ("load", "hurst", "bandwidth", "plateau", "low_exponent")
 CAPPED = ("share", "yields", "hurst", "plateau", "low_exponent")
+LAST_PIXELS = 0.5  # of what 8 pixels per shortest wave change of 4: what finer ones still change, give or take as much
+UNSEEN_PIXELS = 0.5  # of what the pixels change where it is only inferred from the rungs below
 CAPPED_QUANTITIES = [*(("flash_temperature", k) for k in range(PECLET.size)), ("pressure_variance", 0)]
 
 
@@ -48,15 +50,71 @@ def _elastic_row(point: elastic.Point, raw: Any, quantities: list[tuple[str, int
 
 
 def capped_tables(results: list[tuple[capped.CappedPoint, Any]]) -> dict[str, Table]:
-    """Return smoothed/theory, capped/smoothed and capped/theory of capped points."""
+    """Return smoothed/theory, capped/smoothed and capped/theory of capped points; the last also by q_max/q_y."""
     rows = [_capped_row(point, raw) for point, raw in results]
     place = np.array([[getattr(point, name) for name in CAPPED] for point, _ in results], dtype=float)
     labels = tuple(point.label for point, _ in results)
     named = _named(CAPPED_QUANTITIES)
-    return {
+    tables = {
         name: Table(CAPPED, labels, named, place, *(np.array([row[name][k] for row in rows]) for k in (0, 1)))
         for name in ("smoothed", "steps", "capped")
     }
+    return tables | {"capped": by_depth(tables["capped"], results)}
+
+
+def by_depth(limits: Table, results: list[tuple[capped.CappedPoint, Any]]) -> Table:
+    """Return capped/theory with q_max/q_y as one more coordinate: the limits, and where C(q) ends before."""
+    finite = [
+        (point, depth, *_at_depth(point, raw, depth))
+        for point, raw in results
+        for depth in capped.DEPTHS
+        if f"capped{depth:g}" in raw
+    ]
+    place = [[*(getattr(point, name) for name in CAPPED), depth] for point, depth, _, _ in finite]
+    return Table(
+        (*CAPPED, "depth"),
+        (*limits.labels, *(point.label for point, *_ in finite)),
+        limits.quantities,
+        np.vstack([np.column_stack([limits.place, np.full(len(limits.place), inf)]), np.array(place)]),
+        np.vstack([limits.value, *(value for *_, value, _ in finite)]),
+        np.vstack([limits.error, *(error for *_, error in finite)]),
+    )
+
+
+def _at_depth(point: capped.CappedPoint, raw: Any, depth: float) -> tuple[Any, Any]:
+    """Return capped/theory and its error for C(q) that ends at q_max = depth q_y."""
+    cut = point.spectrum.truncated(q_max=depth * point.yields)
+    smoothed = plasticity.smoothed_spectrum(cut, **point.pressures)
+    theory = estimates.theory_values(smoothed, point.pressures["nominal_pressure"], gamma=GAMMA)
+    factors = [f for f in sorted(_cutoff(name) for name in raw if name.startswith("capped")) if f <= depth]
+    logs, errors = [], []
+    for quantity in CAPPED_QUANTITIES:
+        first, steps, scatter = _chain([raw[f"capped{f:g}"] for f in factors], quantity)
+        pixels, doubt = _pixels(raw, quantity, depth)
+        logs.append(first + float(steps.sum()) + pixels - theory[quantity])
+        errors.append(float(np.hypot(np.linalg.norm(scatter[-1]), doubt)))
+    return np.exp(logs), np.array(errors)
+
+
+def _pixels(raw: Any, quantity: tuple[str, int], depth: float) -> tuple[float, float]:
+    """Return what vanishing pixels change of ln Q at a rung with two pixels per shortest wave, and its error."""
+
+    def change(rung: float, pixels: int) -> tuple[float, float]:
+        fine = raw[f"finer{pixels}-{rung:g}"]
+        coarse = raw[f"capped{rung:g}"][: fine.shape[0]]
+        each = _linearised(fine, quantity) - _linearised(coarse, quantity)
+        return float(each.mean()), _half_width(each)
+
+    measured = [rung for rung, many in capped.FINER.items() if len(many) > 1]
+    rung = min(depth, measured[-1])
+    four, (eight, scatter) = change(rung, 4)[0], change(rung, 8)
+    value, doubt = eight + LAST_PIXELS * (eight - four), LAST_PIXELS * abs(eight - four)
+    if depth > rung:  # the same share of what 4 pixels change, which falls from rung to rung
+        share = np.clip(change(2 * rung, 4)[0] / four, 0.0, 1.0) if four else 0.0
+        value, doubt, scatter = (x * share ** np.log2(depth / rung) for x in (value, doubt, scatter))
+        if depth > 2 * rung:
+            doubt = np.hypot(doubt, UNSEEN_PIXELS * value)
+    return float(value), float(np.hypot(doubt, scatter))
 
 
 def _capped_row(point: capped.CappedPoint, raw: Any) -> dict[str, tuple[Any, Any]]:
