@@ -111,14 +111,13 @@ def theory_table(scene: Scene) -> Table:
 
 def trust_table(known: Trust) -> Table:
     """Return how far the theory is known to be off, a row per observable; off the map only why."""
-    title = {"map": "here", "calibrated": "by the calibrated stress spectrum", "off the map": "off the map"}[
-        known.source
-    ]
-    table = Table(box=None, title=f"Theory against simulation, {title}: {known.where}", title_justify="left")
-    table.caption_justify = "left"
     if not known.judgements:
-        table.caption = "No number is known there."
+        table = Table(box=None, show_header=False, title="Theory against simulation", title_justify="left")
+        table.add_row(f"off the map: {known.where}")
         return table
+    place = {"map": "here", "calibrated": "by the calibrated stress spectrum"}[known.source]
+    table = Table(box=None, title=f"Theory against simulation, {place}: {known.where}", title_justify="left")
+    table.caption_justify = "left"
     speeds = sorted({j.speed for j in known.judgements if j.speed is not None})
     table.add_column("theory of", no_wrap=True)
     for heading in [f"{speed:g} m/s" for speed in speeds] or [""]:

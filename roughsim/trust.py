@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 GAMMA = 0.45  # of the theory in the map
 # what counts as one step between places: a factor for logarithmic coordinates, a difference for the others
-_FACTOR = {"load": 3.0, "bandwidth": 2.0, "plateau": 2.0, "share": 2.5, "yields": 2.0}
-_STEP = {"hurst": 0.25, "low_exponent": 0.75}
+_FACTOR = {"load": 3.0, "hurst": 1.4, "bandwidth": 2.0, "plateau": 2.0, "share": 2.5, "yields": 2.0}
+_STEP = {"low_exponent": 0.75}
 _DEPTH = (0.3, 1.05)  # T_flash nears its limit as q_max^−(0.3 + 1.05 H): between slow and fast sliding on all ladders
 _NEAR = 0.1  # steps: how far a scene may be from a coordinate that the map has at one value only
 _PER_STEP = 0.2  # what ln(measured/theory) may change over such a step: 0.12 for the plateau, up to 0.15 for the others
@@ -182,8 +182,8 @@ def _outside(name: str, x: float, low: float, high: float) -> str:
     """Say how a coordinate leaves the range of the map; empty where it does not."""
     if low * (1 - 1e-9) <= x <= high * (1 + 1e-9):
         return ""
-    side = f"below {low:.3g}" if x < low else f"above {high:.3g}"
-    return f"{name} {x:.4g} {side} (map: {low:.3g} to {high:.3g})"
+    side = f"below {low:.4g}" if x < low else f"above {high:.4g}"
+    return f"{name} {x:.4g} {side} (map: {low:.4g} to {high:.4g})"
 
 
 def _looked_up(table: Table, place: dict[str, float]) -> tuple[Array, Array] | str:
@@ -212,7 +212,9 @@ def _regular(table: Table, rows: Any) -> tuple[Any, dict[str, Array]]:
 def _off_axis(name: str, x: float, axis: Array) -> str:
     """Say how a coordinate leaves the map; empty where it does not."""
     if name == "yields" and not isfinite(x):
-        return "q_y beyond q_max: less than 99 % of the contact yields"
+        return ""
+    if name == "depth" and x == 0.0:
+        return "q_y beyond q_max, less than 99 % of the contact yields"
     if axis.size > 1:
         return _outside(_WORDS[name], x, float(axis[0]), float(axis[-1]))
     near = abs(_scaled(name, x) - _scaled(name, float(axis[0]))) <= _NEAR
@@ -265,16 +267,15 @@ def _judgements(scene: Scene, table: Table, logs: Array, error: Array, within: d
     base = analytic.predictions(replace(scene, theory=replace(scene.theory, gamma=GAMMA)))
     for name in dict.fromkeys(name for name, _ in table.quantities):
         columns = [k for k, (other, _) in enumerate(table.quantities) if other == name]
-        changed = own[name] / base[name]
         if len(columns) == 1:
-            off = float(changed[0] / np.exp(logs[columns[0]]))
+            off = float(own[name][0] / base[name][0] / np.exp(logs[columns[0]]))
             yield Judgement(name, None, 100 * (off - 1), 100 * off * float(error[columns[0]]))
             continue
         nodes = np.log([table.quantities[k][1] for k in columns])
         between = PchipInterpolator(nodes, logs[columns])  # a straight line misses up to twice as much
         for k, peclet in within.items():
             x = float(np.clip(log(peclet), nodes[0], nodes[-1]))
-            off = float(changed[k] / np.exp(between(x)))
+            off = float(own[name][k] / base[name][k] / np.exp(between(x)))
             total = np.hypot(np.interp(x, nodes, error[columns]), _missed(nodes, logs[columns], x))
             yield Judgement(name, scene.speeds[k], 100 * (off - 1), 100 * off * float(total))
 

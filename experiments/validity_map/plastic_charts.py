@@ -13,13 +13,13 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 from theory import persson, plasticity
 from validity_map import capped
 from validity_map.charts import column
-from validity_map.tables import area_ratios
+from validity_map.tables import area_ratios, limits
 
 STYLES = {
     "smoothed": ("#0072b2", r"elastic on $C_{sm}$ / theory"),
     "steps": ("#e69f00", r"capped / elastic on $C_{sm}$"),
 }
-SMALL = 0.5  # H below it is dashed
+DASHES = {0.3: "--", 0.55: ":", 0.8: "-"}  # by H
 STYLES["capped"] = ("#d55e00", "capped / theory")
 
 
@@ -36,14 +36,14 @@ def columns(tables: Any, path: Path) -> None:
     panels = figure.subplots(1, 2, sharey=True)
     for axes, (peclet, words) in zip(panels, ((1e-3, "slow (Pe 0.001)"), (1e3, "fast (Pe 1000)")), strict=True):
         for name, (colour, label) in STYLES.items():
-            table = tables[name]
+            table = limits(tables[name])
             k = column(table, "flash_temperature", peclet)
             steel = np.array([bool(text) for text in table.labels])
             for yields in np.unique(table.place[~steel, 1]):
                 for hurst in np.unique(table.place[~steel, 2]):
                     rows = ~steel & (table.place[:, 1] == yields) & (table.place[:, 2] == hurst)
                     x, y, error = table.place[rows, 0], table.value[rows, k], table.error[rows, k]
-                    style = "--" if hurst < SMALL else "-"
+                    style = DASHES.get(float(hurst), "-")
                     axes.errorbar(x, y, y * error, color=colour, ls=style, lw=0.8, marker=".", ms=4, alpha=0.7)
             y, error = table.value[steel, k], table.error[steel, k]
             axes.errorbar(table.place[steel, 0], y, y * error, fmt="*", ms=9, color=colour, mec="k", mew=0.5)
@@ -55,7 +55,8 @@ def columns(tables: Any, path: Path) -> None:
     panels[0].set_ylabel("ratio")
     for style, words in (
         ("-", "H = 0.8, from below: $q_y/q_r$ = 1, 2, 4"),
-        ("--", "H = 0.3, from below: $q_y/q_r$ = 1, 2"),
+        (":", "H = 0.55: $q_y/q_r$ = 1, 2"),
+        ("--", "H = 0.3: $q_y/q_r$ = 1, 2"),
     ):
         panels[1].plot([], [], style, color="0.5", lw=0.8, label=words)
     panels[1].plot([], [], "*", color="0.7", mec="k", mew=0.5, ms=9, label="the three steels")

@@ -11,7 +11,7 @@ from theory import persson
 from theory.calibrated import LIGHTEST
 from validity_map import capped, elastic, estimates
 from validity_map.fit import SCORED
-from validity_map.tables import GAMMA, area_ratios
+from validity_map.tables import GAMMA, area_ratios, limits
 
 
 def provenance() -> dict[str, Any]:
@@ -32,7 +32,7 @@ def show(tables: Any, results: dict[str, list[Any]], plastics: list[Any]) -> Non
         if results.get(name):
             score(words, results[name])
     for name in ("smoothed", "steps", "capped"):
-        _ratios(f"capped part, {name}", tables[name])
+        _ratios(f"capped part, {name}, C(q) without end", limits(tables[name]))
     for point, raw in plastics:
         _show_capped(point, raw)
 

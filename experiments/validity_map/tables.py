@@ -62,6 +62,15 @@ def capped_tables(results: list[tuple[capped.CappedPoint, Any]]) -> dict[str, Ta
     return tables | {"capped": by_depth(tables["capped"], results)}
 
 
+def limits(table: Table) -> Table:
+    """Return the rows of a table for C(q) without end: all, if q_max/q_y is no coordinate of it."""
+    if "depth" not in table.coordinates:
+        return table
+    rows = np.flatnonzero(np.isinf(table.place[:, -1]))
+    labels = tuple(table.labels[k] for k in rows)
+    return Table(CAPPED, labels, table.quantities, table.place[rows, :-1], table.value[rows], table.error[rows])
+
+
 def by_depth(limits: Table, results: list[tuple[capped.CappedPoint, Any]]) -> Table:
     """Return capped/theory with q_max/q_y as one more coordinate: the limits, and where C(q) ends before."""
     finite = [
