@@ -1,8 +1,8 @@
 """How far the theory can be trusted for a scene: what the shipped map of its validity says there.
 
-The map holds measured/theory with γ = 0.45. Between its points ln of the ratio is linear in the coordinates; what that
-can miss, by the bend of the map, is in the error. What lies off the map in any coordinate gets no number, and the
-coordinate is named. The scene’s own γ is put right by the theory itself.
+The map holds measured/theory with γ = 0.45. Between its points splines go through ln of the ratio; what these can miss,
+by the bend of the map, is in the error. What lies off the map in any coordinate gets no number, and the coordinate is
+named. The scene’s own γ is put right by the theory itself.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
+from scipy.interpolate import CubicSpline, PchipInterpolator, RegularGridInterpolator
 
 from roughsim import analytic
 from roughsim.record.validity import Table, read_validity
@@ -31,9 +31,8 @@ _STEP = {"low_exponent": 0.75}
 _DEPTH = (0.3, 1.05)  # T_flash nears its limit as q_max^−(0.3 + 1.05 H): between slow and fast sliding on all ladders
 _NEAR = 0.1  # steps: how far a scene may be from a coordinate that the map has at one value only
 _PER_STEP = 0.2  # what ln(measured/theory) may change over such a step: 0.12 for the plateau, up to 0.15 for the others
-_UNSEEN = {
-    "yields": 0.016
-}  # what is missed halfway between its only two values: by q_y/q_roll_off = 1, 2, 4 at H = 0.8
+_CURVED = 0.5  # of what a straight line misses, a spline may: leaving points of the map out, it is 0.4
+_UNSEEN = 0.01  # missed halfway between the only two q_y/q_roll_off: for H = 0.8 a third one shows 0.007
 _WORDS = {
     "load": "load p/(E*h')",
     "hurst": "H",
@@ -233,32 +232,35 @@ def _scaled(name: str, x: float, hurst: float = nan) -> float:
 def _interpolated(table: Table, rows: Any, axes: dict[str, Array], place: dict[str, float]) -> tuple[Array, Array]:
     """Return ln(measured/theory) and its error between the points of a regular grid."""
     free = [name for name, axis in axes.items() if axis.size > 1]
-    shape = (*(axes[name].size for name in free), -1)
     hurst = place["hurst"]
     nodes = [np.array([_scaled(name, x, hurst) for x in axes[name]]) for name in free]
     at = [float(np.clip(_scaled(name, place[name], hurst), *nodes[k][[0, -1]])) for k, name in enumerate(free)]
-    grid = RegularGridInterpolator(nodes, np.log(table.value[rows]).reshape(shape))
-    errors = [RegularGridInterpolator(nodes, table.error[rows].reshape(shape))(at)[0]]
-    for k, name in enumerate(free):
-        through = np.array([[*at[:k], x, *at[k + 1 :]] for x in nodes[k]])
-        errors.append(_missed(nodes[k], grid(through), at[k], _UNSEEN.get(name, 0.0)))
+    shape = (*(axes[name].size for name in free), len(table.quantities))
+    logs, measured = (x[rows].reshape(shape) for x in (np.log(table.value), table.error))
+    errors = [RegularGridInterpolator(nodes, measured)(at)[0]]
+    for k in range(len(free)):
+        along = np.moveaxis(logs, k, len(free) - 1)  # of this coordinate, once the others are at the place
+        for other in (i for i in range(len(free)) if i != k):
+            along = CubicSpline(nodes[other], along)(at[other])
+        errors.append(_missed(nodes[k], along, at[k], _CURVED))
+    value: Array = CubicSpline(nodes[-1], along)(at[-1])
     fixed = [name for name, axis in axes.items() if axis.size == 1]
     apart = sum(abs(_scaled(name, place[name]) - _scaled(name, float(axes[name][0]))) for name in fixed)
-    return grid(at)[0], np.sqrt(np.sum(np.square(errors), axis=0) + (_PER_STEP * apart) ** 2)
+    return value, np.sqrt(np.sum(np.square(errors), axis=0) + (_PER_STEP * apart) ** 2)
 
 
-def _missed(nodes: Array, values: Array, x: float, unseen: float = 0.0) -> Array:
-    """Return what linear interpolation at `x` misses by the bend of `values` (nodes, ...) about its cell.
+def _missed(nodes: Array, values: Array, x: float, part: float) -> Array:
+    """Return that part of what linear interpolation at `x` misses by the bend of `values` (nodes, ...) about its cell.
 
-    The bend at a node is what leaving that node out misses; with two nodes `unseen` is missed halfway.
+    The bend at a node is what leaving that node out shows; two nodes show none.
     """
     k = int(np.clip(np.searchsorted(nodes, x, side="right") - 1, 0, nodes.size - 2))
-    part = (x - nodes[k]) * (nodes[k + 1] - x)
+    square = (x - nodes[k]) * (nodes[k + 1] - x)
     if nodes.size == 2:
-        return np.full(values.shape[1:], 4.0 * unseen * part / (nodes[1] - nodes[0]) ** 2)
+        return np.full(values.shape[1:], 4.0 * _UNSEEN * square / (nodes[1] - nodes[0]) ** 2)
     slopes = np.diff(values, axis=0) / np.diff(nodes).reshape(-1, *[1] * (values.ndim - 1))
     bend = np.abs(np.diff(slopes, axis=0)) / (nodes[2:] - nodes[:-2]).reshape(-1, *[1] * (values.ndim - 1))
-    result: Array = part * bend[max(k - 1, 0) : k + 1].max(axis=0)
+    result: Array = part * square * bend[max(k - 1, 0) : k + 1].max(axis=0)
     return result
 
 
@@ -276,7 +278,7 @@ def _judgements(scene: Scene, table: Table, logs: Array, error: Array, within: d
         for k, peclet in within.items():
             x = float(np.clip(log(peclet), nodes[0], nodes[-1]))
             off = float(own[name][k] / base[name][k] / np.exp(between(x)))
-            total = np.hypot(np.interp(x, nodes, error[columns]), _missed(nodes, logs[columns], x))
+            total = np.hypot(np.interp(x, nodes, error[columns]), _missed(nodes, logs[columns], x, 1.0))
             yield Judgement(name, scene.speeds[k], 100 * (off - 1), 100 * off * float(total))
 
 
