@@ -96,8 +96,8 @@ def _of_the_roughness(scene: Scene, known: Facts) -> Lines:
         )
     if scene.scanned:
         yield (
-            "C(q) was measured on one scan, and its error is unknown: maps cut out of known surfaces gave T_flash up "
-            "to 23 % too low; run a scene for each of several scans, or state C(q) yourself"
+            "C(q) was measured on one scan, and its error is unknown: maps cut out of known surfaces gave a T_flash up "
+            "to 27 % off; run a scene for each of several scans, or state C(q) yourself"
         )
 
 
