@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import inf, isfinite, nan, sqrt
+from math import inf, isfinite, nan, pi, sqrt
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -21,7 +21,8 @@ Lines = Iterator[str]
 ATOM = 0.3e-9  # m: shorter waves are no continuum
 FLAT = 0.1e-9  # m: atoms alone are rougher
 YIELDS = 1 / 3  # of the hardness: about the yield stress, where bodies yield beneath their whole face
-STRAIN = 0.1  # nominal pressure over E*: linear elasticity
+STRAIN = 0.1  # pressure over E*: linear elasticity
+STIFF = 1e9  # Pa: what has a higher E* than rubbers yields before such a strain
 STRONGEST = 0.3  # hardness over Young's modulus: three times the strength of a perfect crystal
 COMPLETE = 0.9  # contact area over nominal area: such faces adhere
 LEAST_PIXELS = 16.0  # of contact in a cell
@@ -61,37 +62,33 @@ def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
     numerics : Numerics, optional
         How well, where that is known: contact is then counted in the pixels of its finest grid.
     """
+    lines = [*_of_the_roughness(scene), *_of_the_bodies(scene)]
     try:
         known = facts(scene)
     except (ValueError, ArithmeticError, RuntimeError) as error:
-        line = f"the theory of this scene cannot be evaluated ({error}); nothing tells whether its numbers make sense"
-        return Plausibility(None, [" ".join(line.split())])
-    lines = [
-        *_of_the_roughness(scene, known),
-        *_of_the_bodies(scene),
-        *_of_the_load(scene, known, numerics),
-        *_of_the_heat(scene, known),
-        *_of_the_share(scene, known),
-    ]
-    return Plausibility(known, lines)
+        line = f"the theory of this scene cannot be evaluated ({error}); nothing tells its contact area and temperature"
+        return Plausibility(None, [*lines, " ".join(line.split())])
+    lines += _of_the_load(scene, known, numerics)
+    return Plausibility(known, [*lines, *_of_the_heat(scene, known), *_of_the_share(scene, known)])
 
 
-def _of_the_roughness(scene: Scene, known: Facts) -> Lines:
-    if known.rms_slope > STEEP:
+def _of_the_roughness(scene: Scene) -> Lines:
+    slope, height, shortest = scene.spectrum.rms_slope, scene.spectrum.rms_height, 2 * pi / scene.spectrum.breaks[-1]
+    if slope > STEEP:
         end = _gentle_end(scene)
         until = f", or lower q_max to {end:.3g} rad/m, up to which it is less" if isfinite(end) else ""
         yield (
-            f"rms slope = {known.rms_slope:.3g} of both faces together is above {STEEP:g}, and the model has small "
+            f"rms slope = {slope:.3g} of both faces together is above {STEEP:g}, and the model has small "
             f"slopes; check the units of the roughness{until}"
         )
-    if known.rms_height < FLAT:
+    if height < FLAT:
         yield (
-            f"rms height = {known.rms_height:.3g} m of both faces together is below {FLAT:g} m, less than an atom; "
+            f"rms height = {height:.3g} m of both faces together is below {FLAT:g} m, less than an atom; "
             "check the units of the roughness"
         )
-    if known.shortest_wave < ATOM:
+    if shortest < ATOM:
         yield (
-            f"the shortest wave, 2π/q_max = {known.shortest_wave:.3g} m, is below {ATOM:g} m, the distance of atoms, "
+            f"the shortest wave, 2π/q_max = {shortest:.3g} m, is below {ATOM:g} m, the distance of atoms, "
             "and the model has continuous solids; check the unit of q_max, or lower it"
         )
     if scene.scanned:
@@ -171,6 +168,12 @@ def _of_the_load(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines
         yield (
             f"{pressure} is {known.pressure_over_modulus:.2g} of E* = {scene.effective_modulus:.3g} Pa, above "
             f"{STRAIN:g}, and the model has small strains; check the units of pressure and youngs_modulus"
+        )
+    mean = known.contact_pressure / scene.effective_modulus
+    if scene.elastic and mean > STRAIN and scene.effective_modulus > STIFF:
+        yield (
+            f"the mean contact pressure, {known.contact_pressure:.3g} Pa, is {mean:.2g} of E*, above {STRAIN:g}, and "
+            "stiff solids yield before; give a penetration_hardness, or check the units of roughness and pressure"
         )
     pixels, grid = _contact_pixels(scene, known, numerics)
     if pixels < LEAST_PIXELS:

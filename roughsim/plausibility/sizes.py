@@ -36,8 +36,8 @@ class Facts:
         σ₀/σ_P; 0 of elastic contact.
     pressure_over_modulus : float
         σ₀/E*.
-    contact_fraction : float
-        A/A₀ of the theory.
+    contact_fraction, contact_pressure : float
+        A/A₀ of the theory, and the mean pressure σ₀A₀/A, Pa.
     yield_wavenumber : float
         q_y, rad/m; inf of elastic contact, or where C(q) ends before.
     hot_spot_radius : float
@@ -67,6 +67,7 @@ class Facts:
     pressure_over_hardness: float
     pressure_over_modulus: float
     contact_fraction: float
+    contact_pressure: float
     yield_wavenumber: float
     hot_spot_radius: float
     hot_spots: float
@@ -99,7 +100,11 @@ class Facts:
             ("rms height", f"{1e6 * self.rms_height:.3g} µm", f"of both faces together, in waves of {waves}"),
             ("rms slope", f"{self.rms_slope:.3g}", f"of both faces together; the model is for less than {STEEP:g}"),
             (ratio[0], f"{ratio[1]:.3g}", ratio[2]),
-            ("contact area", f"{self.contact_fraction:.3g}", f"of the nominal area, in theory; {yields}"),
+            (
+                "contact area",
+                f"{self.contact_fraction:.3g}",
+                f"of the nominal area in theory, at {self.contact_pressure:.3g} Pa; {yields}",
+            ),
             (
                 "hot spots",
                 f"{self.hot_spots:.3g}",
@@ -136,6 +141,7 @@ def facts(scene: Scene) -> Facts:
         pressure_over_hardness=load / scene.penetration_hardness,
         pressure_over_modulus=load / scene.effective_modulus,
         contact_fraction=contact,
+        contact_pressure=load / contact if contact > 0.0 else inf,
         yield_wavenumber=inf if scene.elastic else analytic.yield_wavenumber(scene),
         hot_spot_radius=radius,
         hot_spots=contact * lengths[0] * lengths[1] / (pi * radius**2),
