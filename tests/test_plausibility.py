@@ -45,7 +45,7 @@ SLIPS = {
         '"500 J/(kg K)"',
         '"500 kJ/(kg K)"',
     ): r"body.heat_capacity = 5e\+05 J/\(kg K\) is not within 50 to 6000 J/\(kg K\)",
-    ('penetration_hardness = "1.2 GPa"', ""): r"mean contact pressure, 2.9.e\+10 Pa, is 0.27 of E\*, above 0.1: stiff",
+    ('penetration_hardness = "1.2 GPa"', ""): r"mean contact pressure, 2.9.e\+10 Pa, is 0.27 of E\*, above 0.1, and stiff",
     ("= 0.11", "= 11"): r"friction_coefficient = 11 is not within 0.001 to 5",
     (
         '"100 m/s"',
