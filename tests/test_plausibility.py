@@ -45,7 +45,10 @@ SLIPS = {
         '"500 J/(kg K)"',
         '"500 kJ/(kg K)"',
     ): r"body.heat_capacity = 5e\+05 J/\(kg K\) is not within 50 to 6000 J/\(kg K\)",
-    ('penetration_hardness = "1.2 GPa"', ""): r"mean contact pressure, 2.9.e\+10 Pa, is 0.27 of E\*, above 0.1, and stiff",
+    (
+        'penetration_hardness = "1.2 GPa"',
+        "",
+    ): r"mean contact pressure, 2.9.e\+10 Pa, is 0.27 of E\*, above 0.1, and stiff",
     ("= 0.11", "= 11"): r"friction_coefficient = 11 is not within 0.001 to 5",
     (
         '"100 m/s"',
@@ -109,6 +112,35 @@ def test_contact_of_less_than_a_spot_or_a_pixel_is_told_for_the_grid_in_use(stee
     assert "makes contact on 0.00042 of the area, 6.8 pixels of the finest grid, 128 × 128" in line
 
 
+def test_a_nominal_pressure_of_the_size_of_the_modulus_is_told():
+    rubber = rs.load_scene("rubber")
+    pressed = replace(rubber, sliding=replace(rubber.sliding, nominal_pressure=4e6))  # E* = 10 MPa/(1 − 0.5²)
+    assert "nominal_pressure = 4e+06 Pa is 0.3 of E* = 1.33e+07 Pa, above 0.1" in judge(pressed).warnings[1]
+
+
+def test_the_hot_spot_radius_is_where_the_pressure_has_lost_half_its_correlation(steel):
+    from theory import persson, plasticity
+
+    given = {"effective_modulus": 2e11 / 0.91 / 2, "nominal_pressure": 9e7}
+    smooth = plasticity.smoothed_spectrum(steel.spectrum, **given, penetration_hardness=1.2e9)
+    radii = np.array([0.0, facts(steel).hot_spot_radius])
+    peak, half = persson.pressure_correlation(radii, smooth, **given, gamma=0.294)
+    assert half / peak == pytest.approx(0.5, rel=1e-6)
+
+
+def test_heat_that_gets_in_less_than_its_carriers_go_is_told():
+    rubber = rs.load_scene("rubber")
+    radius, diffusivity = facts(rubber).hot_spot_radius, 0.23 / (1200 * 1650)
+    limit = 2 * radius * diffusivity / (10e-9) ** 2  # √(2rD/v) = 10 nm
+    found = [
+        judge(replace(rubber, sliding=replace(rubber.sliding, speed=(limit * factor,)))).warnings
+        for factor in (0.98, 1.02)
+    ]
+    assert ["Péclet" in " ".join(lines) for lines in found] == [False, True]
+    slow = replace(rubber, sliding=replace(rubber.sliding, speed=(1e-6,)))  # small spots alone are no matter of Péclet
+    assert not any("Péclet" in line for line in judge(slow).warnings)
+
+
 def melting(kelvin, more=""):
     return warned(changed("heat_capacity =", f"melting_temperature = {kelvin}\n{more}heat_capacity =", even()))
 
@@ -122,6 +154,9 @@ def test_contact_above_the_melting_temperature_is_told_with_the_background():
     text = changed("heat_capacity =", f"melting_temperature = {hottest + 293.1}\nheat_capacity =", even())
     (line,) = warned(changed("friction_coefficient =", "background_temperature = 400\nfriction_coefficient =", text))
     assert "over a background of 400 K" in line
+    other = "conductivity = 30\ndensity = 7900\nheat_capacity = 500\nmelting_temperature = 300"
+    text = changed("poisson_ratio =", "melting_temperature = 900\npoisson_ratio =", with_counterface(other))
+    assert any("above the melting_temperature of 300 K" in line for line in warned(text))  # the lower one counts
 
 
 def test_what_no_solid_is_hot_enough_for_needs_no_melting_temperature():
