@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import roughsim as rs
+from roughsim.digits import plus_minus
 
 SCENES = ("steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa")
 SPEED = 35.0
@@ -38,17 +39,17 @@ def main() -> None:
     options.add_argument("--workers", type=int, default=1, help="processes")
     given = options.parse_args()
 
-    print(f"T_flash at {SPEED:g} m/s, K, with the scene's heat share (± standard error)")
-    print(f"{'scene':14}{'theory':>8}{'smoothed':>14}{'capped':>14}{'smoothed/theory':>18}{'capped/smoothed':>18}")
+    print(f"T_flash at {SPEED:g} m/s, K, with the scene's heat share (± total error, 95 %)")
+    print(f"{'scene':14}{'theory':>8}{'smoothed':>16}{'capped':>16}{'smoothed/theory':>18}{'capped/smoothed':>18}")
     for name in SCENES:
         scene = rs.load_scene(name)
         run = rs.run(toy(scene) if given.toy else scene, given.output / name, workers=given.workers)
         comparison = rs.compare(run)
         comparison.chart(given.output / f"{name}.png")
         row = next(r for r in comparison.rows if r.observable == "flash_temperature" and r.speed == SPEED)
-        cells = [f"{cell.mean:.1f} ± {cell.standard_error:.1f}" for cell in row.columns.values()]
-        ratios = [f"{entry.value:.3f} ± {entry.standard_error:.3f}" for entry in row.ratios.values()]
-        print(f"{name:14}{row.theory:8.1f}{cells[0]:>14}{cells[1]:>14}{ratios[0]:>18}{ratios[1]:>18}")
+        cells = [plus_minus(cell.mean, cell.total_error, cell.unknown) for cell in row.columns.values()]
+        ratios = [plus_minus(entry.value, entry.total_error, entry.unknown) for entry in row.ratios.values()]
+        print(f"{name:14}{row.theory_full_spectrum:8.1f}{cells[0]:>16}{cells[1]:>16}{ratios[0]:>18}{ratios[1]:>18}")
 
 
 if __name__ == "__main__":
