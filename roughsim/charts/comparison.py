@@ -132,9 +132,10 @@ def _cut(rows: Iterable[Row]) -> bool:
 
 
 def _drawn_unknown(comparison: Comparison) -> list[str]:
-    """The parts of the errors drawn over speed that no level tells."""
+    """The parts of the errors drawn over speed that no level tells; titles name what stands at q_c."""
     rows = (row for row in comparison.rows if row.observable in DRAWN and row.speed)
-    return list(dict.fromkeys(part for row in rows for cell in row.columns.values() for part in cell.unknown))
+    parts = dict.fromkeys(part for row in rows for cell in row.columns.values() for part in cell.unknown)
+    return [part for part in parts if part != "bandwidth"]
 
 
 def _legend(axes: Axes, comparison: Comparison) -> None:
