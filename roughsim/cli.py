@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import warnings
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -382,11 +383,13 @@ def main(words: list[str] | None = None) -> None:
 
 def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
     """A warning as one line, without the place in the code."""
-    typer.echo(f"roughsim: warning: {' '.join(str(message).split())}", err=True)
+    with suppress(OSError):  # nobody reads it, or the disk that takes it is full: that stops no run
+        typer.echo(f"roughsim: warning: {' '.join(str(message).split())}", err=True)
 
 
 def _fail(message: str, code: int) -> NoReturn:
-    typer.echo(f"roughsim: {message}", err=True)
+    with suppress(OSError):
+        typer.echo(f"roughsim: {message}", err=True)
     raise SystemExit(code)
 
 

@@ -20,6 +20,13 @@ if TYPE_CHECKING:
     from roughsim.scene import Scene
 
 
+class Patient(Console):
+    """A console that goes on when its reader is gone: rich itself would end the process, and with it the run."""
+
+    def on_broken_pipe(self) -> None:
+        """Lose the text."""
+
+
 class Progress:
     """A bar on a terminal, a line now and then elsewhere; a terminal or file that takes no more stops no run."""
 
@@ -76,7 +83,7 @@ def run_shown(scene: Scene, folder: Path, workers: int | None, **options: Any) -
     from roughsim.ensemble import aimed, begin, run
     from roughsim.plausibility import judge
 
-    console = Console(stderr=True)
+    console = Patient(stderr=True)
     scene = aimed(scene, **options)
     numerics = begin(scene, folder)
     reasons = (reason for reason in numerics.reasons if reason.choice in ("smoothed", "capped", "elastic"))

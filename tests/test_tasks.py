@@ -2,9 +2,13 @@
 
 import multiprocessing
 import os
+import re
 import signal
+import socket
 import threading
-from concurrent.futures import BrokenExecutor, Executor
+import time
+from concurrent.futures import BrokenExecutor, Executor, Future
+from types import SimpleNamespace
 
 import pytest
 
@@ -105,3 +109,142 @@ def test_an_error_ends_the_workers_at_once_and_leaves_a_given_executor_alone():
     with pytest.raises(BrokenExecutor), workers.Workforce(2, None) as force:
         force.pool().submit(signal.raise_signal, signal.SIGKILL).result()
     assert multiprocessing.active_children() == others
+
+
+class Elsewhere(Executor):
+    """A worker that was started in another folder, or, with another root, on a machine that shares no disk."""
+
+    def __init__(self, root, other=None):
+        self.root, self.other = root, other
+
+    def submit(self, fn, *arguments):
+        *rest, place = arguments
+        here, future = os.getcwd(), Future()
+        os.chdir(self.root)
+        try:
+            future.set_result(fn(*rest, self.other or place))
+        except Exception as error:
+            future.set_exception(error)
+        finally:
+            os.chdir(here)
+        return future
+
+
+def test_workers_that_started_elsewhere_write_into_the_run_folder(quick, tmp_path, monkeypatch):
+    (tmp_path / "here").mkdir()
+    (tmp_path / "there").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    run = rs.run(quick, "run", max_realizations=3, executor=Elsewhere(tmp_path / "there"))
+    assert run.realizations == 3
+    assert len(list((tmp_path / "here" / "run" / "realizations").iterdir())) == 3
+    assert list((tmp_path / "there").iterdir()) == []
+
+
+def test_a_file_system_that_is_not_shared_is_named_and_no_member_counts(quick, tmp_path, monkeypatch):
+    monkeypatch.setattr(tasks, "SEEN", 0.05)
+    host = re.escape(socket.gethostname())
+    with pytest.raises(rs.RecordError, match=rf"a worker on {host} does not see .*none: the file system is not shared"):
+        rs.run(quick, tmp_path / "run", executor=Elsewhere(tmp_path, tmp_path / "none"))
+    rs.run(quick, tmp_path / "other", max_realizations=1)  # a folder of the same name on the disk of the worker
+    with pytest.raises(rs.RecordError, match=rf"a worker on {host} wrote .*run.realizations.L0-00000..h5, but this"):
+        rs.run(quick, tmp_path / "run", executor=Elsewhere(tmp_path, tmp_path / "other"))
+    assert rs.open_run(tmp_path / "run").realizations == 0
+
+
+def test_a_member_that_a_slow_file_system_shows_late_counts(quick, tmp_path, monkeypatch):
+    genuine, looks = tasks.Tasks._stored, []
+
+    def late(work, task):
+        looks.append(task)
+        return genuine(work, task) and len(looks) > 4
+
+    monkeypatch.setattr(tasks.Tasks, "_stored", late)
+    assert rs.run(quick, tmp_path / "run", max_realizations=1).realizations == 1
+
+
+class Forgetful(Executor):
+    """A pool that never comes back with what it was handed, so many times."""
+
+    def __init__(self, times):
+        self.times = times
+
+    def submit(self, fn, *arguments):
+        self.times -= 1
+        future = Future()
+        future.set_running_or_notify_cancel()
+        if self.times < 0:
+            future.set_result(fn(*arguments))
+        return future
+
+
+@pytest.mark.parametrize("times", [1, 2])
+def test_a_worker_that_never_comes_back_is_waited_for_with_a_limit(quick, tmp_path, monkeypatch, times):
+    monkeypatch.setattr(tasks, "LEAST_WAIT", 0.05)
+    monkeypatch.setattr(tasks, "LONGEST_WAITS", 0.0)
+    monkeypatch.setattr(tasks, "PAUSE", 0.01)
+    began = time.monotonic()
+    with pytest.warns(RuntimeWarning) as told:
+        run = rs.run(quick, tmp_path / "run", max_realizations=1, executor=Forgetful(times))
+    assert run.realizations == 1
+    assert 0.05 * times <= time.monotonic() - began
+    said = [str(one.message) for one in told]
+    assert re.match(
+        r"L0-000000 has not come back from a worker for 0 s \(limit 0 s: .*; it is handed out again", said[0]
+    )
+    assert len(said) == times
+    assert said[-1].endswith("it is computed in this process") is (times == 2)
+
+
+def test_the_limit_is_ten_times_the_longest_member_and_ten_minutes_at_least(quick, tmp_path):
+    work = to_do(quick, tmp_path / "run")
+    assert work._limit == 600.0
+    work.longest = 100.0
+    assert work._limit == 1000.0
+
+
+def test_an_executor_that_drops_what_it_was_given_ends_the_run_with_a_sentence(quick, tmp_path):
+    class Dropping(Executor):
+        def submit(self, *_, **__):
+            future = Future()
+            future.cancel()
+            return future
+
+    with pytest.raises(RuntimeError, match="its scheduler or its workers are gone; what was computed is stored"):
+        rs.run(quick, tmp_path / "run", executor=Dropping())
+    assert not (tmp_path / "run" / "claims").exists()
+
+
+def test_a_script_without_a_guard_is_told_what_it_lacks_and_not_started_again(quick, tmp_path, monkeypatch):
+    force = Force(Broken())
+    monkeypatch.setattr(Force, "unguarded", True)
+    with pytest.raises(
+        RuntimeError, match='the script lacks `if __name__ == "__main__":`: each worker imports'
+    ) as told:
+        to_do(quick, tmp_path / "run").complete(force)
+    assert force.used == 1
+    assert told.value.__suppress_context__  # one error, not two
+    codes = []
+    monkeypatch.setattr(os, "_exit", codes.append)
+    workers.leave_if_imported()
+    assert codes == []
+    monkeypatch.setattr(multiprocessing.current_process(), "_name", workers._WORKER)
+    workers.leave_if_imported()
+    assert codes == [workers._UNGUARDED]
+    # and the parent tells such an end from others
+    force = workers.Workforce(2, None)
+    assert not force.unguarded
+    force._context.born += [SimpleNamespace(exitcode=code) for code in (None, -15, workers._UNGUARDED)]
+    assert force.unguarded
+
+
+@pytest.mark.slow
+def test_a_worker_that_hangs_does_not_hold_up_the_end(tmp_path):
+    began = time.monotonic()
+    with workers.Workforce(2, None) as force:
+        pool = force.pool()
+        future = pool.submit(time.sleep, 1000.0)
+        while not future.running():
+            time.sleep(0.01)
+        force.stuck = True
+    assert time.monotonic() - began < 60.0
+    assert not any(child.is_alive() for child in force._context.born)

@@ -67,8 +67,7 @@ class Claims:
         """Give up the claims of this process, and remove those of processes that are gone."""
         self._end.set()
         self._thread.join()
-        for claim in list(self.held):
-            self.release(claim)
+        self.release_all()
         _remove(self.folder / f"process-{self.name}")
         for path in _listed(self.folder):
             if _CLAIM.fullmatch(path.name) and self._stale(path):
@@ -103,6 +102,11 @@ class Claims:
         self.held.discard(claim)
         if _content(self.folder / claim) == self.name.encode():
             _remove(self.folder / claim)
+
+    def release_all(self) -> None:
+        """Give all claims of this process up."""
+        for claim in list(self.held):
+            self.release(claim)
 
     def claimed(self, claim: str) -> bool:
         """Whether another process computes a member, as far as is known."""

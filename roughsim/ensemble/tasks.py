@@ -112,7 +112,8 @@ class Tasks:
             while not self._finished():
                 while len(pending) < 2 * force.workers and (task := self._next()) is not None:
                     self._hand_out(pool, pending, _Sent(task, time.monotonic()))
-                done, _ = wait(pending, timeout=PAUSE, return_when=FIRST_COMPLETED)
+                wait(pending, timeout=PAUSE, return_when=FIRST_COMPLETED)
+                done = [future for future in pending if future.done()]  # also those that others have cancelled
                 for future in done:
                     sent = pending.pop(future)
                     host, member = _result(future)
@@ -125,9 +126,9 @@ class Tasks:
                 running = [future for future in pending if not future.cancel()]
                 force.stuck |= bool(wait(running, timeout=self._limit).not_done)
         finally:
-            for future, sent in pending.items():
+            for future in pending:
                 future.cancel()
-                self.claims.release(_claim(sent.task))
+            self.claims.release_all()
 
     def _hand_out(self, pool: Executor, pending: dict[Future[tuple[str, Member]], _Sent], sent: _Sent) -> None:
         pending[pool.submit(store_for, self.scene, self.numerics, *sent.task, self.place)] = sent
