@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import sys
 import warnings
-from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from roughsim.text import errors_in_one_line, fail, print_in_any_language, say, tell
 
 if TYPE_CHECKING:
     from roughsim.compare import Comparison
@@ -48,7 +49,7 @@ def _version(wanted: bool) -> None:
     if wanted:
         from roughsim import __version__
 
-        typer.echo(f"roughsim {__version__}")
+        say(f"roughsim {__version__}")
         raise typer.Exit
 
 
@@ -88,9 +89,9 @@ def new(
     from roughsim.scene import BLANK, bundled_scenes, scene_text
 
     if name is None:
-        typer.echo("\n".join((*bundled_scenes(), BLANK)))
+        say("\n".join((*bundled_scenes(), BLANK)))
     else:
-        typer.echo(scene_text(name), nl=False)
+        say(scene_text(name).rstrip("\n"))
 
 
 @app.command()
@@ -112,7 +113,7 @@ def plan(
     judged = judge(loaded, numerics)
     if as_json:
         reasons = [reason._asdict() for reason in numerics.reasons]
-        typer.echo(json.dumps(numerics.to_dict() | {"reasons": reasons} | judged.to_dict(), indent=1))
+        say(json.dumps(numerics.to_dict() | {"reasons": reasons} | judged.to_dict(), indent=1))
     else:
         _print(plan_table(numerics), facts_table(judged))
         for line in judged.warnings:
@@ -135,7 +136,7 @@ def theory(
     known, judged = look_up(loaded) if trust else None, judge(loaded)
     if as_json:
         told = theory_dict(loaded) | judged.to_dict() | ({"trust": known.to_dict()} if known else {})
-        typer.echo(json.dumps(told, indent=1))
+        say(json.dumps(told, indent=1))
     else:
         _print(theory_table(loaded), *([trust_table(known)] if known else []), facts_table(judged))
         for line in judged.warnings:
@@ -192,7 +193,7 @@ def status(run: RunFolder, as_json: Json = False) -> None:
 
     opened = _opened(run)
     if as_json:
-        typer.echo(json.dumps(status_dict(opened), indent=1))
+        say(json.dumps(status_dict(opened), indent=1))
     else:
         _print(*status_lines(opened))
 
@@ -224,7 +225,7 @@ def plot(
     options: dict[str, Any] = {"realization": realization, "speed": speed, "column": column}
     options |= {"zoom": _zoom(zoom), "side_by_side": side_by_side}
     place = plot_run(_opened(run), quantity, output, **options)
-    typer.echo(f"picture: {place}", err=True)
+    tell(f"picture: {place}")
 
 
 @app.command()
@@ -238,7 +239,7 @@ def report(
     from roughsim.report import report_run
 
     place = report_run(_opened(run), output)
-    typer.echo(f"report: {place}, {place.stat().st_size / 1e6:.3g} MB", err=True)
+    tell(f"report: {place}, {place.stat().st_size / 1e6:.3g} MB")
 
 
 @app.command()
@@ -260,7 +261,7 @@ def export(
         raise ValueError("--bits does not go with --surface, which keeps all digits; leave one of them out")
     opened = open_run(run)
     place = export_run(opened, output, bits) if surface is None else export_surface(opened, output, surface)
-    typer.echo(f"file: {place}, {place.stat().st_size / 1e6:.3g} MB", err=True)
+    tell(f"file: {place}, {place.stat().st_size / 1e6:.3g} MB")
 
 
 @app.command()
@@ -275,7 +276,7 @@ def explore(
     from roughsim.explore import explore as serve
 
     def announce(address: str) -> None:
-        typer.echo(f"page: {address} (this computer only; Ctrl-C ends it)", err=True)
+        tell(f"page: {address} (this computer only; Ctrl-C ends it)")
 
     serve(run, port=port, browser=browser, announce=announce)
 
@@ -298,12 +299,12 @@ def bench(
 
     points = measure(load_scene(scene), stages=stage or STAGES, realizations=realizations)
     if as_json:
-        typer.echo(json.dumps(bench_dict(points), indent=1))
+        say(json.dumps(bench_dict(points), indent=1))
     else:
         _print(*bench_tables(bench_dict(points)))
     if chart is not None:
         bench_chart(points, chart)
-        typer.echo(f"picture: {chart}", err=True)
+        tell(f"picture: {chart}")
 
 
 def _zoom(text: str | None) -> Any:
@@ -322,7 +323,7 @@ def _opened(folder: Path) -> Run:
 
     run = open_run(folder, damaged="skip")
     for reason in run.damaged.values():
-        typer.echo(f"left out: {reason}", err=True)
+        tell(f"left out: {reason}")
     return run
 
 
@@ -332,7 +333,7 @@ def doctor(as_json: Json = False) -> None:
     from roughsim.doctor import examine, lines
 
     found = examine(Path())
-    typer.echo(json.dumps(found, indent=1) if as_json else "\n".join(lines(found)))
+    say(json.dumps(found, indent=1) if as_json else "\n".join(lines(found)))
     if not found["sound"]:
         raise typer.Exit(1)
 
@@ -343,7 +344,7 @@ def _run(scene: Scene, output: Path, *, workers: int | None, **options: Any) -> 
     try:
         return run_shown(scene, output, workers, **options)
     except KeyboardInterrupt:  # here, since the command line's own frame would swallow it without a word
-        _fail("stopped; what was computed is stored, and the same command goes on from there", 130)
+        fail("stopped; what was computed is stored, and the same command goes on from there", 130)
 
 
 def _compare(run: Run, *, chart: Path | None, as_json: bool) -> None:
@@ -353,44 +354,36 @@ def _compare(run: Run, *, chart: Path | None, as_json: bool) -> None:
 
     table: Comparison = set_beside(run)
     if as_json:
-        typer.echo(json.dumps(table.to_dict(), indent=1))
+        say(json.dumps(table.to_dict(), indent=1))
     else:
         _print(comparison_table(table), trust_table(trust(run.scene)))
     if chart is not None:
         table.chart(chart)
-        typer.echo(f"picture: {chart}", err=True)
+        tell(f"picture: {chart}")
 
 
 def _print(*parts: Any) -> None:
-    from rich.console import Console
+    from roughsim.terminal import PlainConsole
 
-    # a pipe has no width: wide enough that no number is broken
-    console = Console() if sys.stdout.isatty() else Console(width=150)
+    console = PlainConsole()
     for part in parts:
-        console.print(part, highlight=False)
+        console.print(part)
 
 
 def main(words: list[str] | None = None) -> None:
     """Run the command line on `words`, or on the process's own; an error is one line and a non-zero exit code."""
     warnings.showwarning = _warn
-    try:
-        app(words, standalone_mode=True)
-    except (ValueError, TypeError, OSError, RuntimeError, ArithmeticError, ImportError) as error:
-        _fail(" ".join(str(error).split()), 1)
-    except MemoryError as error:
-        _fail(f"out of memory ({' '.join(str(error).split())}); lower numerics.levels or the number of workers", 1)
+    print_in_any_language()
+    with errors_in_one_line(" ".join(sys.argv[1:] if words is None else words)):
+        code = app(words, standalone_mode=False)
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    raise SystemExit(code or 0)
 
 
 def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
     """A warning as one line, without the place in the code."""
-    with suppress(OSError):  # nobody reads it, or the disk that takes it is full: that stops no run
-        typer.echo(f"roughsim: warning: {' '.join(str(message).split())}", err=True)
-
-
-def _fail(message: str, code: int) -> NoReturn:
-    with suppress(OSError):
-        typer.echo(f"roughsim: {message}", err=True)
-    raise SystemExit(code)
+    tell(f"roughsim: warning: {' '.join(str(message).split())}")
 
 
 if __name__ == "__main__":

@@ -10,17 +10,16 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from rich import progress as bars
-from rich.console import Console
-from rich.markup import escape
 
 from roughsim.status import clock, count_text, end_known, reached, realizations_needed
+from roughsim.terminal import PlainConsole
 
 if TYPE_CHECKING:
     from roughsim.record import Run
     from roughsim.scene import Scene
 
 
-class Patient(Console):
+class Patient(PlainConsole):
     """A console that goes on when its reader is gone: rich itself would end the process, and with it the run."""
 
     def on_broken_pipe(self) -> None:
@@ -30,10 +29,10 @@ class Patient(Console):
 class Progress:
     """A bar on a terminal, a line now and then elsewhere; a terminal or file that takes no more stops no run."""
 
-    def __init__(self, console: Console):
+    def __init__(self, console: PlainConsole):
         self.console = console
-        columns = (bars.TextColumn("{task.description}"), bars.BarColumn(), bars.TextColumn("{task.fields[left]}"))
-        self.bar = bars.Progress(*columns, console=console, disable=not console.is_terminal)
+        count, left = (bars.TextColumn(text, markup=False) for text in ("{task.description}", "{task.fields[left]}"))
+        self.bar = bars.Progress(count, bars.BarColumn(), left, console=console, disable=not console.is_terminal)
         self.task = self.bar.add_task("starting", total=1.0, left="")
         self.began = time.monotonic()
         self.first: int | None = None
@@ -65,7 +64,7 @@ class Progress:
             self.bar.update(self.task, description=text, completed=min(members / expected, 1.0), left=left)
             if self.bar.disable and count and count % max(needed // 5, 1) == 0 and count != self.said:
                 self.said = count
-                self.console.print(f"{text}, {left}", highlight=False, soft_wrap=True)
+                self.console.print(f"{text}, {left}", soft_wrap=True)
 
     def summary(self, run: Run) -> list[str]:
         """Return what to say at the end."""
@@ -87,8 +86,8 @@ def run_shown(scene: Scene, folder: Path, workers: int | None, **options: Any) -
     scene = aimed(scene, **options)
     numerics = begin(scene, folder)
     reasons = (reason for reason in numerics.reasons if reason.choice in ("smoothed", "capped", "elastic"))
-    _show(console, *(f"[dim]{reason.value}[/dim]" for reason in reasons))
-    _show(console, *(f"warning: {escape(line)}" for line in judge(scene, numerics).warnings))
+    _show(console, *(reason.value for reason in reasons), style="dim")
+    _show(console, *(f"warning: {line}" for line in judge(scene, numerics).warnings))
     count = (os.cpu_count() or 1) if workers is None else workers
     with Progress(console) as progress:
         result = run(scene, folder, numerics=numerics, workers=count, observer=progress.update)
@@ -96,11 +95,11 @@ def run_shown(scene: Scene, folder: Path, workers: int | None, **options: Any) -
     return result
 
 
-def _show(console: Console, *lines: str) -> None:
+def _show(console: PlainConsole, *lines: str, style: str | None = None) -> None:
     """Print lines; what nobody reads any more is lost, and the run goes on."""
     with suppress(OSError):
         for line in lines:
-            console.print(line, highlight=False, soft_wrap=True)
+            console.print(line, style=style, soft_wrap=True)
 
 
 def targets(until: list[str] | None) -> dict[str, float] | None:

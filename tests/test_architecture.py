@@ -11,6 +11,7 @@ ROOT = Path(__file__).parents[1]
 SOURCES = sorted([*(ROOT / "roughsim").rglob("*.py"), *(ROOT / "theory").rglob("*.py")])
 # data flows to the right: a module may import only what stands before it
 ORDER = (
+    "text",
     "errors",
     "digits",
     "foreign",
@@ -48,6 +49,7 @@ ORDER = (
     "status",
     "tables",
     "report",
+    "terminal",
     "progress",
     "explore",
     "doctor",

@@ -253,11 +253,11 @@ def test_another_level_shows_its_own_fields(page, capped_run):
     np.testing.assert_array_equal(image(page)["image"][0], as_bytes(field, (field.min(), field.max())))
 
 
-def test_curves_show_bands_of_two_standard_errors_over_the_theory(page, capped_run):
+def test_curves_show_bands_of_the_total_error_over_the_theory(page, capped_run):
     found = capped_run.estimate("flash_temperature", "capped")
     data = page.layout.charts["flash_temperature"].sources["capped"].data
     np.testing.assert_allclose(data["y"], found.mean[1:])
-    np.testing.assert_allclose(data["high"] - data["y"], 2 * found.standard_error[1:])
+    np.testing.assert_allclose(data["high"] - data["y"], found.total_error[1:])
     width = page.layout.charts["flash_width"].sources["smoothed"].data
     np.testing.assert_allclose(width["y"], 1e6 * capped_run.estimate("flash_width", "smoothed").mean[1:])  # µm
     theory = page.layout.charts["pressure_correlation"].sources["theory"].data
@@ -289,7 +289,7 @@ def test_a_page_of_an_empty_run_fills_as_members_come(capped_run, opened, tmp_pa
     page.library.run = Library(folder).run
     page.look_for_news()
     assert "L2-000001.h5 is damaged" in page.layout.problems.text
-    assert "1 of about 6 realizations" in page.layout.state.text
+    assert "2 of about 6 realizations" in page.layout.state.text  # as `status` counts
 
 
 def test_a_title_is_text_and_never_html(library):

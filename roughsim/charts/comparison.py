@@ -15,6 +15,7 @@ from roughsim.charts.style import COLOURS, MARKERS, THEORY, band, new_figure, sa
 from roughsim.compare import NOTICED
 from roughsim.digits import shown
 from roughsim.means import OBSERVABLES
+from roughsim.text import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -158,11 +159,11 @@ def _legend(axes: Axes, comparison: Comparison) -> None:
     axes.legend(handles=handles, loc="upper left", borderaxespad=0)
     share = run.heat_partition
     lines = [
-        run.scene.title,
+        plain(run.scene.title),
         f"{comparison.realizations} realizations",
         "bands: total error, 95 %; of the stress correlation: statistical, 95 %",
         f"at least, since nothing tells of: {', '.join(missing)}" if (missing := _drawn_unknown(comparison)) else "",
         f"heat share in the body {share.min():.3g}" + (f"…{share.max():.3g}" if np.ptp(share) > 0 else ""),
     ]
     text = "\n".join(fill(line, 50) for line in lines if line)
-    axes.text(0, 0.6, text, transform=axes.transAxes, va="top", fontsize=8, linespacing=1.4)
+    axes.text(0, 0.6, text, transform=axes.transAxes, va="top", fontsize=8, linespacing=1.4, parse_math=False)

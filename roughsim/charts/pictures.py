@@ -11,7 +11,7 @@ from roughsim.charts.curves import correlation_chart, spectrum_chart
 from roughsim.charts.maps import Zoom, map_chart, side_by_side_chart
 from roughsim.charts.profile import profile_chart
 from roughsim.charts.spread import distribution_chart
-from roughsim.charts.style import Array, check_ending
+from roughsim.charts.style import Array, check_ending, letters
 from roughsim.errors import number
 from roughsim.record.fields import DERIVED_UNITS, kept, member_field, not_kept
 
@@ -59,7 +59,7 @@ class Subject:
             which.append(f"realization {self.index}")
         if self.speed is not None:
             which.append(f"$v$ = {self.speed:g} m/s")
-        scene = shorten(self.run.scene.title, 90, placeholder=" …").replace("$", r"\$")  # no formulas
+        scene = letters(shorten(self.run.scene.title, 90, placeholder=" …"))
         return "\n".join(line for line in (scene, what, ", ".join(which)) if line)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.estimate import quantile
+from roughsim.text import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,6 +37,7 @@ STYLE: Any = {
     "ytick.direction": "in",
     "svg.fonttype": "none",
     "pdf.fonttype": 42,
+    "text.usetex": False,  # titles never reach a TeX of the machine
 }
 PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
 
@@ -58,6 +60,11 @@ def new_figure(path: Path, size: tuple[float, float]) -> Iterator[Figure]:
         figure = Figure(figsize=size, layout="constrained")
         FigureCanvasAgg(figure)
         yield figure
+
+
+def letters(text: str) -> str:
+    """Return text that a chart draws letter by letter: no formula, no control character."""
+    return plain(text).replace("$", r"\$")
 
 
 def save(figure: Figure, path: Path) -> None:

@@ -21,7 +21,8 @@ from bokeh.models import (
 )
 
 from roughsim.charts.style import scaled
-from roughsim.explore import curves, figures, words
+from roughsim.explore import curves, figures
+from roughsim.explore import words as sentences
 
 if TYPE_CHECKING:
     from roughsim.explore.specimen import Distribution, Line
@@ -39,9 +40,9 @@ _CURVES = {
 }
 
 
-def _words(name: str, **styles: str) -> Div:
-    """An empty place for text: what stands there later is neither HTML nor a formula."""
-    return Div(text="", render_as_text=True, disable_math=True, name=name, styles=styles)
+def words(name: str, text: str = "", **styles: str) -> Div:
+    """Return a place for text, now or later, that is neither HTML nor a formula."""
+    return Div(text=text, render_as_text=True, disable_math=True, name=name, styles=styles)
 
 
 class Layout:
@@ -92,10 +93,10 @@ class Layout:
         self.speed = TextInput(title="v, m/s", value=f"{speed:.4g}", width=80, name="speed_box")
         self.angle = Spinner(title="direction, °", low=-360, high=360, step=1, value=0, width=90, name="angle")
         self.span = RadioButtonGroup(labels=["colours of the cell", "of the view"], active=0, name="span")
-        self.state = _words("state")
-        self.busy = _words("busy", color="#666666")
-        self.problems = _words("problems", color="#b00020", **{"max-width": "1300px", "white-space": "pre-line"})
-        self.values = _words("values")
+        self.state = words("state")
+        self.busy = words("busy", color="#666666")
+        self.problems = words("problems", color="#b00020", **{"max-width": "1300px", "white-space": "pre-line"})
+        self.values = words("values")
 
     def _build_figures(self) -> None:
         self._turned = 0.0
@@ -115,12 +116,12 @@ class Layout:
         }
 
     def _arranged(self) -> Any:
-        heading = _words("heading", **{"font-size": "16px", "font-weight": "bold"})
-        heading.text = self.run.scene.title or str(self.run.folder)
-        colours = column(Div(text="colours", render_as_text=True, disable_math=True), self.span)
+        title = self.run.scene.title or str(self.run.folder)
+        heading = words("heading", title, **{"font-size": "16px", "font-weight": "bold"})
+        colours = column(words("", "colours"), self.span)
         controls = row(self.level, self.member, self.slider, self.speed, self.dial, self.angle, colours)
         budget = Tabs(tabs=[TabPanel(child=text, title=f"error budget, {n}") for n, text in self.texts.items()])
-        scene = PreText(text=words.scene_of(self.run), disable_math=True, name="scene", width=560, styles=_SMALL)
+        scene = PreText(text=sentences.scene_of(self.run), disable_math=True, name="scene", width=560, styles=_SMALL)
         return column(
             row(heading, self.state, self.busy, spacing=16),
             self.problems,

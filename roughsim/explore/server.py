@@ -15,6 +15,7 @@ from tornado.httpserver import HTTPServer
 from tornado.ioloop import IOLoop
 
 from roughsim.explore.gate import Gate
+from roughsim.explore.layout import words
 from roughsim.explore.library import Library
 from roughsim.explore.page import Page
 
@@ -46,7 +47,12 @@ def start(folder: str | Path, port: int | None = None) -> tuple[BaseServer, str]
     _ = library.theory  # pages open with it
 
     def open_page(document: Any) -> None:
-        page = Page(library, document)
+        try:
+            page = Page(library, document)
+        except Exception as error:  # a session that is never born would keep every later visit waiting
+            document.clear()
+            document.add_root(words("problems", f"This run cannot be shown: {error}"))
+            return
 
         def close(session_context: Any) -> None:
             page.close()

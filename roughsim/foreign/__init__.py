@@ -17,6 +17,7 @@ from typing import Any
 
 from roughsim.errors import RecordError
 from roughsim.foreign.apart import EndedError, call_apart
+from roughsim.text import plain
 
 _OBJECTS = re.compile(rb"'descr'\s*:\s*[^,}]*\|?O")  # in the header of a .npy
 
@@ -120,7 +121,7 @@ def _datasets(file: Any, path: Path, hard_only: bool) -> Iterator[tuple[str, Any
     while groups:
         place, group = groups.pop()
         for key in group:
-            name = f"{place}/{_plain(key)}"
+            name = f"{place}/{plain(key.decode(errors='replace'))[:80]}"
             if not _is_hard(group, key, path, name, hard_only):
                 continue
             identifier = h5o.open(group, key)
@@ -132,11 +133,6 @@ def _datasets(file: Any, path: Path, hard_only: bool) -> Iterator[tuple[str, Any
                 groups.append((name, identifier))
             elif isinstance(identifier, h5d.DatasetID):
                 yield name, identifier
-
-
-def _plain(key: bytes) -> str:
-    """A name without what a terminal would take for a command."""
-    return "".join(c if c.isprintable() else "?" for c in key.decode(errors="replace"))[:80]
 
 
 def _is_hard(group: Any, key: bytes, path: Path, name: str, hard_only: bool) -> bool:

@@ -10,10 +10,11 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from roughsim.scene.messages import SceneError, plain, shown
+from roughsim.scene.messages import SceneError, shown
 from roughsim.scene.model import Scene
 from roughsim.scene.quantities import MAX_ROWS
 from roughsim.scene.sections import ROUGHNESS_KEYS
+from roughsim.text import plain
 
 MAX_BYTES = 64 * 1024
 BLANK = "blank"  # a form to fill in: every key, commented out; no scene by itself

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails, PydanticCustomError
 
 from roughsim.errors import RoughsimError
+from roughsim.text import plain
 
 
 class SceneError(RoughsimError, ValueError):
@@ -70,11 +71,6 @@ def one_line(
     details = error.errors(include_url=False)
     first = next((d for d in details if d["type"] == "unexpected_keyword_argument"), details[0])
     return plain(_sentence(first, section, known, examples))
-
-
-def plain(text: str) -> str:
-    """Return `text` on one line, without control characters."""
-    return re.sub(r"[^\S ]+", " ", "".join(c if c.isprintable() or c.isspace() else "?" for c in text))
 
 
 def _sentence(

@@ -1,0 +1,98 @@
+"""What is written to people: text that is not ours commands nothing, and an error is one line.
+
+Titles, paths and messages of other libraries are shown as they are, without what a terminal would obey.
+"""
+
+from __future__ import annotations
+
+import codecs
+import io
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import NoReturn
+
+_LONGEST = 1200  # characters of an error; a path of thousands is cut in its middle
+_ASCII = {
+    "±": "+/-", "×": "x", "µ": "u", "μ": "mu", "°": "deg", "²": "^2", "³": "^3", "⁴": "^4", "₀": "0", "₁": "1",
+    "–": "-", "—": "-", "−": "-", "…": "...", "·": "*", "⟨": "<", "⟩": ">", "≤": "<=", "≥": ">=", "≈": "~", "≠": "!=",
+    "→": "->", "∞": "inf", "∇": "grad ", "∫": "int ", "√": "sqrt", "′": "'", "’": "'", "“": '"', "”": '"',
+    "α": "alpha", "γ": "gamma", "ζ": "zeta", "κ": "kappa", "λ": "lambda", "ν": "nu", "ξ": "xi", "π": "pi",
+    "ρ": "rho", "σ": "sigma",
+}  # fmt: skip
+
+
+def plain(text: object) -> str:
+    """Return text on one line; what does not print, such as the start of a command to the terminal, becomes "?"."""
+    return "".join(c if c.isprintable() else " " if c.isspace() else "?" for c in str(text))
+
+
+def plain_lines(text: object) -> str:
+    """Return text with each of its lines made `plain`."""
+    return "\n".join(plain(line) for line in str(text).split("\n"))
+
+
+def print_in_any_language() -> None:
+    """Let the streams of this process write what their encoding lacks in ASCII, "+/-" for "±", instead of failing."""
+    codecs.register_error("roughsim.ascii", _in_ascii)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="roughsim.ascii")
+
+
+def _in_ascii(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    lacking = error.object[error.start : error.end]
+    return "".join(_ASCII.get(c, c.encode("ascii", "backslashreplace").decode()) for c in lacking), error.end
+
+
+def say(text: str) -> None:
+    """Write lines to the standard output."""
+    if sys.stdout is not None:  # None: it was closed before the start
+        sys.stdout.write(f"{plain_lines(text)}\n")
+
+
+def tell(text: str) -> None:
+    """Write lines to the standard error, where it takes any."""
+    if sys.stderr is not None:
+        with suppress(OSError):
+            sys.stderr.write(f"{plain_lines(text)}\n")
+            sys.stderr.flush()
+
+
+def fail(message: str, code: int) -> NoReturn:
+    """End with a line and an exit code."""
+    tell(f"roughsim: {message}")
+    raise SystemExit(code)
+
+
+@contextmanager
+def errors_in_one_line(asked: str) -> Iterator[None]:
+    """End with one line and a non-zero exit code if what is done inside fails; `asked` are the words of the command."""
+    try:
+        yield
+    except BrokenPipeError:  # nobody reads on: `| head`
+        with suppress(OSError, AttributeError):  # Python writes the rest at its end: to nowhere
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise SystemExit(1) from None
+    except MemoryError as error:
+        fail(f"out of memory ({_one_line(error)}); lower numerics.levels or the number of workers", 1)
+    except ArithmeticError as error:
+        kind = type(error).__name__
+        fail(f"{asked}: {kind} ({_one_line(error)}): a number of it is too large or too small to compute with", 1)
+    except (ValueError, TypeError, OSError, RuntimeError, ImportError) as error:
+        fail(_one_line(error), 1)
+    except Exception as error:
+        if not hasattr(error, "format_message"):  # what the command line says of words that it does not know
+            raise
+        said = io.StringIO()
+        error.show(file=said)  # type: ignore[attr-defined]
+        tell(said.getvalue().rstrip("\n"))
+        raise SystemExit(getattr(error, "exit_code", 2)) from None
+
+
+def _one_line(error: BaseException) -> str:
+    text = " ".join(str(error).split()) or type(error).__name__
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST // 2]} … {text[-_LONGEST // 2 :]}"
