@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import isfinite, isnan, nan
+from math import hypot, isfinite, isnan, nan
 from pathlib import Path
 from typing import Any
 
@@ -227,15 +227,14 @@ def _ratios(run: Run, observable: str, summed: Array, integral: Array) -> dict[s
     What the sum over the modes has over the integral is an error by the cell: contacts feel it less than the sum does.
     """
     columns, tolerance = run.numerics.columns, run.numerics.tolerance
-    size = size_error(run.scene, run.numerics.lengths, observable)
+    sizes = [size_error(run.scene, run.numerics.lengths, observable, column) for column in columns]
     first = run.values(observable, columns[0], extrapolated=False)
     with np.errstate(all="ignore"):  # 0/0 at rest
         apart = np.nan_to_num(summed / integral - 1.0, nan=0.0, posinf=0.0, neginf=0.0)
-    of_both = np.hypot(size, apart)
-    result = {f"{columns[0]}_over_theory": quotient(first, summed, size=of_both, tolerance=tolerance)}
+    result = {f"{columns[0]}_over_theory": quotient(first, summed, size=np.hypot(sizes[0], apart), tolerance=tolerance)}
     if len(columns) > 1:
         pair = (run.values(observable, column) for column in (columns[1], columns[0]))
-        result[f"{columns[1]}_over_{columns[0]}"] = quotient(*pair, size=size, tolerance=tolerance)
+        result[f"{columns[1]}_over_{columns[0]}"] = quotient(*pair, size=hypot(*sizes), tolerance=tolerance)
     return result
 
 

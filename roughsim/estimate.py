@@ -229,7 +229,7 @@ def quotient(above: Values, below: Values | Array, *, size: Array | float = 0.0,
     below : Values or ndarray
         Of another column of the same run, or exact values (speeds,).
     size : float or ndarray, optional
-        Relative error of each column by the finite cell.
+        Relative error of the ratio by the finite cell.
     tolerance : float, optional
         Relative pressure error of the contact solves.
     """
@@ -250,7 +250,7 @@ def quotient(above: Values, below: Values | Array, *, size: Array | float = 0.0,
             "statistical": _half_width(error, freedom),
             "bandwidth": np.abs(value) * _relative(columns, "bandwidth"),
             "pixel": np.abs(value) * _relative(columns, "pixel"),
-            "size": np.abs(value) * size * np.sqrt(len(columns)),
+            "size": np.abs(value) * size,
             "solver": np.abs(value) * 2.0 * tolerance * np.sqrt(len(columns)),
         }
     return Quotient(value, error, in_all(value, budget), budget)

@@ -54,6 +54,45 @@ def test_the_size_error_is_of_the_shorter_side_and_grows_with_its_square_below_w
         assert np.isnan(cell.size_error(scene, (enough, enough), "correlation_radius_0"))
 
 
+# two faces in cells of 4, 8 and, as (4·T₈ − T₄)/3, very many longest waves: T_flash at 35 m/s, K
+DOUBLED = {
+    (1e6, "smoothed"): (339.3, 369.0),
+    (3e6, "smoothed"): (358.5, 369.4),
+    (10e6, "smoothed"): (392.9, 396.4),
+    (1e6, "capped"): (263.61, 266.40),
+    (3e6, "capped"): (259.59, 260.65),
+}
+
+
+@pytest.mark.parametrize(("pressure", "column"), DOUBLED)
+def test_few_spots_of_contact_are_charged_with_what_doubled_cells_showed(steel, pressure, column):
+    light = replace(steel, sliding=replace(steel.sliding, nominal_pressure=pressure))
+    four, eight = DOUBLED[pressure, column]
+    left = 1 - four / ((4 * eight - four) / 3)
+    assert cell.size_error(light, (4 * WAVE, 4 * WAVE), column=column) == pytest.approx(left, rel=0.3)
+
+
+def test_a_cell_under_light_load_is_longer_and_what_is_still_missing_is_told(steel):
+    for pressure, waves, size in ((3e7, 4.0, "0.4"), (1.5e6, 6.32, "0.4"), (3e5, 8.0, "1")):
+        lengths, why = cell.choose_lengths(replace(steel, sliding=replace(steel.sliding, nominal_pressure=pressure)))
+        assert lengths[0] == pytest.approx(waves * WAVE, rel=1e-3)
+        assert f"{waves:g} longest waves" in why
+        assert ("few spots carry the load" in why) == (waves > 4)
+        assert f"less than {size} %" in why
+
+
+def test_few_spots_of_contact_grow_with_the_area_and_the_load(steel):
+    light = replace(steel, sliding=replace(steel.sliding, nominal_pressure=1e6))
+    double = replace(steel, sliding=replace(steel.sliding, nominal_pressure=2e6))
+    small, large = ((waves * WAVE, waves * WAVE) for waves in (4, 8))
+    error = cell.size_error(light, small, column="smoothed")
+    assert cell.size_error(light, large, column="smoothed") == pytest.approx(error / 4)
+    assert cell.size_error(double, small, column="smoothed") == pytest.approx(error / 2)
+    assert cell.size_error(steel, small, column="smoothed") == cell.SIZE_ERROR  # 90 MPa: many spots
+    soft = replace(light, body=replace(light.body, penetration_hardness=None))
+    assert cell.size_error(soft, small) == cell.SIZE_ERROR  # no spots of a size of their own
+
+
 @pytest.mark.slow
 @pytest.mark.statistical
 def test_a_cell_of_twice_the_side_changes_no_more_than_is_charged(steel, tmp_path):

@@ -102,7 +102,7 @@ def test_a_ratio_has_the_errors_of_both_columns_but_for_the_scatter_that_they_sh
     assert found.standard_error[0] < 1e-12
     assert found.budget["bandwidth"][0] == pytest.approx(0.5 * np.hypot(0.04 / (0.5 * mean), 0.04 / mean))
     assert found.budget["pixel"][0] == pytest.approx(0.5 * 0.08 / mean)
-    assert found.budget["size"][0] == pytest.approx(0.5 * 0.003 * np.sqrt(2))
+    assert found.budget["size"][0] == pytest.approx(0.5 * 0.003)
     assert found.budget["solver"][0] == pytest.approx(0.5 * 2e-4 * np.sqrt(2))
     parts = [found.budget[key][0] for key in ("statistical", "bandwidth", "pixel", "size", "solver")]
     assert found.total_error[0] == pytest.approx(np.sqrt(np.sum(np.square(parts))))

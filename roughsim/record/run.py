@@ -248,7 +248,7 @@ class Run:
             observable,
             values,
             self._notes(observable, name, values),
-            size=size_error(self.scene, self.numerics.lengths, observable),
+            size=size_error(self.scene, self.numerics.lengths, observable, name),
             tolerance=self.numerics.tolerance,
             scanned=self.scene.scanned,
         )
