@@ -92,7 +92,7 @@ def _chosen(
     forecast = Forecast(count, statistical, bandwidth, pixel, size, pace * _work(levels, count))
     why = [reason for _, reason in chosen]
     reasons = [Reason(a.column, _listed((a,)), reason) for a, reason in zip(levels, why, strict=True)]
-    return levels, forecast, [*reasons, _told(seen), *_expected(forecast, goal)]
+    return levels, forecast, [*reasons, _told(seen), *_expected(forecast, goal, scene.scanned)]
 
 
 def _told(seen: Pilot | None) -> Reason:
@@ -106,17 +106,18 @@ def _told(seen: Pilot | None) -> Reason:
     return Reason("pilot", found, why)
 
 
-def _expected(forecast: Forecast, goal: float) -> list[Reason]:
+def _expected(forecast: Forecast, goal: float, scanned: bool) -> list[Reason]:
     bandwidth = "unknown" if isnan(forecast.bandwidth) else f"{100 * forecast.bandwidth:.2g} %"
     parts = f"of the highest T_flash, expected: statistical {100 * forecast.statistical:.2g} %, bandwidth {bandwidth}, "
     parts += f"pixel {100 * forecast.pixel:.2g} %, size {100 * forecast.size:.2g} %"
+    parts += ", scan unknown" if scanned else ""
     workers = os.cpu_count() or 1
     wall = forecast.wall_seconds(workers)
     until = f"--until flash_temperature={100 * goal:.3g}% stops once its statistical error (95 %) is that everywhere"
     each = f"{LEAST} at least; levels marked 1 in k are solved for every kth of them"
     return [
         Reason("realizations", f"about {forecast.realizations}", f"{until}; {each}"),
-        Reason("error", _total(forecast), parts),
+        Reason("error", _total(forecast) + (" without the scan's own error" if scanned else ""), parts),
         Reason(
             "workers",
             str(workers),

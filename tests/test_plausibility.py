@@ -1,5 +1,6 @@
 """Scenes with a slip of the unit or the key are told of; lawful ones are not."""
 
+import importlib
 import json
 import math
 import re
@@ -86,6 +87,19 @@ def test_the_wavenumber_up_to_which_the_slope_is_small_is_where_it_is(steel):
     height = (r**2 - low**2) / 2 + r**3.6 * (r**-1.6 - (6e9) ** -1.6) / 1.6
     slope = (r**4 - low**4) / 4 + r**3.6 * (q_max**0.4 - r**0.4) / 0.4
     assert math.sqrt(2 * (1e-6) ** 2 * slope / height) == pytest.approx(0.5, rel=3e-3)  # three digits are printed
+
+
+def test_steep_waves_that_only_yield_are_told_to_change_little(steel):
+    steep = replace(steel, surface=replace(steel.surface, rms_height=None, rms_slope=0.45))  # of one face
+    (line, _) = judge(steep).warnings
+    assert line.startswith("rms slope = 0.636 of both faces together is above 0.5")
+    q_max = float(re.search(r"touch at the hardness alone; .* lower q_max to (\S+) rad/m, which changes", line)[1])
+    assert q_max > 32 * facts(steep).yield_wavenumber
+    cut = steep.spectrum.truncated(q_max=q_max)
+    rows = tuple((q, float(cut(q)) / 2) for q in np.geomspace(6350, q_max * (1 - 1e-9), 300))
+    less = replace(steel, surface=type(steel.surface)(psd=rows, psd_convention="persson"))
+    assert facts(less).rms_slope < 0.501
+    assert facts(less).flash_temperature == pytest.approx(facts(steep).flash_temperature, rel=0.005)
 
 
 def test_the_facts_are_those_of_the_scene(full_scene, capped_scene):
@@ -202,13 +216,19 @@ def test_the_figures_of_a_resting_spot_are_those_of_docs_partition(steel):
     assert f"| theory | {0.938 * hot:.1f} K |" in page
 
 
-def test_a_scan_is_said_to_have_an_unknown_error_before_anything_is_computed():
+def test_a_scan_is_said_to_have_an_unknown_error_before_anything_is_computed(monkeypatch):
     rows = 'psd = [[1e4, 3e-23], [1e5, 7e-27]]\npsd_convention = "persson"\n'
     text = even()
     text = text[: text.index("rms_height")] + rows + text[text.index("[body]") :]
     assert warned(text) == []  # a table of one's own is taken as stated
     (line,) = warned(text.replace("psd_convention", 'psd_source = "scan"\npsd_convention'))
     assert line.startswith("C(q) was measured on one scan, and its error is unknown")
+    planning = importlib.import_module("roughsim.plan")
+    monkeypatch.setattr(planning, "pilot", lambda *_: None)  # its solves take seconds, and decide nothing here
+    for scanned in (False, True):
+        scene = parse_scene(text.replace("psd_convention", 'psd_source = "scan"\npsd_convention') if scanned else text)
+        (error,) = [reason for reason in rs.plan(scene).reasons if reason.choice == "error"]
+        assert ("without the scan's own error" in error.value) == ("scan unknown" in error.reason) == scanned
 
 
 def test_a_theory_that_cannot_be_evaluated_is_said_and_stops_nothing(quick, monkeypatch):

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from roughsim.plausibility import judge
 from roughsim.scene import SceneError, bundled_scenes, parse_scene, scene_text
 from roughsim.scene.quantities import KEYS
 from roughsim.tables import theory_dict
@@ -104,10 +105,17 @@ def test_any_lawful_numbers_are_planned_and_predicted_or_refused(text):
     planning = importlib.import_module("roughsim.plan")
     genuine, planning.pilot = planning.pilot, lambda *_: None  # its solves take seconds and decide nothing here
     try:
-        for ask in (planning.plan, theory_dict):
+        for ask in (planning.plan, theory_dict, judged):
             assert answered_or_refused(ask, text) < 500
     finally:
         planning.pilot = genuine
+
+
+def judged(scene):
+    """What is said of a scene is one printable line each, whatever its numbers, and JSON without NaN."""
+    found = judge(scene)
+    assert all(line.isprintable() and len(line) < 500 for line in found.warnings)
+    json.dumps(found.to_dict(), allow_nan=False)
 
 
 def answered_or_refused(ask, text):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from roughsim import analytic
-from roughsim.plausibility.sizes import STEEP, Facts, facts
+from roughsim.plausibility.sizes import STEEP, YIELDED, Facts, facts
 from roughsim.rungs import CAPPED_LIMIT, ELASTIC_LIMIT
 
 if TYPE_CHECKING:
@@ -62,25 +62,34 @@ def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
     numerics : Numerics, optional
         How well, where that is known: contact is then counted in the pixels of its finest grid.
     """
-    lines = [*_of_the_roughness(scene), *_of_the_bodies(scene)]
+    bodies = [*_of_the_roughness(scene), *_of_the_bodies(scene)]
     try:
         known = facts(scene)
     except (ValueError, ArithmeticError, RuntimeError) as error:
         line = f"the theory of this scene cannot be evaluated ({error}); nothing tells its contact area and temperature"
-        return Plausibility(None, [*lines, " ".join(line.split())])
-    lines += _of_the_load(scene, known, numerics)
+        return Plausibility(None, [*_of_the_slope(scene, scene.spectrum.rms_slope), *bodies, " ".join(line.split())])
+    lines = [*_of_the_slope(scene, known.rms_slope_before_yield), *bodies, *_of_the_load(scene, known, numerics)]
     return Plausibility(known, [*lines, *_of_the_heat(scene, known), *_of_the_share(scene, known)])
 
 
-def _of_the_roughness(scene: Scene) -> Lines:
-    slope, height, shortest = scene.spectrum.rms_slope, scene.spectrum.rms_height, 2 * pi / scene.spectrum.breaks[-1]
-    if slope > STEEP:
-        end = _gentle_end(scene)
-        until = f", or lower q_max to {end:.3g} rad/m, up to which it is less" if isfinite(end) else ""
-        yield (
-            f"rms slope = {slope:.3g} of both faces together is above {STEEP:g}, and the model has small "
-            f"slopes; check the units of the roughness{until}"
+def _of_the_slope(scene: Scene, before_yield: float) -> Lines:
+    slope = scene.spectrum.rms_slope
+    if slope <= STEEP:
+        return
+    end = _gentle_end(scene)
+    if before_yield <= STEEP:
+        advice = (
+            f"up to {YIELDED:g} q_y it is {before_yield:.3g}, and shorter waves touch at the hardness alone; check the "
+            f"units of the roughness, or lower q_max to {end:.3g} rad/m, which changes little"
         )
+    else:
+        until = f", or lower q_max to {end:.3g} rad/m, up to which it is less" if isfinite(end) else ""
+        advice = f"check the units of the roughness{until}"
+    yield f"rms slope = {slope:.3g} of both faces together is above {STEEP:g}, and the model has small slopes; {advice}"
+
+
+def _of_the_roughness(scene: Scene) -> Lines:
+    height, shortest = scene.spectrum.rms_height, 2 * pi / scene.spectrum.breaks[-1]
     if height < FLAT:
         yield (
             f"rms height = {height:.3g} m of both faces together is below {FLAT:g} m, less than an atom; "

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 ROOM = 293.0  # K, where no background temperature is given
 STEEP = 0.5  # rms slope: the model has surfaces of small slope
+YIELDED = 32.0  # q_y: shorter waves touch at the hardness alone, and their slope changes nothing
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,6 +31,8 @@ class Facts:
     ----------
     rms_height, rms_slope : float
         Of both faces together, m and dimensionless.
+    rms_slope_before_yield : float
+        The same of the waves up to 32 q_y; of all where q_y is inf.
     longest_wave, shortest_wave : float
         2π/q_min and 2π/q_max, m.
     pressure_over_hardness : float
@@ -62,6 +65,7 @@ class Facts:
 
     rms_height: float
     rms_slope: float
+    rms_slope_before_yield: float
     longest_wave: float
     shortest_wave: float
     pressure_over_hardness: float
@@ -94,11 +98,13 @@ class Facts:
         ratio = ("σ₀/σ_P", self.pressure_over_hardness, "nominal pressure over penetration hardness")
         if elastic:
             ratio = ("σ₀/E*", self.pressure_over_modulus, "nominal pressure over effective modulus")
+        part = f", {self.rms_slope_before_yield:.3g} up to {YIELDED:g} q_y"
+        part = part if self.rms_slope_before_yield < self.rms_slope else ""
         waves = f"{1e3 * self.longest_wave:.3g} mm to {1e6 * self.shortest_wave:.3g} µm"
         size = f"{1e3 * self.cell[0]:.3g} mm × {1e3 * self.cell[1]:.3g} mm"
         return [
             ("rms height", f"{1e6 * self.rms_height:.3g} µm", f"of both faces together, in waves of {waves}"),
-            ("rms slope", f"{self.rms_slope:.3g}", f"of both faces together; the model is for less than {STEEP:g}"),
+            ("rms slope", f"{self.rms_slope:.3g}", f"of both faces together{part}; the model has less than {STEEP:g}"),
             (ratio[0], f"{ratio[1]:.3g}", ratio[2]),
             (
                 "contact area",
@@ -133,16 +139,19 @@ def facts(scene: Scene) -> Facts:
     share = analytic.heat_partition(scene)
     radius = theory.correlation_radius(0.5)
     contact = theory.area_fractions["contact_fraction"]
+    yields = inf if scene.elastic else analytic.yield_wavenumber(scene)
+    touching = spectrum if YIELDED * yields >= spectrum.breaks[-1] else spectrum.truncated(q_max=YIELDED * yields)
     return Facts(
         rms_height=spectrum.rms_height,
         rms_slope=spectrum.rms_slope,
+        rms_slope_before_yield=touching.rms_slope,
         longest_wave=2 * pi / spectrum.breaks[0],
         shortest_wave=2 * pi / spectrum.breaks[-1],
         pressure_over_hardness=load / scene.penetration_hardness,
         pressure_over_modulus=load / scene.effective_modulus,
         contact_fraction=contact,
         contact_pressure=load / contact if contact > 0.0 else inf,
-        yield_wavenumber=inf if scene.elastic else analytic.yield_wavenumber(scene),
+        yield_wavenumber=yields,
         hot_spot_radius=radius,
         hot_spots=contact * lengths[0] * lengths[1] / (pi * radius**2),
         cell=lengths,
@@ -166,4 +175,4 @@ def _json(value: Any) -> Any:
     return value if isfinite(value) else None
 
 
-__all__ = ["ROOM", "STEEP", "Facts", "facts"]
+__all__ = ["ROOM", "STEEP", "YIELDED", "Facts", "facts"]
