@@ -118,8 +118,9 @@ def test_the_facts_are_those_of_the_scene(full_scene, capped_scene):
 
 def test_contact_of_less_than_a_spot_or_a_pixel_is_told_for_the_grid_in_use(steel):
     light = replace(steel, sliding=replace(steel.sliding, nominal_pressure=5e5, heat_partition=0.5))
+    light = replace(light, numerics=replace(light.numerics, lengths=(4e-3, 4e-3)))
     (line,) = judge(light).warnings
-    assert "of one hot spot of the theory in a cell of 3.96 mm" in line
+    assert "of one hot spot of the theory in a cell of 4 mm" in line
     assert facts(light).hot_spots < 1.0
     levels = (rs.Level("capped", (128, 128), 5e4), rs.Level("capped", (64, 64), 5e4))
     (line,) = judge(light, rs.Numerics(levels, (4e-3, 4e-3))).warnings  # 5e5/1.2e9 of 128² pixels
