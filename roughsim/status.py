@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from roughsim.compare import json_number
 from roughsim.ensemble import writer
 from roughsim.estimate import LEAST, relative_half_width
-from roughsim.record import member_path
 
 if TYPE_CHECKING:
     from roughsim.record import Run
@@ -94,8 +93,7 @@ def seconds_left(run: Run) -> float | None:
     """Return the time left at the pace of the latest members, s; None while there is no pace or no end to tell."""
     if not end_known(run):
         return None
-    paths = (member_path(run.folder, level, index) for level, index in run.members)
-    written = sorted(path.stat().st_mtime for path in paths if path.exists())[-_RECENT:]
+    written = run.members.latest(_RECENT)
     if len(written) < 2 or written[-1] <= written[0]:
         return None
     missing = max(run.numerics.members(realizations_needed(run)) - len(run.members), 0)

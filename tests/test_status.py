@@ -13,17 +13,22 @@ from roughsim.estimate import relative_half_width
 from roughsim.record import member_path
 
 
+def opened(folder):
+    run = rs.open_run(folder)
+    run.max_realizations = 10
+    return run
+
+
 @pytest.fixture
 def running(capped_run, tmp_path):
     """Six realizations of ten, each member ten seconds after the last one; nobody writes."""
     shutil.copytree(capped_run.folder, tmp_path / "run")
     run = rs.open_run(tmp_path / "run")
-    run.max_realizations = 10
     now = time.time()
     paths = [member_path(run.folder, level, index) for level, index in sorted(run.members, key=lambda m: m[1])]
     for k, path in enumerate(reversed(paths)):
         os.utime(path, (now - 30 - 10 * k,) * 2)
-    return run
+    return opened(run.folder)
 
 
 @pytest.mark.parametrize(
@@ -74,6 +79,7 @@ def test_the_time_left_is_the_pace_of_the_latest_members_times_those_missing(run
 def test_there_is_no_pace_where_all_members_are_of_one_moment(running):
     for path in (running.folder / "realizations").iterdir():
         os.utime(path, (1e9, 1e9))
+    running = opened(running.folder)
     assert status.seconds_left(running) is None
     assert not any("latest pace" in line for line in status.status_lines(running))
 

@@ -214,6 +214,12 @@ class Members(MutableMapping[Key, Member]):
         data = self.levels[level].data
         return np.flatnonzero((data["state"] > 0) & (data["size"] > 0)) * self.levels[level].every
 
+    def latest(self, count: int) -> list[float]:
+        """Return when the latest files were written, s since 1970, in order; of members read from files only."""
+        times = [columns.data["changed"][columns.data["state"] > 0] for columns in self.levels]
+        every = np.sort(np.concatenate(times))
+        return [1e-9 * float(time) for time in every[every > 0][-count:]]
+
     def failed(self, level: int, count: int) -> NDArray[np.int64]:
         """Return the indices below `count` at which a level has no numbers."""
         columns = self.levels[level]
