@@ -87,7 +87,7 @@ class Reader:
             del self.members[level, index]
             self.available = min(self.available, index)
         while self.available < most and all(
-            self._there(level, self.available) for level in self.numerics.of_index(self.available)
+            self.take(level, self.available) for level in self.numerics.of_index(self.available)
         ):
             self.available += 1
         if self._worth_saving(len(self._fresh)):
@@ -117,7 +117,7 @@ class Reader:
             digest.update(wanted.tobytes() + self.members.fixed(level, "digest", wanted).tobytes())
         return {"count": count, "until": until, "code": code_digest(), "members": digest.hexdigest()}
 
-    def _there(self, level: int, index: int) -> bool:
+    def take(self, level: int, index: int) -> bool:
         """Read one member if need be; False if it is not there yet."""
         if (level, index) in self.members:
             return True

@@ -99,6 +99,10 @@ class Run:
         self.__dict__.pop("realizations", None)
         self._reader.refresh(self.max_realizations)
 
+    def take(self, level: int, index: int) -> bool:
+        """Read one member now, also beyond a gap; False if its file is not there: it does not count. Errors as `refresh`."""
+        return self._reader.take(level, index)
+
     @cached_property
     def realizations(self) -> int:
         """How many indices count: the first n at which the targets are met, or all there are without a gap."""
