@@ -1,4 +1,4 @@
-"""The file of one member: computed, stored, and remembered without its arrays."""
+"""The file of one member: computed and stored."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from roughsim.scene import Scene
 
 
-def store_member(scene: Scene, numerics: Numerics, level: int, index: int, place: Path) -> Member:
-    """Compute one member, write its file, and return what a run keeps of it in memory.
+def store_member(scene: Scene, numerics: Numerics, level: int, index: int, place: Path) -> None:
+    """Compute one member and write its file.
 
     A solve that does not converge is stored as a failure.
     """
@@ -37,11 +37,10 @@ def store_member(scene: Scene, numerics: Numerics, level: int, index: int, place
         provenance = _provenance(scene, numerics, error.residual, error.iterations, {})
         member = Member(level, index, failure=str(error), lengths=numerics.lengths, provenance=provenance)
     write_member(place, member)
-    return member.without_arrays()
 
 
-def store_for(scene: Scene, numerics: Numerics, level: int, index: int, place: Path) -> tuple[str, Member]:
-    """Do as `store_member` in a worker, and return also the name of its host.
+def store_for(scene: Scene, numerics: Numerics, level: int, index: int, place: Path) -> str:
+    """Do as `store_member` in a worker, and return the name of its host.
 
     Raises
     ------
@@ -54,7 +53,8 @@ def store_for(scene: Scene, numerics: Numerics, level: int, index: int, place: P
             f"a worker on {host} does not see {place}: the file system is not shared; name a run folder that all "
             f"workers see"
         )
-    return host, store_member(scene, numerics, level, index, place)
+    store_member(scene, numerics, level, index, place)
+    return host
 
 
 def _member(scene: Scene, numerics: Numerics, one: Realization) -> Member:

@@ -17,7 +17,7 @@ from roughsim.ensemble.start import sweep
 from roughsim.ensemble.workers import Workforce
 from roughsim.errors import RecordError
 from roughsim.numerics import Numerics
-from roughsim.record import Member, Run, member_path
+from roughsim.record import Run, member_path
 from roughsim.record.disk import DamagedError
 
 if TYPE_CHECKING:
@@ -104,10 +104,11 @@ class Tasks:
             if task is None:
                 self._pause()
             else:
-                self._count(task, store_member(self.scene, self.numerics, *task, self.place), socket.gethostname())
+                store_member(self.scene, self.numerics, *task, self.place)
+                self._count(task, socket.gethostname())
 
     def _shared(self, pool: Executor, force: Workforce) -> None:
-        pending: dict[Future[tuple[str, Member]], _Sent] = {}
+        pending: dict[Future[str], _Sent] = {}
         try:
             while not self._finished():
                 while len(pending) < 2 * force.workers and (task := self._next()) is not None:
@@ -116,9 +117,9 @@ class Tasks:
                 done = [future for future in pending if future.done()]  # also those that others have cancelled
                 for future in done:
                     sent = pending.pop(future)
-                    host, member = _result(future)
+                    host = _result(future)
                     self.longest = max(self.longest, time.monotonic() - sent.since)
-                    self._count(sent.task, member, host)
+                    self._count(sent.task, host)
                 if not done:
                     self._pause(0.0 if pending else PAUSE)
                     self._redo_overdue(pool, pending, force)
@@ -130,10 +131,10 @@ class Tasks:
                 future.cancel()
             self.claims.release_all()
 
-    def _hand_out(self, pool: Executor, pending: dict[Future[tuple[str, Member]], _Sent], sent: _Sent) -> None:
+    def _hand_out(self, pool: Executor, pending: dict[Future[str], _Sent], sent: _Sent) -> None:
         pending[pool.submit(store_for, self.scene, self.numerics, *sent.task, self.place)] = sent
 
-    def _redo_overdue(self, pool: Executor, pending: dict[Future[tuple[str, Member]], _Sent], force: Workforce) -> None:
+    def _redo_overdue(self, pool: Executor, pending: dict[Future[str], _Sent], force: Workforce) -> None:
         """Hand out again what has not come back for long; what then still does not come back is computed here."""
         limit = self._limit
         for future, sent in list(pending.items()):
@@ -145,8 +146,8 @@ class Tasks:
             name = f"{_claim(sent.task)} has not come back from a worker for {waited:.0f} s"
             if sent.again:
                 warnings.warn(f"{name} again; it is computed in this process", RuntimeWarning, stacklevel=2)
-                member = store_member(self.scene, self.numerics, *sent.task, self.place)
-                self._count(sent.task, member, socket.gethostname())
+                store_member(self.scene, self.numerics, *sent.task, self.place)
+                self._count(sent.task, socket.gethostname())
             else:
                 warnings.warn(
                     f"{name} (limit {limit:.0f} s: {LONGEST_WAITS:g} times the longest so far, at least "
@@ -161,8 +162,8 @@ class Tasks:
         """How long a member is waited for, s."""
         return max(LEAST_WAIT, LONGEST_WAITS * self.longest)
 
-    def _count(self, task: Task, member: Member, host: str) -> None:
-        """Count a member once this process sees its file, and give up its claim."""
+    def _count(self, task: Task, host: str) -> None:
+        """Count a member once this process has read its file, and give up its claim."""
         end = time.monotonic() + SEEN
         while not self._stored(task):
             if time.monotonic() > end:
@@ -172,8 +173,7 @@ class Tasks:
                 )
             list(member_path(self.place, *task).parent.iterdir())  # network file systems look again
             time.sleep(0.1)
-        self.result.members[task] = member
-        self._refresh()
+        self._refresh(task)
         self.claims.release(_claim(task))
         self._tell()
 
@@ -186,9 +186,11 @@ class Tasks:
             self._tell()
         self.check()
 
-    def _refresh(self) -> None:
-        """Read what has come; what another process has moved aside, or a disk has damaged since, is done again."""
+    def _refresh(self, *tasks: Task) -> None:
+        """Read what has come, these members also beyond a gap; what a disk has damaged since is done again."""
         try:
+            for task in tasks:
+                self.result.take(*task)
             self.result.refresh()
         except (DamagedError, FileNotFoundError):
             sweep(self.place, self.claims)
@@ -210,8 +212,8 @@ def _claim(task: Task) -> str:
     return f"L{task[0]}-{task[1]:06d}"
 
 
-def _result(future: Future[tuple[str, Member]]) -> tuple[str, Member]:
-    """What a worker sends back; an executor that drops what it was given says nothing by itself."""
+def _result(future: Future[str]) -> str:
+    """The host that a worker sends back; an executor that drops what it was given says nothing by itself."""
     try:
         return future.result()
     except CancelledError:

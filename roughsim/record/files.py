@@ -7,7 +7,7 @@ import hashlib
 import io
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -62,11 +62,6 @@ class Member:
     speeds: tuple[float, ...] = ()
     provenance: dict[str, Any] = field(default_factory=dict)
     kept: tuple[str, ...] = ()
-
-    def without_arrays(self) -> Member:
-        """Return the member without spectrum and fields: what is kept in memory of many."""
-        kept = tuple(self.fields) or self.kept
-        return replace(self, wavenumber=np.empty(0), spectrum=np.empty(0), fields={}, kept=kept)
 
 
 def member_path(folder: Path, level: int, index: int) -> Path:

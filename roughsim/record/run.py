@@ -100,7 +100,7 @@ class Run:
         self._reader.refresh(self.max_realizations)
 
     def take(self, level: int, index: int) -> bool:
-        """Read one member now, also beyond a gap; False if its file is not there: it does not count. Errors as `refresh`."""
+        """Read one member now, also beyond a gap; False if its file is not there. Errors as `refresh`."""
         return self._reader.take(level, index)
 
     @cached_property
