@@ -434,6 +434,24 @@ def test_the_limit_of_a_ladder_has_the_exponent_that_the_ladder_shows(power):
     assert error < 0.1 * (64.0**-power) * 1.1 + 1e-5  # nothing but the share of what lies beyond
 
 
+@pytest.mark.parametrize("depth", capped.DEPTHS)
+def test_where_c_ends_the_pixels_are_taken_off(depth):
+    # T_flash is 0.3 n^-1.6 (4 q_y/q_max)^1.1 too high with n pixels per shortest wave; two of them are solved everywhere
+    noise = 1.0 + 1e-4 * np.random.default_rng(3).standard_normal((8, 1))
+
+    def rung(pixels, end):
+        values = np.ones((8, members.FUNCTIONALS))
+        values[:, members.COLUMNS["flash_temperature"]] += 0.3 * pixels**-1.6 * (4.0 / end) ** 1.1
+        return values * noise
+
+    raw = {f"capped{end:g}": rung(2, end) for end in capped.DEPTHS}
+    raw |= {f"finer{n}-{end:g}": rung(n, end) for end, many in capped.FINER.items() for n in many}
+    high = np.log(rung(2, depth)[0, 3] / noise[0, 0])
+    shift, error = tables._pixels(raw, ("flash_temperature", 3), depth)
+    assert abs(shift + high) <= error
+    assert error <= 0.25 * high if depth <= 16.0 else error <= 0.6 * high
+
+
 @pytest.mark.parametrize("top", [6, 8])
 @pytest.mark.parametrize("power", [0.1, 0.2, 0.5])
 def test_past_the_peclet_number_a_ladder_nears_its_limit_as_slow_sliding_does(power, top):
