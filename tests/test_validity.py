@@ -436,7 +436,7 @@ def test_the_limit_of_a_ladder_has_the_exponent_that_the_ladder_shows(power):
 
 @pytest.mark.parametrize("depth", capped.DEPTHS)
 def test_where_c_ends_the_pixels_are_taken_off(depth):
-    # T_flash is 0.3 n^-1.6 (4 q_y/q_max)^1.1 too high with n pixels per shortest wave; two of them are solved everywhere
+    # T_flash is 0.3 n^-1.6 (4 q_y/q_max)^1.1 too high with n pixels per shortest wave; all rungs have two
     noise = 1.0 + 1e-4 * np.random.default_rng(3).standard_normal((8, 1))
 
     def rung(pixels, end):
