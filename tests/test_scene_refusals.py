@@ -35,7 +35,7 @@ REFUSED = [
     (PRESSURE, "0x" + "f" * 20000, "sliding.nominal_pressure"),
     (PRESSURE, "1979-05-27", "sliding.nominal_pressure"),
     (PRESSURE, '"1.21 GPa"', "sliding.nominal_pressure = 1.21e+09 Pa exceeds body.penetration_hardness = 1.2e+09 Pa"),
-    (PRESSURE, "90 MPa", 'line 26, column 23): "nominal_pressure = 90 MPa'),
+    (PRESSURE, "90 MPa", 'line 27, column 23): "nominal_pressure = 90 MPa'),
     ("hurst = 0.8", "hurts = 0.8", 'surface.hurts = 0.8 is not a key of a scene; did you mean "hurst"?'),
     ("hurst = 0.8", "hurst = 0.8\ngamma = 1", "surface.gamma = 1 is not a key of a scene; it belongs in [theory]"),
     ("hurst = 0.8", "hurst = 0.8\n'a\\nb' = 1", "surface."),
