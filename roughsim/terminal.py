@@ -17,8 +17,9 @@ class PlainConsole(Console):
     """A console of rich on which no text is markup, an emoji or a command; styles are set by code alone."""
 
     def __init__(self, *, stderr: bool = False):
-        terminal = (sys.stderr if stderr else sys.stdout).isatty()
-        super().__init__(stderr=stderr, markup=False, emoji=False, highlight=False, width=None if terminal else _PIPED)
+        stream = sys.stderr if stderr else sys.stdout  # None where it was closed before the start
+        width = None if stream is not None and stream.isatty() else _PIPED
+        super().__init__(stderr=stderr, markup=False, emoji=False, highlight=False, width=width)
 
     def render_str(self, text: str, **rest: Any) -> Text:
         """Return a text to render; all that is not rich's own comes by here: lines, cells, titles and captions."""
