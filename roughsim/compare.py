@@ -22,6 +22,7 @@ from roughsim.cell import size_error
 from roughsim.estimate import Estimate, Quotient, quotient
 from roughsim.in_band import Slope, stress_slope
 from roughsim.means import OBSERVABLES
+from roughsim.record.gaps import left_out
 from roughsim.record.run import Run
 from roughsim.spectrum import TruncatedSpectrum
 
@@ -104,11 +105,11 @@ class Comparison:
         return tuple(parts)
 
     def notes(self) -> tuple[str, ...]:
-        """Say why measured values and the theory that stands beside them differ in what they include."""
+        """Say what is missing, and why measured values and the theory beside them differ in what they include."""
         run = self.run
         first = run.numerics.columns[0]
         q_c, q_max = run.numerics.levels[run.numerics.of_column(first)[-1]].q_max, run.scene.spectrum.breaks[-1]
-        told = []
+        told = left_out(run)
         if cut := self._apart("theory_at_cut_off", "theory_full_spectrum"):
             told.append(
                 f"C(q) is cut at q_c = {q_c:.3g} rad/m, below q_max = {q_max:.3g} rad/m. Up to q_c the theory is {cut} "
@@ -137,6 +138,7 @@ class Comparison:
         return {
             "realizations": self.realizations,
             "failed": self.failed,
+            "missing": self.run.missing,
             "rows": [_row_dict(row) for row in self.rows],
             "stress_slopes": [slope._asdict() for slope in self.slopes],
         }

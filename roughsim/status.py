@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from roughsim.compare import json_number
 from roughsim.ensemble import writer
 from roughsim.estimate import LEAST, relative_half_width
+from roughsim.record.gaps import damaged_names, left_out
 
 if TYPE_CHECKING:
     from roughsim.record import Run
@@ -23,6 +24,8 @@ def status_dict(run: Run) -> dict[str, Any]:
         "writer": writer(run.folder),
         "realizations": run.realizations,
         "failed": run.failed,
+        "missing": run.missing,
+        "damaged": damaged_names(run),
         "needed": realizations_needed(run),
         "target_met": run.target_met,
         "seconds_left": seconds_left(run),
@@ -52,6 +55,7 @@ def status_lines(run: Run) -> list[str]:
     lines.append(f"{count_text(run)}{reached(run)}")
     if told["failed"]:
         lines.append(f"{told['failed']} did not converge and are left out of the means")
+    lines += left_out(run)
     for name in told["estimates"]:
         lines += run.estimate(name).explain().splitlines()
     if told["target_met"] or told["realizations"] >= run.max_realizations:

@@ -104,6 +104,7 @@ def zeroed(content, step=64):
             yield bytes(broken)
 
 
+@pytest.mark.slow
 def test_an_old_file_on_which_the_library_spins_is_named_as_damaged(tmp_path, monkeypatch):
     path = old_member(tmp_path)
     content, whole = path.read_bytes(), read_member(path)

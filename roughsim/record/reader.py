@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from roughsim.numerics import Numerics
 
 Array = NDArray[np.float64]
-_NAME = re.compile(r"L(\d+)-(\d{6,})\.h5")
+_NAME = re.compile(r"(L\d+-(\d{6,}))\.h5")
 _SMALL = 1 << 16  # bytes: such a file is checked whole also where its summary is at hand
 _LEAST_NEW, _SHARE_NEW = 64, 0.1  # members, and share of all, that came since: then the summary is written anew
 
@@ -225,18 +225,16 @@ class Reader:
         columns = {name: self.members.fixed(level, name, indices) for name in self.members.levels[level].data}
         return Block(indices, columns, self._wavenumber.get(level, np.empty(0)), rows)
 
-    def missing(self) -> list[tuple[int, int]]:
-        """Return level and index of the members that are not there although later realizations are."""
+    def missing(self) -> list[str]:
+        """Return the names of the members that are not there although those of later realizations are."""
         try:
             names = os.listdir(self.folder / "realizations")
         except OSError as error:
             raise not_readable(self.folder / "realizations", error) from error
-        there = {(int(found[1]), int(found[2])) for found in map(_NAME.fullmatch, names) if found}
-        last = max((index for _, index in there), default=-1)
-        wanted = (
-            (level, index) for index in range(self.available, last + 1) for level in self.numerics.of_index(index)
-        )
-        return [key for key in wanted if key not in there]
+        there = {found[1]: int(found[2]) for found in map(_NAME.fullmatch, names) if found}
+        gap = range(self.available, max(there.values(), default=-1) + 1)
+        wanted = (member_path(self.folder, level, i).stem for i in gap for level in self.numerics.of_index(i))
+        return [name for name in wanted if name not in there]
 
 
 def identity_of(description: dict[str, Any]) -> tuple[Any, Any]:

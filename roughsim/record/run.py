@@ -16,7 +16,6 @@ from roughsim.cell import size_error
 from roughsim.estimate import LEAST, Estimate, estimate, first_sufficient, spread
 from roughsim.ladder import Values, observe
 from roughsim.means import NUMBERS, OBSERVABLES
-from roughsim.record.files import member_path
 from roughsim.record.members import Members
 from roughsim.record.reader import Reader, identity_of
 from roughsim.sample import Sample
@@ -83,8 +82,8 @@ class Run:
 
     @property
     def missing(self) -> list[str]:
-        """Names of the members that are not there although later realizations are, such as "L0-000003"."""
-        return [member_path(self.folder, level, index).stem for level, index in self._reader.missing()]
+        """Names, as "L0-000003", of the members not there although later ones are; none once the targets are met."""
+        return [] if self.target_met else self._reader.missing()
 
     def refresh(self) -> None:
         """Read the members that have come since, in order, up to the first gap; damaged ones again.
