@@ -243,11 +243,12 @@ def _of_the_heat(scene: Scene, known: Facts) -> Lines:
 def _of_the_share(scene: Scene, known: Facts) -> Lines:
     k = int(np.argmax(scene.speeds))
     share = float(known.heat_partition[k])
+    about = "about " if isfinite(scene.temperature_range[1]) else ""  # a table κ(T) has another κ at another share
     if _like_faces(scene) and abs(share - 0.5) > UNEVEN:
         yield (
             f"the heat share {share:.3g} at {scene.speeds[k]:g} m/s takes hot spots to rest on the counterface until "
             "it is warm there, but two equally rough faces of one material share evenly: at 1/2 temperatures are "
-            f"{0.5 / share:.3g} of these; see docs/partition.md"
+            f"{about}{0.5 / share:.3g} of these; see docs/partition.md"
         )
 
 

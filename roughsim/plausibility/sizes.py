@@ -91,7 +91,8 @@ class Facts:
         """Return name, value and meaning of each for people."""
         elastic = self.pressure_over_hardness == 0.0
         speeds = f"{_range(self.speed)} m/s"
-        melting = "" if isinf(self.melting_temperature) else f"; melts at {self.melting_temperature:g} K"
+        melting = "" if isinf(self.melting_temperature) else f", melts at {self.melting_temperature:g} K"
+        background = f"a background of {self.background_temperature:g} K{melting}"
         yields = "no q_y: elastic" if elastic else "no q_y: less than 99 % yields"
         if isfinite(self.yield_wavenumber):
             yields = f"q_y = {self.yield_wavenumber:.3g} rad/m"
@@ -120,7 +121,7 @@ class Facts:
             (
                 "T_flash",
                 f"{_range(self.flash_temperature)} K",
-                f"in theory, at {speeds}, above the background{melting}",
+                f"in theory, at {speeds}, above {background}",
             ),
         ]
 
