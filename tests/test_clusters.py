@@ -69,7 +69,8 @@ def assert_same_bits(folder, quick, alone, count):
         for name in theirs.numbers:
             np.testing.assert_array_equal(mine.numbers[name], theirs.numbers[name])
         np.testing.assert_array_equal(mine.spectrum, theirs.spectrum)
-    assert sorted(path.name for path in folder.iterdir()) == ["realizations", "run.json", "scene.toml"]
+    there = {path.name for path in folder.iterdir()}
+    assert there - {"summary.bin"} == {"realizations", "run.json", "scene.toml"}  # no claim, nothing half done
     assert len(list((folder / "realizations").iterdir())) == count
 
 
@@ -139,8 +140,8 @@ def test_a_full_or_closed_terminal_stops_no_run(scene_file, tmp_path, reader):
 @pytest.mark.slow
 def test_a_scheduler_of_dask_that_dies_ends_the_run_with_a_sentence(quick, tmp_path):
     distributed = pytest.importorskip("distributed", reason="the extra dask is not installed")
-    options = {"n_workers": 1, "threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}
-    cluster = distributed.LocalCluster(**options, processes=False)
+    options = {"n_workers": 1, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
+    cluster = distributed.LocalCluster(**options)
     client = distributed.Client(cluster)
 
     def end(run):
@@ -148,7 +149,7 @@ def test_a_scheduler_of_dask_that_dies_ends_the_run_with_a_sentence(quick, tmp_p
             cluster.close()
 
     executor = client.get_executor(pure=False)
-    with pytest.raises(RuntimeError, match=r"its scheduler or its workers are gone|closed|shutdown"):
+    with pytest.raises(RuntimeError, match="its scheduler or its workers are gone"):
         rs.run(quick, tmp_path / "run", max_realizations=100, until={}, executor=executor, workers=2, observer=end)
     client.close()
     assert rs.run(quick, tmp_path / "run", max_realizations=4, until={}).realizations == 4

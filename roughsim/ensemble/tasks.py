@@ -132,7 +132,16 @@ class Tasks:
             self.claims.release_all()
 
     def _hand_out(self, pool: Executor, pending: dict[Future[str], _Sent], sent: _Sent) -> None:
-        pending[pool.submit(store_for, self.scene, self.numerics, *sent.task, self.place)] = sent
+        try:
+            future = pool.submit(store_for, self.scene, self.numerics, *sent.task, self.place)
+        except BrokenExecutor:
+            raise
+        except Exception as error:  # each library of executors has its own
+            reason = str(error) or type(error).__name__
+            raise RuntimeError(f"the executor takes no more members ({reason}): {_GONE}") from error
+        pending[future] = sent
+
+    def _redo_overdue(self, pool: Executor, pending: dict[Future[str], _Sent], force: Workforce) -> None:
 
     def _redo_overdue(self, pool: Executor, pending: dict[Future[str], _Sent], force: Workforce) -> None:
         """Hand out again what has not come back for long; what then still does not come back is computed here."""
@@ -207,6 +216,11 @@ _GUARD = (
     "put the call of run below that line, or compute with workers=1"
 )
 
+_GONE = (
+    "its scheduler or its workers are gone; what was computed is stored; start them anew, and the same call goes on "
+    "from there"
+)
+
 
 def _claim(task: Task) -> str:
     return f"L{task[0]}-{task[1]:06d}"
@@ -217,7 +231,4 @@ def _result(future: Future[str]) -> str:
     try:
         return future.result()
     except CancelledError:
-        raise RuntimeError(
-            "the executor dropped a member that it had been given: its scheduler or its workers are gone; what was "
-            "computed is stored; start them anew, and the same call goes on from there"
-        ) from None
+        raise RuntimeError(f"the executor dropped a member that it had been given: {_GONE}") from None
