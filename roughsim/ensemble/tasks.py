@@ -142,8 +142,6 @@ class Tasks:
         pending[future] = sent
 
     def _redo_overdue(self, pool: Executor, pending: dict[Future[str], _Sent], force: Workforce) -> None:
-
-    def _redo_overdue(self, pool: Executor, pending: dict[Future[str], _Sent], force: Workforce) -> None:
         """Hand out again what has not come back for long; what then still does not come back is computed here."""
         limit = self._limit
         for future, sent in list(pending.items()):
