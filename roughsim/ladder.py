@@ -10,7 +10,7 @@ its error along.
 from __future__ import annotations
 
 from itertools import pairwise
-from math import inf, nan
+from math import inf, isnan, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -24,10 +24,13 @@ Array = NDArray[np.float64]
 
 # capped contact has steep edges of its plastic patches: these have no limit in q_c and are never extrapolated
 NO_LIMIT = tuple(name for name, record in OBSERVABLES.items() if not record.limit)
-# with two rungs the exponent is taken as 1; fitted ones were 0.9…1.2 on three steels up to 4096², so that a quarter of
-# the remainder covers them; with three rungs it is fitted, and half as much was left over at most; where the steps do
-# not fall the remainder may be half as much again
-_DOUBT_OF_TWO, _DOUBT_OF_THREE, _DOUBT_UNFITTED = 0.25, 0.10, 0.5
+# fitted exponents were 0.9…1.4 where the lowest rung stood at 4 q_y or above, and a tenth of the remainder was left
+# over at most. Lower ones come from rungs that stand too low: p rises on the way up, and first order is nearer to the
+# limit, as the remainder was then 0.5 to 1.4 times the last step. The less the steps tell, the more is in doubt
+_DOUBT_FITTED, _DOUBT_UNFITTED = 0.1, 0.5
+_USUAL, _LEAST = 0.3, 0.7  # how far exponents lie from 1, and below which they are not believed
+# lengths that turn back with the pixel: beyond 8 pixels per wave they went on by 0.2 to 1.5 of the change from 4 to 8
+_TURNING = 1.5
 # a remainder after the theory's shape was right to a quarter in 150 of 151 cases, H = 0.3…0.95, rubber and unyielding
 # rock; beyond half of the value nothing was tried
 DOUBT_OF_SHAPE, _MOST_OF_SHAPE = 0.25, 0.5
@@ -158,15 +161,22 @@ def _at_top(ladder: list[_Rung], order: float, unlimited: bool) -> tuple[Array, 
         return top.rows, top.rows, np.full(top.rows.shape[1:], nan)
     finest = rung.partner if rung is top else top.rows
     change = rung.partner - rung.rows
-    left = change / (rung.refined**order - 1.0)
+    left = change * (_whole(order, rung.refined) - 1.0)
     with np.errstate(all="ignore"):
         carried = np.where(rung is top, 1.0, top.rows.mean(axis=0) / rung.rows.mean(axis=0))
         carried = np.where(np.any(change, axis=0), carried, 0.0)  # 0/0 where nothing yields
         if unlimited:  # the relative change is taken over, and nothing corrected
             share = np.abs((change + left).mean(axis=0) / rung.rows.mean(axis=0))
             return finest, finest, share * np.abs(finest.mean(axis=0))
+        if isnan(order):
+            return top.rows + carried * change, finest, np.abs((carried * (change + left)).mean(axis=0))
         mean = top.rows + carried * (change + left)
         return mean, finest, np.abs((carried * left).mean(axis=0))
+
+
+def _whole(order: float, refined: float) -> float:
+    """What a vanishing pixel changes over what a pixel so many times finer does."""
+    return _TURNING if isnan(order) else 1.0 / (1.0 - refined**-order)
 
 
 def _shaped_remainder(ladder: list[_Rung], top: Array, theory: Array) -> tuple[Array, Array]:
@@ -194,11 +204,17 @@ def _remainder(ladder: list[_Rung], end: float) -> tuple[Array, Array, Array]:
     first_order = np.ones(step.shape[1:])
     linear = step * _factor(cutoffs, end, first_order)
     if len(ladder) == 2:
-        return first_order, linear, _DOUBT_OF_TWO * np.abs(linear.mean(axis=0))
-    exponent = fitted_exponent(cutoffs, rows)
-    remainder = step * _factor(cutoffs, end, exponent) + _scatter_of_exponent(cutoffs, rows, end, exponent)
+        return first_order, linear, _DOUBT_UNFITTED * np.abs(linear.mean(axis=0))
+    fitted, scatter = fitted_exponent(cutoffs, rows), _scatter_of_exponent(cutoffs, rows)
+    # the less the steps tell of the exponent, the more it is drawn to the usual one
+    trust = np.where(np.isfinite(scatter).all(axis=0), 1.0, 0.0)
+    scatter = np.where(trust, scatter, 0.0)
+    trust /= 1.0 + (scatter**2).sum(axis=0) / (len(scatter) * _USUAL) ** 2
+    exponent, small = 1.0 + trust * (fitted - 1.0), 1e-5
+    slope = (_factor(cutoffs, end, exponent + small) - _factor(cutoffs, end, exponent - small)) / (2.0 * small)
+    remainder = step * _factor(cutoffs, end, exponent) + step.mean(axis=0) * slope * trust * scatter
     size, other = (np.abs(x.mean(axis=0)) for x in (remainder, linear))
-    least = np.where(_fits(cutoffs, rows, exponent), _DOUBT_OF_THREE, _DOUBT_UNFITTED)
+    least = np.maximum(_DOUBT_FITTED, _DOUBT_UNFITTED * np.sqrt(1.0 - trust))
     return exponent, remainder, np.maximum(np.abs(size - other), least * size)
 
 
@@ -207,27 +223,17 @@ def _factor(cutoffs: list[float], end: float, p: Array) -> Array:
     return np.asarray((1.0 - (cutoffs[-1] / end) ** p) / ((cutoffs[-1] / cutoffs[-2]) ** p - 1.0))
 
 
-def _scatter_of_exponent(cutoffs: list[float], rows: list[Array], end: float, p: Array) -> Array:
-    """Influence of each realization on the remainder through the fitted exponent; zero in the mean, and where p = 1
-    stands for one that cannot be fitted.
-    """
+def _scatter_of_exponent(cutoffs: list[float], rows: list[Array]) -> Array:
+    """Influence of each realization on the fitted exponent, zero in the mean; NaN where none can be fitted."""
     first, second = rows[0] - rows[1], rows[1] - rows[2]
     fall, last = first.mean(axis=0), second.mean(axis=0)
+    p, small = fitted_exponent(cutoffs, rows), 1e-5
     with np.errstate(all="ignore"):
-        quotient, small = fall / last, 1e-5
+        quotient = fall / last
         of_quotient = ((first - fall) - quotient * (second - last)) / last
         of_exponent = (_steps(cutoffs, p + small) - _steps(cutoffs, p - small)) / (2.0 * small)
-        of_factor = (_factor(cutoffs, end, p + small) - _factor(cutoffs, end, p - small)) / (2.0 * small)
-        moved = -last * of_factor * of_quotient / of_exponent
-    return np.where(_fits(cutoffs, rows, p), moved, 0.0)
-
-
-def _fits(cutoffs: list[float], rows: list[Array], p: Array) -> NDArray[np.bool_]:
-    """Whether p describes the two steps; not so where it stands for one that cannot be fitted."""
-    fall, last = ((a - b).mean(axis=0) for a, b in pairwise(rows))
-    with np.errstate(all="ignore"):
-        fits: NDArray[np.bool_] = np.abs(_steps(cutoffs, p) * last / fall - 1.0) < 1e-6
-    return fits
+        fits = np.abs(_steps(cutoffs, p) / quotient - 1.0) < 1e-6
+        return np.where(fits, of_quotient / of_exponent, nan)
 
 
 def _steps(cutoffs: list[float], p: Array) -> Array:
@@ -246,11 +252,11 @@ def _pixel_of_limit(ladder: list[_Rung], order: float) -> Array:
         if below.partner is not None and rung.partner is not None:
             weight = 1.0 / (rung.sample.q_max / below.sample.q_max - 1.0)
             change = (1.0 + weight) * (rung.partner - rung.rows) - weight * (below.partner - below.rows)
-            scale = rung.sample.q_max / q_top / (1.0 - rung.refined**-order)
+            scale = rung.sample.q_max / q_top * _whole(order, rung.refined)
             return np.asarray(scale * np.abs(change.mean(axis=0)))
     for rung in reversed(ladder):
         if rung.partner is not None:
-            scale = np.sqrt(rung.sample.q_max / q_top) / (1.0 - rung.refined**-order)
+            scale = np.sqrt(rung.sample.q_max / q_top) * _whole(order, rung.refined)
             return np.asarray(scale * np.abs((rung.partner - rung.rows).mean(axis=0)))
     return np.full(ladder[-1].rows.shape[1:], nan)
 
@@ -258,7 +264,7 @@ def _pixel_of_limit(ladder: list[_Rung], order: float) -> Array:
 def fitted_exponent(cutoffs: list[float], values: list[Array]) -> Array:
     """Return p of T∞ + c q_c^(−p) through the means at three cut-offs, per speed.
 
-    Between 0.3 and 3; 1 where the means allow none.
+    Between 0.7 and 3; 1 where the means allow none.
     """
     means = np.stack([np.mean(v, axis=0) for v in values], axis=-1)
     return np.array([_exponent(cutoffs, *map(float, row)) for row in means])
@@ -271,8 +277,8 @@ def _exponent(cutoffs: list[float], a: float, b: float, c: float) -> float:
     def excess(p: float) -> float:
         return float(_steps(cutoffs, np.asarray(p)) - (a - b) / (b - c))
 
-    low, high = excess(0.3), excess(3.0)
-    return float(brentq(excess, 0.3, 3.0)) if low * high < 0.0 else 1.0
+    low, high = excess(_LEAST), excess(3.0)
+    return float(brentq(excess, _LEAST, 3.0)) if low * high <= 0.0 else 1.0
 
 
 __all__ = ["DOUBT_OF_SHAPE", "NO_LIMIT", "Values", "fitted_exponent", "observe"]

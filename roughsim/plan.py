@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 from roughsim import analytic, rungs
 from roughsim.cell import choose_lengths, size_error
 from roughsim.errors import ResolutionError, number
-from roughsim.estimate import LEAST, quantile
+from roughsim.estimate import LEAST, LEAST_FINE, quantile
 from roughsim.numerics import Column, Forecast, Level, Numerics, Reason
-from roughsim.pilot import Pilot, pilot, work
+from roughsim.pilot import MEMBERS, SCATTER_KNOWN, Pilot, pilot, work
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene
@@ -86,13 +86,14 @@ def _chosen(
     bare, most = [level for level, _ in chosen], scene.ensemble.max_realizations
     every = _stride(bare, scatter, change, goal, most)
     levels = _strided(bare, every)
-    count = min(_realizations(hypot(scatter, sqrt(every) * change), goal), most)
-    statistical = float(quantile(count - 1.0)) * hypot(hot, sqrt(every) * change) / sqrt(count)
+    count = min(_realizations(scatter, change, every, goal), most)
+    statistical = _half_width(count, hot, change, every)
     pace = PACE if seen is None else seen.pace
     forecast = Forecast(count, statistical, bandwidth, pixel, size, pace * _work(levels, count))
     why = [reason for _, reason in chosen]
     reasons = [Reason(a.column, _listed((a,)), reason) for a, reason in zip(levels, why, strict=True)]
-    return levels, forecast, [*reasons, _told(seen), *_expected(forecast, goal, scene.scanned)]
+    between = tuple(min(_realizations(f * scatter, f * change, every, goal), most) for f in SCATTER_KNOWN)
+    return levels, forecast, [*reasons, _told(seen), *_expected(forecast, goal, between, scene.scanned)]
 
 
 def _told(seen: Pilot | None) -> Reason:
@@ -106,7 +107,7 @@ def _told(seen: Pilot | None) -> Reason:
     return Reason("pilot", found, why)
 
 
-def _expected(forecast: Forecast, goal: float, scanned: bool) -> list[Reason]:
+def _expected(forecast: Forecast, goal: float, between: tuple[int, ...], scanned: bool) -> list[Reason]:
     bandwidth = "unknown" if isnan(forecast.bandwidth) else f"{100 * forecast.bandwidth:.2g} %"
     parts = f"of the highest T_flash, expected: statistical {100 * forecast.statistical:.2g} %, bandwidth {bandwidth}, "
     parts += f"pixel {100 * forecast.pixel:.2g} %, size {100 * forecast.size:.2g} %"
@@ -115,6 +116,10 @@ def _expected(forecast: Forecast, goal: float, scanned: bool) -> list[Reason]:
     wall = forecast.wall_seconds(workers)
     until = f"--until flash_temperature={100 * goal:.3g}% stops once its statistical error (95 %) is that everywhere"
     each = f"{LEAST} at least; levels marked 1 in k are solved for every kth of them"
+    if between[0] < between[-1]:
+        each += (
+            f"; {between[0]} to {between[-1]}, as the scatter from {MEMBERS} pilot solves is known within a factor 1.7"
+        )
     return [
         Reason("realizations", f"about {forecast.realizations}", f"{until}; {each}"),
         Reason("error", _total(forecast) + (" without the scan's own error" if scanned else ""), parts),
@@ -132,10 +137,19 @@ def _total(forecast: Forecast) -> str:
     return f"{100 * forecast.total:.2g} %{without}"
 
 
-def _realizations(scatter: float, goal: float) -> int:
-    """How many realizations bring the 95 % half-width to the goal."""
-    count = LEAST
-    while quantile(count - 1.0) * scatter / sqrt(count) > goal and count < 1_000_000_000:
+def _half_width(count: int, scatter: float, change: float, every: int) -> float:
+    """The relative 95 % half-width after so many realizations, the fine levels solved for every few of them."""
+    fine = -(-count // every)
+    common, added = scatter**2 / count, change**2 / fine
+    doubt = common**2 / (count - 1) + added**2 / max(fine - 1, 1)  # Satterthwaite, as in the estimate
+    freedom = min((common + added) ** 2 / doubt, count - 1.0) if doubt > 0.0 else count - 1.0
+    return float(quantile(freedom)) * sqrt(common + added)
+
+
+def _realizations(scatter: float, change: float, every: int, goal: float) -> int:
+    """How many realizations bring the half-width to the goal, with enough fine ones to tell."""
+    count = max(LEAST, (LEAST_FINE - 1) * every + 1)
+    while _half_width(count, scatter, change, every) > goal and count < 1_000_000_000:
         count += max(1, count // 50)
     return count
 
@@ -144,7 +158,7 @@ def _stride(levels: list[Level], scatter: float, change: float, goal: float, mos
     """Every how many realizations a fine level is solved: the cheapest power of two that gives it three at least."""
     cost: dict[int, float] = {}
     for every in (2**k for k in range(10)):
-        count = _realizations(hypot(scatter, sqrt(every) * change), goal)  # all that the goal takes, allowed or not
+        count = _realizations(scatter, change, every, goal)  # all that the goal takes, allowed or not
         if every == 1 or 2 * every < min(count, most):
             cost[every] = _work(_strided(levels, every), count)
     return min(cost, key=cost.__getitem__)

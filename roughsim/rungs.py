@@ -120,7 +120,7 @@ def capped_levels(scene: Scene, lengths: tuple[float, float], target: float, see
     smoothed = _pair("smoothed", smooth, 4, lengths, f"1.5 × {where}; 4 pixels per shortest wave")
     for factor in _TOPS:
         top = min(factor * q_yield, q_max, limit)
-        errors = _capped_errors(top, top < q_max, seen, 0.12 if factor >= 16 else 0.35)
+        errors = _capped_errors(top, top < q_max, seen, 0.12 if factor >= 16 else 0.5)
         if hypot(*errors) <= _SYSTEMATIC * target or top < factor * q_yield:
             break
     if top >= q_max:
@@ -160,7 +160,8 @@ def _unyielding_levels(scene: Scene, lengths: tuple[float, float], seen: Pilot |
 def _capped_errors(top: float, extrapolated: bool, seen: Pilot | None, doubt: float) -> tuple[float, float]:
     """Bandwidth and pixel error to expect of capped T_flash up to a cut-off; shares measured on steel.
 
-    `doubt` is the share of the remainder that three rungs leave: small once the lowest stands at 4 q_y.
+    `doubt` is the share of the remainder that three rungs leave: small once the lowest stands at 4 q_y; below, they
+    tell no exponent.
     """
     if seen is None:
         return (0.005, 0.002)

@@ -96,7 +96,8 @@ class Observable:
         Whether capped contact has a limit in q_c, so that its value may be extrapolated.
     pixel_orders : (float, float)
         Order of convergence in the pixel at fixed q_c of elastic and of capped contact; all of the package's own were
-        measured from 2 to 16 pixels per shortest wave.
+        measured from 2 to 16 pixels per shortest wave. NaN for what turns back: it stays that of the finest grid, and
+        once and a half the change to it counts as error.
     by_force_balance : bool
         Whether force balance alone fixes it where all contact has yielded.
     """

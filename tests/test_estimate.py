@@ -119,7 +119,7 @@ def test_two_cut_offs_extrapolate_one_over_q_exactly():
     limit = sample().numbers["flash_temperature"].mean(axis=0)
     np.testing.assert_allclose(found.mean, limit, rtol=1e-12)
     np.testing.assert_allclose(found.bias, 1.0, rtol=1e-10)  # finest level − limit
-    np.testing.assert_allclose(found.total_error, np.hypot(found.half_width, 0.25), rtol=1e-10)
+    np.testing.assert_allclose(found.total_error, np.hypot(found.half_width, 0.5), rtol=1e-10)
 
 
 def test_three_cut_offs_fit_the_exponent():

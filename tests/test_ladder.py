@@ -8,6 +8,7 @@ import pytest
 
 from roughsim import estimate as est
 from roughsim.ladder import observe
+from roughsim.means import OBSERVABLES
 from roughsim.sample import Sample
 
 coverage = runpy.run_path(str(Path(__file__).parents[1] / "experiments" / "intervals.py"))["coverage"]
@@ -60,7 +61,7 @@ def power_law(cutoffs, exponent, limit=7.0, c=3.0, **names):
     return [level(np.full((13, 1), limit + c * q**-exponent), q_max=q, side=64.0 * q, **names) for q in cutoffs]
 
 
-@pytest.mark.parametrize("exponent", [0.7, 1.0, 1.4])
+@pytest.mark.parametrize("exponent", [0.8, 1.0, 1.4])
 def test_three_rungs_reach_the_end_of_the_spectrum_exactly(exponent):
     end = 40.0
     values = observe(NAME, power_law([1.0, 2.0, 4.0], exponent), capped=True, end=end)
@@ -97,10 +98,10 @@ def test_each_speed_has_its_own_exponent():
     np.testing.assert_allclose(observe(NAME, both, capped=True).exponent, [1.5, 0.8], rtol=1e-9)
 
 
-def test_two_rungs_are_doubted_by_a_quarter_of_the_remainder():
+def test_two_rungs_are_doubted_by_half_of_the_remainder():
     values = observe(NAME, power_law([2.0, 4.0], 1.0), capped=True)
     assert values.extrapolated.mean() == pytest.approx(7.0, rel=1e-12)
-    assert values.bandwidth[0] == pytest.approx(0.25 * 3.0 / 4.0, rel=1e-12)
+    assert values.bandwidth[0] == pytest.approx(0.5 * 3.0 / 4.0, rel=1e-12)
 
 
 @pytest.mark.parametrize(("capped", "order"), [(False, 2.0), (True, 1.4)])
@@ -149,6 +150,37 @@ def test_steps_that_do_not_fall_leave_half_of_the_remainder_in_doubt():
     assert values.bandwidth[0] == pytest.approx(0.5, rel=1e-12)
 
 
+def test_rungs_that_stand_too_low_give_no_exponent():
+    # capped steel from 2 to 64 q_y in per cent of the first: p = 0.4 from the lowest three would end at 36
+    values = [100.0, 84.0, 72.0, 66.8, 64.5, 63.5]
+    samples = [level(np.full((13, 1), v), q_max=2.0**k, side=64.0 * 2**k) for k, v in enumerate(values)]
+    low = observe(NAME, samples[:3], capped=True)
+    assert low.exponent[0] == 1.0
+    assert abs(low.extrapolated.mean() - 62.7) <= low.bandwidth[0]
+    high = observe(NAME, samples[2:5], capped=True)
+    assert abs(high.extrapolated.mean() - 62.7) <= high.bandwidth[0]
+    assert high.bandwidth[0] < 0.2 * low.bandwidth[0]
+
+
+def test_an_exponent_that_the_steps_hardly_tell_is_drawn_to_the_usual_one():
+    # the steps fall as 2^(−1.5); that of few realizations with a scatter of 5 in a step of 1 is no more than noise
+    rng = np.random.default_rng(3)
+    noise = rng.standard_normal((16, 1))
+    noise -= noise.mean()
+
+    def limit(scatter):
+        rows = (np.full((16, 1), 7.0 + 3.0 * q**-1.5) for q in (1.0, 2.0, 4.0))
+        moved = [row + scatter * k * noise for k, row in enumerate(rows)]
+        return observe(NAME, [level(x, q_max=2.0**k, side=64.0 * 2**k) for k, x in enumerate(moved)], capped=True)
+
+    sure, unsure = limit(1e-3), limit(5.0)
+    assert sure.exponent[0] == pytest.approx(1.5, abs=1e-3)
+    assert 1.0 < unsure.exponent[0] < 1.1
+    last = 3.0 * (2.0**-1.5 - 4.0**-1.5)
+    assert unsure.bandwidth[0] == pytest.approx(0.5 * last, rel=0.1)
+    assert sure.bandwidth[0] == pytest.approx(last - last / (2**1.5 - 1), rel=1e-3)
+
+
 THEORY = np.array([[2.0], [2.8], [3.2], [4.0]])  # up to three cut-offs, and over the whole spectrum
 
 
@@ -193,6 +225,22 @@ def test_the_scatter_of_the_last_step_passes_into_what_is_continued():
     samples = [level(low, q_max=1.0), level(high, q_max=2.0)]
     values = observe(NAME, samples, capped=False, end=9.0, theory=np.array([[1.0], [1.5], [2.5]]))
     np.testing.assert_allclose(values.extrapolated, high + 2.0 * (high - low), rtol=1e-12)
+
+
+def test_a_length_that_turns_back_with_the_pixel_stays_that_of_the_finest_grid():
+    # r(g = .5) of capped contact: 1.0, 1.018, 1.0184, 1.0165 at 4, 8, 16, 32 pixels per wave; no order, no correction
+    def level_of(half, side):  # one wave: g falls to half where J0(q r) = 0.5, at q r = 1.5211
+        return Sample(1.0, side, np.arange(12), {}, np.array([1.5211 / half]), np.ones((12, 1)), 10.0)
+
+    order = OBSERVABLES["correlation_radius_50"].pixel_orders
+    assert order[0] == 2.0
+    assert np.isnan(order[1])
+    samples = [level_of(1.0, 64.0), level_of(1.018, 128.0)]
+    values = observe("correlation_radius_50", samples, capped=True, end=1.0)
+    found = [observe("correlation_radius_50", [x], capped=True, end=1.0).extrapolated.mean() for x in samples]
+    assert found == pytest.approx([1.0, 1.018], rel=1e-3)
+    assert values.extrapolated.mean() == pytest.approx(found[1], rel=1e-12)
+    assert values.pixel[0] == pytest.approx(1.5 * (found[1] - found[0]), rel=1e-9)
 
 
 def test_the_pixel_of_a_lower_rung_is_taken_off_the_top_in_proportion():

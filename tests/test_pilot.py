@@ -1,6 +1,7 @@
 """Pilots: what a few cheap solves tell, from realizations whose T_flash is known."""
 
 import importlib
+import re
 from dataclasses import replace
 from math import pi, sqrt
 from types import SimpleNamespace
@@ -91,8 +92,12 @@ def planned(monkeypatch, scene, target=None, seen=SEEN):
     return rs.plan(replace(scene, ensemble=replace(scene.ensemble, until={})), target)
 
 
-def half_width(n, scatter):
-    return stats.t.ppf(0.975, n - 1) * sqrt(1 + 2 / (n - 1)) * scatter / sqrt(n)
+def half_width(n, scatter, change=0.0, every=1):
+    """Student's, with Satterthwaite's degrees of freedom of all n rows and of the few fine ones."""
+    fine = -(-n // every)
+    parts = np.array([scatter**2 / n, change**2 / fine])
+    freedom = min(parts.sum() ** 2 / (parts**2 / [n - 1, max(fine - 1, 1)]).sum(), n - 1)
+    return stats.t.ppf(0.975, freedom) * sqrt(1 + 2 / freedom) * sqrt(parts.sum())
 
 
 def test_the_plan_expects_what_the_pilot_says(monkeypatch):
@@ -103,15 +108,16 @@ def test_the_plan_expects_what_the_pilot_says(monkeypatch):
     assert forecast.pixel == pytest.approx(0.012 * 2e5 / top)
     q_y = ladder[-1].q_max / (16 if top > 6e5 else 8)
     assert q_y == pytest.approx(5.07e4, rel=0.01)
-    assert forecast.bandwidth == pytest.approx((0.12 if top > 6e5 else 0.35) * 0.2 * 2e5 / top)
+    assert forecast.bandwidth == pytest.approx((0.12 if top > 6e5 else 0.5) * 0.2 * 2e5 / top)
     assert forecast.size == pytest.approx(0.004)
     assert forecast.cpu_seconds == pytest.approx(2e-8 * work(numerics.levels, every, forecast.realizations))
     systematic = np.linalg.norm([forecast.bandwidth, forecast.pixel, forecast.size])
     goal = sqrt(0.02**2 - systematic**2)
-    worst, hot = (np.hypot(s, sqrt(every) * 0.75 * 0.004) for s in (0.03, 0.02))
-    n = forecast.realizations
-    assert half_width(n, worst) <= goal < half_width(n - 1, worst)
-    assert forecast.statistical == pytest.approx(half_width(n, hot))
+    n, change = forecast.realizations, 0.75 * 0.004
+    assert n > 2 * every  # three fine ones at least
+    assert half_width(n, 0.03, change, every) <= goal
+    assert n == 2 * every + 1 or goal < half_width(n - 1, 0.03, change, every)
+    assert forecast.statistical == pytest.approx(half_width(n, 0.02, change, every))
     assert f"flash_temperature={100 * goal:.3g}%" in next(
         r.reason for r in numerics.reasons if r.choice == "realizations"
     )
@@ -119,6 +125,19 @@ def test_the_plan_expects_what_the_pilot_says(monkeypatch):
 
 def work(levels, every, n):
     return sum((a.shape[0] * a.shape[1]) ** 1.25 * (n if a.every == 1 else -(-n // every)) for a in levels)
+
+
+def test_a_plan_says_how_far_its_realizations_may_be_off(monkeypatch):
+    scene = rs.load_scene("steel-1.2GPa")
+    numerics = planned(monkeypatch, scene, 0.012)
+    forecast, every = numerics.forecast, max(level.every for level in numerics.levels)
+    told = why(numerics, "realizations")
+    low, high = (int(word) for word in re.search(r"; (\d+) to (\d+), as the scatter from 12 pilot", told).groups())
+    assert low <= forecast.realizations < high
+    goal = float(re.search(r"flash_temperature=([\d.]+)%", told).group(1)) / 100
+    spread = sqrt(11 / stats.chi2.ppf(0.025, 11))  # how much larger the scatter of 12 normal solves may be
+    assert spread == pytest.approx(1.70, abs=0.005)
+    assert half_width(high, spread * 0.03, spread * 0.003, every) == pytest.approx(goal, rel=0.02)
 
 
 @pytest.mark.parametrize("change", [0.0005, 0.004, 1.0])
@@ -131,8 +150,8 @@ def test_the_stride_of_fine_levels_is_the_cheapest_power_of_two(monkeypatch, cha
     cost = {}
     for every in (2**k for k in range(10)):
         spread = np.hypot(0.03, sqrt(every) * 0.75 * change)
-        n = int((1.96 * spread / goal) ** 2) - 1
-        n = next(n for n in range(max(n, 12), 10**9) if half_width(n, spread) <= goal)
+        n = max(int((1.96 * spread / goal) ** 2) - 1, 12, 2 * every + 1)
+        n = next(n for n in range(n, 10**9) if half_width(n, 0.03, 0.75 * change, every) <= goal)
         if every == 1 or 2 * every < min(n, scene.ensemble.max_realizations):
             cost[every] = work(numerics.levels, every, n)
     every = max(level.every for level in numerics.levels)
