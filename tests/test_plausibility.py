@@ -93,6 +93,8 @@ def test_steep_waves_that_only_yield_are_told_to_change_little(steel):
     steep = replace(steel, surface=replace(steel.surface, rms_height=None, rms_slope=0.45))  # of one face
     (line, _) = judge(steep).warnings
     assert line.startswith("rms slope = 0.636 of both faces together is above 0.5")
+    before = steep.spectrum.truncated(q_max=32 * facts(steep).yield_wavenumber).rms_slope
+    assert f"up to 32 q_y it is {before:.3g}, and shorter waves" in line
     q_max = float(re.search(r"touch at the hardness alone; .* lower q_max to (\S+) rad/m, which changes", line)[1])
     assert q_max > 32 * facts(steep).yield_wavenumber
     cut = steep.spectrum.truncated(q_max=q_max)
@@ -152,7 +154,10 @@ def test_heat_that_gets_in_less_than_its_carriers_go_is_told():
         for factor in (0.98, 1.02)
     ]
     assert ["Péclet" in " ".join(lines) for lines in found] == [False, True]
-    slow = replace(rubber, sliding=replace(rubber.sliding, speed=(1e-6,)))  # small spots alone are no matter of Péclet
+    # spots that are small by themselves are no matter of Péclet
+    fine = replace(rubber, surface=replace(rubber.surface, q_max=1e10))
+    slow = replace(fine, sliding=replace(fine.sliding, speed=(0.95 * diffusivity / facts(fine).hot_spot_radius,)))
+    assert facts(slow).hot_spot_radius < 6e-9
     assert not any("Péclet" in line for line in judge(slow).warnings)
 
 
