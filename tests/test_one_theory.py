@@ -88,13 +88,15 @@ def test_table_chart_page_and_theory_say_the_same_number(compared, monkeypatch):
     monkeypatch.setattr(sections, "picture", lambda draw, ending, caption: tag("figure", caption))
     assert f'class="value">{number(said[-1])}<small> K' in sections.answer(compared)
     assert f">{number(said[0])}</td>" in sections.comparison(compared)
-    drawn = []
+    drawn, bands = [], []
     axes = type("Axes", (), {"plot": lambda self, *data, **how: drawn.append(data), "set": lambda self, **_: None})()
-    monkeypatch.setattr(chart, "band", lambda *_: None)
+    monkeypatch.setattr(chart, "band", lambda _, x, mean, error, colour: bands.append(error))
     monkeypatch.setattr(chart, "_plain_numbers", lambda _: None)
     chart._over_speed(axes, compared, "flash_temperature")
     speed, line = drawn[0]
     np.testing.assert_allclose([line[list(speed).index(v)] for v in scene.speeds], said, rtol=1e-12)
+    for column, half in zip(compared.run.numerics.columns, bands, strict=True):
+        np.testing.assert_array_equal(half, compared.run.estimate("flash_temperature", column).total_error)
 
 
 def test_the_ratio_is_to_the_theory_of_the_same_modes_and_its_heading_says_so(compared):

@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,9 +10,11 @@ import pytest
 import roughsim as rs
 from roughsim import cell
 from roughsim import estimate as est
+from roughsim.charts.style import statistical
 from roughsim.explore import words
 from roughsim.ladder import Values
 from roughsim.means import OBSERVABLES
+from roughsim.numerics import Level, Numerics
 from roughsim.report import sections
 from roughsim.report.markup import tag
 from roughsim.status import status_lines
@@ -135,3 +138,13 @@ def test_a_ratio_to_a_sum_that_is_no_measure_of_the_theory_says_so(capped_run, m
     apart = row.theory / row.theory_at_cut_off - 1
     size = np.hypot(apart, cell.size_error(capped_run.scene, capped_run.numerics.lengths))
     assert ratio.total_error / ratio.value >= size
+
+
+def test_bands_of_a_level_that_few_realizations_have_are_those_of_few():
+    levels = Level("elastic", (8, 8), 1.0), Level("elastic", (16, 16), 2.0, every=4)
+    numerics = Numerics(levels, (10.0, 10.0))
+    run = SimpleNamespace(
+        numerics=numerics, realizations=12, column=lambda name: name, sound=lambda count: list(range(count))
+    )
+    student = 4.3026527 * np.sqrt(1 + 2 / 2)  # three realizations have the finest level
+    assert statistical(run, "elastic", np.array([2.0]))[0] == pytest.approx(2.0 * student)

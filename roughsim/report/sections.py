@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from roughsim.scene import Scene
 
 COLUMNS = {
-    "theory": "theory",
+    "theory": "theory over the whole spectrum",
     "smoothed": "smoothed: elastic contact on the smoothed spectrum",
     "capped": "capped: contact of the surface, p\N{NO-BREAK SPACE}≤\N{NO-BREAK SPACE}hardness",
     "elastic": "elastic contact of the surface",
@@ -112,7 +112,8 @@ def _ratio_words(name: str, row: Row) -> Html:
         "elastic_over_theory": "tests the weight W(q) of the theory",
     }
     value = plus_minus(found.value, found.total_error, found.unknown)
-    return Html(f"{above} / {below} = {value}: {tested.get(name, '')}")
+    modes = " of the same modes" if below == "theory" else ""
+    return Html(f"{above} / {below}{modes} = {value}: {tested.get(name, '')}")
 
 
 def _share(run: Run) -> str:
