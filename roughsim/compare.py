@@ -228,15 +228,16 @@ def _ratios(run: Run, observable: str, summed: Array, integral: Array) -> dict[s
 
     What the sum over the modes has over the integral is an error by the cell: contacts feel it less than the sum does.
     """
-    columns, tolerance = run.numerics.columns, run.numerics.tolerance
+    columns = run.numerics.columns
+    known: Any = {"tolerance": run.numerics.tolerance, "scanned": run.scene.scanned}
     sizes = [size_error(run.scene, run.numerics.lengths, observable, column) for column in columns]
     first = run.values(observable, columns[0], extrapolated=False)
     with np.errstate(all="ignore"):  # 0/0 at rest
         apart = np.nan_to_num(summed / integral - 1.0, nan=0.0, posinf=0.0, neginf=0.0)
-    result = {f"{columns[0]}_over_theory": quotient(first, summed, size=np.hypot(sizes[0], apart), tolerance=tolerance)}
+    result = {f"{columns[0]}_over_theory": quotient(first, summed, size=np.hypot(sizes[0], apart), **known)}
     if len(columns) > 1:
         pair = (run.values(observable, column) for column in (columns[1], columns[0]))
-        result[f"{columns[1]}_over_{columns[0]}"] = quotient(*pair, size=hypot(*sizes), tolerance=tolerance)
+        result[f"{columns[1]}_over_{columns[0]}"] = quotient(*pair, size=hypot(*sizes), **known)
     return result
 
 

@@ -214,13 +214,20 @@ class Quotient(NamedTuple):
         return unknown_parts(self.value, self.budget, k)
 
 
-def quotient(above: Values, below: Values | Array, *, size: Array | float = 0.0, tolerance: float = 0.0) -> Quotient:
+def quotient(
+    above: Values,
+    below: Values | Array,
+    *,
+    size: Array | float = 0.0,
+    tolerance: float = 0.0,
+    scanned: bool = False,
+) -> Quotient:
     """Return ⟨above⟩/⟨below⟩ and its errors, (speeds,).
 
     The rows of one realization stay paired, so that scatter which both columns share drops out of the statistical part.
     The other parts are added as squares: the columns differ in levels and in the kind of contact, and doubled cells
-    changed one by ten times what they changed the other. Both stand on one C(q), so that a scan is no part. Exact
-    values share the cut-off of the column above and have errors of no kind: then the part of q_c drops out.
+    changed one by ten times what they changed the other. Exact values share the cut-off of the column above and have
+    errors of no kind: then the part of q_c drops out.
 
     Parameters
     ----------
@@ -232,6 +239,8 @@ def quotient(above: Values, below: Values | Array, *, size: Array | float = 0.0,
         Relative error of the ratio by the finite cell.
     tolerance : float, optional
         Relative pressure error of the contact solves.
+    scanned : bool, optional
+        Whether C(q) was measured on one map: both columns stand on it, but nothing tells that its error cancels.
     """
     if isinstance(below, Values):
         rows, base = ratio(above.extrapolated, below.extrapolated), ratio(above.base, below.base)
@@ -253,6 +262,8 @@ def quotient(above: Values, below: Values | Array, *, size: Array | float = 0.0,
             "size": np.abs(value) * size,
             "solver": np.abs(value) * 2.0 * tolerance * np.sqrt(len(columns)),
         }
+    if scanned:
+        budget["scan"] = np.full(value.shape, np.nan)
     return Quotient(value, error, in_all(value, budget), budget)
 
 

@@ -125,6 +125,7 @@ def test_what_one_column_does_not_know_the_ratio_does_not_know():
     above, below = column(rng, 4.0, 0.1, np.nan, 0.08), column(rng, 2.0, 0.1, 0.02, 0.08)
     for pair in ((above, below), (below, above)):
         assert est.quotient(*pair).unknown_at(0) == ("bandwidth",)
+    assert est.quotient(below, np.ones(1), scanned=True).unknown_at(0) == ("scan",)
 
 
 def test_a_ratio_to_a_sum_that_is_no_measure_of_the_theory_says_so(capped_run, monkeypatch):
