@@ -110,6 +110,15 @@ def test_the_ratio_is_to_the_theory_of_the_same_modes_and_its_heading_says_so(co
     assert f"{column}/theory (same modes)" in headings
 
 
+def test_a_value_that_the_run_cannot_continue_to_q_max_is_marked_at_q_c(compared):
+    unknown = {row.note for row in compared.rows if any("bandwidth" in x.unknown for x in row.columns.values())}
+    assert unknown <= {"at q_c", "identity"}
+    if compared.run.scene.elastic:
+        assert unknown == {"at q_c"}
+        known = [row.note for row in compared.rows if not any("bandwidth" in x.unknown for x in row.columns.values())]
+        assert set(known) == {""}
+
+
 @pytest.mark.parametrize("name", ["two faces", "demo", "steel-1.2GPa", "granite"])
 def test_the_sum_over_the_modes_of_a_planned_cell_is_the_integral_to_the_size_error(name):
     scene = scene_of(name)

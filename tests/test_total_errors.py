@@ -59,6 +59,20 @@ def test_the_table_prints_total_errors(partial):
     assert any("≥" in text for text in wanted)  # one cut-off tells of no pixel
 
 
+def test_the_table_prints_the_total_errors_of_ratios(partial):
+    comparison = rs.compare(partial)
+    (cells,) = (list(c.cells) for c in comparison_table(comparison).columns if c.header == "capped/smoothed")
+    student = 3.1824463 * np.sqrt(1 + 2 / 3)  # four realizations
+    found = [partial.estimate("flash_temperature", column) for column in ("smoothed", "capped")]
+    rows = [(n, row) for n, row in enumerate(comparison.rows) if row.observable == "flash_temperature" and row.speed]
+    for n, row in rows:
+        k, ratio = comparison.run.scene.speeds.index(row.speed), row.ratios["capped_over_smoothed"]
+        systematic = [e.budget[part][k] / e.mean[k] for e in found for part in ("bandwidth", "pixel", "size", "solver")]
+        relative = np.sqrt((student * ratio.standard_error / ratio.value) ** 2 + np.nansum(np.square(systematic)))
+        assert ratio.total_error == pytest.approx(relative * ratio.value, rel=1e-6)
+        assert cells[n] == as_printed(ratio.value, relative * ratio.value, np.isnan(systematic).any())
+
+
 def test_the_page_prints_total_errors(partial, monkeypatch):
     monkeypatch.setattr(sections, "picture", lambda draw, ending, caption: tag("figure", caption))
     page = sections.comparison(rs.compare(partial)) + sections.budget(partial)
