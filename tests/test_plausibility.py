@@ -26,7 +26,8 @@ def warned(text):
 
 
 def even(text=STEEL):
-    """The scene with the share that two equal faces have, so that nothing is said of it."""
+    """The scene with the share that two equal faces have, so that nothing is said of it; its highest speed alone."""
+    text = re.sub(r"speed = \[.*?\]", 'speed = ["100 m/s"]', text)
     return changed("heat_partition = 0.938", "heat_partition = 0.5", text)
 
 
