@@ -65,9 +65,7 @@ def simple_map():
     return {"elastic": Table(coordinates, ("",) * len(place), quantities, place, value, np.full(value.shape, 0.02))}
 
 
-def capped_scene(
-    share=0.1, yields=1.0, hurst=0.8, depth=16.0, peclet=(0.01, 1.0, 100.0), plateau=2.0, low_exponent=0.0
-):
+def capped_scene(share=0.1, yields=1.0, hurst=0.8, depth=16.0, plateau=2.0, low_exponent=0.0):
     """A scene at these coordinates of the capped map; its C(q) ends at q_max = depth q_y."""
     point = capped.CappedPoint(share, yields, hurst, plateau, low_exponent)
     q_max = depth * yields
@@ -109,6 +107,41 @@ def test_a_bend_of_the_map_is_followed_and_its_error_is_half_of_what_a_straight_
     for judgement in trust(scene(0.05, 0.7, 10.0), {"elastic": bent}).judgements:
         assert judgement.percent == pytest.approx(100 * np.expm1(-0.3 * target**2), rel=1e-9)
         assert judgement.error == pytest.approx((100 + judgement.percent) * missed / 2, rel=1e-6)
+
+
+def test_the_error_holds_all_that_a_straight_line_over_the_peclet_number_misses():
+    tables = simple_map()
+    x = np.log([1e-3, 1.0, 1e3])
+    value = np.ones((27, 1)) * np.exp(1e-3 * np.append(x, 0.0) ** 2)
+    bent = replace(tables["elastic"], value=value)
+    (slow, fast) = (j for j in trust(scene(), {"elastic": bent}).judgements if j.speed)
+    for judgement, (a, b) in ((slow, x[:2]), (fast, x[1:])):
+        here = np.log(judgement.speed * 7900 * 500 / 30 / 2e4)
+        low, high = min(a, here), max(b, here)
+        assert low < here < high
+        missed = 1e-3 * (here - low) * (high - here)
+        assert judgement.error == pytest.approx((100 + judgement.percent) * np.hypot(0.02, missed), rel=1e-6)
+
+
+def test_a_scene_beside_what_the_map_has_at_one_value_only_pays_for_the_step():
+    near = scene(0.05, 0.7, 10.0)
+    near = replace(near, surface=replace(near.surface, q_min=2e4 / 2.1))  # q_roll_off/q_min = 2.1 where the map has 2
+    (variance,) = [j for j in trust(near, simple_map()).judgements if j.speed is None]
+    step = np.log(2.1 / 2) / np.log(2)  # a factor of two may change the ratio by 20 %
+    assert variance.error == pytest.approx((100 + variance.percent) * np.hypot(0.02, 0.2 * step), rel=1e-6)
+
+
+@pytest.mark.parametrize("hurst", [0.3, 0.8])
+def test_the_limit_is_neared_as_a_power_of_q_max_that_grows_with_h(hurst):
+    # ln(measured/theory) = q_max^-(0.3 + 1.05 H): straight in the coordinate of the map, also up to infinity
+    depth = np.array([4.0, 16.0, 64.0, np.inf])
+    place = np.array([(0.1, 1.0, hurst, 2.0, 0.0, d) for d in depth])
+    value = np.exp(depth ** -(0.3 + 1.05 * hurst))[:, None]
+    quantities = (("pressure_variance", nan), *(("flash_temperature", pe) for pe in (1e-3, 1.0, 1e3)))
+    one = Table((*tables.CAPPED, "depth"), ("",) * 4, quantities, place, value * np.ones(4), np.full((4, 4), 0.01))
+    for judgement in trust(capped_scene(hurst=hurst, depth=200.0), {"capped": one}).judgements:
+        assert judgement.percent == pytest.approx(100 * np.expm1(-(200.0 ** -(0.3 + 1.05 * hurst))), rel=1e-6)
+        assert judgement.error == pytest.approx((100 + judgement.percent) * 0.01, rel=1e-3)
 
 
 def test_gamma_is_put_right_by_the_theory_itself():
@@ -248,7 +281,10 @@ def test_a_table_with_a_hardness_has_no_place_on_the_map():
     tabled = replace(base, surface=type(base.surface)(psd=rows, psd_convention="persson"))
     known = trust(tabled)
     assert known.to_dict() == {"source": "off the map", "where": known.where, "against": "", "rows": [], "off": []}
-    assert known.where == "C(q) is a table or the sum of two faces; only a self-affine C(q) has a place on the map"
+    assert (
+        known.where
+        == "C(q) is not self-affine (a table, or the sum of two different faces), and has no place on the map"
+    )
 
 
 def test_two_different_faces_get_their_theory_and_the_reason_why_no_map_places_them(tmp_path):
@@ -259,7 +295,9 @@ def test_two_different_faces_get_their_theory_and_the_reason_why_no_map_places_t
     shown = CliRunner().invoke(app, ["theory", str(path), "--trust"])
     assert shown.exit_code == 0, shown.output
     assert "flash_temperature K" in shown.stdout
-    assert "off the map: C(q) is a table or the sum of two faces" in " ".join(shown.stdout.split())
+    assert "off the map: C(q) is not self-affine (a table, or the sum of two different faces)" in " ".join(
+        shown.stdout.split()
+    )
     listed = json.loads(CliRunner().invoke(app, ["theory", str(path), "--trust", "--json"]).stdout)
     assert listed["flash_temperature"][0] > 0
     assert (listed["trust"]["source"], listed["trust"]["rows"]) == ("off the map", [])
