@@ -71,6 +71,12 @@ def test_what_changes_at_the_ends_of_the_peclet_numbers():
     assert "still change, by up to {:.0f}, {:.0f}, {:.0f} and {:.0f} %".format(*fast) in PAGE
 
 
+def test_what_a_straight_line_over_the_peclet_number_misses():
+    logs = np.log([elastic("flash_temperature", 10.0**k) for k in range(-3, 4)])
+    missed = 100 * np.abs(logs[1:-1] - (logs[:-2] + logs[2:]) / 2).max() / 4  # every other point left out, over four
+    assert f"the most in the Péclet number is {missed:.1f} %" in PAGE
+
+
 def limits(name, peclet, rows=slice(None)):
     table = MAP[name]
     where = np.isinf(table.place[:, -1]) if name == "capped" else np.full(len(table.place), True)
