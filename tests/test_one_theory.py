@@ -119,7 +119,9 @@ def test_a_value_that_the_run_cannot_continue_to_q_max_is_marked_at_q_c(compared
         assert set(known) == {""}
 
 
-@pytest.mark.parametrize("name", ["two faces", "demo", "steel-1.2GPa", "granite"])
+@pytest.mark.parametrize(
+    "name", ["two faces", *(pytest.param(name, marks=pytest.mark.slow) for name in ("demo", "steel-1.2GPa", "granite"))]
+)
 def test_the_sum_over_the_modes_of_a_planned_cell_is_the_integral_to_the_size_error(name):
     scene = scene_of(name)
     lengths, _ = cell.choose_lengths(scene)
