@@ -1,7 +1,7 @@
 """The periodic cell: how long its sides are, and what its finite size changes.
 
 What a cell leaves out cannot be told by a run in it. It was measured once, by doubling cells at equal pixel and cut-off
-(`experiments/cell_size.py`). The theory's sum over the modes of a cell is within 0.3 % of its integral at four longest
+(`experiments/cell_size.py`). The theory's sum over the modes of a cell is within 0.6 % of its integral at four longest
 waves, and tells nothing of it.
 """
 
