@@ -140,7 +140,7 @@ class Comparison:
             "failed": self.failed,
             "missing": self.run.missing,
             "rows": [_row_dict(row) for row in self.rows],
-            "stress_slopes": [slope._asdict() for slope in self.slopes],
+            "stress_slopes": [_plain(slope._asdict()) for slope in self.slopes],
         }
 
     def chart(self, path: str | Path) -> None:
@@ -266,7 +266,11 @@ def _row_dict(row: Row) -> dict[str, Any]:
 
 
 def _entry(values: dict[str, float], unknown: tuple[str, ...]) -> dict[str, Any]:
-    return {key: json_number(value) for key, value in values.items()} | {"unknown": list(unknown)}
+    return _plain(values) | {"unknown": list(unknown)}
+
+
+def _plain(values: dict[str, Any]) -> dict[str, Any]:
+    return {key: json_number(value) if isinstance(value, float) else value for key, value in values.items()}
 
 
 def json_number(value: float) -> float | None:

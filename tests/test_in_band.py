@@ -53,6 +53,15 @@ def test_the_slope_stands_under_the_table_and_in_the_json(full):
     assert told == stress_slope(full)._asdict()
 
 
+def test_the_slope_of_one_realization_has_an_unknown_error(full, monkeypatch):
+    sample = full.samples("elastic")[-1]
+    table = rs.compare(full)
+    monkeypatch.setattr(type(full), "samples", lambda *_: [sample._replace(spectrum=sample.spectrum[:1])])
+    alone = replace(table, slopes=(stress_slope(full),))
+    assert "± unknown (statistical" in slope_lines(alone)[0]
+    assert alone.to_dict()["stress_slopes"][0]["error"] is None  # JSON has no infinity
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("hurst", "measured"), [(0.3, -1.09), (0.5, -1.30), (0.8, -1.67)])
 def test_the_slope_of_light_contact_is_flatter_than_the_theory(full_scene, tmp_path, hurst, measured):
