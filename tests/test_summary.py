@@ -209,7 +209,7 @@ def test_old_runs_have_a_summary_too(folder, whole, eager):
 
 
 @pytest.mark.parametrize("number", PASSING)
-def test_members_that_cannot_be_read_now_are_an_error_and_stay_where_they_are(folder, number, monkeypatch):
+def test_members_that_cannot_be_read_now_are_an_error_and_stay_where_they_are(folder, whole, number, monkeypatch):
     before = {path.name: path.read_bytes() for path in (folder / "realizations").iterdir()}
     true = builtins.open
 
@@ -223,6 +223,8 @@ def test_members_that_cannot_be_read_now_are_an_error_and_stay_where_they_are(fo
         with pytest.raises(OSError, match=r"L\d-000000.h5 cannot be read now") as told:
             rs.open_run(folder, damaged=how)
         assert not isinstance(told.value, rs.RecordError)
+    with pytest.raises(OSError, match=r"L\d-000000.h5 cannot be read now"):
+        rs.run(whole.scene, folder, max_realizations=COUNT + 1)  # goes on with nothing, redoes nothing
     monkeypatch.undo()
     assert {path.name: path.read_bytes() for path in (folder / "realizations").iterdir()} == before
     assert rs.open_run(folder).realizations == COUNT
@@ -262,7 +264,20 @@ def test_damaged_members_are_named_and_not_said_to_have_not_converged(folder):
     assert (status_dict(run)["damaged"], status_dict(run)["failed"]) == (["L0-000002"], 0)
 
 
-def test_a_flipped_bit_in_a_kept_field_is_found(folder):
+def test_members_that_did_not_converge_stand_in_the_summary_too(folder, eager):
+    for level, index in ((0, 3), *((1, index) for index in range(0, COUNT, 2))):
+        one = read_member(member_path(folder, level, index))
+        empty = {"numbers": {}, "wavenumber": np.empty(0), "spectrum": np.empty(0)}
+        write_member(folder, replace(one, failure=f"stalled at {index}", **empty))
+    for _ in range(2):
+        run = rs.open_run(folder)
+        assert (run.realizations, run.failed, run.sound(COUNT)) == (COUNT, 6, [1, 5, 7])
+        assert run.members[0, 3].failure == "stalled at 3"
+        assert run.members[1, 8].numbers == {}
+    assert len(eager) == COUNT + 5
+
+
+def test_a_flipped_bit_in_a_kept_field_is_found_and_mended(folder, whole):
     path = member_path(folder, 0, 0)
     import h5py
 
@@ -275,3 +290,9 @@ def test_a_flipped_bit_in_a_kept_field_is_found(folder):
         check_member(path)
     with pytest.raises(rs.RecordError, match="L0-000000.h5 is damaged"):
         rs.open_run(folder)
+    with pytest.warns(RuntimeWarning, match=r"L0-000000.h5 is damaged .* moved to .*damaged/L0-000000.h5"):
+        rs.run(whole.scene, folder, max_realizations=COUNT)
+    assert (folder / "damaged" / "L0-000000.h5").read_bytes() == content
+    true = read_member(member_path(whole.folder, 0, 0), with_fields=True)
+    np.testing.assert_array_equal(read_member(path, with_fields=True).fields["heights"], true.fields["heights"])
+    assert bits(rs.open_run(folder)) == bits(whole)

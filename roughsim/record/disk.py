@@ -38,8 +38,8 @@ class DamagedError(RecordError):
     """A file is proven to be not what was written: its digest, or the format inside, does not hold."""
 
 
-def place_bytes(path: Path, content: bytes, *, first: bool = False) -> None:
-    """Write a file beside its place, force it to disk, and move it there: whole or not at all.
+def place_bytes(path: Path, *content: bytes | memoryview, first: bool = False) -> None:
+    """Write a file, in parts, beside its place, force it to disk, and move it there: whole or not at all.
 
     Any number of processes may write the same file at once: the last whole one stays, or, with `first`, the first one.
 
@@ -53,7 +53,7 @@ def place_bytes(path: Path, content: bytes, *, first: bool = False) -> None:
         temporary = path.with_name(f".{path.name}.{token}.tmp")
         try:
             with open(temporary, "wb") as handle:
-                handle.write(content)
+                handle.writelines(content)
                 handle.flush()
                 os.fsync(handle.fileno())
             if first:

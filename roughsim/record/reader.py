@@ -220,8 +220,9 @@ class Reader:
         indices = self.members.stamped(level)
         failed = np.isin(indices, self.members.failed(level, self.available + 1))
         spectra = self._gathered(level, indices[~failed]) if not failed.all() else np.empty((0, 0))
-        rows = np.full((len(indices), spectra.shape[1]), np.nan)
-        rows[~failed] = spectra
+        rows = spectra if not failed.any() else np.full((len(indices), spectra.shape[1]), np.nan)
+        if failed.any():
+            rows[~failed] = spectra
         columns = {name: self.members.fixed(level, name, indices) for name in self.members.levels[level].data}
         return Block(indices, columns, self._wavenumber.get(level, np.empty(0)), rows)
 

@@ -70,7 +70,7 @@ def read_summary(folder: Path, run: str) -> Summary | None:
 
 def write_summary(folder: Path, run: str, summary: Summary) -> None:
     """Write a summary whole or not at all; where the folder takes no files, there is none."""
-    arrays = [array for block in summary.blocks for _, array in _named(block)]
+    arrays = [array for block in summary.blocks for _, array in _named(block) if array.size]
     header = {
         "run": run,
         "versions": summary.versions,
@@ -81,9 +81,13 @@ def write_summary(folder: Path, run: str, summary: Summary) -> None:
         ],
     }
     text = json.dumps(header).encode()
-    content = b"".join([_MARK, b"%0*d" % (_DIGITS, len(text)), text, *(array.tobytes() for array in arrays)])
+    parts: list[bytes | memoryview] = [_MARK, b"%0*d" % (_DIGITS, len(text)), text]
+    parts += [np.ascontiguousarray(array).data.cast("B") for array in arrays]
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(part)
     try:
-        place_bytes(folder / NAME, content + hashlib.sha256(content).digest())
+        place_bytes(folder / NAME, *parts, digest.digest())
     except OSError:
         return
 
