@@ -154,3 +154,21 @@ def test_a_topography_on_which_the_library_spins_is_refused_by_name(tmp_path, mo
     monkeypatch.setattr("roughsim.foreign.call_apart", ended)
     with pytest.raises(rs.RecordError, match="scan.h5 cannot be read: the library did not come back"):
         refuse_file_of_instrument(path)
+
+
+@pytest.mark.slow
+def test_64_zeroed_bytes_anywhere_in_a_file_of_an_instrument_end_in_an_answer(tmp_path, monkeypatch):
+    path = tmp_path / "scan.h5"
+    with h5py.File(path, "w") as file:
+        file["surface"] = np.random.default_rng(0).random((16, 16))
+        file.create_dataset("more/mask", data=np.zeros((40, 40)), chunks=(10, 10), compression="gzip")
+        file["more"].attrs["text"] = "made by hand"
+    monkeypatch.setattr("roughsim.foreign.call_apart", lambda *given, seconds: call_apart(*given, seconds=0.4))
+    ends = []
+    for broken in zeroed(path.read_bytes()):
+        path.write_bytes(broken)
+        try:
+            refuse_file_of_instrument(path)
+        except (rs.RecordError, OSError, ValueError, LookupError, RuntimeError) as error:
+            ends.append(str(error))
+    assert any("did not come back" in end for end in ends)

@@ -56,6 +56,14 @@ def test_a_start_that_was_interrupted_before_it_had_written_run_json_is_taken_up
     assert folder_state(tmp_path / "run") == ("begun" if names else "new")
 
 
+def test_a_run_goes_on_from_each_moment_of_its_start(finished, tmp_path):
+    for number, names in enumerate((MADE[3], MADE[6])):
+        made(tmp_path / f"run{number}", names)
+        assert rs.run(finished.scene, tmp_path / f"run{number}", max_realizations=1).realizations == 1
+    (tmp_path / "run0" / "scene.toml").unlink()  # it is written after run.json
+    assert rs.run(finished.scene, tmp_path / "run0", max_realizations=2).realizations == 2
+
+
 @pytest.mark.parametrize("names", OTHERS, ids=str)
 def test_a_folder_with_something_of_somebody_is_no_start(tmp_path, names):
     made(tmp_path / "run", names)
