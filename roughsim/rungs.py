@@ -88,7 +88,10 @@ def _cut_errors(scene: Scene, column: Column, lengths: tuple[float, float], seen
         return 0.0, pixel
     if not analytic.follows_theory(scene, column, top):
         return nan, pixel
-    hottest = int(np.argmax(analytic.up_to(scene, inf)["flash_temperature"]))
+    temperatures = analytic.up_to(scene, inf)["flash_temperature"]
+    hottest = int(np.argmax(temperatures))
+    if not temperatures[hottest]:  # at rest, at every speed of the scene
+        return 0.0, pixel
 
     def theory(q: float) -> float:
         return float(analytic.up_to(scene, q)["flash_temperature"][hottest])

@@ -23,6 +23,7 @@ from roughsim.scene.spectra import NamedSpectrum
 
 MAX_ROWS = 1200  # of all tables C(q) of a scene together: written inline they still fit into 64 KiB
 _MAX_TEMPERATURES = 100  # of a table over temperature
+_SMALLEST, _LARGEST = 1e-30, 1e30  # no length, pressure or speed of this world is beyond; their products stay numbers
 _MEANING = {
     "": "a dimensionless number",
     "m": "a length",
@@ -52,6 +53,8 @@ class Quantity:
         Limits in `unit`, the first of each pair exclusive.
     may_be_infinite : bool
         Whether inf is a value.
+    smallest : float
+        Least size of a number that is not zero.
     """
 
     unit: str
@@ -61,6 +64,7 @@ class Quantity:
     below: float = math.inf
     at_most: float = math.inf
     may_be_infinite: bool = False
+    smallest: float = _SMALLEST
 
     def __call__(self, value: Any, where: str = "") -> float:
         """Return `value` in SI; `where` is its place in the key, such as "[2]"."""
@@ -71,6 +75,12 @@ class Quantity:
         if not inside or number <= self.above or (number >= self.below and not math.isinf(self.below)):
             raise refused_value(
                 f"{where} = {shown(value, self.unit)} must be {self._limits()}, for example {self.example}"
+            )
+        if number and not math.isinf(number) and not self.smallest <= abs(number) <= _LARGEST:
+            size = f"{self.smallest:g} to {_LARGEST:g} {self.unit}".rstrip()
+            raise refused_value(
+                f"{where} = {shown(value, self.unit)} must be of a size from {size}; check the exponent and the unit, "
+                f"for example {self.example}"
             )
         return number
 
@@ -321,7 +331,7 @@ class Title:
 
 Key = Quantity | Whole | Choice | Speeds | Pair | Share | Targets | Table | OverTemperature | Title | NamedSpectrum
 _TABLE_Q = Quantity("rad/m", "1e4", above=0)
-_TABLE_PSD = Quantity("", "1e-24", above=0)
+_TABLE_PSD = Quantity("", "1e-24", above=0, smallest=1e-100)
 _KELVIN = Quantity("K", '"300 K"', above=0)
 KEYS: dict[str, Key] = {
     "title": Title(),

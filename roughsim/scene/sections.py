@@ -29,6 +29,7 @@ ROUGHNESS_KEYS = (
     "spectrum",
 )
 _THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
+_WIDEST = 1e12  # q_max/q_min; a metre over the size of an atom is 1e10
 _LEVELS_EXAMPLE = '[{ column = "capped", shape = 1024, q_max = "4e5 1/m" }]'
 _KNOWN: dict[str, tuple[str, ...]] = {}
 _OWN_KEYS: dict[str, Key] = {}  # of named spectra
@@ -363,6 +364,11 @@ def _check_band(face: Any) -> None:
     if face.q_min >= face.q_max:
         raise refused_section(
             f"q_min = {face.q_min:.6g} rad/m must be below q_max = {face.q_max:.6g} rad/m; change one of the two"
+        )
+    if face.q_max > _WIDEST * face.q_min:
+        raise refused_section(
+            f"q_max = {face.q_max:.6g} rad/m must be at most {_WIDEST:g} times q_min = {face.q_min:.6g} rad/m: beyond, "
+            "integrals over the spectrum are lost in rounding; raise q_min or lower q_max"
         )
     if face.q_roll_off is not None and not face.q_min <= face.q_roll_off <= face.q_max:
         raise refused_section(
