@@ -48,7 +48,7 @@ REFUSED = [
     ('"6350 1/m"', "4.15e7", "surface.q_min = 4.15e+07 rad/m must be below q_max = 4.15e+07 rad/m"),
     ('"6350 1/m"', "1e-320", "surface"),
     ('"0.90 um"', "1e200", "surface"),
-    ('"7900 kg/m^3"', "1e-310", "body: the diffusivity becomes inf"),
+    ('"7900 kg/m^3"', "1e-310", "body.density = 1e-310 kg/m^3 must be of a size from 1e-30 to 1e+30 kg/m^3"),
     ('"9.4e4 1/m"', "6000", "surface.q_roll_off = 6000 rad/m must lie between q_min = 6350 rad/m and q_max"),
     ('"9.4e4 1/m"', "4.2e7", "surface.q_roll_off = 4.2e+07 rad/m must lie between"),
     ('q_roll_off = "9.4e4 1/m"', "", "surface.roll_off_exponent = 1.5 needs q_roll_off"),
