@@ -1,14 +1,18 @@
 """Ladders of levels: corrections from few realizations, the limit in q_c, the pixel, and what an interval is worth."""
 
 import runpy
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import roughsim as rs
+from roughsim import analytic
 from roughsim import estimate as est
 from roughsim.ladder import observe
 from roughsim.means import OBSERVABLES
+from roughsim.numerics import Level, Numerics
 from roughsim.sample import Sample
 
 coverage = runpy.run_path(str(Path(__file__).parents[1] / "experiments" / "intervals.py"))["coverage"]
@@ -267,3 +271,55 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
 def test_intervals_cover_over_many_sequential_trials(skew, trials):
     doubt = 2.0 * np.sqrt(0.05 * 0.95 / trials)  # of the count itself; 5,000 trials stand in docs/errors.md
     assert 0.925 - doubt <= coverage(trials, 0.012, skew, 3)[0] <= 0.97 + doubt
+
+
+@pytest.fixture(scope="module")
+def cut_run(capped_scene, tmp_path_factory):
+    """Elastic contact on two of the four octaves of C(q) above the first, 12 realizations."""
+    levels = (
+        {"column": "elastic", "shape": [64, 64], "q_max": 5e4},
+        {"column": "elastic", "shape": [128, 128], "q_max": 1e5},
+    )
+    scene = replace(
+        capped_scene,
+        body=replace(capped_scene.body, penetration_hardness=None),
+        surface=replace(capped_scene.surface, q_max=4e5),
+        numerics=replace(capped_scene.numerics, levels=levels),
+        ensemble=replace(capped_scene.ensemble, max_realizations=12),
+    )
+    return rs.run(scene, tmp_path_factory.mktemp("cut") / "run")
+
+
+def test_a_cut_elastic_scene_is_continued_to_what_a_grid_that_holds_it_finds(cut_run):
+    scene, found = cut_run.scene, cut_run.estimate("flash_temperature")
+    whole = Numerics((Level("elastic", (128, 128), 1e5), Level("elastic", (512, 512), 4e5)), cut_run.numerics.lengths)
+    rows = np.array(
+        [
+            [rs.realize(scene, whole, seed=5, level=k, index=i).observables.flash_temperature for k in (0, 1)]
+            for i in range(4)
+        ]
+    )
+    rises = (rows[:, 1] - rows[:, 0]).mean(axis=0)[1:] / rows[:, 0].mean(axis=0)[1:]
+    assert np.all(rises > 0.02)
+    top = cut_run.values("flash_temperature").finest.mean(axis=0)[1:] * cut_run.heat_partition[1:]
+    assert np.all(np.abs(found.mean[1:] - top * (1 + rises)) < found.budget["bandwidth"][1:])
+    assert np.all(found.budget["bandwidth"][1:] < top * rises)
+    assert found.budget["bandwidth"][0] == 0.0  # at rest
+    assert "continued from q_c to q_max with the shape of the theory" in found.explain()
+    assert "does not converge" not in found.explain()
+
+
+def test_what_rises_without_bound_is_told_at_the_highest_cut_off(cut_run):
+    found = cut_run.estimate("flash_laplacian")
+    assert found.unknown == ("bandwidth", "pixel")
+    np.testing.assert_array_equal(found.bias, 0.0)
+    assert "the value of the highest q_c" in found.explain()
+
+
+def test_the_ratio_to_the_theory_is_of_the_same_modes_though_the_mean_goes_on_to_q_max(cut_run):
+    row = next(r for r in rs.compare(cut_run).rows if r.observable == "flash_temperature" and r.speed == 35.0)
+    top = cut_run.values("flash_temperature").finest.mean(axis=0)[-1]
+    drawn = cut_run.scene.spectrum.truncated(q_max=1e5)
+    modes = analytic.mode_sums(cut_run.scene, drawn, cut_run.numerics.grid(1))["flash_temperature"][-1]
+    assert row.ratios["elastic_over_theory"].value == pytest.approx(top / modes, rel=1e-9)
+    assert row.columns["elastic"].mean > 1.05 * top * cut_run.heat_partition[-1]

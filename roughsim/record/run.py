@@ -263,8 +263,13 @@ class Run:
         if np.any(np.isfinite(values.exponent)):
             shown = ", ".join(dict.fromkeys(f"{p:.2f}" for p in values.exponent))
             notes.append(f"extrapolated as q_c^(−p) with p = {shown}")
-        elif len({level.q_max for level in levels}) > 1:
+        elif column == "capped" and not OBSERVABLES[observable].limit:
             notes.append("does not converge with the grid: the value of the finest level, not extrapolated")
+        elif levels[-1].q_max < self.scene.spectrum.breaks[-1] * (1 - 1e-9):
+            if np.any(values.bandwidth > 0.0):
+                notes.append("continued from q_c to q_max with the shape of the theory")
+            if np.any(np.isnan(values.bandwidth)):
+                notes.append("where the bandwidth is unknown, the value of the highest q_c")
         if OBSERVABLES[observable].per_speed:
             notes.append(f"speeds {', '.join(f'{v:g}' for v in self.scene.speeds)} m/s")
         return tuple(notes)
