@@ -140,6 +140,17 @@ def test_no_flipped_byte_of_a_summary_is_believed(folder, eager):
     assert rs.open_run(folder).realizations == COUNT  # and it cannot be written either
 
 
+def test_a_summary_of_another_layout_is_as_none(folder, whole, eager):
+    run = rs.open_run(folder)._reader._run
+    sound = summary.read_summary(folder, run)
+    for block in sound.blocks:
+        block.columns["flash_temperature"] = block.columns["flash_temperature"][:, :1].repeat(5, axis=1)
+    summary.write_summary(folder, run, sound)
+    eager.clear()
+    assert bits(rs.open_run(folder)) == bits(whole)
+    assert len(eager) == COUNT + 5
+
+
 def test_a_folder_that_takes_no_files_is_read_all_the_same(folder, whole, eager, monkeypatch):
     def refuse(*_, **__):
         raise PermissionError(errno.EROFS, "Read-only file system")

@@ -17,7 +17,7 @@ from roughsim.cli import main
 from roughsim.ensemble import claims, tasks, writer
 from roughsim.foreign import refuse_file_of_instrument, refuse_foreign
 from roughsim.record import export_run, member_path, read_member
-from roughsim.record.files import kept_fields, read_field
+from roughsim.record.files import read_field
 from roughsim.topography import read_topography
 
 
@@ -120,7 +120,6 @@ def test_a_crafted_realization_is_refused_by_name_before_anything_is_read(folder
     monkeypatch.setattr(h5py.Dataset, "__getitem__", lambda self, key: read.append(self.name) or true(self, key))
     for look in (
         read_member,
-        kept_fields,
         lambda place: read_field(place, "pressure"),
         lambda place: rs.open_run(folder),
     ):

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 from roughsim.errors import RecordError
 from roughsim.explore import curves, words
 from roughsim.explore.specimen import Specimen, load
-from roughsim.record import Run, member_path, open_run
-from roughsim.record.files import kept_fields
+from roughsim.record import Run, open_run
+from roughsim.record.fields import kept
 
 _REMEMBERED = 2  # members in memory: one of 4096 × 4096 points takes 130 MB
 
@@ -46,7 +46,6 @@ class Library:
         self.run: Run = open_run(folder, damaged="skip")
         self._lock = Lock()
         self._known: tuple[Any, Summary] | None = None
-        self._kept: dict[tuple[int, int], bool] = {}
         self._specimens: dict[tuple[int, int], Specimen] = {}
 
     @cached_property
@@ -79,15 +78,9 @@ class Library:
         sound = run.sound(run.realizations)
         levels = range(len(run.numerics.levels))
         there = {level: [i for i in sound if (level, i) in run.members] for level in levels}
-        kept = {level: [i for i in there[level] if self._keeps(level, i)] for level in levels}
+        stored = {level: kept(run, level) for level in levels}
         budget = {column: words.budget_of(run, column) for column in run.numerics.columns}
-        return Summary(words.problems_of(run), budget, curves.measured_curves(run), there, kept)
-
-    def _keeps(self, level: int, index: int) -> bool:
-        place = level, index
-        if place not in self._kept:
-            self._kept[place] = bool(kept_fields(member_path(self.run.folder, level, index)))
-        return self._kept[place]
+        return Summary(words.problems_of(run), budget, curves.measured_curves(run), there, stored)
 
     def specimen(self, level: int, index: int) -> Specimen:
         """Return a member with its fields; errors as `load`."""

@@ -50,8 +50,9 @@ def checked_speed(name: str, speed: float | None) -> float | None:
 
 def kept(run: Run, level: int) -> list[int]:
     """Return the sound realizations that count and whose fields are stored at a level."""
-    there = [i for i in run.sound(run.realizations) if (level, i) in run.members]
-    return [i for i in there if run.members[level, i].kept]
+    there = np.array(run.sound(run.realizations), np.int64)
+    there = there[there % run.numerics.levels[level].every == 0]
+    return [int(index) for index in there[run.members.fixed(level, "kept", there) > 0]]
 
 
 def not_kept(run: Run, level: int, index: int | None = None) -> ValueError:

@@ -100,12 +100,6 @@ def member_of(path: Path, content: bytes, *, with_fields: bool = False) -> Membe
     return member
 
 
-def kept_fields(path: Path) -> tuple[str, ...]:
-    """Return the names of the fields that a realization's file holds, without reading them; errors as `read_member`."""
-    names: tuple[str, ...] = _inside(path, unlocked(path), _names)
-    return names
-
-
 def read_field(path: Path, name: str) -> NDArray[np.float32]:
     """Read one field of a realization's file and check its bytes; errors as `read_member`."""
     field: NDArray[np.float32] = _inside(path, unlocked(path), _one_field, name)
@@ -286,10 +280,6 @@ def _take(file: Any, path: Path, with_fields: bool) -> Member:
         header["provenance"],
         tuple(name for name, _ in header["fields"]),
     )
-
-
-def _names(file: Any, _: Path) -> tuple[str, ...]:
-    return tuple(name for name in FIELD_UNITS if name in file)
 
 
 def _one_field(file: Any, _: Path, name: str) -> NDArray[np.float32]:

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
+from roughsim.means import NUMBERS
 from roughsim.record.disk import not_readable, seal_of, tail, unlocked
-from roughsim.record.files import Member, member_of, member_path, read_member
+from roughsim.record.files import FIELD_UNITS, Member, member_of, member_path, read_member
 from roughsim.record.members import Members, Stamp
 from roughsim.record.summary import Block, Summary, code_digest, read_summary, write_summary
 
@@ -61,24 +62,27 @@ class Reader:
         self, folder: Path, numerics: Numerics, speeds: tuple[float, ...], identity: tuple[Any, Any], skip_damaged: bool
     ):
         self.folder, self.numerics = folder, numerics
-        self.members = Members([level.every for level in numerics.levels], numerics.lengths, speeds)
+        self.members = self._nobody(speeds)
         self.damaged: dict[tuple[int, int], str] = {}
         self.available = 0
         self._identity, self._skip_damaged = identity, skip_damaged
-        self._run = hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()
+        layout = {name: number.per_speed for name, number in NUMBERS.items()}, list(FIELD_UNITS)
+        self._run = hashlib.sha256(json.dumps((identity, layout), sort_keys=True).encode()).hexdigest()
         self._fresh: dict[tuple[int, int], Array] = {}  # stress spectra that no summary has yet
         self._wavenumber: dict[int, Array] = {}
         self._latest: dict[int, tuple[NDArray[np.int64], Array]] = {}  # spectra asked for last, by level
         summary = read_summary(folder, self._run)
         self.stop: dict[str, Any] = {} if summary is None else summary.stop
+        try:
+            for level, block in enumerate([] if summary is None else summary.blocks):
+                self.members.adopt(level, block.indices, block.columns)
+        except (ValueError, LookupError, TypeError):  # whole, but not as it is written here: as none
+            self.members, self.stop, summary = self._nobody(speeds), {}, None
         if summary is not None:
-            self._adopt(summary)
+            self.members.versions, self.members.failures = summary.versions, summary.failures
 
-    def _adopt(self, summary: Summary) -> None:
-        self.members.versions = summary.versions
-        self.members.failures = summary.failures
-        for level, block in enumerate(summary.blocks):
-            self.members.adopt(level, block.indices, block.columns)
+    def _nobody(self, speeds: tuple[float, ...]) -> Members:
+        return Members([level.every for level in self.numerics.levels], self.numerics.lengths, speeds)
 
     def refresh(self, most: int) -> None:
         """Read the members that have come since, of at most so many realizations; damaged ones again."""
