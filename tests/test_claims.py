@@ -275,3 +275,49 @@ def test_a_member_that_is_damaged_while_the_run_goes_on_is_moved_aside_and_done_
     for index in range(3):
         mine, theirs = (read_member(member_path(place, 0, index)).numbers for place in (folder, whole.folder))
         assert all((mine[name] == theirs[name]).all() for name in theirs)
+
+
+def test_a_member_that_was_stored_between_two_looks_is_not_computed_again(quick, tmp_path, soon, monkeypatch):
+    whole = rs.run(quick, tmp_path / "whole", max_realizations=3)
+    folder = rs.run(quick, tmp_path / "run", max_realizations=1).folder
+    computed, genuine, take = [], tasks.store_member, Claims.take
+
+    def late(claims, claim):
+        if claim == TWO:  # its process has just stored it and given it up
+            path = member_path(folder, 0, 1)
+            path.write_bytes(member_path(whole.folder, 0, 1).read_bytes())
+        return take(claims, claim)
+
+    monkeypatch.setattr(Claims, "take", late)
+    monkeypatch.setattr(tasks, "store_member", lambda *rest: computed.append(rest[3]) or genuine(*rest))
+    assert rs.run(quick, folder, max_realizations=3).realizations == 3
+    assert computed == [2]
+
+
+def test_what_a_living_process_is_writing_is_not_swept_away(quick, tmp_path, soon):
+    folder = rs.run(quick, tmp_path / "run", max_realizations=1).folder
+    begun = [folder / "realizations" / f".{name}.h5.here-1-ab.tmp" for name in (TWO, "L0-000005")]
+    for path in begun:
+        path.write_text("half")
+    with Claims(folder) as other:
+        other.take(TWO)
+        rs.run(quick, folder, max_realizations=1)
+        assert [path.exists() for path in begun] == [True, False]
+    rs.run(quick, folder, max_realizations=1)
+    assert not begun[0].exists()
+
+
+def test_a_process_keeps_its_own_end_when_another_writes_run_json_at_its_start(quick, tmp_path, monkeypatch):
+    from roughsim import ensemble
+
+    rs.run(quick, tmp_path / "run", max_realizations=1)
+    genuine = ensemble.open_run
+
+    def late(place):
+        rs_scene = ensemble.aimed(quick, max_realizations=2, until={"flash_temperature": 0.9})
+        start.begin(rs_scene, place)
+        return genuine(place)
+
+    monkeypatch.setattr(ensemble, "open_run", late)
+    run = rs.run(quick, tmp_path / "run", max_realizations=4)
+    assert (run.realizations, run.until, run.max_realizations) == (4, {}, 4)
