@@ -99,8 +99,10 @@ def test_a_container_that_starts_again_with_the_same_host_and_number_is_another_
 def test_a_process_of_this_machine_that_has_ended_is_gone_at_once(tmp_path):
     ended = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True, check=True)
     silent(tmp_path, pid=int(ended.stdout), space=claims._space())
+    (tmp_path / "claims" / TWO).write_text("elsewhere-1-ab")
     with Claims(tmp_path) as mine:
         assert mine.take(ONE)
+    assert list(tmp_path.iterdir()) == []  # nor stay claims of members that nobody needed
 
 
 def test_the_same_number_in_another_container_says_nothing(tmp_path):
