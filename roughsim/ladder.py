@@ -24,11 +24,10 @@ Array = NDArray[np.float64]
 
 # capped contact has steep edges of its plastic patches: these have no limit in q_c and are never extrapolated
 NO_LIMIT = tuple(name for name, record in OBSERVABLES.items() if not record.limit)
-# fitted exponents were 0.9…1.4 where the lowest rung stood at 4 q_y or above, and a tenth of the remainder was left
-# over at most. Lower ones come from rungs that stand too low: p rises on the way up, and first order is nearer to the
-# limit, as the remainder was then 0.5 to 1.4 times the last step. The less the steps tell, the more is in doubt
+# where the lowest rung stands at 4 q_y or above, fitted exponents were 0.9…1.4 for H = 0.8, 0.4…0.8 for H = 0.3, and a
+# tenth of the remainder was left over at most; the less the steps tell, the more is in doubt
 _DOUBT_FITTED, _DOUBT_UNFITTED = 0.1, 0.5
-_USUAL, _LEAST = 0.3, 0.7  # how far exponents lie from 1, and below which they are not believed
+_USUAL = 0.3  # how far exponents lie from 1
 # lengths that turn back with the pixel: beyond 8 pixels per wave they went on by 0.2 to 1.5 of the change from 4 to 8
 _TURNING = 1.5
 # a remainder after the theory's shape was right to a quarter in 150 of 151 cases, H = 0.3…0.95, rubber and unyielding
@@ -71,6 +70,7 @@ def observe(
     resting_ratio: float | Array = nan,
     end: float = inf,
     theory: Array | None = None,
+    settled: float = 0.0,
 ) -> Values:
     """Return the values of an observable from the levels of one column.
 
@@ -90,6 +90,8 @@ def observe(
     theory : ndarray, optional
         What the theory says at each cut-off of the samples and at `end`, (cut-offs + 1, speeds) or of one speed: the
         remainder has its shape. NaN says that nothing tells. Left out: it falls as a power of the cut-off.
+    settled : float, optional
+        The cut-off from which on steps tell that power, rad/m: p rises on the way up to it, and first order is nearer.
     """
     ladder = _climb(observable, samples, resting_ratio)
     unlimited = capped and observable in NO_LIMIT
@@ -105,7 +107,7 @@ def observe(
             remainder, bandwidth = _shaped_remainder(ladder, mean, theory)
             limit = mean + remainder
         return Values(limit, finest, _moved(ladder, limit), group, unfitted, bandwidth, pixel)
-    exponent, remainder, bandwidth = _remainder(ladder, end)
+    exponent, remainder, bandwidth = _remainder(ladder, end, settled)
     limit = top + remainder
     return Values(limit, top, _moved(ladder, limit), group, exponent, bandwidth, _pixel_of_limit(ladder, order))
 
@@ -197,7 +199,7 @@ def _shaped_remainder(ladder: list[_Rung], top: Array, theory: Array) -> tuple[A
     return np.where(told, remainder, 0.0), np.where(told, doubt, nan)
 
 
-def _remainder(ladder: list[_Rung], end: float) -> tuple[Array, Array, Array]:
+def _remainder(ladder: list[_Rung], end: float, settled: float) -> tuple[Array, Array, Array]:
     """Exponent, the rows that lead from the top rung to the limit, and the doubt about them."""
     cutoffs, rows = [rung.sample.q_max for rung in ladder[-3:]], [rung.rows for rung in ladder[-3:]]
     step = rows[-1] - rows[-2]
@@ -206,6 +208,9 @@ def _remainder(ladder: list[_Rung], end: float) -> tuple[Array, Array, Array]:
     if len(ladder) == 2:
         return first_order, linear, _DOUBT_UNFITTED * np.abs(linear.mean(axis=0))
     fitted, scatter = fitted_exponent(cutoffs, rows), _scatter_of_exponent(cutoffs, rows)
+    if cutoffs[0] < 0.95 * settled:
+        other, size = (np.abs((step * _factor(cutoffs, end, p)).mean(axis=0)) for p in (fitted, first_order))
+        return first_order, linear, np.maximum(np.abs(other - size), _DOUBT_UNFITTED * size)
     # the less the steps tell of the exponent, the more it is drawn to the usual one
     trust = np.where(np.isfinite(scatter).all(axis=0), 1.0, 0.0)
     scatter = np.where(trust, scatter, 0.0)
@@ -264,7 +269,7 @@ def _pixel_of_limit(ladder: list[_Rung], order: float) -> Array:
 def fitted_exponent(cutoffs: list[float], values: list[Array]) -> Array:
     """Return p of T∞ + c q_c^(−p) through the means at three cut-offs, per speed.
 
-    Between 0.7 and 3; 1 where the means allow none.
+    Between 0.3 and 3; 1 where the means allow none.
     """
     means = np.stack([np.mean(v, axis=0) for v in values], axis=-1)
     return np.array([_exponent(cutoffs, *map(float, row)) for row in means])
@@ -277,8 +282,8 @@ def _exponent(cutoffs: list[float], a: float, b: float, c: float) -> float:
     def excess(p: float) -> float:
         return float(_steps(cutoffs, np.asarray(p)) - (a - b) / (b - c))
 
-    low, high = excess(_LEAST), excess(3.0)
-    return float(brentq(excess, _LEAST, 3.0)) if low * high <= 0.0 else 1.0
+    low, high = excess(0.3), excess(3.0)
+    return float(brentq(excess, 0.3, 3.0)) if low * high <= 0.0 else 1.0
 
 
 __all__ = ["DOUBT_OF_SHAPE", "NO_LIMIT", "Values", "fitted_exponent", "observe"]

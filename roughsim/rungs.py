@@ -123,7 +123,7 @@ def capped_levels(scene: Scene, lengths: tuple[float, float], target: float, see
     smoothed = _pair("smoothed", smooth, 4, lengths, f"1.5 × {where}; 4 pixels per shortest wave")
     for factor in _TOPS:
         top = min(factor * q_yield, q_max, limit)
-        errors = _capped_errors(top, top < q_max, seen, 0.12 if factor >= 16 else 0.5)
+        errors = _capped_errors(top, top < q_max, seen, 0.12 if factor >= 16 else 1.0)
         if hypot(*errors) <= _SYSTEMATIC * target or top < factor * q_yield:
             break
     if top >= q_max:

@@ -108,7 +108,7 @@ def test_the_plan_expects_what_the_pilot_says(monkeypatch):
     assert forecast.pixel == pytest.approx(0.012 * 2e5 / top)
     q_y = ladder[-1].q_max / (16 if top > 6e5 else 8)
     assert q_y == pytest.approx(5.07e4, rel=0.01)
-    assert forecast.bandwidth == pytest.approx((0.12 if top > 6e5 else 0.5) * 0.2 * 2e5 / top)
+    assert forecast.bandwidth == pytest.approx((0.12 if top > 6e5 else 1.0) * 0.2 * 2e5 / top)
     assert forecast.size == pytest.approx(0.004)
     assert forecast.cpu_seconds == pytest.approx(2e-8 * work(numerics.levels, every, forecast.realizations))
     systematic = np.linalg.norm([forecast.bandwidth, forecast.pixel, forecast.size])

@@ -5,6 +5,7 @@ All temperatures here are with all the heat in the moving body; the share is a q
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
+@lru_cache(maxsize=64)
 def yield_wavenumber(scene: Scene) -> float:
     """Return q_y, rad/m, where 1 % of the theory's contact is still elastic; infinite if C(q) ends before."""
     from theory import plasticity

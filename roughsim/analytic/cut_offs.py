@@ -33,6 +33,7 @@ def yielded(scene: Scene, q_max: float) -> float:
 
 
 @lru_cache(maxsize=64)
+@lru_cache(maxsize=64)
 def follows_theory(scene: Scene, column: str, q_max: float) -> bool | None:
     """Return whether a column follows the theory from the cut-off q_max, rad/m, to the end of the spectrum.
 

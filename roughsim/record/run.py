@@ -213,7 +213,10 @@ class Run:
         elif cut_offs[-1] < end * (1 - 1e-9):
             theory = analytic.continuation(self.scene, name, cut_offs, observable)
         capped = name == "capped"
-        values = observe(observable, samples, capped=capped, resting_ratio=ratio, end=end, theory=theory)
+        settled = 4.0 * analytic.yield_wavenumber(self.scene) if capped and theory is None else 0.0
+        values = observe(
+            observable, samples, capped=capped, resting_ratio=ratio, end=end, theory=theory, settled=settled
+        )
         rest = OBSERVABLES[observable].at_rest
         if rest is not None:  # members are measured at a tiny speed instead: exact limits here
             moving = np.array(self.scene.speeds) > 0.0
