@@ -193,3 +193,14 @@ def test_a_temporary_file_that_another_process_sweeps_away_is_written_again(path
     assert not is_temporary(path.name)
     assert not is_temporary(".profile")
     assert [p.name for p in path.parent.iterdir()] == [path.name]
+
+
+def test_a_disk_that_takes_nothing_and_removes_nothing_is_named_with_the_file_that_was_to_be_written(path, monkeypatch):
+    # mounted for reading only, or remounted so after an error
+    def refuse(*_, **__):
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    monkeypatch.setattr(builtins, "open", refuse)
+    monkeypatch.setattr(Path, "unlink", refuse)
+    with pytest.raises(OSError, match=rf"cannot write .*{path.name}: Read-only file system"):
+        disk.place_bytes(path, b"whole")

@@ -64,6 +64,13 @@ def test_a_run_goes_on_from_each_moment_of_its_start(finished, tmp_path):
     assert rs.run(finished.scene, tmp_path / "run0", max_realizations=2).realizations == 2
 
 
+def test_an_edited_scene_of_a_run_is_refused_by_the_key(folder):
+    text = (folder / "scene.toml").read_text()
+    (folder / "scene.toml").write_text(text.replace("hurst = 0.8", "hurst = 0.7"))
+    with pytest.raises(rs.RecordError, match=r"of different scenes: surface\.hurst differs; put back what was edited"):
+        rs.open_run(folder)
+
+
 @pytest.mark.parametrize("names", OTHERS, ids=str)
 def test_a_folder_with_something_of_somebody_is_no_start(tmp_path, names):
     made(tmp_path / "run", names)

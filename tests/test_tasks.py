@@ -5,6 +5,7 @@ import os
 import re
 import signal
 import socket
+import sys
 import threading
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future
@@ -48,6 +49,29 @@ def test_workers_that_die_again_and_again_end_the_run_with_advice(quick, tmp_pat
     with pytest.raises(RuntimeError, match=r"workers died 4 times without storing a member, last: killed; see memory"):
         to_do(quick, tmp_path / "run").complete(force)
     assert force.used == tasks.RETRIES + 1
+
+
+def test_an_executor_whose_workers_died_is_not_asked_again_and_what_ended_them_is_said(quick, tmp_path):
+    # a pool of the caller's stays broken; in a script without a guard its processes die at their start
+    asked = []
+
+    class Dead(Broken):
+        def submit(self, *_, **__):
+            asked.append(1)
+            return super().submit()
+
+    words = r"workers of the executor died \(killed\): .* the same call goes on .* `if __name__ == \"__main__\":`"
+    with pytest.raises(RuntimeError, match=words):
+        rs.run(quick, tmp_path / "run", executor=Dead())
+    assert len(asked) == 1
+
+
+def test_processes_for_a_script_from_the_standard_input_are_refused_before_any_work(quick, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "__main__", SimpleNamespace(__file__="<stdin>", __spec__=None))
+    with pytest.raises(ValueError, match=r"<stdin> is no file to them; save the script in a file, or .* workers=1"):
+        rs.run(quick, tmp_path / "run", workers=2)
+    assert not (tmp_path / "run").exists()
+    assert rs.run(quick, tmp_path / "run", workers=1, max_realizations=1).realizations == 1
 
 
 def test_workers_that_die_once_are_replaced_and_every_member_is_told(quick, tmp_path):

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from roughsim.ensemble.claims import Claims, working, writer
 from roughsim.ensemble.start import begin, clear, sweep
 from roughsim.ensemble.tasks import Tasks
-from roughsim.ensemble.workers import Workforce, leave_if_imported, stopped_by_signals
+from roughsim.ensemble.workers import Workforce, leave_if_imported, refuse_script_without_file, stopped_by_signals
 from roughsim.means import OBSERVABLES
 from roughsim.numerics import Numerics
 from roughsim.realization import Realization, level_spectrum, realize
@@ -86,6 +86,8 @@ def run(
     leave_if_imported()
     if isinstance(workers, bool) or int(workers) != workers or workers < 1:
         raise ValueError(f"workers = {workers!r} must be a whole number ≥ 1")
+    if workers > 1 and executor is None:
+        refuse_script_without_file()
     scene = aimed(scene, seed=seed, until=until, max_realizations=max_realizations)
     place = Path(folder)
     numerics = begin(scene, place, numerics)

@@ -72,6 +72,12 @@ class Tasks:
             except BrokenExecutor as error:
                 if force.unguarded:
                     raise RuntimeError(_GUARD) from None
+                if force.executor is not None:  # it is broken for good, and not ours to start anew
+                    reason = str(error) or type(error).__name__
+                    raise RuntimeError(
+                        f"workers of the executor died ({reason}): {_GONE}; if they are processes of a script, it "
+                        f'needs `if __name__ == "__main__":`'
+                    ) from error
                 self._refresh()
                 died = died + 1 if len(self.result.members) == stored else 1
                 stored = len(self.result.members)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -68,6 +69,23 @@ class Workforce:
                 child.kill()
         for pool in self._made:
             pool.shutdown(wait=True, cancel_futures=True)
+
+
+def refuse_script_without_file() -> None:
+    """Refuse processes for a script that came through the standard input: each of them would look for its file.
+
+    Raises
+    ------
+    ValueError
+        Before any work.
+    """
+    script = sys.modules["__main__"]
+    path = getattr(script, "__file__", None)
+    if getattr(script, "__spec__", None) is None and path is not None and not os.path.exists(path):
+        raise ValueError(
+            f"workers = 2 or more import the script again, and {path} is no file to them; save the script in a file, "
+            f"or compute with workers=1"
+        )
 
 
 def leave_if_imported() -> None:

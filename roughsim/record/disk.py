@@ -14,6 +14,7 @@ import re
 import secrets
 import socket
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -65,7 +66,8 @@ def place_bytes(path: Path, *content: bytes | memoryview, first: bool = False) -
             if not left or not path.parent.is_dir():
                 raise _not_written(path, error) from error
         except BaseException as error:
-            temporary.unlink(missing_ok=True)
+            with suppress(OSError):  # a disk that takes nothing does not let go either
+                temporary.unlink(missing_ok=True)
             if isinstance(error, OSError):
                 raise _not_written(path, error) from error
             raise

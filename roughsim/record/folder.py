@@ -150,6 +150,8 @@ def open_run(folder: str | Path, *, damaged: Literal["refuse", "skip"] = "refuse
 
 def _check(description: dict[str, Any], scene: Scene, numerics: Numerics) -> None:
     """Refuse a description that does not go with its scene, or asks for more than this machine has."""
+    from roughsim.scene import first_difference
+
     speeds, share = len(scene.speeds), description["heat_partition"]
     for name in ("seed", "max_realizations"):
         if not isinstance(description[name], int) or description[name] < 0:
@@ -162,7 +164,8 @@ def _check(description: dict[str, Any], scene: Scene, numerics: Numerics) -> Non
     if not all(len(reason) == 3 and all(isinstance(word, str) for word in reason) for reason in description["reasons"]):
         raise ValueError("run.json: reasons must be lists of choice, value and reason")
     if description["scene"] != scene.identity():
-        raise ValueError("run.json and scene.toml are of different scenes")
+        key = (first_difference(description["scene"], scene.identity()) or ["a key"])[0]
+        raise ValueError(f"run.json and scene.toml are of different scenes: {key} differs; put back what was edited")
     most = max(level.shape[0] * level.shape[1] for level in numerics.levels)
     if 8.0 * most > 0.5 * memory():
         raise ValueError(f"run.json: a field of {most} points needs more than half of the machine's memory")
