@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from validity_map import capped
 
 import roughsim as rs
@@ -132,6 +133,21 @@ def checked(scene: rs.Scene, run: Any) -> list[dict[str, Any]]:
     return rows
 
 
+def draw(rows: list[dict[str, Any]], path: Path) -> None:
+    """What is found less what the map says of T_flash, over what it says: bars are the errors of both."""
+    figure = Figure(figsize=(6.4, 3.2), layout="constrained")
+    axes = figure.add_subplot()
+    for kind, colour in (("elastic", "#0072b2"), ("capped", "#d55e00")):
+        some = [r for r in rows if (r["kind"], r["observable"]) == (kind, "flash_temperature")]
+        said, off = np.array([r["says"] for r in some]), np.array([r["found"] - r["says"] for r in some])
+        error = np.array([hypot(r["error"], r["found_error"]) for r in some])
+        axes.errorbar(said, off, error, fmt="o", ms=3, lw=0.8, color=colour, label=kind)
+    axes.axhline(0.0, color="0.3", lw=0.8)
+    axes.set(xlabel="the map: theory is high by, %", ylabel="simulation less map, %", title=r"$T_\mathrm{flash}$")
+    axes.legend()
+    figure.savefig(path, dpi=130)
+
+
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--toy", action="store_true", help="two scenes with few members, to see it work")
@@ -156,6 +172,7 @@ def main() -> None:
                 f"  {row['observable']:18} {at:10} said {said}, found {measured}{'' if row['holds'] else '   MISSED'}"
             )
             rows.append(row)
+    draw(rows, given.output / "validity_check.png")
     for kind in ("elastic", "capped"):
         for name in OBSERVABLES:
             some = [r for r in rows if (r["kind"], r["observable"]) == (kind, name) and isfinite(r["found"])]

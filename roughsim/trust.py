@@ -171,7 +171,7 @@ def _speeds(scene: Scene, table: Table) -> tuple[tuple[tuple[float, str], ...], 
     within: dict[int, float] = {}
     for place, (speed, pe) in enumerate(zip(scene.speeds, peclet.tolist(), strict=True)):
         if why := _outside("Péclet number", pe, min(known), max(known)):
-            off += [(speed, why)] if speed else []  # at rest there is no heat to judge
+            off += [(speed, f"{why[:-1]} of v/(D q_roll_off))")] if speed else []  # at rest there is no heat to judge
         else:
             within[place] = pe
     return tuple(off), within
@@ -224,6 +224,8 @@ def _scaled(name: str, x: float, hurst: float = nan) -> float:
     """Return a coordinate in which ln(measured/theory) is nearly linear."""
     if name == "depth":
         return -float(x ** -(_DEPTH[0] + _DEPTH[1] * hurst))
+    if name == "share":  # full contact, 1, is as far as none
+        return log(x / (1.0 - x)) / log(_FACTOR[name])
     if name in _FACTOR:
         return log(x) / log(_FACTOR[name]) if x > 0.0 else -inf
     return x / _STEP[name]

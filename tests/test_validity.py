@@ -196,8 +196,8 @@ def test_a_speed_beyond_the_map_is_named_and_gets_no_number(source):
     known = trust(fast)
     assert known.source == source
     assert [why for _, why in known.off] == [
-        "Péclet number 0.0001 below 0.001 (map: 0.001 to 1000)",
-        "Péclet number 3200 above 1000 (map: 0.001 to 1000)",
+        "Péclet number 0.0001 below 0.001 (map: 0.001 to 1000 of v/(D q_roll_off))",
+        "Péclet number 3200 above 1000 (map: 0.001 to 1000 of v/(D q_roll_off))",
     ]
     assert {j.speed for j in known.judgements} == {None, 0.1 * unit}
     table = trust_table(known)
