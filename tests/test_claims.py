@@ -216,10 +216,9 @@ def test_a_run_stops_when_another_process_has_reached_its_target(quick, tmp_path
     assert (result.target_met, result.realizations) == (True, whole.realizations)
 
 
-def test_of_two_starts_at_once_the_first_plan_counts(tmp_path, monkeypatch):
+def test_of_two_starts_at_once_the_first_plan_counts(quick, tmp_path, monkeypatch):
     # plans are made of timings: two of them may differ
-    scene = rs.load_scene("demo")
-    planned = rs.plan(scene)
+    scene, planned = quick, rs.plan(quick)
     from dataclasses import replace
 
     other = replace(planned, tolerance=2e-4)

@@ -57,12 +57,13 @@ def test_no_line_says_infinity(quick, tmp_path, monkeypatch):
     assert all(line.endswith("time left not known yet") for line in told)
 
 
-@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EPIPE, errno.EIO])
-@pytest.mark.parametrize("terminal", [True, False])
+@pytest.mark.parametrize(
+    ("number", "terminal"), [(errno.ENOSPC, True), (errno.ENOSPC, False), (errno.EPIPE, True), (errno.EPIPE, False)]
+)
 def test_a_terminal_that_takes_no_more_stops_no_run(quick, tmp_path, monkeypatch, number, terminal):
     console = Patient(stderr=True)
     console.file = Broken(number)
     monkeypatch.setattr(Patient, "is_terminal", terminal)
     monkeypatch.setattr(progress, "Patient", lambda **_: console)
-    run = progress.run_shown(replace(quick), tmp_path / "run", 1, max_realizations=3)
-    assert run.realizations == 3
+    run = progress.run_shown(replace(quick), tmp_path / "run", 1, max_realizations=2)
+    assert run.realizations == 2

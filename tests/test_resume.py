@@ -2,6 +2,8 @@
 
 import errno
 import os
+import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,9 +13,17 @@ from roughsim.ensemble import start
 from roughsim.record import disk, member_path, read_member
 
 
+@pytest.fixture(scope="module")
+def finished(capped_scene, tmp_path_factory):
+    """The run of `quick` with three realizations; tests work on copies."""
+    levels = ({"column": "capped", "shape": [32, 32], "q_max": 4e4},)
+    scene = replace(capped_scene, numerics=replace(capped_scene.numerics, levels=levels, keep_fields=1))
+    return rs.run(scene, tmp_path_factory.mktemp("finished") / "run", max_realizations=3)
+
+
 @pytest.fixture
-def folder(quick, tmp_path):
-    return rs.run(quick, tmp_path / "run", max_realizations=3).folder
+def folder(finished, tmp_path):
+    return shutil.copytree(finished.folder, tmp_path / "run")
 
 
 def contents(folder):
@@ -100,8 +110,6 @@ def test_a_start_that_was_interrupted_is_taken_up_at_any_moment_of_it(quick, tmp
 
 @pytest.mark.parametrize("case", ["foreign", "file", "other scene", "target"])
 def test_what_cannot_be_is_refused_before_planning(quick, tmp_path, monkeypatch, case):
-    from dataclasses import replace
-
     place, scene, until = tmp_path / "run", quick, None
     if case == "foreign":
         place.mkdir()
