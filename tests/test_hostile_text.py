@@ -142,3 +142,15 @@ def test_a_title_with_commands_to_the_terminal_is_refused_in_words_without_them(
     assert "scene.toml" in told("theory", tmp_path / "scene.toml", expect=1)
     (tmp_path / "scene.toml").write_text('title = "a\\u001b[31m \\u007f"\n["\\u001b[31m"]\nx = 1\n')
     assert "is not a key of a scene" in told("theory", tmp_path / "scene.toml", expect=1)
+
+
+@pytest.mark.parametrize("name", FOLDERS)
+def test_a_path_in_an_error_commands_no_terminal(told, tmp_path, name):
+    for verb in ("compare", "status", "theory", "explore"):
+        text = told(verb, tmp_path / name / "missing.toml", expect=1)
+        assert squeezed(plain(name)) in squeezed(text)
+        assert text.count("\n") == 1
+
+
+def test_plain_text_is_one_printable_line():
+    assert plain("a\x1b[31mb\x9b\u202e\udcff[/b] :x: \n\t$x$ é 漢 ±") == "a?[31mb???[/b] :x:   $x$ é 漢 ±"
