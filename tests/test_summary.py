@@ -91,6 +91,19 @@ def test_a_member_damaged_after_the_summary_is_named(folder, eager, small, monke
         rs.open_run(folder)
 
 
+def test_a_large_member_of_the_same_size_and_time_but_another_digest_is_read(folder, eager, monkeypatch):
+    monkeypatch.setattr(reader, "_SMALL", 0)
+    rs.open_run(folder)
+    path = member_path(folder, 0, 3)
+    one, before = read_member(path), path.stat()
+    write_member(folder, replace(one, spectrum=3.0 * one.spectrum))
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert path.stat().st_size == before.st_size
+    eager.clear()
+    rs.open_run(folder)
+    assert eager == ["L0-000003.h5"]
+
+
 def test_copied_members_keep_their_summary(folder, tmp_path, eager):
     rs.open_run(folder)
     eager.clear()
@@ -121,6 +134,16 @@ def test_a_summary_that_is_none_is_made_anew(folder, whole, tmp_path, eager, kin
     assert bits(rs.open_run(folder)) == before
     assert len(eager) == COUNT + 5
     assert (folder / summary.NAME).read_bytes() == sound
+
+
+@pytest.mark.slow
+def test_members_of_another_run_with_their_own_summary_are_refused(folder, whole, tmp_path, eager):
+    scene = replace(whole.scene, ensemble=replace(whole.scene.ensemble, seed=8))
+    other = rs.run(scene, tmp_path / "other", numerics=whole.numerics, max_realizations=COUNT)
+    shutil.copytree(other.folder / "realizations", folder / "realizations", dirs_exist_ok=True)
+    shutil.copy(other.folder / summary.NAME, folder)
+    with pytest.raises(rs.RecordError, match="L0-000000.h5 is of another run"):
+        rs.open_run(folder)
 
 
 def test_no_flipped_byte_of_a_summary_is_believed(folder, eager):
@@ -199,7 +222,10 @@ def test_a_run_stops_where_prefixes_that_are_tried_afresh_say(folder, monkeypatc
     for goal in sorted(width.values())[1:-1]:
         again = rs.open_run(folder)
         again.until = {observable: goal}
-        assert again.realizations == next(count for count in width if width[count] <= goal)
+        first = next(count for count in width if width[count] <= goal)
+        assert again.realizations == first
+        again.refresh()
+        assert again.realizations == first
         assert again.target_met
 
 
