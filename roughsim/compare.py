@@ -80,6 +80,12 @@ class Row:
     ratios: dict[str, Ratio]
     note: str
 
+    @property
+    def cut(self) -> bool:
+        """Whether the theory up to q_c is noticeably another than that over the whole spectrum."""
+        whole = self.theory_full_spectrum
+        return abs(self.theory_at_cut_off - whole) > NOTICED * abs(whole)
+
 
 @dataclass(frozen=True, slots=True)
 class Comparison:

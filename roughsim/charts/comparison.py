@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,6 @@ from numpy.typing import NDArray
 
 from roughsim import analytic
 from roughsim.charts.style import COLOURS, MARKERS, THEORY, band, new_figure, save, statistical
-from roughsim.compare import NOTICED
 from roughsim.digits import shown
 from roughsim.means import OBSERVABLES
 from roughsim.text import plain
@@ -99,7 +97,7 @@ def _over_speed(axes: Axes, comparison: Comparison, observable: str) -> None:
     if OBSERVABLES[observable].heated:
         theory *= analytic.heat_partition(scene, dense)
     axes.plot(dense, theory, color=THEORY, lw=1.4)
-    if _cut(rows):
+    if any(row.cut for row in rows):
         axes.plot(speed, [row.theory_at_cut_off * factor for row in rows], color=THEORY, lw=1.2, ls="--")
     for column in comparison.run.numerics.columns:
         mean = np.array([row.columns[column].mean for row in rows]) * factor
@@ -126,12 +124,6 @@ def _title(rows: list[Row]) -> str:
     return rf"{words} ({list(rows[0].columns)[-1]}: at $q_c$)" if any(row.note == "at q_c" for row in rows) else words
 
 
-def _cut(rows: Iterable[Row]) -> bool:
-    """Whether the theory up to q_c is another than that over the whole spectrum."""
-    pairs = ((row.theory_at_cut_off, row.theory_full_spectrum) for row in rows)
-    return any(abs(cut - whole) > NOTICED * abs(whole) for cut, whole in pairs)
-
-
 def _drawn_unknown(comparison: Comparison) -> list[str]:
     """The parts of the errors drawn over speed that no level tells; titles name what stands at q_c."""
     rows = (row for row in comparison.rows if row.observable in DRAWN and row.speed)
@@ -151,7 +143,7 @@ def _legend(axes: Axes, comparison: Comparison) -> None:
     }
     label = rf"theory, $\gamma$ = {run.scene.theory.gamma:g}, whole spectrum"
     handles: list[Any] = [Line2D([], [], color=THEORY, lw=1.4, label=label)]
-    if _cut(row for row in comparison.rows if row.observable in DRAWN and row.speed):
+    if any(row.cut for row in comparison.rows if row.observable in DRAWN and row.speed):
         handles.append(Line2D([], [], color=THEORY, lw=1.2, ls="--", label="theory up to $q_c$"))
     for column in run.numerics.columns:
         style: Any = {"color": COLOURS[column], "marker": MARKERS[column], "ms": 4, "lw": 1.0}
