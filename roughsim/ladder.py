@@ -28,6 +28,9 @@ NO_LIMIT = tuple(name for name, record in OBSERVABLES.items() if not record.limi
 # tenth of the remainder was left over at most; the less the steps tell, the more is in doubt
 _DOUBT_FITTED, _DOUBT_UNFITTED = 0.1, 0.5
 _USUAL = 0.3  # how far exponents lie from 1
+# lower exponents are either those of H = 0.3, or of rungs that stand too low, which no level tells: first order stands,
+# and what the fit has beyond it is the doubt, with a quarter to spare
+_LEAST, _WIDER = 0.7, 1.25
 # lengths that turn back with the pixel: beyond 8 pixels per wave they went on by 0.2 to 1.5 of the change from 4 to 8
 _TURNING = 1.5
 # a remainder after the theory's shape was right to a quarter in 150 of 151 cases, H = 0.3…0.95, rubber and unyielding
@@ -208,9 +211,6 @@ def _remainder(ladder: list[_Rung], end: float, settled: float) -> tuple[Array, 
     if len(ladder) == 2:
         return first_order, linear, _DOUBT_UNFITTED * np.abs(linear.mean(axis=0))
     fitted, scatter = fitted_exponent(cutoffs, rows), _scatter_of_exponent(cutoffs, rows)
-    if cutoffs[0] < 0.95 * settled:
-        other, size = (np.abs((step * _factor(cutoffs, end, p)).mean(axis=0)) for p in (fitted, first_order))
-        return first_order, linear, np.maximum(np.abs(other - size), _DOUBT_UNFITTED * size)
     # the less the steps tell of the exponent, the more it is drawn to the usual one
     trust = np.where(np.isfinite(scatter).all(axis=0), 1.0, 0.0)
     scatter = np.where(trust, scatter, 0.0)
@@ -220,7 +220,15 @@ def _remainder(ladder: list[_Rung], end: float, settled: float) -> tuple[Array, 
     remainder = step * _factor(cutoffs, end, exponent) + step.mean(axis=0) * slope * trust * scatter
     size, other = (np.abs(x.mean(axis=0)) for x in (remainder, linear))
     least = np.maximum(_DOUBT_FITTED, _DOUBT_UNFITTED * np.sqrt(1.0 - trust))
-    return exponent, remainder, np.maximum(np.abs(size - other), least * size)
+    doubt = np.maximum(np.abs(size - other), least * size)
+    low = (fitted < _LEAST) | (cutoffs[0] < 0.95 * settled)
+    fit = np.abs((step * _factor(cutoffs, end, fitted)).mean(axis=0))
+    widest = np.maximum(_WIDER * np.abs(fit - other), _DOUBT_UNFITTED * other)
+    return (
+        np.where(low, 1.0, exponent),
+        np.where(low, linear, remainder),
+        np.where(low, widest, doubt),
+    )
 
 
 def _factor(cutoffs: list[float], end: float, p: Array) -> Array:

@@ -123,7 +123,7 @@ def test_two_cut_offs_extrapolate_one_over_q_exactly():
 
 
 def test_three_cut_offs_fit_the_exponent():
-    cutoffs, exponent = (1.0, 2.0, 5.0), 0.7
+    cutoffs, exponent = (1.0, 2.0, 5.0), 0.8
     samples = [sample(q_max=q, shift=4.0 * q**-exponent) for q in cutoffs]
     values = observe("flash_temperature", samples, capped=True)
     assert values.exponent == pytest.approx(exponent, rel=1e-9)
