@@ -27,9 +27,9 @@ NO_LIMIT = tuple(name for name, record in OBSERVABLES.items() if not record.limi
 # where the lowest rung stands at 4 q_y or above, fitted exponents were 0.9…1.4 for H = 0.8, 0.4…0.8 for H = 0.3, and a
 # tenth of the remainder was left over at most; the less the steps tell, the more is in doubt
 _DOUBT_FITTED, _DOUBT_UNFITTED = 0.1, 0.5
-_USUAL = 0.3  # how far exponents lie from 1
-# lower exponents are either those of H = 0.3, or of rungs that stand too low, which no level tells: first order stands,
-# and what the fit has beyond it is the doubt, with a quarter to spare
+_USUAL = 0.3  # how far exponents lie from the usual one
+# exponents below that part of the usual one are mostly of rungs that stand too low: the usual one stands, and what the
+# fit has beyond it is the doubt, with a quarter to spare
 _LEAST, _WIDER = 0.7, 1.25
 # lengths that turn back with the pixel: beyond 8 pixels per wave they went on by 0.2 to 1.5 of the change from 4 to 8
 _TURNING = 1.5
@@ -74,6 +74,7 @@ def observe(
     end: float = inf,
     theory: Array | None = None,
     settled: float = 0.0,
+    usual: float = 1.0,
 ) -> Values:
     """Return the values of an observable from the levels of one column.
 
@@ -94,7 +95,9 @@ def observe(
         What the theory says at each cut-off of the samples and at `end`, (cut-offs + 1, speeds) or of one speed: the
         remainder has its shape. NaN says that nothing tells. Left out: it falls as a power of the cut-off.
     settled : float, optional
-        The cut-off from which on steps tell that power, rad/m: p rises on the way up to it, and first order is nearer.
+        The cut-off from which on steps tell that power, rad/m: p rises on the way up to it.
+    usual : float, optional
+        The power where the cut-offs do not tell it; left out, first order.
     """
     ladder = _climb(observable, samples, resting_ratio)
     unlimited = capped and observable in NO_LIMIT
@@ -110,7 +113,7 @@ def observe(
             remainder, bandwidth = _shaped_remainder(ladder, mean, theory)
             limit = mean + remainder
         return Values(limit, finest, _moved(ladder, limit), group, unfitted, bandwidth, pixel)
-    exponent, remainder, bandwidth = _remainder(ladder, end, settled)
+    exponent, remainder, bandwidth = _remainder(ladder, end, settled, usual)
     limit = top + remainder
     return Values(limit, top, _moved(ladder, limit), group, exponent, bandwidth, _pixel_of_limit(ladder, order))
 
@@ -202,31 +205,31 @@ def _shaped_remainder(ladder: list[_Rung], top: Array, theory: Array) -> tuple[A
     return np.where(told, remainder, 0.0), np.where(told, doubt, nan)
 
 
-def _remainder(ladder: list[_Rung], end: float, settled: float) -> tuple[Array, Array, Array]:
+def _remainder(ladder: list[_Rung], end: float, settled: float, usual: float) -> tuple[Array, Array, Array]:
     """Exponent, the rows that lead from the top rung to the limit, and the doubt about them."""
     cutoffs, rows = [rung.sample.q_max for rung in ladder[-3:]], [rung.rows for rung in ladder[-3:]]
     step = rows[-1] - rows[-2]
-    first_order = np.ones(step.shape[1:])
-    linear = step * _factor(cutoffs, end, first_order)
+    expected = np.full(step.shape[1:], usual)
+    unfitted = step * _factor(cutoffs, end, expected)
     if len(ladder) == 2:
-        return first_order, linear, _DOUBT_UNFITTED * np.abs(linear.mean(axis=0))
-    fitted, scatter = fitted_exponent(cutoffs, rows), _scatter_of_exponent(cutoffs, rows)
+        return expected, unfitted, _DOUBT_UNFITTED * np.abs(unfitted.mean(axis=0))
+    fitted, scatter = fitted_exponent(cutoffs, rows, usual), _scatter_of_exponent(cutoffs, rows, usual)
     # the less the steps tell of the exponent, the more it is drawn to the usual one
     trust = np.where(np.isfinite(scatter).all(axis=0), 1.0, 0.0)
     scatter = np.where(trust, scatter, 0.0)
     trust /= 1.0 + (scatter**2).sum(axis=0) / (len(scatter) * _USUAL) ** 2
-    exponent, small = 1.0 + trust * (fitted - 1.0), 1e-5
+    exponent, small = usual + trust * (fitted - usual), 1e-5
     slope = (_factor(cutoffs, end, exponent + small) - _factor(cutoffs, end, exponent - small)) / (2.0 * small)
     remainder = step * _factor(cutoffs, end, exponent) + step.mean(axis=0) * slope * trust * scatter
-    size, other = (np.abs(x.mean(axis=0)) for x in (remainder, linear))
+    size, other = (np.abs(x.mean(axis=0)) for x in (remainder, unfitted))
     least = np.maximum(_DOUBT_FITTED, _DOUBT_UNFITTED * np.sqrt(1.0 - trust))
     doubt = np.maximum(np.abs(size - other), least * size)
-    low = (fitted < _LEAST) | (cutoffs[0] < 0.95 * settled)
+    low = (fitted < _LEAST * usual) | (cutoffs[0] < 0.95 * settled)
     fit = np.abs((step * _factor(cutoffs, end, fitted)).mean(axis=0))
     widest = np.maximum(_WIDER * np.abs(fit - other), _DOUBT_UNFITTED * other)
     return (
-        np.where(low, 1.0, exponent),
-        np.where(low, linear, remainder),
+        np.where(low, usual, exponent),
+        np.where(low, unfitted, remainder),
         np.where(low, widest, doubt),
     )
 
@@ -236,11 +239,11 @@ def _factor(cutoffs: list[float], end: float, p: Array) -> Array:
     return np.asarray((1.0 - (cutoffs[-1] / end) ** p) / ((cutoffs[-1] / cutoffs[-2]) ** p - 1.0))
 
 
-def _scatter_of_exponent(cutoffs: list[float], rows: list[Array]) -> Array:
+def _scatter_of_exponent(cutoffs: list[float], rows: list[Array], usual: float) -> Array:
     """Influence of each realization on the fitted exponent, zero in the mean; NaN where none can be fitted."""
     first, second = rows[0] - rows[1], rows[1] - rows[2]
     fall, last = first.mean(axis=0), second.mean(axis=0)
-    p, small = fitted_exponent(cutoffs, rows), 1e-5
+    p, small = fitted_exponent(cutoffs, rows, usual), 1e-5
     with np.errstate(all="ignore"):
         quotient = fall / last
         of_quotient = ((first - fall) - quotient * (second - last)) / last
@@ -274,24 +277,24 @@ def _pixel_of_limit(ladder: list[_Rung], order: float) -> Array:
     return np.full(ladder[-1].rows.shape[1:], nan)
 
 
-def fitted_exponent(cutoffs: list[float], values: list[Array]) -> Array:
+def fitted_exponent(cutoffs: list[float], values: list[Array], usual: float = 1.0) -> Array:
     """Return p of T∞ + c q_c^(−p) through the means at three cut-offs, per speed.
 
-    Between 0.3 and 3; 1 where the means allow none.
+    Between 0.3 and 3; the usual one where the means allow none.
     """
     means = np.stack([np.mean(v, axis=0) for v in values], axis=-1)
-    return np.array([_exponent(cutoffs, *map(float, row)) for row in means])
+    return np.array([_exponent(cutoffs, usual, *map(float, row)) for row in means])
 
 
-def _exponent(cutoffs: list[float], a: float, b: float, c: float) -> float:
+def _exponent(cutoffs: list[float], usual: float, a: float, b: float, c: float) -> float:
     if not (a - b) * (b - c) > 0.0:
-        return 1.0
+        return usual
 
     def excess(p: float) -> float:
         return float(_steps(cutoffs, np.asarray(p)) - (a - b) / (b - c))
 
     low, high = excess(0.3), excess(3.0)
-    return float(brentq(excess, 0.3, 3.0)) if low * high <= 0.0 else 1.0
+    return float(brentq(excess, 0.3, 3.0)) if low * high <= 0.0 else usual
 
 
 __all__ = ["DOUBT_OF_SHAPE", "NO_LIMIT", "Values", "fitted_exponent", "observe"]

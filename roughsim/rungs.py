@@ -26,6 +26,7 @@ CAPPED_LIMIT = 4096
 _TOPS = (8, 16, 32)  # cut-offs of capped contact, in q_y
 _SYSTEMATIC = 0.6  # share of the target that bandwidth and pixel may take
 Chosen = tuple[list[tuple[Level, str]], tuple[float, float]]
+_SLOW = 0.75  # the exponent below which three rungs do not tell it well: H = 0.43
 _FINE = 2  # stands for the stride that is chosen later
 _FINER = "half the pixel, which tells the pixel's error"
 
@@ -123,7 +124,9 @@ def capped_levels(scene: Scene, lengths: tuple[float, float], target: float, see
     smoothed = _pair("smoothed", smooth, 4, lengths, f"1.5 × {where}; 4 pixels per shortest wave")
     for factor in _TOPS:
         top = min(factor * q_yield, q_max, limit)
-        errors = _capped_errors(top, top < q_max, seen, 0.12 if factor >= 16 else 1.0)
+        exponent = analytic.usual_exponent(scene, top)
+        doubt = 1.0 if factor < 16 else 0.12 if exponent > _SLOW else 0.5
+        errors = _capped_errors(top, top < q_max, seen, exponent, doubt)
         if hypot(*errors) <= _SYSTEMATIC * target or top < factor * q_yield:
             break
     if top >= q_max:
@@ -160,17 +163,20 @@ def _unyielding_levels(scene: Scene, lengths: tuple[float, float], seen: Pilot |
     return levels, _cut_errors(scene, "capped", lengths, seen)
 
 
-def _capped_errors(top: float, extrapolated: bool, seen: Pilot | None, doubt: float) -> tuple[float, float]:
+def _capped_errors(
+    top: float, extrapolated: bool, seen: Pilot | None, exponent: float, doubt: float
+) -> tuple[float, float]:
     """Bandwidth and pixel error to expect of capped T_flash up to a cut-off; shares measured on steel.
 
-    `doubt` is the share of the remainder that three rungs leave: small once the lowest stands at 4 q_y; below, they
-    tell no exponent.
+    T_flash falls as q_c^(−exponent). `doubt` is the share of the remainder that three rungs leave: small once the
+    lowest stands at 4 q_y; below, or where the fall is slow, they tell no exponent.
     """
     if seen is None:
         return (0.005, 0.002)
     if not extrapolated:
         return (0.0, 0.6 * seen.pixel * min(seen.q_max / top, 1.0) ** 0.5)
-    return (doubt * seen.step * seen.q_max / top, seen.pixel * seen.q_max / top)
+    remainder = seen.step / (2.0**exponent - 1.0) * (seen.q_max / top) ** exponent
+    return (doubt * remainder, seen.pixel * seen.q_max / top)
 
 
 def _level(column: Column, q_max: float, pixels: int, lengths: tuple[float, float], every: int = 1) -> Level:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -174,6 +175,17 @@ def test_the_theory_up_to_a_cut_off_is_that_of_a_surface_that_ends_there(hardnes
     np.testing.assert_allclose(
         analytic.up_to(rock, np.inf)["flash_temperature"], analytic.predictions(rock)["flash_temperature"], rtol=1e-12
     )
+
+
+def test_yielded_contact_falls_the_slower_the_rougher_its_short_waves():
+    def falls(hurst, end=2e6, **changes):
+        spectrum = rs.SelfAffineSpectrum.from_rms_height(1e-6, hurst=hurst, q_min=1e4, q_roll_off=2e4, q_max=end)
+        return analytic.usual_exponent(SimpleNamespace(spectrum=spectrum, **changes), 3e5)
+
+    assert falls(0.3) == pytest.approx(0.3 + 1.05 * 0.3, rel=1e-9)
+    assert falls(0.0) == pytest.approx(0.3, rel=1e-9)
+    assert falls(0.8) == 1.0
+    assert falls(0.3, end=3e5) == 1.0  # nothing follows
 
 
 def test_who_yields_beyond_the_cut_off_does_not_follow_the_theory_and_who_has_yielded_falls():

@@ -171,6 +171,17 @@ def test_rungs_that_stand_too_low_are_continued_in_first_order_and_doubted_by_wh
     assert high.bandwidth[0] < 0.1 * low.bandwidth[0]
 
 
+def test_a_rough_surface_that_falls_slowly_is_extrapolated_by_its_own_exponent():
+    # capped contact with H = 0.3 at 30 m/s, 4 to 16 q_y, own runs up to 128 q_y: the limit at 1000 q_y is 292 ± 6
+    values = [507.0, 437.0, 387.0]
+    samples = [level(np.full((13, 1), v), q_max=4.0 * 2**k, side=64.0 * 2**k) for k, v in enumerate(values)]
+    first_order = observe(NAME, samples[1:], capped=True, end=1000.0)
+    assert abs(first_order.extrapolated.mean() - 292.0) > first_order.bandwidth[0] + 6.0
+    for known in (samples[1:], samples):
+        values = observe(NAME, known, capped=True, end=1000.0, usual=0.615)
+        assert abs(values.extrapolated.mean() - 292.0) <= values.bandwidth[0] < 50.0
+
+
 def test_an_exponent_that_the_steps_hardly_tell_is_drawn_to_the_usual_one():
     # the steps fall as 2^(−1.5); that of few realizations with a scatter of 5 in a step of 1 is no more than noise
     rng = np.random.default_rng(3)

@@ -105,6 +105,13 @@ def test_steep_waves_that_only_yield_are_told_to_change_little(steel):
     assert facts(less).flash_temperature == pytest.approx(facts(steep).flash_temperature, rel=0.005)
 
 
+def test_steep_waves_of_a_small_H_are_not_told_to_change_little(steel):
+    surface = replace(steel.surface, hurst=0.3, rms_height=None, rms_slope=0.45)
+    (line, *_) = judge(replace(steel, surface=surface)).warnings
+    assert "makes T_flash higher" in line  # own runs with H = 0.3: 18 to 25 % above the limit at 32 q_y
+    assert "changes little" not in line
+
+
 def test_the_facts_are_those_of_the_scene(full_scene, capped_scene):
     found = facts(capped_scene)
     assert found.pressure_over_hardness == pytest.approx(0.09)

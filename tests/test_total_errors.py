@@ -51,6 +51,24 @@ def expected(run, factors):
                     yield as_printed(mean, error, missing)
 
 
+@pytest.fixture(scope="module")
+def at_rest(capped_scene, tmp_path_factory):
+    """Two realizations at rest and in motion, on a grid and on one with half the pixel."""
+    levels = tuple(Level("capped", (n, n), 2e4) for n in (32, 64))
+    numerics = Numerics(levels, (2e-3, 2e-3))
+    return rs.run(
+        capped_scene, tmp_path_factory.mktemp("rest") / "run", numerics=numerics, max_realizations=2, workers=1
+    )
+
+
+def test_at_rest_nothing_heats_and_that_is_exact(at_rest):
+    for name in ("flash_temperature", "flash_gradient", "flash_laplacian"):
+        found = at_rest.estimate(name)
+        assert (found.mean[0], found.total_error[0], found.unknown_at(0)) == (0.0, 0.0, ())
+        assert found.total_error[1] > 0.0
+    assert at_rest.estimate("flash_temperature").explain().splitlines()[1].startswith("0 K: ")
+
+
 def test_the_table_prints_total_errors(partial):
     cells = {cell for column in comparison_table(rs.compare(partial)).columns for cell in column.cells}
     wanted = set(expected(partial, UNITS))

@@ -20,7 +20,7 @@ from roughsim.analytic.bodies import (
     stress_arguments,
     theoretical_partition,
 )
-from roughsim.analytic.cut_offs import continuation, follows_theory, up_to
+from roughsim.analytic.cut_offs import continuation, follows_theory, up_to, usual_exponent
 from roughsim.analytic.views import Integrals, ModeSums, Theory, area_fractions, heating, over_speed
 from roughsim.grid import Grid
 from roughsim.means import OBSERVABLES
@@ -181,5 +181,6 @@ __all__ = [
     "stress_spectrum",
     "theoretical_partition",
     "up_to",
+    "usual_exponent",
     "yield_wavenumber",
 ]

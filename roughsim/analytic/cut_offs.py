@@ -24,6 +24,9 @@ Array = NDArray[np.float64]
 # parts of the theory's contact that have yielded: from the first on, T_flash falls with the cut-off; while less than
 # the second is added up to q_max, it follows the theory (measured on rocks of 1 to 30 GPa)
 _YIELDED, _ADDED = 0.99, 0.1
+# T_flash of yielded contact falls as q_c^−(0.3 + 1.05 H) between slow and fast sliding; from H = 2/3 on first order is
+# as near, and the smaller step
+_FALL = (0.3, 1.05)
 
 
 def yielded(scene: Scene, q_max: float) -> float:
@@ -45,6 +48,17 @@ def follows_theory(scene: Scene, column: str, q_max: float) -> bool | None:
     if before >= _YIELDED:
         return False
     return True if yielded(scene, inf) - before <= _ADDED else None
+
+
+def usual_exponent(scene: Scene, q_c: float) -> float:
+    """Return the exponent with which yielded contact usually falls beyond a cut-off, rad/m, by the H of C(q) there."""
+    above = scene.spectrum.breaks[-1]
+    if q_c >= above:
+        return 1.0
+    q = np.array([q_c, min(above, 16.0 * q_c)])
+    first, last = np.log(q), np.log(scene.spectrum(q))
+    hurst = -0.5 * float((last[1] - last[0]) / (first[1] - first[0])) - 1.0
+    return min(1.0, _FALL[0] + _FALL[1] * min(max(hurst, 0.0), 1.0))
 
 
 @lru_cache(maxsize=64)
@@ -86,4 +100,4 @@ def continuation(scene: Scene, column: str, cut_offs: tuple[float, ...], observa
     return found if follows else np.full_like(found, np.nan)
 
 
-__all__ = ["continuation", "follows_theory", "up_to", "yielded"]
+__all__ = ["continuation", "follows_theory", "up_to", "usual_exponent", "yielded"]

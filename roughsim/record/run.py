@@ -213,15 +213,16 @@ class Run:
         elif cut_offs[-1] < end * (1 - 1e-9):
             theory = analytic.continuation(self.scene, name, cut_offs, observable)
         capped = name == "capped"
-        settled = 4.0 * analytic.yield_wavenumber(self.scene) if capped and theory is None else 0.0
-        values = observe(
-            observable, samples, capped=capped, resting_ratio=ratio, end=end, theory=theory, settled=settled
-        )
+        names: dict[str, Any] = {"capped": capped, "resting_ratio": ratio, "end": end, "theory": theory}
+        if capped and theory is None:
+            names |= {"settled": 4.0 * analytic.yield_wavenumber(self.scene)}
+            names |= {"usual": analytic.usual_exponent(self.scene, cut_offs[-1])}
+        values = observe(observable, samples, **names)
         rest = OBSERVABLES[observable].at_rest
         if rest is not None:  # members are measured at a tiny speed instead: exact limits here
             moving = np.array(self.scene.speeds) > 0.0
-            keys = ("extrapolated", "finest", "base")
-            return values._replace(**{key: np.where(moving, getattr(values, key), rest) for key in keys})
+            exact = dict.fromkeys(("extrapolated", "finest", "base"), rest) | {"bandwidth": 0.0, "pixel": 0.0}
+            return values._replace(**{key: np.where(moving, getattr(values, key), x) for key, x in exact.items()})
         return values
 
     def estimate(self, observable: str, column: str | None = None) -> Estimate:
