@@ -224,7 +224,9 @@ def plot(
 
     options: dict[str, Any] = {"realization": realization, "speed": speed, "column": column}
     options |= {"zoom": _zoom(zoom), "side_by_side": side_by_side}
-    place = plot_run(_opened(run), quantity, output, **options)
+    opened = _opened(run)
+    place = plot_run(opened, quantity, output, **options)
+    _tell_gap(opened)
     tell(f"picture: {place}")
 
 
@@ -261,6 +263,7 @@ def export(
         raise ValueError("--bits does not go with --surface, which keeps all digits; leave one of them out")
     opened = open_run(run)
     place = export_run(opened, output, bits) if surface is None else export_surface(opened, output, surface)
+    _tell_gap(opened)
     tell(f"file: {place}, {place.stat().st_size / 1e6:.3g} MB")
 
 
@@ -325,6 +328,14 @@ def _opened(folder: Path) -> Run:
     for reason in run.damaged.values():
         tell(f"left out: {reason}")
     return run
+
+
+def _tell_gap(run: Run) -> None:
+    """Name what is missing in the middle of a run, where the file that was made does not."""
+    from roughsim.record.gaps import gap
+
+    for line in gap(run):
+        tell(line)
 
 
 @app.command()

@@ -11,7 +11,9 @@ import pytest
 from test_damage import PASSING, without_seal
 
 import roughsim as rs
+from roughsim.cli import main
 from roughsim.estimate import relative_half_width
+from roughsim.explore.words import problems_of
 from roughsim.ladder import Values
 from roughsim.record import check_member, member_path, read_member, reader, summary, write_member
 from roughsim.status import status_dict, status_lines
@@ -280,6 +282,16 @@ def test_a_missing_member_in_the_middle_is_named_and_what_follows_is_said(folder
     assert any(note.startswith(said) for note in rs.compare(run).notes())
     assert rs.compare(run).to_dict()["missing"] == run.missing
     assert said in comparison_table(rs.compare(run)).caption
+
+
+def test_files_and_pages_of_a_run_with_a_gap_are_not_shorter_without_a_word(folder, tmp_path, capsys):
+    (folder / "realizations" / "L0-000003.h5").unlink()
+    for words in (["export", str(folder), "-o", str(tmp_path / "a.h5")], ["plot", str(folder), "spectrum"]):
+        with pytest.raises(SystemExit) as ended:
+            main(words)
+        assert ended.value.code == 0
+        assert "not there: L0-000003, lost or being computed now; only the 3 real" in capsys.readouterr().err
+    assert any("not there: L0-000003" in line for line in problems_of(rs.open_run(folder)))
 
 
 def test_a_whole_run_and_one_that_met_its_target_miss_nothing(folder):

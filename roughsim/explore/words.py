@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from roughsim.digits import shown, written
 from roughsim.ensemble import writer
 from roughsim.means import OBSERVABLES
+from roughsim.record.gaps import gap
 from roughsim.status import clock, count_text, reached, seconds_left
 
 if TYPE_CHECKING:
@@ -33,8 +34,8 @@ def state_of(run: Run) -> str:
 
 
 def problems_of(run: Run) -> list[str]:
-    """Return a line for each damaged file, and one for the members that did not converge."""
-    lines = [f"{text}. The other realizations are shown." for text in run.damaged.values()]
+    """Return a line for each damaged file, and one each for members that are missing or did not converge."""
+    lines = [f"{text}. The other realizations are shown." for text in run.damaged.values()] + gap(run)
     if run.failed:
         lines.append(f"{run.failed} realizations did not converge and are left out of the means")
     return lines

@@ -14,15 +14,21 @@ _NAMED = 5  # of many members; the others are counted
 
 def left_out(run: Run) -> list[str]:
     """Return a line each on what is missing and on what is damaged, with what follows; empty for a whole run."""
-    lines = []
-    if missing := run.missing:
-        lines.append(
-            f"not there: {_listed(missing)}, lost or being computed now; only the {run.realizations} realizations "
-            f"before count; run the scene again to have them"
-        )
+    lines = gap(run)
     if damaged := damaged_names(run):
         lines.append(f"damaged and left out of the means: {_listed(damaged)}; run the scene again to have them")
     return lines
+
+
+def gap(run: Run) -> list[str]:
+    """Return a line on the members that are missing although later ones are there; empty where none is."""
+    missing = run.missing
+    if not missing:
+        return []
+    return [
+        f"not there: {_listed(missing)}, lost or being computed now; only the {run.realizations} realizations before "
+        f"count; run the scene again to have them"
+    ]
 
 
 def damaged_names(run: Run) -> list[str]:
