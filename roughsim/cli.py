@@ -226,8 +226,7 @@ def plot(
     options |= {"zoom": _zoom(zoom), "side_by_side": side_by_side}
     opened = _opened(run)
     place = plot_run(opened, quantity, output, **options)
-    _tell_gap(opened)
-    tell(f"picture: {place}")
+    _tell_made(opened, f"picture: {place}")
 
 
 @app.command()
@@ -263,8 +262,7 @@ def export(
         raise ValueError("--bits does not go with --surface, which keeps all digits; leave one of them out")
     opened = open_run(run)
     place = export_run(opened, output, bits) if surface is None else export_surface(opened, output, surface)
-    _tell_gap(opened)
-    tell(f"file: {place}, {place.stat().st_size / 1e6:.3g} MB")
+    _tell_made(opened, f"file: {place}, {place.stat().st_size / 1e6:.3g} MB")
 
 
 @app.command()
@@ -330,11 +328,11 @@ def _opened(folder: Path) -> Run:
     return run
 
 
-def _tell_gap(run: Run) -> None:
-    """Name what is missing in the middle of a run, where the file that was made does not."""
+def _tell_made(run: Run, made: str) -> None:
+    """Tell which file was made, and what it lacks because members are missing in the middle of the run."""
     from roughsim.record.gaps import gap
 
-    for line in gap(run):
+    for line in (*gap(run), made):
         tell(line)
 
 
