@@ -214,3 +214,12 @@ def test_members_are_counted_by_their_stride():
     levels = (Level("elastic", (64, 64), 1e4), Level("elastic", (128, 128), 1e4, every=4))
     assert plan_module._work(levels, 13) == pytest.approx(13 * 64**2.5 + 4 * 128**2.5)  # 13 of one, 4 of the other
     assert Numerics(levels, (1e-3, 1e-3)).members(13) == 17
+
+
+def test_few_fine_realizations_tell_with_few_degrees_of_freedom():
+    # 17 coarse ones of which 3 are fine, almost all scatter in the latter: Student's t of little more than 2
+    parts = np.array([0.01**2 / 17, 0.05**2 / 3])
+    freedom = parts.sum() ** 2 / (parts[0] ** 2 / 16 + parts[1] ** 2 / 2)
+    assert 2.0 < freedom < 2.1
+    expected = stats.t.ppf(0.975, freedom) * sqrt(1 + 2 / freedom) * sqrt(parts.sum())
+    assert plan_module._half_width(17, 0.01, 0.05, 8) == pytest.approx(expected, rel=1e-9)
