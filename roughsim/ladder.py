@@ -34,7 +34,7 @@ _LEAST, _WIDER = 0.7, 1.25
 # lengths that turn back with the pixel: beyond 8 pixels per wave they went on by 0.2 to 1.5 of the change from 4 to 8
 _TURNING = 1.5
 # the doubt about a remainder with the theory's shape held in 156 of 158 comparisons on six ladders, many of them on the
-# same surfaces (H = 0.3…0.95, rubber and rock); a quarter of it alone in 119; beyond half of the value nothing was tried
+# same surfaces (H = 0.3…0.95, rubber and rock), a quarter of it alone in 119; beyond half of the value none was tried
 DOUBT_OF_SHAPE, _MOST_OF_SHAPE = 0.25, 0.5
 
 
