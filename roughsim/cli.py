@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from roughsim.text import errors_in_one_line, fail, print_in_any_language, say, tell
+from roughsim.text import errors_in_one_line, fail, print_in_any_language, say, tell, warn
 
 if TYPE_CHECKING:
     from roughsim.compare import Comparison
@@ -117,7 +117,7 @@ def plan(
     else:
         _print(plan_table(numerics), facts_table(judged))
         for line in judged.warnings:
-            _warn(line)
+            warn(line)
 
 
 @app.command()
@@ -140,7 +140,7 @@ def theory(
     else:
         _print(theory_table(loaded), *([trust_table(known)] if known else []), facts_table(judged))
         for line in judged.warnings:
-            _warn(line)
+            warn(line)
 
 
 @app.command()
@@ -376,23 +376,26 @@ def _print(*parts: Any) -> None:
 
     console = PlainConsole()
     for part in parts:
-        console.print(part)
+        console.print_whole(part)
 
 
 def main(words: list[str] | None = None) -> None:
     """Run the command line on `words`, or on the process's own; an error is one line and a non-zero exit code."""
-    warnings.showwarning = _warn
+    warned: set[str] = set()
+
+    def show(message: Warning | str, *_: Any, **__: Any) -> None:
+        """A warning without the place in the code, and once: each picture of a report warns again."""
+        if str(message) not in warned:
+            warned.add(str(message))
+            warn(message)
+
+    warnings.showwarning = show
     print_in_any_language()
     with errors_in_one_line(" ".join(sys.argv[1:] if words is None else words)):
         code = app(words, standalone_mode=False)
         if sys.stdout is not None:
             sys.stdout.flush()
     raise SystemExit(code or 0)
-
-
-def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
-    """A warning as one line, without the place in the code."""
-    tell(f"roughsim: warning: {' '.join(str(message).split())}")
 
 
 if __name__ == "__main__":

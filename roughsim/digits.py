@@ -55,7 +55,7 @@ def written(value: float, error: float, unknown: Sequence[str] = ()) -> Written:
     if not isfinite(value):
         return Written("–", "", 0)
     if error == 0.0 and not (unknown and value):
-        return Written(f"{value:.4g}", "", 0)
+        return Written(f"{value + 0.0:.4g}", "", 0)  # + 0.0: no zero is negative
     if error == 0.0 or not isfinite(error):
         return Written(f"{value:.4g}", "unknown", 0)
     at_least = "≥" if unknown else ""

@@ -13,6 +13,7 @@ from rich import progress as bars
 
 from roughsim.status import clock, count_text, end_known, reached, realizations_needed
 from roughsim.terminal import PlainConsole
+from roughsim.text import warn
 
 if TYPE_CHECKING:
     from roughsim.record import Run
@@ -87,7 +88,8 @@ def run_shown(scene: Scene, folder: Path, workers: int | None, **options: Any) -
     numerics = begin(scene, folder)
     reasons = (reason for reason in numerics.reasons if reason.choice in ("smoothed", "capped", "elastic"))
     _show(console, *(reason.value for reason in reasons), style="dim")
-    _show(console, *(f"warning: {line}" for line in judge(scene, numerics).warnings))
+    for line in judge(scene, numerics).warnings:
+        warn(line)
     count = (os.cpu_count() or 1) if workers is None else workers
     with Progress(console) as progress:
         result = run(scene, folder, numerics=numerics, workers=count, observer=progress.update)

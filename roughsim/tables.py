@@ -195,7 +195,7 @@ def _heading(name: str) -> str:
 def _number(value: float | None, unit: str) -> str:
     if value is None or not isfinite(value):
         return "–"
-    return f"{value * shown(unit)[1]:.4g}"
+    return f"{value * shown(unit)[1] + 0.0:.4g}"  # + 0.0: no zero is negative
 
 
 def _listed(values: Any) -> list[float | None]:

@@ -62,6 +62,11 @@ def tell(text: str) -> None:
             sys.stderr.flush()
 
 
+def warn(text: object) -> None:
+    """Write a warning to the standard error: one line, of the same form in every verb."""
+    tell(f"roughsim: warning: {' '.join(str(text).split())}")
+
+
 def fail(message: str, code: int) -> NoReturn:
     """End with a line and an exit code."""
     tell(f"roughsim: {message}")

@@ -36,3 +36,7 @@ def test_an_error_with_an_unknown_part_is_a_lower_bound():
 def test_units_of_tables_are_those_of_figures():
     assert shown("m") == ("µm", 1e6)
     assert shown("W") == ("W", 1.0)
+
+
+def test_no_zero_is_negative():
+    assert plus_minus(-0.0, 0.0) == "0"

@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import warnings
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from html import escape
@@ -10,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import roughsim as rs
-from roughsim import cli
+from roughsim import cli, terminal
 from roughsim.scene import parse_scene
 from roughsim.text import plain
 
@@ -132,6 +133,35 @@ def test_a_folder_may_have_any_name(told, runs, tmp_path, name):
         assert squeezed(plain(name)) in squeezed(told(verb, folder / "missing", expect=1))
 
 
+def test_a_file_in_place_of_a_run_is_named(told, tmp_path):
+    (tmp_path / "[x].toml").write_text("")
+    for verb in ("status", "compare"):
+        assert "[x].toml is a file; name the folder of a run" in told(verb, tmp_path / "[x].toml", expect=1)
+
+
+def test_letters_that_the_font_lacks_are_named_once_for_all_pictures(capsys, monkeypatch, tmp_path):
+    from matplotlib.figure import Figure
+
+    from roughsim import tables
+    from roughsim.charts.style import save
+
+    def draw(scene):
+        for _ in range(2):
+            figure = Figure(figsize=(1, 1))
+            figure.text(0, 0, "σ 日本")
+            save(figure, tmp_path / "x.png")
+        return ""
+
+    monkeypatch.setattr(tables, "theory_table", draw)
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        with pytest.raises(SystemExit):
+            cli.main(["theory", "demo"])
+    first, second = capsys.readouterr().err.splitlines()
+    assert first == "roughsim: warning: the font of the pictures has no 日 本: boxes stand in their place"
+    assert second.startswith("roughsim: warning: the heat share")
+
+
 def test_words_that_the_command_line_does_not_know_are_shown_as_they_are(told):
     text = told("status", "a", "b\x1b[31m[/bold]", expect=2)
     assert "[31m[/bold]" in text
@@ -154,3 +184,13 @@ def test_a_path_in_an_error_commands_no_terminal(told, tmp_path, name):
 
 def test_plain_text_is_one_printable_line():
     assert plain("a\x1b[31mb\x9b\u202e\udcff[/b] :x: \n\t$x$ é 漢 ±") == "a?[31mb???[/b] :x:   $x$ é 漢 ±"
+
+
+def test_a_narrow_terminal_cuts_no_number(monkeypatch, capsys, capped_run):
+    monkeypatch.setattr(terminal, "_PIPED", 40)
+    with pytest.raises(SystemExit):
+        cli.main(["compare", str(capped_run.folder)])
+    wide = capsys.readouterr().out
+    assert "…" not in wide
+    (row,) = (line for line in wide.splitlines() if line.startswith(" contact_fraction"))
+    assert row.count("±") == 4

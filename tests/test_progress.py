@@ -44,6 +44,12 @@ def test_the_time_left_is_told_from_the_twelfth_realization_on(quick, tmp_path):
             assert re.search(r"of about 15 realizations.*, \d+ s left$", line)
 
 
+def test_a_run_warns_in_the_form_of_every_verb(quick, tmp_path, capsys):
+    progress.run_shown(replace(quick), tmp_path / "run", 1, max_realizations=1)
+    warned = [line for line in capsys.readouterr().err.splitlines() if "heat share" in line]
+    assert [line.startswith("roughsim: warning: the heat share") for line in warned] == [True]
+
+
 def test_without_a_target_the_time_left_is_told_at_once(quick, tmp_path):
     told = lines(quick, tmp_path / "run", until={}, max_realizations=5)
     assert all(re.fullmatch(r"\d of about 5 realizations, \d+ s left", line) for line in told)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from math import floor, log10
@@ -68,9 +69,23 @@ def letters(text: str) -> str:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure."""
+    """Write a figure; letters that its font lacks are named in one warning."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=160)
+    if lacking := _lacking(figure):
+        warnings.warn(f"the font of the pictures has no {lacking}: boxes stand in their place", stacklevel=2)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font")
+        figure.savefig(path, dpi=160)
+
+
+def _lacking(figure: Figure) -> str:
+    """The letters in a figure for which the font has no shape."""
+    from matplotlib.font_manager import FontProperties, findfont, get_font
+    from matplotlib.text import Text
+
+    font = get_font(findfont(FontProperties()))
+    texts = {letter for text in figure.findobj(Text) for letter in text.get_text() if letter.isprintable()}
+    return " ".join(sorted(letter for letter in texts if not font.get_char_index(ord(letter))))
 
 
 def band(axes: Axes, x: Array, mean: Array, error: Array, colour: str) -> None:

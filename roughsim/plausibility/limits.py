@@ -249,9 +249,9 @@ def _of_the_share(scene: Scene, known: Facts) -> Lines:
     about = "about " if isfinite(scene.temperature_range[1]) else ""  # a table κ(T) has another κ at another share
     if _like_faces(scene) and abs(share - 0.5) > UNEVEN:
         yield (
-            f"the heat share {share:.3g} at {scene.speeds[k]:g} m/s takes hot spots to rest on the counterface until "
-            "it is warm there, but two equally rough faces of one material share evenly: at 1/2 temperatures are "
-            f"{about}{0.5 / share:.3g} of these; see docs/partition.md"
+            f"the heat share {share:.3g} at {scene.speeds[k]:g} m/s is that of hot spots that rest on the counterface, "
+            "but two equally rough faces of one material share the heat evenly; heat_partition = 0.5 makes "
+            f"temperatures {about}{0.5 / share:.3g} times as high; see docs/partition.md"
         )
 
 

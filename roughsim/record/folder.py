@@ -77,6 +77,8 @@ def read_description(folder: Path) -> dict[str, Any]:
     path = folder / "run.json"
     if not folder.exists():
         raise RecordError(f"{folder} does not exist; start it with: roughsim run SCENE -o {folder}")
+    if folder.is_file():
+        raise RecordError(f"{folder} is a file; name the folder of a run")
     try:
         description = json.loads(_text(path))
         version = int(description["format_version"])
