@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import sys
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from roughsim.text import errors_in_one_line, fail, print_in_any_language, say, tell, warn
+from roughsim.text import errors_in_one_line, fail, print_in_any_language, say, show_warnings_once, tell, warn
 
 if TYPE_CHECKING:
     from roughsim.compare import Comparison
@@ -381,15 +380,7 @@ def _print(*parts: Any) -> None:
 
 def main(words: list[str] | None = None) -> None:
     """Run the command line on `words`, or on the process's own; an error is one line and a non-zero exit code."""
-    warned: set[str] = set()
-
-    def show(message: Warning | str, *_: Any, **__: Any) -> None:
-        """A warning without the place in the code, and once: each picture of a report warns again."""
-        if str(message) not in warned:
-            warned.add(str(message))
-            warn(message)
-
-    warnings.showwarning = show
+    show_warnings_once()
     print_in_any_language()
     with errors_in_one_line(" ".join(sys.argv[1:] if words is None else words)):
         code = app(words, standalone_mode=False)

@@ -9,9 +9,10 @@ import codecs
 import io
 import os
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import NoReturn
+from typing import Any, NoReturn
 
 _LONGEST = 1200  # characters of an error; a path of thousands is cut in its middle
 _ASCII = {
@@ -65,6 +66,18 @@ def tell(text: str) -> None:
 def warn(text: object) -> None:
     """Write a warning to the standard error: one line, of the same form in every verb."""
     tell(f"roughsim: warning: {' '.join(str(text).split())}")
+
+
+def show_warnings_once() -> None:
+    """Show Python's warnings without the place in the code, each once: every picture of a report warns again."""
+    shown: set[str] = set()
+
+    def show(message: Warning | str, *_: Any, **__: Any) -> None:
+        if str(message) not in shown:
+            shown.add(str(message))
+            warn(message)
+
+    warnings.showwarning = show
 
 
 def fail(message: str, code: int) -> NoReturn:
