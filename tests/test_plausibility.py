@@ -197,7 +197,7 @@ def test_what_no_solid_is_hot_enough_for_needs_no_melting_temperature():
 
 def test_a_share_between_two_equally_rough_faces_of_one_material_is_told_unless_it_is_a_half():
     (line,) = warned(STEEL)
-    assert f"at 1/2 temperatures are {0.5 / 0.938:.3g} of these; see docs/partition.md" in line
+    assert f"heat_partition = 0.5 makes temperatures {0.5 / 0.938:.3g} times as high; see docs/partition.md" in line
     assert len(warned(changed("0.938", '"all"'))) == 1
     body = 'youngs_modulus = "200 GPa"\npoisson_ratio = 0.3\nconductivity = 30\ndensity = 7900\nheat_capacity = 500\n'
     band = "hurst = 0.8\nq_min = 6350\nq_roll_off = 9.4e4\nroll_off_exponent = 1.5\nq_max = 4.15e7\n"
