@@ -59,10 +59,18 @@ def status_lines(run: Run) -> list[str]:
     for name in told["estimates"]:
         lines += run.estimate(name).explain().splitlines()
     if told["target_met"] or told["realizations"] >= run.max_realizations:
-        lines.append("finished: the target is met" if told["target_met"] else "finished: all realizations are there")
+        lines.append(f"finished: {ended(run)}")
     elif told["seconds_left"] is not None:
         lines.append(f"{clock(told['seconds_left'])} left at the latest pace")
     return lines
+
+
+def ended(run: Run) -> str:
+    """Return why a run has ended; a target is one of the statistical error, and what else is unknown is named."""
+    why = "the target of the statistical error is met" if run.target_met else "all realizations are there"
+    sound = run.sound(run.realizations)
+    unknown = dict.fromkeys(part for name in run.until if sound for part in run.estimate(name).unknown)
+    return why + (f"; the error by {', '.join(unknown)} is unknown" if unknown else "")
 
 
 def realizations_needed(run: Run) -> int:

@@ -3,8 +3,10 @@
 import os
 import shutil
 import time
+from dataclasses import replace
 from math import inf
 
+import numpy as np
 import pytest
 
 import roughsim as rs
@@ -97,9 +99,21 @@ def test_a_running_run_tells_the_time_left_and_how_near_the_target_is(running, m
 
 def test_a_finished_run_says_why_it_ended(running, monkeypatch):
     running.max_realizations = 6
-    assert status.status_lines(running)[-1] == "finished: all realizations are there"
+    assert status.ended(running).startswith("all realizations are there")
     monkeypatch.setattr(type(running), "target_met", True)
-    assert status.status_lines(running)[-1] == "finished: the target is met"
+    assert status.status_lines(running)[-1] == f"finished: {status.ended(running)}"
+    assert status.ended(running).startswith("the target of the statistical error is met")
+
+
+def test_a_target_that_is_met_does_not_hide_what_is_unknown(running, monkeypatch):
+    monkeypatch.setattr(type(running), "target_met", True)
+    open_parts = {"bandwidth": np.full(3, np.nan), "pixel": np.full(3, np.nan)}
+    found = running.estimate("flash_temperature")
+    running.until = {"flash_temperature": 0.1}
+    for parts, end in (({}, "is met"), (open_parts, "is met; the error by bandwidth, pixel is unknown")):
+        known = replace(found, budget={"statistical": found.half_width} | parts)
+        monkeypatch.setattr(type(running), "estimate", lambda _, name, known=known: known)
+        assert status.ended(running).endswith(end)
 
 
 def test_the_numbers_for_machines_are_those_of_the_estimates(running):

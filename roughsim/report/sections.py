@@ -18,7 +18,7 @@ from roughsim.means import OBSERVABLES
 from roughsim.plausibility import judge
 from roughsim.report.markup import Html, grouped_table, joined, number, plus_minus, table, tag
 from roughsim.report.pictures import picture
-from roughsim.status import clock, reached, status_dict
+from roughsim.status import clock, ended, reached, status_dict
 from roughsim.tables import comparison_caption, slope_lines
 
 if TYPE_CHECKING:
@@ -59,10 +59,8 @@ def header(run: Run) -> Html:
 
 
 def _state(run: Run) -> str:
-    if run.target_met:
-        return f"finished, the target is met{reached(run)}"
-    if run.realizations >= run.max_realizations:
-        return f"finished, all realizations are there{reached(run)}"
+    if run.target_met or run.realizations >= run.max_realizations:
+        return f"finished, {ended(run)}{reached(run)}"
     if writer(run.folder):
         left = status_dict(run)["seconds_left"]
         return "being computed while this was written" + (f", {clock(left)} left" if left is not None else "")
