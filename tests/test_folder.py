@@ -64,6 +64,16 @@ def test_a_run_goes_on_from_each_moment_of_its_start(finished, tmp_path):
     assert rs.run(finished.scene, tmp_path / "run0", max_realizations=2).realizations == 2
 
 
+def test_a_start_leaves_nothing_of_killed_ones_behind(finished, folder):
+    left = [f".{name}.node7-123-0a1b2c3d.tmp" for name in ("run.json", "scene.toml", "summary.bin")]
+    mine = [".notes.txt.node7-123-0a1b2c3d.tmp", ".run.json.swp"]
+    made_before = {path.name for path in folder.iterdir()}
+    for name in (*left, *mine):
+        (folder / name).write_text("{")
+    rs.run(finished.scene, folder, max_realizations=2)
+    assert {path.name for path in folder.iterdir()} == made_before | set(mine)
+
+
 def test_an_edited_scene_of_a_run_is_refused_by_the_key(folder):
     text = (folder / "scene.toml").read_text()
     (folder / "scene.toml").write_text(text.replace("hurst = 0.8", "hurst = 0.7"))

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from roughsim.scene import Scene
 
 _MEMBER = re.compile(r"L\d+-\d{6,}\.h5|\.L\d+-\d{6,}\.h5\..+\.tmp")
+_BEGUN = re.compile(r"\.(run\.json|scene\.toml|summary\.bin)\..+\.tmp")
 
 
 def begin(scene: Scene, place: Path, numerics: Numerics | None = None) -> Numerics:
@@ -127,10 +128,13 @@ def sweep(place: Path, claims: Claims) -> None:
 
 
 def clear(place: Path, claims: Claims) -> None:
-    """Remove what killed writers left half done of members that nobody computes now."""
+    """Remove what killed writers left half done: of members that nobody computes now, and beside them."""
     for path in _ours(place):
         if is_temporary(path.name) and not claims.claimed(path.name[1:].partition(".")[0]):
             path.unlink(missing_ok=True)  # a writer without a claim, if there is one, writes it again
+    for path in place.iterdir():
+        if _BEGUN.fullmatch(path.name) and is_temporary(path.name):
+            path.unlink(missing_ok=True)  # so does one that is at work
 
 
 def _ours(place: Path) -> list[Path]:
