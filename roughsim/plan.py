@@ -86,14 +86,15 @@ def _chosen(
     bare, most = [level for level, _ in chosen], scene.ensemble.max_realizations
     every = _stride(bare, scatter, change, goal, most)
     levels = _strided(bare, every)
-    count = min(_realizations(scatter, change, every, goal), most)
+    wanted = _realizations(scatter, change, every, goal)
+    count = min(wanted, most)
     statistical = _half_width(count, hot, change, every)
     pace = PACE if seen is None else seen.pace
     forecast = Forecast(count, statistical, bandwidth, pixel, size, pace * _work(levels, count))
     why = [reason for _, reason in chosen]
     reasons = [Reason(a.column, _listed((a,)), reason) for a, reason in zip(levels, why, strict=True)]
     between = tuple(min(_realizations(f * scatter, f * change, every, goal), most) for f in SCATTER_KNOWN)
-    return levels, forecast, [*reasons, _told(seen), *_expected(forecast, goal, between, scene.scanned)]
+    return levels, forecast, [*reasons, _told(seen), *_expected(forecast, goal, wanted, between, scene.scanned)]
 
 
 def _told(seen: Pilot | None) -> Reason:
@@ -107,7 +108,7 @@ def _told(seen: Pilot | None) -> Reason:
     return Reason("pilot", found, why)
 
 
-def _expected(forecast: Forecast, goal: float, between: tuple[int, ...], scanned: bool) -> list[Reason]:
+def _expected(forecast: Forecast, goal: float, wanted: int, between: tuple[int, ...], scanned: bool) -> list[Reason]:
     bandwidth = "unknown" if isnan(forecast.bandwidth) else f"{100 * forecast.bandwidth:.2g} %"
     parts = f"of the highest T_flash, expected: statistical {100 * forecast.statistical:.2g} %, bandwidth {bandwidth}, "
     parts += f"pixel {100 * forecast.pixel:.2g} %, size {100 * forecast.size:.2g} %"
@@ -116,7 +117,9 @@ def _expected(forecast: Forecast, goal: float, between: tuple[int, ...], scanned
     wall = forecast.wall_seconds(workers)
     until = f"--until flash_temperature={100 * goal:.3g}% stops once its statistical error (95 %) is that everywhere"
     each = f"{LEAST} at least; levels marked 1 in k are solved for every kth of them"
-    if between[0] < between[-1]:
+    if forecast.realizations < wanted:
+        each = f"{each}; max_realizations ends the run before, as that takes about {wanted:.3g}"
+    elif between[0] < between[-1]:
         each += (
             f"; {between[0]} to {between[-1]}, as the scatter from {MEMBERS} pilot solves is known within a factor 1.7"
         )

@@ -60,6 +60,21 @@ def test_a_plan_is_the_same_every_time_and_tells_what_to_expect():
     )  # a target in all says at which statistical error to stop
 
 
+def test_a_plan_says_when_the_realizations_end_before_the_target():
+    scene = rs.load_scene("demo")
+
+    def told(most, target):
+        ensemble = replace(scene.ensemble, max_realizations=most, until={"flash_temperature": target})
+        reasons = rs.plan(replace(scene, ensemble=ensemble)).reasons
+        return next(reason for reason in reasons if reason.choice == "realizations")
+
+    assert "max_realizations" not in told(1000, 0.05).reason
+    short = told(20, 1e-3)
+    assert short.value == "about 20"
+    wanted = float(short.reason.rpartition("max_realizations ends the run before, as that takes about ")[2])
+    assert wanted > 1e3  # a scatter of some percent falls as 1/√n
+
+
 @pytest.mark.slow  # a pilot of 512² points
 def test_an_elastic_scene_is_resolved_or_cut_with_a_word():
     scene = rs.load_scene("steel-1.2GPa")
