@@ -134,7 +134,9 @@ def trust(scene: Scene, tables: dict[str, Table] | None = None) -> Trust:
     return _by_calibration(scene, table, found)
 
 
-_WITHOUT_A_PLACE = "C(q) is not self-affine (a table, or the sum of two different faces), and has no place on the map"
+_WITHOUT_A_PLACE = (
+    "C(q) is not self-affine (a table, the sum of two different faces, or another law), and has no place on the map"
+)
 
 
 def _place(scene: Scene) -> dict[str, float] | None:
