@@ -283,7 +283,7 @@ def test_a_table_with_a_hardness_has_no_place_on_the_map():
     assert known.to_dict() == {"source": "off the map", "where": known.where, "against": "", "rows": [], "off": []}
     assert (
         known.where
-        == "C(q) is not self-affine (a table, or the sum of two different faces), and has no place on the map"
+        == "C(q) is not self-affine (a table, the sum of two different faces, or another law), and has no place on the map"
     )
 
 
@@ -295,7 +295,7 @@ def test_two_different_faces_get_their_theory_and_the_reason_why_no_map_places_t
     shown = CliRunner().invoke(app, ["theory", str(path), "--trust"])
     assert shown.exit_code == 0, shown.output
     assert "flash_temperature K" in shown.stdout
-    assert "off the map: C(q) is not self-affine (a table, or the sum of two different faces)" in " ".join(
+    assert "off the map: C(q) is not self-affine (a table, the sum of two different faces, or another law)" in " ".join(
         shown.stdout.split()
     )
     listed = json.loads(CliRunner().invoke(app, ["theory", str(path), "--trust", "--json"]).stdout)
