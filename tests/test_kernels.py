@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from roughsim import _kernels
 from roughsim._kernels import active_set as kernels
 from roughsim._kernels import columns
 
@@ -228,3 +229,18 @@ def test_columns_go_to_lines_and_back():
     assert np.array_equal(back[:, 2:5], spectrum[:, 2:5])
     assert not back[:, :2].any()
     assert not back[:, 5:].any()
+
+
+def test_where_compiled_code_cannot_be_kept_kernels_are_compiled_all_the_same_and_that_is_said(monkeypatch):
+    # on a compute node that may write neither beside the package nor at home
+    genuine = _kernels.njit
+
+    def njit(**options):
+        if options.get("cache"):
+            raise RuntimeError("cannot cache function: no locator available")
+        return genuine(**options)
+
+    monkeypatch.setattr(_kernels, "njit", njit)
+    with pytest.warns(RuntimeWarning, match="each process compiles anew, .* set NUMBA_CACHE_DIR"):
+        double = _kernels.kernel()(lambda x: 2.0 * x)
+    assert double(1.5) == 3.0

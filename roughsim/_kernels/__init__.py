@@ -1,5 +1,6 @@
 """Compiled inner loops: the one door to numba. Kernels take arrays and floats, and know nothing else."""
 
+import warnings
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
@@ -20,6 +21,16 @@ def kernel(fastmath: frozenset[str] = frozenset(), inline: bool = False) -> Call
 
     def decorate(function: Function) -> Function:
         options: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": set(fastmath)}
-        return cast(Function, njit(inline="always" if inline else "never", **options)(function))
+        options["inline"] = "always" if inline else "never"
+        try:
+            return cast(Function, njit(**options)(function))
+        except RuntimeError:  # neither the package's folder nor the user's own takes files
+            warnings.warn(
+                "compiled code cannot be kept: each process compiles anew, which takes seconds; set NUMBA_CACHE_DIR "
+                "to a folder that takes files",
+                RuntimeWarning,
+                stacklevel=1,
+            )
+            return cast(Function, njit(**options | {"cache": False})(function))
 
     return decorate
