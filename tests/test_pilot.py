@@ -100,6 +100,15 @@ def half_width(n, scatter, change=0.0, every=1):
     return stats.t.ppf(0.975, freedom) * sqrt(1 + 2 / freedom) * sqrt(parts.sum())
 
 
+def test_the_plan_expects_a_rough_surface_to_fall_slowly(monkeypatch):
+    steel = rs.load_scene("steel-1.2GPa")
+    numerics = planned(monkeypatch, replace(steel, surface=replace(steel.surface, hurst=0.3)), 0.02)
+    top, p = numerics.levels[-1].q_max, 0.3 + 1.05 * 0.3
+    # the last step of c q^(−p) is (2^p − 1) of what follows; half of that is in doubt
+    remainder = 0.2 / (2**p - 1) * (2e5 / top) ** p
+    assert numerics.forecast.bandwidth == pytest.approx(0.5 * remainder, rel=1e-9)
+
+
 def test_the_plan_expects_what_the_pilot_says(monkeypatch):
     scene = rs.load_scene("steel-1.2GPa")
     numerics = planned(monkeypatch, scene, 0.02)

@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -67,6 +68,13 @@ def test_at_rest_nothing_heats_and_that_is_exact(at_rest):
         assert (found.mean[0], found.total_error[0], found.unknown_at(0)) == (0.0, 0.0, ())
         assert found.total_error[1] > 0.0
     assert at_rest.estimate("flash_temperature").explain().splitlines()[1].startswith("0 K: ")
+
+
+def test_a_run_of_a_rough_surface_is_continued_with_its_own_exponent(capped_scene, tmp_path):
+    rough = replace(capped_scene, surface=replace(capped_scene.surface, hurst=0.3, q_max=1e7))
+    levels = tuple(Level("capped", (n, n), 1e3 * n) for n in (48, 96))
+    run = rs.run(rough, tmp_path / "run", numerics=Numerics(levels, (2e-3, 2e-3)), max_realizations=2, workers=1)
+    np.testing.assert_allclose(run.values("flash_temperature").exponent, 0.3 + 1.05 * 0.3, rtol=1e-9)
 
 
 def test_the_table_prints_total_errors(partial):
