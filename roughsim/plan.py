@@ -129,7 +129,8 @@ def _expected(forecast: Forecast, goal: float, wanted: int, between: tuple[int, 
         Reason(
             "workers",
             str(workers),
-            f"one per core: {wall:.2g} s; {forecast.cpu_seconds:.2g} s of CPU in all, within a factor of two",
+            f"one per core: {wall:.2g} s; {forecast.cpu_seconds:.2g} s of CPU for all solves, within a factor of two; "
+            "starting a process takes a few seconds more",
         ),
     ]
 
