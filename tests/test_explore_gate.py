@@ -304,3 +304,10 @@ def test_the_browser_is_started_with_a_file_that_others_cannot_read(capped_run, 
     assert seen["others"] == 0
     assert 'url=http://127.0.0.1:5006/secret/"' in seen["text"]
     assert not seen["path"].exists()
+
+
+def test_the_policy_names_only_sources_that_a_browser_knows(served):
+    _, headers, _ = served.ask(f"/{served.gate.token}/")
+    policy = headers["Content-Security-Policy"]
+    assert f"ws://127.0.0.1:{served.port}" in policy
+    assert "[" not in policy  # Chromium reports a source with an IPv6 address as an error

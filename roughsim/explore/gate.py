@@ -106,7 +106,8 @@ class Headers(OutputTransform):
     """Puts on every answer what keeps the address and the page to itself, and takes off what opens it to others."""
 
     def __init__(self, request: HTTPServerRequest, *, hosts: frozenset[str]):
-        sockets = " ".join(f"ws://{host}" for host in sorted(hosts))
+        # a policy cannot name [::1], and 'self' is enough there
+        sockets = " ".join(f"ws://{host}" for host in sorted(hosts) if host[0] != "[")
         policy = (
             "default-src 'self' data: blob: 'unsafe-inline' 'unsafe-eval'; object-src 'none'; base-uri 'none'; "
             f"form-action 'none'; frame-ancestors 'none'; connect-src 'self' {sockets}"
