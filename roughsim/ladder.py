@@ -10,7 +10,7 @@ its error along.
 from __future__ import annotations
 
 from itertools import pairwise
-from math import inf, isnan, nan
+from math import inf, isnan, nan, pi
 from typing import NamedTuple
 
 import numpy as np
@@ -113,9 +113,18 @@ def observe(
             remainder, bandwidth = _shaped_remainder(ladder, mean, theory)
             limit = mean + remainder
         return Values(limit, finest, _moved(ladder, limit), group, unfitted, bandwidth, pixel)
+    if OBSERVABLES[observable].distance and _within_a_wave(ladder[-2]):
+        # no power tells what follows: the value stays, and what would follow at first order, the last step, is doubt
+        doubt = np.abs((top - ladder[-2].rows).mean(axis=0))
+        return Values(top, top, _moved(ladder, top), group, unfitted, doubt, _pixel_of_limit(ladder, order))
     exponent, remainder, bandwidth = _remainder(ladder, end, settled, usual)
     limit = top + remainder
     return Values(limit, top, _moved(ladder, limit), group, exponent, bandwidth, _pixel_of_limit(ladder, order))
+
+
+def _within_a_wave(rung: _Rung) -> bool:
+    """Whether the distance that a rung measures is shorter than its shortest wave."""
+    return bool(rung.rows.mean() * rung.sample.q_max < 2.0 * pi)
 
 
 def _moved(ladder: list[_Rung], limit: Array) -> Array:

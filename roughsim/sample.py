@@ -98,6 +98,8 @@ class Observable:
         Order of convergence in the pixel at fixed q_c of elastic and of capped contact; all of the package's own were
         measured from 2 to 16 pixels per shortest wave. NaN for what turns back: it stays that of the finest grid, and
         once and a half the change to it counts as error.
+    distance : bool
+        Whether it is a distance in the field: cut-offs tell what follows only where their shortest wave is shorter.
     by_force_balance : bool
         Whether force balance alone fixes it where all contact has yielded.
     """
@@ -112,6 +114,7 @@ class Observable:
     at_rest: float | None = None
     limit: bool = True
     pixel_orders: tuple[float, float] = (2.0, 1.4)
+    distance: bool = False
     by_force_balance: bool = False
 
 

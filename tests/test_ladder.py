@@ -263,6 +263,23 @@ def test_a_length_that_turns_back_with_the_pixel_stays_that_of_the_finest_grid()
     assert values.pixel[0] == pytest.approx(1.5 * (found[1] - found[0]), rel=1e-9)
 
 
+@pytest.mark.parametrize(("waves", "told"), [(0.5, False), (2.0, True)])
+def test_a_length_within_a_wave_of_the_cut_off_is_not_extrapolated(waves, told):
+    # steel 1.2 GPa, r(g = .5): 10.7, 8.8, 7.8, 7.55 µm, where the first three promised 6.7 ± .2
+    def rung(radius, cut_off):  # a single wave, whose J0(q r) is .5 at q r = 1.521144
+        wavenumber = np.array([1.5211440576687654 / radius])
+        return Sample(cut_off, 64.0 * cut_off, np.arange(12), {}, wavenumber, np.ones((12, 1)), 1e3)
+
+    radii = (10.7, 8.8, 7.8)
+    lowest = 0.5 * 2.0 * np.pi * waves / radii[1]  # the second rung is so many waves long
+    rungs = [rung(radius, lowest * 2.0**k) for k, radius in enumerate(radii)]
+    values = observe("correlation_radius_50", rungs, capped=True, end=1e3 * lowest)
+    assert (values.extrapolated.mean() < 7.5) == told
+    if not told:
+        assert values.extrapolated.mean() == pytest.approx(7.8, rel=1e-6)
+        assert values.bandwidth[0] == pytest.approx(1.0, rel=1e-5)
+
+
 def test_the_pixel_of_a_lower_rung_is_taken_off_the_top_in_proportion():
     low = [level(np.full((12, 1), 4.0 * (1.0 + 0.4 * side**-2.0)), q_max=1.0, side=side) for side in (1.0, 2.0)]
     top = level(np.full((12, 1), 5.0 * 1.4), q_max=2.0, side=2.0)

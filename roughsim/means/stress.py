@@ -33,6 +33,7 @@ def _observable(name: str, fraction: float) -> Observable:
         values=lambda sample, _: _radius(sample, fraction),
         spectra=True,
         theory=lambda theory: theory.correlation_radius(fraction),
+        distance=True,
         pixel_orders=(2.0, np.nan),  # 4, 8, 16, 32 pixels per wave: up by 2 %, then back
     )
 

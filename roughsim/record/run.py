@@ -270,7 +270,11 @@ class Run:
         elif column == "capped" and not OBSERVABLES[observable].limit:
             notes.append("does not converge with the grid: the value of the finest level, not extrapolated")
         elif levels[-1].q_max < self.scene.spectrum.breaks[-1] * (1 - 1e-9):
-            if np.any(values.bandwidth > 0.0):
+            if values.extrapolated is values.finest and np.any(values.bandwidth > 0.0):
+                notes.append(
+                    "shorter than a wave of the cut-offs: the value of the highest q_c, the last step is in doubt"
+                )
+            elif np.any(values.bandwidth > 0.0):
                 notes.append("continued from q_c to q_max with the shape of the theory")
             if np.any(np.isnan(values.bandwidth)):
                 notes.append("where the bandwidth is unknown, the value of the highest q_c")
