@@ -219,7 +219,7 @@ def _off_axis(name: str, x: float, axis: Array) -> str:
     if axis.size > 1:
         return _outside(_WORDS[name], x, float(axis[0]), float(axis[-1]))
     near = abs(_scaled(name, x) - _scaled(name, float(axis[0]))) <= _NEAR
-    return "" if near else f"{_WORDS[name]} {x:.3g}, the map has {axis[0]:.3g} only"
+    return "" if near else f"{_WORDS[name]} {x:.3g}, the map has only {axis[0]:.3g}"
 
 
 def _scaled(name: str, x: float, hurst: float = nan) -> float:

@@ -172,8 +172,8 @@ def test_off_the_elastic_map_no_number_is_borrowed_and_the_coordinate_is_named(p
         ({"yields": 3.0}, "q_y/q_roll_off 3 above 2 (map: 1 to 2)"),
         ({"hurst": 0.9}, "H 0.9 above 0.8 (map: 0.3 to 0.8)"),
         ({"depth": 3.0}, "q_max/q_y 3 below 4 (map: 4 to inf)"),
-        ({"plateau": 4.0}, "q_roll_off/q_min 4, the map has 2 only"),
-        ({"low_exponent": 1.0}, "roll_off_exponent 1, the map has 0 only"),
+        ({"plateau": 4.0}, "q_roll_off/q_min 4, the map has only 2"),
+        ({"low_exponent": 1.0}, "roll_off_exponent 1, the map has only 0"),
     ],
 )
 def test_off_the_capped_map_no_number_is_borrowed_and_the_coordinate_is_named(place, words):
@@ -248,7 +248,7 @@ def test_off_the_map_but_in_its_range_the_calibrated_spectrum_speaks():
     wide = replace(wide, surface=replace(wide.surface, q_min=4e3))
     known = trust(wide, simple_map())
     assert known.source == "calibrated"
-    assert known.where == ("load and C(q) within its range (off the map: q_roll_off/q_min 5, the map has 2 only)")
+    assert known.where == ("load and C(q) within its range (off the map: q_roll_off/q_min 5, the map has only 2)")
     assert (
         known.against == "the calibrated stress spectrum up to q_max = 2e+05 rad/m, which is within 5% of simulations"
     )
@@ -374,7 +374,7 @@ def test_the_command_says_what_is_known():
 
 def test_a_comparison_is_followed_by_why_the_map_knows_nothing_of_its_scene(capped_run):
     known = trust(capped_run.scene)
-    assert known.where == "q_roll_off/q_min 3.15, the map has 2 only"
+    assert known.where == "q_roll_off/q_min 3.15, the map has only 2"
     assert comparison_table(rs.compare(capped_run)).row_count > trust_table(known).row_count == 1
 
 

@@ -88,7 +88,7 @@ class Gate(BokehTornado):  # type: ignore[misc]  # Bokeh has no types here
         return 0 if path in ("", "ws") or path.startswith("static/") else 404
 
 
-class Refusal(RequestHandler):
+class Refusal(RequestHandler):  # type: ignore[misc]
     """Says no more than the status."""
 
     def initialize(self, status: int) -> None:
@@ -102,7 +102,7 @@ class Refusal(RequestHandler):
         self.finish("refused\n")
 
 
-class Headers(OutputTransform):
+class Headers(OutputTransform):  # type: ignore[misc]
     """Puts on every answer what keeps the address and the page to itself, and takes off what opens it to others."""
 
     def __init__(self, request: HTTPServerRequest, *, hosts: frozenset[str]):
