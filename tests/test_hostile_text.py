@@ -16,6 +16,7 @@ from roughsim import cli, terminal
 from roughsim.scene import parse_scene
 from roughsim.text import plain
 
+PAGE = ("explore",) if find_spec("bokeh") else ()  # an extra
 TITLES = {
     "mixed": "[bold]x[/nope] [/] :smile: {0} %s ${name} <script>alert(1)</script> &amp; \"'> ]]> \\",
     "formula": "$\\frac{ $ ^ _ \\ $x$ $$y$$ \\$ \\\\$",
@@ -130,7 +131,7 @@ def test_a_folder_may_have_any_name(told, runs, tmp_path, name):
     told("run", folder / "scene.toml", "-o", folder, "--max", 2, "--workers", 1)
     (folder / "realizations" / "L0-000001.h5").write_bytes(b"damaged")
     assert squeezed(plain(name)) in squeezed(told("status", folder))
-    for verb in ("compare", "explore"):
+    for verb in ("compare", *PAGE):
         assert squeezed(plain(name)) in squeezed(told(verb, folder / "missing", expect=1))
 
 
@@ -177,8 +178,7 @@ def test_a_title_with_commands_to_the_terminal_is_refused_in_words_without_them(
 
 @pytest.mark.parametrize("name", FOLDERS)
 def test_a_path_in_an_error_commands_no_terminal(told, tmp_path, name):
-    page = ("explore",) if find_spec("bokeh") else ()
-    for verb in ("compare", "status", "theory", *page):
+    for verb in ("compare", "status", "theory", *PAGE):
         text = told(verb, tmp_path / name / "missing.toml", expect=1)
         assert squeezed(plain(name)) in squeezed(text)
         assert text.count("\n") == 1
