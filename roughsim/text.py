@@ -92,8 +92,6 @@ def errors_in_one_line(asked: str) -> Iterator[None]:
     try:
         yield
     except BrokenPipeError:  # nobody reads on: `| head`
-        with suppress(OSError, AttributeError):  # Python writes the rest at its end: to nowhere
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise SystemExit(1) from None
     except MemoryError as error:
         fail(f"out of memory ({_one_line(error)}); lower numerics.levels or the number of workers", 1)
@@ -109,6 +107,19 @@ def errors_in_one_line(asked: str) -> Iterator[None]:
         error.show(file=said)  # type: ignore[attr-defined]
         tell(said.getvalue().rstrip("\n"))
         raise SystemExit(getattr(error, "exit_code", 2)) from None
+    finally:
+        _drop_what_no_stream_takes()
+
+
+def _drop_what_no_stream_takes() -> None:
+    """Lead full or closed streams to nowhere: Python writes what they hold at its end, and would end with 120."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            if stream is not None:
+                stream.flush()
+        except OSError:
+            with suppress(OSError):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _one_line(error: BaseException) -> str:

@@ -124,7 +124,7 @@ def test_a_full_or_closed_terminal_stops_no_run(scene_file, tmp_path, reader):
     path = member_path(folder, 0, 0)
     path.write_bytes(path.read_bytes()[:-1])  # worth a warning
     words = [sys.executable, "-m", "roughsim.cli", "run", scene_file, "-o", folder, "--workers", "1", "--max", "14"]
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": ""}  # buffers are written at the end too
     if reader == "full":
         with open("/dev/full", "w") as full:
             done = subprocess.run(words, env=environment, stderr=full, check=False)

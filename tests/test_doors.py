@@ -70,8 +70,10 @@ def test_no_language_of_the_machine_ends_in_a_traceback(environment, tmp_path, c
 @pytest.mark.slow
 def test_a_reader_that_leaves_or_a_full_disk_is_no_traceback(capped_run):
     words = f"{sys.executable} -m roughsim.cli status {capped_run.folder}"
+    environment = os.environ | {"PYTHONUNBUFFERED": ""}  # what buffers hold is written at the end
     for tail in ("| head -1", ">&-", "2>&-", "> /dev/full", "2> /dev/full"):
-        done = subprocess.run(["sh", "-c", f"{words} {tail}"], capture_output=True, text=True, cwd=ROOT, check=False)
+        shell = ["sh", "-c", f"{words} {tail}"]
+        done = subprocess.run(shell, capture_output=True, text=True, cwd=ROOT, env=environment, check=False)
         assert "Traceback" not in done.stderr, tail
         assert "Exception ignored" not in done.stderr, tail
         assert done.stderr.count("\n") <= 1
