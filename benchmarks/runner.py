@@ -16,7 +16,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import roughsim as rs
-from roughsim.record import Run, member_path
+from roughsim.results.run import Run
+from roughsim.store.member_files import member_path
 
 
 def scene() -> rs.Scene:

@@ -21,9 +21,9 @@ START, END = "<!-- modules: written by docs/flow.py -->\n", "<!-- end -->"
 WIDTH, HEIGHT, GAP, DOWN = 112, 28, 24, 64  # a box, the space beside it, and from one row to the next, px
 COLORS = {"data": "#eef3f8", "theory": "#fdeed7", "edge": "#ece6f5"}
 # folders whose files are found by their place: those count that the folder names, so that a new one changes no picture
-OPEN = ("means", "solvers")
+OPEN = ()
 # what meets files, screens and people
-EDGE = ("charts", "cli", "explore", "progress", "record", "report", "scene", "status", "tables")
+EDGE = ("charts", "cli", "explore", "results", "report", "scene", "show", "store")
 
 Graph = dict[str, set[str]]
 
@@ -175,7 +175,7 @@ def arrow(points: list[tuple[int, int]]) -> str:
 
 def box(name: str, x: int, y: int) -> str:
     """A module."""
-    kind = "theory" if name in ("theory", "analytic") else "edge" if name in EDGE else "data"
+    kind = "theory" if name in ("theory", "prediction") else "edge" if name in EDGE else "data"
     return (
         f'<rect x="{x - WIDTH // 2}" y="{y}" width="{WIDTH}" height="{HEIGHT}" rx="5" fill="{COLORS[kind]}" '
         f'stroke="#556"/><text x="{x}" y="{y + HEIGHT // 2 + 5}">{name}</text>'

@@ -22,9 +22,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import roughsim as rs
-from roughsim.ladder import observe
-from roughsim.means import UNITS
-from roughsim.record import Run
+from roughsim.estimate.ladder import observe
+from roughsim.observables.catalogue import UNITS
+from roughsim.results.run import Run
 from roughsim.scene import parse_scene
 
 mpl.use("Agg")

@@ -23,10 +23,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import roughsim as rs
-from roughsim import analytic
-from roughsim.means import OBSERVABLES
-from roughsim.numerics import Level, Numerics
-from roughsim.spectrum import TruncatedSpectrum
+from roughsim import prediction
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.scene.numerics import Level, Numerics
+from roughsim.surface.spectrum import TruncatedSpectrum
 
 mpl.use("Agg")
 
@@ -77,10 +77,10 @@ def measured(
 
 def _mode_sum(run: rs.Run, hot: int) -> str:
     """What the theory's sum over the modes has over its integral to the same cut-off."""
-    spectrum = TruncatedSpectrum(analytic.smoothed_spectrum(run.scene), run.numerics.levels[0].q_max)
+    spectrum = TruncatedSpectrum(prediction.smoothed_spectrum(run.scene), run.numerics.levels[0].q_max)
     speeds = np.array(run.scene.speeds)
-    sums = analytic.mode_sums(run.scene, spectrum, run.numerics.grid(0))["flash_temperature"][hot]
-    whole = analytic.over_speed(run.scene, speeds, spectrum)["flash_temperature"][hot]
+    sums = prediction.mode_sums(run.scene, spectrum, run.numerics.grid(0))["flash_temperature"][hot]
+    whole = prediction.over_speed(run.scene, speeds, spectrum)["flash_temperature"][hot]
     return f"theory: sum over modes/integral − 1 = {100 * (sums / whole - 1):+.2f} %"
 
 

@@ -22,10 +22,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import roughsim as rs
-from roughsim.cell import choose_lengths
-from roughsim.means import of_level
-from roughsim.numerics import Level, Numerics
-from roughsim.sample import Sample
+from roughsim.estimate.cell_size import choose_lengths
+from roughsim.observables.catalogue import of_level
+from roughsim.observables.record import Sample
+from roughsim.scene.numerics import Level, Numerics
 
 mpl.use("Agg")
 

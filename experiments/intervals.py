@@ -16,9 +16,9 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from roughsim.estimate import estimate, first_sufficient
-from roughsim.ladder import Values, observe
-from roughsim.sample import Sample
+from roughsim.estimate.errors import estimate, first_sufficient
+from roughsim.estimate.ladder import Values, observe
+from roughsim.observables.record import Sample
 
 mpl.use("Agg")
 

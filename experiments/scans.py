@@ -21,9 +21,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import roughsim as rs
-from roughsim import analytic
+from roughsim import prediction
 from roughsim.scene.sections import SurfaceSection
-from roughsim.topography import read_topography
+from roughsim.surface.topography import read_topography
 
 mpl.use("Agg")
 Q_MIN, Q_MAX, WAVES = 6350.0, 6e5, 4  # rad/m; longest waves on a side of the whole surface
@@ -54,7 +54,7 @@ def scanned(scene, heights, side):
 
 def hottest(scene):
     """T_flash at 35 m/s, K."""
-    return float(analytic.predictions(scene)["flash_temperature"][list(scene.speeds).index(35.0)])
+    return float(prediction.predictions(scene)["flash_temperature"][list(scene.speeds).index(35.0)])
 
 
 def errors(kind, part, points, seeds):

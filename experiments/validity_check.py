@@ -19,9 +19,9 @@ from matplotlib.figure import Figure
 from validity_map import capped
 
 import roughsim as rs
-from roughsim import analytic
+from roughsim import prediction
+from roughsim.comparison.trust import trust
 from roughsim.scene import parse_scene
-from roughsim.trust import trust
 from theory import persson
 
 SEED, ROLL_OFF, MODULUS, SLOPE, DIFFUSIVITY = 20261122, 2e4, 1e11, 0.02, 30.0 / (7900 * 500)
@@ -114,7 +114,7 @@ def scene_at(place: dict[str, Any], number: int, *, target: float, most: int) ->
 
 def checked(scene: rs.Scene, run: Any) -> list[dict[str, Any]]:
     """Return, for every statement of the map, what it says and what the run gives, in % of theory/measured - 1."""
-    known, own, rows = trust(scene), analytic.predictions(scene), []
+    known, own, rows = trust(scene), prediction.predictions(scene), []
     for j in known.judgements:
         if j.observable not in OBSERVABLES:
             continue

@@ -20,16 +20,17 @@ Heat
     negative. Temperatures are above the background: q = 0 is removed from stress and temperature.
 """
 
-import sys
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # for readers of types; at run time names are imported when they are first asked for
-    from roughsim.compare import compare as compare
+    from roughsim.comparison.compare import compare as compare
     from roughsim.contact import Contact as Contact
     from roughsim.contact import Solid as Solid
     from roughsim.contact import solve_contact as solve_contact
+    from roughsim.contact.patches import contact_patches as contact_patches
+    from roughsim.contact.patches import corrected_area as corrected_area
+    from roughsim.contact.patches import corrected_fractions as corrected_fractions
     from roughsim.contact.plasticity import follow_loads as follow_loads
     from roughsim.contact.plasticity import plastic_deformation as plastic_deformation
     from roughsim.ensemble import run as run
@@ -43,53 +44,50 @@ if TYPE_CHECKING:  # for readers of types; at run time names are imported when t
     from roughsim.heat import half_space_temperature as half_space_temperature
     from roughsim.heat import partition_heat as partition_heat
     from roughsim.heat import sliding_temperature as sliding_temperature
-    from roughsim.numerics import Level as Level
-    from roughsim.numerics import Numerics as Numerics
-    from roughsim.observables import Sliding as Sliding
-    from roughsim.observables import measure as measure
-    from roughsim.patches import contact_patches as contact_patches
-    from roughsim.patches import corrected_area as corrected_area
-    from roughsim.patches import corrected_fractions as corrected_fractions
-    from roughsim.plan import plan as plan
+    from roughsim.observables.moments import Sliding as Sliding
+    from roughsim.observables.moments import measure as measure
+    from roughsim.planning.plan import plan as plan
     from roughsim.realization import realize as realize
-    from roughsim.record import open_run as open_run
+    from roughsim.results.folder import open_run as open_run
     from roughsim.scene import Scene as Scene
     from roughsim.scene import load_scene as load_scene
-    from roughsim.spectrum import SelfAffineSpectrum as SelfAffineSpectrum
-    from roughsim.spectrum import TabulatedSpectrum as TabulatedSpectrum
-    from roughsim.surface import synthesize as synthesize
+    from roughsim.scene.numerics import Level as Level
+    from roughsim.scene.numerics import Numerics as Numerics
+    from roughsim.surface.spectrum import SelfAffineSpectrum as SelfAffineSpectrum
+    from roughsim.surface.spectrum import TabulatedSpectrum as TabulatedSpectrum
+    from roughsim.surface.synthesis import synthesize as synthesize
 
-__version__: str  # a property, see the end
+__version__: str  # made when it is asked for
 
 _HOME = {
     "Grid": "grid",
-    "SelfAffineSpectrum": "spectrum",
-    "TabulatedSpectrum": "spectrum",
-    "synthesize": "surface",
+    "SelfAffineSpectrum": "surface.spectrum",
+    "TabulatedSpectrum": "surface.spectrum",
+    "synthesize": "surface.synthesis",
     "Solid": "contact",
     "Contact": "contact",
     "solve_contact": "contact",
     "plastic_deformation": "contact.plasticity",
     "follow_loads": "contact.plasticity",
-    "contact_patches": "patches",
-    "corrected_area": "patches",
-    "corrected_fractions": "patches",
+    "contact_patches": "contact.patches",
+    "corrected_area": "contact.patches",
+    "corrected_fractions": "contact.patches",
     "Body": "heat",
     "half_space_temperature": "heat",
     "partition_heat": "heat",
     "sliding_temperature": "heat",
-    "Sliding": "observables",
-    "measure": "observables",
+    "Sliding": "observables.moments",
+    "measure": "observables.moments",
     "set_threads": "fourier",
     "Scene": "scene",
     "load_scene": "scene",
-    "Level": "numerics",
-    "Numerics": "numerics",
-    "plan": "plan",
+    "Level": "scene.numerics",
+    "Numerics": "scene.numerics",
+    "plan": "planning.plan",
     "realize": "realization",
     "run": "ensemble",
-    "open_run": "record",
-    "compare": "compare",
+    "open_run": "results.folder",
+    "compare": "comparison.compare",
     "RoughsimError": "errors",
     "ConvergenceError": "errors",
     "RecordError": "errors",
@@ -98,29 +96,23 @@ _HOME = {
 __all__ = [*_HOME, "__version__"]  # noqa: PLE0604  (the names are strings)
 
 
-class _Package(ModuleType):
-    """The package, whose public names are imported when they are first asked for.
-
-    A name beats the submodule of the same name (`plan`, `compare`), whichever was imported first.
-    """
-
-    def __getattribute__(self, name: str) -> Any:
-        if name not in _HOME:
-            return super().__getattribute__(name)
-        return getattr(import_module(f"roughsim.{_HOME[name]}"), name)
-
-    @property
-    def __version__(self) -> str:
-        """Made from the tag when the package was built; unknown where it never was."""
-        from importlib.metadata import PackageNotFoundError, version
-
-        try:
-            return version("roughsim")
-        except PackageNotFoundError:
-            return "0+unknown"
-
-    def __dir__(self) -> list[str]:
-        return sorted({*super().__dir__(), *__all__})
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return _version()
+    if name not in _HOME:
+        raise AttributeError(f"module 'roughsim' has no attribute {name!r}")
+    return getattr(import_module(f"roughsim.{_HOME[name]}"), name)
 
 
-sys.modules[__name__].__class__ = _Package
+def __dir__() -> list[str]:
+    return sorted(__all__)
+
+
+def _version() -> str:
+    """Made from the tag when the package was built; unknown where it never was."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("roughsim")
+    except PackageNotFoundError:
+        return "0+unknown"

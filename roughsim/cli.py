@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from roughsim.text import errors_in_one_line, fail, print_in_any_language, say, show_warnings_once, tell, warn
+from roughsim.show.text import errors_in_one_line, fail, print_in_any_language, say, show_warnings_once, tell, warn
 
 if TYPE_CHECKING:
-    from roughsim.compare import Comparison
-    from roughsim.record import Run
+    from roughsim.comparison.compare import Comparison
+    from roughsim.results.run import Run
     from roughsim.scene import Scene
 
 app = typer.Typer(
@@ -102,10 +102,10 @@ def plan(
     as_json: Json = False,
 ) -> None:
     """Show how a scene would be computed, each choice with its reason."""
-    from roughsim.plan import plan as make_plan
-    from roughsim.plausibility import judge
+    from roughsim.comparison.tables import facts_table, plan_table
+    from roughsim.planning.limits import judge
+    from roughsim.planning.plan import plan as make_plan
     from roughsim.scene import load_scene
-    from roughsim.tables import facts_table, plan_table
 
     loaded = load_scene(scene)
     numerics = make_plan(loaded, target_error)
@@ -126,10 +126,10 @@ def theory(
     trust: Annotated[bool, typer.Option("--trust", help="Say how far the theory is known to be off here.")] = False,
 ) -> None:
     """Evaluate the analytic theory of a scene over its whole spectrum."""
-    from roughsim.plausibility import judge
+    from roughsim.comparison.tables import facts_table, theory_dict, theory_table, trust_table
+    from roughsim.comparison.trust import trust as look_up
+    from roughsim.planning.limits import judge
     from roughsim.scene import load_scene
-    from roughsim.tables import facts_table, theory_dict, theory_table, trust_table
-    from roughsim.trust import trust as look_up
 
     loaded = load_scene(scene)
     known, judged = look_up(loaded) if trust else None, judge(loaded)
@@ -160,7 +160,7 @@ def run(
     """Compute an ensemble of realizations; the same command goes on where it was stopped."""
     from dataclasses import replace
 
-    from roughsim.progress import targets
+    from roughsim.ensemble.progress import targets
     from roughsim.scene import load_scene
 
     loaded = load_scene(scene)
@@ -180,7 +180,7 @@ def compare(
     as_json: Json = False,
 ) -> None:
     """Set a run beside the theory: theory, smoothed, capped, and their ratios with errors."""
-    from roughsim.record import open_run
+    from roughsim.results.folder import open_run
 
     _compare(open_run(run), chart=chart, as_json=as_json)
 
@@ -188,7 +188,7 @@ def compare(
 @app.command()
 def status(run: RunFolder, as_json: Json = False) -> None:
     """Say where a run stands: members, mean ± error, time left, failures; also while it is being computed."""
-    from roughsim.status import status_dict, status_lines
+    from roughsim.ensemble.status import status_dict, status_lines
 
     opened = _opened(run)
     if as_json:
@@ -255,7 +255,9 @@ def export(
     ] = None,
 ) -> None:
     """Write the numbers of all members and the kept fields into one HDF5 (netCDF-4) file."""
-    from roughsim.record import export_run, export_surface, open_run
+    from roughsim.results.export import export_run
+    from roughsim.results.folder import open_run
+    from roughsim.results.surfaces import export_surface
 
     if surface is not None and bits is not None:
         raise ValueError("--bits does not go with --surface, which keeps all digits; leave one of them out")
@@ -294,8 +296,8 @@ def bench(
     """Measure error and cost of the ways to compute a scene, and where the plan's choice lies among them."""
     from roughsim.bench import STAGES, bench_chart, bench_dict
     from roughsim.bench import bench as measure
+    from roughsim.comparison.tables import bench_tables
     from roughsim.scene import load_scene
-    from roughsim.tables import bench_tables
 
     points = measure(load_scene(scene), stages=stage or STAGES, realizations=realizations)
     if as_json:
@@ -319,7 +321,7 @@ def _zoom(text: str | None) -> Any:
 
 def _opened(folder: Path) -> Run:
     """The run for looking at: damaged files are named, and the others shown."""
-    from roughsim.record import open_run
+    from roughsim.results.folder import open_run
 
     run = open_run(folder, damaged="skip")
     for reason in run.damaged.values():
@@ -329,7 +331,7 @@ def _opened(folder: Path) -> Run:
 
 def _tell_made(run: Run, made: str) -> None:
     """Tell which file was made, and what it lacks because members are missing in the middle of the run."""
-    from roughsim.record.gaps import gap
+    from roughsim.results.gaps import gap
 
     for line in (*gap(run), made):
         tell(line)
@@ -347,7 +349,7 @@ def doctor(as_json: Json = False) -> None:
 
 
 def _run(scene: Scene, output: Path, *, workers: int | None, **options: Any) -> Run:
-    from roughsim.progress import run_shown
+    from roughsim.ensemble.progress import run_shown
 
     try:
         return run_shown(scene, output, workers, **options)
@@ -356,9 +358,9 @@ def _run(scene: Scene, output: Path, *, workers: int | None, **options: Any) -> 
 
 
 def _compare(run: Run, *, chart: Path | None, as_json: bool) -> None:
-    from roughsim.compare import compare as set_beside
-    from roughsim.tables import comparison_table, trust_table
-    from roughsim.trust import trust
+    from roughsim.comparison.compare import compare as set_beside
+    from roughsim.comparison.tables import comparison_table, trust_table
+    from roughsim.comparison.trust import trust
 
     table: Comparison = set_beside(run)
     if as_json:
@@ -371,7 +373,7 @@ def _compare(run: Run, *, chart: Path | None, as_json: bool) -> None:
 
 
 def _print(*parts: Any) -> None:
-    from roughsim.terminal import PlainConsole
+    from roughsim.show.terminal import PlainConsole
 
     console = PlainConsole()
     for part in parts:

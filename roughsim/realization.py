@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import ThreadpoolController
 
-from roughsim import analytic, fourier, solvers
-from roughsim.contact import Contact, Solid
+from roughsim import fourier, prediction
+from roughsim.contact import Contact, Solid, solvers
 from roughsim.grid import Grid
-from roughsim.numerics import Numerics
-from roughsim.observables import Observables, Sliding, measure
-from roughsim.spectrum import Spectrum, TruncatedSpectrum
-from roughsim.surface import synthesize
+from roughsim.observables.moments import Observables, Sliding, measure
+from roughsim.scene.numerics import Numerics
+from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
+from roughsim.surface.synthesis import synthesize
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene
@@ -126,7 +126,7 @@ def level_spectrum(scene: Scene, numerics: Numerics, level: int) -> Spectrum:
     """Return the spectrum that a level's surfaces are drawn from: C, or C_sm for "smoothed", cut at its q_max."""
     wanted = numerics.levels[level]
     if wanted.column == "smoothed":
-        return TruncatedSpectrum(analytic.smoothed_spectrum(scene), wanted.q_max)
+        return TruncatedSpectrum(prediction.smoothed_spectrum(scene), wanted.q_max)
     return scene.spectrum.truncated(q_max=wanted.q_max)
 
 
@@ -138,7 +138,7 @@ def solid_of(scene: Scene, column: str) -> Solid:
 
 
 def _sliding(scene: Scene) -> Sliding:
-    bodies = analytic.conduction(scene)
+    bodies = prediction.conduction(scene)
     return Sliding(
         speeds=[speed or _AT_REST for speed in scene.speeds],
         friction_coefficient=scene.sliding.friction_coefficient,

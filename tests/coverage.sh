@@ -9,5 +9,5 @@ kernels="kernels or half_space or ((contact_operator or contact_solver) and (den
   or near_its_bound or worst_point or mean_square or interpolation))"
 rm -f .coverage
 NUMBA_DISABLE_JIT=1 python -m pytest "${count[@]}" --cov-report= \
-  tests/test_kernels.py tests/test_half_space.py tests/test_contact_operator.py tests/test_contact_solver.py -k "${kernels//$'\n'/ }"
+  tests/kernels/test_kernels.py tests/heat/test_half_space.py tests/contact/test_contact_operator.py tests/contact/test_contact_solver.py -k "${kernels//$'\n'/ }"
 python -m pytest "${count[@]}" --cov-append --cov-report=term:skip-covered --cov-fail-under=95 "$@"

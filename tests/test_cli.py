@@ -214,7 +214,7 @@ def test_help_loads_nothing_heavy():
 def test_a_warning_is_one_line_without_the_place_in_the_code(capsys, monkeypatch, tmp_path):
     import warnings
 
-    from roughsim import tables
+    from roughsim.comparison import tables
 
     def warned(scene):
         warnings.warn("the cell\nis small", RuntimeWarning, stacklevel=1)
@@ -229,7 +229,7 @@ def test_a_warning_is_one_line_without_the_place_in_the_code(capsys, monkeypatch
 
 
 def test_too_little_memory_is_said_in_one_line(capsys, monkeypatch):
-    from roughsim import tables
+    from roughsim.comparison import tables
 
     def greedy(scene):
         raise MemoryError("Unable to allocate 512. TiB")

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim import analytic
+from roughsim import prediction
 from roughsim.contact import Contact
+from roughsim.contact.patches import RESOLVED
 from roughsim.heat import hot_spots, uniform_temperature
-from roughsim.patches import RESOLVED
 from theory import hertz
 
 UNIT = {"conductivity": 1.0, "diffusivity": 1.0}
@@ -229,7 +229,7 @@ def test_patches_under_four_pixels_are_counted_apart_and_those_of_four_are_not()
 def test_rungs_from_four_yield_wavenumbers_extrapolate_and_lower_ones_miss():
     # capped T_flash goes as T + c/q_c only once nearly all of the contact has yielded
     scene = rs.load_scene("steel-0.5GPa")
-    q_y, side = analytic.yield_wavenumber(scene), 4 * pi / 6350
+    q_y, side = prediction.yield_wavenumber(scene), 4 * pi / 6350
     points = [4 * round(f * q_y * side / (2 * pi)) for f in (1, 2, 4, 8, 16)]
     levels = tuple(rs.Level("capped", (n, n), pi * n / side / 2) for n in points)
     numerics = rs.Numerics(levels, (side, side))

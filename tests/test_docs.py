@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from conftest import CAPPED
+from small_scene import CAPPED
 
 import roughsim
 import theory
@@ -159,7 +159,7 @@ def test_the_picture_and_the_table_of_the_modules_are_those_of_the_imports():
     flow = importlib.util.module_from_spec(specification)
     specification.loader.exec_module(flow)
     graph = flow.imports()
-    assert "numerics" in graph["realization"]
+    assert "scene" in graph["realization"]
     assert "theory" in graph["analytic"]
     after = "run python docs/flow.py"
     assert flow.PICTURE.read_text() == flow.picture(graph), after

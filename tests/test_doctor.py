@@ -8,7 +8,7 @@ import pytest
 
 import roughsim as rs
 from roughsim import cli, doctor
-from roughsim.ensemble import claims
+from roughsim.store import claims
 
 
 def told(capsys, *words):

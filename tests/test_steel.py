@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim.numerics import Level, Numerics
+from roughsim.scene.numerics import Level, Numerics
 
 pytestmark = pytest.mark.slow
 

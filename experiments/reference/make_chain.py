@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 
 import roughsim as rs
-from roughsim.ladder import observe
-from roughsim.means import Sample
+from roughsim.estimate.ladder import observe
+from roughsim.observables.catalogue import Sample
 from roughsim.realization import realize
 
 SEED = 21  # of the chart: the same surfaces

@@ -19,8 +19,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 import roughsim as rs
-from roughsim.patches import corrected_fractions
-from roughsim.spectrum import TruncatedSpectrum
+from roughsim.contact.patches import corrected_fractions
+from roughsim.surface.spectrum import TruncatedSpectrum
 from theory import persson, plasticity
 from validity_map import members
 

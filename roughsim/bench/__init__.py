@@ -20,9 +20,9 @@ from roughsim.bench.point import Point, cpu_seconds
 from roughsim.bench.stages import contact, heat, moments, surface, theory
 
 if TYPE_CHECKING:
-    from roughsim.numerics import Numerics
-    from roughsim.record.rows import Rows
+    from roughsim.results.rows import Rows
     from roughsim.scene import Scene
+    from roughsim.scene.numerics import Numerics
 
 STAGES: dict[str, Callable[[Scene, Numerics, int], Iterator[Point]]] = {
     "surface": surface,
@@ -68,8 +68,8 @@ def bench(
     ValueError
         If a stage is unknown, or `realizations` < 4.
     """
-    from roughsim.plan import plan
-    from roughsim.record.rows import Rows
+    from roughsim.planning.plan import plan
+    from roughsim.results.rows import Rows
 
     wanted = list(stages)
     for name in wanted:

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.bench.point import Point
-from roughsim.ladder import Values, observe
-from roughsim.numerics import Level, Numerics
+from roughsim.estimate.ladder import Values, observe
+from roughsim.observables.record import Sample
 from roughsim.realization import Realization, realize
-from roughsim.sample import Sample
+from roughsim.scene.numerics import Level, Numerics
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene

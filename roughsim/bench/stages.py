@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim import analytic
+from roughsim import prediction
 from roughsim.bench.point import Point, cpu_seconds
 from roughsim.contact import Contact, solve_contact
 from roughsim.errors import ConvergenceError
 from roughsim.grid import Grid
 from roughsim.heat import half_space_temperature, sliding_temperature, uniform_temperature
-from roughsim.numerics import Level, Numerics
-from roughsim.observables import Observables, Sliding, measure
 from roughsim.observables.angular import angular_means
+from roughsim.observables.moments import Observables, Sliding, measure
 from roughsim.realization import level_spectrum, realize, solid_of
-from roughsim.surface import synthesize
+from roughsim.scene.numerics import Level, Numerics
+from roughsim.surface.synthesis import synthesize
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene
@@ -114,7 +114,7 @@ def _pixels(scene: Scene, numerics: Numerics, level: int) -> Iterator[Point]:
 
 def heat(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point]:
     """T_flash of a Hertz contact as wide as the theory's D_flash at the highest speed, over pixels and methods."""
-    radius, peclet, exact = analytic.hertz_like(scene)
+    radius, peclet, exact = prediction.hertz_like(scene)
     planned = min(max(2, round(radius / numerics.grid(base_level(scene, numerics)).spacing[0])), 64)
     for name, (margin, work) in HEAT.items():
         for dtype in (np.float64, np.float32):
@@ -202,8 +202,8 @@ def theory(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Poin
     speeds = np.array([max(scene.speeds)])
     exact = _plain_flash(scene, speeds, panels=8, nodes=32)
     what = "T_flash of the theory"
-    value = analytic.over_speed(scene, speeds)["flash_temperature"][0]
-    cost = cpu_seconds(lambda: analytic.over_speed(scene, speeds))
+    value = prediction.over_speed(scene, speeds)["flash_temperature"][0]
+    cost = cpu_seconds(lambda: prediction.over_speed(scene, speeds))
     yield Point("theory", what, "package theory", "adaptive, five quantities", abs(value / exact - 1), cost, True)
     for nodes in (4, 8, 16, 32, 64, 128):
         value = _plain_flash(scene, speeds, panels=1, nodes=nodes)
@@ -216,11 +216,11 @@ def _modes(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Poin
     """Sums over modes up to the cut-off of the coarsest level, against the integral up to there."""
     level = base_level(scene, numerics)
     given, spectrum = numerics.levels[level], level_spectrum(scene, numerics, level)
-    whole = float(analytic.over_speed(scene, np.array(scene.speeds), spectrum)["flash_temperature"][-1])
+    whole = float(prediction.over_speed(scene, np.array(scene.speeds), spectrum)["flash_temperature"][-1])
     for share in (0.25, 0.5, 1.0, 2.0):
         sides = round(share * given.shape[0]), round(share * given.shape[1])
         grid = Grid(sides, (share * numerics.lengths[0], share * numerics.lengths[1]))
-        total = partial(analytic.mode_sums, scene, spectrum, grid)
+        total = partial(prediction.mode_sums, scene, spectrum, grid)
         error = abs(float(total()["flash_temperature"][-1]) / whole - 1)
         waves = grid.lengths[0] * spectrum.breaks[0] / (2 * pi)
         setting = f"cell of {waves:.3g} longest waves"
@@ -230,7 +230,7 @@ def _modes(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Poin
 def _plain_flash(scene: Scene, speeds: Array, *, panels: int, nodes: int) -> float:
     """T_flash by Gauss points in ln q on equal panels between the breaks."""
     x, w = np.polynomial.legendre.leggauss(nodes)
-    ends = np.log(np.array(analytic.smoothed_spectrum(scene).breaks))
+    ends = np.log(np.array(prediction.smoothed_spectrum(scene).breaks))
     edges = np.concatenate([np.linspace(a, b, panels + 1)[:-1] for a, b in pairwise(ends)])
     edges = np.append(edges, ends[-1])
     half = np.diff(edges)[:, None] / 2
@@ -238,7 +238,7 @@ def _plain_flash(scene: Scene, speeds: Array, *, panels: int, nodes: int) -> flo
     conductivity, diffusivity = _body(scene)
     even, _ = angular_means(speeds[-1] / diffusivity / q)
     rate = scene.sliding.friction_coefficient * speeds[-1] / (conductivity * scene.sliding.nominal_pressure)
-    density = 2 * pi * q * analytic.stress_spectrum(scene, q) * even
+    density = 2 * pi * q * prediction.stress_spectrum(scene, q) * even
     return float(rate * np.sum((half * w).ravel() * density))
 
 
@@ -263,7 +263,7 @@ def _solved(
 
 def _body(scene: Scene) -> tuple[float, float]:
     """κ and D of the moving body at the highest speed."""
-    bodies = analytic.conduction(scene, [max(scene.speeds)])
+    bodies = prediction.conduction(scene, [max(scene.speeds)])
     return float(bodies.conductivity[0]), float(bodies.diffusivity[0])
 
 

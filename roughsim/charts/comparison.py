@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim import analytic
+from roughsim import prediction
 from roughsim.charts.style import COLOURS, MARKERS, THEORY, band, new_figure, save, statistical
-from roughsim.digits import shown
-from roughsim.means import OBSERVABLES
-from roughsim.text import plain
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.show.digits import shown
+from roughsim.show.text import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from roughsim.compare import Comparison, Row
+    from roughsim.comparison.compare import Comparison, Row
 
 Array = NDArray[np.float64]
 # over speed: observable → words, label, and SI unit
@@ -56,7 +56,7 @@ def comparison_chart(comparison: Comparison, path: Path) -> None:
 
 def _spectra(axes: Axes, comparison: Comparison) -> None:
     run = comparison.run
-    whole, smooth = run.scene.spectrum, analytic.smoothed_spectrum(run.scene)
+    whole, smooth = run.scene.spectrum, prediction.smoothed_spectrum(run.scene)
     q = np.geomspace(whole.breaks[0], whole.breaks[-1], 400)
     axes.loglog(q, whole(q), color=THEORY, lw=1.4)
     if not run.scene.elastic:
@@ -75,7 +75,7 @@ def _correlation(axes: Axes, comparison: Comparison) -> None:
     run = comparison.run
     longest = 2 * np.pi / run.scene.spectrum.breaks[0]
     r = np.linspace(0.0, 0.4 * longest, 200)
-    axes.plot(r * 1e6, analytic.correlation(run.scene, r) * 1e-18, color=THEORY, lw=1.4)
+    axes.plot(r * 1e6, prediction.correlation(run.scene, r) * 1e-18, color=THEORY, lw=1.4)
     for column in run.numerics.columns:
         mean, error = run.correlation(r, column)
         band(axes, r * 1e6, mean * 1e-18, statistical(run, column, error) * 1e-18, COLOURS[column])
@@ -93,9 +93,9 @@ def _over_speed(axes: Axes, comparison: Comparison, observable: str) -> None:
     unit, factor = shown(si)
     beyond = 1.5 if np.isinf(scene.temperature_range[1]) else 1.0  # a table of conductivity may end there
     dense = np.union1d(np.geomspace(speed.min() / 1.5, speed.max() * beyond, 60), speed)
-    theory = analytic.over_speed(scene, dense)[observable] * factor
+    theory = prediction.over_speed(scene, dense)[observable] * factor
     if OBSERVABLES[observable].heated:
-        theory *= analytic.heat_partition(scene, dense)
+        theory *= prediction.heat_partition(scene, dense)
     axes.plot(dense, theory, color=THEORY, lw=1.4)
     if any(row.cut for row in rows):
         axes.plot(speed, [row.theory_at_cut_off * factor for row in rows], color=THEORY, lw=1.2, ls="--")

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roughsim import analytic, fourier
+from roughsim import fourier, prediction
 from roughsim.charts.style import COLOURS, MARKERS, THEORY, Array, band, new_figure, save, statistical
-from roughsim.estimate import quantile, spread
-from roughsim.record.fields import kept, member_field
+from roughsim.estimate.errors import quantile, spread
+from roughsim.results.fields import kept, member_field
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,7 +42,7 @@ def _heights(axes: Axes, subject: Subject) -> None:
     dense = np.geomspace(run.scene.spectrum.breaks[0], run.scene.spectrum.breaks[-1], 400)
     axes.loglog(dense, run.scene.spectrum(dense), color=THEORY, lw=1.3, label="$C(q)$")
     if not run.scene.elastic:
-        smooth = analytic.smoothed_spectrum(run.scene)(dense)
+        smooth = prediction.smoothed_spectrum(run.scene)(dense)
         low = 0.1 * float(run.scene.spectrum(dense[-1]))
         style: Any = {"color": THEORY, "lw": 1.1, "ls": "--", "label": r"$C_\mathrm{sm}(q)$, theory"}
         axes.loglog(dense, np.where(smooth > low, smooth, np.nan), **style)
@@ -65,7 +65,7 @@ def _stress(axes: Axes, subject: Subject) -> None:
     mean = rows.mean(axis=0)
     error = quantile(len(rows) - 1.0) * spread(rows)[0] if len(rows) > 1 else 0.0 * q
     dense = np.geomspace(run.scene.spectrum.breaks[0], run.scene.spectrum.breaks[-1], 400)
-    theory = 2 * np.pi * dense**2 * analytic.stress_spectrum(run.scene, dense) * 1e-18
+    theory = 2 * np.pi * dense**2 * prediction.stress_spectrum(run.scene, dense) * 1e-18
     axes.loglog(dense, theory, color=THEORY, lw=1.3, label=rf"theory, $\gamma$ = {run.scene.theory.gamma:g}")
     band(axes, q, mean * weight, error * weight, COLOURS[subject.column])
     count = f"{len(rows)} realizations, band: statistical, 95 %" if len(rows) > 1 else f"realization {subject.index}"
@@ -154,7 +154,7 @@ def correlation_chart(subject: Subject, path: Path) -> None:
 
 def _correlation(axes: Axes, subject: Subject, r: Array) -> None:
     run = subject.run
-    theory = analytic.correlation(run.scene, r)
+    theory = prediction.correlation(run.scene, r)
     axes.plot(r * 1e6, theory * 1e-18, color=THEORY, lw=1.3, label=rf"theory, $\gamma$ = {run.scene.theory.gamma:g}")
     mean, error = run.correlation(r, subject.column)
     band(axes, r * 1e6, mean * 1e-18, statistical(run, subject.column, error) * 1e-18, COLOURS[subject.column])

@@ -9,8 +9,8 @@ import numpy as np
 
 from roughsim.charts.style import Array, new_figure, save, scaled
 from roughsim.errors import number
-from roughsim.record.fields import DERIVED_UNITS
-from roughsim.record.files import FIELD_UNITS
+from roughsim.results.fields import DERIVED_UNITS
+from roughsim.store.member_files import FIELD_UNITS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

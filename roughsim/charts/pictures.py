@@ -13,10 +13,10 @@ from roughsim.charts.profile import profile_chart
 from roughsim.charts.spread import distribution_chart
 from roughsim.charts.style import Array, check_ending, letters
 from roughsim.errors import number
-from roughsim.record.fields import DERIVED_UNITS, kept, member_field, not_kept
+from roughsim.results.fields import DERIVED_UNITS, kept, member_field, not_kept
 
 if TYPE_CHECKING:
-    from roughsim.record import Run
+    from roughsim.results.run import Run
 
 MAPS = {
     "heights": "Composite heights",

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.estimate import quantile
-from roughsim.text import plain
+from roughsim.estimate.errors import quantile
+from roughsim.show.text import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from roughsim.record import Run
+    from roughsim.results.run import Run
 
 Array = NDArray[np.float64]
 THEORY = "#222222"

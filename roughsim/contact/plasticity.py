@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughsim.contact import Contact, Solid, solve_contact
+from roughsim.contact.patches import yielded_points
 from roughsim.errors import positive, real_field
 from roughsim.grid import Grid
-from roughsim.patches import yielded_points
 
 Array = NDArray[np.float64]
 

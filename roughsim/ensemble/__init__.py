@@ -14,14 +14,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from roughsim.ensemble.claims import Claims, working, writer
 from roughsim.ensemble.start import begin, clear, sweep
 from roughsim.ensemble.tasks import Tasks
 from roughsim.ensemble.workers import Workforce, leave_if_imported, refuse_script_without_file, stopped_by_signals
-from roughsim.means import OBSERVABLES
-from roughsim.numerics import Numerics
+from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.realization import Realization, level_spectrum, realize
-from roughsim.record import Run, open_run
+from roughsim.results.folder import open_run
+from roughsim.results.run import Run
+from roughsim.scene.numerics import Numerics
+from roughsim.store.claims import Claims, working, writer
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene

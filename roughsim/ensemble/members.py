@@ -12,10 +12,10 @@ import numpy as np
 
 from roughsim import fourier
 from roughsim.errors import ConvergenceError, RecordError
-from roughsim.means import NUMBERS
-from roughsim.numerics import Numerics
+from roughsim.observables.catalogue import NUMBERS
 from roughsim.realization import Realization, realize, versions
-from roughsim.record import Member, write_member
+from roughsim.scene.numerics import Numerics
+from roughsim.store.member_files import Member, write_member
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene

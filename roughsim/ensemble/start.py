@@ -8,14 +8,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughsim import analytic
-from roughsim.ensemble.claims import Claims
+from roughsim import prediction
 from roughsim.errors import RecordError
-from roughsim.numerics import Numerics, Reason
-from roughsim.plan import plan
+from roughsim.planning.plan import plan
 from roughsim.realization import versions
-from roughsim.record import check_member, describe, folder_state, is_temporary, read_description, set_aside
-from roughsim.record.files import FORMAT
+from roughsim.results.folder import describe, folder_state, read_description
+from roughsim.scene.numerics import Numerics, Reason
+from roughsim.store.claims import Claims
+from roughsim.store.disk import is_temporary, set_aside
+from roughsim.store.member_files import FORMAT, check_member
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene
@@ -96,7 +97,7 @@ def _description(scene: Scene, numerics: Numerics) -> dict[str, Any]:
         "seed": scene.ensemble.seed,
         "until": dict(scene.ensemble.until),
         "max_realizations": scene.ensemble.max_realizations,
-        "heat_partition": analytic.heat_partition(scene).tolist(),
+        "heat_partition": prediction.heat_partition(scene).tolist(),
         "reasons": [list(reason) for reason in numerics.reasons],
         "versions": versions(),
     }

@@ -11,14 +11,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from roughsim.ensemble.claims import Claims
 from roughsim.ensemble.members import store_for, store_member
 from roughsim.ensemble.start import sweep
 from roughsim.ensemble.workers import Workforce
 from roughsim.errors import RecordError
-from roughsim.numerics import Numerics
-from roughsim.record import Run, member_path
-from roughsim.record.disk import DamagedError
+from roughsim.results.run import Run
+from roughsim.scene.numerics import Numerics
+from roughsim.store.claims import Claims
+from roughsim.store.disk import DamagedError
+from roughsim.store.member_files import member_path
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene

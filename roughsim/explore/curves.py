@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim import analytic
+from roughsim import prediction
 from roughsim.charts.style import statistical
-from roughsim.means import OBSERVABLES
+from roughsim.observables.catalogue import OBSERVABLES
 
 if TYPE_CHECKING:
-    from roughsim.record import Run
+    from roughsim.results.run import Run
     from roughsim.scene import Scene
 
 Array = NDArray[np.float64]
@@ -52,10 +52,10 @@ def theory_curves(run: Run) -> dict[str, tuple[Array, Array]]:
     """Return (x, value) of each curve over the whole spectrum; temperatures with the heat share of the scene."""
     scene, r = run.scene, distances(run)
     speeds = np.geomspace(*speed_range(scene), 121)
-    values = analytic.over_speed(scene, speeds)
-    share = analytic.heat_partition(scene, speeds)
+    values = prediction.over_speed(scene, speeds)
+    share = prediction.heat_partition(scene, speeds)
     lines = {name: (speeds, values[name] * (share if OBSERVABLES[name].heated else 1.0)) for name in OVER_SPEED}
-    return {CORRELATION: (r, analytic.correlation(scene, r)), **lines}
+    return {CORRELATION: (r, prediction.correlation(scene, r)), **lines}
 
 
 def measured_curves(run: Run) -> dict[str, dict[str, Curve]]:

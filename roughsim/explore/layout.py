@@ -27,7 +27,7 @@ from roughsim.explore import words as sentences
 if TYPE_CHECKING:
     from roughsim.explore.specimen import Distribution, Line
     from roughsim.grid import Grid
-    from roughsim.record import Run
+    from roughsim.results.run import Run
 
 _UNITS = {"heights": "m", "pressure": "Pa", "temperature": "K"}
 _SMALL = {"font-size": "11px"}

@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 from roughsim.errors import RecordError
 from roughsim.explore import curves, words
 from roughsim.explore.specimen import Specimen, load
-from roughsim.record import Run, open_run
-from roughsim.record.fields import kept
+from roughsim.results.fields import kept
+from roughsim.results.folder import open_run
+from roughsim.results.run import Run
 
 _REMEMBERED = 2  # members in memory: one of 4096 × 4096 points takes 130 MB
 

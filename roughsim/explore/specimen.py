@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from roughsim.explore.views import Field, preview_grid, preview_of
 from roughsim.grid import Grid
-from roughsim.record.fields import kept, member_field, not_kept, temperature_of
+from roughsim.results.fields import kept, member_field, not_kept, temperature_of
 
 if TYPE_CHECKING:
-    from roughsim.record import Run
+    from roughsim.results.run import Run
 
 Array = NDArray[np.float64]
 BINS = 80

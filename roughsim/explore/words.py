@@ -5,15 +5,15 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from roughsim.digits import shown, written
 from roughsim.ensemble import writer
-from roughsim.means import OBSERVABLES
-from roughsim.record.gaps import gap
-from roughsim.status import clock, count_text, reached, seconds_left
+from roughsim.ensemble.status import clock, count_text, reached, seconds_left
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.results.gaps import gap
+from roughsim.show.digits import shown, written
 
 if TYPE_CHECKING:
-    from roughsim.estimate import Estimate
-    from roughsim.record import Run
+    from roughsim.estimate.errors import Estimate
+    from roughsim.results.run import Run
 
 
 def state_of(run: Run) -> str:

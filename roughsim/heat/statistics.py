@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughsim.contact.patches import RESOLVED, patch_sizes
 from roughsim.errors import ConvergenceError, number, positive, real_field
 from roughsim.grid import Grid
-from roughsim.patches import RESOLVED, patch_sizes
 
 Vector = NDArray[np.float64]
 _STEPS = 100  # of the fixed point

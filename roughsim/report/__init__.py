@@ -7,13 +7,13 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING
 
-from roughsim.record.disk import place_bytes
 from roughsim.report.markup import joined, tag, text
 from roughsim.report.pictures import figures
 from roughsim.report.sections import answer, budget, compared, comparison, header, origin, plan_of, scene_of
+from roughsim.store.disk import place_bytes
 
 if TYPE_CHECKING:
-    from roughsim.record import Run
+    from roughsim.results.run import Run
 
 ENDINGS = (".html", ".htm")
 

@@ -12,7 +12,7 @@ from roughsim.charts import plot_run
 from roughsim.report.markup import Html, joined, tag
 
 if TYPE_CHECKING:
-    from roughsim.record import Run
+    from roughsim.results.run import Run
 
 KINDS = {".svg": "image/svg+xml", ".png": "image/png"}
 # what `plot` draws, as what, and what to say under it; many points are a raster, few are lines

@@ -9,22 +9,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roughsim import analytic
-from roughsim.compare import compare
-from roughsim.digits import shown
+from roughsim import prediction
+from roughsim.comparison.compare import compare
+from roughsim.comparison.tables import comparison_caption, slope_lines
 from roughsim.ensemble import writer
-from roughsim.estimate import SOURCES
-from roughsim.means import OBSERVABLES
-from roughsim.plausibility import judge
+from roughsim.ensemble.status import clock, ended, reached, status_dict
+from roughsim.estimate.errors import SOURCES
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.planning.limits import judge
 from roughsim.report.markup import Html, grouped_table, joined, number, plus_minus, table, tag
 from roughsim.report.pictures import picture
-from roughsim.status import clock, ended, reached, status_dict
-from roughsim.tables import comparison_caption, slope_lines
+from roughsim.show.digits import shown
 
 if TYPE_CHECKING:
-    from roughsim.compare import Comparison, Row
-    from roughsim.estimate import Estimate
-    from roughsim.record import Run
+    from roughsim.comparison.compare import Comparison, Row
+    from roughsim.estimate.errors import Estimate
+    from roughsim.results.run import Run
     from roughsim.scene import Scene
 
 COLUMNS = {
@@ -232,7 +232,7 @@ def scene_of(run: Run) -> Html:
 
 def _diffusivity(scene: Scene) -> str:
     """One number, or the range over the speeds where κ depends on temperature."""
-    values = analytic.conduction(scene).diffusivity * 1e6
+    values = prediction.conduction(scene).diffusivity * 1e6
     return " … ".join(dict.fromkeys(number(float(value)) for value in (values.max(), values.min())))
 
 

@@ -14,7 +14,7 @@ from roughsim.scene.messages import SceneError, shown
 from roughsim.scene.model import Scene
 from roughsim.scene.quantities import MAX_ROWS
 from roughsim.scene.sections import ROUGHNESS_KEYS
-from roughsim.text import plain
+from roughsim.show.text import plain
 
 MAX_BYTES = 64 * 1024
 BLANK = "blank"  # a form to fill in: every key, commented out; no scene by itself
@@ -177,7 +177,7 @@ def _with_tables(content: dict[str, Any], folder: Path | None) -> dict[str, Any]
 
 def _measured(section: dict[str, Any], name: str, folder: Path | None) -> dict[str, Any]:
     """The section with the C(q) of a measured map in place of its `topography`."""
-    from roughsim.topography import read_topography
+    from roughsim.surface.topography import read_topography
 
     rest = {key: value for key, value in section.items() if key != "topography"}
     other = next((key for key in rest if key in (*ROUGHNESS_KEYS, "psd_file")), None)

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails, PydanticCustomError
 
 from roughsim.errors import RoughsimError
-from roughsim.text import plain
+from roughsim.show.text import plain
 
 
 class SceneError(RoughsimError, ValueError):

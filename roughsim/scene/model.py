@@ -27,7 +27,7 @@ from roughsim.scene.sections import (
 )
 
 if TYPE_CHECKING:
-    from roughsim.spectrum import Face, SumSpectrum
+    from roughsim.surface.spectrum import Face, SumSpectrum
 
 _NOT_IDENTITY = {"title", "ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"} | {
     f"{face}.{key}"
@@ -275,7 +275,7 @@ def _compliance(youngs_modulus: float, poisson_ratio: float) -> float:
 
 def _face_spectrum(face: SurfaceSection | CounterfaceSection) -> Face:
     """C(q) of one face, m⁴, Persson's convention."""
-    from roughsim.spectrum import SelfAffineSpectrum, TabulatedSpectrum, TruncatedSpectrum
+    from roughsim.surface.spectrum import SelfAffineSpectrum, TabulatedSpectrum, TruncatedSpectrum
 
     if face.spectrum is not None:
         return TruncatedSpectrum(face.spectrum)

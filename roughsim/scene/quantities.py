@@ -16,8 +16,8 @@ from functools import lru_cache
 from numbers import Integral, Real
 from typing import Any
 
-from roughsim import solvers
-from roughsim.means import OBSERVABLES
+from roughsim.contact import solvers
+from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.scene.messages import did_you_mean, refused_value, shown
 from roughsim.scene.spectra import NamedSpectrum
 

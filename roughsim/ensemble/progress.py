@@ -1,0 +1,119 @@
+"""The progress of a run on a terminal: members done, how near the target is, and the time left."""
+
+from __future__ import annotations
+
+import os
+import time
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+from rich import progress as bars
+
+from roughsim.ensemble.status import clock, count_text, end_known, reached, realizations_needed
+from roughsim.show.terminal import PlainConsole
+from roughsim.show.text import warn
+
+if TYPE_CHECKING:
+    from roughsim.results.run import Run
+    from roughsim.scene import Scene
+
+
+class Patient(PlainConsole):
+    """A console that goes on when its reader is gone: rich itself would end the process, and with it the run."""
+
+    def on_broken_pipe(self) -> None:
+        """Lose the text."""
+
+
+class Progress:
+    """A bar on a terminal, a line now and then elsewhere; a terminal or file that takes no more stops no run."""
+
+    def __init__(self, console: PlainConsole):
+        self.console = console
+        count, left = (bars.TextColumn(text, markup=False) for text in ("{task.description}", "{task.fields[left]}"))
+        self.bar = bars.Progress(count, bars.BarColumn(), left, console=console, disable=not console.is_terminal)
+        self.task = self.bar.add_task("starting", total=1.0, left="")
+        self.began = time.monotonic()
+        self.first: int | None = None
+        self.said = -1
+
+    def __enter__(self) -> Self:
+        with suppress(OSError):
+            self.bar.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with suppress(OSError):
+            self.bar.stop()
+
+    def update(self, run: Run) -> None:
+        """Show where the run stands, and the time left once the end can be told."""
+        count = run.realizations
+        members = len(run.members)
+        if self.first is None:
+            self.first = members - 1
+        needed = realizations_needed(run)
+        expected = run.numerics.members(needed)
+        rate = (members - self.first) / max(time.monotonic() - self.began, 1e-9)
+        left = f"{clock(max(expected - members, 0) / rate)} left" if end_known(run) else "time left not known yet"
+        text = count_text(run) + reached(run)
+        with suppress(OSError):
+            self.bar.update(self.task, description=text, completed=min(members / expected, 1.0), left=left)
+            if self.bar.disable and count and count % max(needed // 5, 1) == 0 and count != self.said:
+                self.said = count
+                self.console.print(f"{text}, {left}", soft_wrap=True)
+
+    def summary(self, run: Run) -> list[str]:
+        """Return what to say at the end."""
+        seconds = time.monotonic() - self.began
+        lines = [f"{run.realizations} realizations in {run.folder}, {clock(seconds)}{reached(run)}"]
+        if run.failed:
+            lines.append(f"{run.failed} did not converge and are left out of the means")
+        if run.until and not run.target_met:
+            lines.append("target not reached: raise --max, or the target, and give the same command again")
+        return lines
+
+
+def run_shown(scene: Scene, folder: Path, workers: int | None, **options: Any) -> Run:
+    """Plan and run a scene as `roughsim.run` does, showing the plan, the progress and the end; all cores for None."""
+    from roughsim.ensemble import aimed, begin, run
+    from roughsim.planning.limits import judge
+
+    console = Patient(stderr=True)
+    scene = aimed(scene, **options)
+    numerics = begin(scene, folder)
+    reasons = (reason for reason in numerics.reasons if reason.choice in ("smoothed", "capped", "elastic"))
+    _show(console, *(reason.value for reason in reasons), style="dim")
+    for line in judge(scene, numerics).warnings:
+        warn(line)
+    count = (os.cpu_count() or 1) if workers is None else workers
+    with Progress(console) as progress:
+        result = run(scene, folder, numerics=numerics, workers=count, observer=progress.update)
+    _show(console, *progress.summary(result))
+    return result
+
+
+def _show(console: PlainConsole, *lines: str, style: str | None = None) -> None:
+    """Print lines; what nobody reads any more is lost, and the run goes on."""
+    with suppress(OSError):
+        for line in lines:
+            console.print(line, style=style, soft_wrap=True)
+
+
+def targets(until: list[str] | None) -> dict[str, float] | None:
+    """Return what words such as "flash_temperature=1%" ask for, observable → fraction; None for None."""
+    if until is None:
+        return None
+    goals = {}
+    for text in until:
+        name, _, value = text.partition("=")
+        number, percent, _ = value.strip().partition("%")
+        try:
+            goals[name.strip()] = float(number) / (100.0 if percent else 1.0)
+        except ValueError:
+            raise ValueError(f"--until {text}: write OBSERVABLE=PERCENT, for example flash_temperature=1%") from None
+    return goals

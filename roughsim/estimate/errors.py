@@ -1,0 +1,349 @@
+"""Means with all their errors: statistical, bandwidth, pixel, finite size, solver."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit  # Student's t; importing scipy.stats takes a third of a second
+
+from roughsim.estimate.ladder import Values
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.observables.record import ratio
+from roughsim.show.digits import plus_minus, shown
+
+Array = NDArray[np.float64]
+LEAST = 12  # realizations before a run may stop: below, the scatter itself is too uncertain
+LEAST_FINE = 3  # of these with the finest level
+
+SOURCES = {
+    "statistical": "half-width of the 95 % interval: Student t, wider by 1/f for runs that stop where scatter is low",
+    "bandwidth": "left by the cut-off q_c",
+    "pixel": "left by the grid at fixed q_c",
+    "size": "at most what a larger cell changes, as measured by doubling cells with as many waves per side",
+    "solver": "twice the contact solver's tolerance: moments are quadratic in the pressure",
+    "scan": "of C(q) measured on one map: few long waves, a tilt taken off, a finite size",
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Estimate:
+    """The mean of one observable with its errors; arrays over speed, or of one entry.
+
+    Attributes
+    ----------
+    observable, unit : str
+        What it is, and its SI unit.
+    mean : ndarray
+        In the limit of q_c and the pixel where that exists and the levels tell.
+    standard_error, half_width : ndarray
+        Statistical: of the mean, and of its 95 % interval (`quantile` with `effective_n` − 1 degrees of freedom).
+    bias : ndarray
+        Value at the finest level minus `mean`; zero where nothing is extrapolated.
+    total_error : ndarray
+        Root of the sum of squares of `budget`; what no level tells is left out of it, and `unknown` names it.
+    budget : dict of str to ndarray
+        The parts by source, keys of `SOURCES`; NaN where no level tells. "scan" is there only where a C(q) was
+        measured on one map, and is NaN: nothing tells it yet.
+    n : int
+        Realizations.
+    effective_n : ndarray
+        What the statistical error is worth: less than `n` where fine levels were solved for few (Satterthwaite).
+    notes : tuple of str
+        What `explain` says beyond the numbers.
+    """
+
+    observable: str
+    unit: str
+    mean: Array
+    standard_error: Array
+    half_width: Array
+    bias: Array
+    total_error: Array
+    budget: dict[str, Array]
+    n: int
+    effective_n: Array
+    notes: tuple[str, ...] = ()
+
+    def explain(self) -> str:
+        """Say in plain words where each part of the error comes from."""
+        lines, (unit, factor) = [], shown(self.unit)
+        for k, mean in enumerate(self.mean):
+            told = ((name, part[k] * factor) for name, part in self.budget.items())
+            parts = ", ".join(f"{name} {part:.2g}" for name, part in told if np.isfinite(part))
+            value = plus_minus(mean * factor, self.total_error[k] * factor, self.unknown_at(k))
+            lines.append(
+                f"{value} {unit}".rstrip() + f": {parts}; n = {self.n} realizations, worth {self.effective_n[k]:.3g} "
+                f"with all levels; value at the finest level {self.bias[k] * factor:+.2g}"
+            )
+        sources = [f"{name}: {SOURCES[name]}" for name in self.budget if name not in self.unknown]
+        missing = [f"{name}: unknown, no levels tell; not in these figures" for name in self.unknown]
+        return "\n".join([f"{self.observable}:", *lines, *self.notes, *sources, *missing])
+
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """The parts of `budget` that no level tells, at some speed whose mean is finite; `total_error` is without."""
+        defined = np.isfinite(self.mean)
+        return tuple(name for name, part in self.budget.items() if np.any(np.isnan(part) & defined))
+
+    def unknown_at(self, k: int) -> tuple[str, ...]:
+        """The parts of `budget` that no level tells of entry k; none where the mean is exactly zero."""
+        return unknown_parts(self.mean, self.budget, k)
+
+
+def estimate(
+    observable: str,
+    values: Values,
+    notes: tuple[str, ...] = (),
+    *,
+    size: float = 0.0,
+    tolerance: float = 0.0,
+    scanned: bool = False,
+) -> Estimate:
+    """Return mean, errors and bias of an observable from its values.
+
+    Parameters
+    ----------
+    observable : str
+        A key of `roughsim.observables.catalogue.OBSERVABLES`.
+    values : Values
+        From `roughsim.estimate.ladder.observe`.
+    notes : tuple of str, optional
+        For `Estimate.explain`.
+    size : float, optional
+        Relative error of the finite cell, from `roughsim.estimate.cell_size.size_error`.
+    tolerance : float, optional
+        Relative pressure error of the contact solves.
+    scanned : bool, optional
+        Whether C(q) was measured on one map, whose error is unknown.
+    """
+    mean = values.extrapolated.mean(axis=0)
+    error, freedom = spread(values.extrapolated, values.base, values.group)
+    with np.errstate(invalid="ignore"):  # slope_length is infinite at rest: its errors are undefined
+        budget = {
+            "statistical": _half_width(error, freedom),
+            "bandwidth": values.bandwidth,
+            "pixel": values.pixel,
+            "size": np.abs(mean) * size,
+            "solver": 2.0 * tolerance * np.abs(mean),
+        }
+        bias = values.finest.mean(axis=0) - mean
+    if scanned:
+        budget["scan"] = np.where(mean == 0.0, 0.0, np.nan)  # at rest nothing heats, whatever C(q)
+    return Estimate(
+        observable,
+        OBSERVABLES[observable].unit,
+        mean,
+        error,
+        budget["statistical"],
+        bias,
+        in_all(mean, budget),
+        budget,
+        len(values.extrapolated),
+        freedom + 1.0,
+        notes,
+    )
+
+
+def spread(values: Array, base: Array | None = None, group: NDArray[np.intp] | None = None) -> tuple[Array, Array]:
+    """Return the standard error of the mean over axis 0, and its degrees of freedom.
+
+    The coarsest level scatters alike in all rows. What finer levels add scatters about its mean over the rows that have
+    them; these also tell how far it goes with the coarsest level. Where only one row has them, the error is infinite.
+    Degrees of freedom after Satterthwaite. Scatter below rounding counts as none: realizations that agree to all digits
+    have no error.
+
+    Parameters
+    ----------
+    values : ndarray
+        Influence values (n, speeds).
+    base, group : ndarray, optional
+        As in `roughsim.estimate.ladder.Values`; left out, all rows have the same levels.
+    """
+    n, shape = len(values), values.shape[1:]
+    if n < 2:
+        return np.full(shape, np.inf), np.zeros(shape)
+    if base is None or group is None or np.all(group == group[0]):
+        base, group = values, np.zeros(n, dtype=np.intp)
+    with np.errstate(invalid="ignore"):  # an undefined observable has an undefined error
+        common, added = base.std(axis=0, ddof=1), values - base
+        shared, rest, doubt = common**2 / n, np.zeros(shape), np.zeros(shape)
+        for one in np.unique(group[group > 0]):
+            rows = group == one
+            weight, few = np.count_nonzero(rows) / n**2, np.count_nonzero(rows) - 1
+            if few == 0:
+                return np.full(shape, np.inf), np.zeros(shape)
+            along, beside = _split(base[rows], added[rows], common)
+            shared = shared + weight * (along**2 - common**2)
+            rest = rest + weight * beside**2
+            doubt = doubt + weight**2 * (beside**4 + 2.0 * (along * beside) ** 2) / few
+        variance, doubt = shared + rest, doubt + shared**2 / (n - 1)
+        freedom = np.divide(variance**2, doubt, out=np.full(shape, n - 1.0), where=doubt > 0.0)
+        rounding = 1e-12 * np.abs(values).max(axis=0)
+        error: Array = np.where(np.sqrt(n * variance) <= rounding, 0.0, np.sqrt(variance))
+    return error, np.minimum(freedom, n - 1.0)
+
+
+def _split(base: Array, added: Array, common: Array) -> tuple[Array, Array]:
+    """Standard deviations of base + added along base, whose own is `common`, and of what does not go with base."""
+    own, other = base.std(axis=0, ddof=1), added.std(axis=0, ddof=1)
+    product = ((base - base.mean(axis=0)) * (added - added.mean(axis=0))).sum(axis=0) / (len(base) - 1)
+    share = np.divide(product, own * other, out=np.zeros_like(own), where=own * other > 0.0)
+    share = np.clip(share, -1.0, 1.0)
+    return common + share * other, np.sqrt(1.0 - share**2) * other
+
+
+class Quotient(NamedTuple):
+    """A ratio of two columns, or of a column and the theory, with its errors; arrays over speed.
+
+    `standard_error` is statistical; `total_error` (95 %) is the root of the sum of squares of `budget`, whose parts are
+    those of an `Estimate`.
+    """
+
+    value: Array
+    standard_error: Array
+    total_error: Array
+    budget: dict[str, Array]
+
+    def unknown_at(self, k: int) -> tuple[str, ...]:
+        """The parts of `budget` that no level tells of entry k."""
+        return unknown_parts(self.value, self.budget, k)
+
+
+def quotient(
+    above: Values,
+    below: Values | Array,
+    *,
+    size: Array | float = 0.0,
+    tolerance: float = 0.0,
+    scanned: bool = False,
+) -> Quotient:
+    """Return ⟨above⟩/⟨below⟩ and its errors, (speeds,).
+
+    The rows of one realization stay paired, so that scatter which both columns share drops out of the statistical part.
+    The other parts are added as squares: the columns differ in levels and in the kind of contact, and doubled cells
+    changed one by ten times what they changed the other. Exact values share the cut-off of the column above and have
+    errors of no kind: then the part of q_c drops out.
+
+    Parameters
+    ----------
+    above : Values
+        Of some column.
+    below : Values or ndarray
+        Of another column of the same run, or exact values (speeds,).
+    size : float or ndarray, optional
+        Relative error of the ratio by the finite cell.
+    tolerance : float, optional
+        Relative pressure error of the contact solves.
+    scanned : bool, optional
+        Whether C(q) was measured on one map: both columns stand on it, but nothing tells that its error cancels.
+    """
+    if isinstance(below, Values):
+        rows, base = ratio(above.extrapolated, below.extrapolated), ratio(above.base, below.base)
+        group = above.group + (above.group.max() + 1) * below.group  # 0 where both columns have their coarsest alone
+        columns = [above, below]
+    else:
+        exact = np.broadcast_to(below, above.base.shape)
+        rows, base, group = ratio(above.extrapolated, exact), ratio(above.base, exact), above.group
+        columns = [above._replace(bandwidth=np.zeros_like(above.bandwidth))]
+    value = rows.mean(axis=0)
+    error, freedom = spread(rows, base, group)
+    if not np.any(above.extrapolated):  # elastic contact has no plastic area: there is no ratio to speak of
+        value = np.full_like(value, np.nan)
+    with np.errstate(all="ignore"):  # 0/0 at rest: the ratio is NaN, and its errors are
+        budget = {
+            "statistical": _half_width(error, freedom),
+            "bandwidth": np.abs(value) * _relative(columns, "bandwidth"),
+            "pixel": np.abs(value) * _relative(columns, "pixel"),
+            "size": np.abs(value) * size,
+            "solver": np.abs(value) * 2.0 * tolerance * np.sqrt(len(columns)),
+        }
+    if scanned:
+        budget["scan"] = np.full(value.shape, np.nan)
+    return Quotient(value, error, in_all(value, budget), budget)
+
+
+def _relative(columns: list[Values], part: str) -> Array:
+    """Root of the sum of squares of a part of the errors of columns, relative to their means."""
+    each = [getattr(column, part) / column.extrapolated.mean(axis=0) for column in columns]
+    return np.asarray(np.sqrt(sum(one**2 for one in each)))
+
+
+def unknown_parts(mean: Array, budget: dict[str, Array], k: int) -> tuple[str, ...]:
+    """Return which parts of a budget are NaN at entry k, where there is a mean to be wrong."""
+    there = np.isfinite(mean[k]) and mean[k] != 0.0
+    return tuple(name for name, part in budget.items() if there and np.isnan(part[k]))
+
+
+def in_all(mean: Array, budget: dict[str, Array]) -> Array:
+    """Return the root of the sum of squares of the known parts; NaN where there is no mean."""
+    total = np.sqrt(sum(np.where(np.isnan(part), 0.0, part) ** 2 for part in budget.values()))
+    return np.where(np.isnan(mean), np.nan, total)
+
+
+def quantile(freedom: Array | float) -> Array:
+    """Return the half-width of a 95 % interval in standard errors: Student's t, times √(1 + 2/f).
+
+    A run that stops itself does so where the scatter happens to be small: as much as about two of the f degrees of
+    freedom are worth (M. Woodroofe, Annals of Statistics 5, 984, 1977, has the order 1/f). Measured by
+    `experiments/intervals.py`.
+    """
+    freedom = np.maximum(freedom, 1.0)
+    factor: Array = stdtrit(freedom, 0.975) * np.sqrt(1.0 + 2.0 / freedom)
+    return factor
+
+
+def _half_width(error: Array, freedom: Array) -> Array:
+    with np.errstate(invalid="ignore"):
+        return np.where(freedom > 0.0, error * quantile(freedom), error)
+
+
+def relative_half_width(values: Values) -> float:
+    """Return the relative 95 % half-width of the mean at the worst speed.
+
+    Infinite for fewer than two rows, and while fewer than three have the finest level: two can agree by chance.
+    """
+    seldom = np.count_nonzero(values.group == values.group.max())
+    if seldom < min(LEAST_FINE, len(values.group)):
+        return inf
+    half = _half_width(*spread(values.extrapolated, values.base, values.group))
+    mean = np.abs(values.extrapolated.mean(axis=0))
+    relative = np.divide(half, mean, out=np.zeros_like(half), where=half > 0.0)
+    return float(relative.max())
+
+
+def first_sufficient(targets: Callable[[int], Iterable[tuple[Values, float]]], counts: range) -> int | None:
+    """Return the first of `counts` realizations at which every observable meets its target; None if at none.
+
+    Parameters
+    ----------
+    targets : callable
+        Of a number of realizations: pairs of the values of an observable and its relative 95 % half-width.
+    counts : range
+        To be tried; start at `LEAST` or above.
+    """
+    for count in counts:
+        if all(relative_half_width(values) <= target for values, target in targets(count)):
+            return count
+    return None
+
+
+__all__ = [
+    "LEAST",
+    "LEAST_FINE",
+    "SOURCES",
+    "Estimate",
+    "Quotient",
+    "estimate",
+    "first_sufficient",
+    "in_all",
+    "quantile",
+    "quotient",
+    "relative_half_width",
+    "spread",
+    "unknown_parts",
+]

@@ -1,0 +1,285 @@
+"""What is measured of a solved contact: stress-weighted moments of the temperature, and the stress correlation.
+
+All moments come from one forward transform of the pressure. With w(q) = |σ(q)|², summed over the modes without q = 0,
+
+    T_flash   =  (μ|v|/κσ₀) Σ w Re F/|q|         Eqs. (3), (4)    F = (1 − ia)^(−1/2),  a = q·v/(D q²)
+    T′_flash  =  (μ|v|/κσ₀) Σ w Re(i cosφ F)     Eqs. (6), (7)    φ the angle between q and the sliding velocity
+    ∇²T_flash = −(μ|v|/κσ₀) Σ w |q| Re F         Eqs. (8), (9)
+
+Averaged over all directions of sliding, Re F and Re(i cosφ F) become (2/π)A and (2/π)B of a = |v|/(D|q|), in closed
+form. That average holds for isotropic roughness. It leaves no favoured row of modes, in which one direction of sliding
+meets its own hot tracks in a periodic cell, and it needs one sum over |q| in place of one over the plane.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughsim import fourier
+from roughsim.contact.patches import corrected_fractions
+from roughsim.errors import not_negative, number, positive, real_field
+from roughsim.grid import Grid
+from roughsim.heat import responses, unit_vector
+from roughsim.observables.angular import angular_means
+from roughsim.observables.stress_spectrum import StressSpectrum, stress_spectrum
+
+Array = NDArray[np.float64]
+
+
+class SolvedContact(Protocol):
+    """What `measure` asks of a contact."""
+
+    @property
+    def pressure(self) -> NDArray[Any]:
+        """σ, shape `grid.shape`, Pa."""
+
+    @property
+    def contact_fraction(self) -> float:
+        """A/A₀."""
+
+    @property
+    def plastic_fraction(self) -> float:
+        """Share of the cell at the penetration hardness."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sliding:
+    """How a contact slides: what turns its pressure into heat.
+
+    Parameters
+    ----------
+    speeds : sequence of float
+        Sliding speeds, m/s, at least one. A negative speed slides the other way; heat is μσ|v|.
+    friction_coefficient : float
+        μ ≥ 0.
+    conductivity, diffusivity : float or sequence of float
+        κ, W/(m K), and D, m²/s, of the body whose temperature is measured: one for all speeds, or one for each.
+    heat_partition : float
+        Share of the heat that enters the body, 0 to 1: a factor on all temperatures.
+    direction : float, optional
+        Angle of sliding, radians from axis 0 towards axis 1. None: the mean over all directions, for isotropic
+        roughness.
+
+    Raises
+    ------
+    TypeError, ValueError
+        An entry of the wrong kind, not finite or out of its range.
+    """
+
+    speeds: Sequence[float]
+    friction_coefficient: float
+    conductivity: float | Sequence[float]
+    diffusivity: float | Sequence[float]
+    heat_partition: float = 1.0
+    direction: float | None = None
+
+    def __post_init__(self) -> None:
+        if isinstance(self.speeds, (str, bytes)) or np.ndim(self.speeds) != 1 or len(self.speeds) == 0:
+            raise TypeError(f"speeds = {self.speeds!r} must be a sequence of at least one speed in m/s")
+        checked = {
+            "speeds": tuple(number("speeds", speed, "m/s") for speed in self.speeds),
+            "friction_coefficient": not_negative("friction_coefficient", self.friction_coefficient),
+            "conductivity": self._per_speed("conductivity", "W/(m K)"),
+            "diffusivity": self._per_speed("diffusivity", "m²/s"),
+            "heat_partition": not_negative("heat_partition", self.heat_partition),
+            "direction": None if self.direction is None else number("direction", self.direction, "rad"),
+        }
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+        if self.heat_partition > 1.0:
+            raise ValueError(f"heat_partition = {self.heat_partition:.6g} must lie between 0 and 1")
+
+    def _per_speed(self, name: str, unit: str) -> float | tuple[float, ...]:
+        """A positive number, or one for each speed."""
+        value = getattr(self, name)
+        if np.ndim(value) == 0:
+            return positive(name, value, unit)
+        if np.shape(value) != (len(self.speeds),):
+            raise ValueError(
+                f"{name} has shape {np.shape(value)} for {len(self.speeds)} speeds; give one number in {unit} or one "
+                "for each speed"
+            )
+        return tuple(positive(name, entry, unit) for entry in value)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observables:
+    """Moments of one contact; the arrays run over the speeds of `Sliding`.
+
+    Attributes
+    ----------
+    speeds : tuple of float
+        m/s.
+    flash_temperature : ndarray
+        ⟨Tσ⟩/σ₀, K. Eq. (3), steady sliding.
+    flash_gradient : ndarray
+        ⟨∂T σ⟩/σ₀, K/m, the derivative along the sliding velocity: ≤ 0 for either sign of the speed. Eq. (6)
+    flash_laplacian : ndarray
+        ⟨∇²T σ⟩/σ₀, K/m², in the plane of the surface. Eq. (8)
+    flash_width : ndarray
+        D_flash = √(−T/∇²T), m; at rest its limit. Eq. (25)
+    slope_length : ndarray
+        d_flash = −T/T′, m; inf at rest. Eq. (26)
+    resting_flash_temperature : ndarray
+        ⟨Tσ⟩/σ₀, K, of the same heat μσ|v| in a body that does not move under it.
+    contact_fraction, plastic_fraction : float
+        As the contact gives them: shares of the pixels.
+    contact_fraction_corrected, plastic_fraction_corrected : float
+        The same, less what the pixels add along the edges of the contact (`roughsim.contact.patches`).
+    nominal_pressure : float
+        σ₀, the mean pressure, Pa.
+    stress_spectrum : StressSpectrum
+        Variance of the stress by wavenumber.
+    """
+
+    speeds: tuple[float, ...]
+    flash_temperature: Array
+    flash_gradient: Array
+    flash_laplacian: Array
+    flash_width: Array
+    slope_length: Array
+    resting_flash_temperature: Array
+    contact_fraction: float
+    plastic_fraction: float
+    contact_fraction_corrected: float
+    plastic_fraction_corrected: float
+    nominal_pressure: float
+    stress_spectrum: StressSpectrum
+
+    @property
+    def pressure_variance(self) -> float:
+        """g_σ(0) = ⟨σ²⟩ − σ₀², Pa²."""
+        return self.stress_spectrum.pressure_variance
+
+    def pressure_correlation(self, r: ArrayLike) -> Array:
+        """Return g_σ(r), Pa², at distances up to half the diagonal of the cell, m. Eqs. (1), (2)"""
+        return self.stress_spectrum.pressure_correlation(r)
+
+    def correlation_radius(self, fraction: float) -> float:
+        """Return the smallest r, m, with g_σ(r) = fraction·g_σ(0); NaN if the cell holds none."""
+        return self.stress_spectrum.correlation_radius(fraction)
+
+
+def measure(contact: SolvedContact, grid: Grid, sliding: Sliding) -> Observables:
+    """Measure the moments of one contact at all speeds from one forward transform.
+
+    Parameters
+    ----------
+    contact : Contact
+        Anything with `pressure` (shape `grid.shape`, Pa), `contact_fraction` and `plastic_fraction`.
+    grid : Grid
+        Its cell.
+    sliding : Sliding
+        Speeds, friction and the body.
+
+    Returns
+    -------
+    Observables
+        Steady sliding. For one direction the moments are those of the steady periodic field, hot tracks included.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the pressure is not a finite real field of `grid.shape`, or has no positive mean though it is not zero.
+
+    Warns
+    -----
+    RuntimeWarning
+        If there is no contact: temperatures, width and length are then NaN.
+    """
+    pressure = real_field("pressure", contact.pressure, grid.shape).astype(np.float64, copy=False)
+    mean = float(pressure.mean())
+    if mean < 0.0 or (mean == 0.0 and pressure.any()):
+        raise ValueError(f"pressure has the mean {mean:.6g} Pa; compression is positive, and its mean is the load")
+    if mean == 0.0:
+        warnings.warn("pressure is zero on average: without contact there is no flash temperature", RuntimeWarning, 2)
+    amplitude = fourier.forward(pressure)
+    if pressure.min() == pressure.max():  # only q = 0, whatever the rounding of the transform
+        amplitude[...] = 0.0
+    spectrum, unseen = stress_spectrum(amplitude, grid)
+    if sliding.direction is None:
+        sums = _sums_over_directions(spectrum, unseen, sliding)
+    else:
+        sums = _sums_of_one_direction(amplitude, grid, sliding)
+    return _observables(contact, sliding, mean, sums, spectrum)
+
+
+def _observables(
+    contact: SolvedContact, sliding: Sliding, mean: float, sums: Array, spectrum: StressSpectrum
+) -> Observables:
+    """Give the sums over the modes their factor, and form the ratios; 0/0 without stress variance is NaN."""
+    speed = np.abs(sliding.speeds)
+    resting = float(np.sum(spectrum.variance / spectrum.wavenumber))
+    hardness = float(contact.pressure.max()) if contact.plastic_fraction > 0.0 else math.inf
+    corrected = corrected_fractions(np.maximum(contact.pressure, 0.0), hardness)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        conductivity = np.asarray(sliding.conductivity)
+        factor = sliding.heat_partition * sliding.friction_coefficient * speed / (conductivity * mean)
+        ratios = sums[0] / (sums[1:] + 0.0)  # a sum of −0 would give −inf at rest
+        return Observables(
+            speeds=tuple(sliding.speeds),
+            flash_temperature=factor * sums[0],
+            flash_gradient=-factor * sums[1],
+            flash_laplacian=-factor * sums[2],
+            flash_width=np.sqrt(ratios[1]),
+            slope_length=ratios[0],
+            resting_flash_temperature=factor * resting,
+            contact_fraction=contact.contact_fraction,
+            plastic_fraction=contact.plastic_fraction,
+            contact_fraction_corrected=corrected[0],
+            plastic_fraction_corrected=corrected[1],
+            nominal_pressure=mean,
+            stress_spectrum=spectrum,
+        )
+
+
+def _sums_over_directions(spectrum: StressSpectrum, unseen: Array, sliding: Sliding) -> Array:
+    """Σ w Re F/|q|, −Σ w Re(i cosφ F), Σ w |q| Re F, averaged over all directions; shape (3, speeds)."""
+    q, w = spectrum.wavenumber, spectrum.variance
+    sums = np.empty((3, len(sliding.speeds)))
+    for column, rate in zip(sums.T, _rates(sliding), strict=True):
+        even, odd = angular_means(abs(rate) / q)
+        column[:] = np.sum(w / q * even), -np.sum((w - unseen) * odd), np.sum(w * q * even)
+    return sums
+
+
+def _sums_of_one_direction(amplitude: NDArray[np.complex128], grid: Grid, sliding: Sliding) -> Array:
+    """The same sums for sliding along `direction`: the moments of the steady periodic field, to rounding."""
+    ux, uy = unit_vector(sliding.direction or 0.0)
+    qx, qy = grid.wavevectors
+    # an odd derivative of a wave at the Nyquist wavenumber vanishes on the points of the grid
+    ax, ay = (np.where(2 * np.abs(k) == n, 0.0, q) for k, n, q in _orders(grid))
+    sums = np.zeros((3, len(sliding.speeds)))
+    variance = (amplitude.real**2 + amplitude.imag**2) * grid.multiplicity
+    for column, rate in zip(sums.T, _rates(sliding), strict=True):
+        sense = -1.0 if rate < 0.0 else 1.0
+        for rows, response in responses(grid, (rate * ux, rate * uy)):
+            even = variance[rows] * response.real
+            column[0] += np.sum(even)
+            column[1] += np.sum(variance[rows] * response.imag * (ux * ax[rows] + uy * ay)) * sense
+            column[2] += np.sum(even * (qx[rows] ** 2 + qy**2))
+    return sums
+
+
+def _rates(sliding: Sliding) -> list[float]:
+    """v/D at each speed, 1/m."""
+    rates: list[float] = (np.array(sliding.speeds) / np.asarray(sliding.diffusivity)).tolist()
+    return rates
+
+
+def _orders(grid: Grid) -> list[tuple[Array, int, Array]]:
+    """(k, n, q) of either axis: order of the mode, points, wavevector component."""
+    return [
+        (np.rint(q * length / (2 * math.pi)), n, q)
+        for q, length, n in zip(grid.wavevectors, grid.lengths, grid.shape, strict=True)
+    ]
+
+
+__all__ = ["Observables", "Sliding", "StressSpectrum", "measure"]

@@ -1,0 +1,269 @@
+"""Where a number of a scene leaves what the model means: a line for each, with its value, the limit, what to check."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf, isfinite, nan, pi, sqrt
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from roughsim import prediction
+from roughsim.planning.rungs import CAPPED_LIMIT, ELASTIC_LIMIT
+from roughsim.planning.sizes import STEEP, YIELDED, Facts, facts
+
+if TYPE_CHECKING:
+    from roughsim.scene import Scene
+    from roughsim.scene.numerics import Numerics
+    from roughsim.scene.sections import BodySection, CounterfaceSection
+
+Lines = Iterator[str]
+ATOM = 0.3e-9  # m: shorter waves are no continuum
+FLAT = 0.1e-9  # m: atoms alone are rougher
+YIELDS = 1 / 3  # of the hardness: about the yield stress, where bodies yield beneath their whole face
+STRAIN = 0.1  # pressure over E*: linear elasticity
+STIFF = 1e9  # Pa: what has a higher E* than rubbers yields before such a strain
+STRONGEST = 0.3  # hardness over Young's modulus: three times the strength of a perfect crystal
+COMPLETE = 0.9  # contact area over nominal area: such faces adhere
+LEAST_PIXELS = 16.0  # of contact in a cell
+HOTTEST = 4200.0  # K: nothing is solid above
+FAST = 0.5  # of the speed of shear waves: the model's contact takes no time
+FREE_PATH = 10e-9  # m, of what carries heat: Fourier's law
+SLOWLY = 0.85  # exponent of T_flash over q_max: H = 0.52
+UNEVEN = 0.02  # of the heat share, from 1/2
+FRICTION = 1e-3, 5.0  # of dry solids
+# of solids, SI; the ends of each are left to gels, aerogel, diamond, osmium and lithium
+USUAL = {
+    "youngs_modulus": (1e3, 2e12, "Pa"),
+    "density": (20.0, 2.3e4, "kg/m³"),
+    "heat_capacity": (50.0, 6e3, "J/(kg K)"),
+    "conductivity": (0.01, 3e3, "W/(m K)"),
+    "diffusivity": (3e-8, 2e-3, "m²/s"),
+}
+
+
+class Plausibility(NamedTuple):
+    """What follows from a scene (None where its theory cannot be evaluated), and a line for all beyond the model."""
+
+    facts: Facts | None
+    warnings: list[str]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return "scene_facts" and "scene_warnings" as JSON values."""
+        return {"scene_facts": self.facts and self.facts.to_dict(), "scene_warnings": self.warnings}
+
+
+def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
+    """Return what follows from a scene, and a line for each number that leaves what the model means.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is to be computed.
+    numerics : Numerics, optional
+        How well, where that is known: contact is then counted in the pixels of its finest grid.
+    """
+    bodies = [*_of_the_roughness(scene), *_of_the_bodies(scene)]
+    try:
+        known = facts(scene)
+    except (ValueError, ArithmeticError, RuntimeError) as error:
+        line = f"the theory of this scene cannot be evaluated ({error}); nothing tells its contact area and temperature"
+        return Plausibility(None, [*_of_the_slope(scene, scene.spectrum.rms_slope), *bodies, " ".join(line.split())])
+    lines = [*_of_the_slope(scene, known.rms_slope_before_yield), *bodies, *_of_the_load(scene, known, numerics)]
+    return Plausibility(known, [*lines, *_of_the_heat(scene, known), *_of_the_share(scene, known)])
+
+
+def _of_the_slope(scene: Scene, before_yield: float) -> Lines:
+    slope = scene.spectrum.rms_slope
+    if slope <= STEEP:
+        return
+    end = _gentle_end(scene)
+    if before_yield <= STEEP:  # at 32 q_y T_flash is 10 to 40 % above its limit with H = 0.3, 2 to 9 % with 0.55
+        rough = prediction.usual_exponent(scene, end) < SLOWLY
+        changes = "makes T_flash higher: with so small an H it falls slowly" if rough else "changes little"
+        advice = (
+            f"up to {YIELDED:g} q_y it is {before_yield:.3g}, and shorter waves touch at the hardness alone; check the "
+            f"units of the roughness, or lower q_max to {end:.3g} rad/m, which {changes}"
+        )
+    else:
+        until = f", or lower q_max to {end:.3g} rad/m, up to which it is less" if isfinite(end) else ""
+        advice = f"check the units of the roughness{until}"
+    yield f"rms slope = {slope:.3g} of both faces together is above {STEEP:g}, and the model has small slopes; {advice}"
+
+
+def _of_the_roughness(scene: Scene) -> Lines:
+    height, shortest = scene.spectrum.rms_height, 2 * pi / scene.spectrum.breaks[-1]
+    if height < FLAT:
+        yield (
+            f"rms height = {height:.3g} m of both faces together is below {FLAT:g} m, less than an atom; "
+            "check the units of the roughness"
+        )
+    if shortest < ATOM:
+        yield (
+            f"the shortest wave, 2π/q_max = {shortest:.3g} m, is below {ATOM:g} m, the distance of atoms, "
+            "and the model has continuous solids; check the unit of q_max, or lower it"
+        )
+    if scene.scanned:
+        yield (
+            "C(q) was measured on one scan, and its error is unknown: maps cut out of known surfaces gave a T_flash up "
+            "to 27 % off; run a scene for each of several scans, or state C(q) yourself"
+        )
+
+
+def _gentle_end(scene: Scene) -> float:
+    """The wavenumber up to which the rms slope stays below `STEEP`, rad/m; NaN if the first waves are steep."""
+    low, high = scene.spectrum.breaks[0] * 1.01, scene.spectrum.breaks[-1]
+    if scene.spectrum.truncated(q_max=low).rms_slope > STEEP:
+        return nan
+    for _ in range(40):
+        middle = sqrt(low * high)
+        steep = scene.spectrum.truncated(q_max=middle).rms_slope > STEEP
+        low, high = (low, middle) if steep else (middle, high)
+    return low
+
+
+def _of_the_bodies(scene: Scene) -> Lines:
+    resting = None if scene.counterface is None or scene.counterface.like else scene.counterface
+    bodies: tuple[tuple[str, BodySection | CounterfaceSection | None], ...]
+    bodies = (("body", scene.body), ("counterface", resting))
+    for name, body in bodies:
+        if body is not None:
+            yield from _of_a_body(name, body, max(scene.speeds))
+
+
+def _of_a_body(name: str, body: BodySection | CounterfaceSection, speed: float) -> Lines:
+    for quantity, value in _properties(body):
+        low, high, unit = USUAL[quantity]
+        if not low <= value <= high:
+            units = "its unit" if quantity != "diffusivity" else "those of conductivity, density and heat_capacity"
+            yield (
+                f"{name}.{quantity} = {value:.3g} {unit} is not within {low:g} to {high:g} {unit}, where solids are; "
+                f"check {units}"
+            )
+    hardness, modulus = body.penetration_hardness, body.youngs_modulus
+    if hardness is not None and modulus is not None and hardness > STRONGEST * modulus:
+        yield (
+            f"{name}.penetration_hardness = {hardness:.3g} Pa is above {STRONGEST:g} of youngs_modulus = {modulus:.3g} "
+            "Pa, and no crystal is stronger; check the units of both"
+        )
+    waves = inf
+    if modulus is not None and body.poisson_ratio is not None and body.density is not None:
+        waves = sqrt(modulus / (2.0 * (1.0 + body.poisson_ratio)) / body.density)
+    if speed > FAST * waves:
+        yield (
+            f"sliding.speed = {speed:.3g} m/s is above {FAST:g} of the speed of shear waves in the {name}, {waves:.3g} "
+            "m/s, and the model's contact takes no time; check the units of speed, youngs_modulus and density"
+        )
+
+
+def _properties(body: BodySection | CounterfaceSection) -> Iterator[tuple[str, float]]:
+    """What a body is made of, at each temperature of a table, and D = κ/(ρc) where nothing else is strange."""
+    strange = False
+    for name in ("youngs_modulus", "density", "heat_capacity", "conductivity"):
+        given = getattr(body, name)
+        values = [row[1] for row in given] if isinstance(given, tuple) else [given] if given is not None else []
+        for value in values:
+            strange |= not USUAL[name][0] <= value <= USUAL[name][1]
+            yield name, value
+            if name == "conductivity" and not strange and body.density and body.heat_capacity:
+                yield "diffusivity", value / (body.density * body.heat_capacity)
+
+
+def _of_the_load(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines:
+    pressure = f"sliding.nominal_pressure = {scene.sliding.nominal_pressure:.3g} Pa"
+    if known.pressure_over_hardness > YIELDS:
+        yield (
+            f"{pressure} is {known.pressure_over_hardness:.2g} of the hardness, above {YIELDS:.2g}: bodies yield "
+            "beneath their whole face, and the model's at the contact alone; check the units of both"
+        )
+    if known.pressure_over_modulus > STRAIN:
+        yield (
+            f"{pressure} is {known.pressure_over_modulus:.2g} of E* = {scene.effective_modulus:.3g} Pa, above "
+            f"{STRAIN:g}, and the model has small strains; check the units of pressure and youngs_modulus"
+        )
+    mean = known.contact_pressure / scene.effective_modulus
+    if scene.elastic and mean > STRAIN and scene.effective_modulus > STIFF:
+        yield (
+            f"the mean contact pressure, {known.contact_pressure:.3g} Pa, is {mean:.2g} of E*, above {STRAIN:g}, and "
+            "stiff solids yield before; give a penetration_hardness, or check the units of roughness and pressure"
+        )
+    pixels, grid = _contact_pixels(scene, known, numerics)
+    if pixels < LEAST_PIXELS:
+        yield (
+            f"{pressure} makes contact on {known.contact_fraction:.2g} of the area, {pixels:.2g} pixels of {grid}, "
+            f"below {LEAST_PIXELS:g}; check its unit"
+        )
+    elif known.hot_spots < 1.0:
+        yield (
+            f"{pressure} makes contact on {known.contact_fraction:.2g} of the area, {known.hot_spots:.2g} of one hot "
+            f"spot of the theory in a cell of {1e3 * known.cell[0]:.3g} mm; check its unit, or raise numerics.lengths"
+        )
+    if known.contact_fraction > COMPLETE:
+        yield (
+            f"contact on {known.contact_fraction:.3g} of the area in theory is above {COMPLETE:g}: such faces adhere, "
+            "and the model's do not; check the units of roughness, pressure and youngs_modulus"
+        )
+
+
+def _contact_pixels(scene: Scene, known: Facts, numerics: Numerics | None) -> tuple[float, str]:
+    """Pixels of contact on the finest grid, and that grid in words."""
+    if numerics is None:
+        side = ELASTIC_LIMIT if scene.elastic else CAPPED_LIMIT
+        return known.contact_fraction * side**2, f"the finest grid of a plan, {side} × {side}"
+    shape = max((level.shape for level in numerics.levels), key=lambda shape: shape[0] * shape[1])
+    return known.contact_fraction * shape[0] * shape[1], f"the finest grid, {shape[0]} × {shape[1]}"
+
+
+def _of_the_heat(scene: Scene, known: Facts) -> Lines:
+    friction = scene.sliding.friction_coefficient
+    if not FRICTION[0] < friction <= FRICTION[1]:
+        yield (
+            f"sliding.friction_coefficient = {friction:.3g} is not within {FRICTION[0]:g} to {FRICTION[1]:g}, where "
+            "dry solids are; check it"
+        )
+    k = int(np.argmax(known.flash_temperature))
+    contact = known.background_temperature + float(known.flash_temperature[k])
+    where = "a background of" if scene.sliding.background_temperature else "an assumed background of"
+    reached = (
+        f"T_flash = {known.flash_temperature[k]:.4g} K at {scene.speeds[k]:g} m/s in theory, over {where} "
+        f"{known.background_temperature:g} K, makes {contact:.4g} K"
+    )
+    if contact > known.melting_temperature:
+        yield (
+            f"{reached}, above the melting_temperature of {known.melting_temperature:g} K, and the model's bodies stay "
+            "solid; check the units of heat, load and roughness, or lower the speed"
+        )
+    elif contact > HOTTEST:
+        yield f"{reached}, above {HOTTEST:g} K, where nothing is solid; check the units of heat, load and roughness"
+    fastest = float(known.peclet_number.max())
+    if fastest > 1.0 and (depth := known.hot_spot_radius * sqrt(2.0 / fastest)) < FREE_PATH:
+        yield (
+            f"the Péclet number vr/D = {fastest:.3g} lets the heat of a hot spot in by {depth:.2g} m, below "
+            f"{FREE_PATH:g} m, the free path of what carries heat; check the units of speed and conductivity"
+        )
+
+
+def _of_the_share(scene: Scene, known: Facts) -> Lines:
+    k = int(np.argmax(scene.speeds))
+    share = float(known.heat_partition[k])
+    about = "about " if isfinite(scene.temperature_range[1]) else ""  # a table κ(T) has another κ at another share
+    if _like_faces(scene) and abs(share - 0.5) > UNEVEN:
+        yield (
+            f"the heat share {share:.3g} at {scene.speeds[k]:g} m/s is that of hot spots that rest on the counterface, "
+            "but two equally rough faces of one material share the heat evenly; heat_partition = 0.5 makes "
+            f"temperatures {about}{0.5 / share:.3g} times as high; see docs/partition.md"
+        )
+
+
+def _like_faces(scene: Scene) -> bool:
+    """Whether both faces conduct alike and are, within a factor of two, equally rough."""
+    if len(scene.faces) < 2 or not scene.counterface_conducts:
+        return False
+    one, other = (face.rms_height for face in scene.faces)
+    bodies = prediction.conduction(scene)
+    alike = np.array_equal(bodies.conductivity, bodies.counter_conductivity)
+    alike = alike and np.array_equal(bodies.diffusivity, bodies.counter_diffusivity)
+    return alike and 0.5 <= one / other <= 2.0
+
+
+__all__ = ["Plausibility", "judge"]

@@ -1,0 +1,189 @@
+"""The run folder: what it says of itself, and opening it. It may come from elsewhere, so nothing in it is believed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from roughsim import prediction
+from roughsim.errors import RecordError
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.results.run import Run
+from roughsim.store.disk import is_temporary, place_bytes, unlocked
+from roughsim.store.member_files import check_format
+from roughsim.untrusted import memory
+
+if TYPE_CHECKING:
+    from roughsim.scene import Scene
+    from roughsim.scene.numerics import Numerics
+
+_BEFORE = ("lock", "claims")  # what a start may have made before all else
+_MOST_BYTES = 1 << 20  # of run.json and scene.toml: a scene has at most 64 KiB
+
+
+def describe(folder: Path, description: dict[str, Any], scene: Scene, *, first: bool = False) -> None:
+    """Write what a run is, before anything slow; with `first`, only if no process has: FileExistsError otherwise."""
+    (folder / "realizations").mkdir(parents=True, exist_ok=True)
+    guarded = {**description, "checksums": {key: _checksum(value) for key, value in description.items()}}
+    place_bytes(folder / "run.json", (json.dumps(guarded, indent=1) + "\n").encode(), first=first)
+    place_bytes(folder / "scene.toml", scene.to_toml().encode())  # after it: the process that decides writes both
+
+
+def _checksum(value: Any) -> str:
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def folder_state(folder: Path) -> Literal["new", "begun", "run", "foreign"]:
+    """Return what a folder is to a run that is to start there.
+
+    Returns
+    -------
+    str
+        "new": it does not exist, or is empty. "begun": a start was interrupted before it had written run.json, and all
+        that is there comes from it. "run": it has a run.json. "foreign": it is a file, or holds something else.
+    """
+    if not folder.exists():
+        return "new"
+    if not folder.is_dir():
+        return "foreign"
+    if (folder / "run.json").exists():
+        return "run"
+    names = {path.name for path in folder.iterdir()}
+    # a scene.toml alone may be somebody's own: describe() makes the folder for the realizations before it
+    ours = {"realizations", *_BEFORE, *(("scene.toml",) if "realizations" in names else ())}
+    inside = folder / "realizations"
+    if any(name not in ours and not is_temporary(name) for name in names) or (inside.exists() and not inside.is_dir()):
+        return "foreign"
+    if inside.exists() and not all(is_temporary(path.name) for path in inside.iterdir()):
+        return "foreign"
+    return "begun" if names else "new"
+
+
+def read_description(folder: Path) -> dict[str, Any]:
+    """Return what `describe` wrote.
+
+    Raises
+    ------
+    RecordError
+        If the folder is no run, one of a newer format, or a value in run.json was changed by somebody; it is named.
+    OSError
+        If run.json cannot be read now.
+    """
+    path = folder / "run.json"
+    if not folder.exists():
+        raise RecordError(f"{folder} does not exist; start it with: roughsim run SCENE -o {folder}")
+    if folder.is_file():
+        raise RecordError(f"{folder} is a file; name the folder of a run")
+    try:
+        description = json.loads(_text(path))
+        version = int(description["format_version"])
+    except RecordError:
+        raise
+    except FileNotFoundError:
+        raise RecordError(f"{folder} is no run: it has no run.json") from None
+    except (ValueError, LookupError, TypeError, RecursionError) as error:
+        raise RecordError(f"{path} is damaged ({error})") from error
+    check_format(path, version)
+    if "checksums" in description:
+        _check_unchanged(path, description)
+    return dict(description)
+
+
+def _check_unchanged(path: Path, description: dict[str, Any]) -> None:
+    """Refuse a description of which a value is not what was written, RecordError naming it."""
+    guards = description["checksums"] if isinstance(description["checksums"], dict) else {}
+    for key in dict.fromkeys((*guards, *description)):
+        if key != "checksums" and (key not in description or guards.get(key) != _checksum(description[key])):
+            raise RecordError(
+                f"{key} in {path} was changed since the run wrote it; put the old value back, or give the scene that "
+                f"you want to a new folder"
+            )
+
+
+def _text(path: Path) -> str:
+    """The text of a file of the folder, if it has no more bytes than such a file can have."""
+    return unlocked(path, _MOST_BYTES).decode("utf-8")
+
+
+def open_run(folder: str | Path, *, damaged: Literal["refuse", "skip"] = "refuse") -> Run:
+    """Open a run folder for reading, also while another process writes to it.
+
+    Parameters
+    ----------
+    folder : str or Path
+        What `run` was given.
+    damaged : {"refuse", "skip"}, optional
+        What becomes of a damaged file among good ones: the run is refused, naming it; or the rest is opened, the
+        realization counts as failed, and `Run.damaged` says why.
+
+    Returns
+    -------
+    Run
+        With `estimate`, `samples` and `correlation`.
+
+    Raises
+    ------
+    RecordError
+        If it is no run, of another format, or one of its files is damaged.
+    """
+    from roughsim.scene import parse_scene
+    from roughsim.scene.numerics import Numerics
+
+    place = Path(folder)
+    description = read_description(place)
+    try:
+        # a stored scene holds its tables inline: one that names files did not come from here
+        scene = parse_scene(_text(place / "scene.toml"), source=str(place / "scene.toml"))
+        numerics = Numerics.from_dict(description["numerics"])
+        _check(description, scene, numerics)
+        if "checksums" not in description:
+            _check_against(scene, description)
+        run = Run(place, description, scene, numerics, skip_damaged=damaged == "skip")
+    except (ValueError, LookupError, TypeError, AttributeError) as error:
+        raise RecordError(f"{place} cannot be opened: {error}") from error
+    run.refresh()
+    return run
+
+
+def _check(description: dict[str, Any], scene: Scene, numerics: Numerics) -> None:
+    """Refuse a description that does not go with its scene, or asks for more than this machine has."""
+    from roughsim.scene import first_difference
+
+    speeds, share = len(scene.speeds), description["heat_partition"]
+    for name in ("seed", "max_realizations"):
+        if not isinstance(description[name], int) or description[name] < 0:
+            raise ValueError(f"run.json: {name} = {description[name]!r} must be a whole number ≥ 0")
+    if len(share) != speeds or not all(isfinite(part) and 0.0 < part <= 1.0 for part in share):
+        raise ValueError(f"run.json: heat_partition must be {speeds} numbers in (0, 1], one for each speed")
+    for name, goal in description["until"].items():
+        if name not in OBSERVABLES or not 0.0 < goal < 1.0:
+            raise ValueError(f"run.json: until = {name!r}, {goal!r} is no observable with a goal between 0 and 1")
+    if not all(len(reason) == 3 and all(isinstance(word, str) for word in reason) for reason in description["reasons"]):
+        raise ValueError("run.json: reasons must be lists of choice, value and reason")
+    if description["scene"] != scene.identity():
+        key = (first_difference(description["scene"], scene.identity()) or ["a key"])[0]
+        raise ValueError(f"run.json and scene.toml are of different scenes: {key} differs; put back what was edited")
+    most = max(level.shape[0] * level.shape[1] for level in numerics.levels)
+    if 8.0 * most > 0.5 * memory():
+        raise ValueError(f"run.json: a field of {most} points needs more than half of the machine's memory")
+
+
+def _check_against(scene: Scene, description: dict[str, Any]) -> None:
+    """Refuse an unguarded description, as older versions wrote it, whose values do not follow from its scene."""
+    ensemble = scene.ensemble
+    follows = {
+        "seed": ensemble.seed,
+        "max_realizations": ensemble.max_realizations,
+        "until": dict(ensemble.until),
+        "heat_partition": prediction.heat_partition(scene).tolist(),
+    }
+    for key, value in follows.items():
+        there = description[key]
+        same = np.allclose(there, value, rtol=1e-9, atol=0.0) if key == "heat_partition" else there == value
+        if not same:
+            raise ValueError(f"{key} in run.json was changed: it is {there}, and scene.toml gives {value}")

@@ -1,0 +1,1 @@
+"""Rough surfaces: their power spectra, their synthesis, and measured ones."""

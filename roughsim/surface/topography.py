@@ -1,0 +1,271 @@
+"""Measured surfaces: files of instruments read through SurfaceTopography, their C(q), and heights for other programs.
+
+Reading needs the extra `topography`; writing does not. SurfaceTopography's C(q) is 4π² larger than ours: it has
+⟨h²⟩ = ∫ C d²q/(2π)², we have ⟨h²⟩ = ∫ C d²q (see `roughsim`).
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from importlib import import_module
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim.errors import RecordError
+from roughsim.grid import Grid
+from roughsim.surface.spectrum import TabulatedSpectrum
+from roughsim.untrusted import memory, refuse_file_of_instrument
+
+Array = NDArray[np.float64]
+BINS_PER_DECADE = 20
+MOST_UNDEFINED = 0.05  # share of points that an instrument may have left out
+ENDINGS = (".nc", ".npy")
+_ROUNDING = 1e-26  # of the largest C: below it there are rounding errors of the heights alone
+_FIRST_BINS = 5  # over which the exponent at the lowest wavenumbers is fitted
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Topography:
+    """A measured map, detrended.
+
+    Attributes
+    ----------
+    heights : ndarray
+        m, shape `grid.shape`, without mean and, if not periodic, without tilt.
+    grid : Grid
+        Its points and lengths.
+    periodic : bool
+        Whether it goes on at its edges; else its spectrum is taken under a window.
+    spectrum : TabulatedSpectrum
+        C(q) in Persson's convention, m⁴, averaged over directions.
+    """
+
+    heights: Array
+    grid: Grid
+    periodic: bool
+    spectrum: TabulatedSpectrum
+
+
+def read_topography(path: str | Path) -> Topography:
+    """Read the file of an instrument, detrend the map, and measure its C(q).
+
+    Parameters
+    ----------
+    path : str or Path
+        Any format that SurfaceTopography reads (x3p, sur, gwy, opd, al3d, nc, …). It must hold a map with its sizes
+        and a unit. Of several channels the default one is taken.
+
+    Returns
+    -------
+    Topography
+        Periodic only if the file says so. Where up to 5 % of the points are undefined they are filled smoothly, with a
+        warning.
+
+    Raises
+    ------
+    ImportError
+        If SurfaceTopography is not installed: ``pip install 'roughsim[topography]'``.
+    FileNotFoundError
+        If there is no such file.
+    RecordError
+        Of one line, if the file is refused (see `roughsim.untrusted`), cannot be read, or holds no such map.
+    """
+    place = Path(path)
+    library = _library()
+    if not place.exists():
+        raise FileNotFoundError(f"{place} does not exist; check the path")
+    try:
+        refuse_file_of_instrument(place)
+        with open(place, "rb") as stream:  # some of its readers would leave the file open
+            reader = library.open_topography(stream)
+            _check_channel(place, reader.default_channel)
+            measured = reader.topography()
+        return _prepared(place, measured.to_unit("m"))
+    except RecordError:
+        raise
+    except Exception as error:  # forty readers of binary formats, each with its own failures
+        reason = " ".join(str(error).split())[:200]
+        raise RecordError(f"{place} cannot be read as a map of heights ({type(error).__name__}: {reason})") from error
+
+
+def _library() -> Any:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ImportWarning)  # it says that there is no MPI
+            return import_module("SurfaceTopography")
+    except ImportError:
+        raise ImportError("SurfaceTopography is not installed; type: pip install 'roughsim[topography]'") from None
+
+
+def _check_channel(place: Path, channel: Any) -> None:
+    """Refuse what is no map of known size, before its heights are read."""
+    if channel.dim != 2:
+        raise RecordError(f"{place} holds a line scan; C(q) of a surface needs a map")
+    if min(channel.nb_grid_pts) < 8:
+        raise RecordError(f"{place} has {channel.nb_grid_pts} points; C(q) needs at least 8 along each side")
+    if channel.physical_sizes is None or channel.unit is None:
+        missing = "size" if channel.physical_sizes is None else "unit"
+        raise RecordError(f"{place} does not say its {missing}; save it as x3p or nc, which do")
+    points = float(np.prod([float(n) for n in channel.nb_grid_pts]))
+    if 64.0 * points > 0.5 * memory():
+        raise RecordError(
+            f"{place} declares {points:.3g} points, for which this machine has too little memory; crop it"
+        )
+
+
+def _prepared(place: Path, measured: Any) -> Topography:
+    if measured.has_undefined_data:
+        share = float(np.mean(np.ma.getmaskarray(measured.heights())))
+        if share > MOST_UNDEFINED:
+            raise RecordError(
+                f"{place}: {100 * share:.3g} % of its points are undefined, above {100 * MOST_UNDEFINED:g} %; crop it, "
+                f"or fill them with the program of the instrument"
+            )
+        warnings.warn(f"{place}: {100 * share:.2g} % undefined points were filled", RuntimeWarning, stacklevel=3)
+        measured = measured.interpolate_undefined_data()
+    periodic = bool(measured.is_periodic)
+    flat = measured.detrend("center" if periodic else "rms-tilt")
+    heights = np.ascontiguousarray(flat.heights(), dtype=np.float64)
+    if not np.isfinite(heights).all() or not np.ptp(heights) > 0.0:
+        raise RecordError(f"{place} holds heights that are not finite, or all alike; there is no C(q) to measure")
+    lengths = (float(flat.physical_sizes[0]), float(flat.physical_sizes[1]))
+    grid = Grid((heights.shape[0], heights.shape[1]), lengths)
+    return Topography(heights, grid, periodic, _spectrum(flat, grid))
+
+
+def _spectrum(flat: Any, grid: Grid) -> TabulatedSpectrum:
+    """C(q) of a detrended map in our convention, up to where the instrument is reliable."""
+    *_, theirs = flat.power_spectrum_from_area(return_map=True)  # under a Hann window unless it is periodic
+    cutoff = flat.short_reliability_cutoff()
+    reliable = np.inf if cutoff is None else 2 * np.pi / float(cutoff)
+    return radial_average(np.asarray(theirs) / (4 * np.pi**2), grid, min(grid.nyquist, reliable))
+
+
+def radial_average(psd: Array, grid: Grid, q_max: float) -> TabulatedSpectrum:
+    """Average C(q⃗) over directions, in bins of log q.
+
+    Within a bin C(q) is taken as the power law of its neighbours, so that the value at its centre is not raised by its
+    lower edge. Below the first bin C(q) goes on as the power law of the first bins, to where the variance of all modes
+    is reached: the modes of a cell stand for what is shorter than its sides, and ⟨h²⟩ is kept.
+
+    Parameters
+    ----------
+    psd : ndarray
+        C(q⃗), m⁴, at the wavevectors of the discrete transform of `grid`, ∫ C d²q = ⟨h²⟩.
+    grid : Grid
+        Of the heights.
+    q_max : float
+        Where to end, rad/m.
+
+    Raises
+    ------
+    ValueError
+        If fewer than three bins hold modes.
+    """
+    q, values = _modes(psd, grid, q_max)
+    first, q_max = float(q.min()), float(q.max())
+    edges = np.geomspace(first * (1 - 1e-9), q_max * (1 + 1e-9), 1 + _bins(first, q_max))
+    which = np.digitize(q, edges) - 1
+    count = np.bincount(which, minlength=edges.size - 1)
+    filled = count > 0
+    if filled.sum() < 3:
+        raise ValueError(f"only {filled.sum()} bins of wavenumbers up to q_max = {q_max:.4g} rad/m hold modes")
+    centre = np.exp(np.bincount(which, np.log(q))[filled] / count[filled])
+    mean = np.bincount(which, values)[filled] / count[filled]
+    exponent = -np.gradient(np.log(mean), np.log(centre))
+    place = np.cumsum(filled)[which] - 1
+    shape = (q / centre[place]) ** -exponent[place]  # of the power law over the bin, 1 at its centre
+    level = mean / (np.bincount(which, shape)[filled] / count[filled])
+    cell = 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
+    return _with_ends(centre, level, float(values.sum()) * cell, q_max)
+
+
+def _modes(psd: Array, grid: Grid, q_max: float) -> tuple[Array, Array]:
+    """Wavenumbers and C(q⃗) of all modes but q = 0, up to q_max or to where a synthetic map ends."""
+    steps = [
+        2 * np.pi / side * np.rint(np.fft.fftfreq(n) * n) for n, side in zip(grid.shape, grid.lengths, strict=True)
+    ]
+    q = np.hypot(steps[0][:, None], steps[1][None, :])
+    heard = psd > _ROUNDING * psd[q > 0.0].max()
+    inside = (q > 0.0) & (q <= min(q_max, float(q[heard].max())) * (1 + 1e-12))
+    return q[inside], psd[inside]
+
+
+def _bins(first: float, last: float) -> int:
+    return max(3, int(np.ceil(BINS_PER_DECADE * np.log10(last / first))))
+
+
+def _with_ends(q: Array, psd: Array, variance: float, q_max: float) -> TabulatedSpectrum:
+    """The table, carried on to q_max and, below its first row, to where 2π∫qC dq is the variance of the modes."""
+    if q[-1] < q_max * (1 - 1e-6):
+        slope = np.log(psd[-1] / psd[-2]) / np.log(q[-1] / q[-2])
+        q, psd = np.append(q, q_max), np.append(psd, psd[-1] * (q_max / q[-1]) ** slope)
+    table = TabulatedSpectrum(q, psd)
+    missing = variance - table.moment(0)
+    if missing <= 0.0:
+        return table
+    lowest = slice(0, _FIRST_BINS)
+    exponent = float(np.clip(-np.polyfit(np.log(q[lowest]), np.log(psd[lowest]), 1)[0], 0.0, 4.0))
+    # 2π ∫ q C dq from q_low to q₁ = 2π C₁ q₁² (1 − (q_low/q₁)^p)/p, p = 2 − exponent, log for p = 0
+    share, power = missing / (2 * np.pi * psd[0] * q[0] ** 2), 2.0 - exponent
+    inner = max(1.0 - share * power, 0.0)
+    ratio = np.exp(-share) if abs(power) < 1e-9 else (inner ** (1.0 / power) if inner > 0.0 else 0.0)
+    q_low = q[0] * float(np.clip(ratio, 0.4, 1.0))  # a mode at 2π/L stands for no wave longer than about 2L
+    if q_low > 0.999 * q[0]:
+        return table
+    return TabulatedSpectrum(np.append(q_low, q), np.append(psd[0] * (q[0] / q_low) ** exponent, psd))
+
+
+def encoded(heights: NDArray[Any], grid: Grid, ending: str) -> bytes:
+    """Return the content of a file that SurfaceTopography, ContactMechanics and tamaas can start from.
+
+    Parameters
+    ----------
+    heights : ndarray
+        m, shape `grid.shape`.
+    grid : Grid
+        The periodic cell.
+    ending : {".nc", ".npy"}
+        .nc: classic netCDF with sizes, unit and periodicity, as ``SurfaceTopography.read_topography`` (and so
+        ContactMechanics) takes it. .npy: the bare array, for ``numpy.load`` and so for tamaas.
+
+    Raises
+    ------
+    ValueError
+        If the ending is none of these, or the shape is not that of the grid.
+    """
+    if ending not in ENDINGS:
+        raise ValueError(f"ending = {ending!r} is no format of a surface; use {' or '.join(ENDINGS)}")
+    data = np.asarray(heights, dtype=np.float64)
+    if data.shape != grid.shape:
+        raise ValueError(f"heights has shape {data.shape}, but the grid has {grid.shape}")
+    if ending == ".nc":
+        return _netcdf(data, grid)
+    stream = BytesIO()
+    np.save(stream, data, allow_pickle=False)
+    return stream.getvalue()
+
+
+def _netcdf(heights: Array, grid: Grid) -> bytes:
+    from scipy.io import netcdf_file
+
+    stream = BytesIO()
+    file = netcdf_file(stream, "w", version=2)
+    for axis, points, length in zip("xy", grid.shape, grid.lengths, strict=True):
+        file.createDimension(axis, points)
+        variable: Any = file.createVariable(axis, "d", (axis,))
+        variable[:] = np.arange(points) * (length / points)
+        variable.length = np.float64(length)  # a bare float would be stored in single precision
+        variable.periodic, variable.unit, variable.units = 1, "m", "m"
+    variable = file.createVariable("heights", "d", ("x", "y"))
+    variable[:] = heights
+    variable.unit = variable.units = "m"
+    file.flush()
+    content = stream.getvalue()
+    file.close()  # and the stream with it
+    return content

@@ -1,0 +1,219 @@
+"""The comparison: exact in full contact, complete, and honest about what it compares."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim import prediction
+from roughsim.comparison.compare import Ratio
+from roughsim.observables.catalogue import UNITS
+from roughsim.results.labelled import numbers as numbers_of
+
+HEADINGS = {"observable", "speed", "theory", "theory_full_spectrum", "smoothed", "capped", "note"}
+
+
+@pytest.fixture(scope="module")
+def table(capped_run):
+    return rs.compare(capped_run)
+
+
+def test_full_contact_is_exact_through_the_whole_chain(full_scene, tmp_path):
+    # W = 1 and fixed amplitudes: every moment equals its mode sum, for every draw
+    run = rs.run(full_scene, tmp_path / "full")
+    checked = 0
+    for row in rs.compare(run).rows:
+        cell, ratio = row.columns["elastic"], row.ratios["elastic_over_theory"]
+        if np.isnan(ratio.value):  # 0/0: at rest, or no plastic area; or the theory says nothing
+            assert row.speed == 0.0 or row.observable == "plastic_fraction" or np.isnan(row.theory)
+            continue
+        assert ratio.value == pytest.approx(1.0, abs=1e-12), (row.observable, row.speed)
+        assert cell.standard_error == 0.0
+        assert ratio.z == 0.0
+        checked += 1
+    assert checked >= 25
+
+
+def test_two_realizations_are_enough_to_compare_and_one_is_not(full_scene, tmp_path):
+    with pytest.raises(ValueError, match="has 1 sound realizations; a comparison needs at least 2"):
+        rs.compare(rs.run(full_scene, tmp_path / "few", max_realizations=1))
+    assert rs.compare(rs.run(full_scene, tmp_path / "few", max_realizations=2)).rows
+
+
+def test_the_total_share_measured_in_full_contact_is_the_theory_to_rounding(full_scene, tmp_path):
+    shares = {}
+    for duration in (1e-6, 1e-3):
+        sliding = replace(full_scene.sliding, heat_partition="total", duration=duration)
+        scene = replace(full_scene, sliding=sliding)
+        rows = [r for r in rs.compare(rs.run(scene, tmp_path / str(duration))).rows if r.observable == "heat_partition"]
+        for row in rows:
+            assert row.columns["elastic"].mean == pytest.approx(row.theory, rel=1e-10)
+            assert row.ratios["elastic_over_theory"].value == pytest.approx(1.0, abs=1e-10)
+        shares[duration] = [row.theory for row in rows]
+        told = [row.theory_full_spectrum for row in rows]
+        np.testing.assert_allclose(prediction.heat_partition(scene), told, rtol=1e-12)
+    # long after the start the two backgrounds dominate: effusivities share the heat, κ₁ρ₁c₁ = 2 κ₂ρ₂c₂
+    np.testing.assert_allclose(shares[1e-3], np.sqrt(2) / (1 + np.sqrt(2)), rtol=1e-2)
+    assert max(shares[1e-6]) < 0.6  # without the backgrounds it is 2/3 at rest and more at speed
+
+
+def test_at_rest_there_is_no_heat_but_a_width_and_a_share(table):
+    resting = {row.observable: row for row in table.rows if row.speed == 0.0}
+    for name in ("flash_temperature", "flash_gradient", "flash_laplacian"):
+        assert resting[name].columns["capped"].mean == resting[name].theory == 0.0
+        assert np.isnan(resting[name].ratios["smoothed_over_theory"].value)
+    assert resting["slope_length"].columns["capped"].mean == resting["slope_length"].theory == np.inf
+    assert resting["heat_partition"].columns["smoothed"].mean == pytest.approx(0.5)  # equal bodies
+    assert 1e-6 < resting["flash_width"].columns["smoothed"].mean < 1e-4
+
+
+def test_the_table_has_every_observable_at_every_speed(table, capped_scene):
+    per_speed = {
+        "flash_temperature",
+        "flash_gradient",
+        "flash_laplacian",
+        "flash_width",
+        "slope_length",
+        "heat_partition",
+    }
+    expected = [(name, speed) for name in UNITS for speed in (capped_scene.speeds if name in per_speed else (None,))]
+    assert [(row.observable, row.speed) for row in table.rows] == expected
+
+
+def test_its_json_has_the_keys_programs_rely_on(table):
+    told = json.loads(json.dumps(table.to_dict()))
+    assert (told["realizations"], told["failed"]) == (6, 0)
+    for row in told["rows"]:
+        assert set(row) == HEADINGS | {"smoothed_over_theory", "capped_over_smoothed"}
+        assert set(row["capped"]) == {"mean", "standard_error", "bias", "total_error", "unknown"}
+        assert set(row["smoothed_over_theory"]) == {"value", "standard_error", "z", "total_error", "unknown"}
+        assert row["note"] in ("", "identity", "at q_c")
+
+
+def test_what_has_no_limit_is_marked(table):
+    notes = {row.observable: row.note for row in table.rows}
+    assert notes["flash_laplacian"] == notes["flash_width"] == notes["slope_length"] == "at q_c"
+    assert notes["flash_temperature"] == ""
+
+
+def test_force_balance_is_marked_where_all_has_yielded(tmp_path):
+    from dataclasses import replace
+
+    scene = rs.load_scene("demo")
+    small = replace(
+        scene,
+        numerics=replace(
+            scene.numerics,
+            lengths=(2e-3, 2e-3),
+            levels=(
+                {"column": "smoothed", "shape": [32, 32], "q_max": 4e4},
+                {"column": "capped", "shape": [64, 64], "q_max": 9e4},
+            ),
+        ),
+    )
+    table = rs.compare(rs.run(small, tmp_path / "run", max_realizations=3, until={}))
+    notes = {row.observable: row.note for row in table.rows}
+    assert notes["contact_fraction"] == notes["plastic_fraction"] == notes["pressure_variance"] == "identity"
+
+
+def test_temperatures_carry_the_share_and_ratios_do_not(table, capped_run):
+    row = next(r for r in table.rows if r.observable == "flash_temperature" and r.speed == 35.0)
+    assert row.ratios["smoothed_over_theory"].value == pytest.approx(
+        row.columns["smoothed"].mean / row.theory,
+        rel=1e-4,  # the theory sees some 1e-5 of C_sm beyond the cut-off
+    )
+    assert row.columns["capped"].mean == pytest.approx(capped_run.estimate("flash_temperature").mean[2])
+    fine, coarse = (capped_run.samples("capped")[k].numbers["flash_temperature"].mean(axis=0)[2] for k in (1, 0))
+    left = (coarse - fine) / 2  # between the finest q_c = 1e5 and the end of C(q) at 2e5, q_c/q_max of the remainder
+    assert row.columns["capped"].mean == pytest.approx(0.9 * (2 * fine - coarse + left))  # 1/q_c, doubled
+    assert row.columns["capped"].bias == pytest.approx(0.9 * (coarse - fine - left))
+
+
+def test_ratios_keep_the_pairing(table, capped_run):
+    above = capped_run.values("flash_temperature", "capped").extrapolated[:, 2]
+    below = capped_run.values("flash_temperature", "smoothed").extrapolated[:, 2]
+    left_out = [np.delete(above, i).mean() / np.delete(below, i).mean() for i in range(6)]
+    jackknife = np.sqrt(5 * np.var(left_out))
+    row = next(r for r in table.rows if r.observable == "flash_temperature" and r.speed == 35.0)
+    assert row.ratios["capped_over_smoothed"].value == pytest.approx(above.mean() / below.mean(), rel=1e-12)
+    assert row.ratios["capped_over_smoothed"].standard_error == pytest.approx(jackknife, rel=0.2)
+
+
+def test_theory_stands_beside_the_whole_spectrum(table):
+    from theory import flash, plasticity
+
+    scene = table.run.scene
+    smooth = plasticity.smoothed_spectrum(
+        scene.spectrum, effective_modulus=1.0 / (2 * 0.91 / 200e9), nominal_pressure=9e7, penetration_hardness=1e9
+    )
+    whole = flash.flash_temperature(
+        35.0,
+        smooth,
+        effective_modulus=1.0 / (2 * 0.91 / 200e9),
+        nominal_pressure=9e7,
+        friction_coefficient=0.11,
+        conductivity=30.0,
+        diffusivity=30.0 / (7900 * 500),
+        gamma=0.3,
+    )
+    row = next(r for r in table.rows if r.observable == "flash_temperature" and r.speed == 35.0)
+    assert row.theory_full_spectrum == pytest.approx(0.9 * whole, rel=1e-9)
+    assert row.theory == pytest.approx(row.theory_full_spectrum, rel=0.02)  # modes of a finite cell
+
+
+def test_what_measured_values_and_theory_do_not_have_in_common_is_told_with_its_cause(table):
+    row = next(r for r in table.rows if r.observable == "flash_temperature" and r.speed == 35.0)
+
+    def notes(summed, cut, whole):
+        theories = {"theory": summed, "theory_at_cut_off": cut, "theory_full_spectrum": whole}
+        return replace(table, rows=(replace(row, **theories),)).notes()
+
+    assert notes(1.0, 1.0, 1.019) == notes(1.019, 1.0, 1.0) == ()
+    (cut,) = notes(0.7, 0.7, 1.0)
+    assert "C(q) is cut at q_c = 5e+04 rad/m, below q_max = 2e+05 rad/m" in cut
+    assert "Up to q_c the theory is 0.7 instead of 1 K (flash_temperature at 35 m/s)" in cut
+    assert "waves" not in cut  # the cell is not to blame
+    (short,) = notes(1.48, 1.0, 1.0)
+    assert "too few long waves" in short
+    assert "1.48 instead of 1 K" in short
+    assert len(notes(1.48, 0.7, 1.0)) == 2
+    assert notes(0.0, 0.0, 0.0) == notes(np.nan, np.nan, np.nan) == ()  # at rest, or without a theory
+
+
+def test_z_counts_standard_errors_from_one():
+    assert Ratio(1.3, 0.1).z == pytest.approx(3.0)
+    assert Ratio(1.0, 0.0).z == 0.0
+    assert Ratio(1.1, 0.0).z == float("inf")
+
+
+def test_one_realization_is_not_compared(quick, tmp_path):
+    run = rs.run(quick, tmp_path / "run", max_realizations=1)
+    with pytest.raises(ValueError, match="has 1 sound realizations; a comparison needs at least 2"):
+        rs.compare(run)
+
+
+@pytest.mark.parametrize("ending", [".png", *(pytest.param(e, marks=pytest.mark.slow) for e in (".pdf", ".svg"))])
+def test_the_chart_is_drawn(table, tmp_path, ending):
+    path = tmp_path / f"chart{ending}"
+    table.chart(path)
+    assert path.stat().st_size > 10_000
+
+
+def test_other_endings_are_refused(table, tmp_path):
+    with pytest.raises(ValueError, match=r"must end in \.png, \.pdf, \.svg"):
+        table.chart(tmp_path / "chart.bmp")
+
+
+def test_a_number_that_older_files_lack_is_not_compared(capped_run):
+    old = rs.open_run(capped_run.folder)
+    assert old.realizations
+    for key, member in old.members.items():
+        numbers = {name: values for name, values in member.numbers.items() if name != "plastic_fraction"}
+        old.members[key] = replace(member, numbers=numbers)
+    rows = {row.observable: row for row in rs.compare(old).rows if row.speed is None}
+    assert np.isnan([rows["plastic_fraction"].columns[name].mean for name in ("smoothed", "capped")]).all()
+    expected = capped_run.estimate("contact_fraction").mean[0]
+    assert rows["contact_fraction"].columns["capped"].mean == expected
+    assert "plastic_fraction" not in {array.name for array in numbers_of(old)}

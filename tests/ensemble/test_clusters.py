@@ -1,0 +1,182 @@
+"""Many processes on one run: arrays of plain processes under kills, dask, MPI and Ray; the same bits from all."""
+
+import importlib.util
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import Executor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim.store.member_files import check_member, member_path, read_member
+
+ROOT = Path(__file__).parents[2]
+ARRAY = """
+import sys, time
+import roughsim as rs
+from roughsim.ensemble import claims, members, tasks
+
+claims.LEASE, claims.RENEWAL, tasks.PAUSE = 3.0, 0.2, 0.05
+genuine = members.realize
+members.realize = lambda *a, **k: (time.sleep(0.1), genuine(*a, **k))[1]  # so that kills come in the middle
+rs.run(rs.load_scene(sys.argv[1]), sys.argv[2], max_realizations=int(sys.argv[3]), until={})
+"""
+UNGUARDED = """
+import sys
+import roughsim as rs
+
+rs.run(rs.load_scene(sys.argv[1]), sys.argv[2], max_realizations=4, until={}, workers=2)
+"""
+MPI = """
+import sys
+from mpi4py.futures import MPIPoolExecutor
+import roughsim as rs
+
+if __name__ == "__main__":
+    with MPIPoolExecutor() as executor:
+        rs.run(rs.load_scene(sys.argv[1]), sys.argv[2], max_realizations=6, until={}, executor=executor, workers=2)
+"""
+
+
+@pytest.fixture
+def scene_file(quick, tmp_path):
+    (tmp_path / "scene.toml").write_text(quick.to_toml())
+    return tmp_path / "scene.toml"
+
+
+def script(scene_file, text, *words, before=(), **options):
+    """Start a script on a scene."""
+    path = scene_file.with_name("go.py")
+    path.write_text(text)
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    words = [str(word) for word in (*(before or [sys.executable]), path, scene_file, *words)]
+    return subprocess.Popen(words, env=environment, text=True, stderr=subprocess.PIPE, **options)
+
+
+def assert_same_bits(folder, quick, alone, count):
+    rs.run(quick, alone, max_realizations=count, until={})
+    assert rs.open_run(folder).realizations == count
+    for index in range(count):
+        check_member(member_path(folder, 0, index))
+        mine, theirs = (read_member(member_path(place, 0, index)) for place in (folder, alone))
+        for name in theirs.numbers:
+            np.testing.assert_array_equal(mine.numbers[name], theirs.numbers[name])
+        np.testing.assert_array_equal(mine.spectrum, theirs.spectrum)
+    there = {path.name for path in folder.iterdir()}
+    assert there - {"summary.bin"} == {"realizations", "run.json", "scene.toml"}  # no claim, nothing half done
+    assert len(list((folder / "realizations").iterdir())) == count
+
+
+@pytest.mark.slow
+def test_an_array_of_processes_under_kills_and_suspensions_ends_with_all_members_and_the_same_bits(
+    quick, scene_file, tmp_path
+):
+    folder, count, rng = tmp_path / "run", 120, random.Random(3)
+    array = [script(scene_file, ARRAY, folder, count) for _ in range(3)]
+    suspended, seen = script(scene_file, ARRAY, folder, count), set()
+    for _ in range(int(os.environ.get("ROUGHSIM_KILLS", "5"))):
+        time.sleep(rng.uniform(0.5, 4.0))
+        suspended.send_signal(rng.choice([signal.SIGSTOP, signal.SIGCONT]))
+        number = rng.randrange(3)
+        array[number].kill()
+        array[number].communicate()
+        array[number] = script(scene_file, ARRAY, folder, count)  # a requeue is the same command again
+        there = {path.name for path in folder.glob("realizations/L*.h5")}
+        assert there >= seen, "a stored member is gone"
+        seen = there
+    suspended.send_signal(signal.SIGCONT)
+    for process in (*array, suspended):
+        _, said = process.communicate(timeout=200)
+        assert process.returncode == 0, said
+    assert_same_bits(folder, quick, tmp_path / "alone", count)
+
+
+@pytest.mark.slow
+def test_processes_that_start_at_once_on_a_planned_scene_take_one_plan(tmp_path):
+    (tmp_path / "scene.toml").write_text((ROOT / "roughsim" / "scenes" / "demo.toml").read_text())
+    text = "import sys, roughsim as rs\nrs.run(rs.load_scene(sys.argv[1]), sys.argv[2], max_realizations=2, until={})"
+    array = [script(tmp_path / "scene.toml", text, tmp_path / "run") for _ in range(3)]
+    for process in array:
+        _, said = process.communicate(timeout=200)
+        assert process.returncode == 0, said
+    assert rs.open_run(tmp_path / "run").realizations == 2
+
+
+@pytest.mark.slow
+def test_a_script_without_a_guard_ends_at_once_with_one_error(scene_file, tmp_path):
+    _, said = script(scene_file, UNGUARDED, tmp_path / "run").communicate(timeout=200)
+    assert said.count("Traceback") == 1
+    assert "the script lacks `if __name__" in said.splitlines()[-1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("reader", ["full", "gone"])
+def test_a_full_or_closed_terminal_stops_no_run(scene_file, tmp_path, reader):
+    folder = tmp_path / "run"
+    rs.run(rs.load_scene(scene_file), folder, max_realizations=1)
+    path = member_path(folder, 0, 0)
+    path.write_bytes(path.read_bytes()[:-1])  # worth a warning
+    words = [sys.executable, "-m", "roughsim.cli", "run", scene_file, "-o", folder, "--workers", "1", "--max", "14"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": ""}  # buffers are written at the end too
+    if reader == "full":
+        with open("/dev/full", "w") as full:
+            done = subprocess.run(words, env=environment, stderr=full, check=False)
+    else:
+        process = subprocess.Popen(words, env=environment, stderr=subprocess.PIPE)
+        process.stderr.close()
+        process.wait(timeout=200)
+        done = process
+    assert done.returncode == 0
+    assert rs.open_run(folder).realizations == 14
+
+
+@pytest.mark.slow
+def test_a_scheduler_of_dask_that_dies_ends_the_run_with_a_sentence(quick, tmp_path):
+    distributed = pytest.importorskip("distributed", reason="the extra dask is not installed")
+    options = {"n_workers": 1, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
+    cluster = distributed.LocalCluster(**options)
+    client = distributed.Client(cluster)
+
+    def end(run):
+        if run.realizations == 2:
+            cluster.close()
+
+    executor = client.get_executor(pure=False)
+    with pytest.raises(RuntimeError, match="its scheduler or its workers are gone"):
+        rs.run(quick, tmp_path / "run", max_realizations=100, until={}, executor=executor, workers=2, observer=end)
+    client.close()
+    assert rs.run(quick, tmp_path / "run", max_realizations=4, until={}).realizations == 4
+
+
+@pytest.mark.slow
+def test_mpi_gives_the_same_bits(quick, scene_file, tmp_path):
+    if shutil.which("mpiexec") is None or importlib.util.find_spec("mpi4py") is None:
+        pytest.skip("mpiexec or the extra mpi is not installed")
+    before = ["mpiexec", "-n", "3", sys.executable, "-m", "mpi4py.futures"]
+    process = script(scene_file, MPI, tmp_path / "run", before=before)
+    _, said = process.communicate(timeout=200)
+    assert process.returncode == 0, said
+    assert_same_bits(tmp_path / "run", quick, tmp_path / "alone", 6)
+
+
+@pytest.mark.slow
+def test_ray_gives_the_same_bits(quick, tmp_path):
+    ray = pytest.importorskip("ray", reason="ray is not installed")
+
+    class RayExecutor(Executor):
+        def submit(self, function, *arguments):
+            return ray.remote(function).remote(*arguments).future()
+
+    ray.init(num_cpus=2, include_dashboard=False)
+    try:
+        rs.run(quick, tmp_path / "run", max_realizations=6, until={}, executor=RayExecutor(), workers=2)
+    finally:
+        ray.shutdown()
+    assert_same_bits(tmp_path / "run", quick, tmp_path / "alone", 6)

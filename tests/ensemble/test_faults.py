@@ -1,0 +1,222 @@
+"""What befalls a long run: kills, interrupts, full disks, dying workers. Nothing stored is lost or half done."""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim.store.member_files import member_path, read_member
+
+ROOT = Path(__file__).parents[2]
+SCRIPT = """
+import sys, roughsim as rs
+if __name__ == "__main__":
+    scene, folder, workers, most = sys.argv[1:]
+    rs.run(rs.load_scene(scene), folder, workers=int(workers), max_realizations=int(most), until={})
+"""
+
+
+@pytest.fixture
+def scene_file(quick, tmp_path):
+    (tmp_path / "scene.toml").write_text(quick.to_toml())
+    (tmp_path / "go.py").write_text(SCRIPT)
+    return tmp_path / "scene.toml"
+
+
+def start(scene_file, folder, workers=2, most=40):
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    words = [sys.executable, scene_file.with_name("go.py"), scene_file, folder, workers, most]
+    with open(scene_file.with_name("said.txt"), "w") as said:
+        return subprocess.Popen(
+            [str(word) for word in words],
+            env=environment,
+            stdout=said,
+            stderr=subprocess.STDOUT,
+            preexec_fn=hear_interrupts,  # noqa: PLW1509  (one call, and no threads here)
+        )
+
+
+def hear_interrupts():
+    """A shell lets what it starts in the background ignore them."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def wait_for_members(folder, count, seconds=60):
+    end = time.monotonic() + seconds
+    while len(list((folder / "realizations").glob("L*.h5"))) < count:
+        assert time.monotonic() < end, "no members came"
+        time.sleep(0.01)
+
+
+def children(pid):
+    found = []
+    for entry in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = entry.read_text().rsplit(")", 1)[1].split()
+        except OSError:
+            continue
+        if int(fields[1]) == pid and fields[0] != "Z":
+            found.append(int(entry.parent.name))
+    return found
+
+
+def assert_all_sound(folder):
+    paths = sorted((folder / "realizations").glob("L*.h5"))
+    for path in paths:
+        read_member(path, with_fields=True)
+    return {path.name: path.read_bytes() for path in paths}
+
+
+def assert_same_numbers(folder, other, count):
+    for index in range(count):
+        a, b = (read_member(member_path(place, 0, index)) for place in (folder, other))
+        for name in a.numbers:
+            np.testing.assert_array_equal(a.numbers[name], b.numbers[name])
+        np.testing.assert_array_equal(a.spectrum, b.spectrum)
+
+
+def kill_and_resume(quick, scene_file, tmp_path, trials, seed):
+    """Kill at random times; every file opens, nothing stored is lost, and the end is that of an undisturbed run."""
+    rng = np.random.default_rng(seed)
+    folder, count = tmp_path / "killed", 30
+    stored = {}
+    for _ in range(trials):
+        process = start(scene_file, folder, most=count)
+        time.sleep(rng.uniform(0.5, 4.0))
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        if (folder / "realizations").exists():
+            now = assert_all_sound(folder)
+            assert {name: now.get(name) for name in stored} == stored  # nothing acknowledged is lost or changed
+            stored = now
+    resumed = rs.run(quick, folder, max_realizations=count, until={})
+    assert resumed.realizations == count
+    undisturbed = rs.run(quick, tmp_path / "undisturbed", max_realizations=count, until={})
+    assert_same_numbers(resumed.folder, undisturbed.folder, count)
+    assert not list(folder.glob("**/*.tmp"))
+
+
+@pytest.mark.slow
+def test_a_killed_run_is_a_shorter_run(quick, scene_file, tmp_path):
+    kill_and_resume(quick, scene_file, tmp_path, trials=2, seed=1)
+
+
+@pytest.mark.slow
+def test_twenty_kills_lose_nothing(quick, scene_file, tmp_path):
+    kill_and_resume(quick, scene_file, tmp_path, trials=int(os.environ.get("ROUGHSIM_KILLS", "20")), seed=2)
+
+
+@pytest.mark.parametrize(
+    ("which", "workers"),
+    [
+        pytest.param(signal.SIGINT, 2, marks=pytest.mark.slow),
+        (signal.SIGINT, 1),
+        pytest.param(signal.SIGTERM, 1, marks=pytest.mark.slow),
+        pytest.param(signal.SIGTERM, 2, marks=pytest.mark.slow),
+    ],
+)
+def test_an_interrupt_ends_all_within_a_second(scene_file, tmp_path, which, workers):
+    folder = tmp_path / "run"
+    process = start(scene_file, folder, workers=workers, most=100000)
+    wait_for_members(folder, 3)
+    family = children(process.pid)
+    began = time.monotonic()
+    process.send_signal(which)
+    process.wait(timeout=20)
+    patience = max(os.getloadavg()[0] / (os.cpu_count() or 1), 1.0)
+    assert time.monotonic() - began < 2.0 * patience  # a second on a free machine
+    assert process.returncode != 0
+    assert "KeyboardInterrupt" in scene_file.with_name("said.txt").read_text()
+    while any(Path(f"/proc/{pid}").exists() for pid in family):
+        assert time.monotonic() - began < 4.0 * patience, "a process stayed"
+        time.sleep(0.05)
+    assert not (folder / "claims").exists()
+    assert_all_sound(folder)
+
+
+def test_an_interrupt_lost_in_a_finalizer_still_ends_the_run(monkeypatch):
+    from roughsim.ensemble.workers import stopped_by_signals
+
+    class Finalized:
+        def __del__(self):
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.01)  # the handler runs in here, and what it raises is dropped
+
+    dropped, before = [], signal.signal(signal.SIGINT, signal.default_int_handler)
+    monkeypatch.setattr(sys, "unraisablehook", dropped.append)
+    with stopped_by_signals() as check:
+        Finalized()
+        with pytest.raises(KeyboardInterrupt):
+            check()
+    assert len(dropped) == 1
+    assert signal.signal(signal.SIGINT, before) is signal.default_int_handler
+
+
+@pytest.mark.slow
+def test_workers_do_not_outlive_a_killed_parent(scene_file, tmp_path):
+    process = start(scene_file, tmp_path / "run", most=100000)
+    wait_for_members(tmp_path / "run", 3)
+    family = children(process.pid)
+    assert family
+    process.kill()
+    process.wait()
+    end = time.monotonic() + 5
+    while any(Path(f"/proc/{pid}").exists() for pid in family):
+        assert time.monotonic() < end, "a worker outlived its parent"
+        time.sleep(0.1)
+
+
+@pytest.mark.slow
+def test_a_dying_worker_costs_a_retry_not_the_run(quick, scene_file, tmp_path):
+    folder = tmp_path / "run"
+    process = start(scene_file, folder, most=60)
+    wait_for_members(folder, 3)
+    workers = [pid for pid in children(process.pid) if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+    os.kill(workers[0], signal.SIGKILL)
+    assert process.wait(timeout=120) == 0, scene_file.with_name("said.txt").read_text()
+    assert rs.open_run(folder).realizations == 60
+    undisturbed = rs.run(quick, tmp_path / "undisturbed", max_realizations=10, until={})
+    assert_same_numbers(folder, undisturbed.folder, 10)
+
+
+def test_a_file_size_limit_stops_with_the_path_and_can_be_resumed(quick, tmp_path):
+    folder = tmp_path / "run"
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (8000, hard))  # room for run.json, not for a member
+    try:
+        with pytest.raises(OSError, match=r"cannot write .*L0-000000.h5"):
+            rs.run(quick, folder, max_realizations=3, until={})
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert list((folder / "realizations").iterdir()) == []
+    assert not (folder / "claims").exists()
+    assert rs.run(quick, folder, max_realizations=3, until={}).realizations == 3
+
+
+def test_a_run_can_be_read_while_it_is_written(scene_file, tmp_path):
+    folder = tmp_path / "run"
+    process = start(scene_file, folder, most=24)
+    wait_for_members(folder, 2)
+    seen = []
+    while process.poll() is None:
+        run = rs.open_run(folder)
+        seen.append(run.realizations)
+        if run.realizations >= 2:
+            assert np.isfinite(run.estimate("flash_temperature").mean).all()
+    assert process.returncode == 0
+    assert seen == sorted(seen)  # a prefix that only grows
+    assert rs.open_run(folder).realizations == 24
+
+
+def test_a_copy_under_another_index_is_refused(quick, tmp_path):
+    run = rs.run(quick, tmp_path / "run", max_realizations=3, until={})
+    member_path(run.folder, 0, 2).write_bytes(member_path(run.folder, 0, 1).read_bytes())
+    with pytest.raises(rs.RecordError, match=r"L0-000002.h5 is damaged \(it holds level 0, index 1"):
+        rs.open_run(run.folder)

@@ -1,0 +1,336 @@
+"""Estimates: means, errors, extrapolation and stopping, against closed forms and a plain jackknife."""
+
+import numpy as np
+import pytest
+from scipy import special, stats
+
+from roughsim.estimate import errors as est
+from roughsim.estimate.ladder import NO_LIMIT, Values, fitted_exponent, observe
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.observables.catalogue.stress import RADII
+from roughsim.observables.record import Sample, ratio
+
+
+def sample(q_max=1.0, n=20, seed=0, speeds=2, shift=0.0):
+    rng = np.random.default_rng(seed)
+    numbers = {
+        "flash_temperature": 10.0 + rng.standard_normal((n, speeds)) + shift,
+        "flash_gradient": -3.0 + 0.2 * rng.standard_normal((n, speeds)),
+        "flash_laplacian": -5.0 + 0.3 * rng.standard_normal((n, speeds)),
+        "resting_flash_temperature": 20.0 + rng.standard_normal((n, speeds)),
+        "contact_fraction": 0.1 + 0.01 * rng.standard_normal((n, 1)),
+        "plastic_fraction": np.zeros((n, 1)),
+        "pressure_variance": 2.0 + 0.1 * rng.standard_normal((n, 1)),
+    }
+    q = np.linspace(1.0, 20.0, 60)
+    spectrum = q**-2 * rng.uniform(0.8, 1.2, (n, 60))
+    return Sample(q_max, 16.0 * q_max, np.arange(n), numbers, q, spectrum, 20.0)
+
+
+def jackknife(statistic, n):
+    """Standard error of a statistic of rows by leaving one out."""
+    left_out = np.array([statistic(np.delete(np.arange(n), i)) for i in range(n)])
+    return np.sqrt((n - 1) * np.mean((left_out - left_out.mean(axis=0)) ** 2, axis=0))
+
+
+def test_a_mean_has_students_interval_and_two_degrees_of_freedom_for_having_stopped():
+    data = sample()
+    found = est.estimate("flash_temperature", observe("flash_temperature", [data], capped=False))
+    rows = data.numbers["flash_temperature"]
+    interval = stats.t.interval(0.95, 19, rows.mean(axis=0), stats.sem(rows, axis=0) * np.sqrt(21 / 19))
+    np.testing.assert_allclose(found.mean - found.half_width, interval[0], rtol=1e-12)
+    np.testing.assert_allclose(found.mean + found.half_width, interval[1], rtol=1e-12)
+    np.testing.assert_array_equal(found.bias, 0.0)
+    np.testing.assert_allclose(found.total_error, found.half_width)
+    assert found.n == 20
+
+
+def test_two_realizations_have_an_error_of_one_degree_of_freedom_and_one_has_none():
+    values = np.array([[1.0, 5.0], [3.0, 5.5]])
+    error, freedom = est.spread(values)
+    np.testing.assert_allclose(error, [1.0, 0.25])
+    np.testing.assert_allclose(freedom, 1.0)
+    assert np.isinf(est.spread(values[:1])[0]).all()
+
+
+def test_a_ladder_that_reaches_the_end_of_the_spectrum_is_not_extrapolated():
+    ladder = [sample(q_max, shift=-1.0 / q_max) for q_max in (1.0, 2.0, 4.0)]
+    found = observe("flash_temperature", ladder, capped=True, end=4.0)
+    assert np.isnan(found.exponent).all()
+    np.testing.assert_array_equal(found.bandwidth, 0.0)
+    assert np.isfinite(observe("flash_temperature", ladder, capped=True, end=5.0).exponent).all()
+
+
+def test_observables_converge_and_end_at_rest_as_measured():
+    orders = {
+        "flash_temperature": (2.0, 1.4),
+        "flash_gradient": (2.0, 0.8),
+        "flash_laplacian": (0.7, 0.7),
+        "flash_width": (0.7, 0.7),
+        "contact_fraction": (1.0, 1.0),
+        "plastic_fraction": (2.0, 1.0),
+        "pressure_variance": (2.0, 1.0),
+    }
+    assert {name: OBSERVABLES[name].pixel_orders for name in orders} == orders
+    rest = {"flash_temperature": 0.0, "flash_gradient": 0.0, "flash_laplacian": 0.0, "slope_length": np.inf}
+    assert {name: OBSERVABLES[name].at_rest for name in rest} == rest
+
+
+DERIVED = {
+    "flash_width": lambda m: np.sqrt(-m["flash_temperature"] / m["flash_laplacian"]),
+    "slope_length": lambda m: -m["flash_temperature"] / m["flash_gradient"],
+    "heat_partition": lambda m: (
+        2.0 * m["resting_flash_temperature"] / (2.0 * m["resting_flash_temperature"] + m["flash_temperature"])
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DERIVED)
+def test_ratios_of_means_have_the_error_of_a_jackknife(name):
+    data = sample(n=60)
+    found = est.estimate(name, observe(name, [data], capped=False, resting_ratio=2.0))
+
+    def statistic(rows):
+        return DERIVED[name]({key: values[rows].mean(axis=0) for key, values in data.numbers.items()})
+
+    np.testing.assert_allclose(found.mean, statistic(np.arange(60)), rtol=1e-12)
+    np.testing.assert_allclose(found.standard_error, jackknife(statistic, 60), rtol=0.03)
+
+
+@pytest.mark.parametrize(("name", "fraction"), RADII.items())
+def test_correlation_radii_have_the_error_of_a_jackknife(name, fraction):
+    data = sample(n=40)
+    found = est.estimate(name, observe(name, [data], capped=False))
+
+    def statistic(rows):
+        mean = data.spectrum[rows].mean(axis=0)
+        r = np.linspace(0.0, 5.0, 5001)
+        curve = mean @ special.j0(np.multiply.outer(data.wavenumber, r)) / mean.sum() - fraction
+        k = int(np.argmax(curve <= 0.0))
+        return r[k - 1] + 1e-3 * curve[k - 1] / (curve[k - 1] - curve[k])
+
+    assert found.mean[0] == pytest.approx(statistic(np.arange(40)), rel=1e-5)  # of the secant
+    assert found.standard_error[0] == pytest.approx(jackknife(statistic, 40), rel=0.05)
+
+
+def test_two_cut_offs_extrapolate_one_over_q_exactly():
+    coarse, fine = sample(q_max=2.0, shift=6.0 / 2.0), sample(q_max=6.0, shift=6.0 / 6.0)
+    found = est.estimate("flash_temperature", observe("flash_temperature", [coarse, fine], capped=True))
+    limit = sample().numbers["flash_temperature"].mean(axis=0)
+    np.testing.assert_allclose(found.mean, limit, rtol=1e-12)
+    np.testing.assert_allclose(found.bias, 1.0, rtol=1e-10)  # finest level − limit
+    np.testing.assert_allclose(found.total_error, np.hypot(found.half_width, 0.5), rtol=1e-10)
+
+
+def test_three_cut_offs_fit_the_exponent():
+    cutoffs, exponent = (1.0, 2.0, 5.0), 0.8
+    samples = [sample(q_max=q, shift=4.0 * q**-exponent) for q in cutoffs]
+    values = observe("flash_temperature", samples, capped=True)
+    assert values.exponent == pytest.approx(exponent, rel=1e-9)
+    limit = sample().numbers["flash_temperature"].mean(axis=0)
+    np.testing.assert_allclose(values.extrapolated.mean(axis=0), limit, rtol=1e-9)
+
+
+def test_values_that_do_not_settle_fall_back_to_first_order():
+    flat = [np.full((3, 1), value) for value in (1.0, 2.0, 1.5)]
+    assert fitted_exponent([1.0, 2.0, 4.0], flat) == 1.0
+
+
+@pytest.mark.parametrize("name", NO_LIMIT)
+def test_what_has_no_limit_is_not_extrapolated(name):
+    coarse, fine = sample(q_max=2.0, seed=1), sample(q_max=4.0, seed=2)
+    capped = observe(name, [coarse, fine], capped=True)
+    np.testing.assert_array_equal(capped.extrapolated, capped.finest)
+    elastic = observe(name, [coarse, fine], capped=False)
+    assert not np.array_equal(elastic.extrapolated, elastic.finest)
+
+
+def test_a_ratio_keeps_the_pairing():
+    rng = np.random.default_rng(3)
+    below = 5.0 + rng.standard_normal((50, 1))
+    values = ratio(3.0 * below, below)
+    np.testing.assert_allclose(values, 3.0, rtol=1e-12)  # the common scatter cancels
+    above = 7.0 + rng.standard_normal((50, 1))
+    error = est.spread(ratio(above, below))[0]
+    expected = jackknife(lambda rows: above[rows].mean(axis=0) / below[rows].mean(axis=0), 50)
+    np.testing.assert_allclose(error, expected, rtol=0.05)
+
+
+@pytest.mark.parametrize("name", [*DERIVED, *RADII])
+def test_each_row_is_its_realizations_own_influence(name):
+    # pairing rests on it: rows must follow the pseudo-values n θ − (n − 1) θ₋ᵢ of a jackknife, sign included
+    data, n = sample(n=40), 40
+
+    def statistic(rows):
+        numbers = {key: values[rows] for key, values in data.numbers.items()}
+        part = data._replace(numbers=numbers, spectrum=data.spectrum[rows])
+        return observe(name, [part], capped=False, resting_ratio=2.0).extrapolated.mean(axis=0)
+
+    rows = observe(name, [data], capped=False, resting_ratio=2.0).extrapolated[:, 0]
+    pseudo = [n * statistic(np.arange(n))[0] - (n - 1) * statistic(np.delete(np.arange(n), i))[0] for i in range(n)]
+    assert np.corrcoef(rows, pseudo)[0, 1] > 0.99
+
+
+def test_agreement_to_all_digits_is_no_scatter():
+    rows = 1.0 + 1e-15 * np.arange(12.0)[:, None]
+    assert est.spread(rows)[0][0] == 0.0
+    assert est.spread(rows[:1])[0][0] == np.inf
+
+
+def test_an_estimate_explains_itself():
+    values = observe("flash_temperature", [sample()], capped=False)
+    found = est.estimate("flash_temperature", values, size=0.01, tolerance=1e-4)
+    text = found.explain()
+    assert "flash_temperature" in text
+    assert "n = 20" in text
+    assert "size: at most what a larger cell changes, as measured" in text
+    assert "pixel: unknown, no levels tell; not in these figures" in text
+    assert found.unknown == ("bandwidth", "pixel")
+    np.testing.assert_allclose(found.budget["size"], 0.01 * found.mean)
+    np.testing.assert_allclose(found.budget["solver"], 2e-4 * found.mean)
+    parts = [found.budget[name] ** 2 for name in ("statistical", "size", "solver")]
+    np.testing.assert_allclose(found.total_error, np.sqrt(sum(parts)))
+
+
+def test_a_part_is_unknown_where_no_level_tells_but_not_where_the_mean_itself_is_infinite():
+    rows = np.column_stack([np.full(12, np.inf), 1.0 + 0.1 * np.random.default_rng(1).standard_normal(12)])
+    group, zero, nothing = np.zeros(12, dtype=np.intp), np.zeros(2), np.array([np.nan, np.nan])
+    found = est.estimate("slope_length", Values(rows, rows, rows, group, nothing, nothing, zero), size=0.01)
+    assert found.unknown == ("bandwidth",)  # the statistical part is NaN too, at rest: there the length is infinite
+    np.testing.assert_allclose(found.total_error[1], np.hypot(found.half_width[1], 0.01 * found.mean[1]), rtol=1e-12)
+
+
+def test_it_stops_at_the_first_sufficient_number_of_realizations():
+    rng = np.random.default_rng(4)
+    rows = 10.0 + rng.standard_normal((400, 2)) * [0.5, 1.0]
+    first = est.first_sufficient(lambda n: [(values_of(rows[:n]), 0.02)], range(12, 401))
+
+    def half_width(count):
+        part = rows[:count]
+        quantile = stats.t.ppf(0.975, count - 1) * np.sqrt((count + 1) / (count - 1))
+        return (quantile * stats.sem(part, axis=0) / part.mean(axis=0)).max()
+
+    assert first is not None
+    assert half_width(first) <= 0.02 < half_width(first - 1)
+    assert est.first_sufficient(lambda n: [(values_of(rows[:n]), 1e-6)], range(12, 401)) is None
+
+
+def values_of(rows):
+    none = np.zeros(rows.shape[1:])
+    return Values(rows, rows, rows, np.zeros(len(rows), dtype=int), none, none, none)
+
+
+def by_hand(base, added, few):
+    """Variance of b̄ + c̄ with c known for the first `few` of n rows, and its worth: the formulas written out once."""
+    n, s = len(base), base.std(ddof=1)
+    along, beside = np.polyfit(base[:few], added, 1)[0], added.var(ddof=1)
+    r = along * base[:few].std(ddof=1) / np.sqrt(beside)
+    slope, left = r * np.sqrt(beside) / s, (1 - r**2) * beside  # c = slope·b + rest
+    shared, rest = s**2 * (1 / n + slope**2 / few + 2 * slope / n), left / few
+    doubt = shared**2 / (n - 1) + (rest**2 + 2 * s**2 * left * (1 / n + slope / few) ** 2) / (few - 1)
+    return shared + rest, (shared + rest) ** 2 / doubt
+
+
+@pytest.mark.parametrize("slope", [-0.8, 0.0, 0.5])
+def test_the_coarsest_level_scatters_alike_in_all_rows_and_fine_ones_add_to_few(slope):
+    rng = np.random.default_rng(7)
+    base = 3.0 * rng.standard_normal(30)
+    added = slope * base[:6] + rng.standard_normal(6)
+    rows = base + added.mean()
+    rows[:6] += 30 / 6 * (added - added.mean())
+    group = np.repeat([4, 0], [6, 24])
+    error, freedom = est.spread(rows[:, None], (base + added.mean())[:, None], group)
+    variance, worth = by_hand(base, added, 6)
+    assert error[0] == pytest.approx(np.sqrt(variance), rel=1e-12)
+    assert freedom[0] == pytest.approx(min(worth, 29.0), rel=1e-12)
+    one = np.repeat([4, 0], [1, 29])
+    assert est.spread(rows[:, None], base[:, None], one)[0][0] == np.inf  # one row tells nothing of its scatter
+
+
+def test_where_all_rows_have_all_levels_the_coarsest_is_no_matter():
+    rng = np.random.default_rng(8)
+    rows, base = rng.standard_normal((2, 15, 2))
+    for group in (None, np.full(15, 2)):
+        error, freedom = est.spread(rows, base, group)
+        np.testing.assert_allclose(error, stats.sem(rows, axis=0), rtol=1e-12)
+        np.testing.assert_allclose(freedom, 14.0, rtol=1e-12)
+
+
+def test_two_strides_add_up():
+    # what three groups add to a common level that does not scatter: variances of their own means, weighted
+    rng = np.random.default_rng(9)
+    group = np.repeat([0, 1, 2], [12, 6, 6])
+    added = rng.standard_normal((24, 1)) * np.array([0.0, 1.0, 3.0])[group][:, None]
+    error, freedom = est.spread(5.0 + added, np.full((24, 1), 5.0), group)
+    parts = [6 * added[group == k].var(ddof=1) / 24**2 for k in (1, 2)]
+    assert error[0] == pytest.approx(np.sqrt(sum(parts)), rel=1e-12)
+    assert freedom[0] == pytest.approx(sum(parts) ** 2 / (parts[0] ** 2 / 5 + parts[1] ** 2 / 5), rel=1e-12)
+
+
+def strided(rng, n, every, scatter):
+    """Values of a column whose finer level is known for every n-th row; the rows of both levels beside them."""
+    coarse = 10.0 + rng.standard_normal((n, 1))
+    fine = coarse - 1.0 + scatter * rng.standard_normal((n, 1))
+    at = np.arange(0, n, every)
+    none = np.ones((n, 1))
+    samples = [
+        Sample(q, 64.0, rows, {"flash_temperature": values[rows]}, np.ones(1), none[rows], 1.0)
+        for q, rows, values in ((1.0, np.arange(n), coarse), (2.0, at, fine))
+    ]
+    return observe("flash_temperature", samples, capped=True, end=2.0), coarse, fine[at], at
+
+
+def test_a_quotient_keeps_what_two_strided_columns_have_in_common():
+    rng = np.random.default_rng(5)
+    above, coarse, fine, at = strided(rng, 48, 4, 0.1)
+    own = observe(
+        "flash_temperature",
+        [
+            Sample(q, 64.0, rows, {"flash_temperature": 2.0 * values}, np.ones(1), np.ones((len(rows), 1)), 1.0)
+            for q, rows, values in ((1.0, np.arange(48), coarse), (2.0, at, fine))
+        ],
+        capped=True,
+        end=2.0,
+    )
+    value, error = est.quotient(above, own)[:2]
+    assert value[0] == pytest.approx(0.5, rel=1e-12)
+    assert error[0] == pytest.approx(0.0, abs=1e-12)
+    value, error = est.quotient(above, np.array([4.0]))[:2]
+    assert value[0] == pytest.approx(above.extrapolated.mean() / 4.0, rel=1e-12)
+    assert error[0] == pytest.approx(est.spread(above.extrapolated, above.base, above.group)[0][0] / 4.0, rel=1e-12)
+
+
+@pytest.mark.statistical
+def test_the_error_of_a_quotient_is_its_scatter_over_many_runs():
+    rng = np.random.default_rng(6)
+    told = []
+    for _ in range(600):
+        above, coarse, _, _ = strided(rng, 24, 4, 0.6)
+        below = values_of(coarse + 0.5 * rng.standard_normal((24, 1)))
+        told.append([x[0] for x in est.quotient(above, below)[:2]])
+    values, errors = np.array(told).T
+    # 1/√1200 = 3 % is the relative error of the left side
+    assert values.std() == pytest.approx(np.sqrt((errors**2).mean()), rel=0.1)
+
+
+def test_a_run_does_not_stop_while_two_fine_realizations_may_agree_by_chance():
+    rng = np.random.default_rng(12)
+    for n, enough in ((16, False), (17, True)):  # the third of every eighth comes with the 17th
+        values, *_ = strided(rng, n, 8, 1e-6)
+        assert np.isfinite(est.relative_half_width(values)) is np.bool_(enough)
+
+
+def test_a_quotient_tells_rows_apart_by_the_levels_of_both_columns():
+    rng = np.random.default_rng(15)
+    above, *_ = strided(rng, 24, 2, 3.0)
+    below, *_ = strided(rng, 24, 3, 0.01)  # in some rows the one has its fine level, in others the other
+    error = est.quotient(above, below).standard_error
+    pattern = np.arange(24) % 2 * 2 + (np.arange(24) % 3 > 0)  # 3: neither has it
+    group = np.array([3, 1, 2, 0])[pattern]
+    rows, base = ratio(above.extrapolated, below.extrapolated), ratio(above.base, below.base)
+    assert error[0] == pytest.approx(est.spread(rows, base, group)[0][0], rel=1e-12)
+
+
+def test_no_realization_of_plastic_area_has_no_quotient():
+    none = values_of(np.zeros((12, 1)))
+    assert np.isnan(est.quotient(none, np.array([0.0]))[0][0])

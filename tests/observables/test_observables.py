@@ -1,0 +1,442 @@
+"""Moments of a contact and its stress correlation, against closed forms, mode sums and products in real space."""
+
+import cmath
+import json
+import warnings
+from dataclasses import dataclass
+from math import inf, nan, pi, sqrt
+from pathlib import Path
+
+import mpmath as mp
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from scipy.special import ellipk, elliprd, j0
+
+from roughsim import Grid, Sliding, fourier, measure, sliding_temperature
+from roughsim.observables.angular import angular_means
+from roughsim.observables.moments import StressSpectrum
+
+ANGULAR = json.loads((Path(__file__).parents[1] / "reference" / "heat.json").read_text())["angular"]
+BODY = {"friction_coefficient": 0.11, "conductivity": 30.0, "diffusivity": 7.6e-6}
+UNIT = {"friction_coefficient": 1.0, "conductivity": 1.0, "diffusivity": 1.0}
+CELLS = [Grid((16, 16), (1.0, 1.0)), Grid((15, 13), (1.0, 1.0)), Grid((14, 17), (1.0, 1.7)), Grid((12, 10), (2.0, 0.6))]
+
+
+@dataclass
+class Pressed:
+    """A contact made by hand."""
+
+    pressure: np.ndarray
+    contact_fraction: float = 0.25
+    plastic_fraction: float = 0.125
+
+
+def points(grid):
+    return np.meshgrid(*(np.arange(n) * d for n, d in zip(grid.shape, grid.spacing, strict=True)), indexing="ij")
+
+
+def patches(grid, seed=1):
+    """A rough nonnegative field, mostly zero, with power at all wavenumbers."""
+    return np.maximum(np.random.default_rng(seed).standard_normal(grid.shape), 0.3) - 0.3
+
+
+def plane(pressure, grid):
+    """(q_x, q_y, |σ(q)|²) of the whole plane by numpy's transform, without q = 0."""
+    qx, qy = (2 * pi * np.fft.fftfreq(n, d) for n, d in zip(grid.shape, grid.spacing, strict=True))
+    variance = np.abs(np.fft.fft2(pressure) / pressure.size) ** 2
+    variance[0, 0] = 0.0
+    return *np.meshgrid(qx, qy, indexing="ij"), variance
+
+
+# the angular integrals
+
+
+@pytest.mark.parametrize("case", ANGULAR, ids=lambda case: f"a = {case['a']:g}")
+def test_the_angular_means_are_the_integrals_of_the_paper(case):
+    even, odd = angular_means(np.array([case["a"]]))
+    assert even[0] == pytest.approx(2 / pi * case["A"], rel=1e-15)
+    assert odd[0] == pytest.approx(2 / pi * case["B"], rel=1e-15, abs=0)
+
+
+def test_the_angular_means_are_the_elliptic_integrals_everywhere():
+    mp.mp.dps = 60
+    ratios = np.concatenate((np.geomspace(1e-8, 1e8, 65), np.linspace(0.2, 4.0, 40)))
+    even, odd = angular_means(ratios)
+    for i, a in enumerate(ratios):
+        root = (1 + mp.mpf(a) ** 2) ** mp.mpf("0.25")
+        m = (1 - root**-2) / 2
+        a_exact = mp.ellipk(m) / root
+        b_exact = (a_exact - root * (2 * mp.ellipe(m) - mp.ellipk(m))) / mp.mpf(a)
+        assert even[i] == pytest.approx(float(2 / mp.pi * a_exact), rel=1e-15)
+        assert odd[i] == pytest.approx(float(2 / mp.pi * b_exact), rel=1e-15)
+
+
+def test_the_angular_means_keep_their_limits():
+    even, odd = angular_means(np.array([1e-9, 1e150]))
+    np.testing.assert_allclose(even * pi / 2, [pi / 2, 1.8540746773013719e-75], rtol=1e-15)
+    np.testing.assert_allclose(odd * pi / 2, [-1e-9 * pi / 8, -0.8472130847939791e-75], rtol=1e-15)
+
+
+# one wave: closed forms
+
+
+@pytest.mark.parametrize("case", [c for c in ANGULAR if c["a"] > 0], ids=lambda case: f"a = {case['a']:g}")
+@pytest.mark.parametrize("shape", [(32, 32), (33, 7)])
+def test_one_wave_of_pressure_has_its_moments_in_closed_form(case, shape):
+    grid, load, swing = Grid(shape, (2e-3, 1e-3)), 9e7, 4e7
+    x, _ = points(grid)
+    q = 3 * 2 * pi / 2e-3
+    speed = case["a"] * BODY["diffusivity"] * q
+    seen = measure(
+        Pressed(load + swing * np.cos(q * x + 0.3)), grid, Sliding([speed, -speed], heat_partition=0.5, **BODY)
+    )
+    heat = 0.5 * 0.11 * speed / 30.0 * swing**2 / 2 / load
+    assert seen.nominal_pressure == pytest.approx(load, rel=1e-14)
+    np.testing.assert_allclose(seen.flash_temperature, heat / q * 2 / pi * case["A"], rtol=1e-13)
+    np.testing.assert_allclose(seen.flash_gradient, heat * 2 / pi * case["B"], rtol=1e-13)
+    np.testing.assert_allclose(seen.flash_laplacian, -heat * q * 2 / pi * case["A"], rtol=1e-13)
+    np.testing.assert_allclose(seen.flash_width, 1 / q, rtol=1e-13)
+    np.testing.assert_allclose(seen.slope_length, -case["A"] / case["B"] / q, rtol=1e-13)
+    np.testing.assert_allclose(seen.resting_flash_temperature, heat / q, rtol=1e-13)
+    assert (seen.contact_fraction, seen.plastic_fraction) == (0.25, 0.125)
+
+
+@pytest.mark.parametrize("speed", [0.5, -40.0, 1e6])
+@pytest.mark.parametrize("direction", [0.0, 0.8, pi / 2, 3.0])
+def test_one_wave_slid_over_in_one_direction(speed, direction):
+    grid = Grid((20, 15), (1.0, 2.0))
+    x, y = points(grid)
+    qx, qy = 4 * pi, -3 * pi
+    q = sqrt(qx**2 + qy**2)
+    along = (qx * np.cos(direction) + qy * np.sin(direction)) * np.sign(speed)
+    if direction == pi / 2:
+        along = qy * np.sign(speed)
+    response = 1 / cmath.sqrt(q**2 - 1j * abs(speed) * along)
+    seen = measure(Pressed(2.0 + np.cos(qx * x + qy * y)), grid, Sliding([speed], direction=direction, **UNIT))
+    heat = abs(speed) * 0.5 / 2.0
+    assert seen.flash_temperature[0] == pytest.approx(heat * response.real, rel=1e-12)
+    assert seen.flash_gradient[0] == pytest.approx(heat * (1j * along * response).real, rel=1e-12)
+    assert seen.flash_laplacian[0] == pytest.approx(-heat * q**2 * response.real, rel=1e-12)
+    assert seen.flash_gradient[0] < 0.0
+
+
+# sums over all modes
+
+
+@pytest.mark.parametrize("grid", CELLS, ids=lambda grid: f"{grid.shape} {grid.lengths}")
+@pytest.mark.parametrize("direction", [0.0, 0.6, pi / 2, -2.0])
+@pytest.mark.parametrize("speed", [3.0, -300.0])
+def test_moments_of_one_direction_are_products_in_real_space(grid, direction, speed):
+    pressure = patches(grid)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=r"v L/\(2πD\)")
+        heat = abs(speed) * 0.4 * pressure
+        sense = {"direction": direction, "slid_distance": inf}
+        field = sliding_temperature(heat, grid, speed=speed, conductivity=3.0, diffusivity=2.0, **sense)
+    qx, qy, _ = plane(pressure, grid)
+    wave = np.fft.fft2(field)
+    laplacian = np.fft.ifft2(-(qx**2 + qy**2) * wave).real
+    for axis, q in enumerate((qx, qy)):
+        if grid.shape[axis] % 2 == 0:
+            np.moveaxis(q, axis, 0)[grid.shape[axis] // 2] = 0.0
+    slope = np.fft.ifft2(1j * (qx * np.cos(direction) + qy * np.sin(direction)) * wave).real * np.sign(speed)
+    seen = measure(
+        Pressed(pressure),
+        grid,
+        Sliding([speed], friction_coefficient=0.4, conductivity=3.0, diffusivity=2.0, direction=direction),
+    )
+    for actual, product in (
+        (seen.flash_temperature, field),
+        (seen.flash_gradient, slope),
+        (seen.flash_laplacian, laplacian),
+    ):
+        assert actual[0] == pytest.approx(np.sum(product * pressure) / pressure.sum(), rel=1e-12)
+
+
+@pytest.mark.parametrize("grid", CELLS, ids=lambda grid: f"{grid.shape} {grid.lengths}")
+def test_the_closed_mean_is_the_mean_over_many_directions(grid):
+    # periodic in the angle: the mean of 600 equal steps converges geometrically
+    contact, speeds = Pressed(patches(grid)), [1.0, 30.0]
+    mean = measure(contact, grid, Sliding(speeds, **UNIT))
+    turns = [measure(contact, grid, Sliding(speeds, direction=2 * pi * k / 600, **UNIT)) for k in range(600)]
+    for name in ("flash_temperature", "flash_gradient", "flash_laplacian"):
+        average = np.mean([getattr(turn, name) for turn in turns], axis=0)
+        np.testing.assert_allclose(getattr(mean, name), average, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "grid",
+    [
+        Grid((128, 128), (1.0, 1.0)),
+        Grid((151, 96), (1e-3, 1e-3)),
+        Grid((120, 90), (1.0, 1.4)),
+        Grid((8, 90), (1.0, 400.0)),
+    ],
+    ids=lambda grid: f"{grid.shape} {grid.lengths}",
+)
+def test_the_compact_spectrum_sums_every_moment_exactly(grid):
+    pressure = patches(grid)
+    qx, qy, variance = plane(pressure, grid)
+    q = np.hypot(qx, qy)
+    q[0, 0] = 1.0
+    slow = 2 * pi / max(grid.lengths)
+    speeds = [slow * ratio for ratio in (1e-3, 0.3, 3.0, 100.0, 1e4, 1e8)]
+    seen = measure(Pressed(pressure), grid, Sliding(speeds, **UNIT))
+    # at the Nyquist wavenumber of an axis only the other component of q has a derivative
+    kept = np.ones(grid.shape)
+    for axis, component in enumerate((qx, qy)):
+        if grid.shape[axis] % 2 == 0:
+            edge = np.moveaxis(kept, axis, 0)[grid.shape[axis] // 2]
+            edge -= np.moveaxis((component / q) ** 2, axis, 0)[grid.shape[axis] // 2]
+    for i, speed in enumerate(speeds):
+        a = speed / q
+        root = (1 + a**2) ** 0.25
+        m = a**2 / (2 * root**2 * (1 + root**2))
+        even = 2 / pi * ellipk(m) / root
+        odd = -2 / pi * root * m * (ellipk(m) - elliprd(0, 1 - m, 1) / 3) * 2 / a
+        exact = np.array([np.sum(variance * even / q), np.sum(variance * kept * odd), -np.sum(variance * even * q)])
+        exact *= speed / pressure.mean()
+        actual = [seen.flash_temperature[i], seen.flash_gradient[i], seen.flash_laplacian[i]]
+        np.testing.assert_allclose(actual, exact, rtol=1e-13)
+    resting = np.sum(variance / q) * np.abs(speeds) / pressure.mean()
+    np.testing.assert_allclose(seen.resting_flash_temperature, resting, rtol=1e-13)
+
+
+# limits in the speed
+
+
+def test_at_rest_there_is_no_heat_but_the_ratios_have_their_limits():
+    grid = Grid((24, 24), (1.0, 1.0))
+    for direction in (None, 0.4):
+        rest, slow = (
+            measure(Pressed(patches(grid)), grid, Sliding([v], direction=direction, **UNIT)) for v in (0.0, 1e-6)
+        )
+        assert rest.flash_temperature[0] == rest.flash_gradient[0] == rest.flash_laplacian[0] == 0.0
+        assert rest.resting_flash_temperature[0] == 0.0
+        assert rest.flash_width[0] == pytest.approx(slow.flash_width[0], rel=1e-9)
+        assert rest.slope_length[0] == inf
+
+
+def test_the_slope_length_of_slow_sliding_is_four_diffusivities_over_speed():
+    # for every surface; corrections are of the order (v/Dq)²
+    grid = Grid((23, 27), (1.0, 1.0))
+    speeds = np.array([1e-1, 1e-2, 1e-3])
+    seen = measure(Pressed(patches(grid)), grid, Sliding(speeds, **UNIT))
+    errors = np.abs(seen.slope_length * speeds / 4 - 1)
+    assert errors[1] < 1e-5
+    np.testing.assert_allclose(errors[:-1] / errors[1:], 100.0, rtol=0.01)
+
+
+def test_the_slope_length_of_fast_sliding_is_never_below_its_bound():
+    # d/D ≥ A/|B| → 2.18844, with equality for a single wavelength
+    grid = Grid((23, 23), (1.0, 1.0))
+    fast = Sliding([1e12], **UNIT)
+    seen = measure(Pressed(patches(grid)), grid, fast)
+    assert seen.slope_length[0] > 2.18844 * seen.flash_width[0]
+    single = measure(Pressed(1 + np.cos(2 * pi * points(grid)[0])), grid, fast)
+    assert single.slope_length[0] / single.flash_width[0] == pytest.approx(2.18844, rel=1e-5)
+
+
+def test_opposite_speeds_have_the_same_averaged_moments():
+    grid = Grid((16, 15), (1.0, 1.0))
+    seen = measure(Pressed(patches(grid)), grid, Sliding([7.0, -7.0], **UNIT))
+    for name in ("flash_temperature", "flash_gradient", "flash_laplacian", "slope_length"):
+        forth, back = getattr(seen, name)
+        assert forth == back
+    assert seen.flash_gradient[0] < 0.0
+
+
+def test_all_speeds_take_one_forward_transform(monkeypatch):
+    calls = []
+    forward = fourier.forward
+    monkeypatch.setattr(fourier, "forward", lambda field: calls.append(1) or forward(field))
+    grid = Grid((16, 16), (1.0, 1.0))
+    measure(Pressed(patches(grid)), grid, Sliding([0.1, 1.0, 10.0], direction=0.3, **UNIT))
+    assert len(calls) == 1
+
+
+# the stress correlation
+
+
+@pytest.mark.parametrize(
+    "grid",
+    [
+        Grid((200, 200), (1e-3, 1e-3)),
+        Grid((201, 160), (1.0, 1.0)),
+        Grid((150, 150), (1.0, 2.5)),
+        Grid((6, 7), (1.0, 1.0)),
+    ],
+    ids=lambda grid: f"{grid.shape} {grid.lengths}",
+)
+def test_the_stress_correlation_is_the_mode_sum_to_the_corner_of_the_cell(grid):
+    pressure = patches(grid)
+    seen = measure(Pressed(pressure), grid, Sliding([1.0], **UNIT))
+    qx, qy, variance = plane(pressure, grid)
+    distance = np.linspace(0.0, 0.5 * np.hypot(*grid.lengths), 23)
+    direct = [np.sum(variance * j0(np.hypot(qx, qy) * r)) for r in distance]
+    np.testing.assert_allclose(seen.pressure_correlation(distance), direct, rtol=0, atol=1e-13 * direct[0])
+    assert seen.pressure_variance == pytest.approx(pressure.var(), rel=1e-13)  # Parseval
+
+
+@pytest.mark.parametrize("order", [1, 3, 4, 5, 24, 25, 63, 64])
+def test_the_correlation_of_a_single_wave_is_a_bessel_function(order):
+    grid = Grid((128, 128), (1.0, 1.0))
+    x, y = points(grid)
+    seen = measure(Pressed(1 + np.cos(2 * pi * (order * x + y))), grid, Sliding([1.0], **UNIT))
+    q = 2 * pi * sqrt(order**2 + 1)
+    distance = np.linspace(0.0, sqrt(0.5), 101)
+    np.testing.assert_allclose(seen.pressure_correlation(distance), 0.5 * j0(q * distance), rtol=0, atol=1e-14)
+
+
+def test_spectra_of_one_grid_may_be_averaged():
+    grid = Grid((128, 128), (1.0, 1.0))
+    spectra = [measure(Pressed(patches(grid, seed)), grid, Sliding([1.0], **UNIT)).stress_spectrum for seed in (1, 2)]
+    np.testing.assert_array_equal(spectra[0].wavenumber, spectra[1].wavenumber)
+    assert (np.diff(spectra[0].wavenumber) > 0).all()
+    assert spectra[0].wavenumber.size < 700  # of 8 000 modes
+    mean = StressSpectrum(spectra[0].wavenumber, (spectra[0].variance + spectra[1].variance) / 2, spectra[0].reach)
+    both = [spectrum.pressure_correlation([0.01, 0.3]) for spectrum in spectra]
+    np.testing.assert_allclose(mean.pressure_correlation([0.01, 0.3]), (both[0] + both[1]) / 2, rtol=1e-12)
+
+
+def test_a_long_narrow_cell_keeps_its_few_modes():
+    grid = Grid((4, 5), (1.0, 1e4))
+    pressure = patches(grid)
+    seen = measure(Pressed(pressure), grid, Sliding([1.0], **UNIT))
+    qx, qy, variance = plane(pressure, grid)
+    assert seen.stress_spectrum.wavenumber.size == 8  # of (k_x, k_y) = 0 … 2 each, less q = 0
+    direct = [np.sum(variance * j0(np.hypot(qx, qy) * r)) for r in (1e-3, 1.0, 4e3)]
+    np.testing.assert_allclose(seen.pressure_correlation([1e-3, 1.0, 4e3]), direct, rtol=1e-12)
+
+
+def test_distances_keep_their_shape_and_end_at_half_the_diagonal():
+    grid = Grid((16, 16), (3.0, 4.0))
+    seen = measure(Pressed(patches(grid)), grid, Sliding([1.0], **UNIT))
+    assert seen.pressure_correlation(0.5).shape == ()
+    assert seen.pressure_correlation([[0.5, 2.5]]).shape == (1, 2)
+    for wrong in (2.51, -0.1, nan):
+        with pytest.raises(ValueError, match=r"r = .* m must lie between 0 and half the diagonal of the cell, 2.5 m"):
+            seen.pressure_correlation([0.1, wrong])
+    with pytest.raises(TypeError, match="r has dtype"):
+        seen.pressure_correlation("far")
+
+
+@pytest.mark.parametrize("fraction", [0.0, 0.1, 0.5, 0.999])
+def test_the_radius_of_a_single_wave_inverts_the_bessel_function(fraction):
+    grid = Grid((64, 64), (1e-3, 1e-3))
+    q = 2 * pi * 5 / 1e-3
+    seen = measure(Pressed(1e9 * (1 + np.cos(q * points(grid)[1]))), grid, Sliding([1.0], **BODY))
+    exact = brentq(lambda z: j0(z) - fraction, 0.0, 3.0, xtol=1e-15) / q
+    assert seen.correlation_radius(fraction) == pytest.approx(exact, rel=1e-11)
+
+
+def test_the_radius_is_the_first_crossing_even_if_the_curve_only_dips():
+    # a fine ripple dips below the level far before the slow wave does
+    grid = Grid((256, 256), (1.0, 1.0))
+    x, y = points(grid)
+    slow, fine = 2 * pi, 2 * pi * 100
+    seen = measure(
+        Pressed(2 + sqrt(0.7) * np.cos(slow * x) + sqrt(0.3) * np.cos(fine * y)), grid, Sliding([1.0], **UNIT)
+    )
+
+    def correlation(r):
+        return 0.7 * j0(slow * r) + 0.3 * j0(fine * r)
+
+    dip = 3.8317 / fine
+    for fraction in (correlation(dip) + 1e-5, correlation(dip) + 1e-9):
+        exact = brentq(lambda r, level=fraction: correlation(r) - level, 2.4048 / fine, dip, xtol=1e-16)
+        assert seen.correlation_radius(fraction) == pytest.approx(exact, rel=1e-8)
+
+
+def test_the_radius_solves_its_equation_on_a_rough_field():
+    grid = Grid((128, 128), (1.0, 1.0))
+    smooth = np.fft.ifft2(
+        np.fft.fft2(patches(grid)) * np.exp(-10.0 * np.hypot(*np.meshgrid(*[np.fft.fftfreq(128)] * 2)))
+    )
+    seen = measure(Pressed(smooth.real), grid, Sliding([1.0], **UNIT))
+    for fraction in (0.5, 0.1, 0.0):
+        radius = seen.correlation_radius(fraction)
+        assert seen.pressure_correlation(radius) == pytest.approx(fraction * seen.pressure_variance, abs=1e-12)
+        before = seen.pressure_correlation(np.linspace(0.0, radius * (1 - 1e-9), 300))
+        assert (before > fraction * seen.pressure_variance).all()
+
+
+# nothing to measure, and what is refused
+
+
+def test_uniform_pressure_makes_no_flash_temperature():
+    for shape, length in (((15, 11), 1.0), ((1, 1), 1.0), ((1, 1), 0.7), ((1, 1), 3e-3)):
+        grid = Grid(shape, (length, length))
+        for direction in (None, 1.0):
+            seen = measure(Pressed(np.full(shape, 0.1)), grid, Sliding([35.0], direction=direction, **UNIT))
+            assert seen.flash_temperature[0] == seen.flash_laplacian[0] == seen.pressure_variance == 0.0
+            assert np.isnan([seen.flash_width[0], seen.slope_length[0], seen.correlation_radius(0.1)]).all()
+
+
+def test_a_wave_without_a_derivative_on_the_grid_has_no_slope_length():
+    grid = Grid((2, 2), (1.0, 1.0))
+    seen = measure(Pressed(np.array([[0.3, 0.9], [0.1, 0.2]])), grid, Sliding([1.0], **UNIT))
+    assert seen.flash_gradient[0] == 0.0
+    assert seen.slope_length[0] == inf
+
+
+def test_an_empty_contact_has_no_temperature_and_says_so():
+    grid = Grid((8, 8), (1.0, 1.0))
+    with pytest.warns(RuntimeWarning, match="without contact there is no flash temperature"):
+        seen = measure(Pressed(np.zeros((8, 8)), 0.0, 0.0), grid, Sliding([0.0, 1.0], **UNIT))
+    for name in ("temperature", "gradient", "laplacian", "width"):
+        assert np.isnan(getattr(seen, f"flash_{name}")).all()
+    assert np.isnan(seen.slope_length).all()
+    assert np.isnan(seen.resting_flash_temperature).all()
+
+
+@pytest.mark.parametrize(
+    ("pressure", "message"),
+    [
+        (np.full((8, 8), nan), "pressure holds 64 values"),
+        (np.ones((8, 9)), r"pressure has shape \(8, 9\)"),
+        (-np.eye(8), "compression is positive"),
+        (np.eye(8) - np.eye(8)[::-1], "compression is positive"),
+    ],
+)
+def test_a_field_that_is_no_pressure_is_refused(pressure, message):
+    with pytest.raises(ValueError, match=message):
+        measure(Pressed(pressure), Grid((8, 8), (1.0, 1.0)), Sliding([1.0], **UNIT))
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("speeds", [1.0, nan]),
+        ("speeds", [inf]),
+        ("friction_coefficient", -0.1),
+        ("conductivity", 0.0),
+        ("diffusivity", -1.0),
+        ("heat_partition", 1.1),
+        ("heat_partition", -0.1),
+        ("direction", nan),
+    ],
+)
+def test_sliding_that_is_not_physical_is_refused_by_name(name, value):
+    with pytest.raises(ValueError, match=name):
+        Sliding(**{"speeds": [1.0], **UNIT, name: value})
+
+
+@pytest.mark.parametrize("speeds", [35.0, "35", [], ["35"], [[35.0]]])
+def test_speeds_are_a_sequence_of_numbers(speeds):
+    with pytest.raises(TypeError, match="speeds"):
+        Sliding(speeds, **UNIT)
+
+
+@pytest.mark.parametrize("fraction", [1.0, -0.1, nan])
+def test_a_fraction_that_is_never_reached_is_refused(fraction):
+    seen = measure(Pressed(np.eye(8)), Grid((8, 8), (1.0, 1.0)), Sliding([1.0], **UNIT))
+    with pytest.raises(ValueError, match="fraction"):
+        seen.correlation_radius(fraction)
+
+
+def test_sliding_keeps_its_speeds_as_a_tuple():
+    sliding = Sliding(np.array([1.0, 35.0]), **UNIT)
+    assert sliding.speeds == (1.0, 35.0)
+    assert hash(sliding) == hash(Sliding((1.0, 35.0), **UNIT))

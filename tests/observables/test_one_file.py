@@ -1,0 +1,137 @@
+"""A spectrum, a solver and an observable are one new file each: those of docs/how-to/extend.md.
+
+They run in a copy of the package that is links to it beside the new files: nothing of it is edited.
+"""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from roughsim.observables import catalogue
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "how-to" / "extend.md").read_text()
+FILES = dict(re.findall(r"```python\n# (roughsim/\S+\.py)\n(.*?)```", PAGE, re.DOTALL))
+SCENE = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)[-1]
+SCRIPT = """
+import dataclasses, json
+from pathlib import Path
+import h5py, roughsim as rs
+from rich.console import Console
+from roughsim.results.export import export_run
+from roughsim.report.sections import budget, comparison
+from roughsim.comparison.tables import comparison_table
+
+scene = rs.load_scene("own.toml")
+Path("again.toml").write_text(scene.to_toml())
+assert rs.load_scene("again.toml") == scene
+run = rs.run(scene, "out")
+found = rs.open_run("out").estimate("stress_length")
+table = rs.compare(rs.open_run("out"))
+console = Console(width=200, record=True, file=open("table.txt", "w"))
+console.print(comparison_table(table))
+Path("report.html").write_text(budget(run) + comparison(table))
+export_run(run, "out.h5")
+with h5py.File("out.h5") as file:
+    stored = file["pressure_variance_over_q"]
+    exported = [stored.shape, stored.attrs["units"], stored.attrs["description"]]
+one = rs.realize(scene, run.numerics, seed=1).observables
+plain = rs.realize(scene, dataclasses.replace(run.numerics, solver="active_set", tolerance=1e-8), seed=1).observables
+pressed = rs.load_scene("pressed.toml")
+full = rs.compare(rs.run(pressed, "full"))
+print(json.dumps({
+    "home": rs.__file__, "solver": run.numerics.solver, "identity": scene.identity(), "met": run.target_met,
+    "mean": found.mean.tolist(), "unit": found.unit, "n": found.n, "error": found.half_width.tolist(),
+    "full": full.to_dict()["rows"], "rows": table.to_dict()["rows"], "exported": exported,
+    "temperature": one.flash_temperature.tolist(), "plain": plain.flash_temperature.tolist(),
+}))
+"""
+
+
+def linked(folder, original, new):
+    """A folder of links to what `original` holds; folders that get new files are made likewise."""
+    folder.mkdir()
+    for entry in original.iterdir():
+        if any(path.parts[0] == entry.name for path in new if len(path.parts) > 1):
+            inside = [Path(*path.parts[1:]) for path in new if path.parts[0] == entry.name]
+            linked(folder / entry.name, entry, inside)
+        elif entry.name != "__pycache__" or not any(len(path.parts) == 1 for path in new):
+            (folder / entry.name).symlink_to(entry)
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """What a run of the page's scene gives, from scene to report, with the page's three files in their folders."""
+    home = tmp_path_factory.mktemp("copy")
+    linked(home / "roughsim", ROOT / "roughsim", [Path(name).relative_to("roughsim") for name in FILES])
+    for name, text in FILES.items():
+        (home / name).write_text(text)
+    (home / "own.toml").write_text(SCENE)
+    pressed = {"2e-22": "2e-26", "= 12": "= 2", "1e-3": "1e-9"}
+    (home / "pressed.toml").write_text(re.sub("|".join(pressed), lambda found: pressed[found[0]], SCENE))
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(home), str(ROOT)])}
+    words = [sys.executable, "-c", SCRIPT]
+    done = subprocess.run(words, cwd=home, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout.splitlines()[-1])
+    assert Path(found["home"]).parent == home / "roughsim"
+    return found | {"folder": home}
+
+
+def of_length(rows):
+    """The row of the new observable."""
+    (row,) = [row for row in rows if row["observable"] == "stress_length"]
+    return row
+
+
+def test_the_page_has_one_file_for_each():
+    assert [str(Path(name).parent) for name in FILES] == [
+        "roughsim/scene/spectra",
+        "roughsim/solvers",
+        "roughsim/means",
+    ]
+    assert not any((ROOT / name).exists() for name in FILES)
+
+
+@pytest.mark.slow
+def test_a_new_spectrum_is_named_in_a_scene_with_its_own_keys(results):
+    given = results["identity"]["surface.spectrum"]
+    assert given == {"name": "bump", "psd_at_q_min": 2e-22, "q_min": 6.2e3, "q_bump": 3e4, "q_max": 6e4}
+
+
+@pytest.mark.slow
+def test_a_new_solver_is_named_in_a_scene_and_agrees_with_the_package_s_own(results):
+    assert results["solver"] == "gradient"
+    np.testing.assert_allclose(results["temperature"], results["plain"], rtol=1e-3)
+    assert results["temperature"] != results["plain"]
+
+
+@pytest.mark.slow
+def test_a_new_observable_is_in_estimates_comparisons_tables_reports_and_files(results):
+    assert results["met"]
+    assert (results["unit"], results["n"]) == ("m", 12)
+    assert 0.0 < results["error"][0] < 0.2 * results["mean"][0]
+    names = [one["observable"] for one in results["rows"] if one["speed"] in (None, 35.0)]
+    assert [name for name in names if name != "stress_length"] == list(catalogue.UNITS)
+    assert names.index("stress_length") >= 12  # after the package's own
+    row = of_length(results["rows"])
+    assert row["speed"] is None
+    assert row["elastic"]["mean"] == results["mean"][0]
+    assert row["elastic_over_theory"]["value"] == pytest.approx(row["elastic"]["mean"] / row["theory"], rel=1e-12)
+    assert results["exported"] == [[1, 12], "Pa^2 m", "sum of |sigma(q)|^2/q"]
+    assert "stress_length" in (results["folder"] / "table.txt").read_text()
+    assert "stress length, µm" in (results["folder"] / "report.html").read_text()
+
+
+@pytest.mark.slow
+def test_in_full_contact_the_theory_of_a_new_observable_is_exact(results):
+    pressed, rough = of_length(results["full"]), of_length(results["rows"])
+    assert pressed["elastic_over_theory"]["value"] == pytest.approx(1.0, rel=1e-6)
+    assert pressed["theory"] == pytest.approx(pressed["theory_full_spectrum"], rel=0.1)  # two longest waves a side
+    assert 0.5 < rough["elastic_over_theory"]["value"] < 1.0  # partial contact has edges: shorter waves

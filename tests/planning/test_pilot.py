@@ -1,0 +1,236 @@
+"""Pilots: what a few cheap solves tell, from realizations whose T_flash is known."""
+
+import importlib
+import re
+from dataclasses import replace
+from math import pi, sqrt
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import roughsim as rs
+from roughsim import prediction
+from roughsim.errors import ConvergenceError
+from roughsim.planning import pilot as stage
+from roughsim.planning.pilot import Pilot
+from roughsim.scene.numerics import Level, Numerics
+
+plan_module = importlib.import_module("roughsim.planning.plan")
+WAVE = 2 * pi / 6350
+
+
+def why(numerics, choice):
+    return next(r.reason for r in numerics.reasons if r.choice == choice)
+
+
+def temperatures(index, level):
+    """T_flash at two speeds, the second the hotter: 110, 105 at twice the cut-off, 108.5 at half the pixel."""
+    scatter = np.random.default_rng(index).standard_normal(2) * [0.02, 0.01]
+    slow, fast = np.random.default_rng(100 + index).standard_normal(2) * [0.0, 0.3]
+    coarse = np.array([11.0, 110.0]) * (1 + scatter)
+    change = {0: 0.0, 1: -5.0 + fast, 2: -1.5 + 0.1 * fast}[level]
+    return coarse + np.array([slow + 0.1 * change, change])
+
+
+def test_a_pilot_tells_scatter_step_and_pixel(monkeypatch):
+    seen = []
+
+    def realize(scene, numerics, *, seed, level, index):
+        seen.append((numerics.levels[level], numerics.lengths, seed))
+        return SimpleNamespace(observables=SimpleNamespace(flash_temperature=temperatures(index, level)))
+
+    monkeypatch.setattr(stage, "realize", realize)
+    scene = replace(rs.load_scene("steel-1.2GPa"), title="pilot of known realizations")
+    found = stage.pilot(scene, "capped", (4 * WAVE, 4 * WAVE), 1e9)
+    highest = np.array([temperatures(i, 1) for i in range(12)])
+    first, above, finer = (np.array([temperatures(i, level)[1] for i in range(12)]) for level in (0, 1, 2))
+    limit = (2 * above - first).mean()  # with an error of first order in 1/q_c
+    relative = highest.std(axis=0, ddof=1) / highest.mean(axis=0)
+    assert found.scatter == pytest.approx(relative.max(), rel=1e-12)
+    assert found.hot_scatter == pytest.approx(relative[1], rel=1e-12)
+    assert found.scatter > found.hot_scatter
+    assert found.step == pytest.approx(-(above - first).mean() / limit, rel=1e-12)
+    assert found.pixel == pytest.approx(-(finer - first).mean() / limit, rel=1e-12)
+    assert found.change_scatter == pytest.approx((above - first).std(ddof=1) / limit, rel=1e-12)
+    # 512 points resolve the highest cut-off with 4 pixels per wave; half of it on half the points, and with 8
+    cut = 512 / 4 / (4 * WAVE) * 2 * pi
+    assert found.q_max == pytest.approx(cut)
+    levels = {(a.shape[0], round(a.q_max / cut, 6)) for a, _, _ in seen}
+    assert levels == {(256, 0.5), (512, 1), (512, 0.5)}
+    assert len({(lengths, seed) for _, lengths, seed in seen}) == 1
+    assert seen[0][2] != scene.ensemble.seed
+    low = stage.pilot(scene, "capped", (4 * WAVE, 4 * WAVE), cut / 2)
+    assert low.q_max == pytest.approx(cut / 2)
+
+
+def test_the_pace_is_that_of_large_grids():
+    levels = (Level("capped", (128, 128), 1e4), Level("capped", (256, 256), 2e4))
+    numerics = Numerics(levels, (1e-3, 1e-3))
+    coarse, fine = (0.004 + 1e-8 * side**2.5 for side in (128, 256))  # 4 ms for anything, and the solve
+    assert stage._pace(numerics, coarse, fine) == pytest.approx(1e-8, rel=1e-9)
+    assert stage._pace(numerics, fine, fine) == pytest.approx(0.5 * fine / 256**2.5)  # a clock that was disturbed
+
+
+def test_a_pilot_that_does_not_converge_is_none(monkeypatch):
+    def realize(*_, **__):
+        raise ConvergenceError("residual = 1 exceeds 1e-4", residual=1.0, iterations=10)
+
+    monkeypatch.setattr(stage, "realize", realize)
+    scene = replace(rs.load_scene("steel-1.2GPa"), title="pilot that fails")
+    assert stage.pilot(scene, "capped", (WAVE, WAVE), 1e5) is None
+    numerics = rs.plan(scene, 0.02)
+    assert "is a guess" in why(numerics, "pilot")
+
+
+SEEN = Pilot(scatter=0.03, hot_scatter=0.02, step=0.2, pixel=0.012, change_scatter=0.004, q_max=2e5, pace=2e-8)
+
+
+def planned(monkeypatch, scene, target=None, seen=SEEN):
+    monkeypatch.setattr(plan_module, "pilot", lambda *_: seen)
+    return rs.plan(replace(scene, ensemble=replace(scene.ensemble, until={})), target)
+
+
+def half_width(n, scatter, change=0.0, every=1):
+    """Student's, with Satterthwaite's degrees of freedom of all n rows and of the few fine ones."""
+    fine = -(-n // every)
+    parts = np.array([scatter**2 / n, change**2 / fine])
+    freedom = min(parts.sum() ** 2 / (parts**2 / [n - 1, max(fine - 1, 1)]).sum(), n - 1)
+    return stats.t.ppf(0.975, freedom) * sqrt(1 + 2 / freedom) * sqrt(parts.sum())
+
+
+def test_the_plan_expects_a_rough_surface_to_fall_slowly(monkeypatch):
+    steel = rs.load_scene("steel-1.2GPa")
+    numerics = planned(monkeypatch, replace(steel, surface=replace(steel.surface, hurst=0.3)), 0.02)
+    top, p = numerics.levels[-1].q_max, 0.3 + 1.05 * 0.3
+    # the last step of c q^(−p) is (2^p − 1) of what follows; half of that is in doubt
+    remainder = 0.2 / (2**p - 1) * (2e5 / top) ** p
+    assert numerics.forecast.bandwidth == pytest.approx(0.5 * remainder, rel=1e-9)
+
+
+def test_the_plan_expects_what_the_pilot_says(monkeypatch):
+    scene = rs.load_scene("steel-1.2GPa")
+    numerics = planned(monkeypatch, scene, 0.02)
+    forecast, ladder = numerics.forecast, [numerics.levels[i] for i in numerics.of_column("capped")]
+    top, every = ladder[-1].q_max, ladder[-1].every
+    assert forecast.pixel == pytest.approx(0.012 * 2e5 / top)
+    q_y = ladder[-1].q_max / (16 if top > 6e5 else 8)
+    assert q_y == pytest.approx(5.07e4, rel=0.01)
+    assert forecast.bandwidth == pytest.approx((0.12 if top > 6e5 else 1.0) * 0.2 * 2e5 / top)
+    assert forecast.size == pytest.approx(0.004)
+    assert forecast.cpu_seconds == pytest.approx(2e-8 * work(numerics.levels, every, forecast.realizations))
+    systematic = np.linalg.norm([forecast.bandwidth, forecast.pixel, forecast.size])
+    goal = sqrt(0.02**2 - systematic**2)
+    n, change = forecast.realizations, 0.75 * 0.004
+    assert n > 2 * every  # three fine ones at least
+    assert half_width(n, 0.03, change, every) <= goal
+    assert n == 2 * every + 1 or goal < half_width(n - 1, 0.03, change, every)
+    assert forecast.statistical == pytest.approx(half_width(n, 0.02, change, every))
+    assert f"flash_temperature={100 * goal:.3g}%" in next(
+        r.reason for r in numerics.reasons if r.choice == "realizations"
+    )
+
+
+def work(levels, every, n):
+    return sum((a.shape[0] * a.shape[1]) ** 1.25 * (n if a.every == 1 else -(-n // every)) for a in levels)
+
+
+def test_a_plan_says_how_far_its_realizations_may_be_off(monkeypatch):
+    scene = rs.load_scene("steel-1.2GPa")
+    numerics = planned(monkeypatch, scene, 0.012)
+    forecast, every = numerics.forecast, max(level.every for level in numerics.levels)
+    told = why(numerics, "realizations")
+    low, high = (int(word) for word in re.search(r"; (\d+) to (\d+), as the scatter from 12 pilot", told).groups())
+    assert low <= forecast.realizations < high
+    goal = float(re.search(r"flash_temperature=([\d.]+)%", told).group(1)) / 100
+    spread = sqrt(11 / stats.chi2.ppf(0.025, 11))  # how much larger the scatter of 12 normal solves may be
+    assert spread == pytest.approx(1.70, abs=0.005)
+    assert half_width(high, spread * 0.03, spread * 0.003, every) == pytest.approx(goal, rel=0.02)
+
+
+@pytest.mark.parametrize("change", [0.0005, 0.004, 1.0])
+def test_the_stride_of_fine_levels_is_the_cheapest_power_of_two(monkeypatch, change):
+    scene = rs.load_scene("steel-1.2GPa")
+    numerics = planned(monkeypatch, scene, 0.012, replace(SEEN, change_scatter=change))
+    forecast = numerics.forecast
+    systematic = np.linalg.norm([forecast.bandwidth, forecast.pixel, forecast.size])
+    goal = sqrt(max(0.012**2 - systematic**2, 0.1 * 0.012**2))
+    cost = {}
+    for every in (2**k for k in range(10)):
+        spread = np.hypot(0.03, sqrt(every) * 0.75 * change)
+        n = max(int((1.96 * spread / goal) ** 2) - 1, 12, 2 * every + 1)
+        n = next(n for n in range(n, 10**9) if half_width(n, 0.03, 0.75 * change, every) <= goal)
+        if every == 1 or 2 * every < min(n, scene.ensemble.max_realizations):
+            cost[every] = work(numerics.levels, every, n)
+    every = max(level.every for level in numerics.levels)
+    assert cost[every] <= 1.03 * min(cost.values())  # counts above 50 are found in steps of 2 %
+    assert (every == 1) is (change == 1.0)  # levels that scatter thirty times as much as the coarsest gain nothing
+
+
+def test_what_is_not_extrapolated_has_the_error_of_its_pixel_alone(monkeypatch):
+    scene = rs.load_scene("steel-1.2GPa")
+    short = replace(scene, surface=replace(scene.surface, q_max=3e5))
+    forecast = planned(monkeypatch, short, 0.02).forecast
+    assert forecast.bandwidth == 0.0
+    assert forecast.pixel == pytest.approx(0.6 * 0.012 * sqrt(2e5 / 3e5))
+
+
+@pytest.mark.parametrize(("pixel", "per_wave", "left"), [(0.012, 4, 0.004), (0.06, 8, 0.005)])
+def test_an_elastic_scene_is_left_with_a_third_of_its_pixels_change(monkeypatch, pixel, per_wave, left):
+    scene = rs.load_scene("steel-1.2GPa")
+    smooth = replace(scene.surface, q_max=3e5)
+    soft = replace(scene, surface=smooth, body=replace(scene.body, penetration_hardness=None))
+    numerics = planned(monkeypatch, soft, 0.02, replace(SEEN, pixel=pixel))
+    coarse = numerics.levels[0]
+    assert coarse.shape[0] * 2 * pi / (coarse.q_max * numerics.lengths[0]) == pytest.approx(per_wave, rel=0.35)
+    assert numerics.forecast.pixel == pytest.approx(left)
+    assert numerics.forecast.bandwidth == 0.0
+
+
+def test_a_cut_scene_is_left_with_a_quarter_of_what_follows_scaled_by_the_pilots_step(monkeypatch):
+    rubber = rs.load_scene("rubber")
+    forecast = planned(monkeypatch, rubber, 0.02, replace(SEEN, step=0.09, q_max=1.6e4)).forecast
+
+    def theory(q):  # T_flash at 10 m/s with the roughness up to q
+        return prediction.over_speed(rubber, np.array([10.0]), rubber.spectrum.truncated(q_max=q))["flash_temperature"][
+            0
+        ]
+
+    follows = (theory(1e9) - theory(6.4e4)) / (theory(1.6e4) - theory(0.8e4))
+    assert forecast.bandwidth == pytest.approx(0.25 * 0.09 * follows, rel=1e-6)
+    assert forecast.total > forecast.bandwidth
+
+
+def test_a_rock_that_yields_at_waves_that_no_grid_holds_has_an_unknown_remainder(monkeypatch):
+    numerics = planned(monkeypatch, rs.load_scene("granite"), 0.02)
+    assert np.isnan(numerics.forecast.bandwidth)
+    known = [numerics.forecast.statistical, numerics.forecast.pixel, numerics.forecast.size]
+    assert numerics.forecast.total == pytest.approx(np.linalg.norm(known))
+    assert "bandwidth unknown" in why(numerics, "error")
+    assert "at q_c" in next(r.value for r in numerics.reasons if r.choice == "error")
+    assert len({a.q_max for a in numerics.levels if a.column == "capped"}) == 3
+
+
+def test_a_statistical_target_of_the_scene_is_taken_as_it_is():
+    scene = rs.load_scene("demo")
+    numerics = rs.plan(scene)
+    goal = dict(scene.ensemble.until)["flash_temperature"]
+    assert f"flash_temperature={100 * goal:.3g}%" in next(
+        r.reason for r in numerics.reasons if r.choice == "realizations"
+    )
+
+
+def test_members_are_counted_by_their_stride():
+    levels = (Level("elastic", (64, 64), 1e4), Level("elastic", (128, 128), 1e4, every=4))
+    assert plan_module._work(levels, 13) == pytest.approx(13 * 64**2.5 + 4 * 128**2.5)  # 13 of one, 4 of the other
+    assert Numerics(levels, (1e-3, 1e-3)).members(13) == 17
+
+
+def test_few_fine_realizations_tell_with_few_degrees_of_freedom():
+    # 17 coarse ones of which 3 are fine, almost all scatter in the latter: Student's t of little more than 2
+    parts = np.array([0.01**2 / 17, 0.05**2 / 3])
+    freedom = parts.sum() ** 2 / (parts[0] ** 2 / 16 + parts[1] ** 2 / 2)
+    assert 2.0 < freedom < 2.1
+    expected = stats.t.ppf(0.975, freedom) * sqrt(1 + 2 / freedom) * sqrt(parts.sum())
+    assert plan_module._half_width(17, 0.01, 0.05, 8) == pytest.approx(expected, rel=1e-9)

@@ -1,0 +1,327 @@
+"""Scenes with a slip of the unit or the key are told of; lawful ones are not."""
+
+import importlib
+import json
+import math
+import re
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from steel_text import STEEL, changed, with_counterface
+
+import roughsim as rs
+from roughsim.cli import main
+from roughsim.comparison.tables import theory_dict
+from roughsim.planning.limits import judge
+from roughsim.planning.sizes import facts
+from roughsim.report.sections import header, scene_of
+from roughsim.scene import SceneError, bundled_scenes, parse_scene
+
+ROOT = Path(__file__).parents[2]
+
+
+def warned(text):
+    return judge(parse_scene(text)).warnings
+
+
+def even(text=STEEL):
+    """The scene with the share that two equal faces have, so that nothing is said of it; its highest speed alone."""
+    text = re.sub(r"speed = \[.*?\]", 'speed = ["100 m/s"]', text)
+    return changed("heat_partition = 0.938", "heat_partition = 0.5", text)
+
+
+SLIPS = {
+    ('"90 MPa"', '"3 Pa"'): r"nominal_pressure = 3 Pa makes contact on 2.5e-09 of the area, 0.042 pixels of the finest",
+    ('"0.90 um"', '"2 m"'): r"rms slope = 9.4.e\+05 of both faces together is above 0.5",
+    ('"0.90 um"', '"0.90 mm"'): r"rms slope = 4.4 of both",
+    ('"0.90 um"', '"0.90 pm"'): r"rms height = 1.27e-12 m of both faces together is below 1e-10 m, less than an atom",
+    ('"4.15e7 1/m"', '"4.15e10 1/m"'): r"the shortest wave, 2π/q_max = 1.51e-10 m, is below 3e-10 m",
+    ('"200 GPa"', '"200 MPa"'): r"body.penetration_hardness = 1.2e\+09 Pa is above 0.3 of youngs_modulus = 2e\+08 Pa",
+    ('"200 GPa"', '"200 TPa"'): r"body.youngs_modulus = 2e\+14 Pa is not within 1000 to 2e\+12 Pa, where solids are",
+    ('"1.2 GPa"', '"120 MPa"'): r"nominal_pressure = 9e\+07 Pa is 0.75 of the hardness, above 0.33",
+    ('"30 W/(m K)"', '"30 mW/(m K)"'): r"body.diffusivity = 7.59e-09 m²/s is not within 3e-08 to 0.002 m²/s",
+    ('"30 W/(m K)"', '"30 kW/(m K)"'): r"body.conductivity = 3e\+04 W/\(m K\) is not within 0.01 to 3000",
+    ('"7900 kg/m^3"', '"7.9 kg/m^3"'): r"body.density = 7.9 kg/m³ is not within 20 to 23000 kg/m³",
+    (
+        '"500 J/(kg K)"',
+        '"500 kJ/(kg K)"',
+    ): r"body.heat_capacity = 5e\+05 J/\(kg K\) is not within 50 to 6000 J/\(kg K\)",
+    (
+        'penetration_hardness = "1.2 GPa"',
+        "",
+    ): r"mean contact pressure, 2.9.e\+10 Pa, is 0.27 of E\*, above 0.1, and stiff",
+    ("= 0.11", "= 11"): r"friction_coefficient = 11 is not within 0.001 to 5",
+    (
+        '"100 m/s"',
+        '"100 km/s"',
+    ): r"speed = 1e\+05 m/s is above 0.5 of the speed of shear waves in the body, 3.12e\+03 m/s",
+}
+
+
+@pytest.mark.parametrize("slip", SLIPS, ids=lambda slip: slip[1])
+def test_a_slip_of_a_unit_is_told_in_one_line_with_its_value_and_the_limit(slip):
+    lines = warned(changed(*slip, even()))
+    assert any(re.search(SLIPS[slip], line) for line in lines), lines
+    assert all("check" in line and "\n" not in line and len(line) < 320 for line in lines)
+
+
+def test_bundled_scenes_say_no_more_than_what_is_so():
+    told = {name: [line[:14] for line in judge(rs.load_scene(name)).warnings] for name in bundled_scenes()}
+    share, steep = "the heat share", "rms slope = 0."
+    assert told == {
+        "demo": [share],
+        "granite": [steep, share],  # two equal faces and the rule "mean"; C(q) goes to 1 nm
+        "rubber": ["rms slope = 5 "],  # C(q) goes to 6 nm
+        "steel-0.5GPa": [share],
+        "steel-1.2GPa": [share],
+        "steel-2.0GPa": [share],
+    }
+    assert warned(even()) == []
+
+
+def test_the_wavenumber_up_to_which_the_slope_is_small_is_where_it_is(steel):
+    (line,) = [line for line in judge(rs.load_scene("granite")).warnings if line.startswith("rms slope")]
+    q_max = float(line.split("q_max to ")[1].split()[0])
+    # 2π ∫ q³ C dq of both faces by hand: C₀ = h²/2π / (∫ q C/C₀ dq), a plateau to r, then (q/r)^(−3.6)
+    low, r = 6e3, 2.4e4
+    height = (r**2 - low**2) / 2 + r**3.6 * (r**-1.6 - (6e9) ** -1.6) / 1.6
+    slope = (r**4 - low**4) / 4 + r**3.6 * (q_max**0.4 - r**0.4) / 0.4
+    assert math.sqrt(2 * (1e-6) ** 2 * slope / height) == pytest.approx(0.5, rel=3e-3)  # three digits are printed
+
+
+def test_steep_waves_that_only_yield_are_told_to_change_little(steel):
+    steep = replace(steel, surface=replace(steel.surface, rms_height=None, rms_slope=0.45))  # of one face
+    (line, _) = judge(steep).warnings
+    assert line.startswith("rms slope = 0.636 of both faces together is above 0.5")
+    before = steep.spectrum.truncated(q_max=32 * facts(steep).yield_wavenumber).rms_slope
+    assert f"up to 32 q_y it is {before:.3g}, and shorter waves" in line
+    q_max = float(re.search(r"touch at the hardness alone; .* lower q_max to (\S+) rad/m, which changes", line)[1])
+    assert q_max > 32 * facts(steep).yield_wavenumber
+    cut = steep.spectrum.truncated(q_max=q_max)
+    rows = tuple((q, float(cut(q)) / 2) for q in np.geomspace(6350, q_max * (1 - 1e-9), 300))
+    less = replace(steel, surface=type(steel.surface)(psd=rows, psd_convention="persson"))
+    assert facts(less).rms_slope < 0.501
+    assert facts(less).flash_temperature == pytest.approx(facts(steep).flash_temperature, rel=0.005)
+
+
+def test_steep_waves_of_a_small_H_are_not_told_to_change_little(steel):
+    surface = replace(steel.surface, hurst=0.3, rms_height=None, rms_slope=0.45)
+    (line, *_) = judge(replace(steel, surface=surface)).warnings
+    assert "makes T_flash higher" in line  # own runs with H = 0.3: 18 to 25 % above the limit at 32 q_y
+    assert "changes little" not in line
+
+
+def test_the_facts_are_those_of_the_scene(full_scene, capped_scene):
+    found = facts(capped_scene)
+    assert found.pressure_over_hardness == pytest.approx(0.09)
+    assert found.hot_spots == pytest.approx(found.contact_fraction * (2e-3 / found.hot_spot_radius) ** 2 / math.pi)
+    assert found.peclet_number == pytest.approx(np.array([0, 0.1, 35]) * found.hot_spot_radius * 7900 * 500 / 30)
+    assert found.flash_temperature.tolist() == pytest.approx(theory_dict(capped_scene)["flash_temperature"])
+    elastic = facts(full_scene)  # E* of 100 MPa on a rigid face is E/(1 − ν²)
+    assert elastic.pressure_over_modulus == pytest.approx(2e6 * 0.91 / 1e8)
+    assert (elastic.pressure_over_hardness, elastic.yield_wavenumber) == (0.0, math.inf)
+    assert elastic.contact_fraction == pytest.approx(1.0)
+    assert elastic.longest_wave == pytest.approx(1e-3)
+    assert any(line.startswith("contact on 1 of the area") for line in judge(full_scene).warnings)
+
+
+def test_contact_of_less_than_a_spot_or_a_pixel_is_told_for_the_grid_in_use(steel):
+    light = replace(steel, sliding=replace(steel.sliding, nominal_pressure=5e5, heat_partition=0.5))
+    light = replace(light, numerics=replace(light.numerics, lengths=(4e-3, 4e-3)))
+    (line,) = judge(light).warnings
+    assert "of one hot spot of the theory in a cell of 4 mm" in line
+    assert facts(light).hot_spots < 1.0
+    levels = (rs.Level("capped", (128, 128), 5e4), rs.Level("capped", (64, 64), 5e4))
+    (line,) = judge(light, rs.Numerics(levels, (4e-3, 4e-3))).warnings  # 5e5/1.2e9 of 128² pixels
+    assert "makes contact on 0.00042 of the area, 6.8 pixels of the finest grid, 128 × 128" in line
+
+
+def test_a_nominal_pressure_of_the_size_of_the_modulus_is_told():
+    rubber = rs.load_scene("rubber")
+    pressed = replace(rubber, sliding=replace(rubber.sliding, nominal_pressure=4e6))  # E* = 10 MPa/(1 − 0.5²)
+    assert "nominal_pressure = 4e+06 Pa is 0.3 of E* = 1.33e+07 Pa, above 0.1" in judge(pressed).warnings[1]
+
+
+def test_the_hot_spot_radius_is_where_the_pressure_has_lost_half_its_correlation(steel):
+    from theory import persson, plasticity
+
+    given = {"effective_modulus": 2e11 / 0.91 / 2, "nominal_pressure": 9e7}
+    smooth = plasticity.smoothed_spectrum(steel.spectrum, **given, penetration_hardness=1.2e9)
+    radii = np.array([0.0, facts(steel).hot_spot_radius])
+    peak, half = persson.pressure_correlation(radii, smooth, **given, gamma=0.294)
+    assert half / peak == pytest.approx(0.5, rel=1e-6)
+
+
+def test_heat_that_gets_in_less_than_its_carriers_go_is_told():
+    rubber = rs.load_scene("rubber")
+    radius, diffusivity = facts(rubber).hot_spot_radius, 0.23 / (1200 * 1650)
+    limit = 2 * radius * diffusivity / (10e-9) ** 2  # √(2rD/v) = 10 nm
+    found = [
+        judge(replace(rubber, sliding=replace(rubber.sliding, speed=(limit * factor,)))).warnings
+        for factor in (0.98, 1.02)
+    ]
+    assert ["Péclet" in " ".join(lines) for lines in found] == [False, True]
+    # spots that are small by themselves are no matter of Péclet
+    fine = replace(rubber, surface=replace(rubber.surface, q_max=1e10))
+    slow = replace(fine, sliding=replace(fine.sliding, speed=(0.95 * diffusivity / facts(fine).hot_spot_radius,)))
+    assert facts(slow).hot_spot_radius < 6e-9
+    assert not any("Péclet" in line for line in judge(slow).warnings)
+
+
+def melting(kelvin, more=""):
+    return warned(changed("heat_capacity =", f"melting_temperature = {kelvin}\n{more}heat_capacity =", even()))
+
+
+def test_contact_above_the_melting_temperature_is_told_with_the_background():
+    hottest = max(theory_dict(parse_scene(even()))["flash_temperature"])
+    (line,) = melting(hottest + 292.9)
+    assert "at 100 m/s in theory, over an assumed background of 293 K" in line
+    assert "above the melting_temperature" in line
+    assert melting(hottest + 293.1) == []
+    text = changed("heat_capacity =", f"melting_temperature = {hottest + 293.1}\nheat_capacity =", even())
+    (line,) = warned(changed("friction_coefficient =", "background_temperature = 400\nfriction_coefficient =", text))
+    assert "over a background of 400 K" in line
+    other = "conductivity = 30\ndensity = 7900\nheat_capacity = 500\nmelting_temperature = 300"
+    text = changed("poisson_ratio =", "melting_temperature = 900\npoisson_ratio =", with_counterface(other))
+    assert any("above the melting_temperature of 300 K" in line for line in warned(text))  # the lower one counts
+
+
+def test_what_no_solid_is_hot_enough_for_needs_no_melting_temperature():
+    hottest = max(theory_dict(parse_scene(even()))["flash_temperature"])
+    limit = 0.11 * (4200 - 293) / hottest  # T_flash is proportional to the friction
+    assert warned(changed("= 0.11", f"= {0.999 * limit}", even())) == []
+    (line,) = warned(changed("= 0.11", f"= {1.001 * limit}", even()))
+    assert "above 4200 K, where nothing is solid" in line
+
+
+def test_a_share_between_two_equally_rough_faces_of_one_material_is_told_unless_it_is_a_half():
+    (line,) = warned(STEEL)
+    assert f"heat_partition = 0.5 makes temperatures {0.5 / 0.938:.3g} times as high; see docs/partition.md" in line
+    assert len(warned(changed("0.938", '"all"'))) == 1
+    body = 'youngs_modulus = "200 GPa"\npoisson_ratio = 0.3\nconductivity = 30\ndensity = 7900\nheat_capacity = 500\n'
+    band = "hurst = 0.8\nq_min = 6350\nq_roll_off = 9.4e4\nroll_off_exponent = 1.5\nq_max = 4.15e7\n"
+    for other, count in ((f'rms_height = "0.9 um"\n{band}{body}', 1), (f'rms_height = "0.2 um"\n{band}{body}', 0)):
+        assert sum("heat share" in line for line in warned(with_counterface(other))) == count
+    other = f'rms_height = "0.9 um"\n{band}{body.replace("= 30", "= 60")}'
+    assert warned(with_counterface(other)) == warned(with_counterface(body)) == []
+
+
+def test_the_figures_of_a_resting_spot_are_those_of_docs_partition(steel):
+    from theory import flash, hertz, plasticity
+
+    given = {"effective_modulus": 2e11 / 0.91 / 2, "nominal_pressure": 9e7}
+    smooth = plasticity.smoothed_spectrum(steel.spectrum, **given, penetration_hardness=1.2e9)
+    diffusivity = 30 / (7900 * 500)
+    heat = {"friction_coefficient": 0.11, "conductivity": 30.0, "diffusivity": diffusivity, "gamma": 0.294}
+    width = float(flash.flash_width(100.0, smooth, **given, **heat))
+    radius = width / hertz.FAST.flash_width
+    warm, lives = radius**2 / diffusivity, 2 * radius / 35.0
+    hot = float(flash.flash_temperature(35.0, smooth, **given, **heat))
+    rows = dict(re.findall(r"(?m)^\| (\D[^|]*?) \| ([^|]*) \|$", (ROOT / "docs/partition.md").read_text()))
+    told = {key: float(value.split()[0]) for key, value in rows.items() if value[:1].isdigit()}
+    assert told["radius of a hot spot, R"] == pytest.approx(1e6 * radius, rel=0.005)
+    assert told["time that it needs to get warm at rest, R²/D"] == pytest.approx(1e3 * warm, rel=0.05)
+    assert told["time that it lives, 2R/v"] == pytest.approx(1e6 * lives, rel=0.01)
+    assert told["the one over the other, Pe/2"] == pytest.approx(warm / lives, rel=0.01)
+    page = (ROOT / "docs/partition.md").read_text()
+    for whole, half in re.findall(r"\| (?:theory|simulation, capped) \| (\S+) K \| (\S+) K \|", page):
+        assert float(half) == pytest.approx(float(whole) * 0.5 / 0.938, abs=0.06)
+    assert f"| theory | {0.938 * hot:.1f} K |" in page
+
+
+def test_a_scan_is_said_to_have_an_unknown_error_before_anything_is_computed(monkeypatch):
+    rows = 'psd = [[1e4, 3e-23], [1e5, 7e-27]]\npsd_convention = "persson"\n'
+    text = even()
+    text = text[: text.index("rms_height")] + rows + text[text.index("[body]") :]
+    assert warned(text) == []  # a table of one's own is taken as stated
+    (line,) = warned(text.replace("psd_convention", 'psd_source = "scan"\npsd_convention'))
+    assert line.startswith("C(q) was measured on one scan, and its error is unknown")
+    planning = importlib.import_module("roughsim.planning.plan")
+    monkeypatch.setattr(planning, "pilot", lambda *_: None)  # its solves take seconds, and decide nothing here
+    for scanned in (False, True):
+        scene = parse_scene(text.replace("psd_convention", 'psd_source = "scan"\npsd_convention') if scanned else text)
+        (error,) = [reason for reason in rs.plan(scene).reasons if reason.choice == "error"]
+        assert ("without the scan's own error" in error.value) == ("scan unknown" in error.reason) == scanned
+
+
+def test_a_theory_that_cannot_be_evaluated_is_said_and_stops_nothing(quick, monkeypatch):
+    def none(*_):
+        raise RuntimeError("the integral\nis not reached")
+
+    monkeypatch.setattr("roughsim.planning.limits.facts", none)
+    assert "rms slope" in warned(changed('"0.90 um"', '"2 m"'))[0]  # what needs no theory is told all the same
+    found = judge(quick)
+    (line,) = found.warnings
+    assert line.startswith("the theory of this scene cannot be evaluated (the integral is not reached); nothing tells")
+    assert found.to_dict()["scene_facts"] is None
+
+
+def test_theory_plan_run_and_report_all_say_it(quick, tmp_path, capsys):
+    scene = replace(quick, body=replace(quick.body, melting_temperature=320.0))
+    path = tmp_path / "s.toml"
+    path.write_text(scene.to_toml())
+    hot, share = "above the melting_temperature of 320 K", "the heat share 0.9 at 35 m/s"
+    for verb in ("theory", "plan"):
+        with pytest.raises(SystemExit):
+            main([verb, str(path)])
+        shown = capsys.readouterr()
+        assert [line for line in (hot, share) if shown.err.count(line) != 1] == []
+        for word in ("rms slope", "σ₀/σ_P", "contact area", "q_y = ", "hot spots", "Péclet number", "T_flash"):
+            assert word in shown.out
+        with pytest.raises(SystemExit):
+            main([verb, str(path), "--json"])
+        shown = capsys.readouterr()
+        told = json.loads(shown.out)
+        assert shown.err == ""
+        assert len(told["scene_warnings"]) == 2
+        assert told["scene_facts"]["pressure_over_hardness"] == pytest.approx(0.09)
+        assert told["scene_facts"]["melting_temperature"] == 320.0
+    with pytest.raises(SystemExit):
+        main(["run", str(path), "-o", str(tmp_path / "run"), "--max", "1", "--workers", "1"])
+    shown = capsys.readouterr()
+    assert (shown.err.count(hot), shown.err.count(share)) == (1, 1)
+    run = rs.open_run(tmp_path / "run")
+    assert str(header(run)).count(hot) == str(header(run)).count(share) == 1
+    assert "hot spots" in str(scene_of(run))
+
+
+@pytest.mark.slow
+def test_every_slip_by_a_thousand_or_a_million_is_refused_told_or_lawful():
+    lawful = {
+        "poisson_ratio": "no unit, and 1 − ν² changes by 9 %",
+        "gamma": "no unit, of the theory alone",
+        "hurst": "no unit",
+        "roll_off_exponent": "no unit",
+        "tolerance": "no unit, and the budget has its error",
+        "heat_partition": "no unit",
+    }
+    quiet = []
+    for name in bundled_scenes():
+        scene = rs.load_scene(name)
+        usual = {line[:12] for line in judge(scene).warnings}
+        for section in ("surface", "body", "counterface", "sliding"):
+            record = getattr(scene, section)
+            for key in (field.name for field in fields(record)) if record else ():
+                value = getattr(record, key)
+                if key in lawful or not isinstance(value, (float, tuple)):
+                    continue
+                for factor in (1e-6, 1e-3, 1e3, 1e6):
+                    slipped = tuple(v * factor for v in value) if isinstance(value, tuple) else value * factor
+                    try:
+                        other = replace(scene, **{section: replace(record, **{key: slipped})})
+                    except SceneError:
+                        continue
+                    if {line[:12] for line in judge(other).warnings} <= usual:
+                        quiet.append((key, factor, name))
+    # all of these there are: slow sliding, long waves, rubber on a smooth floor, polished stone, diamond
+    everywhere = {("speed", 1e-6), ("speed", 1e-3), ("q_min", 1e-6), ("q_min", 1e-3)}
+    assert {entry for entry in quiet if entry[:2] not in everywhere} == {
+        ("q_max", 1e-6, "rubber"),
+        ("q_max", 1e-3, "rubber"),
+        ("q_max", 1e-3, "granite"),
+        ("rms_height", 1e-3, "granite"),
+        ("conductivity", 1e3, "granite"),
+        ("conductivity", 1e3, "rubber"),
+    }

@@ -1,0 +1,205 @@
+"""What the theory says of a scene: the share that is used, and the sums over modes."""
+
+from dataclasses import replace
+from itertools import pairwise
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.special import erf
+
+import roughsim as rs
+from roughsim import prediction
+from roughsim.prediction.views import Integrals, ModeSums
+from roughsim.surface.spectrum import TruncatedSpectrum
+from theory import flash, partition, persson
+
+
+def sliding(scene, **changes):
+    return replace(scene, sliding=replace(scene.sliding, **changes))
+
+
+def test_the_share_used_is_what_the_scene_says(capped_scene):
+    np.testing.assert_array_equal(prediction.heat_partition(capped_scene), 0.9)
+    np.testing.assert_array_equal(prediction.heat_partition(sliding(capped_scene, heat_partition="all")), 1.0)
+
+
+def test_the_rules_of_the_share_are_those_of_the_theory():
+    steel = rs.load_scene("steel-1.2GPa")
+    at_35 = steel.speeds.index(35.0)
+    mean = prediction.heat_partition(sliding(steel, heat_partition="mean"))
+    assert mean[at_35] == pytest.approx(0.9380, abs=5e-5)
+    total = prediction.heat_partition(sliding(steel, heat_partition="total", duration=4.3e-4))
+    expected = partition.moving_share(
+        35.0,
+        prediction.smoothed_spectrum(steel),
+        nominal_pressure=9e7,
+        effective_modulus=steel.effective_modulus,
+        conductivity=30.0,
+        diffusivity=30.0 / (7900 * 500),
+        gamma=0.294,
+        rule="total",
+        duration=4.3e-4,
+    )
+    assert total[at_35] == pytest.approx(expected, rel=1e-12)
+    assert 0.77 < total[at_35] < 0.785
+
+
+def different_bodies(scene, **changes):
+    other = {"like": None, "conductivity": 12.0, "density": 2700.0, "heat_capacity": 900.0}
+    return sliding(replace(scene, counterface=replace(scene.counterface, **other)), **changes)
+
+
+def test_the_total_temperatures_of_two_different_bodies_agree_in_theory_and_over_the_modes():
+    # s (τ₂ + T₂) = (1 − s)(τ₁ + T₁(t)), each side with all the heat and written out here
+    steel = different_bodies(rs.load_scene("steel-1.2GPa"), heat_partition="total", duration=1e-3)
+    spectrum, length = prediction.smoothed_spectrum(steel), 6 * 2 * np.pi / 6350
+    stress = {
+        "effective_modulus": steel.effective_modulus,
+        "nominal_pressure": 9e7,
+        "gamma": 0.294,
+    }
+    heat = {"friction_coefficient": 0.11, "conductivity": 30.0, "diffusivity": steel.diffusivity}
+    moving = flash.flash_temperature(35.0, spectrum, **stress, **heat)
+    moving += 2 * 0.11 * 9e7 * 35 / 30 * np.sqrt(steel.diffusivity * 1e-3 / np.pi)
+    spread = np.sqrt(12 / (2700 * 900) * 1e-3)
+    nodes, weights = np.polynomial.legendre.leggauss(120)
+    pieces = []
+    for low, high in pairwise(np.log(spectrum.breaks)):
+        q = np.exp(0.5 * (high - low) * nodes + 0.5 * (high + low))
+        density = 2 * np.pi * prediction.stress_spectrum(steel, q) * erf(q * spread)
+        pieces.append(0.5 * (high - low) * weights @ (density * q))
+    resting = 0.11 * 35 / (12 * 9e7) * sum(pieces) + 2 * 0.11 * 9e7 * 35 / 12 * spread / np.sqrt(np.pi)
+    expected, k = resting / (resting + moving), steel.speeds.index(35.0)
+    assert prediction.heat_partition(steel)[k] == pytest.approx(expected, rel=1e-6)
+    assert prediction.predictions(steel)["heat_partition"][k] == pytest.approx(expected, rel=1e-6)
+    drawn = TruncatedSpectrum(spectrum, 1.9e5)
+    summed = prediction.mode_sums(steel, drawn, rs.Grid((384, 384), (length, length)))
+    assert summed["heat_partition"][k] == pytest.approx(expected, rel=5e-3)
+
+
+def test_without_a_conducting_counterface_there_is_no_theoretical_share(capped_scene):
+    alone = replace(sliding(capped_scene, heat_partition="all"), counterface=None)
+    assert np.isnan(prediction.theoretical_partition(alone)).all()
+
+
+def test_bodies_of_different_conductivity_share_by_it_at_rest(full_scene):
+    # both at rest: s = κ₁/(κ₁ + κ₂) with κ₁ = 30 of the moving, κ₂ = 15 of the resting body
+    assert prediction.theoretical_partition(full_scene)[0] == pytest.approx(2 / 3, rel=1e-9)
+
+
+def test_a_cut_surface_that_yields_at_once_has_the_stress_of_the_whole_one(capped_scene):
+    # all is plastic within 1e-11 of q_min: C_sm must be told how far above q_min a wavenumber lies, cut or not
+    soft = replace(capped_scene, surface=replace(capped_scene.surface, rms_height=30.0))
+    smoothed = prediction.smoothed_spectrum(soft)
+    assert smoothed.breaks[-3] / smoothed.breaks[0] - 1 < 1e-9
+    cut = TruncatedSpectrum(smoothed, 1.5 * smoothed.breaks[0])
+    stress = prediction.stress_arguments(soft)
+    whole, part = (float(persson.pressure_correlation(0.0, each, **stress)) for each in (smoothed, cut))
+    assert part == pytest.approx(whole, rel=1e-11)
+    assert prediction.predictions(soft)["flash_width"] == pytest.approx(1 / soft.surface.q_min, rel=1e-9)
+
+
+def test_mode_sums_approach_the_integrals_as_the_cell_grows():
+    steel = rs.load_scene("steel-0.5GPa")
+    whole = prediction.predictions(steel)
+    spectrum = prediction.smoothed_spectrum(steel)
+    errors = {}
+    for waves in (1, 4, 12):
+        length = waves * 2 * np.pi / 6350
+        grid = rs.Grid((48 * waves, 48 * waves), (length, length))
+        sums = prediction.mode_sums(steel, TruncatedSpectrum(spectrum, 1.3e5), grid)
+        errors[waves] = {
+            name: abs(sums[name][-1] / whole[name][-1] - 1) for name in sums if name not in ("plastic_fraction",)
+        }
+    for name in (
+        "flash_temperature",
+        "flash_gradient",
+        "flash_laplacian",
+        "pressure_variance",
+        "correlation_radius_10",
+    ):
+        assert errors[4][name] < 0.01, name  # the ring of modes at q_min is coarse
+        assert errors[12][name] < 0.003, name
+        assert errors[1][name] > 5 * errors[12][name], name
+    assert max(errors[12].values()) < 0.01
+
+
+def test_the_areas_are_those_of_the_theory(capped_scene, full_scene):
+    areas = prediction.area_fractions(capped_scene)
+    assert 0 < areas["plastic_fraction"] < areas["contact_fraction"] < 1
+    assert prediction.area_fractions(full_scene) == {"contact_fraction": 1.0, "plastic_fraction": 0.0}
+
+
+def test_totals_over_the_stress_spectrum_are_its_integrals():
+    steel = rs.load_scene("steel-2.0GPa")
+    nodes, weights = np.polynomial.legendre.leggauss(2000)
+    y = 0.5 * (1.0 + nodes)  # ln q ∝ y²: contact is lost in a layer just above the first wavenumber
+    expected = np.zeros(3)
+    for low, high in pairwise(np.log(prediction.smoothed_spectrum(steel).breaks)):
+        q = np.exp(low + (high - low) * y**2)
+        area = np.pi * weights * (high - low) * 2.0 * y * q**2  # 2π q dq
+        expected += [(area * prediction.stress_spectrum(steel, q)) @ q**power for power in (-1.0, 0.0, 1.0)]
+    found = [Integrals(steel).total(lambda q, power=power: q**power) for power in (-1.0, 0.0, 1.0)]
+    np.testing.assert_allclose(found, expected, rtol=1e-8)
+
+
+def test_totals_over_the_modes_of_a_cell_are_those_of_its_moments():
+    # at v → 0 T_flash = (μv/κσ₀) Σ |σ_q|²/q
+    steel = sliding(rs.load_scene("steel-2.0GPa"), speed=(1e-9,))
+    grid = rs.Grid((128, 128), (4e-3, 4e-3))
+    sums = ModeSums(steel, TruncatedSpectrum(prediction.smoothed_spectrum(steel), 9e4), grid)
+    rate = steel.sliding.friction_coefficient * 1e-9 / (steel.body.conductivity * steel.sliding.nominal_pressure)
+    assert sums.over_speed["flash_temperature"][0] == pytest.approx(rate * sums.total(lambda q: 1 / q), rel=1e-9, abs=0)
+
+
+def test_a_hertz_contact_as_wide_as_the_theory_at_the_highest_speed():
+    steel = rs.load_scene("steel-1.2GPa")
+    speed = max(steel.speeds)
+    width = prediction.predictions(steel)["flash_width"][steel.speeds.index(speed)]
+    radius, peclet, flash_temperature = prediction.hertz_like(steel)
+    assert width / radius == pytest.approx(4 / 9, rel=1e-12)  # D_flash of fast Hertz contacts
+    assert peclet == pytest.approx(speed * radius * 7900 * 500 / 30.0, rel=1e-12)
+    assert flash_temperature == pytest.approx(0.7438575075933 / np.sqrt(peclet), rel=0.02)
+
+
+@pytest.mark.parametrize("hardness", [None, 10e9])
+def test_the_theory_up_to_a_cut_off_is_that_of_a_surface_that_ends_there(hardness):
+    rock = rs.load_scene("granite")
+    rock = replace(rock, body=replace(rock.body, penetration_hardness=hardness))
+    ends = rock.spectrum.truncated(q_max=4e5)
+    short = replace(rock, surface=replace(rock.surface, q_max=4e5, rms_height=ends.rms_height / np.sqrt(2.0)))
+    cut, whole = prediction.up_to(rock, 4e5), prediction.predictions(short)
+    for name, values in whole.items():
+        np.testing.assert_allclose(cut[name], values, rtol=1e-6, err_msg=name)
+    np.testing.assert_allclose(
+        prediction.up_to(rock, np.inf)["flash_temperature"],
+        prediction.predictions(rock)["flash_temperature"],
+        rtol=1e-12,
+    )
+
+
+def test_yielded_contact_falls_the_slower_the_rougher_its_short_waves():
+    def falls(hurst, end=2e6, **changes):
+        spectrum = rs.SelfAffineSpectrum.from_rms_height(1e-6, hurst=hurst, q_min=1e4, q_roll_off=2e4, q_max=end)
+        return prediction.usual_exponent(SimpleNamespace(spectrum=spectrum, **changes), 3e5)
+
+    assert falls(0.3) == pytest.approx(0.3 + 1.05 * 0.3, rel=1e-9)
+    assert falls(0.0) == pytest.approx(0.3, rel=1e-9)
+    assert falls(0.8) == 1.0
+    assert falls(0.3, end=3e5) == 1.0  # nothing follows
+
+
+def test_who_yields_beyond_the_cut_off_does_not_follow_the_theory_and_who_has_yielded_falls():
+    rock, rubber, steel = (rs.load_scene(name) for name in ("granite", "rubber", "steel-1.2GPa"))
+    assert prediction.follows_theory(rubber, "elastic", 3e4) is True
+    assert prediction.follows_theory(rock, "smoothed", 4e5) is True
+    assert prediction.follows_theory(rock, "capped", 4e5) is None  # 97 % of it yields up to q_max
+    hard = replace(rock, body=replace(rock.body, penetration_hardness=30e9))
+    assert prediction.follows_theory(hard, "capped", 4e5) is True
+    assert prediction.follows_theory(steel, "capped", 4e5) is False
+    assert prediction.continuation(steel, "capped", (2e5, 4e5), "flash_temperature") is None
+    assert np.isnan(prediction.continuation(rock, "capped", (2e5, 4e5), "flash_temperature")).all()
+    found = prediction.continuation(rubber, "elastic", (2e4, 4e4), "flash_temperature")
+    assert found.shape == (3, 5)
+    assert np.all(np.diff(found, axis=0) > 0)

@@ -1,0 +1,148 @@
+"""The run folder: what a start may take up, and a description of which no value can be changed unseen."""
+
+import json
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim import prediction
+from roughsim.results.folder import describe, folder_state
+
+
+@pytest.fixture(scope="module")
+def finished(capped_scene, tmp_path_factory):
+    """A small run; tests work on copies."""
+    numerics = replace(capped_scene.numerics, levels=({"column": "capped", "shape": [32, 32], "q_max": 4e4},))
+    scene = replace(capped_scene, numerics=numerics)
+    return rs.run(scene, tmp_path_factory.mktemp("finished") / "run", max_realizations=2)
+
+
+@pytest.fixture
+def folder(finished, tmp_path):
+    return shutil.copytree(finished.folder, tmp_path / "run")
+
+
+# what a start makes before run.json, in its order, and at any moment of it
+MADE = (
+    [],
+    ["lock"],
+    ["claims/"],
+    ["lock", "realizations/"],
+    ["realizations/", ".scene.toml.node7-123-0a1b2c3d.tmp"],
+    ["realizations/", "scene.toml"],
+    ["realizations/", "scene.toml", ".run.json.4711.tmp"],
+)
+OTHERS = (
+    ["scene.toml"],
+    ["notes.txt"],
+    ["realizations/", "scene.toml", "notes.txt"],
+    ["realizations/", "realizations/L0-000000.h5"],
+    ["realizations/", "realizations/mine.dat"],
+    ["realizations"],
+)
+
+
+def made(folder, names):
+    folder.mkdir()
+    for name in names:
+        (folder / name).mkdir() if name.endswith("/") else (folder / name).write_text("")
+
+
+@pytest.mark.parametrize("names", MADE, ids=str)
+def test_a_start_that_was_interrupted_before_it_had_written_run_json_is_taken_up(tmp_path, names):
+    made(tmp_path / "run", names)
+    assert folder_state(tmp_path / "run") == ("begun" if names else "new")
+
+
+def test_a_run_goes_on_from_each_moment_of_its_start(finished, tmp_path):
+    for number, names in enumerate((MADE[3], MADE[6])):
+        made(tmp_path / f"run{number}", names)
+        assert rs.run(finished.scene, tmp_path / f"run{number}", max_realizations=1).realizations == 1
+    (tmp_path / "run0" / "scene.toml").unlink()  # it is written after run.json
+    assert rs.run(finished.scene, tmp_path / "run0", max_realizations=2).realizations == 2
+
+
+def test_a_start_leaves_nothing_of_killed_ones_behind(finished, folder):
+    left = [f".{name}.node7-123-0a1b2c3d.tmp" for name in ("run.json", "scene.toml", "summary.bin")]
+    mine = [".notes.txt.node7-123-0a1b2c3d.tmp", ".run.json.swp"]
+    made_before = {path.name for path in folder.iterdir()}
+    for name in (*left, *mine):
+        (folder / name).write_text("{")
+    rs.run(finished.scene, folder, max_realizations=2)
+    assert {path.name for path in folder.iterdir()} == made_before | set(mine)
+
+
+def test_an_edited_scene_of_a_run_is_refused_by_the_key(folder):
+    text = (folder / "scene.toml").read_text()
+    (folder / "scene.toml").write_text(text.replace("hurst = 0.8", "hurst = 0.7"))
+    with pytest.raises(rs.RecordError, match=r"of different scenes: surface\.hurst differs; put back what was edited"):
+        rs.open_run(folder)
+
+
+@pytest.mark.parametrize("names", OTHERS, ids=str)
+def test_a_folder_with_something_of_somebody_is_no_start(tmp_path, names):
+    made(tmp_path / "run", names)
+    assert folder_state(tmp_path / "run") == "foreign"
+
+
+def test_a_run_a_missing_folder_and_a_file_are_told_apart(folder, tmp_path):
+    assert folder_state(folder) == "run"
+    assert folder_state(tmp_path / "none") == "new"
+    assert folder_state(folder / "run.json") == "foreign"
+
+
+CHANGES = {
+    "heat_partition": [0.9, 0.9, 0.8],
+    "seed": 4,
+    "max_realizations": 40,
+    "until": {"flash_temperature": 0.5},
+    "numerics": {},
+    "reasons": [["a", "b", "c"]],
+    "versions": {},
+}
+
+
+@pytest.mark.parametrize("key", CHANGES)
+def test_a_changed_value_of_run_json_is_refused_by_name(folder, key):
+    path = folder / "run.json"
+    description = json.loads(path.read_text())
+    path.write_text(json.dumps(description | {key: CHANGES[key]}))
+    with pytest.raises(rs.RecordError, match=rf"^{key} in .*run.json was changed since the run wrote it"):
+        rs.open_run(folder)
+    path.write_text(json.dumps(description, indent=4, sort_keys=True))  # the same values, written otherwise
+    assert rs.open_run(folder).realizations == 2
+    del description[key]
+    path.write_text(json.dumps(description))
+    with pytest.raises(rs.RecordError, match=key):
+        rs.open_run(folder)
+
+
+@pytest.mark.parametrize("key", ["heat_partition", "seed", "max_realizations", "until"])
+def test_without_checksums_as_older_runs_are_each_value_must_follow_from_the_scene(folder, key):
+    path = folder / "run.json"
+    description = json.loads(path.read_text())
+    del description["checksums"]
+    path.write_text(json.dumps(description))
+    assert rs.open_run(folder).realizations == 2
+    path.write_text(json.dumps(description | {key: CHANGES[key]}))
+    with pytest.raises(rs.RecordError, match=f"{key} in run.json was changed: it is .*, and scene.toml gives"):
+        rs.open_run(folder)
+
+
+def test_a_share_that_a_rule_gives_is_recomputed_for_an_older_run(folder, finished):
+    scene = replace(finished.scene, sliding=replace(finished.scene.sliding, heat_partition="mean"))
+    description = json.loads((folder / "run.json").read_text())
+    share = prediction.heat_partition(scene)
+    assert np.ptp(share) > 0.0
+    shutil.rmtree(folder / "realizations")
+    describe(folder, description | {"scene": scene.identity(), "heat_partition": share.tolist()}, scene)
+    description = json.loads((folder / "run.json").read_text())
+    del description["checksums"]
+    (folder / "run.json").write_text(json.dumps(description))
+    np.testing.assert_array_equal(rs.open_run(folder).heat_partition, share)
+    (folder / "run.json").write_text(json.dumps(description | {"heat_partition": (share * 1.001).tolist()}))
+    with pytest.raises(rs.RecordError, match="heat_partition in run.json was changed"):
+        rs.open_run(folder)

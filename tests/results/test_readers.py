@@ -1,0 +1,176 @@
+"""Every file opens in the readers of the trade, with names, axes, units and a default plot, and without a warning."""
+
+import logging
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim.results.export import export_run
+from roughsim.store.member_files import member_path
+
+# warnings are errors in all tests, so each of these also says that the reader has nothing to complain about
+UNITS = {"flash_temperature": "K", "flash_laplacian": "K/m^2", "contact_fraction": "1", "pressure_variance": "Pa^2"}
+MEMBER = {
+    **UNITS, "speed": "m/s", "wavenumber": "1/m", "stress_spectrum": "Pa^2",
+    "x": "m", "y": "m", "heights": "m", "pressure": "Pa",
+}  # fmt: skip
+EXPORT = {**UNITS, "speed": "m/s", "q_max": "1/m", "x_L2": "m", "y_L2": "m", "heights_L2": "m", "pressure_L2": "Pa"}
+AXES = {
+    "flash_temperature": ("speed",), "contact_fraction": (), "stress_spectrum": ("wavenumber",), "pressure": ("x", "y"),
+}  # fmt: skip
+EXPORT_AXES = {
+    "flash_temperature": ("level", "realization", "speed"), "contact_fraction": ("level", "realization"),
+    "stress_spectrum_L2": ("realization", "wavenumber_L2"), "pressure_L2": ("kept_realization", "x_L2", "y_L2"),
+}  # fmt: skip
+ROOT = Path(__file__).parents[2]
+CASES = ("member", "member without fields", "export", "export without fields", "failed member")
+
+
+@pytest.fixture(scope="module")
+def kept_run(capped_scene, tmp_path_factory):
+    """Two realizations, the fields of one kept."""
+    scene = replace(capped_scene, numerics=replace(capped_scene.numerics, keep_fields=1))
+    return rs.run(scene, tmp_path_factory.mktemp("readers") / "kept", max_realizations=2)
+
+
+@pytest.fixture(scope="module")
+def files(kept_run, capped_scene, tmp_path_factory):
+    """One file of each kind."""
+    from roughsim.store.member_files import Member, write_member
+
+    place = tmp_path_factory.mktemp("files")
+    bare = replace(capped_scene, numerics=replace(capped_scene.numerics, keep_fields=0))
+    (place / "realizations").mkdir()
+    write_member(place, Member(0, 0, failure="stalled"))
+    other = rs.run(bare, place / "bare", max_realizations=1)
+    return {
+        "member": member_path(kept_run.folder, 2, 0),
+        "member without fields": member_path(kept_run.folder, 2, 1),
+        "export": export_run(kept_run, place / "kept.h5"),
+        "export without fields": export_run(other, place / "bare.nc"),
+        "failed member": member_path(place, 0, 0),
+    }
+
+
+@pytest.fixture(autouse=True)
+def nothing_logged(caplog):
+    """silx and nexusformat log where others warn."""
+    yield
+    assert [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING] == []
+
+
+def expected(case):
+    """Units and axes that a reader has to find in a file."""
+    units, axes = (EXPORT, EXPORT_AXES) if case.startswith("export") else (MEMBER, AXES)
+    if case == "failed member":
+        return {}, {}
+    if "without fields" in case:
+        gone = ("x", "y", "heights", "pressure")
+        units, axes = ({k: v for k, v in d.items() if k.partition("_L")[0] not in gone} for d in (units, axes))
+    return units, axes
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_xarray_finds_names_axes_and_units(files, case):
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    units, axes = expected(case)
+    with xarray.open_dataset(files[case], engine="h5netcdf") as data:
+        assert {name: data[name].attrs["units"] for name in units} == units
+        assert {name: data[name].dims for name in axes} == axes
+        data.load()
+    with xarray.open_datatree(files[case], engine="h5netcdf") as tree:
+        assert tree.attrs["default"] == "entry"
+        tree.load()
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_netcdf4_finds_names_axes_and_units(files, case):
+    netcdf = pytest.importorskip("netCDF4")
+    units, axes = expected(case)
+    with netcdf.Dataset(files[case]) as data:
+        assert {name: data.variables[name].units for name in units} == units
+        assert {name: data.variables[name].dimensions for name in axes} == axes
+        for variable in data.variables.values():
+            assert np.shape(variable[...]) == variable.shape
+
+
+@pytest.mark.parametrize("case", CASES[:-1])
+def test_silx_draws_the_default_plot_with_its_units(files, case):
+    silx = pytest.importorskip("silx.io")
+    nxdata = pytest.importorskip("silx.io.nxdata")
+    with silx.open(str(files[case])) as file:
+        shown = nxdata.get_default(file)
+        assert shown.is_valid
+        assert not shown.issues
+        name, axes, labels = DEFAULTS[case]
+        assert shown.signal_name == name
+        assert tuple(shown.axes_dataset_names) == axes
+        assert tuple(shown.axes_names) == labels  # silx writes the units behind
+
+
+@pytest.mark.parametrize("case", CASES[:-1])
+def test_nexusformat_finds_the_default_plot(files, case):
+    nexus = pytest.importorskip("nexusformat.nexus")
+    tree = nexus.nxload(str(files[case]))
+    shown = tree.get_default()
+    assert isinstance(shown, nexus.NXdata)
+    name, axes, _ = DEFAULTS[case]
+    assert shown.nxsignal.nxname == name.partition(" ")[0]
+    assert tuple(axis.nxname for axis in shown.nxaxes) == axes
+    assert shown.nxsignal.attrs["units"] in ("Pa", "Pa^2", "K")
+    assert all("units" in axis.attrs for axis in shown.nxaxes)
+    assert np.isfinite(shown.nxsignal.nxdata).all()
+
+
+# signal, its axes, and how silx labels them
+DEFAULTS = {
+    "member": ("pressure (Pa)", ("x", "y"), ("x (m)", "y (m)")),
+    "member without fields": ("stress_spectrum (Pa^2)", ("wavenumber",), ("wavenumber (1/m)",)),
+    "export": (
+        "pressure_L2 (Pa)", ("kept_realization", "x_L2", "y_L2"), ("kept_realization (1)", "x_L2 (m)", "y_L2 (m)"),
+    ),
+    "export without fields": (
+        "flash_temperature (K)", ("level", "realization", "speed"), ("level (1)", "realization (1)", "speed (m/s)"),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", ["member", "export"])
+def test_every_group_that_viewers_draw_is_a_valid_one(files, case):
+    silx = pytest.importorskip("silx.io")
+    nxdata = pytest.importorskip("silx.io.nxdata")
+    with silx.open(str(files[case])) as file:
+        for group in file["entry"].values():
+            found = nxdata.NXdata(group)
+            assert found.is_valid, group.name
+            assert not found.issues
+
+
+def test_stored_numbers_are_those_that_the_run_reports(kept_run, files):
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    with xarray.open_dataset(files["member"], engine="h5netcdf") as data:
+        mean = kept_run.members[2, 0].numbers
+        for name in UNITS:
+            np.testing.assert_array_equal(np.atleast_1d(data[name]), mean[name])
+        np.testing.assert_array_equal(data.speed, kept_run.scene.speeds)
+        assert float(data.pressure.mean()) == pytest.approx(90e6, rel=1e-4)  # force balance, solver tolerance 1e-4
+
+
+def test_the_examples_of_the_page_on_files_run(kept_run, tmp_path, monkeypatch):
+    for name in ("xarray", "h5netcdf", "netCDF4", "nexusformat.nexus"):
+        pytest.importorskip(name)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "runs").mkdir()
+    (tmp_path / "runs" / "steel").symlink_to(kept_run.folder)
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "files.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert len(blocks) == 6
+    names = {}
+    for block in blocks:
+        exec(block, names)
+    assert {path.name for path in tmp_path.iterdir()} == {"runs", "surface.nc", "surface.npy"}

@@ -1,0 +1,348 @@
+"""Many members: a summary beside them spares time and decides nothing; what is missing or unreadable is named."""
+
+import builtins
+import errno
+import os
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from damage_cases import PASSING, without_seal
+
+import roughsim as rs
+from roughsim.cli import main
+from roughsim.comparison.tables import comparison_table
+from roughsim.ensemble.status import status_dict, status_lines
+from roughsim.estimate.errors import relative_half_width
+from roughsim.estimate.ladder import Values
+from roughsim.explore.words import problems_of
+from roughsim.results import reader, summary
+from roughsim.store.member_files import check_member, member_path, read_member, write_member
+
+COUNT = 9
+
+
+@pytest.fixture(scope="module")
+def whole(capped_scene, tmp_path_factory):
+    """A run of two levels, the finer one for every second realization."""
+    levels = (
+        {"column": "capped", "shape": [32, 32], "q_max": 2.5e4},
+        {"column": "capped", "shape": [32, 32], "q_max": 4e4, "every": 2},
+    )
+    scene = replace(capped_scene, numerics=replace(capped_scene.numerics, levels=levels, keep_fields=1))
+    return rs.run(scene, tmp_path_factory.mktemp("whole") / "run", max_realizations=COUNT)
+
+
+@pytest.fixture
+def folder(whole, tmp_path):
+    return shutil.copytree(whole.folder, tmp_path / "run")
+
+
+@pytest.fixture
+def eager(monkeypatch):
+    """A summary for so few members, too, and all files opened are noted."""
+    monkeypatch.setattr(reader, "_LEAST_NEW", 1)
+    opened, true = [], reader.member_of
+    monkeypatch.setattr(reader, "member_of", lambda path, content: opened.append(path.name) or true(path, content))
+    return opened
+
+
+def bits(run):
+    """What estimates are made of, of numbers and of spectra."""
+    found = {name: run.values(name) for name in ("flash_temperature", "plastic_fraction", "correlation_radius_50")}
+    fields = [(name, field) for name in found for field in Values._fields]
+    return {(name, field): np.asarray(getattr(found[name], field)).tobytes() for name, field in fields}
+
+
+def test_a_run_is_read_from_its_summary_to_the_last_bit_and_each_member_once(folder, whole, eager):
+    before = bits(whole)
+    assert bits(rs.open_run(folder)) == before
+    assert len(eager) == len(set(eager)) == COUNT + 5
+    eager.clear()
+    run = rs.open_run(folder)
+    assert bits(run) == before
+    assert eager == []
+    for key, member in whole.members.items():
+        other = run.members[key]
+        assert (other.provenance, other.kept) == (member.provenance, member.kept)
+
+
+def test_a_member_that_came_or_changed_since_is_read_and_wins(folder, whole, eager):
+    rs.open_run(folder)
+    eager.clear()
+    one = read_member(member_path(folder, 0, 3))
+    numbers = {name: 2.0 * values for name, values in one.numbers.items()}
+    write_member(folder, replace(one, numbers=numbers, spectrum=3.0 * one.spectrum))
+    (found,) = (sample for sample in rs.open_run(folder).samples() if sample.q_max < 3e4)
+    assert eager == ["L0-000003.h5"]
+    (true,) = (sample for sample in whole.samples() if sample.q_max < 3e4)
+    expected = true.numbers["flash_temperature"] * np.where(np.arange(COUNT) == 3, 2.0, 1.0)[:, None]
+    np.testing.assert_array_equal(found.numbers["flash_temperature"], expected)
+    np.testing.assert_array_equal(found.spectrum, true.spectrum * np.where(np.arange(COUNT) == 3, 3.0, 1.0)[:, None])
+
+
+@pytest.mark.parametrize("small", [0, 1 << 16])
+def test_a_member_damaged_after_the_summary_is_named(folder, eager, small, monkeypatch):
+    monkeypatch.setattr(reader, "_SMALL", small)  # whether it is large enough to be told by its last change
+    rs.open_run(folder)
+    path = member_path(folder, 1, 4)
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    with pytest.raises(rs.RecordError, match="L1-000004.h5 is damaged"):
+        rs.open_run(folder)
+
+
+def test_a_large_member_of_the_same_size_and_time_but_another_digest_is_read(folder, eager, monkeypatch):
+    monkeypatch.setattr(reader, "_SMALL", 0)
+    rs.open_run(folder)
+    path = member_path(folder, 0, 3)
+    one, before = read_member(path), path.stat()
+    write_member(folder, replace(one, spectrum=3.0 * one.spectrum))
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert path.stat().st_size == before.st_size
+    eager.clear()
+    rs.open_run(folder)
+    assert eager == ["L0-000003.h5"]
+
+
+def test_copied_members_keep_their_summary(folder, tmp_path, eager):
+    rs.open_run(folder)
+    eager.clear()
+    copy = shutil.copytree(folder, tmp_path / "copy", copy_function=shutil.copy)  # with other times
+    assert rs.open_run(copy).realizations == COUNT
+    assert eager == []
+
+
+def spoiled(kind, folder, whole, tmp_path):
+    """The bytes of a summary that is not the one of this folder as it is."""
+    sound = (folder / summary.NAME).read_bytes()
+    if kind == "of another run":
+        scene = replace(whole.scene, ensemble=replace(whole.scene.ensemble, seed=8))
+        other = rs.run(scene, tmp_path / "other", numerics=whole.numerics, max_realizations=COUNT)
+        rs.open_run(other.folder)
+        return (other.folder / summary.NAME).read_bytes()
+    return {"empty": b"", "cut": sound[: len(sound) // 2], "longer": sound + b"\0", "text": b"hello"}[kind]
+
+
+@pytest.mark.parametrize(
+    "kind", ["empty", "cut", "longer", "text", pytest.param("of another run", marks=pytest.mark.slow)]
+)
+def test_a_summary_that_is_none_is_made_anew(folder, whole, tmp_path, eager, kind):
+    before = bits(rs.open_run(folder))
+    sound = (folder / summary.NAME).read_bytes()
+    (folder / summary.NAME).write_bytes(spoiled(kind, folder, whole, tmp_path))
+    eager.clear()
+    assert bits(rs.open_run(folder)) == before
+    assert len(eager) == COUNT + 5
+    assert (folder / summary.NAME).read_bytes() == sound
+
+
+@pytest.mark.slow
+def test_members_of_another_run_with_their_own_summary_are_refused(folder, whole, tmp_path, eager):
+    scene = replace(whole.scene, ensemble=replace(whole.scene.ensemble, seed=8))
+    other = rs.run(scene, tmp_path / "other", numerics=whole.numerics, max_realizations=COUNT)
+    shutil.copytree(other.folder / "realizations", folder / "realizations", dirs_exist_ok=True)
+    shutil.copy(other.folder / summary.NAME, folder)
+    with pytest.raises(rs.RecordError, match="L0-000000.h5 is of another run"):
+        rs.open_run(folder)
+
+
+def test_no_flipped_byte_of_a_summary_is_believed(folder, eager):
+    rs.open_run(folder)
+    path = folder / summary.NAME
+    sound = path.read_bytes()
+    identity = rs.open_run(folder)._reader._run
+    assert summary.read_summary(folder, identity) is not None
+    for place in np.linspace(0, len(sound) - 1, 60, dtype=int):
+        broken = bytearray(sound)
+        broken[place] ^= 1 << (place % 8)
+        path.write_bytes(broken)
+        assert summary.read_summary(folder, identity) is None
+    path.unlink()
+    path.mkdir()
+    assert summary.read_summary(folder, identity) is None
+    assert rs.open_run(folder).realizations == COUNT  # and it cannot be written either
+
+
+def test_a_summary_of_another_layout_is_as_none(folder, whole, eager):
+    run = rs.open_run(folder)._reader._run
+    sound = summary.read_summary(folder, run)
+    for block in sound.blocks:
+        block.columns["flash_temperature"] = block.columns["flash_temperature"][:, :1].repeat(5, axis=1)
+    summary.write_summary(folder, run, sound)
+    eager.clear()
+    assert bits(rs.open_run(folder)) == bits(whole)
+    assert len(eager) == COUNT + 5
+
+
+def test_a_folder_that_takes_no_files_is_read_all_the_same(folder, whole, eager, monkeypatch):
+    def refuse(*_, **__):
+        raise PermissionError(errno.EROFS, "Read-only file system")
+
+    monkeypatch.setattr(summary, "place_bytes", refuse)
+    assert bits(rs.open_run(folder)) == bits(whole)
+    assert not (folder / summary.NAME).exists()
+
+
+def test_what_did_not_suffice_is_not_tried_again_unless_targets_members_or_code_change(folder, eager, monkeypatch):
+    from roughsim.estimate import errors
+    from roughsim.results import run as module
+
+    monkeypatch.setattr(module, "LEAST", 2)
+    tried, true = [], errors.relative_half_width
+    monkeypatch.setattr(errors, "relative_half_width", lambda values: tried.append(len(values.base)) or true(values))
+
+    def counts(goal):
+        tried.clear()
+        run = rs.open_run(folder)
+        run.until = {"flash_temperature": goal}
+        assert run.realizations == COUNT
+        return list(tried)
+
+    assert counts(1e-6) == list(range(2, COUNT + 1))
+    assert counts(1e-6) == []
+    assert counts(2e-6) == list(range(2, COUNT + 1))
+    assert counts(2e-6) == []
+    one = read_member(member_path(folder, 0, 1))
+    write_member(folder, replace(one, provenance=one.provenance | {"written": "2026-01-01T00:00:00Z"}))
+    assert counts(2e-6) == list(range(2, COUNT + 1))
+    monkeypatch.setattr(reader, "code_digest", lambda: "other code")
+    assert counts(2e-6) == list(range(2, COUNT + 1))
+
+
+def test_a_run_stops_where_prefixes_that_are_tried_afresh_say(folder, monkeypatch):
+    from roughsim.results import run as module
+
+    monkeypatch.setattr(module, "LEAST", 2)
+    run = rs.open_run(folder)
+    observable = "correlation_radius_50"  # of the spectra
+    width = {
+        count: relative_half_width(run._values(observable, None, run.samples(None, list(range(count)))))
+        for count in range(2, COUNT + 1)
+    }
+    for goal in sorted(width.values())[1:-1]:
+        again = rs.open_run(folder)
+        again.until = {observable: goal}
+        first = next(count for count in width if width[count] <= goal)
+        assert again.realizations == first
+        again.refresh()
+        assert again.realizations == first
+        assert again.target_met
+
+
+@pytest.mark.slow
+def test_old_runs_have_a_summary_too(folder, whole, eager):
+    for path in (folder / "realizations").iterdir():
+        path.write_bytes(without_seal(path.read_bytes()))
+    assert bits(rs.open_run(folder)) == bits(whole)
+    eager.clear()
+    assert bits(rs.open_run(folder)) == bits(whole)
+    assert eager == []
+    path = member_path(folder, 0, 5)
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2 :] = bytes(len(content) - len(content) // 2)
+    path.write_bytes(content)
+    with pytest.raises(rs.RecordError, match="L0-000005.h5 is damaged"):
+        rs.open_run(folder)
+
+
+@pytest.mark.parametrize("number", PASSING)
+def test_members_that_cannot_be_read_now_are_an_error_and_stay_where_they_are(folder, whole, number, monkeypatch):
+    before = {path.name: path.read_bytes() for path in (folder / "realizations").iterdir()}
+    true = builtins.open
+
+    def refuse(file, *given, **named):
+        if str(file).endswith(".h5"):
+            raise OSError(number, os.strerror(number), str(file))
+        return true(file, *given, **named)
+
+    monkeypatch.setattr(builtins, "open", refuse)
+    for how in ("refuse", "skip"):
+        with pytest.raises(OSError, match=r"L\d-000000.h5 cannot be read now") as told:
+            rs.open_run(folder, damaged=how)
+        assert not isinstance(told.value, rs.RecordError)
+    with pytest.raises(OSError, match=r"L\d-000000.h5 cannot be read now"):
+        rs.run(whole.scene, folder, max_realizations=COUNT + 1)  # goes on with nothing, redoes nothing
+    monkeypatch.undo()
+    assert {path.name: path.read_bytes() for path in (folder / "realizations").iterdir()} == before
+    assert rs.open_run(folder).realizations == COUNT
+
+
+def test_a_missing_member_in_the_middle_is_named_and_what_follows_is_said(folder):
+    for name in ("L0-000003.h5", "L0-000005.h5", "L1-000004.h5"):
+        (folder / "realizations" / name).unlink()
+    (folder / "realizations" / "mine").mkdir()  # what is somebody's own is left alone
+    (folder / "realizations" / "L0-000099.h5.bak").write_text("mine")
+    run = rs.open_run(folder)
+    assert (run.realizations, run.missing) == (3, ["L0-000003", "L1-000004", "L0-000005"])
+    said = "not there: L0-000003, L1-000004, L0-000005, lost or being computed now; only the 3 realizations before"
+    assert any(line.startswith(said) for line in status_lines(run))
+    assert status_dict(run)["missing"] == run.missing
+    assert any(note.startswith(said) for note in rs.compare(run).notes())
+    assert rs.compare(run).to_dict()["missing"] == run.missing
+    assert said in comparison_table(rs.compare(run)).caption
+
+
+def test_files_and_pages_of_a_run_with_a_gap_are_not_shorter_without_a_word(folder, tmp_path, capsys):
+    (folder / "realizations" / "L0-000003.h5").unlink()
+    for words in (["export", str(folder), "-o", str(tmp_path / "a.h5")], ["plot", str(folder), "spectrum"]):
+        with pytest.raises(SystemExit) as ended:
+            main(words)
+        assert ended.value.code == 0
+        assert "not there: L0-000003, lost or being computed now; only the 3 real" in capsys.readouterr().err
+    assert any("not there: L0-000003" in line for line in problems_of(rs.open_run(folder)))
+
+
+def test_a_whole_run_and_one_that_met_its_target_miss_nothing(folder):
+    run = rs.open_run(folder)
+    assert run.missing == []
+    (folder / "realizations" / "L0-000007.h5").unlink()
+    assert rs.open_run(folder).missing == ["L0-000007"]
+    (folder / "realizations" / "L0-000008.h5").unlink()  # nothing after the gap but a finer level of the last
+    assert rs.open_run(folder).missing == ["L0-000007", "L0-000008"]
+
+
+def test_damaged_members_are_named_and_not_said_to_have_not_converged(folder):
+    path = member_path(folder, 0, 2)
+    path.write_bytes(path.read_bytes()[:-300])
+    run = rs.open_run(folder, damaged="skip")
+    lines = status_lines(run)
+    assert any(line.startswith("damaged and left out of the means: L0-000002; run") for line in lines)
+    assert not any("did not converge" in line for line in lines)
+    assert (status_dict(run)["damaged"], status_dict(run)["failed"]) == (["L0-000002"], 0)
+
+
+def test_members_that_did_not_converge_stand_in_the_summary_too(folder, eager):
+    for level, index in ((0, 3), *((1, index) for index in range(0, COUNT, 2))):
+        one = read_member(member_path(folder, level, index))
+        empty = {"numbers": {}, "wavenumber": np.empty(0), "spectrum": np.empty(0)}
+        write_member(folder, replace(one, failure=f"stalled at {index}", **empty))
+    for _ in range(2):
+        run = rs.open_run(folder)
+        assert (run.realizations, run.failed, run.sound(COUNT)) == (COUNT, 6, [1, 5, 7])
+        assert run.members[0, 3].failure == "stalled at 3"
+        assert run.members[1, 8].numbers == {}
+    assert len(eager) == COUNT + 5
+
+
+def test_a_flipped_bit_in_a_kept_field_is_found_and_mended(folder, whole):
+    path = member_path(folder, 0, 0)
+    import h5py
+
+    with h5py.File(path) as file:
+        chunk = file["heights"].id.get_chunk_info(0)
+    content = bytearray(path.read_bytes())
+    content[chunk.byte_offset + chunk.size // 2] ^= 1
+    path.write_bytes(content)
+    with pytest.raises(rs.RecordError, match="L0-000000.h5 is damaged"):
+        check_member(path)
+    with pytest.raises(rs.RecordError, match="L0-000000.h5 is damaged"):
+        rs.open_run(folder)
+    with pytest.warns(RuntimeWarning, match=r"L0-000000.h5 is damaged .* moved to .*damaged/L0-000000.h5"):
+        rs.run(whole.scene, folder, max_realizations=COUNT)
+    assert (folder / "damaged" / "L0-000000.h5").read_bytes() == content
+    true = read_member(member_path(whole.folder, 0, 0), with_fields=True)
+    np.testing.assert_array_equal(read_member(path, with_fields=True).fields["heights"], true.fields["heights"])
+    assert bits(rs.open_run(folder)) == bits(whole)

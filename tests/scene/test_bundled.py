@@ -1,0 +1,128 @@
+"""The bundled scenes: each is read, planned with a reason for each choice, predicted, and computed at toy size."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim import cli
+from roughsim.comparison.tables import theory_dict
+from roughsim.scene import BLANK, SceneError, bundled_scenes, parse_scene, scene_text
+from roughsim.scene.quantities import KEYS
+
+LINES = {"cell", "realizations", "error", "tolerance", "memory"}
+
+
+def test_the_scenes_are_these():
+    assert bundled_scenes() == ("demo", "granite", "rubber", "steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa")
+
+
+@pytest.mark.parametrize("name", bundled_scenes())
+def test_a_bundled_scene_is_commented_throughout(name):
+    text = scene_text(name)
+    assert text.startswith("# ")
+    assert max(map(len, text.splitlines())) <= 125
+    keys = [line for line in text.splitlines() if re.match(r"[a-z_]+ = ", line)]
+    bare = [line.split(" = ")[0] for line in keys if "#" not in line]
+    assert set(bare) <= {"title", "poisson_ratio", "density", "heat_capacity", "conductivity", "speed"} | {
+        "friction_coefficient"
+    }
+
+
+@pytest.mark.parametrize("name", ["granite", "rubber"])
+def test_numbers_nobody_measured_are_marked_as_assumed(name):
+    assert "ASSUMED" in scene_text(name)
+    assert "assumed" in rs.load_scene(name).title
+
+
+@pytest.mark.parametrize("name", ["granite", pytest.param("rubber", marks=pytest.mark.slow)])
+def test_scenes_beyond_any_grid_are_cut_with_a_word_and_say_what_is_left_to_q_max(name):
+    scene = rs.load_scene(name)
+    numerics = rs.plan(scene)
+    assert {reason.choice for reason in numerics.reasons} >= LINES | set(numerics.columns)
+    assert numerics.columns == (("elastic",) if scene.elastic else ("smoothed", "capped"))
+    cut = sorted({level.q_max for level in numerics.levels})
+    assert cut == pytest.approx([2048 * np.pi / (k * numerics.lengths[0]) for k in (8, 4, 2)])
+    assert max(max(level.shape) for level in numerics.levels) == 2048
+    assert all(any("C(q) cut" in r.reason for r in numerics.reasons if r.choice == c) for c in numerics.columns)
+    if scene.elastic:  # a fifth of T_flash is left to q_max, as the theory says; a quarter of that is in doubt
+        assert 0.02 < numerics.forecast.bandwidth < 0.07
+    else:
+        assert np.isnan(numerics.forecast.bandwidth)
+
+
+# rubber touches less than steel and runs hot at its finest roughness; rock yields at the short waves alone
+@pytest.mark.parametrize(
+    ("name", "contact", "yielded"), [("rubber", (1e-3, 1e-2), (0, 0)), ("granite", (4e-4, 6e-4), (0.9, 1))]
+)
+def test_theory_of_the_assumed_scenes_is_of_the_size_their_comments_say(name, contact, yielded):
+    told = theory_dict(rs.load_scene(name))
+    assert contact[0] < told["contact_fraction"] < contact[1]
+    assert yielded[0] <= told["plastic_fraction"] / told["contact_fraction"] <= yielded[1]
+    assert np.all(np.diff(told["flash_temperature"]) > 0)
+    assert np.all(np.diff(told["heat_partition"]) > 0)  # more heat stays in the body over which the spots slide
+    assert told["heat_partition"] == told["heat_partition_theory"]
+
+
+@pytest.mark.parametrize("name", bundled_scenes())
+def test_a_bundled_scene_computes_at_toy_size(name):
+    scene = rs.load_scene(name)
+    column = "elastic" if scene.elastic else "capped"
+    length = 4 * 2 * np.pi / scene.spectrum.breaks[0]
+    level = {"column": column, "shape": [64, 64], "q_max": 0.9 * 64 * np.pi / length}
+    toy = replace(scene, numerics=replace(scene.numerics, levels=(level,), lengths=(length, length)))
+    one = rs.realize(toy, rs.plan(toy), seed=1, level=0, index=0)
+    assert one.observables.flash_temperature.shape == (len(scene.speeds),)
+    assert np.all(one.observables.flash_temperature > 0)
+    assert 0 < one.contact.contact_fraction < 0.5
+    assert one.contact.pressure.mean() == pytest.approx(scene.sliding.nominal_pressure, rel=1e-9)
+    assert one.contact.pressure.max() <= scene.penetration_hardness
+
+
+# --- the form to fill in
+
+
+def filled(text):
+    """The form with every key written out, as its own examples have it."""
+    return re.sub(r"(?m)^# (?=\[|[a-z_]+ = )", "", text)
+
+
+# keys that need or exclude others
+RIVALS = "rms_slope|spectrum|topography|psd_file|psd_convention|psd_source|background_temperature"
+
+
+def without(text, keys):
+    return re.sub(rf"(?m)^({keys}) = .*\n", "", text)
+
+
+def test_the_form_holds_every_key_and_says_what_is_missing():
+    form = scene_text(BLANK)
+    keys = set(KEYS) - {"psd", "column", "shape", "every"}
+    assert {key for key in keys if not re.search(rf"(?m)^# {key} = ", form)} == set()
+    with pytest.raises(SceneError, match=r"^blank: surface.rms_height is missing; give exactly one of"):
+        rs.load_scene(BLANK)
+
+
+def test_the_form_filled_in_with_its_own_examples_is_a_scene():
+    text = filled(scene_text(BLANK))
+    text = without(text, RIVALS)
+    scene = parse_scene(text)
+    assert scene.counterface.like == "body"
+    assert (scene.theory.gamma, scene.ensemble.seed, scene.ensemble.max_realizations) == (0.45, 1, 400)
+    assert rs.plan(scene).levels[0].shape == (1024, 1024)
+
+
+def test_the_form_s_defaults_are_the_defaults():
+    text = filled(scene_text(BLANK))
+    text = without(text, f"{RIVALS}|tolerance|lengths|levels|slid_distance")
+    written = parse_scene(text)
+    bare = parse_scene(text[: text.index("[theory]")])
+    assert (written.theory, written.ensemble) == (bare.theory, bare.ensemble)
+
+
+def test_new_prints_the_form(capsys):
+    with pytest.raises(SystemExit):
+        cli.main(["new", "blank"])
+    assert capsys.readouterr().out == scene_text(BLANK)

@@ -1,0 +1,325 @@
+"""Claims: who computes what, who is gone, and that nothing depends on it."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+
+import pytest
+
+import roughsim as rs
+from roughsim.ensemble import start, tasks
+from roughsim.store import claims
+from roughsim.store.claims import Claims, working, writer
+from roughsim.store.member_files import member_path, read_member
+
+ONE, TWO = "L0-000000", "L0-000001"
+
+
+@pytest.fixture
+def soon(monkeypatch):
+    """Short times, so that a process that is gone is noticed in a test."""
+    monkeypatch.setattr(claims, "LEASE", 0.3)
+    monkeypatch.setattr(claims, "RENEWAL", 0.03)
+    monkeypatch.setattr(tasks, "PAUSE", 0.01)
+
+
+def silent(folder, name="elsewhere-1-ab", **told):
+    """A process that has left its file and a claim, and gives no sign of life."""
+    (folder / "claims").mkdir(parents=True, exist_ok=True)
+    told = {"host": "elsewhere", "pid": 1, "space": None} | told
+    (folder / "claims" / f"process-{name}").write_text(f"{7:020d}\n{json.dumps(told)}\n")
+    (folder / "claims" / ONE).write_text(name)
+
+
+def names(folder):
+    return sorted(path.name for path in (folder / "claims").iterdir())
+
+
+def test_a_member_is_taken_by_one_process_until_it_gives_it_up(tmp_path):
+    with Claims(tmp_path) as mine, Claims(tmp_path) as other:
+        assert mine.take(ONE)
+        assert not other.take(ONE)
+        assert other.take(TWO)
+        mine.release(ONE)
+        assert other.take(ONE)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_process_that_gives_signs_of_life_keeps_its_claims_longer_than_a_lease(tmp_path):
+    with Claims(tmp_path, renewal=0.02) as mine, Claims(tmp_path, lease=0.3) as other:
+        mine.take(ONE)
+        end = time.monotonic() + 0.7
+        while time.monotonic() < end:
+            assert not other.take(ONE)
+            time.sleep(0.02)
+
+
+def test_a_silent_process_loses_its_claims_after_a_lease_on_the_clock_of_the_reader(tmp_path):
+    silent(tmp_path)
+    began = time.monotonic()
+    with Claims(tmp_path, lease=0.2) as mine:
+        assert not mine.take(ONE)
+        while not mine.take(ONE):
+            time.sleep(0.01)
+        assert time.monotonic() - began >= 0.2
+        assert (tmp_path / "claims" / ONE).read_text() == mine.name
+    assert list(tmp_path.iterdir()) == []  # what the silent one left is gone too
+
+
+@pytest.mark.parametrize("moment", [0.0, 1e9, 1e10], ids=["1970", "2001", "2286"])
+def test_the_times_of_files_count_for_nothing(tmp_path, moment):
+    # a server or another machine may have any clock
+    silent(tmp_path)
+    for path in (tmp_path / "claims").iterdir():
+        os.utime(path, (moment, moment))
+    with Claims(tmp_path, lease=60.0) as mine:
+        assert not mine.take(ONE)
+    with Claims(tmp_path, renewal=0.02) as other, Claims(tmp_path, lease=0.2) as mine:
+        other.take(TWO)
+        end = time.monotonic() + 0.4
+        while time.monotonic() < end:
+            for path in (tmp_path / "claims").iterdir():
+                os.utime(path, (moment, moment))
+            assert not mine.take(TWO)
+            time.sleep(0.02)
+
+
+def test_a_container_that_starts_again_with_the_same_host_and_number_is_another_process(tmp_path):
+    # its number is that of the dead one: it lives, so only silence tells
+    with Claims(tmp_path) as name:
+        host = name.name.rsplit("-", 2)[0]
+    silent(tmp_path, f"{host}-{os.getpid()}-ab", host=host, pid=os.getpid(), space=claims._space())
+    with Claims(tmp_path, lease=0.2) as mine:
+        assert not mine.take(ONE)
+        time.sleep(0.25)
+        assert mine.take(ONE)
+
+
+def test_a_process_of_this_machine_that_has_ended_is_gone_at_once(tmp_path):
+    ended = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True, check=True)
+    silent(tmp_path, pid=int(ended.stdout), space=claims._space())
+    (tmp_path / "claims" / TWO).write_text("elsewhere-1-ab")
+    with Claims(tmp_path) as mine:
+        assert mine.take(ONE)
+    assert list(tmp_path.iterdir()) == []  # nor stay claims of members that nobody needed
+
+
+def test_the_same_number_in_another_container_says_nothing(tmp_path):
+    silent(tmp_path, pid=2**22 + 1, space="another start of another machine")
+    with Claims(tmp_path) as mine:
+        assert not mine.take(ONE)
+
+
+def test_a_suspended_process_that_was_taken_for_gone_removes_no_claim_of_its_heir(tmp_path):
+    suspended = Claims(tmp_path)
+    suspended.folder.mkdir()
+    suspended._sign(0)  # and no thread that goes on
+    assert suspended.take(ONE)
+    with Claims(tmp_path, lease=0.1) as heir:
+        time.sleep(0.12)
+        assert heir.take(ONE)
+        suspended.release(ONE)
+        assert names(tmp_path) == sorted([ONE, f"process-{heir.name}", f"process-{suspended.name}"])
+        suspended._sign(1)  # it lives after all
+        assert not suspended.take(ONE)
+    assert names(tmp_path) == [f"process-{suspended.name}"]
+
+
+@pytest.mark.parametrize("content", ["", "x" * 5000, "../../etc/passwd", "\0\1\2"])
+def test_a_claim_that_names_no_process_is_stale_after_a_lease(tmp_path, content):
+    (tmp_path / "claims").mkdir()
+    (tmp_path / "claims" / ONE).write_text(content)
+    with Claims(tmp_path, lease=0.1) as mine:
+        assert not mine.take(ONE)
+        time.sleep(0.12)
+        assert mine.take(ONE)
+
+
+def test_where_claims_cannot_be_made_the_run_goes_on_and_says_so_once(quick, tmp_path):
+    folder = rs.run(quick, tmp_path / "run", max_realizations=1).folder
+    (folder / "claims").write_text("a file of somebody")
+    with pytest.warns(RuntimeWarning, match=r"claims cannot be made in .*claims \(.*\): the run goes on") as told:
+        assert rs.run(quick, folder, max_realizations=4).realizations == 4
+    assert len(told) == 1
+    assert (folder / "claims").read_text() == "a file of somebody"
+
+
+def test_a_folder_that_goes_and_a_full_disk_cost_claims_only(tmp_path, monkeypatch):
+    with Claims(tmp_path) as mine:
+        (tmp_path / "claims" / f"process-{mine.name}").unlink()
+        (tmp_path / "claims").rmdir()
+        assert mine.take(ONE)
+
+        def full(*_):
+            raise OSError(28, "No space left on device")
+
+        monkeypatch.setattr(os, "write", full)
+        with pytest.warns(RuntimeWarning, match="No space left on device"):
+            assert mine.take(TWO)
+        assert mine.take("L0-000002")  # and says no more
+
+
+def test_working_counts_those_that_give_signs_of_life(tmp_path, soon):
+    assert working(tmp_path) == []
+    silent(tmp_path)
+    assert writer(tmp_path) is None
+    with Claims(tmp_path):
+        assert writer(tmp_path).startswith(f"process {os.getpid()} on ")
+        with Claims(tmp_path):
+            assert writer(tmp_path).startswith("2 processes on ")
+    assert writer(tmp_path) is None
+
+
+def test_members_that_a_process_left_are_computed_when_it_is_taken_for_gone(quick, tmp_path, soon):
+    run = rs.run(quick, tmp_path / "run", max_realizations=1)
+    (tmp_path / "run" / "realizations" / ".L0-000000.h5.elsewhere-1-ab.tmp").write_text("half")
+    member_path(run.folder, 0, 0).unlink()
+    silent(run.folder)
+    again = rs.run(quick, run.folder, max_realizations=4)
+    assert again.realizations == 4
+    assert sorted(path.name for path in run.folder.iterdir()) == ["realizations", "run.json", "scene.toml"]
+    assert len(list((run.folder / "realizations").iterdir())) == 4
+
+
+def test_members_of_another_process_are_counted_and_not_computed_again(quick, tmp_path, soon, monkeypatch):
+    whole = rs.run(quick, tmp_path / "whole", max_realizations=4)
+    run = rs.run(quick, tmp_path / "run", max_realizations=1)
+    computed, genuine = [], tasks.store_member
+
+    def store(*arguments):
+        computed.append(arguments[3])
+        for index in (1, 3):  # meanwhile the other one has been at work
+            path = member_path(run.folder, 0, index)
+            path.write_bytes(member_path(whole.folder, 0, index).read_bytes())
+        return genuine(*arguments)
+
+    monkeypatch.setattr(tasks, "store_member", store)
+    with Claims(run.folder) as other:
+        other.take(TWO)
+        result = rs.run(quick, run.folder, max_realizations=4)
+    assert computed == [2]
+    assert result.realizations == 4
+
+
+def test_a_run_stops_when_another_process_has_reached_its_target(quick, tmp_path, soon):
+    goal = {"flash_temperature": 0.2}
+    whole = rs.run(quick, tmp_path / "whole", max_realizations=60, until=goal)
+    assert whole.target_met
+    run = rs.run(quick, tmp_path / "run", max_realizations=1)
+    with Claims(run.folder) as other:
+        for index in range(1, 60):
+            other.take(f"L0-{index:06d}")
+        for path in (whole.folder / "realizations").iterdir():
+            (run.folder / "realizations" / path.name).write_bytes(path.read_bytes())
+        result = rs.run(quick, run.folder, max_realizations=60, until=goal)
+    assert (result.target_met, result.realizations) == (True, whole.realizations)
+
+
+def test_of_two_starts_at_once_the_first_plan_counts(quick, tmp_path, monkeypatch):
+    # plans are made of timings: two of them may differ
+    scene, planned = quick, rs.plan(quick)
+    from dataclasses import replace
+
+    other = replace(planned, tolerance=2e-4)
+    folder = tmp_path / "run"
+
+    def late(scene):
+        monkeypatch.setattr(start, "plan", lambda _: other)
+        assert start.begin(scene, folder) == other
+        return planned
+
+    monkeypatch.setattr(start, "plan", late)
+    assert start.begin(scene, folder).tolerance == 2e-4
+    assert rs.open_run(folder).numerics.tolerance == 2e-4
+    with pytest.raises(rs.RecordError, match="tolerance is 0.0002 there"):
+        start.begin(scene, folder, planned)
+
+
+def test_each_of_two_processes_stops_where_it_was_told_and_run_json_tells_the_last(quick, tmp_path):
+    longer = rs.run(quick, tmp_path / "run", max_realizations=3)
+
+    def shorter(run):
+        if run.realizations == 4 and not started:
+            started.append(rs.run(quick, run.folder, max_realizations=2).realizations)
+
+    started = []
+    assert rs.run(quick, longer.folder, max_realizations=6, observer=shorter).realizations == 6
+    assert started == [2]
+    assert rs.open_run(longer.folder).max_realizations == 2
+    assert rs.run(quick, longer.folder, max_realizations=6).realizations == 6
+
+
+def test_the_versions_are_those_of_the_process_that_began(quick, tmp_path, monkeypatch):
+    folder = rs.run(quick, tmp_path / "run", max_realizations=1).folder
+    began = json.loads((folder / "run.json").read_text())["versions"]
+    monkeypatch.setattr(start, "versions", lambda: {"numpy": "another"})
+    rs.run(quick, folder, max_realizations=2)
+    assert json.loads((folder / "run.json").read_text())["versions"] == began
+
+
+def test_a_member_that_is_damaged_while_the_run_goes_on_is_moved_aside_and_done_again(quick, tmp_path, soon):
+    whole = rs.run(quick, tmp_path / "whole", max_realizations=3)
+    folder = rs.run(quick, tmp_path / "run", max_realizations=1).folder
+
+    def spoil(run):
+        path = member_path(folder, 0, 2)
+        if run.realizations == 2 and not (folder / "damaged").exists():
+            path.write_bytes(path.read_bytes()[:999] if path.exists() else b"broken")
+
+    with pytest.warns(
+        RuntimeWarning, match=r"L0-000002.h5 is damaged .*; it was moved to .*damaged.* and is done again"
+    ):
+        run = rs.run(quick, folder, max_realizations=3, observer=spoil)
+    assert run.realizations == 3
+    assert [path.name for path in (folder / "damaged").iterdir()] == ["L0-000002.h5"]
+    for index in range(3):
+        mine, theirs = (read_member(member_path(place, 0, index)).numbers for place in (folder, whole.folder))
+        assert all((mine[name] == theirs[name]).all() for name in theirs)
+
+
+def test_a_member_that_was_stored_between_two_looks_is_not_computed_again(quick, tmp_path, soon, monkeypatch):
+    whole = rs.run(quick, tmp_path / "whole", max_realizations=3)
+    folder = rs.run(quick, tmp_path / "run", max_realizations=1).folder
+    computed, genuine, take = [], tasks.store_member, Claims.take
+
+    def late(claims, claim):
+        if claim == TWO:  # its process has just stored it and given it up
+            path = member_path(folder, 0, 1)
+            path.write_bytes(member_path(whole.folder, 0, 1).read_bytes())
+        return take(claims, claim)
+
+    monkeypatch.setattr(Claims, "take", late)
+    monkeypatch.setattr(tasks, "store_member", lambda *rest: computed.append(rest[3]) or genuine(*rest))
+    assert rs.run(quick, folder, max_realizations=3).realizations == 3
+    assert computed == [2]
+
+
+def test_what_a_living_process_is_writing_is_not_swept_away(quick, tmp_path, soon):
+    folder = rs.run(quick, tmp_path / "run", max_realizations=1).folder
+    begun = [folder / "realizations" / f".{name}.h5.here-1-ab.tmp" for name in (TWO, "L0-000005")]
+    for path in begun:
+        path.write_text("half")
+    with Claims(folder) as other:
+        other.take(TWO)
+        rs.run(quick, folder, max_realizations=1)
+        assert [path.exists() for path in begun] == [True, False]
+    rs.run(quick, folder, max_realizations=1)
+    assert not begun[0].exists()
+
+
+def test_a_process_keeps_its_own_end_when_another_writes_run_json_at_its_start(quick, tmp_path, monkeypatch):
+    from roughsim import ensemble
+
+    rs.run(quick, tmp_path / "run", max_realizations=1)
+    genuine = ensemble.open_run
+
+    def late(place):
+        rs_scene = ensemble.aimed(quick, max_realizations=2, until={"flash_temperature": 0.9})
+        start.begin(rs_scene, place)
+        return genuine(place)
+
+    monkeypatch.setattr(ensemble, "open_run", late)
+    run = rs.run(quick, tmp_path / "run", max_realizations=4)
+    assert (run.realizations, run.until, run.max_realizations) == (4, {}, 4)

@@ -1,0 +1,174 @@
+"""Damaged, not to be read now, or sound: told apart by the bytes alone, and nothing is ever deleted."""
+
+import builtins
+import errno
+import io
+import os
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from damage_cases import PASSING, member, without_seal
+
+import roughsim as rs
+from roughsim.store import disk
+from roughsim.store.disk import is_temporary, set_aside
+from roughsim.store.member_files import check_member, member_path, read_member, write_member
+
+
+@pytest.fixture
+def path(tmp_path):
+    """The file of a member with fields."""
+    (tmp_path / "realizations").mkdir()
+    write_member(tmp_path, member())
+    return member_path(tmp_path, 1, 42)
+
+
+@pytest.mark.parametrize("kind", ["flipped bit", "64 zeroed bytes"])
+def test_no_damaged_byte_goes_unseen_wherever_it_lies(path, kind, monkeypatch):
+    sound = path.read_bytes()
+    monkeypatch.setattr(h5py, "File", lambda *_, **__: pytest.fail("HDF5 saw a file whose digest does not hold"))
+    check_member(path)
+    places = [*np.linspace(0, len(sound) - 1, 80, dtype=int), *range(len(sound) - 100, len(sound), 3)]
+    for place in places:
+        broken = bytearray(sound)
+        if kind == "flipped bit":
+            broken[place] ^= 1 << (place % 8)
+        else:
+            broken[place : place + 64] = bytes(len(broken[place : place + 64]))
+        if broken == sound:
+            continue  # zeros were there before
+        path.write_bytes(broken)
+        with pytest.raises(rs.RecordError, match=r"L1-000042.h5 is damaged \(.*moved into the folder 'damaged'"):
+            check_member(path)
+        with pytest.raises(rs.RecordError, match=r"L1-000042.h5 is damaged"):
+            read_member(path)
+
+
+def test_a_cut_off_file_is_damaged_at_every_length_but_that_of_an_older_file(path, monkeypatch):
+    sound = path.read_bytes()
+    whole = len(without_seal(sound))
+    for length in (0, 7, 47, 48, 1000, whole - 1, *range(whole + 1, len(sound))):
+        path.write_bytes(sound[:length])
+        with pytest.raises(rs.RecordError, match="is damaged"):
+            check_member(path)
+    path.write_bytes(sound + b"\0")
+    with pytest.raises(rs.RecordError, match="is damaged"):
+        check_member(path)
+
+
+def test_the_file_or_the_digest_of_another_member_is_refused(path, tmp_path):
+    write_member(tmp_path, member(43))
+    other = member_path(tmp_path, 1, 43)
+    mine, theirs = path.read_bytes(), other.read_bytes()
+    end = len(without_seal(mine))
+    path.write_bytes(mine[:end] + theirs[len(without_seal(theirs)) :])
+    with pytest.raises(rs.RecordError, match="its SHA-256 does not match"):
+        check_member(path)
+    for content in (theirs, without_seal(theirs)):
+        path.write_bytes(content)
+        with pytest.raises(rs.RecordError, match="it holds level 1, index 43, not what its name says"):
+            check_member(path)
+
+
+def test_a_file_from_before_the_digest_opens_and_is_checked_by_what_is_inside(path):
+    sound, good = path.read_bytes(), read_member(path, with_fields=True)
+    path.write_bytes(without_seal(sound))
+    check_member(path)
+    back = read_member(path, with_fields=True)
+    np.testing.assert_array_equal(back.numbers["flash_temperature"], good.numbers["flash_temperature"])
+    np.testing.assert_array_equal(back.fields["pressure"], good.fields["pressure"])
+    with h5py.File(path) as file:
+        chunk = file["pressure"].id.get_chunk_info(0)
+    broken = bytearray(without_seal(sound))
+    broken[chunk.byte_offset + chunk.size // 2] ^= 4
+    path.write_bytes(broken)
+    with pytest.raises(rs.RecordError, match="is damaged"):
+        check_member(path)
+
+
+@pytest.mark.parametrize("number", PASSING)
+def test_what_cannot_be_read_now_is_an_error_that_says_why_and_no_damage(path, number, monkeypatch):
+    def refuse(*_, **__):
+        raise OSError(number, os.strerror(number), str(path))
+
+    monkeypatch.setattr(builtins, "open", refuse)
+    monkeypatch.setattr(io, "open", refuse)
+    for look in (check_member, read_member):
+        with pytest.raises(
+            OSError, match=rf"L1-000042.h5 cannot be read now \({os.strerror(number)}\); nothing"
+        ) as told:
+            look(path)
+        assert told.value.errno == number
+        assert not isinstance(told.value, rs.RecordError)
+
+
+def test_an_error_in_the_middle_of_a_file_is_no_damage(path, monkeypatch):
+    class Failing(io.FileIO):
+        def read(self, *_):
+            raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(builtins, "open", lambda place, _: Failing(place))
+    with pytest.raises(OSError, match=r"cannot be read now \(Input/output error\)"):
+        check_member(path)
+
+
+def test_a_missing_file_and_a_folder_in_its_place_are_no_damage(path):
+    path.unlink()
+    with pytest.raises(FileNotFoundError, match="L1-000042.h5 cannot be read now"):
+        check_member(path)
+    path.mkdir()
+    with pytest.raises(OSError, match="is a folder, a pipe or a device"):
+        check_member(path)
+
+
+def test_a_file_of_a_newer_format_is_no_damage(path):
+    with h5py.File(path, "r+") as file:
+        file.attrs["format_version"] = 99
+    check_member(path)
+    with pytest.raises(rs.RecordError, match="format version 99"):
+        read_member(path)
+
+
+def test_damaged_files_are_kept_under_free_names(path, tmp_path):
+    sound = path.read_bytes()
+    for number, name in enumerate(("L1-000042.h5", "L1-000042-1.h5", "L1-000042-2.h5")):
+        path.write_bytes(sound + bytes([number]))
+        assert set_aside(path) == tmp_path / "damaged" / name
+        assert not path.exists()
+    kept = {p.name: p.read_bytes()[-1] for p in (tmp_path / "damaged").iterdir()}
+    assert kept == {"L1-000042.h5": 0, "L1-000042-1.h5": 1, "L1-000042-2.h5": 2}
+    with pytest.raises(FileNotFoundError):
+        set_aside(path)
+    assert len(list((tmp_path / "damaged").iterdir())) == 3  # no empty file stands for one that was gone
+
+
+def test_a_temporary_file_that_another_process_sweeps_away_is_written_again(path, tmp_path, monkeypatch):
+    true, swept = os.replace, []
+
+    def replace(source, target):
+        if len(swept) < 2:
+            swept.append(Path(source).name)
+            Path(source).unlink()
+        true(source, target)
+
+    monkeypatch.setattr(os, "replace", replace)
+    disk.place_bytes(path, b"whole")
+    assert path.read_bytes() == b"whole"
+    assert len(set(swept)) == 2
+    assert all(is_temporary(name) for name in swept)
+    assert not is_temporary(path.name)
+    assert not is_temporary(".profile")
+    assert [p.name for p in path.parent.iterdir()] == [path.name]
+
+
+def test_a_disk_that_takes_nothing_and_removes_nothing_is_named_with_the_file_that_was_to_be_written(path, monkeypatch):
+    # mounted for reading only, or remounted so after an error
+    def refuse(*_, **__):
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    monkeypatch.setattr(builtins, "open", refuse)
+    monkeypatch.setattr(Path, "unlink", refuse)
+    with pytest.raises(OSError, match=rf"cannot write .*{path.name}: Read-only file system"):
+        disk.place_bytes(path, b"whole")

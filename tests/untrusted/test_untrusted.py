@@ -1,0 +1,364 @@
+"""Files from elsewhere: what leads out of them, runs code or fills the memory is refused by name, before it is read."""
+
+import json
+import os
+import pickle
+import shutil
+import zipfile
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim import untrusted
+from roughsim.cli import main
+from roughsim.ensemble import tasks, writer
+from roughsim.results.export import export_run
+from roughsim.store import claims
+from roughsim.store.member_files import member_path, read_field, read_member
+from roughsim.surface.topography import read_topography
+from roughsim.untrusted import refuse_file_of_instrument, refuse_foreign
+
+
+@pytest.fixture(scope="module")
+def whole(capped_scene, tmp_path_factory):
+    """A small sound run with fields; tests work on copies."""
+    numerics = replace(
+        capped_scene.numerics, levels=({"column": "capped", "shape": [32, 32], "q_max": 4e4},), keep_fields=1
+    )
+    return rs.run(
+        replace(capped_scene, numerics=numerics), tmp_path_factory.mktemp("whole") / "run", max_realizations=2
+    )
+
+
+@pytest.fixture
+def folder(whole, tmp_path):
+    return shutil.copytree(whole.folder, tmp_path / "run")
+
+
+@pytest.fixture
+def secret(tmp_path):
+    """What a crafted file wants to get at."""
+    with h5py.File(tmp_path / "secret.h5", "w") as file:
+        file["pressure"] = np.full((32, 32), 42.0, np.float32)
+    (tmp_path / "secret.raw").write_bytes(np.full((32, 32), 42.0, np.float32).tobytes())
+    return tmp_path / "secret.h5"
+
+
+def external_link(file, secret):
+    del file["pressure"]
+    file["pressure"] = h5py.ExternalLink(str(secret), "/pressure")
+
+
+def nested_external_link(file, secret):
+    file["entry/more/deep"] = h5py.ExternalLink(str(secret), "/pressure")
+
+
+def soft_link(file, secret):
+    del file["heights"]
+    file["heights"] = h5py.SoftLink("/pressure")
+
+
+def external_dataset(file, secret):
+    del file["pressure"]
+    raw = [(str(secret.with_suffix(".raw")), 0, h5py.h5f.UNLIMITED)]
+    file.create_dataset("pressure", (32, 32), "<f4", external=raw)
+
+
+def virtual_dataset(file, secret):
+    del file["pressure"]
+    layout = h5py.VirtualLayout((32, 32), "<f4")
+    layout[:] = h5py.VirtualSource(str(secret), "pressure", (32, 32))
+    file.create_virtual_dataset("pressure", layout)
+
+
+def objects(file, secret):
+    file.create_dataset("names", data=["a", "b"], dtype=h5py.string_dtype())
+
+
+def references(file, secret):
+    file.create_dataset("where", data=np.array([file.ref], dtype=h5py.ref_dtype), dtype=h5py.ref_dtype)
+
+
+def opaque_pickle(file, secret):
+    file["pickle"] = np.void(pickle.dumps({"a": 1}))
+
+
+def beyond_memory(file, secret):
+    del file["pressure"]
+    file.create_dataset("pressure", (10**7, 10**7), "<f4", chunks=(64, 64), compression="gzip")
+
+
+def many_beyond_memory(file, secret):
+    points = int(0.2 * untrusted.memory() / 4)
+    for k in range(3):  # each of them would fit
+        file.create_dataset(f"more{k}", (points,), "<f4", chunks=(4096,))
+
+
+CRAFTED = {
+    external_link: "L0-000000.h5: /pressure is an external link, which leads to another file",
+    nested_external_link: "L0-000000.h5: /entry/more/deep is an external link",
+    soft_link: "L0-000000.h5: /heights is a soft link",
+    external_dataset: "L0-000000.h5: /pressure is an external dataset, stored in another file",
+    virtual_dataset: "L0-000000.h5: /pressure is a virtual dataset, made of other files",
+    objects: "L0-000000.h5: /names holds objects, not plain numbers",
+    references: "L0-000000.h5: /where holds objects",
+    opaque_pickle: "L0-000000.h5: /pickle holds objects",
+    beyond_memory: r"L0-000000.h5: /pressure declares the shape \(10000000, 10000000\); .* GB, above half of the",
+    many_beyond_memory: r"L0-000000.h5: /more\d declares the shape",
+}
+
+
+@pytest.mark.parametrize("craft", CRAFTED, ids=lambda f: f.__name__)
+def test_a_crafted_realization_is_refused_by_name_before_anything_is_read(folder, secret, craft, monkeypatch):
+    path = member_path(folder, 0, 0)
+    with h5py.File(path, "r+") as file:
+        craft(file, secret)
+    read = []
+    true = h5py.Dataset.__getitem__
+    monkeypatch.setattr(h5py.Dataset, "__getitem__", lambda self, key: read.append(self.name) or true(self, key))
+    for look in (
+        read_member,
+        lambda place: read_field(place, "pressure"),
+        lambda place: rs.open_run(folder),
+    ):
+        with pytest.raises(rs.RecordError, match=CRAFTED[craft]) as refused:
+            look(path)
+        assert "\n" not in str(refused.value)
+    assert read == []
+
+
+def test_what_is_refused_stays_where_it_is(folder, secret):
+    path = member_path(folder, 0, 0)
+    with h5py.File(path, "r+") as file:
+        external_link(file, secret)
+    before = path.read_bytes(), secret.read_bytes()
+    run = rs.open_run(folder, damaged="skip")
+    assert (path.read_bytes(), secret.read_bytes()) == before
+    assert list(run.damaged) == [(0, 0)]
+    assert run.sound(2) == [1]
+    with pytest.raises(ValueError, match="has kept no fields"):
+        run.fields("pressure")
+
+
+def test_a_cycle_of_links_ends(folder):
+    path = member_path(folder, 0, 0)
+    with h5py.File(path, "r+") as file:
+        file["entry/again"] = file["/"]
+        file["entry/stress/up"] = file["entry"]
+    assert read_member(path).index == 0
+
+
+def test_names_do_not_command_the_terminal(folder):
+    path = member_path(folder, 0, 0)
+    with h5py.File(path, "r+") as file:
+        file["\x1b]0;owned\x07\x1b[2J"] = h5py.SoftLink("/pressure")
+    with pytest.raises(rs.RecordError, match="is a soft link") as refused:
+        read_member(path)
+    assert str(refused.value).isprintable()
+
+
+def test_a_pipe_is_refused_and_does_not_block(folder):
+    path = member_path(folder, 0, 0)
+    path.unlink()
+    os.mkfifo(path)
+    with pytest.raises(rs.RecordError, match="is a folder, a pipe or a device"):
+        rs.open_run(folder)
+    (folder / "run.json").unlink()
+    os.mkfifo(folder / "run.json")
+    with pytest.raises(rs.RecordError, match="is a folder, a pipe or a device"):
+        rs.open_run(folder)
+
+
+def test_claims_from_elsewhere_neither_block_nor_crash(folder, quick, monkeypatch):
+    monkeypatch.setattr(claims, "LEASE", 0.1)
+    monkeypatch.setattr(claims, "RENEWAL", 0.02)
+    monkeypatch.setattr(tasks, "PAUSE", 0.01)
+    place = folder / "claims"
+    place.mkdir()
+    os.mkfifo(place / "process-pipe")
+    os.mkfifo(place / "L0-000002")
+    (place / "process-folder").mkdir()
+    (place / "L0-000003").write_text("../../../etc/passwd")
+    for name, pid in (("a", 10**30), ("b", "x"), ("c", None), ("d", [1]), ("e", -1), ("\x1b[31m", 1)):
+        told = {"host": "\x1b[31m", "pid": pid, "space": claims._space()}
+        (place / f"process-{name}").write_text("0\n" + json.dumps(told))
+    (place / "letter.txt").write_text("dear")
+    assert writer(folder) is None
+    assert rs.run(quick, folder, max_realizations=4).realizations == 4
+    assert (place / "letter.txt").read_text() == "dear"
+
+
+HEADERS = {
+    "unknown number": lambda h: h["numbers"].append(["../../escape", [1]]),
+    "other shape": lambda h: h["numbers"][0].__setitem__(1, [2]),
+    "negative shape": lambda h: h["numbers"][-1].__setitem__(1, [-1]),
+    "unknown field": lambda h: h["fields"].append(["/etc/passwd", [32, 32]]),
+    "list of provenance": lambda h: h.__setitem__("provenance", "none"),
+    "sound and failed": lambda h: h.__setitem__("failure", "stalled"),
+    "lengths": lambda h: h.__setitem__("lengths", []),
+}
+
+
+@pytest.mark.parametrize("case", HEADERS)
+def test_a_header_that_no_writer_makes_is_refused(folder, case):
+    path = member_path(folder, 0, 0)
+    with h5py.File(path, "r+") as file:
+        header = json.loads(file.attrs["header"])
+        HEADERS[case](header)
+        file.attrs["header"] = json.dumps(header)
+    with pytest.raises(rs.RecordError, match=r"L0-000000.h5 is damaged"):
+        read_member(path)
+
+
+def test_a_realization_of_another_run_is_refused(folder, whole, tmp_path):
+    exact = replace(rs.plan(whole.scene), tolerance=1e-5)
+    slow = replace(whole.scene, sliding=replace(whole.scene.sliding, speed=(1.0, 2.0, 3.0)))
+    for k, (scene, how) in enumerate(
+        [(whole.scene, {"seed": 99}), (whole.scene, {"numerics": exact}), (slow, {})]  # another seed, tolerance, speed
+    ):
+        other = rs.run(scene, tmp_path / f"other{k}", max_realizations=1, **how)
+        shutil.copy(member_path(other.folder, 0, 0), member_path(folder, 0, 0))
+        with pytest.raises(rs.RecordError, match="L0-000000.h5 is of another run: its scene, seed or numerics differ"):
+            rs.open_run(folder)
+
+
+def test_fields_may_be_kept_from_a_resumed_run_on(whole, folder):
+    scene = replace(whole.scene, numerics=replace(whole.scene.numerics, keep_fields=3))
+    assert rs.run(scene, folder, max_realizations=3).realizations == 3
+    assert rs.open_run(folder).sound(3) == [0, 1, 2]
+
+
+def change(folder, **values):
+    """Change a description as somebody does who takes its checksums away."""
+    path = folder / "run.json"
+    description = json.loads(path.read_text()) | values
+    del description["checksums"]
+    path.write_text(json.dumps(description))
+
+
+DESCRIPTIONS = {
+    "seed": ({"seed": "1; rm"}, "seed = '1; rm' must be a whole number"),
+    "negative": ({"max_realizations": -1}, "max_realizations = -1"),
+    "shares": ({"heat_partition": [0.9]}, "heat_partition must be 3 numbers"),
+    "zero": ({"heat_partition": [0.9, 0.0, 0.9]}, "heat_partition must be 3 numbers"),
+    "above one": ({"heat_partition": [0.9, 1.5, 0.9]}, "heat_partition must be 3 numbers"),
+    "nan": ({"heat_partition": [0.9, float("nan"), 0.9]}, "heat_partition must be 3 numbers"),
+    "until": ({"until": {"../x": 0.1}}, "until = '../x'"),
+    "scene": ({"scene": {}}, "run.json and scene.toml are of different scenes"),
+    "numerics": ({"numerics": {"levels": []}}, "cannot be opened"),
+    "reasons": ({"reasons": [["a", "b"]]}, "reasons must be lists of choice, value and reason"),
+    "list": ({"numerics": []}, "cannot be opened"),
+}
+
+
+@pytest.mark.parametrize("case", DESCRIPTIONS)
+def test_a_description_that_no_writer_makes_is_refused(folder, case):
+    values, message = DESCRIPTIONS[case]
+    change(folder, **values)
+    with pytest.raises(rs.RecordError, match=message):
+        rs.open_run(folder)
+
+
+def test_a_grid_beyond_memory_is_refused(folder):
+    numerics = json.loads((folder / "run.json").read_text())["numerics"]
+    numerics["levels"][0]["shape"] = [10**7, 10**7]
+    change(folder, numerics=numerics)
+    with pytest.raises(rs.RecordError, match=r"a field of 100000000000000 points needs more than half"):
+        rs.open_run(folder)
+
+
+def test_endless_and_bottomless_descriptions_are_refused(folder):
+    (folder / "run.json").write_text("[" * 100_000)
+    with pytest.raises(rs.RecordError, match="run.json is damaged"):
+        rs.open_run(folder)
+    (folder / "run.json").write_text(" " * (1 << 20) + "{}")
+    with pytest.raises(rs.RecordError, match="run.json has more than 1 MiB"):
+        rs.open_run(folder)
+
+
+@pytest.mark.parametrize("key", ["psd_file", "topography"])
+def test_the_scene_of_a_run_reads_no_other_file(folder, tmp_path, key):
+    (tmp_path / "secret.csv").write_text("1e4, 1e-20\n1e5, 1e-24\n")
+    text = (folder / "scene.toml").read_text()
+    (folder / "scene.toml").write_text(text.replace("[surface]", f'[surface]\n{key} = "../secret.csv"'))
+    with pytest.raises(rs.RecordError, match=f"surface.{key}"):
+        rs.open_run(folder)
+
+
+def test_outputs_stay_where_they_were_asked_for(folder, tmp_path):
+    # all names of outputs are the caller's, or of numbers; a title is never one
+    text = (folder / "scene.toml").read_text()
+    (folder / "scene.toml").write_text(text.replace('"small capped"', '"../../escape"'))
+    before = {p for p in tmp_path.rglob("*")}
+    export_run(rs.open_run(folder), tmp_path / "out" / "a.h5")
+    with pytest.raises(SystemExit):
+        main(["plot", str(folder), "pressure"])
+    made = {p.relative_to(tmp_path) for p in tmp_path.rglob("*")} - {p.relative_to(tmp_path) for p in before}
+    assert sorted(map(str, made)) == ["out", "out/a.h5", "run-pressure.png"]
+    for place in (tmp_path / "a" / ".." / "..", tmp_path / "pressure/../../x"):
+        with pytest.raises(ValueError, match="must end in"):
+            export_run(rs.open_run(folder), place)
+
+
+def test_other_hdf5_files_may_hold_text_and_soft_links_but_lead_nowhere(tmp_path, secret):
+    path = tmp_path / "instrument.h5"
+    with h5py.File(path, "w") as file:
+        file["name"] = "microscope"
+        file["heights"] = np.zeros((4, 4))
+        file["alias"] = h5py.SoftLink("/heights")
+    refuse_file_of_instrument(path)
+    with h5py.File(path) as file, pytest.raises(rs.RecordError, match="/alias is a soft link"):
+        refuse_foreign(file, path)
+    with h5py.File(path, "r+") as file:
+        file["away"] = h5py.ExternalLink(str(secret), "/pressure")
+    with pytest.raises(rs.RecordError, match="/away is an external link"):
+        refuse_file_of_instrument(path)
+
+
+class Attack:
+    """Leaves a trace where it is unpickled."""
+
+    def __init__(self, trace):
+        self.trace = str(trace)
+
+    def __reduce__(self):
+        return os.mkdir, (self.trace,)
+
+
+@pytest.mark.parametrize("kind", ["npy", "npz", "pickle"])
+def test_pickles_are_not_unpacked(tmp_path, kind):
+    pytest.importorskip("SurfaceTopography")
+    trace, path = tmp_path / "trace", tmp_path / f"scan.{kind}"
+    array = np.array([[Attack(trace)] * 8] * 8, dtype=object)
+    if kind == "npy":
+        np.save(path, array, allow_pickle=True)
+    elif kind == "npz":
+        np.savez(path, heights=array, allow_pickle=True)
+    else:
+        path.write_bytes(pickle.dumps(array))
+    with pytest.raises(rs.RecordError) as refused:
+        read_topography(path)
+    assert str(path) in str(refused.value)
+    assert ("holds pickled Python objects" in str(refused.value)) == (kind != "npz")  # that one its reader refuses
+    assert not trace.exists()
+
+
+def test_a_zip_that_unpacks_beyond_memory_is_refused(tmp_path, monkeypatch):
+    path = tmp_path / "scan.x3p"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("bindata/data.bin", bytes(4_000_000))
+    assert path.stat().st_size < 10_000
+    monkeypatch.setattr(untrusted, "memory", lambda: 6e6)
+    with pytest.raises(rs.RecordError, match="unpacks to 0.004 GB, above half of the machine's memory"):
+        refuse_file_of_instrument(path)
+
+
+def test_a_file_beyond_memory_is_refused(tmp_path):
+    path = tmp_path / "scan.sur"
+    with open(path, "wb") as file:
+        file.truncate(int(0.13 * untrusted.memory()))  # sparse: it takes no room on the disk
+    with pytest.raises(rs.RecordError, match="above an eighth of the machine's memory; crop it first"):
+        refuse_file_of_instrument(path)
