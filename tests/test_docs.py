@@ -160,7 +160,7 @@ def test_the_picture_and_the_table_of_the_modules_are_those_of_the_imports():
     specification.loader.exec_module(flow)
     graph = flow.imports()
     assert "scene" in graph["realization"]
-    assert "theory" in graph["analytic"]
+    assert "theory" in graph["prediction"]
     after = "run python docs/flow.py"
     assert flow.PICTURE.read_text() == flow.picture(graph), after
     assert flow.PAGE.read_text() == flow.page(flow.PAGE.read_text(), graph), after
