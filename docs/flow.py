@@ -1,4 +1,4 @@
-"""Draw how the code flows, from its imports: figures/flow.svg and the table in reference/flow.md.
+"""Draw how data flows (figures/data.svg), and from the imports how the code does: figures/flow.svg, reference/flow.md.
 
     python docs/flow.py
 
@@ -16,14 +16,52 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 PACKAGE = HERE.parent / "roughsim"
-PICTURE, PAGE = HERE / "figures" / "flow.svg", HERE / "reference" / "flow.md"
+DATA, PICTURE, PAGE = HERE / "figures" / "data.svg", HERE / "figures" / "flow.svg", HERE / "reference" / "flow.md"
 START, END = "<!-- modules: written by docs/flow.py -->\n", "<!-- end -->"
 WIDTH, HEIGHT, GAP, DOWN = 112, 28, 24, 64  # a box, the space beside it, and from one row to the next, px
 COLORS = {"data": "#eef3f8", "theory": "#fdeed7", "edge": "#ece6f5"}
+LINE = 'fill="none" stroke="#99a" stroke-width="1.2" marker-end="url(#tip)"'
 # folders whose files are found by their place: those count that the folder names, so that a new one changes no picture
 OPEN = ()
 # what meets files, screens and people
 EDGE = ("charts", "cli", "explore", "results", "report", "scene", "show", "store")
+# where each room stands in the picture of the data (column, row), and what goes from one to the next
+ROOMS = {
+    "scene": (1, 0),
+    "planning": (1, 1),
+    "realization": (1, 2),
+    "surface": (1, 3),
+    "contact": (1, 4),
+    "observables": (0, 5),
+    "store": (1, 6),
+    "results": (1, 7),
+    "estimate": (0, 7),
+    "theory": (-1, 7),
+    "prediction": (-1, 8),
+    "comparison": (0, 8),
+    "heat": (2, 7),
+    "charts": (1, 8),
+    "explore": (2, 8),
+}
+HANDED = (
+    ("scene", "planning", "Scene"),
+    ("planning", "realization", "Scene, Numerics"),
+    ("realization", "surface", "Problem"),
+    ("surface", "contact", "heights"),
+    ("contact", "observables", "pressure"),
+    ("contact", "store", "fields of the first members"),
+    ("observables", "store", "moments, |σ_q|²"),
+    ("store", "results", "members"),
+    ("results", "estimate", "numbers"),
+    ("results", "heat", "pressure"),
+    ("results", "charts", "curves"),
+    ("heat", "charts", "temperature"),
+    ("heat", "explore", "temperature"),
+    ("estimate", "comparison", "mean ± error"),
+    ("theory", "prediction", "formulas"),
+    ("prediction", "comparison", "theory"),
+)
+STEP, FALL = 200, 84  # from one column and row of that picture to the next, px
 
 Graph = dict[str, set[str]]
 
@@ -139,20 +177,47 @@ def centres(levels: list[list[str]]) -> dict[str, int]:
     return place
 
 
+def data_picture() -> str:
+    """The way of the data as SVG: numbers on the left, fields on the right."""
+    place = {name: (column * STEP, row * FALL) for name, (column, row) in ROOMS.items()}
+    left, right = (edge(x for x, _ in place.values()) for edge in (min, max))
+    below = max(y for _, y in place.values())
+    lines = frame(left - WIDTH, right + WIDTH, below + HEIGHT)
+    for start, end, label in HANDED:
+        (x, y), (to, bottom) = place[start], place[end]
+        if y == bottom:  # side by side
+            side = WIDTH // 2 if to > x else -WIDTH // 2
+            lines.append(f'<path d="M{x + side} {y + HEIGHT // 2}H{to - side}" {LINE}/>')
+            middle = (x + to) // 2, y - 4
+        else:
+            lines.append(arrow([(x, y), (to, bottom)]))
+            middle = (x + to) // 2, (y + HEIGHT + bottom) // 2 + 4
+        for color in ('stroke="white" stroke-width="5"', 'fill="#334"'):  # a white rim keeps the arrow off the words
+            lines.append(f'<text x="{middle[0]}" y="{middle[1]}" font-size="12" {color}>{label}</text>')
+    lines += [box(name, x, y) for name, (x, y) in place.items()]
+    return "\n".join([*lines, "</svg>\n"])
+
+
+def frame(left: int, right: int, height: int) -> list[str]:
+    """The head of a picture: its size, a white ground, and the tip of its arrows."""
+    top, width = -GAP, right - left
+    return [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{left} {top} {width} {height + 2 * GAP}" '
+        f'width="{width}" font-family="sans-serif" font-size="14" text-anchor="middle">',
+        f'<rect x="{left}" y="{top}" width="{width}" height="{height + 2 * GAP}" fill="white"/>',
+        '<defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" orient="auto">'
+        '<path d="M0 0L8 4L0 8z" fill="#667"/></marker></defs>',
+    ]
+
+
 def picture(graph: Graph) -> str:
-    """The whole as SVG."""
+    """The imports as SVG."""
     simple = reduced(graph)
     levels = rows(simple)
     x, y = centres(levels), {name: k * DOWN for k, level in enumerate(levels) for name in level}
     half = max(abs(value) for value in x.values()) + WIDTH // 2 + GAP
     height = (len(levels) - 1) * DOWN + HEIGHT
-    lines = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{-half} {-GAP} {2 * half} {height + 2 * GAP}" '
-        f'width="{2 * half}" font-family="sans-serif" font-size="14" text-anchor="middle">',
-        f'<rect x="{-half}" y="{-GAP}" width="{2 * half}" height="{height + 2 * GAP}" fill="white"/>',
-        '<defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" orient="auto">'
-        '<path d="M0 0L8 4L0 8z" fill="#667"/></marker></defs>',
-    ]
+    lines = frame(-half, half, height)
     lines += [arrow([(x[name], y[name]) for name in chain]) for chain in chains(simple)]
     lines += [box(name, x[name], y[name]) for level in levels for name in level if "@" not in name]
     return "\n".join([*lines, "</svg>\n"])
@@ -170,7 +235,7 @@ def arrow(points: list[tuple[int, int]]) -> str:
         if number < len(others):
             top += HEIGHT
             path += f"V{top}"
-    return f'<path d="{path}" fill="none" stroke="#99a" stroke-width="1.2" marker-end="url(#tip)"/>'
+    return f'<path d="{path}" {LINE}/>'
 
 
 def box(name: str, x: int, y: int) -> str:
@@ -185,7 +250,7 @@ def box(name: str, x: int, y: int) -> str:
 def table(graph: Graph) -> str:
     """What each module is for, in its own words, and what it imports, in the order of the picture."""
     depth = depths(graph)
-    lines = ["| module | what it does | imports |", "|---|---|---|"]
+    lines = ["| room | what it does | imports |", "|---|---|---|"]
     for name in sorted(graph, key=lambda name: (depth[name], name)):
         home = HERE.parent / "theory" if name == "theory" else PACKAGE / name
         path = home / "__init__.py" if home.is_dir() else home.with_suffix(".py")
@@ -202,5 +267,6 @@ def page(text: str, graph: Graph) -> str:
 
 if __name__ == "__main__":
     found = imports()
+    DATA.write_text(data_picture())
     PICTURE.write_text(picture(found))
     PAGE.write_text(page(PAGE.read_text(), found))

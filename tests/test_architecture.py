@@ -41,7 +41,7 @@ DOORS = {
     "pyfftw": {"roughsim.fourier"},
     "numba": {"roughsim._kernels"},
     "h5py": {"roughsim.store", "roughsim.results", "roughsim.untrusted"},
-    "SurfaceTopography": {"roughsim.surface.synthesis.topography"},
+    "SurfaceTopography": {"roughsim.surface.topography"},
     "matplotlib": {"roughsim.charts"},
     "pint": {"roughsim.scene"},
     "pydantic": {"roughsim.scene"},
