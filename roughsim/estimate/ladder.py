@@ -70,7 +70,6 @@ def observe(
     samples: list[Sample],
     *,
     capped: bool,
-    resting_ratio: float | Array = nan,
     end: float = inf,
     theory: Array | None = None,
     settled: float = 0.0,
@@ -86,9 +85,6 @@ def observe(
         The levels of the column by q_c, then by points; the first has every realization.
     capped : bool
         Whether the contact is capped: decides what has a limit in q_c.
-    resting_ratio : float or ndarray, optional
-        κ of the moving over κ of the resting body, one or (speeds,), for the heat share; NaN without a conducting
-        counterface.
     end : float, optional
         Where the spectrum itself ends, rad/m: what is extrapolated to.
     theory : ndarray, optional
@@ -99,7 +95,7 @@ def observe(
     usual : float, optional
         The power where the cut-offs do not tell it; left out, first order.
     """
-    ladder = _climb(observable, samples, resting_ratio)
+    ladder = _climb(observable, samples)
     unlimited = capped and observable in NO_LIMIT
     order = OBSERVABLES[observable].pixel_orders[capped]
     top = ladder[-1].rows
@@ -135,16 +131,16 @@ def _moved(ladder: list[_Rung], limit: Array) -> Array:
     return moved
 
 
-def _climb(observable: str, samples: list[Sample], resting_ratio: float | Array) -> list[_Rung]:
+def _climb(observable: str, samples: list[Sample]) -> list[_Rung]:
     """Rows of each rung for all realizations: those of the rung below, corrected by the known differences."""
     count = len(samples[0].rows)
     ladder: list[_Rung] = []
 
     def corrected(rows: Array, coarse: Sample, fine: Sample) -> Array:
-        values = of_level(observable, fine, resting_ratio)
+        values = of_level(observable, fine)
         if len(values) == count:
             return values
-        change = values - of_level(observable, coarse.at(fine.rows), resting_ratio)
+        change = values - of_level(observable, coarse.at(fine.rows))
         mean = change.mean(axis=0)
         result: Array = rows + mean
         result[fine.rows] += count / len(change) * (change - mean)
@@ -158,7 +154,7 @@ def _climb(observable: str, samples: list[Sample], resting_ratio: float | Array)
         elif ladder:
             ladder.append(_Rung(sample, corrected(ladder[-1].rows, ladder[-1].sample, sample), None, 1.0))
         else:
-            ladder.append(_Rung(sample, of_level(observable, sample, resting_ratio), None, 1.0))
+            ladder.append(_Rung(sample, of_level(observable, sample), None, 1.0))
     return ladder
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -84,8 +84,7 @@ class Observable:
     per_speed, heated : bool
         As for `Number`.
     values : callable, optional
-        Of a `Sample` and of κ of the moving over κ of the resting body (NaN without one): influence values (n, speeds)
-        or (n, 1). Left out: the stored `Number` of the same name.
+        Of a `Sample`: influence values (n, speeds) or (n, 1). Left out: the stored `Number` of the same name.
     spectra : bool
         Whether `values` needs the stress spectra of the sample, which are read from disk.
     theory : callable, optional
@@ -108,7 +107,7 @@ class Observable:
     unit: str
     per_speed: bool = False
     heated: bool = False
-    values: Callable[[Sample, Any], Array] | None = None
+    values: Callable[[Sample], Array] | None = None
     spectra: bool = False
     theory: Callable[[Theory], ArrayLike] | None = None
     at_rest: float | None = None

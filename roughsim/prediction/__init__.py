@@ -140,10 +140,11 @@ def mode_sums(scene: Scene, spectrum: Any, grid: Grid) -> dict[str, Array]:
 
 
 def balanced(scene: Scene, sample: Sample) -> Sample:
-    """Return a level with the temperatures that the two bodies should have in common for the share of the scene.
+    """Return a level with the temperatures that the two bodies have in common if the heat is shared as the scene says.
 
-    For "total" they include the background T₀ after the sliding duration, and the resting body's has grown for that
-    time; for all other scenes they are the flash temperatures as they are.
+    The resting body is measured with the conductivity of the moving one: its temperature is multiplied by κ/κ', NaN
+    where it does not conduct. For "total" both include the background T₀ after the sliding duration, and the resting
+    body's has grown for that time.
 
     Parameters
     ----------
@@ -152,17 +153,17 @@ def balanced(scene: Scene, sample: Sample) -> Sample:
     sample : Sample
         The level, its stress spectra included.
     """
-    if scene.sliding.heat_partition != "total":
-        return sample
-    steady = sample.spectrum / sample.wavenumber
-    heated = heating(scene, sample.wavenumber)
-    rate = sample.numbers["resting_flash_temperature"] / steady.sum(axis=1, keepdims=True)  # μv/κσ₀, also at rest
-    grown = steady @ heated.growth.T + heated.resting
-    numbers = {
-        "resting_flash_temperature": rate * grown,
-        "flash_temperature": sample.numbers["flash_temperature"] + rate * heated.moving,
-    }
-    return sample._replace(numbers=sample.numbers | numbers)
+    resting, moving = sample.numbers["resting_flash_temperature"], sample.numbers["flash_temperature"]
+    if scene.sliding.heat_partition == "total":
+        steady = sample.spectrum / sample.wavenumber
+        heated = heating(scene, sample.wavenumber)
+        rate = resting / steady.sum(axis=1, keepdims=True)  # μv/κσ₀, also at rest
+        resting = rate * (steady @ heated.growth.T + heated.resting)
+        moving = moving + rate * heated.moving
+    bodies = conduction(scene)
+    resting = resting * (bodies.conductivity / bodies.counter_conductivity)
+    common = {"resting_flash_temperature": resting, "flash_temperature": moving}
+    return sample._replace(numbers=sample.numbers | common)
 
 
 __all__ = [

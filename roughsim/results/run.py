@@ -202,8 +202,6 @@ class Run:
 
     def _values(self, observable: str, column: str | None, samples: list[Sample], extrapolated: bool = True) -> Values:
         name = self.column(column)
-        bodies = prediction.conduction(self.scene)
-        ratio = bodies.conductivity / bodies.counter_conductivity
         if observable == "heat_partition":
             samples = [prediction.balanced(self.scene, sample) for sample in samples]
         cut_offs = tuple(sorted({sample.q_max for sample in samples}))
@@ -213,7 +211,7 @@ class Run:
         elif cut_offs[-1] < end * (1 - 1e-9):
             theory = prediction.continuation(self.scene, name, cut_offs, observable)
         capped = name == "capped"
-        names: dict[str, Any] = {"capped": capped, "resting_ratio": ratio, "end": end, "theory": theory}
+        names: dict[str, Any] = {"capped": capped, "end": end, "theory": theory}
         if capped and theory is None:
             names |= {"settled": 4.0 * prediction.yield_wavenumber(self.scene)}
             names |= {"usual": prediction.usual_exponent(self.scene, cut_offs[-1])}

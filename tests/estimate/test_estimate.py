@@ -80,7 +80,7 @@ DERIVED = {
     "flash_width": lambda m: np.sqrt(-m["flash_temperature"] / m["flash_laplacian"]),
     "slope_length": lambda m: -m["flash_temperature"] / m["flash_gradient"],
     "heat_partition": lambda m: (
-        2.0 * m["resting_flash_temperature"] / (2.0 * m["resting_flash_temperature"] + m["flash_temperature"])
+        m["resting_flash_temperature"] / (m["resting_flash_temperature"] + m["flash_temperature"])
     ),
 }
 
@@ -88,7 +88,7 @@ DERIVED = {
 @pytest.mark.parametrize("name", DERIVED)
 def test_ratios_of_means_have_the_error_of_a_jackknife(name):
     data = sample(n=60)
-    found = est.estimate(name, observe(name, [data], capped=False, resting_ratio=2.0))
+    found = est.estimate(name, observe(name, [data], capped=False))
 
     def statistic(rows):
         return DERIVED[name]({key: values[rows].mean(axis=0) for key, values in data.numbers.items()})
@@ -164,9 +164,9 @@ def test_each_row_is_its_realizations_own_influence(name):
     def statistic(rows):
         numbers = {key: values[rows] for key, values in data.numbers.items()}
         part = data._replace(numbers=numbers, spectrum=data.spectrum[rows])
-        return observe(name, [part], capped=False, resting_ratio=2.0).extrapolated.mean(axis=0)
+        return observe(name, [part], capped=False).extrapolated.mean(axis=0)
 
-    rows = observe(name, [data], capped=False, resting_ratio=2.0).extrapolated[:, 0]
+    rows = observe(name, [data], capped=False).extrapolated[:, 0]
     pseudo = [n * statistic(np.arange(n))[0] - (n - 1) * statistic(np.delete(np.arange(n), i))[0] for i in range(n)]
     assert np.corrcoef(rows, pseudo)[0, 1] > 0.99
 

@@ -35,7 +35,7 @@ NUMBERS: dict[str, Number] = _collected("NUMBERS")
 UNITS = {name: record.unit for name, record in OBSERVABLES.items()}
 
 
-def of_level(observable: str, sample: Sample, resting_ratio: float | Array) -> Array:
+def of_level(observable: str, sample: Sample) -> Array:
     """Return the influence values (n, speeds) of an observable at one level.
 
     Parameters
@@ -44,9 +44,6 @@ def of_level(observable: str, sample: Sample, resting_ratio: float | Array) -> A
         A key of `OBSERVABLES`.
     sample : Sample
         The level.
-    resting_ratio : float or ndarray
-        κ of the moving over κ of the resting body, one or (speeds,), for the heat share; NaN without a conducting
-        counterface.
     """
     values = OBSERVABLES[observable].values
-    return sample.numbers[observable] if values is None else values(sample, resting_ratio)
+    return sample.numbers[observable] if values is None else values(sample)

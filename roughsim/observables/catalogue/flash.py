@@ -66,7 +66,7 @@ OBSERVABLES = (
         "flash_width",
         "m",
         per_speed=True,
-        values=lambda sample, _: power_of_ratio(
+        values=lambda sample: power_of_ratio(
             sample.numbers["flash_temperature"], -sample.numbers["flash_laplacian"], 0.5
         ),
         theory=lambda theory: theory.over_speed["flash_width"],
@@ -77,7 +77,7 @@ OBSERVABLES = (
         "slope_length",
         "m",
         per_speed=True,
-        values=lambda sample, _: ratio(sample.numbers["flash_temperature"], -sample.numbers["flash_gradient"]),
+        values=lambda sample: ratio(sample.numbers["flash_temperature"], -sample.numbers["flash_gradient"]),
         theory=lambda theory: theory.over_speed["slope_length"],
         at_rest=np.inf,
         limit=False,

@@ -10,9 +10,9 @@ from roughsim.observables.record import Number, Observable, Sample
 Array = NDArray[np.float64]
 
 
-def _share(sample: Sample, resting_ratio: float | Array) -> Array:
-    """Influence values of ⟨T_stat⟩/(⟨T_stat⟩ + ⟨T_mov⟩)."""
-    resting, moving = sample.numbers["resting_flash_temperature"] * resting_ratio, sample.numbers["flash_temperature"]
+def _share(sample: Sample) -> Array:
+    """Influence values of ⟨T_stat⟩/(⟨T_stat⟩ + ⟨T_mov⟩) of a level that `prediction.balanced` has prepared."""
+    resting, moving = sample.numbers["resting_flash_temperature"], sample.numbers["flash_temperature"]
     still, slid = resting.mean(axis=0), moving.mean(axis=0)
     whole = still + slid
     change: Array = still / whole + (slid * (resting - still) - still * (moving - slid)) / whole**2

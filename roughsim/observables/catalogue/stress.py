@@ -30,7 +30,7 @@ def _observable(name: str, fraction: float) -> Observable:
     return Observable(
         name,
         "m",
-        values=lambda sample, _: _radius(sample, fraction),
+        values=lambda sample: _radius(sample, fraction),
         spectra=True,
         theory=lambda theory: theory.correlation_radius(fraction),
         distance=True,
