@@ -149,7 +149,7 @@ def _threads() -> dict[str, int]:
 
 
 def _memory() -> float | None:
-    from roughsim.planning.plan import machine_memory
+    from roughsim.untrusted import machine_memory
 
     memory = machine_memory()
     return memory if memory < float("inf") else None

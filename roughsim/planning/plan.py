@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import replace
-from math import hypot, inf, isfinite, isnan, sqrt
+from math import hypot, isfinite, isnan, sqrt
 from typing import TYPE_CHECKING
 
 from roughsim import prediction
@@ -17,6 +17,7 @@ from roughsim.estimate.errors import LEAST, LEAST_FINE, quantile
 from roughsim.planning import rungs
 from roughsim.planning.pilot import MEMBERS, SCATTER_KNOWN, Pilot, pilot, work
 from roughsim.scene.numerics import Column, Forecast, Level, Numerics, Reason
+from roughsim.untrusted import machine_memory
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene
@@ -229,14 +230,6 @@ def _costs(numerics: Numerics) -> list[Reason]:
     return [Reason("memory", f"{memory / 1e9:.2g} GB per worker", "largest grid")]
 
 
-def machine_memory() -> float:
-    """Return the machine's memory, bytes; inf where the system does not tell."""
-    try:
-        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
-    except (ValueError, OSError, AttributeError):
-        return inf
-
-
 def _listed(levels: tuple[Level, ...]) -> str:
     def told(a: Level) -> str:
         seldom = f", 1 in {a.every}" if a.every > 1 else ""
@@ -249,4 +242,4 @@ def _mm(lengths: tuple[float, float]) -> str:
     return f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm"
 
 
-__all__ = ["machine_memory", "plan"]
+__all__ = ["plan"]

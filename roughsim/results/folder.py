@@ -16,7 +16,7 @@ from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.run import Run
 from roughsim.store.disk import is_temporary, place_bytes, unlocked
 from roughsim.store.member_files import check_format
-from roughsim.untrusted import memory
+from roughsim.untrusted import machine_memory
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene
@@ -169,7 +169,7 @@ def _check(description: dict[str, Any], scene: Scene, numerics: Numerics) -> Non
         key = (first_difference(description["scene"], scene.identity()) or ["a key"])[0]
         raise ValueError(f"run.json and scene.toml are of different scenes: {key} differs; put back what was edited")
     most = max(level.shape[0] * level.shape[1] for level in numerics.levels)
-    if 8.0 * most > 0.5 * memory():
+    if 8.0 * most > 0.5 * machine_memory():
         raise ValueError(f"run.json: a field of {most} points needs more than half of the machine's memory")
 
 

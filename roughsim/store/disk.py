@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from roughsim.errors import RecordError
-from roughsim.untrusted import memory, regular_file
+from roughsim.untrusted import machine_memory, regular_file
 
 _SEAL = re.compile(rb"\nroughsim (L(\d+)-(\d{6,})\.h5) sha256 ([0-9a-f]{64})\n\Z")
 _LONGEST_SEAL = 200
@@ -138,7 +138,7 @@ def unlocked(path: Path, most: int | None = None) -> bytes:
             size = os.fstat(file.fileno()).st_size
             if most is not None and size > most:
                 raise RecordError(f"{path} has more than {most >> 20} MiB: roughsim does not write such")
-            if size > 0.5 * memory():
+            if size > 0.5 * machine_memory():
                 raise OSError(errno.ENOMEM, f"it has {size / 1e9:.3g} GB, above half of the machine's memory")
             return file.read()
     except OSError as error:

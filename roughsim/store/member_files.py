@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from roughsim.errors import RecordError
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.store.disk import DamagedError, damaged, hdf5_bytes, place_bytes, seal_of, sealed, unlocked
-from roughsim.untrusted import refuse_foreign
-from roughsim.untrusted.apart import EndedError, call_apart
+from roughsim.untrusted import ChildEndedError, call_in_child, check_hdf5
 
 Array = NDArray[np.float64]
 FORMAT = 2  # raised when older readers would misread
@@ -139,8 +138,8 @@ def _apart(path: Path, content: bytes, take: Callable[..., Any], *arguments: Any
     """Open a file without a seal, as older versions wrote it, where the HDF5 library can do no harm."""
     seconds = 5.0 + len(content) / 1e7
     try:
-        return call_apart(_opened, path, content, take, *arguments, seconds=seconds)
-    except EndedError as error:
+        return call_in_child(_opened, path, content, take, *arguments, seconds=seconds)
+    except ChildEndedError as error:
         raise damaged(path, error) from error
 
 
@@ -151,7 +150,7 @@ def _opened(path: Path, content: bytes, take: Callable[..., Any], *arguments: An
     try:
         with h5py.File(io.BytesIO(content), "r") as file:
             check_format(path, int(file.attrs["format_version"]))
-            refuse_foreign(file, path)
+            check_hdf5(file, path)
             return take(file, path, *arguments)
     except RecordError:
         raise

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from roughsim.errors import RecordError
 from roughsim.grid import Grid
 from roughsim.surface.spectrum import TabulatedSpectrum
-from roughsim.untrusted import memory, refuse_file_of_instrument
+from roughsim.untrusted import check_measured_file, machine_memory
 
 Array = NDArray[np.float64]
 BINS_PER_DECADE = 20
@@ -80,7 +80,7 @@ def read_topography(path: str | Path) -> Topography:
     if not place.exists():
         raise FileNotFoundError(f"{place} does not exist; check the path")
     try:
-        refuse_file_of_instrument(place)
+        check_measured_file(place)
         with open(place, "rb") as stream:  # some of its readers would leave the file open
             reader = library.open_topography(stream)
             _check_channel(place, reader.default_channel)
@@ -112,7 +112,7 @@ def _check_channel(place: Path, channel: Any) -> None:
         missing = "size" if channel.physical_sizes is None else "unit"
         raise RecordError(f"{place} does not say its {missing}; save it as x3p or nc, which do")
     points = float(np.prod([float(n) for n in channel.nb_grid_pts]))
-    if 64.0 * points > 0.5 * memory():
+    if 64.0 * points > 0.5 * machine_memory():
         raise RecordError(
             f"{place} declares {points:.3g} points, for which this machine has too little memory; crop it"
         )

@@ -17,38 +17,37 @@ from damage_cases import member, without_seal
 import roughsim as rs
 from roughsim.store import member_files
 from roughsim.store.member_files import check_member, member_path, read_member, write_member
-from roughsim.untrusted import apart, refuse_file_of_instrument
-from roughsim.untrusted.apart import EndedError, call_apart
+from roughsim.untrusted import ChildEndedError, call_in_child, check_measured_file, child_process
 
 SPIN = (re.match, "(a+)+$", "a" * 60 + "b")  # in C, for years
 
 
 def test_what_is_asked_is_answered_and_what_is_raised_there_is_raised_here():
-    assert call_apart(divmod, 17, 5, seconds=5.0) == (3, 2)
+    assert call_in_child(divmod, 17, 5, seconds=5.0) == (3, 2)
     with pytest.raises(FileNotFoundError, match="none"):
-        call_apart(os.stat, "/none", seconds=5.0)
+        call_in_child(os.stat, "/none", seconds=5.0)
     assert (
-        call_apart(os.getpid, seconds=5.0) == call_apart(os.getpid, seconds=5.0) != os.getpid()
+        call_in_child(os.getpid, seconds=5.0) == call_in_child(os.getpid, seconds=5.0) != os.getpid()
     )  # one process for all
 
 
 def test_what_does_not_come_back_is_ended_and_the_next_is_served():
-    with pytest.raises(EndedError, match="did not come back in 0 s of computing"):
-        call_apart(*SPIN, seconds=0.2)
-    assert call_apart(len, "four", seconds=5.0) == 4
+    with pytest.raises(ChildEndedError, match="did not come back in 0 s of computing"):
+        call_in_child(*SPIN, seconds=0.2)
+    assert call_in_child(len, "four", seconds=5.0) == 4
 
 
 def test_waiting_is_not_spinning():
-    call_apart(time.sleep, 0.5, seconds=0.2)  # a disk that is slow is no damage: CPU time counts
+    call_in_child(time.sleep, 0.5, seconds=0.2)  # a disk that is slow is no damage: CPU time counts
 
 
 def test_a_crash_is_told_from_an_end_from_outside():
-    with pytest.raises(EndedError, match="the library crashed, signal 11"):
-        call_apart(ctypes.string_at, 0, seconds=5.0)
+    with pytest.raises(ChildEndedError, match="the library crashed, signal 11"):
+        call_in_child(ctypes.string_at, 0, seconds=5.0)
     with pytest.raises(OSError, match="was ended from outside") as told:
-        call_apart(os._exit, 3, seconds=5.0)
+        call_in_child(os._exit, 3, seconds=5.0)
     assert not isinstance(told.value, rs.RecordError)
-    assert call_apart(len, "four", seconds=5.0) == 4
+    assert call_in_child(len, "four", seconds=5.0) == 4
 
 
 def test_an_interrupt_comes_through_and_the_next_answer_is_not_that_of_the_last_call(monkeypatch):
@@ -56,14 +55,14 @@ def test_an_interrupt_comes_through_and_the_next_answer_is_not_that_of_the_last_
     signal.setitimer(signal.ITIMER_REAL, 0.3)
     try:
         with pytest.raises(KeyboardInterrupt):
-            call_apart(*SPIN, seconds=30.0)
+            call_in_child(*SPIN, seconds=30.0)
     finally:
         signal.signal(signal.SIGALRM, before)
-    assert call_apart(len, "four", seconds=5.0) == 4
+    assert call_in_child(len, "four", seconds=5.0) == 4
 
 
 def test_a_process_that_cannot_be_had_is_no_damage(monkeypatch, tmp_path):
-    monkeypatch.setattr(apart, "_helpers", {})
+    monkeypatch.setattr(child_process, "_children", {})
     monkeypatch.setattr(sys, "executable", "/bin/false")
     path = old_member(tmp_path)
     with pytest.raises(OSError, match="did not start") as told:
@@ -77,8 +76,8 @@ def test_a_script_without_a_guard_may_read_old_files_and_leaves_no_process(tmp_p
     script = tmp_path / "script.py"
     script.write_text(
         "from pathlib import Path\nfrom roughsim.store.member_files import read_member\n"
-        "from roughsim.untrusted import apart\n"
-        f"print(read_member(Path({str(path)!r})).index, *(h.pid for h in apart._helpers.values()))\n"
+        "from roughsim.untrusted import child_process\n"
+        f"print(read_member(Path({str(path)!r})).index, *(h.pid for h in child_process._children.values()))\n"
     )
     environment = {**os.environ, "PYTHONPATH": str(Path(rs.__file__).parents[1])}
     said = subprocess.run([sys.executable, script], env=environment, capture_output=True, text=True, check=True)
@@ -111,7 +110,7 @@ def test_an_old_file_on_which_the_library_spins_is_named_as_damaged(tmp_path, mo
     path = old_member(tmp_path)
     content, whole = path.read_bytes(), read_member(path)
     assert whole.index == 42
-    monkeypatch.setattr(member_files, "call_apart", lambda *given, seconds: call_apart(*given, seconds=0.3))
+    monkeypatch.setattr(member_files, "call_in_child", lambda *given, seconds: call_in_child(*given, seconds=0.3))
     refused = []
     for broken in zeroed(content[:1024]):
         path.write_bytes(broken + content[1024:])
@@ -127,7 +126,7 @@ def test_an_old_file_on_which_the_library_spins_is_named_as_damaged(tmp_path, mo
 def test_64_zeroed_bytes_anywhere_in_an_old_file_end_in_an_answer(tmp_path, monkeypatch):
     path = old_member(tmp_path)
     content, good = path.read_bytes(), read_member(path)
-    monkeypatch.setattr(member_files, "call_apart", lambda *given, seconds: call_apart(*given, seconds=0.3))
+    monkeypatch.setattr(member_files, "call_in_child", lambda *given, seconds: call_in_child(*given, seconds=0.3))
     refused = []
     for broken in zeroed(content):
         path.write_bytes(broken)
@@ -148,14 +147,14 @@ def test_a_topography_on_which_the_library_spins_is_refused_by_name(tmp_path, mo
     with h5py.File(path, "w") as file:
         file["heights"] = np.random.default_rng(0).random((16, 16))
         file["heights"].attrs["unit"] = "m"
-    refuse_file_of_instrument(path)
+    check_measured_file(path)
 
     def ended(*_, **__):
-        raise EndedError("the library did not come back in 5 s of computing")
+        raise ChildEndedError("the library did not come back in 5 s of computing")
 
-    monkeypatch.setattr("roughsim.untrusted.call_apart", ended)
+    monkeypatch.setattr("roughsim.untrusted.checks.call_in_child", ended)
     with pytest.raises(rs.RecordError, match="scan.h5 cannot be read: the library did not come back"):
-        refuse_file_of_instrument(path)
+        check_measured_file(path)
 
 
 @pytest.mark.slow
@@ -165,12 +164,14 @@ def test_64_zeroed_bytes_anywhere_in_a_file_of_an_instrument_end_in_an_answer(tm
         file["surface"] = np.random.default_rng(0).random((16, 16))
         file.create_dataset("more/mask", data=np.zeros((40, 40)), chunks=(10, 10), compression="gzip")
         file["more"].attrs["text"] = "made by hand"
-    monkeypatch.setattr("roughsim.untrusted.call_apart", lambda *given, seconds: call_apart(*given, seconds=0.4))
+    monkeypatch.setattr(
+        "roughsim.untrusted.checks.call_in_child", lambda *given, seconds: call_in_child(*given, seconds=0.4)
+    )
     ends = []
     for broken in zeroed(path.read_bytes()):
         path.write_bytes(broken)
         try:
-            refuse_file_of_instrument(path)
+            check_measured_file(path)
         except (rs.RecordError, OSError, ValueError, LookupError, RuntimeError) as error:
             ends.append(str(error))
     assert any("did not come back" in end for end in ends)

@@ -1,0 +1,74 @@
+"""Measured topographies from elsewhere: what leads out of them, runs code or fills the memory is refused by name."""
+
+import os
+import pickle
+import zipfile
+
+import h5py
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim.surface.topography import read_topography
+from roughsim.untrusted import check_hdf5, check_measured_file, checks, machine_memory
+
+
+def test_other_hdf5_files_may_hold_text_and_soft_links_but_lead_nowhere(tmp_path, secret):
+    path = tmp_path / "instrument.h5"
+    with h5py.File(path, "w") as file:
+        file["name"] = "microscope"
+        file["heights"] = np.zeros((4, 4))
+        file["alias"] = h5py.SoftLink("/heights")
+    check_measured_file(path)
+    with h5py.File(path) as file, pytest.raises(rs.RecordError, match="/alias is a soft link"):
+        check_hdf5(file, path)
+    with h5py.File(path, "r+") as file:
+        file["away"] = h5py.ExternalLink(str(secret), "/pressure")
+    with pytest.raises(rs.RecordError, match="/away is an external link"):
+        check_measured_file(path)
+
+
+class Attack:
+    """Leaves a trace where it is unpickled."""
+
+    def __init__(self, trace):
+        self.trace = str(trace)
+
+    def __reduce__(self):
+        return os.mkdir, (self.trace,)
+
+
+@pytest.mark.parametrize("kind", ["npy", "npz", "pickle"])
+def test_pickles_are_not_unpacked(tmp_path, kind):
+    pytest.importorskip("SurfaceTopography")
+    trace, path = tmp_path / "trace", tmp_path / f"scan.{kind}"
+    array = np.array([[Attack(trace)] * 8] * 8, dtype=object)
+    if kind == "npy":
+        np.save(path, array, allow_pickle=True)
+    elif kind == "npz":
+        np.savez(path, heights=array, allow_pickle=True)
+    else:
+        path.write_bytes(pickle.dumps(array))
+    with pytest.raises(rs.RecordError) as refused:
+        read_topography(path)
+    assert str(path) in str(refused.value)
+    assert ("holds pickled Python objects" in str(refused.value)) == (kind != "npz")  # that one its reader refuses
+    assert not trace.exists()
+
+
+def test_a_zip_that_unpacks_beyond_memory_is_refused(tmp_path, monkeypatch):
+    path = tmp_path / "scan.x3p"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("bindata/data.bin", bytes(4_000_000))
+    assert path.stat().st_size < 10_000
+    monkeypatch.setattr(checks, "machine_memory", lambda: 6e6)
+    with pytest.raises(rs.RecordError, match="unpacks to 0.004 GB, above half of the machine's memory"):
+        check_measured_file(path)
+
+
+def test_a_file_beyond_memory_is_refused(tmp_path):
+    path = tmp_path / "scan.sur"
+    with open(path, "wb") as file:
+        file.truncate(int(0.13 * machine_memory()))  # sparse: it takes no room on the disk
+    with pytest.raises(rs.RecordError, match="above an eighth of the machine's memory; crop it first"):
+        check_measured_file(path)
