@@ -21,6 +21,7 @@ ORDER = (
     "contact",
     "heat",
     "observables",
+    "pipeline",
     "scene",
     "prediction",
     "realization",

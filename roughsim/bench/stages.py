@@ -19,8 +19,8 @@ from roughsim.errors import ConvergenceError
 from roughsim.grid import Grid
 from roughsim.heat import half_space_temperature, sliding_temperature, uniform_temperature
 from roughsim.observables.angular import angular_means
-from roughsim.observables.moments import Observables, Sliding, measure
-from roughsim.realization import level_spectrum, realize, solid_of
+from roughsim.observables.moments import Moments, Sliding, measure
+from roughsim.realization import level_problem, realize
 from roughsim.scene.numerics import Level, Numerics
 from roughsim.surface.synthesis import synthesize
 
@@ -215,7 +215,7 @@ def theory(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Poin
 def _modes(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point]:
     """Sums over modes up to the cut-off of the coarsest level, against the integral up to there."""
     level = base_level(scene, numerics)
-    given, spectrum = numerics.levels[level], level_spectrum(scene, numerics, level)
+    given, spectrum = numerics.levels[level], level_problem(scene, numerics, level).spectrum
     whole = float(prediction.over_speed(scene, np.array(scene.speeds), spectrum)["flash_temperature"][-1])
     for share in (0.25, 0.5, 1.0, 2.0):
         sides = round(share * given.shape[0]), round(share * given.shape[1])
@@ -243,7 +243,9 @@ def _plain_flash(scene: Scene, speeds: Array, *, panels: int, nodes: int) -> flo
 
 
 def _drawn(scene: Scene, numerics: Numerics, level: int) -> Array:
-    return synthesize(level_spectrum(scene, numerics, level), numerics.grid(level), np.random.default_rng(_SEED))
+    return synthesize(
+        level_problem(scene, numerics, level).spectrum, numerics.grid(level), np.random.default_rng(_SEED)
+    )
 
 
 def _solved(
@@ -256,7 +258,7 @@ def _solved(
     tolerance: float,
     precision: Any = "double",
 ) -> Contact:
-    solid = solid_of(scene, numerics.levels[level].column)
+    solid = level_problem(scene, numerics, level).solid
     load = scene.sliding.nominal_pressure
     return solve_contact(heights, grid, solid, nominal_pressure=load, tolerance=tolerance, precision=precision)
 
@@ -272,5 +274,5 @@ def _sliding(scene: Scene) -> Sliding:
 
 
 def _flash(scene: Scene, contact: Contact, grid: Grid) -> float:
-    seen: Observables = measure(contact, grid, _sliding(scene))
+    seen: Moments = measure(contact, grid, _sliding(scene))
     return float(seen.flash_temperature[-1])

@@ -18,7 +18,7 @@ from roughsim.ensemble.start import begin, clear, sweep
 from roughsim.ensemble.tasks import Tasks
 from roughsim.ensemble.workers import Workforce, leave_if_imported, refuse_script_without_file, stopped_by_signals
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.realization import Realization, level_spectrum, realize
+from roughsim.realization import Realization, realize
 from roughsim.results.folder import open_run
 from roughsim.results.run import Run
 from roughsim.scene.numerics import Numerics
@@ -135,4 +135,4 @@ def aimed(
     return replace(scene, ensemble=ensemble)
 
 
-__all__ = ["Claims", "Realization", "aimed", "begin", "level_spectrum", "realize", "run", "working", "writer"]
+__all__ = ["Claims", "Realization", "aimed", "begin", "realize", "run", "working", "writer"]

@@ -13,7 +13,8 @@ import numpy as np
 from roughsim import fourier
 from roughsim.errors import ConvergenceError, RecordError
 from roughsim.observables.catalogue import NUMBERS
-from roughsim.realization import Realization, realize, versions
+from roughsim.pipeline import versions
+from roughsim.realization import Realization, realize
 from roughsim.scene.numerics import Numerics
 from roughsim.store.member_files import Member, write_member
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from roughsim import prediction
 from roughsim.errors import RecordError
+from roughsim.pipeline import versions
 from roughsim.planning.plan import plan
-from roughsim.realization import versions
 from roughsim.results.folder import describe, folder_state, read_description
 from roughsim.scene.numerics import Numerics, Reason
 from roughsim.store.claims import Claims

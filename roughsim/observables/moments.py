@@ -110,7 +110,7 @@ class Sliding:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Observables:
+class Moments:
     """Moments of one contact; the arrays run over the speeds of `Sliding`.
 
     Attributes
@@ -167,7 +167,7 @@ class Observables:
         return self.stress_spectrum.correlation_radius(fraction)
 
 
-def measure(contact: SolvedContact, grid: Grid, sliding: Sliding) -> Observables:
+def measure(contact: SolvedContact, grid: Grid, sliding: Sliding) -> Moments:
     """Measure the moments of one contact at all speeds from one forward transform.
 
     Parameters
@@ -181,7 +181,7 @@ def measure(contact: SolvedContact, grid: Grid, sliding: Sliding) -> Observables
 
     Returns
     -------
-    Observables
+    Moments
         Steady sliding. For one direction the moments are those of the steady periodic field, hot tracks included.
 
     Raises
@@ -213,7 +213,7 @@ def measure(contact: SolvedContact, grid: Grid, sliding: Sliding) -> Observables
 
 def _observables(
     contact: SolvedContact, sliding: Sliding, mean: float, sums: Array, spectrum: StressSpectrum
-) -> Observables:
+) -> Moments:
     """Give the sums over the modes their factor, and form the ratios; 0/0 without stress variance is NaN."""
     speed = np.abs(sliding.speeds)
     resting = float(np.sum(spectrum.variance / spectrum.wavenumber))
@@ -223,7 +223,7 @@ def _observables(
         conductivity = np.asarray(sliding.conductivity)
         factor = sliding.heat_partition * sliding.friction_coefficient * speed / (conductivity * mean)
         ratios = sums[0] / (sums[1:] + 0.0)  # a sum of −0 would give −inf at rest
-        return Observables(
+        return Moments(
             speeds=tuple(sliding.speeds),
             flash_temperature=factor * sums[0],
             flash_gradient=-factor * sums[1],
@@ -282,4 +282,4 @@ def _orders(grid: Grid) -> list[tuple[Array, int, Array]]:
     ]
 
 
-__all__ = ["Observables", "Sliding", "StressSpectrum", "measure"]
+__all__ = ["Moments", "Sliding", "StressSpectrum", "measure"]

@@ -1,0 +1,130 @@
+"""One contact problem, from the spectrum of its surface to the moments of its heat: numbers in, numbers out.
+
+    surface.synthesize  →  contact.solver  →  observables.measure
+
+A worker of an ensemble needs this module only. What a scene asks for and how well has been worked out before, in
+`realization`.
+"""
+
+from __future__ import annotations
+
+import platform
+import time
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import ThreadpoolController
+
+from roughsim import fourier
+from roughsim.contact import Contact, Solid, solvers
+from roughsim.grid import Grid
+from roughsim.observables.moments import Moments, Sliding, measure
+from roughsim.surface.spectrum import Spectrum
+from roughsim.surface.synthesis import synthesize
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """All that decides the bits of one member; `dataclasses.replace(problem, index=7)` is that of another realization.
+
+    Attributes
+    ----------
+    spectrum : Spectrum
+        C(q) that the surface is drawn from, m⁴, up to the cut-off of the level.
+    grid : Grid
+        The periodic cell.
+    solid : Solid
+        E* and, if capped, σ_P.
+    nominal_pressure : float
+        σ₀, Pa.
+    sliding : Sliding
+        Speeds, friction and the moving body; its heat share is 1.
+    tolerance, precision, solver
+        How the contact is solved, as in `Numerics`.
+    seed, stream, index : int
+        The random stream is SeedSequence(seed, spawn_key=(stream, index)): all levels of a realization share one.
+    threads : int
+        Of the linear algebra, whose sums depend on their number.
+    """
+
+    spectrum: Spectrum
+    grid: Grid
+    solid: Solid
+    nominal_pressure: float
+    sliding: Sliding
+    tolerance: float
+    precision: Literal["double", "single"]
+    solver: str
+    seed: int
+    stream: int
+    index: int = 0
+    threads: int = 1
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Solution:
+    """A surface, its contact, and what was measured of it (all heat in the moving body).
+
+    Attributes
+    ----------
+    grid : Grid
+        Its cell.
+    heights : ndarray
+        Composite heights, m.
+    contact : Contact
+        The solved contact.
+    observables : Moments
+        Moments at the speeds of the problem, averaged over directions.
+    seconds : dict of str to float
+        Time spent in each stage.
+    """
+
+    grid: Grid
+    heights: NDArray[np.float64]
+    contact: Contact
+    observables: Moments
+    seconds: dict[str, float]
+
+
+def solve_problem(problem: Problem) -> Solution:
+    """Draw the surface, solve its contact and measure it; ConvergenceError if the contact misses the tolerance."""
+    stream = np.random.default_rng(np.random.SeedSequence(problem.seed, spawn_key=(problem.stream, problem.index)))
+    with linear_algebra().limit(limits=problem.threads):
+        marks = [time.perf_counter()]
+        heights = synthesize(problem.spectrum, problem.grid, stream)
+        marks.append(time.perf_counter())
+        contact = solvers.solver(problem.solver)(
+            heights,
+            problem.grid,
+            problem.solid,
+            nominal_pressure=problem.nominal_pressure,
+            tolerance=problem.tolerance,
+            precision=problem.precision,
+        )
+        marks.append(time.perf_counter())
+        moments = measure(contact, problem.grid, problem.sliding)
+        marks.append(time.perf_counter())
+    seconds = dict(zip(("surface", "contact", "observables"), np.diff(marks).tolist(), strict=True))
+    return Solution(grid=problem.grid, heights=heights, contact=contact, observables=moments, seconds=seconds)
+
+
+@lru_cache(maxsize=1)
+def linear_algebra() -> ThreadpoolController:
+    """Return the thread pools of the linear algebra, found once: the search takes milliseconds."""
+    return ThreadpoolController()
+
+
+@lru_cache(maxsize=1)
+def versions() -> dict[str, str]:
+    """Return the versions that the bits of a result may depend on."""
+    result = {"python": platform.python_version(), "fft": fourier.backend()}
+    for package in ("roughsim", "numpy", "scipy", "numba", "h5py"):
+        try:
+            result[package] = version(package)
+        except PackageNotFoundError:
+            result[package] = "unknown"
+    return result
