@@ -16,8 +16,10 @@ import numpy as np
 
 from roughsim import fourier
 from roughsim.bench.chain import KNOWN, chain
-from roughsim.bench.point import Point, cpu_seconds
 from roughsim.bench.stages import contact, heat, moments, surface, theory
+from roughsim.bench.timing import cpu_seconds
+from roughsim.charts import error_over_cost_chart
+from roughsim.charts.error_over_cost import Point, front
 
 if TYPE_CHECKING:
     from roughsim.results.rows import Rows
@@ -85,7 +87,8 @@ def bench(
     for name in wanted:
         if not rows[name]:
             rows.extend(name, _measured(STAGES[name], scene, numerics, realizations, pair))
-    return [Point.from_row(name, row) for name in wanted for row in rows[name].values()]
+    stored: list[tuple[str, dict[str, Any]]] = [(name, dict(row)) for name in wanted for row in rows[name].values()]
+    return [Point(name, **row | {"chosen": bool(row["chosen"])}) for name, row in stored]
 
 
 def _measured(
@@ -99,7 +102,9 @@ def _measured(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # the errors that they warn of are what is charted
         for point in stage(scene, numerics, realizations):
-            found[f"{point.observable} | {point.method} | {point.setting}"] = point.row(pair)
+            row = point._asdict() | {"pairs": point.seconds / pair, "chosen": float(point.chosen)}
+            del row["stage"]
+            found[f"{point.observable} | {point.method} | {point.setting}"] = row
     return found
 
 
@@ -115,16 +120,6 @@ def pair_seconds(side: int) -> float:
     return cpu_seconds(pair)
 
 
-def front(points: list[Point]) -> list[Point]:
-    """Return the points that no other one beats in both cost and error, cheapest first; failures are never on it."""
-    best, result = np.inf, []
-    for point in sorted(points, key=lambda p: (p.seconds, p.error)):
-        if point.error < best:
-            best = point.error
-            result.append(point)
-    return result
-
-
 def panels(points: list[Point]) -> dict[str, list[Point]]:
     """Return the points of each chart: one per stage and observable."""
     result: dict[str, list[Point]] = {}
@@ -136,12 +131,8 @@ def panels(points: list[Point]) -> dict[str, list[Point]]:
 
 def bench_chart(points: list[Point], path: Path) -> None:
     """Draw all charts of some points into one picture: error over cost, the front, and the choice of the plan."""
-    from roughsim.charts import trade_chart
-
-    shown = panels(points)
-    known = {f"{p.stage}: {p.observable}": p.error for p in points if p.method == KNOWN}
-    fronts = {title: front(group) for title, group in shown.items()}
-    trade_chart(shown, fronts, path, known=known, pair=f"FFT pairs of {PAIR_SIDE}²")
+    doubt = {f"{p.stage}: {p.observable}": p.error for p in points if p.method == KNOWN}
+    error_over_cost_chart(panels(points), path, doubt=doubt, pair=f"FFT pairs of {PAIR_SIDE}²")
 
 
 def bench_dict(points: list[Point]) -> dict[str, Any]:

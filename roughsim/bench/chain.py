@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.bench.point import Point
+from roughsim.charts.error_over_cost import Point
 from roughsim.estimate.ladder import Values, observe
 from roughsim.observables.record import Sample
 from roughsim.realization import Realization, realize

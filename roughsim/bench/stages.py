@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim import prediction
-from roughsim.bench.point import Point, cpu_seconds
+from roughsim.bench.timing import cpu_seconds
+from roughsim.charts.error_over_cost import Point
 from roughsim.contact import Contact, solve_contact
 from roughsim.errors import ConvergenceError
 from roughsim.grid import Grid

@@ -7,118 +7,88 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from roughsim.charts.style import Array, new_figure, save, scaled
+from roughsim import fourier
+from roughsim.charts.style import Array, new_figure, scaled
+from roughsim.charts.subject import FIELDS, Subject
 from roughsim.errors import number
 from roughsim.results.fields import DERIVED_UNITS
-from roughsim.store.member_files import FIELD_UNITS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
 
-    from roughsim.charts.pictures import Subject
     from roughsim.grid import Grid
 
-SYMBOLS = {"heights": "$h$", "pressure": r"$\sigma$", "temperature": "$T$", "heat_flux": r"$\mu\sigma v$"}
-_PLAIN_UNITS = {"W/m^2": "W/m²"}
-Zoom = tuple[tuple[float, float], tuple[float, float]]
-_LEAST = 8  # points along a side of a picture
-_WINDOW = 192  # points per side of the enlarged part
-_OUTLINE = "#7fdbff"
+Zoom = tuple[tuple[float, float], tuple[float, float]]  # ends along x and along y, m
+LEAST = 8  # points along a side of a picture
+ENLARGED = 192  # points per side of the enlarged part
+OUTLINE = "#7fdbff"
 
 
 class Window(NamedTuple):
-    """What a map shows: a part of the points of a grid."""
+    """A part of the points of a grid."""
 
     x: slice
     y: slice
 
 
-def map_chart(subject: Subject, name: str, title: str, path: Path, zoom: Zoom | None = None) -> None:
-    """Draw a field in colours; a cell of many points is enlarged beside it where it is hottest, or pressed hardest.
+def map_chart(subject: Subject, name: str, path: Path, zoom: Zoom | None = None) -> None:
+    """Draw a field in colours; a cell of many points is enlarged beside it where it is hottest, or pressed hardest."""
+    from matplotlib.patches import Rectangle
 
-    Parameters
-    ----------
-    subject : Subject
-        Whose field.
-    name : str
-        "heights", "pressure", "heat_flux" or "temperature".
-    title : str
-        Above the picture.
-    path : Path
-        Of the picture.
-    zoom : ((float, float), (float, float)), optional
-        Ends along x and along y, m, of the part that is drawn, alone.
-    """
-    field, pressure = subject.field(name), subject.field("pressure")
-    grid = subject.run.numerics.grid(subject.level)
-    shown = whole_of(grid) if zoom is None else zoomed(grid, zoom)
-    factor, unit = scaled(float(np.abs(field[shown]).max()), (FIELD_UNITS | DERIVED_UNITS)[name])
+    field, pressure, grid = subject.field(name), subject.field("pressure"), subject.grid
+    window, hot = window_of(grid, zoom), name == "temperature"
+    enlarged = busiest_part(field if hot else averaged(pressure)) if zoom is None else None
+    factor, unit = scaled(float(np.abs(field[window]).max()), FIELDS[name].unit)
     field *= factor
-    part = _window(field if name == "temperature" else _coarse(pressure)) if zoom is None else None
-    panels = 2 if part is not None else 1
-    with new_figure(path, (4.6 * panels + 0.6, 3.9 * _tallness(grid, shown) + 1.25)) as figure:
-        axes = figure.subplots(1, panels, squeeze=False)[0]
-        colours = _colours(name, field[shown])
-        image = _panel(axes[0], field, grid.spacing, shown, colours)
-        if part is not None:
-            _frame(axes[0], grid, part, "1.0" if name == "temperature" else "0.2")
-            _panel(axes[1], field, grid.spacing, part, colours)
+    colours, panels = colour_range(name, field[window]), 1 if enlarged is None else 2
+    size = 4.6 * panels + 0.6, 3.9 * height_over_width(grid, window) + 1.25
+    with new_figure(path, size, subject.title(FIELDS[name].title)) as figure:
+        axes = list(figure.subplots(1, panels, squeeze=False)[0])
+        image = draw_field(axes[0], field, grid, window, colours)
+        if enlarged is not None:
+            # a frame on the whole cell shows what is enlarged
+            metres = scaled(max(grid.lengths), "m")[0]
+            corner = enlarged.x.start * grid.spacing[0] * metres, enlarged.y.start * grid.spacing[1] * metres
+            sides = (ENLARGED * d * metres for d in grid.spacing)
+            axes[0].add_patch(Rectangle(corner, *sides, fill=False, ec="1.0" if hot else "0.2", lw=0.8))
+            draw_field(axes[1], field, grid, enlarged, colours)
             axes[1].set_title("enlarged", fontsize=8, color="0.3")
-        if name == "temperature":
-            _outlines(axes[-1], pressure, grid, shown if part is None else part)
+        if hot:
+            outline_contact(axes[-1], pressure, grid, enlarged or window)
         for panel in axes:
             scale_bar(panel)
-        _arrow(axes[0], subject)
-        _bar(figure, image, list(axes), name, unit)
-        figure.suptitle(title, fontsize=9, x=0.01, ha="left")
-        save(figure, path)
+        sliding_arrow(axes[0], subject.speed)
+        colour_bar(figure, image, axes, f"{FIELDS[name].symbol}, {unit}", "right")
 
 
-def side_by_side_chart(
-    subject: Subject, names: tuple[str, ...], title: str, path: Path, zoom: Zoom | None = None
-) -> None:
-    """Draw several fields of one part beside each other, the contact outlined on all but the pressure.
-
-    Parameters
-    ----------
-    subject, title, path, zoom
-        As in `map_chart`.
-    names : tuple of str
-        Fields, left to right.
-    """
-    grid, pressure = subject.run.numerics.grid(subject.level), subject.field("pressure")
-    shown = whole_of(grid) if zoom is None else zoomed(grid, zoom)
-    with new_figure(path, (3.9 * len(names), 3.3 * _tallness(grid, shown) + 1.35)) as figure:
-        for axes, name in zip(figure.subplots(1, len(names), squeeze=False)[0], names, strict=True):
+def side_by_side_chart(subject: Subject, third: str, path: Path, zoom: Zoom | None = None) -> None:
+    """Draw heights, pressure and a third field beside each other; the contact is outlined on all but the pressure."""
+    grid, pressure = subject.grid, subject.field("pressure")
+    window, names = window_of(grid, zoom), ("heights", "pressure", third)
+    size = 3.9 * len(names), 3.3 * height_over_width(grid, window) + 1.35
+    with new_figure(path, size, subject.title(f"Heights, pressure and {third.replace('_', ' ')}")) as figure:
+        for axes, name in zip(figure.subplots(1, len(names)), names, strict=True):
             field = subject.field(name)
-            factor, unit = scaled(float(np.abs(field[shown]).max()), (FIELD_UNITS | DERIVED_UNITS)[name])
+            factor, unit = scaled(float(np.abs(field[window]).max()), FIELDS[name].unit)
             field *= factor
-            image = _panel(axes, field, grid.spacing, shown, _colours(name, field[shown]))
+            image = draw_field(axes, field, grid, window, colour_range(name, field[window]))
             if name != "pressure" and zoom is not None:  # on a whole cell they would hide what they enclose
-                _outlines(axes, pressure, grid, shown, "0.0" if name == "heights" else _OUTLINE)
+                outline_contact(axes, pressure, grid, window, "0.0" if name == "heights" else OUTLINE)
             scale_bar(axes)
-            _bar(figure, image, axes, name, unit, below=True)
+            colour_bar(figure, image, axes, f"{FIELDS[name].symbol}, {unit}", "bottom")
             if name in DERIVED_UNITS:
-                _arrow(axes, subject)
-        figure.suptitle(title, fontsize=9, x=0.01, ha="left")
-        save(figure, path)
+                sliding_arrow(axes, subject.speed)
 
 
-def whole_of(grid: Grid) -> Window:
-    """Return all points of a grid."""
-    return Window(slice(0, grid.shape[0]), slice(0, grid.shape[1]))
+def window_of(grid: Grid, zoom: Zoom | None) -> Window:
+    """Return the points between the ends of a zoom, or all.
 
-
-def zoomed(grid: Grid, zoom: Zoom) -> Window:
-    """Return the points between the ends of a zoom, m.
-
-    Raises
-    ------
-    ValueError
-        If an end lies outside the cell, or fewer than 8 points lie between two ends.
+    ValueError if an end lies outside the cell, or fewer than 8 points lie between two ends.
     """
+    if zoom is None:
+        return Window(slice(0, grid.shape[0]), slice(0, grid.shape[1]))
     sides = []
     for axis, ends, count, length in zip("xy", zoom, grid.shape, grid.lengths, strict=True):
         low, high = (number("zoom", end, "m") for end in ends)
@@ -127,26 +97,61 @@ def zoomed(grid: Grid, zoom: Zoom) -> Window:
                 f"zoom = {low:.4g}:{high:.4g} m along {axis} must rise and lie in the cell, 0:{length:.4g} m"
             )
         first, last = round(low / length * count), round(high / length * count)
-        if last - first < _LEAST:
+        if last - first < LEAST:
             raise ValueError(
                 f"zoom = {low:.4g}:{high:.4g} m along {axis} holds {last - first} points of {length / count:.4g} m; "
-                f"at least {_LEAST} make a picture"
+                f"at least {LEAST} make a picture"
             )
         sides.append(slice(first, last))
     return Window(*sides)
 
 
-def _tallness(grid: Grid, shown: Window) -> float:
-    width, height = ((s.stop - s.start) * d for s, d in zip(shown, grid.spacing, strict=True))
+def busiest_part(field: Array) -> Window | None:
+    """Return the part around the largest value, inside the cell; None for a cell small enough to be seen whole."""
+    if min(field.shape) < 2 * ENLARGED:
+        return None
+    peak = np.unravel_index(int(field.argmax()), field.shape)
+    starts = [int(np.clip(at - ENLARGED // 2, 0, n - ENLARGED)) for at, n in zip(peak, field.shape, strict=True)]
+    return Window(*(slice(start, start + ENLARGED) for start in starts))
+
+
+def averaged(pressure: Array) -> Array:
+    """Return the pressure averaged over about an enlarged part, whose peak is where most contact is."""
+    kx, ky = (np.fft.fftfreq(pressure.shape[0])[:, None], np.fft.rfftfreq(pressure.shape[1])[None, :])
+    # the transform of a Gaussian whose width is a quarter of the enlarged part
+    weight = np.exp(-2.0 * (0.25 * np.pi * ENLARGED) ** 2 * (kx**2 + ky**2) / 4)
+    smooth: Array = fourier.inverse(fourier.forward(pressure) * weight, pressure.shape)
+    return smooth
+
+
+def height_over_width(grid: Grid, window: Window) -> float:
+    """Return the shape of a picture, between 0.3 and 3."""
+    width, height = ((s.stop - s.start) * d for s, d in zip(window, grid.spacing, strict=True))
     return float(min(max(height / width, 0.3), 3.0))
 
 
-def _bar(figure: Figure, image: Any, axes: Any, name: str, unit: str, *, below: bool = False) -> None:
-    """The colours and what they mean."""
-    place = "bottom" if below else "right"
-    bar = figure.colorbar(image, ax=axes, pad=0.01, aspect=30, fraction=0.05, location=place)
-    bar.set_label(f"{SYMBOLS[name]}, {_PLAIN_UNITS.get(unit, unit.replace('^2', '²'))}")
-    bar.outline.set_linewidth(0.5)
+def draw_field(axes: Axes, field: Array, grid: Grid, window: Window, colours: dict[str, Any]) -> Any:
+    """Draw one image; points are centred on their coordinates, axis 0 of the field is x."""
+    edges = [((s.start - 0.5) * d, (s.stop - 0.5) * d) for s, d in zip(window, grid.spacing, strict=True)]
+    factor, unit = scaled(max(abs(edge) for pair in edges for edge in pair), "m")
+    extent = tuple(edge * factor for pair in edges for edge in pair)
+    image = axes.imshow(field[window].T, origin="lower", extent=extent, **colours)
+    for side in axes.spines.values():
+        side.set_visible(True)
+        side.set_linewidth(0.5)
+    axes.set(xlabel=f"$x$, {unit}", ylabel=f"$y$, {unit}")
+    axes.tick_params(direction="out")
+    return image
+
+
+def outline_contact(axes: Axes, pressure: Array, grid: Grid, window: Window, colour: str = OUTLINE) -> None:
+    """Draw the edges of the contact, where there is any edge."""
+    contact = (pressure[window] > 0.0).astype(float)
+    if contact.min() == contact.max():
+        return
+    factor, _ = scaled(max((s.stop - 0.5) * d for s, d in zip(window, grid.spacing, strict=True)), "m")
+    x, y = (np.arange(s.start, s.stop) * d * factor for s, d in zip(window, grid.spacing, strict=True))
+    axes.contour(x, y, contact.T, levels=[0.5], colors=colour, linewidths=0.5)
 
 
 def scale_bar(axes: Axes) -> None:
@@ -156,12 +161,11 @@ def scale_bar(axes: Axes) -> None:
     unit = axes.get_xlabel().rpartition(" ")[2]
     left, right = axes.get_xlim()
     length = round_length(0.22 * (right - left))
-    start, place = 0.04, axes.get_xaxis_transform()
-    x = left + start * (right - left)
+    x, transform = left + 0.04 * (right - left), axes.get_xaxis_transform()
     halo = [withStroke(linewidth=3.0, foreground="white")]
-    axes.plot([x, x + length], [0.045, 0.045], transform=place, color="black", lw=2.0, path_effects=halo)
+    axes.plot([x, x + length], [0.045, 0.045], transform=transform, color="black", lw=2.0, path_effects=halo)
     style: Any = {"ha": "center", "va": "bottom", "fontsize": 8, "path_effects": halo}
-    axes.text(x + length / 2, 0.06, f"{length:g} {unit}", transform=place, **style)
+    axes.text(x + length / 2, 0.06, f"{length:g} {unit}", transform=transform, **style)
 
 
 def round_length(length: float) -> float:
@@ -170,8 +174,26 @@ def round_length(length: float) -> float:
     return float(max(k for k in (1, 2, 5) if k * power <= length * (1 + 1e-9)) * power)
 
 
-def _colours(name: str, field: Array) -> dict[str, Any]:
-    """Colour map and its ends: heights about their mean plane, everything else from its smallest value."""
+def sliding_arrow(axes: Axes, speed: float | None) -> None:
+    """Show above a map which way the source slides through the body."""
+    if speed is None:
+        return
+    tip, tail = ((0.16, 1.03), (0.02, 1.03)) if speed > 0 else ((0.02, 1.03), (0.16, 1.03))
+    style: Any = {"arrowstyle": "->", "lw": 1.0}
+    axes.annotate("", tip, tail, xycoords="axes fraction", textcoords="axes fraction", arrowprops=style)
+    words = "sliding" if speed > 0 else "sliding (−x)"
+    axes.text(0.18, 1.03, words, transform=axes.transAxes, va="center", fontsize=8)
+
+
+def colour_bar(figure: Figure, image: Any, axes: Any, label: str, side: str) -> None:
+    """Show beside axes, or below them, what the colours mean."""
+    bar = figure.colorbar(image, ax=axes, pad=0.01, aspect=30, fraction=0.05, location=side)
+    bar.set_label(label)
+    bar.outline.set_linewidth(0.5)
+
+
+def colour_range(name: str, field: Array) -> dict[str, Any]:
+    """Return colour map and ends: of heights about their mean plane, of all else from the smallest value."""
     limit = float(np.abs(field).max())
     low, high = (-limit, limit) if name == "heights" else (float(field.min()), float(field.max()))
     return {"cmap": colour_map(name), "vmin": low, "vmax": high}
@@ -193,75 +215,3 @@ def palette(name: str) -> list[str]:
     from matplotlib.colors import to_hex
 
     return [to_hex(colour) for colour in colour_map(name)(np.arange(256))]
-
-
-def _panel(axes: Axes, field: Array, spacing: tuple[float, float], part: Any, colours: dict[str, Any]) -> Any:
-    """One image; points are centred on their coordinates."""
-    edges = [((s.start - 0.5) * d, (s.stop - 0.5) * d) for s, d in zip(part, spacing, strict=True)]
-    factor, unit = scaled(max(abs(edge) for pair in edges for edge in pair), "m")
-    extent = tuple(edge * factor for pair in edges for edge in pair)
-    image = axes.imshow(field[part].T, origin="lower", extent=extent, **colours)
-    for side in axes.spines.values():
-        side.set_visible(True)
-        side.set_linewidth(0.5)
-    axes.set(xlabel=f"$x$, {unit}", ylabel=f"$y$, {unit}")
-    axes.tick_params(direction="out")
-    return image
-
-
-def _coarse(pressure: Array) -> Array:
-    """Pressure averaged over about a window, to find where most contact is."""
-    from roughsim import fourier
-
-    kx, ky = (np.fft.fftfreq(pressure.shape[0])[:, None], np.fft.rfftfreq(pressure.shape[1])[None, :])
-    keep = np.exp(-2.0 * (0.25 * np.pi * _WINDOW) ** 2 * (kx**2 + ky**2) / 4)
-    smooth: Array = fourier.inverse(fourier.forward(pressure) * keep, pressure.shape)
-    return smooth
-
-
-def _window(field: Array) -> tuple[slice, slice] | None:
-    """The part around the largest value, inside the cell; None for a cell that is small enough to be seen whole."""
-    if min(field.shape) < 2 * _WINDOW:
-        return None
-    peak = np.unravel_index(int(field.argmax()), field.shape)
-    starts = [int(np.clip(at - _WINDOW // 2, 0, n - _WINDOW)) for at, n in zip(peak, field.shape, strict=True)]
-    return slice(starts[0], starts[0] + _WINDOW), slice(starts[1], starts[1] + _WINDOW)
-
-
-def _frame(axes: Axes, grid: Any, part: tuple[slice, slice], colour: str) -> None:
-    """Where the enlarged part lies."""
-    from matplotlib.patches import Rectangle
-
-    factor, _ = scaled(max(grid.lengths), "m")
-    corner = [s.start * d * factor for s, d in zip(part, grid.spacing, strict=True)]
-    size = [_WINDOW * d * factor for d in grid.spacing]
-    style: Any = {"fill": False, "ec": colour, "lw": 0.8}
-    axes.add_patch(Rectangle((corner[0], corner[1]), size[0], size[1], **style))
-
-
-def _outlines(axes: Axes, pressure: Array, grid: Any, part: tuple[slice, slice], colour: str = _OUTLINE) -> None:
-    """The edges of the contact over a temperature."""
-    there = (pressure[part] > 0.0).astype(float)
-    if there.min() == there.max():
-        return
-    ends = [(s.stop - 0.5) * d for s, d in zip(part, grid.spacing, strict=True)]
-    factor, _ = scaled(max(ends), "m")
-    x, y = (np.arange(s.start, s.stop) * d * factor for s, d in zip(part, grid.spacing, strict=True))
-    axes.contour(x, y, there.T, levels=[0.5], colors=colour, linewidths=0.5)
-
-
-def _arrow(axes: Axes, subject: Subject) -> None:
-    """Which way the source slides through the body."""
-    if subject.speed is None:
-        return
-    ends = ((0.16, 1.03), (0.02, 1.03)) if subject.speed > 0 else ((0.02, 1.03), (0.16, 1.03))
-    style: Any = {"arrowstyle": "->", "lw": 1.0}
-    axes.annotate("", *ends, xycoords="axes fraction", textcoords="axes fraction", arrowprops=style)
-    axes.text(
-        0.18,
-        1.03,
-        "sliding" if subject.speed > 0 else "sliding (−x)",
-        transform=axes.transAxes,
-        va="center",
-        fontsize=8,
-    )

@@ -40,7 +40,6 @@ STYLE: Any = {
     "pdf.fonttype": 42,
     "text.usetex": False,  # titles never reach a TeX of the machine
 }
-PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
 
 
 def check_ending(path: Path) -> None:
@@ -50,8 +49,8 @@ def check_ending(path: Path) -> None:
 
 
 @contextmanager
-def new_figure(path: Path, size: tuple[float, float]) -> Iterator[Figure]:
-    """Give an empty figure of a size in inches, in the style of all, whose file may be written to `path`."""
+def new_figure(path: Path, size: tuple[float, float], title: str = "") -> Iterator[Figure]:
+    """Give an empty figure of a size in inches, in the style of all; what is drawn in it is then written to `path`."""
     check_ending(path)
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -60,32 +59,30 @@ def new_figure(path: Path, size: tuple[float, float]) -> Iterator[Figure]:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=size, layout="constrained")
         FigureCanvasAgg(figure)
+        if title:
+            figure.suptitle(title, fontsize=9, x=0.01, ha="left")
         yield figure
-
-
-def letters(text: str) -> str:
-    """Return text that a chart draws letter by letter: no formula, no control character."""
-    return plain(text).replace("$", r"\$")
+        save(figure, path)
 
 
 def save(figure: Figure, path: Path) -> None:
     """Write a figure; letters that its font lacks are named in one warning."""
+    from matplotlib.font_manager import FontProperties, findfont, get_font
+    from matplotlib.text import Text
+
     path.parent.mkdir(parents=True, exist_ok=True)
-    if lacking := _lacking(figure):
-        warnings.warn(f"the font of the pictures has no {lacking}: boxes stand in their place", stacklevel=2)
+    font = get_font(findfont(FontProperties()))
+    letters = {letter for text in figure.findobj(Text) for letter in text.get_text() if letter.isprintable()}
+    if lacking := sorted(letter for letter in letters if not font.get_char_index(ord(letter))):
+        warnings.warn(f"the font of the pictures has no {' '.join(lacking)}: boxes stand in their place", stacklevel=2)
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font")
         figure.savefig(path, dpi=160)
 
 
-def _lacking(figure: Figure) -> str:
-    """The letters in a figure for which the font has no shape."""
-    from matplotlib.font_manager import FontProperties, findfont, get_font
-    from matplotlib.text import Text
-
-    font = get_font(findfont(FontProperties()))
-    texts = {letter for text in figure.findobj(Text) for letter in text.get_text() if letter.isprintable()}
-    return " ".join(sorted(letter for letter in texts if not font.get_char_index(ord(letter))))
+def without_formulas(text: str) -> str:
+    """Return text that a chart draws letter by letter: no formula, no control character."""
+    return plain(text).replace("$", r"\$")
 
 
 def band(axes: Axes, x: Array, mean: Array, error: Array, colour: str) -> None:
@@ -94,16 +91,18 @@ def band(axes: Axes, x: Array, mean: Array, error: Array, colour: str) -> None:
     axes.plot(x, mean, color=colour, lw=1.0)
 
 
-def statistical(run: Run, column: str | None, error: Array) -> Array:
-    """Return the half-width of the 95 % interval of a standard error that the finest level of a column scatters by."""
+def half_width(run: Run, column: str | None, standard_error: Array) -> Array:
+    """Return the half-width of the 95 % interval of a mean over the finest level of a column, from its error."""
     level = run.numerics.levels[run.numerics.of_column(run.column(column))[-1]]
     count = sum(index % level.every == 0 for index in run.sound(run.realizations))
-    return error * quantile(count - 1.0)
+    return standard_error * quantile(count - 1.0)
 
 
 def scaled(largest: float, unit: str) -> tuple[float, str]:
     """Return the factor to a unit with an SI prefix in which `largest` lies between 1 and 1000, and that unit."""
+    from matplotlib.ticker import EngFormatter
+
     if not largest > 0.0 or unit == "K":
         return 1.0, unit
     power = min(max(3 * floor(log10(largest) / 3), -12), 12)
-    return 10.0**-power, PREFIXES[power] + unit
+    return 10.0**-power, EngFormatter.ENG_PREFIXES[power] + unit

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim import prediction
-from roughsim.charts.style import statistical
+from roughsim.charts.style import half_width
 from roughsim.observables.catalogue import OBSERVABLES
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def _of_column(run: Run, column: str) -> dict[str, Curve]:
     speeds, r = np.array(run.scene.speeds), distances(run)
     moving = speeds > 0.0
     mean, error = run.correlation(r, column)
-    curves = {CORRELATION: Curve(r, mean, statistical(run, column, error))}
+    curves = {CORRELATION: Curve(r, mean, half_width(run, column, error))}
     for name in OVER_SPEED:
         found = run.estimate(name, column)
         curves[name] = Curve(speeds[moving], found.mean[moving], found.total_error[moving])

@@ -9,8 +9,9 @@ from matplotlib.figure import Figure
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.charts import QUANTITIES, comparison, curves, maps, pictures, plot_run, profile, spread
+from roughsim.charts import QUANTITIES, maps, plot_run, profile, spectra, style
 from roughsim.charts.style import scaled
+from roughsim.charts.subject import Subject
 from roughsim.cli import main
 
 SPEED = ("temperature", "heat_flux", "distribution", "profile")
@@ -30,7 +31,7 @@ def full_run(full_scene, tmp_path_factory):
 
 
 def subject(run, column="capped", speed=None, index=0):
-    return pictures.Subject(run, column, run.numerics.of_column(column)[-1], index, speed)
+    return Subject(run, column, run.numerics.of_column(column)[-1], index, speed)
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
@@ -115,7 +116,7 @@ def test_axis_0_is_x_and_points_stand_at_their_coordinates():
     field = np.zeros((6, 4))
     field[5, 1] = 1.0
     axes = Figure().subplots()
-    image = maps._panel(axes, field, (2e-6, 3e-6), (slice(0, 6), slice(0, 4)), {})
+    image = maps.draw_field(axes, field, rs.Grid((6, 4), (12e-6, 12e-6)), maps.Window(slice(0, 6), slice(0, 4)), {})
     assert image.get_array()[1, 5] == 1.0  # rows are y
     assert image.origin == "lower"
     left, right, bottom, top = image.get_extent()  # in µm; half a point beyond the first and the last
@@ -124,10 +125,10 @@ def test_axis_0_is_x_and_points_stand_at_their_coordinates():
 
 
 def test_zero_pressure_is_white_and_heights_are_symmetric():
-    colours = maps._colours("pressure", np.array([[0.0, 3.0]]))
+    colours = maps.colour_range("pressure", np.array([[0.0, 3.0]]))
     assert colours["cmap"](0.0) == (1.0, 1.0, 1.0, 1.0)
     assert (colours["vmin"], colours["vmax"]) == (0.0, 3.0)
-    colours = maps._colours("heights", np.array([[-1.0, 3.0]]))
+    colours = maps.colour_range("heights", np.array([[-1.0, 3.0]]))
     assert (colours["vmin"], colours["vmax"]) == (-3.0, 3.0)
     lightness = colormaps["inferno"](np.linspace(0, 1, 64))[:, :3] @ [0.2126, 0.7152, 0.0722]
     assert np.all(np.diff(lightness) > 0)
@@ -138,10 +139,10 @@ def test_the_enlarged_part_holds_the_largest_value_and_stays_in_the_cell():
     for place in ((0, 0), (200, 383), *rng.integers(0, 384, (20, 2))):
         field = np.zeros((384, 400))
         field[tuple(place)] = 1.0
-        part = maps._window(field)
+        part = maps.busiest_part(field)
         assert field[part].max() == 1.0
         assert field[part].shape == (192, 192)
-    assert maps._window(np.zeros((383, 400))) is None
+    assert maps.busiest_part(np.zeros((383, 400))) is None
 
 
 def test_a_zoom_draws_the_points_between_its_ends_alone(capped_run, drawn):
@@ -219,7 +220,7 @@ def test_a_scale_bar_is_as_long_as_it_says():
 
 def test_the_distribution_chart_has_the_shares_of_the_contact(capped_run, monkeypatch):
     figures = []
-    monkeypatch.setattr(spread, "save", lambda figure, path: figures.append(figure))
+    monkeypatch.setattr(style, "save", lambda figure, path: figures.append(figure))
     plot_run(capped_run, "distribution", speed=35.0)
     temperature = next(capped_run.fields("temperature", speed=35.0))[1].astype(float)
     pressure = next(capped_run.fields("pressure"))[1].astype(float)
@@ -241,7 +242,7 @@ def test_the_distribution_chart_has_the_shares_of_the_contact(capped_run, monkey
 
 def test_the_line_of_the_theory_has_the_heat_share_of_its_points(capped_run, monkeypatch):
     figures = []
-    monkeypatch.setattr(comparison, "save", lambda figure, path: figures.append(figure))
+    monkeypatch.setattr(style, "save", lambda figure, path: figures.append(figure))
     rs.compare(capped_run).chart("a.png")
     line = figures[0].axes[2].lines[0]
     (speed, value), exact = line.get_data(), prediction.predictions(capped_run.scene)["flash_temperature"][2]
@@ -253,13 +254,13 @@ def test_the_contact_is_enlarged_where_most_of_it_is():
     pressure = np.zeros((512, 512))
     pressure[300:340, 100:140] = 1.0
     pressure[50, 400] = 100.0  # one hard point is not much contact
-    part = maps._window(maps._coarse(pressure))
+    part = maps.busiest_part(maps.averaged(pressure))
     assert pressure[part].sum() == 1600.0
 
 
 def test_the_profile_runs_along_x_through_the_hottest_point(capped_run):
     one = subject(capped_run, speed=35.0)
-    hottest, across, lines = profile._lines(one)
+    hottest, across, lines = profile.lines_through_hottest_point(one)
     temperature = next(capped_run.fields("temperature", speed=35.0))[1]
     assert temperature[hottest, across] == temperature.max() == lines["temperature"].max()
     np.testing.assert_array_equal(lines["pressure"], next(capped_run.fields("pressure"))[1][:, across])
@@ -272,7 +273,7 @@ def test_a_wave_has_its_variance_in_the_measured_spectrum():
     q1, q2 = 2 * np.pi * 17 / 3e-3, 2 * np.pi * 9 / 2e-3
     heights = 2e-6 * np.cos(q1 * x + q2 * y + 0.3)
     q = np.geomspace(0.5 * np.hypot(q1, q2), 2 * np.hypot(q1, q2), 4000)
-    density = 2 * np.pi * q**2 * curves.radial_psd(heights, grid, q, (0.0, np.inf))
+    density = 2 * np.pi * q**2 * spectra.radial_psd(heights, grid, q, (0.0, np.inf))
     assert np.trapezoid(density, np.log(q)) == pytest.approx(2e-12, rel=0.05)  # few modes near it: their density varies
     assert q[density.argmax()] == pytest.approx(np.hypot(q1, q2), rel=0.05)
 
@@ -282,7 +283,7 @@ def test_a_drawn_surface_has_the_spectrum_that_it_was_drawn_from():
     grid = rs.Grid((512, 512), (2e-3, 2e-3))
     heights = rs.synthesize(spectrum, grid, np.random.default_rng(1), amplitudes="fixed")
     q = np.geomspace(2.5e4, 3.5e5, 30)
-    measured = curves.radial_psd(heights, grid, q, (2.3e4, 3.97e5))
+    measured = spectra.radial_psd(heights, grid, q, (2.3e4, 3.97e5))
     # the mean over the Fourier cell of a steep C exceeds C in its middle, by ΔC·cell²/24 ~ (3.6·2π/qL)²/24 and less
     np.testing.assert_allclose(measured / spectrum(q), 1.0, atol=0.02)
 
@@ -305,9 +306,9 @@ def test_the_stress_spectrum_sums_to_the_variance_of_the_pressure(capped_scene):
 
 def test_the_measured_stress_spectrum_sums_to_the_measured_variance(capped_run):
     one, axes = subject(capped_run, index=None), Figure().subplots()
-    curves._stress(axes, one)
+    spectra.draw_stress_spectrum(axes, one)
     line = next(
-        line for line in axes.lines if line.get_color() == curves.COLOURS["capped"] and len(line.get_xdata()) > 9
+        line for line in axes.lines if line.get_color() == style.COLOURS["capped"] and len(line.get_xdata()) > 9
     )
     q, density = line.get_data()
     sample = capped_run.samples("capped")[-1]
@@ -319,8 +320,7 @@ def test_the_measured_stress_spectrum_sums_to_the_measured_variance(capped_run):
 def drawn(monkeypatch):
     """What a chart would have written: its figure."""
     figures = []
-    for module in (maps, profile, curves):
-        monkeypatch.setattr(module, "save", lambda figure, path: figures.append(figure))
+    monkeypatch.setattr(style, "save", lambda figure, path: figures.append(figure))
     return figures
 
 
@@ -344,7 +344,7 @@ def test_contact_is_outlined_where_it_is(full_run):
     grid, pressure = rs.Grid((40, 30), (4e-3, 6e-3)), np.zeros((40, 30))
     pressure[10:20, 5:8] = 1.0
     axes = Figure().subplots()
-    maps._outlines(axes, pressure, grid, (slice(8, 30), slice(2, 20)))
+    maps.outline_contact(axes, pressure, grid, maps.Window(slice(8, 30), slice(2, 20)))
     (lines,) = axes.collections
     corners = np.vstack([path.vertices for path in lines.get_paths()])
     # between the last point without contact and the first with it: x = 9.5 … 19.5 of 0.1 mm, y = 4.5 … 7.5 of 0.2 mm
@@ -353,7 +353,7 @@ def test_contact_is_outlined_where_it_is(full_run):
 
 
 def test_the_frame_shows_what_is_enlarged(capped_run, monkeypatch, drawn):
-    monkeypatch.setattr(maps, "_WINDOW", 32)
+    monkeypatch.setattr(maps, "ENLARGED", 32)
     plot_run(capped_run, "temperature")
     whole, part = drawn[0].axes[:2]
     (frame,) = whole.patches
@@ -375,7 +375,7 @@ def test_the_arrow_points_where_the_source_slides(capped_run, drawn, speed):
 
 def test_profiles_show_their_values(capped_run, drawn):
     plot_run(capped_run, "profile", speed=35.0)
-    _, _, lines = profile._lines(subject(capped_run, speed=35.0))
+    _, _, lines = profile.lines_through_hottest_point(subject(capped_run, speed=35.0))
     factors = {"heights": 1e6, "pressure": 1e-9, "temperature": 1.0}
     for axes, (name, factor) in zip(drawn[0].axes, factors.items(), strict=True):
         x, values = axes.lines[0].get_data()
@@ -426,5 +426,5 @@ def test_bands_are_intervals_of_95_percent(capped_run, drawn):
 def curve(run, index):
     """The stress spectrum of one member as it is drawn."""
     axes = Figure().subplots()
-    curves._stress(axes, subject(run, index=index))
+    spectra.draw_stress_spectrum(axes, subject(run, index=index))
     return axes.lines[1].get_ydata()

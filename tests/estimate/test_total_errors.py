@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim.charts.style import statistical
+from roughsim.charts.style import half_width
 from roughsim.comparison.tables import comparison_table
 from roughsim.ensemble.status import status_lines
 from roughsim.estimate import cell_size
@@ -188,4 +188,4 @@ def test_bands_of_a_level_that_few_realizations_have_are_those_of_few():
         numerics=numerics, realizations=12, column=lambda name: name, sound=lambda count: list(range(count))
     )
     student = 4.3026527 * np.sqrt(1 + 2 / 2)  # three realizations have the finest level
-    assert statistical(run, "elastic", np.array([2.0]))[0] == pytest.approx(2.0 * student)
+    assert half_width(run, "elastic", np.array([2.0]))[0] == pytest.approx(2.0 * student)

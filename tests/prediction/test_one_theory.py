@@ -93,7 +93,7 @@ def test_table_chart_page_and_theory_say_the_same_number(compared, monkeypatch):
     axes = type("Axes", (), {"plot": lambda self, *data, **how: drawn.append(data), "set": lambda self, **_: None})()
     monkeypatch.setattr(chart, "band", lambda _, x, mean, error, colour: bands.append(error))
     monkeypatch.setattr(chart, "_plain_numbers", lambda _: None)
-    chart._over_speed(axes, compared, "flash_temperature")
+    chart.draw_over_speed(axes, compared, "flash_temperature")
     speed, line = drawn[0]
     np.testing.assert_allclose([line[list(speed).index(v)] for v in scene.speeds], said, rtol=1e-12)
     for column, half in zip(compared.run.numerics.columns, bands, strict=True):

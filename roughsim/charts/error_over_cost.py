@@ -1,0 +1,140 @@
+"""Error over cost: one panel per observable, methods as lines, the front marked, and the choice of the plan."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import ceil, inf, log10, nan
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from roughsim.charts.style import new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Okabe & Ito without yellow, then greys and dark shades; the markers tell them apart as well
+HUES = (
+    "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00",
+    "#222222", "#777777", "#AAAAAA", "#882255", "#44AA99", "#999933",
+)  # fmt: skip
+SHAPES = "os^Dv<>PXphd"
+ACROSS = 3  # panels side by side
+
+
+class Point(NamedTuple):
+    """One method at one setting: what it errs by, and what it costs.
+
+    Attributes
+    ----------
+    stage, observable, method, setting : str
+        What was measured of what, and how; points of one method form a line.
+    error : float
+        Relative error; NaN where the method failed.
+    seconds : float
+        CPU seconds of one thread.
+    chosen : bool
+        Whether the plan computes it so.
+    pairs : float
+        The same cost in pairs of transforms.
+    """
+
+    stage: str
+    observable: str
+    method: str
+    setting: str
+    error: float
+    seconds: float
+    chosen: bool = False
+    pairs: float = nan
+
+
+def front(points: Sequence[Point]) -> list[Point]:
+    """Return the points that no other one beats in both cost and error, cheapest first; failures are never on it."""
+    best, result = inf, []
+    for point in sorted(points, key=lambda p: (p.seconds, p.error)):
+        if point.error < best:
+            best = point.error
+            result.append(point)
+    return result
+
+
+def error_over_cost_chart(
+    panels: Mapping[str, Sequence[Point]], path: Path, *, doubt: Mapping[str, float], pair: str
+) -> None:
+    """Draw error over cost into one picture.
+
+    Parameters
+    ----------
+    panels : mapping of str to points
+        By title.
+    path : Path
+        The picture: .png, .pdf or .svg.
+    doubt : mapping of str to float
+        How well the truth itself is known, relative, by title; it is part of every error.
+    pair : str
+        Name of the unit of cost.
+    """
+    across = 2 if len(panels) == 4 else min(len(panels), ACROSS)
+    down = ceil(len(panels) / across)
+    with new_figure(path, (3.4 * across + 0.5, 3.7 * down)) as figure:
+        axes = figure.subplots(down, across, squeeze=False).ravel()
+        for axis, (title, points) in zip(axes, panels.items(), strict=False):
+            draw_panel(axis, points, doubt.get(title, 0.0))
+            axis.set_title(title)
+            axis.set_xlabel(f"cost, {pair}")
+        for axis in axes[::across]:
+            axis.set_ylabel("relative error")
+        for axis in axes[len(panels) :]:
+            axis.remove()
+        # one legend for all where the methods are the same everywhere
+        if len({methods(points) for points in panels.values()}) == 1:
+            _legend(figure, axes[0], 3 if across > 1 else 2, loc="outside lower center")
+        else:
+            for axis in axes[: len(panels)]:
+                _legend(axis, axis, 2, loc="upper center", bbox_to_anchor=(0.5, -0.2))
+
+
+def draw_panel(axis: Axes, points: Sequence[Point], doubt: float) -> None:
+    """Draw a line for each method, the front behind them, and a star where the plan stands."""
+    from matplotlib.ticker import NullFormatter
+
+    for k, method in enumerate(methods(points)):
+        line = sorted((p for p in points if p.method == method and p.error > 0.0), key=lambda p: p.pairs)
+        style: dict[str, Any] = {"color": HUES[k % 12], "marker": SHAPES[k % 12], "ms": 3.5, "lw": 0.9}
+        axis.plot([p.pairs for p in line], [p.error for p in line], label=method, **style)
+    best = [p for p in front(points) if p.error > 0.0]
+    axis.plot([p.pairs for p in best], [p.error for p in best], color="k", lw=5, alpha=0.15, label="front", zorder=0)
+    stars = [p for p in points if p.chosen and p.error > 0.0]
+    xy = [p.pairs for p in stars], [p.error for p in stars]
+    axis.plot(*xy, "*", ms=13, mfc="none", mec="k", label="choice of the plan", zorder=5)
+    axis.set(xscale="log", yscale="log")
+    # an axis needs a decade at least, to have a power of ten to be read by
+    for limits, change in ((axis.get_xlim(), axis.set_xlim), (axis.get_ylim(), axis.set_ylim)):
+        lacking = max(0.0, 1.05 - log10(limits[1] / limits[0])) / 2
+        change(limits[0] / 10**lacking, limits[1] * 10**lacking)
+    # narrow panels have room for labels at powers of ten alone
+    axis.xaxis.set_minor_formatter(NullFormatter())
+    if doubt > 0.0:
+        axis.axhline(doubt, color="0.6", lw=0.8, ls="--", zorder=-1, label="doubt about the limit itself")
+    if timed := [p for p in points if p.pairs > 0.0]:
+        # a second axis, above, in CPU seconds
+        rate = float(np.median([p.seconds / p.pairs for p in timed]))
+        above = axis.twiny()
+        above.set_xscale("log")
+        above.set_xlim(*(rate * limit for limit in axis.get_xlim()))
+        above.xaxis.set_minor_formatter(NullFormatter())
+        above.set_xlabel("CPU s", fontsize=7)
+        above.tick_params(labelsize=7)
+        above.spines["top"].set_visible(True)
+
+
+def methods(points: Sequence[Point]) -> tuple[str, ...]:
+    """Return the methods of some points, in their order."""
+    return tuple(dict.fromkeys(point.method for point in points))
+
+
+def _legend(holder: Axes | Figure, axis: Axes, columns: int, **place: Any) -> None:
+    holder.legend(*axis.get_legend_handles_labels(), ncols=columns, fontsize=6.5, **place)

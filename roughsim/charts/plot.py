@@ -1,0 +1,95 @@
+"""`plot_run`: which quantity of a run becomes which figure, and where it is written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from roughsim.charts.distribution import distribution_chart
+from roughsim.charts.maps import Zoom, map_chart, side_by_side_chart
+from roughsim.charts.profile import profile_chart
+from roughsim.charts.spectra import correlation_chart, spectrum_chart
+from roughsim.charts.style import check_ending
+from roughsim.charts.subject import FIELDS, choose_subject
+from roughsim.results.fields import DERIVED_UNITS
+
+if TYPE_CHECKING:
+    from roughsim.results.run import Run
+
+CURVES = {
+    "distribution": distribution_chart,
+    "spectrum": spectrum_chart,
+    "correlation": correlation_chart,
+    "profile": profile_chart,
+}
+QUANTITIES = (*FIELDS, *CURVES)
+
+
+def plot_run(
+    run: Run,
+    quantity: str,
+    path: str | Path | None = None,
+    *,
+    realization: int | None = None,
+    speed: float | None = None,
+    column: str | None = None,
+    zoom: Zoom | None = None,
+    side_by_side: bool = False,
+) -> Path:
+    """Draw one quantity of a run.
+
+    Parameters
+    ----------
+    run : Run
+        From `run` or `open_run`.
+    quantity : str
+        One of `QUANTITIES`: a map of "heights", "pressure", "temperature" or "heat_flux"; "distribution": of the
+        temperature over the contact; "profile": heights, pressure and temperature on the line along the sliding
+        direction (x) through the hottest point; "spectrum": the power spectra of the kept heights and of the stress;
+        "correlation": g_σ(r).
+    path : str or Path, optional
+        Of the picture: .png, .pdf or .svg. Left out: a .png beside the run folder, named after both.
+    realization : int, optional
+        Which kept member; the first if left out. Spectra are means over all members if left out.
+    speed : float, optional
+        For temperature, heat_flux, distribution and profile, m/s; the scene's highest if left out.
+    column : str, optional
+        As in `Run.estimate`.
+    zoom : ((float, float), (float, float)), optional
+        Of a map: draw the points between these ends along x and along y, m.
+    side_by_side : bool
+        Of a map: heights, pressure, and temperature (or heat_flux, if that is the quantity) beside each other.
+
+    Returns
+    -------
+    Path
+        Where the picture is.
+
+    Raises
+    ------
+    ValueError
+        If the quantity, ending, column, realization, speed or zoom is none that there is; if the fields were not kept.
+    """
+    if quantity not in QUANTITIES:
+        raise ValueError(f"quantity = {quantity!r} is no picture; choose one of {', '.join(QUANTITIES)}")
+    if quantity not in FIELDS and (zoom is not None or side_by_side):
+        maps = ", ".join(FIELDS)
+        raise ValueError(f"zoom and side_by_side are for maps, and {quantity} is none; choose one of {maps}")
+    if path is None:  # beside the run folder, named after all that was chosen
+        folder = run.folder.resolve()
+        parts = [folder.name, quantity, column or ""]
+        parts += [f"r{realization}"] if realization is not None else []
+        parts += [f"{speed:g}mps"] if speed is not None else []
+        path = folder.with_name("-".join(part for part in parts if part) + ".png")
+    path = Path(path)
+    check_ending(path)
+    if side_by_side:
+        third = quantity if quantity in DERIVED_UNITS else "temperature"
+        side_by_side_chart(choose_subject(run, third, realization, speed, column), third, path, zoom)
+        return path
+    subject = choose_subject(run, quantity, realization, speed, column)
+    if quantity in FIELDS:
+        map_chart(subject, quantity, path, zoom)
+    else:
+        CURVES[quantity](subject, path)
+    return path
