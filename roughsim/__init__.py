@@ -27,7 +27,7 @@ if TYPE_CHECKING:  # for readers of types; at run time names are imported when t
     from roughsim.comparison.compare import compare as compare
     from roughsim.contact import Contact as Contact
     from roughsim.contact import Solid as Solid
-    from roughsim.contact import solve_contact as solve_contact
+    from roughsim.contact.active_set import solve_contact as solve_contact
     from roughsim.contact.patches import contact_patches as contact_patches
     from roughsim.contact.patches import corrected_area as corrected_area
     from roughsim.contact.patches import corrected_fractions as corrected_fractions
@@ -66,7 +66,7 @@ _HOME = {
     "synthesize": "surface.synthesis",
     "Solid": "contact",
     "Contact": "contact",
-    "solve_contact": "contact",
+    "solve_contact": "contact.active_set",
     "plastic_deformation": "contact.plasticity",
     "follow_loads": "contact.plasticity",
     "contact_patches": "contact.patches",

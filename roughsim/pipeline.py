@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from threadpoolctl import ThreadpoolController
 
 from roughsim import fourier
-from roughsim.contact import Contact, Solid, solvers
+from roughsim.contact import Contact, Solid, methods
 from roughsim.grid import Grid
 from roughsim.observables.moments import Moments, Sliding, measure
 from roughsim.surface.spectrum import Spectrum
@@ -97,7 +97,7 @@ def solve_problem(problem: Problem) -> Solution:
         marks = [time.perf_counter()]
         heights = synthesize(problem.spectrum, problem.grid, stream)
         marks.append(time.perf_counter())
-        contact = solvers.solver(problem.solver)(
+        contact = methods.solver(problem.solver)(
             heights,
             problem.grid,
             problem.solid,

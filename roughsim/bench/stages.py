@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from roughsim import prediction
 from roughsim.bench.timing import cpu_seconds
 from roughsim.charts.error_over_cost import Point
-from roughsim.contact import Contact, solve_contact
+from roughsim.contact import Contact
+from roughsim.contact.active_set import solve_contact
 from roughsim.errors import ConvergenceError
 from roughsim.grid import Grid
 from roughsim.heat import half_space_temperature, sliding_temperature, uniform_temperature

@@ -18,7 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughsim.contact import Contact, Solid, solve_contact
+from roughsim.contact import Contact, Solid
+from roughsim.contact.active_set import solve_contact
 from roughsim.contact.patches import yielded_points
 from roughsim.errors import positive, real_field
 from roughsim.grid import Grid

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.contact import solvers
+from roughsim.contact import methods
 from roughsim.errors import ConvergenceError
 from roughsim.realization import realize
 from roughsim.scene.numerics import Column, Level, Numerics, fast_size
@@ -95,7 +95,7 @@ def pilot(scene: Scene, column: Column, lengths: tuple[float, float], q_max: flo
         Level(column, (sides[0], sides[1]), cut),
         Level(column, (sides[0], sides[1]), cut / 2),
     )
-    numerics = Numerics(levels, lengths, solver=scene.numerics.solver or solvers.DEFAULT)
+    numerics = Numerics(levels, lengths, solver=scene.numerics.solver or methods.DEFAULT)
     try:
         return _measured(scene, numerics)
     except ConvergenceError:

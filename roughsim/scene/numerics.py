@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from math import ceil, isnan, sqrt
 from typing import Any, Literal, NamedTuple, get_args
 
-from roughsim.contact import solvers
+from roughsim.contact import methods
 from roughsim.errors import ResolutionError, number, positive
 from roughsim.grid import Grid
 
@@ -94,7 +94,7 @@ class Numerics:
     precision : {"double", "single"}
         Of the pressure fields.
     solver : str
-        Of the contact: a file of `roughsim.contact.solvers`.
+        Of the contact: a name of `roughsim.contact.methods`.
     slid_distance : float or None
         Distance slid from rest in temperature fields, m; None is half the cell. Moments are steady.
     threads : int
@@ -116,7 +116,7 @@ class Numerics:
     keep_fields: int = 1
     reasons: tuple[Reason, ...] = field(default=(), compare=False, repr=False)
     forecast: Forecast | None = field(default=None, compare=False, repr=False)
-    solver: str = solvers.DEFAULT
+    solver: str = methods.DEFAULT
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "levels", tuple(self.levels))
@@ -134,8 +134,8 @@ class Numerics:
             raise ValueError(f"tolerance = {self.tolerance:.6g} must lie between 0 and 1")
         if self.precision not in ("double", "single"):
             raise ValueError(f'precision = {self.precision!r} must be "double" or "single"')
-        if self.solver not in solvers.NAMES:
-            raise ValueError(f"solver = {self.solver!r} must be one of {', '.join(solvers.NAMES)}")
+        if self.solver not in methods.NAMES:
+            raise ValueError(f"solver = {self.solver!r} must be one of {', '.join(methods.NAMES)}")
         _check_count("threads", self.threads, 1)
         _check_count("keep_fields", self.keep_fields, 0)
         self._check_nesting()
@@ -190,7 +190,7 @@ class Numerics:
             "slid_distance": None if self.slid_distance is None else repr(float(self.slid_distance)),
             "threads": self.threads,
             "keep_fields": self.keep_fields,
-        } | ({} if self.solver == solvers.DEFAULT else {"solver": self.solver})  # absent in older runs
+        } | ({} if self.solver == methods.DEFAULT else {"solver": self.solver})  # absent in older runs
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> Numerics:
@@ -205,7 +205,7 @@ class Numerics:
             None if distance is None else float(distance),
             values["threads"],
             values["keep_fields"],
-            solver=values.get("solver", solvers.DEFAULT),
+            solver=values.get("solver", methods.DEFAULT),
         )
 
 

@@ -16,7 +16,7 @@ from functools import lru_cache
 from numbers import Integral, Real
 from typing import Any
 
-from roughsim.contact import solvers
+from roughsim.contact import methods
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.scene.messages import did_you_mean, refused_value, shown
 from roughsim.scene.spectra import NamedSpectrum
@@ -370,7 +370,7 @@ KEYS: dict[str, Key] = {
     "lengths": Pair(Quantity("m", '"4 mm"', above=0), '["4 mm", "4 mm"]'),
     "tolerance": Quantity("", "1e-4", above=0, below=1),
     "precision": Choice(("double", "single")),
-    "solver": Choice(solvers.NAMES),
+    "solver": Choice(methods.NAMES),
     "slid_distance": Quantity("m", '"2 mm"', above=0, may_be_infinite=True),
     "threads": Whole("1", at_least=1, at_most=4096),
     "keep_fields": Whole("1", at_least=0),

@@ -298,7 +298,7 @@ class NumericsSection:
     precision : str or None
         "double" or "single".
     solver : str or None
-        Of the contact: a file of `roughsim.contact.solvers`.
+        Of the contact: a name of `roughsim.contact.methods`.
     slid_distance : float or None
         Distance slid from rest in temperature fields, m; may be inf.
     threads, keep_fields : int or None

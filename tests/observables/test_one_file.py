@@ -1,6 +1,7 @@
 """A spectrum, a solver and an observable are one new file each: those of docs/how-to/extend.md.
 
-They run in a copy of the package that is links to it beside the new files: nothing of it is edited.
+They run in a copy of the package that is links to it beside the new files: nothing of it is edited. Files that lie
+elsewhere are those of a package of its own, installed beside the copy with the entry points that the page names.
 """
 
 import json
@@ -8,6 +9,7 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +19,10 @@ from roughsim.observables import catalogue
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "how-to" / "extend.md").read_text()
-FILES = dict(re.findall(r"```python\n# (roughsim/\S+\.py)\n(.*?)```", PAGE, re.DOTALL))
-SCENE = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)[-1]
+FILES = dict(re.findall(r"```python\n# (\S+\.py)\n(.*?)```", PAGE, re.DOTALL))
+TABLES = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
+SCENE = TABLES[-1]
+ENTRY_POINTS = [tomllib.loads(table)["project"]["entry-points"] for table in TABLES if table.startswith("[project.")]
 SCRIPT = """
 import dataclasses, json
 from pathlib import Path
@@ -69,7 +73,14 @@ def linked(folder, original, new):
 def results(tmp_path_factory):
     """What a run of the page's scene gives, from scene to report, with the page's three files in their folders."""
     home = tmp_path_factory.mktemp("copy")
-    linked(home / "roughsim", ROOT / "roughsim", [Path(name).relative_to("roughsim") for name in FILES])
+    inside = [Path(name).relative_to("roughsim") for name in FILES if name.startswith("roughsim/")]
+    linked(home / "roughsim", ROOT / "roughsim", inside)
+    installed = home / "own-1.0.dist-info"  # what pip leaves of a package with these entry points
+    installed.mkdir()
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: own\nVersion: 1.0\n")
+    groups = [(group, entry) for table in ENTRY_POINTS for group, names in table.items() for entry in names.items()]
+    text = "".join(f"[{group}]\n{name} = {function}\n" for group, (name, function) in groups)
+    (installed / "entry_points.txt").write_text(text)
     for name, text in FILES.items():
         (home / name).write_text(text)
     (home / "own.toml").write_text(SCENE)
@@ -93,7 +104,7 @@ def of_length(rows):
 def test_the_page_has_one_file_for_each():
     assert [str(Path(name).parent) for name in FILES] == [
         "roughsim/scene/spectra",
-        "roughsim/solvers",
+        ".",
         "roughsim/means",
     ]
     assert not any((ROOT / name).exists() for name in FILES)

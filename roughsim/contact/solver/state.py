@@ -11,7 +11,6 @@ float64 before that matters.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,37 +19,15 @@ from numpy.typing import NDArray
 from roughsim._kernels import active_set as kernels
 from roughsim.contact.solver.half_space import half_space, rms_compliance
 from roughsim.contact.solver.preconditioner import Extension
+from roughsim.contact.solver.problem import Problem
 from roughsim.fourier.blocks import run, spans, total
-from roughsim.grid import Grid
 
 Array = NDArray[Any]
 REACH = 0.5  # a point is free where 0 < p − REACH κ(gap − d) < cap
 DOUBLE = float(np.finfo(np.float64).eps)
 ROUNDING = 64 * DOUBLE  # what rounding may leave of the gap, in units of the heights
 NEGLIGIBLE = 0.1  # share of the tolerance that rounding may take
-
-
-@dataclass(frozen=True, slots=True)
-class Problem:
-    """Minimise ½p·Sp − p·(heights − middle)/unit, 0 ≤ p ≤ cap, mean p = load: dimensionless but for the heights."""
-
-    heights: Array
-    middle: float
-    unit: float
-    grid: Grid
-    load: float
-    cap: float
-    stiffness: float  # κ = q_s/2, q_s the highest wavenumber of the heights
-
-    @property
-    def step_type(self) -> Any:
-        """Float32 where pressures keep well inside its range."""
-        return np.float32 if 1e-15 < self.load < 1e15 else np.float64
-
-    @property
-    def target(self) -> float:
-        """Σ p over all points."""
-        return self.load * self.grid.points
+BEARABLE = 3  # bad steps in a row before points are exchanged on solved problems; doubled each time
 
 
 class Assessment(NamedTuple):
@@ -89,6 +66,8 @@ class State:
         self.assessment: Assessment
         # what the next step takes from the last: its length, its curvature, and how far the free points reach
         self.alpha, self.curvature, self.reach = 1.0, 0.0, REACH
+        # bad steps in a row, and how many are borne before points are exchanged
+        self.failures, self.bearable = 0, BEARABLE
         # rounding: what it has left in the gap, the range of the displacement that it is judged against, the size of
         # the last response, and by how much of that size each step adds to it
         self.noise, self.range, self.response_size = 0.0, 0.0, 0.0
@@ -120,7 +99,7 @@ class State:
         problem = self.problem
         operator = self.operator if dtype == self.kind else half_space(problem.grid, dtype)
         operator.comply(self.pressure, self.gap)
-        self._count(2, dtype)
+        self.transforms += 1.0 if dtype == np.float32 else 2.0
         self.range = float(np.ptp(self.gap))
         heights = problem.heights.ravel()
         sizes = self.sums(kernels.subtract_heights, heights, problem.middle, problem.unit, *self.flat[:2])
@@ -130,9 +109,6 @@ class State:
         """What rounding in S p is relative to: its result, and what S makes of evenly spread noise in its argument."""
         spread = rms_compliance(self.problem.grid) * float(np.sqrt(pressure_square / self.pressure.size))
         return spread + float(np.sqrt(displacement_square / self.pressure.size))
-
-    def _count(self, transforms: int, dtype: Any) -> None:
-        self.transforms += transforms * (0.5 if dtype == np.float32 else 1.0)
 
     def range_shrank(self) -> bool:
         """Measure the range of the displacement anew; worst points are judged against it."""
@@ -149,23 +125,25 @@ class State:
 
     def assess(self, tolerance: float) -> None:
         """Solve for the offset, mark the free points, and note the residual and how far rounding blurs it."""
-        self.assessment = found = self._classify(tolerance)
-        room = self.room if found.inside else 0.0  # nothing is free to vary if no point is between the bounds
-        if abs(found.excess) > max(0.05 * found.residual * room, 1e-14 * self.problem.target):
-            self.find_offset()
-            self.assessment = self._classify(tolerance)
-
-    def _classify(self, tolerance: float) -> Assessment:
         problem = self.problem
         p, gap, free, field, _ = self.flat
         kappa, unit = problem.stiffness, 1.0 / problem.load
         limit = kappa * (0.9 * tolerance * self.range + ROUNDING)
-        clipped, inside, square, norm, count, above = self.sums(
-            kernels.classify, p, gap, self.law, self.reach, unit, limit, free, field
-        )
-        blur = kappa * unit * self.noise * float(np.sqrt(max(count, 1) / norm))
-        residual, size = float(np.sqrt(square / norm)), float(np.sqrt(norm)) / unit
-        return Assessment(residual, size, clipped - problem.target, inside, count, above, blur)
+        for solved in (False, True):
+            clipped, inside, square, norm, count, above = self.sums(
+                kernels.classify, p, gap, self.law, self.reach, unit, limit, free, field
+            )
+            blur = kappa * unit * self.noise * float(np.sqrt(max(count, 1) / norm))
+            residual, size, excess = (
+                float(np.sqrt(square / norm)),
+                float(np.sqrt(norm)) / unit,
+                clipped - problem.target,
+            )
+            self.assessment = Assessment(residual, size, excess, inside, count, above, blur)
+            room = self.room if inside else 0.0  # nothing is free to vary if no point is between the bounds
+            if solved or abs(excess) <= max(0.05 * residual * room, 1e-14 * problem.target):
+                return
+            self.find_offset()
 
     def find_offset(self) -> None:
         """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d."""
@@ -189,15 +167,37 @@ class State:
         """
         self.extension.extend(self.free, self.field)
         self.operator.stiffen(self.field, self.field)
-        self._count(2, self.kind)
+        self.transforms += 1.0 if self.kind == np.float32 else 2.0
         return self.extension.transpose(self.free, self.field, self.step, self.response)
 
     def respond(self) -> None:
         """Compute the response to the step, its curvature, and what its rounding is relative to."""
         self.operator.comply(self.step, self.response)
-        self._count(2, self.kind)
+        self.transforms += 1.0 if self.kind == np.float32 else 2.0
         self.curvature, *squares = self.sums(kernels.curvature, self.flat[4], self.response.ravel())
         self.response_size = self._size(*squares)
+
+    def propose(self, alpha: float, beta: float) -> tuple[float, float] | None:
+        """Fill `step`: β step − α field on the free points, the way to the bound elsewhere, at an unchanged load.
+
+        Return its slope and square; None if no shift of the free points restores the load.
+        """
+        p, gap, free, field, step = self.flat
+        cap = self.problem.cap
+        sums = self.sums(kernels.propose, free, p, gap, self.offset, field, (alpha, beta), cap, step)
+        accuracy = min(1e-9, 1e-3 * self.residual) * self.room / self.problem.target
+        shift = self.load_shift(sums, max(accuracy, 1e-15))
+        if shift is None:
+            return None
+        slope, square = self.sums(kernels.free_step, free, p, gap, self.offset, shift, cap, step)
+        return slope, square
+
+    def best_length(self, slope: float) -> float:
+        """Return the length that minimises the energy along `step`, from its slope; 0 where it does not fall."""
+        if not slope < 0.0:
+            return 0.0
+        self.respond()
+        return -slope / self.curvature if self.curvature > 0.0 else 1.0
 
     def load_shift(self, sums: tuple[float, int], accuracy: float) -> float | None:
         """Solve for the shift of the free points that restores the load; None if none does."""

@@ -1,0 +1,140 @@
+"""The contact solver of the package: pressure and displacement of a rough surface on a rigid flat.
+
+Minimise ½p·Sp − p·h with 0 ≤ p ≤ σ_P and mean p = σ₀, S(q) = 2/(E*|q|), S(0) = 0: strictly convex, so a small
+residual of the optimality conditions is necessary and sufficient (Stanley & Kato 1997; Almqvist et al. 2007 for the
+cap). The solve cascades from coarse grids (Bornemann & Deuflhard 1996); the solve itself is in `contact.solver`.
+"""
+
+from __future__ import annotations
+
+import warnings
+from math import inf
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roughsim.contact import Contact, Solid
+from roughsim.contact.solver.cascade import solve_cascade
+from roughsim.contact.solver.problem import coarser, dimensionless, full_contact
+from roughsim.contact.solver.state import State, rounding_floor
+from roughsim.errors import ConvergenceError, number, positive, real_field
+from roughsim.grid import Grid
+
+
+def solve_contact(
+    heights: ArrayLike,
+    grid: Grid,
+    solid: Solid,
+    *,
+    nominal_pressure: float,
+    tolerance: float = 1e-6,
+    max_iterations: int | None = None,
+    precision: Literal["double", "single"] = "double",
+) -> Contact:
+    """Solve for the contact pressure.
+
+    Parameters
+    ----------
+    heights : array_like
+        Composite heights, shape `grid.shape`, m, positive towards the flat; any real type.
+    grid : Grid
+        The periodic cell.
+    solid : Solid
+        E* and, if capped, σ_P.
+    nominal_pressure : float
+        σ₀ = mean p, Pa, at most σ_P.
+    tolerance : float, optional
+        Relative pressure error aimed at, through the residual; between 0 and 1.
+    max_iterations : int, optional
+        Limit on each grid; 1000 if left out.
+    precision : {"double", "single"}, optional
+        Of the returned fields; how precisely the solve computes follows from the tolerance.
+
+    Returns
+    -------
+    Contact
+        The fields and how good they are.
+
+    Raises
+    ------
+    ConvergenceError
+        If the tolerance is not met; it carries residual, iterations and the best pressure.
+    TypeError, ValueError
+        Naming the argument, its value and its limit, before any work.
+
+    Warns
+    -----
+    RuntimeWarning
+        If the tolerance lies below what rounding allows: the solve stops at that floor.
+    """
+    positive("nominal_pressure", nominal_pressure, "Pa")
+    if nominal_pressure > solid.penetration_hardness:
+        raise ValueError(
+            f"nominal_pressure = {nominal_pressure:.6g} Pa exceeds penetration_hardness = "
+            f"{solid.penetration_hardness:.6g} Pa; no contact can carry it"
+        )
+    if not 0.0 < number("tolerance", tolerance) < 1.0:
+        raise ValueError(f"tolerance = {tolerance:.6g} must lie between 0 and 1")
+    if max_iterations is not None and (number("max_iterations", max_iterations) < 1 or max_iterations % 1):
+        raise ValueError(f"max_iterations = {max_iterations} must be a whole number ≥ 1")
+    if precision not in ("double", "single"):
+        raise ValueError(f'precision = {precision!r} must be "double" or "single"')
+    surface = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
+    problem, spectrum, pressure_unit = dimensionless(
+        surface, grid, solid.effective_modulus, nominal_pressure, solid.penetration_hardness
+    )
+    # where no point lifts off the fields are known; elsewhere they are solved for, coarse grids first
+    closed_form = full_contact(problem, spectrum)
+    if closed_form is not None:
+        (pressure, gap), residual, iterations, transforms = closed_form, 0.0, 0, 2.0
+    else:
+        levels = coarser(problem, spectrum)
+        del spectrum  # as large as the heights
+        limit = 1000 if max_iterations is None else int(max_iterations)
+        state, transforms = solve_cascade(levels, tolerance, limit)
+        pressure, gap, residual, iterations = state.pressure, state.gap, state.residual, state.iterations
+        transforms += 1.0  # that of the heights
+        if residual > tolerance:
+            _warn_or_raise(state, tolerance, limit, pressure_unit)
+    # back to SI, in place; a yielded point has exactly the hardness, not the hardness to rounding
+    yielded, contact_fraction = pressure >= problem.cap, float(np.mean(pressure > 0.0))
+    pressure *= pressure_unit
+    if solid.penetration_hardness < inf:
+        np.minimum(pressure, solid.penetration_hardness, out=pressure)
+        pressure[yielded] = solid.penetration_hardness
+    displacement = gap
+    displacement *= problem.unit
+    displacement += problem.heights
+    displacement -= problem.middle
+    kind = np.float32 if precision == "single" else np.float64
+    return Contact(
+        pressure=pressure.astype(kind, copy=False),
+        displacement=displacement.astype(kind, copy=False),
+        contact_fraction=contact_fraction,
+        plastic_fraction=float(np.mean(yielded)),
+        residual=residual,
+        iterations=iterations,
+        transforms=transforms,
+    )
+
+
+def _warn_or_raise(state: State, tolerance: float, limit: int, pressure_unit: float) -> None:
+    """Warn where rounding ended the solve; raise ConvergenceError where anything else did."""
+    residual, iterations = state.residual, state.iterations
+    if residual <= 100.0 * rounding_floor(state):
+        warnings.warn(
+            f"tolerance = {tolerance:.3g} lies below what rounding allows for these heights and this load: stopped at "
+            f"residual {residual:.3g}",
+            RuntimeWarning,
+            stacklevel=3,
+        )
+        return
+    how = "stopped at the limit" if iterations >= limit else "stalled"
+    raise ConvergenceError(
+        f"contact solve {how}: residual {residual:.3g} after {iterations} iterations, tolerance "
+        f"{tolerance:.3g}; raise max_iterations or tolerance, or refine the grid",
+        residual,
+        iterations,
+        state.pressure * pressure_unit,
+    )
