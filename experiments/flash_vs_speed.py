@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import roughsim as rs
-from roughsim.show.digits import plus_minus
+from roughsim.show.units import plus_minus
 
 SCENES = ("steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa")
 SPEED = 35.0

@@ -102,9 +102,9 @@ def plan(
     as_json: Json = False,
 ) -> None:
     """Show how a scene would be computed, each choice with its reason."""
-    from roughsim.comparison.tables import facts_table, plan_table
     from roughsim.planning.limits import judge
     from roughsim.planning.plan import plan as make_plan
+    from roughsim.planning.plan import plan_table
     from roughsim.scene import load_scene
 
     loaded = load_scene(scene)
@@ -114,7 +114,7 @@ def plan(
         reasons = [reason._asdict() for reason in numerics.reasons]
         say(json.dumps(numerics.to_dict() | {"reasons": reasons} | judged.to_dict(), indent=1))
     else:
-        _print(plan_table(numerics), facts_table(judged))
+        _print(plan_table(numerics.reasons), *judged.tables())
         for line in judged.warnings:
             warn(line)
 
@@ -126,7 +126,7 @@ def theory(
     trust: Annotated[bool, typer.Option("--trust", help="Say how far the theory is known to be off here.")] = False,
 ) -> None:
     """Evaluate the analytic theory of a scene over its whole spectrum."""
-    from roughsim.comparison.tables import facts_table, theory_dict, theory_table, trust_table
+    from roughsim.comparison.tables import theory_dict, theory_table, trust_table
     from roughsim.comparison.trust import trust as look_up
     from roughsim.planning.limits import judge
     from roughsim.scene import load_scene
@@ -137,7 +137,7 @@ def theory(
         told = theory_dict(loaded) | judged.to_dict() | ({"trust": known.to_dict()} if known else {})
         say(json.dumps(told, indent=1))
     else:
-        _print(theory_table(loaded), *([trust_table(known)] if known else []), facts_table(judged))
+        _print(theory_table(loaded), *([trust_table(known)] if known else []), *judged.tables())
         for line in judged.warnings:
             warn(line)
 
@@ -294,16 +294,15 @@ def bench(
     as_json: Json = False,
 ) -> None:
     """Measure error and cost of the ways to compute a scene, and where the plan's choice lies among them."""
-    from roughsim.bench import STAGES, bench_chart, bench_dict
+    from roughsim.bench import STAGES, bench_chart, bench_dict, bench_tables
     from roughsim.bench import bench as measure
-    from roughsim.comparison.tables import bench_tables
     from roughsim.scene import load_scene
 
     points = measure(load_scene(scene), stages=stage or STAGES, realizations=realizations)
     if as_json:
         say(json.dumps(bench_dict(points), indent=1))
     else:
-        _print(*bench_tables(bench_dict(points)))
+        _print(*bench_tables(points))
     if chart is not None:
         bench_chart(points, chart)
         tell(f"picture: {chart}")
@@ -375,9 +374,7 @@ def _compare(run: Run, *, chart: Path | None, as_json: bool) -> None:
 def _print(*parts: Any) -> None:
     from roughsim.show.terminal import PlainConsole
 
-    console = PlainConsole()
-    for part in parts:
-        console.print_whole(part)
+    PlainConsole().print_parts(*parts)
 
 
 def main(words: list[str] | None = None) -> None:

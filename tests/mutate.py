@@ -73,7 +73,7 @@ TESTS = {
     "roughsim/prediction/__init__.py": "prediction/test_analytic.py",
     "roughsim/prediction/views.py": "prediction/test_analytic.py prediction/test_one_theory.py",
     "roughsim/comparison/compare.py": "comparison/test_compare.py estimate/test_total_errors.py",
-    "roughsim/show/digits.py": "show/test_digits.py",
+    "roughsim/show/units.py": "show/test_units.py",
     "roughsim/comparison/stress_slope.py": "comparison/test_in_band.py",
     "roughsim/estimate/cell_size.py": "estimate/test_cell.py",
     "roughsim/_kernels/active_set.py": (

@@ -20,6 +20,8 @@ from roughsim.bench.stages import contact, heat, moments, surface, theory
 from roughsim.bench.timing import cpu_seconds
 from roughsim.charts import error_over_cost_chart
 from roughsim.charts.error_over_cost import Point, front
+from roughsim.show.table import Column, Row, Table
+from roughsim.show.units import Number
 
 if TYPE_CHECKING:
     from roughsim.results.rows import Rows
@@ -143,4 +145,24 @@ def bench_dict(points: list[Point]) -> dict[str, Any]:
     return {"points": [e | dict.fromkeys(keys) for e, keys in zip(entries, undefined, strict=True)]}
 
 
-__all__ = ["PAIR_SIDE", "STAGES", "Point", "bench", "bench_chart", "bench_dict", "front", "pair_seconds", "panels"]
+def bench_tables(points: list[Point]) -> list[Table]:
+    """Return a table per stage and observable: the front, the choice of the plan, and what failed."""
+    tables = []
+    for title, group in panels(points).items():
+        best = {id(point) for point in front(group)}
+        rows: list[Row] = [
+            (
+                *(Number(x, digits=2) for x in (point.error, point.seconds, point.pairs)),
+                point.method,
+                point.setting,
+                ", ".join(["front"] * (id(point) in best) + ["plan"] * point.chosen),
+            )
+            for point in group
+            if id(point) in best or point.chosen or isnan(point.error)
+        ]
+        columns = [Column(name, number=True) for name in ("error", "CPU s", "FFT pairs")]
+        tables.append(Table([*columns, Column("method"), Column("setting"), Column("")], rows, title))
+    return tables
+
+
+__all__ = ["PAIR_SIDE", "STAGES", "Point", "bench", "bench_chart", "bench_dict", "bench_tables", "front", "panels"]

@@ -12,8 +12,8 @@ from roughsim import prediction
 from roughsim.charts.spectra import draw_correlation, draw_psd
 from roughsim.charts.style import COLOURS, MARKERS, THEORY, band, new_figure
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.show.digits import shown
 from roughsim.show.text import plain
+from roughsim.show.units import shown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

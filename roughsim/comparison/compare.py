@@ -24,6 +24,7 @@ from roughsim.estimate.errors import Estimate, Quotient, quotient
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.gaps import left_out
 from roughsim.results.run import Run
+from roughsim.show.units import json_number
 from roughsim.surface.spectrum import TruncatedSpectrum
 
 Array = NDArray[np.float64]
@@ -277,8 +278,3 @@ def _entry(values: dict[str, float], unknown: tuple[str, ...]) -> dict[str, Any]
 
 def _plain(values: dict[str, Any]) -> dict[str, Any]:
     return {key: json_number(value) if isinstance(value, float) else value for key, value in values.items()}
-
-
-def json_number(value: float) -> float | None:
-    """Return a number as JSON can hold it: NaN and infinity are None."""
-    return value if isfinite(value) else None

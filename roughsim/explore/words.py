@@ -9,7 +9,7 @@ from roughsim.ensemble import writer
 from roughsim.ensemble.status import clock, count_text, reached, seconds_left
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.gaps import gap
-from roughsim.show.digits import shown, written
+from roughsim.show.units import shown, written
 
 if TYPE_CHECKING:
     from roughsim.estimate.errors import Estimate

@@ -11,6 +11,7 @@ import numpy as np
 from roughsim import prediction
 from roughsim.planning.rungs import CAPPED_LIMIT, ELASTIC_LIMIT
 from roughsim.planning.sizes import STEEP, YIELDED, Facts, facts
+from roughsim.show.table import Table
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene
@@ -47,6 +48,10 @@ class Plausibility(NamedTuple):
 
     facts: Facts | None
     warnings: list[str]
+
+    def tables(self) -> list[Table]:
+        """Return the facts for people, where there are any."""
+        return [self.facts.table()] if self.facts else []
 
     def to_dict(self) -> dict[str, Any]:
         """Return "scene_facts" and "scene_warnings" as JSON values."""

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import replace
 from math import hypot, isfinite, isnan, sqrt
 from typing import TYPE_CHECKING
@@ -17,6 +18,7 @@ from roughsim.estimate.errors import LEAST, LEAST_FINE, quantile
 from roughsim.planning import rungs
 from roughsim.planning.pilot import MEMBERS, SCATTER_KNOWN, Pilot, pilot, work
 from roughsim.scene.numerics import Column, Forecast, Level, Numerics, Reason
+from roughsim.show import table
 from roughsim.untrusted import machine_memory
 
 if TYPE_CHECKING:
@@ -68,6 +70,11 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
     numerics = _overridden(Numerics(levels, lengths, forecast=forecast), scene, reasons)
     _check_columns(scene, numerics)
     return replace(numerics, reasons=(*reasons, *_conductivity(scene), *_costs(numerics)))
+
+
+def plan_table(reasons: Sequence[Reason]) -> table.Table:
+    """Return the choices of a plan with their reasons."""
+    return table.Table([table.Column(title) for title in ("choice", "value", "because")], reasons)
 
 
 def _chosen(
@@ -242,4 +249,4 @@ def _mm(lengths: tuple[float, float]) -> str:
     return f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm"
 
 
-__all__ = ["plan"]
+__all__ = ["plan", "plan_table"]

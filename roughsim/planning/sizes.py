@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from roughsim import prediction
 from roughsim.estimate.cell_size import choose_lengths
 from roughsim.prediction.views import Integrals
+from roughsim.show.table import Column, Table
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene
@@ -87,7 +88,7 @@ class Facts:
         """Return JSON values in SI; NaN and inf as None."""
         return {key: _json(value) for key, value in asdict(self).items()}
 
-    def rows(self) -> list[tuple[str, str, str]]:
+    def table(self) -> Table:
         """Return name, value and meaning of each for people."""
         elastic = self.pressure_over_hardness == 0.0
         speeds = f"{_range(self.speed)} m/s"
@@ -103,7 +104,7 @@ class Facts:
         part = part if self.rms_slope_before_yield < self.rms_slope else ""
         waves = f"{1e3 * self.longest_wave:.3g} mm to {1e6 * self.shortest_wave:.3g} µm"
         size = f"{1e3 * self.cell[0]:.3g} mm × {1e3 * self.cell[1]:.3g} mm"
-        return [
+        rows = [
             ("rms height", f"{1e6 * self.rms_height:.3g} µm", f"of both faces together, in waves of {waves}"),
             ("rms slope", f"{self.rms_slope:.3g}", f"of both faces together{part}; the model has less than {STEEP:g}"),
             (ratio[0], f"{ratio[1]:.3g}", ratio[2]),
@@ -124,6 +125,7 @@ class Facts:
                 f"in theory, at {speeds}, above {background}",
             ),
         ]
+        return Table([Column("")] * 3, rows)
 
 
 @lru_cache(maxsize=8)

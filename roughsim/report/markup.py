@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from html import escape
 from math import isfinite
 
-from roughsim.show.digits import written
+from roughsim.show.units import written
 
 
 class Html(str):
@@ -76,7 +76,7 @@ def number(value: float | None, digits: int = 4) -> Html:
 
 
 def plus_minus(mean: float, error: float, unknown: Sequence[str] = ()) -> Html:
-    """Return mean ± error as `roughsim.show.digits.plus_minus` does, powers of ten written out."""
+    """Return mean ± error as `roughsim.show.units.plus_minus` does, powers of ten written out."""
     value, wrong, power = written(mean, error, unknown)
     if not wrong:
         return number(mean)

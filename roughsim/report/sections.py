@@ -11,7 +11,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.comparison.compare import compare
-from roughsim.comparison.tables import comparison_caption, slope_lines
+from roughsim.comparison.tables import comparison_table
 from roughsim.ensemble import writer
 from roughsim.ensemble.status import clock, ended, reached, status_dict
 from roughsim.estimate.errors import SOURCES
@@ -19,7 +19,7 @@ from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.planning.limits import judge
 from roughsim.report.markup import Html, grouped_table, joined, number, plus_minus, table, tag
 from roughsim.report.pictures import picture
-from roughsim.show.digits import shown
+from roughsim.show.units import shown
 
 if TYPE_CHECKING:
     from roughsim.comparison.compare import Comparison, Row
@@ -127,13 +127,7 @@ def comparison(found: Comparison | Html) -> Html:
     titles = ["m/s", "theory", *first.columns, *(_heading(name) for name in first.ratios), ""]
     groups = {name: [row for row in found.rows if row.observable == name] for name in OBSERVABLES}
     rows = {_name(name): [_row(row) for row in members] for name, members in groups.items() if members}
-    note = " ".join(comparison_caption(found))
-    return joined(
-        grouped_table(titles, rows),
-        *(tag("p", line) for line in slope_lines(found)),
-        tag("p", note, css="note"),
-        *(tag("p", warning, css="warning") for warning in found.notes()),
-    )
+    return joined(grouped_table(titles, rows), *(tag("p", note, css="note") for note in comparison_table(found).notes))
 
 
 def _heading(ratio: str) -> str:
@@ -222,7 +216,7 @@ def scene_of(run: Run) -> Html:
     ]
     shown = re.sub(r"((?:^\[[^\[\]\n]*\],\n)+)", _shortened, scene.to_toml(), flags=re.MULTILINE)
     known = judge(scene, run.numerics).facts
-    facts: list[list[object]] = [list(row) for row in known.rows()] if known else []
+    facts: list[list[object]] = [list(row) for row in known.table().rows] if known else []
     return joined(
         table(["what follows from it", "", ""], derived, numbers={1}),
         table(["to judge it by", "", ""], facts, numbers=set()),

@@ -3,37 +3,74 @@
 from __future__ import annotations
 
 import sys
-from typing import Any
+from io import StringIO
+from textwrap import wrap
+from typing import IO, Any
 
+import rich.table
+from rich.cells import cell_len
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
+from roughsim.show.table import Table
 from roughsim.show.text import plain_lines
 
-_PIPED = 150  # columns: a pipe has no width, and no number is to be broken
-_WIDEST = 500  # columns of a table whose numbers are whole
+PIPED = 150  # columns: a pipe has no width, and no number is to be broken
+WIDEST = 500  # columns of a table whose numbers are whole
+LEAST_TEXT = 12  # columns that a text may be narrowed to; longer words, such as paths, are then broken
 
 
 class PlainConsole(Console):
     """A console of rich on which no text is markup, an emoji or a command; styles are set by code alone."""
 
-    def __init__(self, *, stderr: bool = False):
-        stream = sys.stderr if stderr else sys.stdout  # None where it was closed before the start
-        width = None if stream is not None and stream.isatty() else _PIPED
-        super().__init__(stderr=stderr, markup=False, emoji=False, highlight=False, width=width)
-
-    def print_whole(self, part: Any) -> None:
-        """Print a line, or a table of which no number is cut: a terminal that is too narrow wraps its rows."""
-        if isinstance(part, Table):
-            wide = self.options.update(max_width=_WIDEST)
-            for column in part.columns:
-                if column.no_wrap:
-                    cells = (column.header, *column.cells)
-                    column.min_width = max(self.measure(cell, options=wide).maximum for cell in cells)
-            self.width = max(self.width, self.measure(part, options=wide).minimum)
-        self.print(part, soft_wrap=isinstance(part, str))
+    def __init__(self, *, stderr: bool = False, file: IO[str] | None = None):
+        stream = file or (sys.stderr if stderr else sys.stdout)  # None where it was closed before the start
+        width = None if stream is not None and stream.isatty() else PIPED
+        super().__init__(stderr=stderr, file=file, markup=False, emoji=False, highlight=False, width=width)
 
     def render_str(self, text: str, **rest: Any) -> Text:
-        """Return a text to render; all that is not rich's own comes by here: lines, cells, titles and captions."""
+        """Return a text to render; all that is not rich's own comes by here: lines, cells and titles."""
         return super().render_str(plain_lines(text), **rest)
+
+    def print_parts(self, *parts: str | Table) -> None:
+        """Print lines and tables, an empty line between tables."""
+        for before, part in zip((None, *parts), parts, strict=False):
+            if isinstance(part, str):
+                self.print(part, soft_wrap=True)
+                continue
+            if isinstance(before, Table):
+                self.print()
+            self.print_table(part)
+
+    def print_table(self, table: Table) -> None:
+        """Print a table of which no number is cut: in a terminal that is too narrow, text is wrapped, then rows are."""
+        grid = rich.table.Table(box=None, pad_edge=False, show_header=any(c.title for c in table.columns))
+        cells = [table.cells(k) for k in range(len(table.columns))]
+        for column, texts in zip(table.columns, cells, strict=True):
+            if column.number or column.name:  # cells stay whole, the title takes two lines above them
+                widest = max((len(column.title) + 1) // 2, 0, *map(cell_len, (*column.title.split(), *texts)))
+                title = "\n".join(wrap(column.title, max(widest, 1)))
+                justify: Any = "right" if column.number else "left"
+                grid.add_column(title, justify=justify, no_wrap=True, min_width=widest)
+            else:
+                longest = max(map(cell_len, " ".join((column.title, *texts)).split()), default=0)
+                grid.add_column(column.title, overflow="fold", min_width=min(longest, LEAST_TEXT))
+        for row in zip(*cells, strict=True):
+            grid.add_row(*row)
+        if table.title:
+            self.print(table.title, style="italic")
+        width, self.width = (
+            self.width,
+            max(self.width, self.measure(grid, options=self.options.update(max_width=WIDEST)).minimum),
+        )
+        self.print(grid)
+        self.width = width
+        for note in table.notes:
+            self.print(note, style="dim")
+
+
+def table_text(table: Table) -> str:
+    """Return a table as plain text, of at most `PIPED` columns where its numbers allow that."""
+    file = StringIO()
+    PlainConsole(file=file).print_table(table)
+    return "\n".join(line.rstrip() for line in file.getvalue().splitlines())

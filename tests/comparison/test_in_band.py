@@ -48,7 +48,7 @@ def test_the_slope_stands_under_the_table_and_in_the_json(full):
     (line,) = slope_lines(table)
     assert line.startswith("slope of |σ_q|² from 6.28e+03 to 1e+05 rad/m: elastic -1.58")
     assert line.endswith("(statistical, 95 %), theory -1.60")
-    assert line in comparison_table(table).caption
+    assert line in comparison_table(table).notes
     (told,) = table.to_dict()["stress_slopes"]
     assert told == stress_slope(full)._asdict()
 

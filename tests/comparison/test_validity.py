@@ -201,7 +201,7 @@ def test_a_speed_beyond_the_map_is_named_and_gets_no_number(source):
     ]
     assert {j.speed for j in known.judgements} == {None, 0.1 * unit}
     table = trust_table(known)
-    assert "486.076 m/s is off the map: Péclet number 3200 above 1000" in str(table.caption)
+    assert any("486.076 m/s is off the map: Péclet number 3200 above 1000" in note for note in table.notes)
     assert [off["speed"] for off in known.to_dict()["off"]] == [1e-4 * unit, 3200 * unit]
 
 
@@ -292,7 +292,7 @@ def test_two_different_faces_get_their_theory_and_the_reason_why_no_map_places_t
     path.write_text(text.replace('like = "body"', body.replace("0.90 um", "0.30 um")))
     shown = CliRunner().invoke(app, ["theory", str(path), "--trust"])
     assert shown.exit_code == 0, shown.output
-    assert "flash_temperature K" in shown.stdout
+    assert "flash_temperature," in shown.stdout
     assert "off the map: C(q) is not self-affine (a table, the sum of two different faces, or another law)" in " ".join(
         shown.stdout.split()
     )
@@ -375,7 +375,7 @@ def test_the_command_says_what_is_known():
 def test_a_comparison_is_followed_by_why_the_map_knows_nothing_of_its_scene(capped_run):
     known = trust(capped_run.scene)
     assert known.where == "q_roll_off/q_min 3.15, the map has only 2"
-    assert comparison_table(rs.compare(capped_run)).row_count > trust_table(known).row_count == 1
+    assert len(comparison_table(rs.compare(capped_run)).rows) > len(trust_table(known).rows) == 1
 
 
 # the parts of the script

@@ -19,7 +19,7 @@ from roughsim.cli import main
 from roughsim.explore import curves, views, words
 from roughsim.explore.library import Latest, Library
 from roughsim.explore.specimen import along, distribution, line_through, load, nearest
-from roughsim.show.digits import plus_minus
+from roughsim.show.units import plus_minus
 from roughsim.store.claims import Claims
 
 GRID = rs.Grid((12, 10), (6e-3, 2e-3))  # spacing 0.5 mm and 0.2 mm

@@ -84,7 +84,7 @@ def test_table_chart_page_and_theory_say_the_same_number(compared, monkeypatch):
     whole = [x["theory_full_spectrum"] for x in compared.to_dict()["rows"] if x["observable"] == "flash_temperature"]
     assert whole == said
     table = comparison_table(compared)
-    theory = next(list(column.cells) for column in table.columns if column.header == "theory")
+    (theory,) = (table.cells(k) for k, column in enumerate(table.columns) if column.title == "theory")
     assert theory[: len(said)] == [f"{value:.4g}" for value in said]
     monkeypatch.setattr(sections, "picture", lambda draw, ending, caption: tag("figure", caption))
     assert f'class="value">{number(said[-1])}<small> K' in sections.answer(compared)
@@ -107,7 +107,7 @@ def test_the_ratio_is_to_the_theory_of_the_same_modes_and_its_heading_says_so(co
     ratio = row.ratios[f"{column}_over_theory"]
     measured = np.mean([run.members[0, i].numbers["flash_temperature"][-1] for i in (0, 1)])  # all heat in the body
     assert ratio.value == pytest.approx(measured * run.heat_partition[-1] / row.theory, rel=1e-12)
-    headings = [str(column.header) for column in comparison_table(compared).columns]
+    headings = [column.title for column in comparison_table(compared).columns]
     assert f"{column}/theory (same modes)" in headings
 
 

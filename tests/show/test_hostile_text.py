@@ -190,10 +190,10 @@ def test_plain_text_is_one_printable_line():
 
 
 def test_a_narrow_terminal_cuts_no_number(monkeypatch, capsys, capped_run):
-    monkeypatch.setattr(terminal, "_PIPED", 40)
+    monkeypatch.setattr(terminal, "PIPED", 40)
     with pytest.raises(SystemExit):
         cli.main(["compare", str(capped_run.folder)])
     wide = capsys.readouterr().out
     assert "…" not in wide
-    (row,) = (line for line in wide.splitlines() if line.startswith(" contact_fraction"))
+    (row,) = (line for line in wide.splitlines() if line.startswith("contact_fraction"))
     assert row.count("±") == 4

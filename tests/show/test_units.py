@@ -2,7 +2,7 @@
 
 import pytest
 
-from roughsim.show.digits import plus_minus, shown
+from roughsim.show.units import Number, plus_minus, shown, with_unit
 
 WRITTEN = {
     (208.334, 0.384): "208.33 ± 0.38",
@@ -36,7 +36,19 @@ def test_an_error_with_an_unknown_part_is_a_lower_bound():
 def test_units_of_tables_are_those_of_figures():
     assert shown("m") == ("µm", 1e6)
     assert shown("W") == ("W", 1.0)
+    assert (with_unit("slope_length", "m"), with_unit("contact_fraction", "1")) == (
+        "slope_length, µm",
+        "contact_fraction",
+    )
 
 
 def test_no_zero_is_negative():
     assert plus_minus(-0.0, 0.0) == "0"
+
+
+def test_a_number_of_a_table_is_written_in_the_unit_of_the_tables():
+    assert str(Number(2.0e-4, "m", 1.26e-6)) == "200.0 ± 1.3"
+    assert str(Number(-777.3e3, "K/m")) == "-777.3"
+    assert str(Number(3.0e-4, "m", 1e-6, ["size"])) == "300.0 ± ≥1.0"
+    assert str(Number(1.234e-4, "m", digits=2)) == "1.2e+02"
+    assert Number(1.6328e-4, "1", 8.1e-7).written() == ("1.6328", "0.0081", -4)

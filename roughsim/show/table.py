@@ -1,0 +1,48 @@
+"""One record of a table. It is made once; the terminal, plain text and HTML render the same titles, cells and notes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from roughsim.show.units import Number
+
+Cell = str | Number
+Row = Sequence[Cell]
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """The title of a column, with its unit where all its numbers have one, and how its cells stand."""
+
+    title: str
+    number: bool = False  # cells stand right and are never broken
+    name: bool = False  # cells name groups of rows: never broken, and empty where they repeat the one above
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table for people.
+
+    Attributes
+    ----------
+    columns : sequence of Column
+        Without any title there is no line of titles.
+    rows : sequence of sequences of str or Number
+        A cell for each column; a Number says its own SI unit and error.
+    title : str
+        Stands above; may be empty.
+    notes : sequence of str
+        Stand below, a sentence or two each: what marks and columns mean, what is missing.
+    """
+
+    columns: Sequence[Column]
+    rows: Sequence[Row]
+    title: str = ""
+    notes: Sequence[str] = ()
+
+    def cells(self, k: int) -> list[str]:
+        """Return the text of column k, a line per row; repeats are empty where the column names groups."""
+        texts = [str(row[k]) for row in self.rows]
+        repeats = [self.columns[k].name and n > 0 and texts[n - 1] == text for n, text in enumerate(texts)]
+        return ["" if repeat else text for text, repeat in zip(texts, repeats, strict=True)]

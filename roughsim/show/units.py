@@ -1,0 +1,109 @@
+"""How numbers are written for people: the units of tables and figures, and a value with its error.
+
+Every ± is a total error that holds with 95 %. Value and error both end at the second digit of the error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import floor, isfinite, log10
+from typing import NamedTuple
+
+# SI unit → unit that people read, and the factor between them; a unit that is not here is shown as it is
+SHOWN = {
+    "K": ("K", 1.0),
+    "K/m": ("K/mm", 1e-3),
+    "K/m^2": ("K/µm²", 1e-12),
+    "W/m^2": ("W/m²", 1.0),
+    "m": ("µm", 1e6),
+    "1": ("", 1.0),
+    "Pa^2": ("GPa²", 1e-18),
+}
+MOST_DIGITS = 6  # of a value that are worth printing
+
+
+def shown(unit: str) -> tuple[str, float]:
+    """Return the unit that tables and figures show in place of an SI unit, and the factor between them."""
+    return SHOWN.get(unit, (unit, 1.0))
+
+
+def with_unit(name: str, unit: str) -> str:
+    """Return a name with the shown form of its SI unit: "slope_length, µm"."""
+    return f"{name}, {text}" if (text := shown(unit)[0]) else name
+
+
+class Written(NamedTuple):
+    """The digits of a value and its error, both in units of 10^power; `error` is empty where there is none."""
+
+    value: str
+    error: str
+    power: int
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number of a table, in SI.
+
+    Attributes
+    ----------
+    value : float
+        NaN and inf are written "–".
+    unit : str
+        SI; written in the unit of `shown`, which stands in the title of the column or row.
+    error : float
+        Total, 95 %; 0 where the number has none, as of theory.
+    unknown : sequence of str
+        Parts of the error that no level tells: the rest of it is a lower bound, "208.33 ± ≥0.38".
+    digits : int
+        Significant digits of a number without an error.
+    """
+
+    value: float
+    unit: str = "1"
+    error: float = 0.0
+    unknown: Sequence[str] = ()
+    digits: int = 4
+
+    def written(self) -> Written:
+        """Return its digits in the shown unit."""
+        factor = shown(self.unit)[1]
+        return written(self.value * factor, self.error * factor, self.unknown, self.digits)
+
+    def __str__(self) -> str:
+        return _joined(self.written())
+
+
+def plus_minus(value: float, error: float, unknown: Sequence[str] = ()) -> str:
+    """Return a value with its total error in one unit, as "208.33 ± 0.38"; `unknown` as in `Number`."""
+    return _joined(written(value, error, unknown))
+
+
+def written(value: float, error: float, unknown: Sequence[str] = (), digits: int = 4) -> Written:
+    """Return the digits of a value and its error, both to the second digit of the error."""
+    if not isfinite(value):
+        return Written("–", "", 0)
+    if error == 0.0 and not (unknown and value):
+        return Written(f"{value + 0.0:.{digits}g}", "", 0)  # + 0.0: no zero is negative
+    if error == 0.0 or not isfinite(error):
+        return Written(f"{value:.{digits}g}", "unknown", 0)
+    at_least = "≥" if unknown else ""
+    if abs(value) > 10**MOST_DIGITS * error:
+        return Written(f"{value:.{MOST_DIGITS}g}", f"{at_least}{error:.1e}", 0)
+    # very large and very small numbers share one power of ten: (1.6328 ± 0.0081)e-4
+    large = floor(log10(max(abs(value), error)))
+    power = large if not -3 <= large < 5 else 0
+    value, error = value / 10.0**power, error / 10.0**power
+    places = 1 - int(f"{error:.1e}".partition("e")[2])  # of the error's second digit, once it is rounded
+    value, error = round(value, places), round(error, places)
+    return Written(f"{value:.{max(places, 0)}f}", f"{at_least}{error:.{max(places, 0)}f}", power)
+
+
+def _joined(text: Written) -> str:
+    both = f"{text.value} ± {text.error}" if text.error else text.value
+    return f"({both})e{text.power}" if text.power else both
+
+
+def json_number(value: float) -> float | None:
+    """Return a number as JSON can hold it: NaN and infinity are None."""
+    return value if isfinite(value) else None

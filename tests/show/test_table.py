@@ -1,0 +1,52 @@
+"""One table in a terminal of any width and as plain text: numbers whole, names once, nothing lost."""
+
+import pytest
+
+from roughsim.show import terminal
+from roughsim.show.table import Column, Table
+from roughsim.show.terminal import PlainConsole, table_text
+from roughsim.show.units import Number
+
+COLUMNS = (Column("observable", name=True), Column("value, µm (of all)", number=True), Column("because"))
+ROWS = (
+    ("slope_length, µm", Number(2e-4, "m", 1.2e-6), "a reason of several words that may be broken between any two"),
+    ("slope_length, µm", Number(3e-4, "m"), "[bold]no markup[/] :smile:"),
+    ("flash_width, µm", Number(float("nan"), "m"), ""),
+)
+TABLE = Table(COLUMNS, ROWS, "Title", ("A note of two lines:\nhere.",))
+
+
+def test_a_group_is_named_once_and_numbers_stand_right():
+    lines = table_text(TABLE).splitlines()
+    assert lines[0] == "Title"
+    assert [line.split() for line in lines[1:3]] == [["value,", "µm"], ["observable", "(of", "all)", "because"]]
+    assert lines[3].startswith("slope_length, µm ")
+    assert lines[4].startswith(" " * len("slope_length, µm"))
+    assert lines[3].index("a reason") == lines[4].index("[bold]no markup[/] :smile:") == lines[2].index("because")
+    assert lines[3].index("a reason") - 2 == len(lines[3].partition(" 1.2")[0] + " 1.2") == lines[4].index("300") + 3
+    assert lines[5].split() == ["flash_width,", "µm", "–"]
+    assert lines[6:] == ["A note of two lines:", "here."]
+
+
+@pytest.mark.parametrize("width", [10, 40, 60])
+def test_a_narrow_terminal_wraps_text_but_breaks_no_number_and_no_name(monkeypatch, width):
+    monkeypatch.setattr(terminal, "PIPED", width)
+    text = table_text(TABLE)
+    assert "200.0 ± 1.2" in text
+    assert "slope_length, µm" in text
+    words = "".join(text.split())
+    for _, _, reason in ROWS:
+        for word in reason.split():
+            assert word in words
+    assert max(len(line) for line in text.splitlines()) <= max(width, 46)
+
+
+def test_a_table_without_titles_has_no_line_of_them():
+    assert table_text(Table([Column("")] * 2, [("a", "b")])) == "a  b"
+
+
+def test_tables_stand_apart_and_lines_do_not(capsys):
+    PlainConsole().print_parts("line", TABLE, Table([Column("")], [("end",)]), "line")
+    lines = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
+    assert lines[:2] == ["line", "Title"]
+    assert lines[-3:] == ["", "end", "line"]
