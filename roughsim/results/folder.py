@@ -14,7 +14,7 @@ from roughsim import prediction
 from roughsim.errors import RecordError
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.run import Run
-from roughsim.store.disk import is_temporary, place_bytes, unlocked
+from roughsim.store.disk import is_temporary, place_bytes, read_bytes
 from roughsim.store.member_files import check_format
 from roughsim.untrusted import machine_memory
 
@@ -107,7 +107,7 @@ def _check_unchanged(path: Path, description: dict[str, Any]) -> None:
 
 def _text(path: Path) -> str:
     """The text of a file of the folder, if it has no more bytes than such a file can have."""
-    return unlocked(path, _MOST_BYTES).decode("utf-8")
+    return read_bytes(path, _MOST_BYTES).decode("utf-8")
 
 
 def open_run(folder: str | Path, *, damaged: Literal["refuse", "skip"] = "refuse") -> Run:

@@ -18,8 +18,8 @@ from roughsim.errors import RecordError
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.results.members import Members, Stamp
 from roughsim.results.summary import Block, Summary, code_digest, read_summary, write_summary
-from roughsim.store.disk import not_readable, seal_of, tail, unlocked
-from roughsim.store.member_files import FIELD_UNITS, Member, member_of, member_path, read_member
+from roughsim.store.disk import not_readable, read_bytes
+from roughsim.store.member_files import FIELD_UNITS, Member, member_of, member_path, read_member, read_seal, seal_of
 
 if TYPE_CHECKING:
     from roughsim.scene.numerics import Numerics
@@ -147,11 +147,11 @@ class Reader:
         if found.st_size != known.size or not stat.S_ISREG(found.st_mode):
             return False
         if found.st_size > _SMALL and found.st_mtime_ns == known.changed:
-            return tail(path) == known.digest
-        return _digest(path, unlocked(path)) == known.digest
+            return read_seal(path) == known.digest
+        return _digest(path, read_bytes(path)) == known.digest
 
     def _read(self, path: Path, level: int, index: int, found: os.stat_result) -> None:
-        content = unlocked(path)
+        content = read_bytes(path)
         member = member_of(path, content)
         told = {"residual", "iterations", "versions"} <= set(member.provenance)
         if not told or identity_of(member.provenance) != self._identity:
@@ -186,7 +186,7 @@ class Reader:
             with suppress(FileNotFoundError):  # moved since it was read; it was sound then
                 found = os.stat(path)
                 if (found.st_size, found.st_mtime_ns) != (size, changed):
-                    seal_of(path, unlocked(path))
+                    seal_of(path, read_bytes(path))
 
     def _gathered(self, level: int, indices: NDArray[np.int64]) -> Array:
         """Spectra from the summary where its rows are of the same files, from memory, and else from the files."""

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
-from roughsim.store.disk import place_bytes, unlocked
+from roughsim.store.disk import place_bytes, read_bytes
 
 NAME = "summary.bin"
 _MARK = b"roughsim summary 1\n"
@@ -62,7 +62,7 @@ class Summary:
 def read_summary(folder: Path, run: str) -> Summary | None:
     """Return the summary of a run folder, or None if there is none that is whole and of this run."""
     try:
-        content = unlocked(folder / NAME)
+        content = read_bytes(folder / NAME)
         return _parsed(content, run)
     except (OSError, RecordError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
         return None

@@ -1,13 +1,12 @@
-"""Bytes on disk: placed whole or not at all, sealed with a digest, read whole or not at all, and never deleted.
+"""Bytes on disk: written whole or not at all, read whole or not at all, and never deleted.
 
-What is read is told apart here, before any library sees it: sound, proven damaged (`DamagedError`), or not to be read
-now (`OSError`).
+A file that was read is sound, or it is proven to be damaged (`DamagedError`). A file that cannot be read now is an
+`OSError`: the disk or the network may give it later.
 """
 
 from __future__ import annotations
 
 import errno
-import hashlib
 import io
 import os
 import re
@@ -21,11 +20,8 @@ from typing import Any
 from roughsim.errors import RecordError
 from roughsim.untrusted import machine_memory, regular_file
 
-_SEAL = re.compile(rb"\nroughsim (L(\d+)-(\d{6,})\.h5) sha256 ([0-9a-f]{64})\n\Z")
-_LONGEST_SEAL = 200
-_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+TRIES = 5  # to write a file while other processes remove what was begun
 _TEMPORARY = re.compile(r"\..+\.[A-Za-z0-9_-]+\.tmp")
-_TRIES = 5  # of a temporary file that others remove
 _ADVICE = {
     errno.EMFILE: "close files, or raise the limit of open files (ulimit -n)",
     errno.ENFILE: "close files, or raise the limit of open files of this machine",
@@ -42,39 +38,37 @@ class DamagedError(RecordError):
 def place_bytes(path: Path, *content: bytes | memoryview, first: bool = False) -> None:
     """Write a file, in parts, beside its place, force it to disk, and move it there: whole or not at all.
 
-    Any number of processes may write the same file at once: the last whole one stays, or, with `first`, the first one.
-
-    Raises
-    ------
-    OSError
-        If the disk refuses, naming the path; no half-written file stays. FileExistsError with `first`, if it is there.
+    Any number of processes may write the same file at once. The last whole file stays; with `first` the first one
+    stays, and the others get FileExistsError. If the disk refuses, the OSError names the path, and no half-written
+    file stays.
     """
-    for left in reversed(range(_TRIES)):
-        token = f"{re.sub('[^A-Za-z0-9]', '', socket.gethostname())[:24]}-{os.getpid()}-{secrets.token_hex(4)}"
-        temporary = path.with_name(f".{path.name}.{token}.tmp")
+    host = re.sub("[^A-Za-z0-9]", "", socket.gethostname())[:24]
+    for tries_left in reversed(range(TRIES)):
+        # the name is that of this process and this try alone, and is_temporary() recognizes it
+        temporary = path.with_name(f".{path.name}.{host}-{os.getpid()}-{secrets.token_hex(4)}.tmp")
         try:
-            with open(temporary, "wb") as handle:
-                handle.writelines(content)
-                handle.flush()
-                os.fsync(handle.fileno())
+            with open(temporary, "wb") as file:
+                file.writelines(content)
+                file.flush()
+                os.fsync(file.fileno())  # a file that is moved before its bytes are on disk may be empty after a crash
             if first:
-                _place_first(temporary, path)
+                _move_if_absent(temporary, path)
             else:
                 os.replace(temporary, path)
             return
-        except FileNotFoundError as error:  # somebody swept it away underneath
-            if not left or not path.parent.is_dir():
-                raise _not_written(path, error) from error
         except BaseException as error:
-            with suppress(OSError):  # a disk that takes nothing does not let go either
+            # another process may have swept the temporary file away; without the folder there is nothing to try again
+            if isinstance(error, FileNotFoundError) and tries_left and path.parent.is_dir():
+                continue
+            with suppress(OSError):  # a disk that takes nothing removes nothing either
                 temporary.unlink(missing_ok=True)
             if isinstance(error, OSError):
-                raise _not_written(path, error) from error
+                raise OSError(error.errno, f"cannot write {path}: {error.strerror}") from error
             raise
 
 
-def _place_first(temporary: Path, path: Path) -> None:
-    """Move a file to its place if nobody was quicker, FileExistsError otherwise."""
+def _move_if_absent(temporary: Path, path: Path) -> None:
+    """Move a file to its place if no process was quicker, FileExistsError otherwise."""
     try:
         os.link(temporary, path)  # the one way to move a whole file that refuses an existing one
     except FileExistsError:
@@ -87,51 +81,31 @@ def _place_first(temporary: Path, path: Path) -> None:
         temporary.unlink(missing_ok=True)
 
 
-def _not_written(path: Path, error: OSError) -> OSError:
-    return OSError(error.errno, f"cannot write {path}: {error.strerror}")
-
-
 def is_temporary(name: str) -> bool:
     """Whether a file of this name is one that `place_bytes` has begun; its writer may be at work."""
     return _TEMPORARY.fullmatch(name) is not None
 
 
 def hdf5_bytes(fill: Callable[[Any], None], **options: Any) -> bytes:
-    """Return the content of an HDF5 file that `fill` fills, made in memory: HDF5 never meets a full disk."""
+    """Return the bytes of an HDF5 file that `fill` fills, made in memory: HDF5 never meets a full disk."""
     import h5py
 
-    memory = io.BytesIO()  # not the core driver: before HDF5 2.0 its images of v110 files have a stale checksum
-    with h5py.File(memory, "w", libver="v110", **options) as file:
+    image = io.BytesIO()  # not the core driver: before HDF5 2.0 its images of v110 files have a stale checksum
+    with h5py.File(image, "w", libver="v110", **options) as file:
         fill(file)
-    return memory.getvalue()
+    return image.getvalue()
 
 
 def place_hdf5(path: Path, fill: Callable[[Any], None], **options: Any) -> None:
-    """Write an HDF5 file that `fill` fills as `place_bytes` does.
-
-    Raises
-    ------
-    OSError
-        If the disk refuses, naming the path; no half-written file stays.
-    """
+    """Write an HDF5 file that `fill` fills, with the guarantees of `place_bytes`."""
     place_bytes(path, hdf5_bytes(fill, **options))
 
 
-def sealed(content: bytes, name: str) -> bytes:
-    """Return the bytes of a member's file with its name and SHA-256 behind them, where HDF5 does not look."""
-    head = content + f"\nroughsim {name} sha256 ".encode()
-    return head + hashlib.sha256(head).hexdigest().encode() + b"\n"
-
-
-def unlocked(path: Path, most: int | None = None) -> bytes:
+def read_bytes(path: Path, most: int | None = None) -> bytes:
     """Return all bytes of a file, read without HDF5 and its locks.
 
-    Raises
-    ------
-    RecordError
-        If it is no file but a folder, a pipe or a device, or has more bytes than `most`.
-    OSError
-        If it cannot be read now; one sentence says which file, why, and what to do.
+    OSError if it cannot be read now, saying which file, why, and what to do. RecordError if it is a folder, a pipe or
+    a device, or has more bytes than `most`.
     """
     try:
         with open(regular_file(path), "rb") as file:
@@ -151,45 +125,6 @@ def not_readable(path: Path, error: OSError) -> OSError:
     return OSError(error.errno, f"{path} cannot be read now ({error.strerror or error}); nothing was changed; {advice}")
 
 
-def seal_of(path: Path, content: bytes) -> str | None:
-    """Return the digest that a member's file bears, if all its bytes agree with it; None for one without a seal.
-
-    Raises
-    ------
-    DamagedError
-        If they do not, or the file was written for another place or is cut off.
-    """
-    found = _SEAL.search(content, max(len(content) - _LONGEST_SEAL, 0))
-    if found is None:
-        end = int.from_bytes(content[28:36], "little")  # of the superblock of version 3, which all members have
-        if not content.startswith(_SIGNATURE) or end != len(content):
-            raise damaged(path, "its digest is missing, and it does not end where it says")
-        return None
-    name, level, index, digest = (part.decode() for part in found.groups())
-    if hashlib.sha256(memoryview(content)[: found.start(4)]).hexdigest() != digest:
-        raise damaged(path, "its SHA-256 does not match")
-    if name != path.name:
-        raise damaged(path, f"it holds level {int(level)}, index {int(index)}, not what its name says")
-    return digest
-
-
-def tail(path: Path) -> bytes:
-    """Return the digest that a member's file bears, without looking at the rest; empty where there is none.
-
-    Raises
-    ------
-    OSError
-        As `unlocked`.
-    """
-    try:
-        with open(path, "rb") as file:
-            file.seek(max(os.fstat(file.fileno()).st_size - _LONGEST_SEAL, 0))
-            found = _SEAL.search(file.read())
-    except OSError as error:
-        raise not_readable(path, error) from error
-    return b"" if found is None or found[1].decode() != path.name else bytes.fromhex(found[4].decode())
-
-
 def damaged(path: Path, reason: object) -> DamagedError:
     """Return the error that names a damaged file and says what to do."""
     return DamagedError(
@@ -198,36 +133,23 @@ def damaged(path: Path, reason: object) -> DamagedError:
 
 
 def set_aside(path: Path) -> Path:
-    """Move a damaged file of a run into the folder ``damaged`` of the run, under a name that is free there.
+    """Move a damaged file, RUN/realizations/NAME, to a free name in RUN/damaged, and return its new path.
 
-    Parameters
-    ----------
-    path : Path
-        ``RUN/realizations/NAME``.
-
-    Returns
-    -------
-    Path
-        Where it is now.
-
-    Raises
-    ------
-    OSError
-        If the disk refuses, or it is gone: another process has moved it.
+    OSError if the disk refuses; FileNotFoundError if another process has moved the file.
     """
     folder = path.parent.parent / "damaged"
     folder.mkdir(exist_ok=True)
     number = 0
     while True:
-        place = folder / (f"{path.stem}-{number}{path.suffix}" if number else path.name)
+        kept = folder / (f"{path.stem}-{number}{path.suffix}" if number else path.name)
         try:
-            os.close(os.open(place, os.O_CREAT | os.O_EXCL | os.O_WRONLY))  # the name is ours alone now
+            os.close(os.open(kept, os.O_CREAT | os.O_EXCL | os.O_WRONLY))  # from now on the name is this process's
             break
         except FileExistsError:
             number += 1
     try:
-        os.replace(path, place)
+        os.replace(path, kept)
     except OSError:
-        place.unlink()
+        kept.unlink()
         raise
-    return place
+    return kept

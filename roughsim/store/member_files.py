@@ -1,4 +1,10 @@
-"""One file per realization: whole or absent, checked to the last byte, readable by every HDF5 tool."""
+"""The file of a member (one realization at one level) and all of its format: written whole, checked to the last byte.
+
+The file is HDF5 and netCDF-4 at once. All arrays lie in the root group with dimension scales and units; the group
+`entry` links to them as NeXus has it. The attribute `header` is JSON with all that is no array, `sha256` guards header
+and numbers, and each field has its own. Behind the end of the HDF5 file stands the seal: a line with the name of the
+file and the SHA-256 of all bytes before it.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +12,9 @@ import errno
 import hashlib
 import io
 import json
-from collections.abc import Callable
+import os
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,229 +24,209 @@ from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
 from roughsim.observables.catalogue import NUMBERS
-from roughsim.store.disk import DamagedError, damaged, hdf5_bytes, place_bytes, seal_of, sealed, unlocked
+from roughsim.store.disk import DamagedError, damaged, hdf5_bytes, not_readable, place_bytes, read_bytes
 from roughsim.untrusted import ChildEndedError, call_in_child, check_hdf5
 
 Array = NDArray[np.float64]
 FORMAT = 2  # raised when older readers would misread
 FIELD_UNITS = {"heights": "m", "pressure": "Pa"}
+MEMBER_NAME = re.compile(r"L(\d+)-(\d{6,})")  # level and index; of the file, of its claim, and in messages
+_SEAL = re.compile(rb"\nroughsim (L(\d+)-(\d{6,})\.h5) sha256 ([0-9a-f]{64})\n\Z")
+_LONGEST_SEAL = 200  # bytes
+_HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Member:
-    """What is stored of one realization at one level.
-
-    Attributes
-    ----------
-    level, index : int
-        Its place in the run.
-    failure : str
-        Why there are no numbers; empty for a sound member.
-    numbers : dict of str to ndarray
-        Arrays over speed, or of one entry; temperatures with all heat in the moving body.
-    wavenumber, spectrum : ndarray
-        Radial stress spectrum: rad/m and Pa², summing to the pressure variance.
-    fields : dict of str to ndarray
-        "heights" (m) and "pressure" (Pa) in single precision, if kept.
-    lengths : (float, float)
-        Sides of the cell, m.
-    speeds : tuple of float
-        Sliding speeds of the arrays over speed, m/s.
-    provenance : dict
-        Versions, numerics, seed, residual, iterations, times.
-    kept : tuple of str
-        Names of the fields in its file, also where `fields` are not in memory.
-    """
+    """What is stored of one realization at one level."""
 
     level: int
-    index: int
-    failure: str = ""
+    index: int  # of the realization
+    failure: str = ""  # why there are no numbers; empty for a sound member
+    # over speed, or of one entry; temperatures with all heat in the moving body
     numbers: dict[str, Array] = field(default_factory=dict)
+    # the radial stress spectrum over the wavenumber, rad/m: shares of the pressure variance, Pa²
     wavenumber: Array = field(default_factory=lambda: np.empty(0))
     spectrum: Array = field(default_factory=lambda: np.empty(0))
-    fields: dict[str, NDArray[np.float32]] = field(default_factory=dict)
-    lengths: tuple[float, float] = (1.0, 1.0)
-    speeds: tuple[float, ...] = ()
-    provenance: dict[str, Any] = field(default_factory=dict)
-    kept: tuple[str, ...] = ()
+    fields: dict[str, NDArray[np.float32]] = field(default_factory=dict)  # heights, m, and pressure, Pa, if kept
+    lengths: tuple[float, float] = (1.0, 1.0)  # sides of the cell, m
+    speeds: tuple[float, ...] = ()  # of the arrays over speed, m/s
+    provenance: dict[str, Any] = field(default_factory=dict)  # scene, numerics, versions, residual, times
+    kept: tuple[str, ...] = ()  # names of the fields in its file, also where `fields` are not in memory
+
+
+def member_name(level: int, index: int) -> str:
+    """Return the name of a member, as "L0-000003"."""
+    return f"L{level}-{index:06d}"
 
 
 def member_path(folder: Path, level: int, index: int) -> Path:
-    """Return the place of one realization's file."""
-    return folder / "realizations" / f"L{level}-{index:06d}.h5"
+    """Return the place of a member's file in a run folder."""
+    return folder / "realizations" / f"{member_name(level, index)}.h5"
 
 
 def write_member(folder: Path, member: Member) -> None:
-    """Write a realization's file, whole or not at all.
-
-    Raises
-    ------
-    OSError
-        If the disk refuses, naming the path; no half-written file stays.
-    """
+    """Write a member's file, whole or not at all; OSError, naming the path, if the disk refuses."""
     path = member_path(folder, member.level, member.index)
-    place_bytes(path, sealed(hdf5_bytes(lambda file: _fill(file, member)), path.name))
+    content = hdf5_bytes(lambda file: _fill(file, member))
+    # the seal lies behind the HDF5 file, where HDF5 does not look
+    content += f"\nroughsim {path.name} sha256 ".encode()
+    place_bytes(path, content + hashlib.sha256(content).hexdigest().encode() + b"\n")
 
 
 def read_member(path: Path, *, with_fields: bool = False) -> Member:
-    """Read a realization's file and check every byte of its payload.
+    """Read a member's file and check every byte of what it returns.
 
-    Raises
-    ------
-    RecordError
-        If the file is damaged, or written by a newer format; the message names the file.
-    OSError
-        If it cannot be read now, which is no damage.
+    RecordError, naming the file, if it is damaged or of another format. OSError if it cannot be read now.
     """
-    return member_of(path, unlocked(path), with_fields=with_fields)
-
-
-def member_of(path: Path, content: bytes, *, with_fields: bool = False) -> Member:
-    """Return the member that the bytes of a file hold; RecordError as `read_member`."""
-    member: Member = _inside(path, content, _take, with_fields)
-    return member
+    return member_of(path, read_bytes(path), tuple(FIELD_UNITS) if with_fields else ())
 
 
 def read_field(path: Path, name: str) -> NDArray[np.float32]:
-    """Read one field of a realization's file and check its bytes; errors as `read_member`."""
-    field: NDArray[np.float32] = _inside(path, unlocked(path), _one_field, name)
-    return field
+    """Read one kept field of a member's file and check its bytes; errors as for `read_member`."""
+    fields = member_of(path, read_bytes(path), (name,)).fields
+    if name not in fields:
+        raise damaged(path, f"it has no {name}")
+    return fields[name]
+
+
+def member_of(path: Path, content: bytes, fields: Sequence[str] = ()) -> Member:
+    """Return the member that the bytes of a file hold, with these of its fields; RecordError as for `read_member`."""
+    if seal_of(path, content) is not None:
+        return _opened(path, content, fields)
+    # no seal, as older versions wrote it: opened in another process, where the HDF5 library can do no harm
+    try:
+        member: Member = call_in_child(_opened, path, content, fields, seconds=5.0 + len(content) / 1e7)
+    except ChildEndedError as error:
+        raise damaged(path, error) from error
+    return member
 
 
 def check_member(path: Path) -> None:
-    """See that every byte of a realization's file is as it was written, those of kept fields too.
+    """See that every byte of a member's file is as it was written, those of kept fields too.
 
-    Raises
-    ------
-    RecordError
-        If the file is damaged, naming it.
-    OSError
-        If it cannot be read now, which is no damage.
+    DamagedError, naming the file, if it is not. OSError if it cannot be read now, which is no damage.
     """
     try:
-        content = unlocked(path)
+        content = read_bytes(path)
     except RecordError as error:  # somebody's folder or pipe
         raise OSError(errno.EINVAL, str(error)) from error
     try:
         if seal_of(path, content) is None:
-            _apart(path, content, _take, True)
+            member_of(path, content, tuple(FIELD_UNITS))
     except DamagedError:
         raise
     except RecordError:  # of another format: not ours to judge
         return
 
 
-def _inside(path: Path, content: bytes, take: Callable[..., Any], *arguments: Any) -> Any:
-    """Return ``take(file, path, *arguments)`` of an HDF5 file, once its bytes are judged."""
-    where = _apart if seal_of(path, content) is None else _opened
-    return where(path, content, take, *arguments)
+def seal_of(path: Path, content: bytes) -> str | None:
+    """Return the digest in the seal of a member's file if all bytes agree with it; None if it has no seal.
+
+    DamagedError if they do not agree, if the file was written for another place, or if it is cut off.
+    """
+    seal = _SEAL.search(content, max(len(content) - _LONGEST_SEAL, 0))
+    if seal is None:
+        end = int.from_bytes(content[28:36], "little")  # of the superblock of version 3, which all members have
+        if not content.startswith(_HDF5_SIGNATURE) or end != len(content):
+            raise damaged(path, "its digest is missing, and it does not end where it says")
+        return None
+    name, level, index, digest = (part.decode() for part in seal.groups())
+    if hashlib.sha256(memoryview(content)[: seal.start(4)]).hexdigest() != digest:
+        raise damaged(path, "its SHA-256 does not match")
+    if name != path.name:
+        raise damaged(path, f"it holds level {int(level)}, index {int(index)}, not what its name says")
+    return digest
 
 
-def _apart(path: Path, content: bytes, take: Callable[..., Any], *arguments: Any) -> Any:
-    """Open a file without a seal, as older versions wrote it, where the HDF5 library can do no harm."""
-    seconds = 5.0 + len(content) / 1e7
+def read_seal(path: Path) -> bytes:
+    """Return the digest in the seal of a member's file, unchecked; empty without a seal. OSError as `read_member`."""
     try:
-        return call_in_child(_opened, path, content, take, *arguments, seconds=seconds)
-    except ChildEndedError as error:
-        raise damaged(path, error) from error
+        with open(path, "rb") as file:
+            file.seek(max(os.fstat(file.fileno()).st_size - _LONGEST_SEAL, 0))
+            seal = _SEAL.search(file.read())
+    except OSError as error:
+        raise not_readable(path, error) from error
+    return b"" if seal is None or seal[1].decode() != path.name else bytes.fromhex(seal[4].decode())
 
 
-def _opened(path: Path, content: bytes, take: Callable[..., Any], *arguments: Any) -> Any:
-    """Open a file in memory and take something out of it; whatever goes wrong means that the file is damaged."""
-    import h5py
-
-    try:
-        with h5py.File(io.BytesIO(content), "r") as file:
-            check_format(path, int(file.attrs["format_version"]))
-            check_hdf5(file, path)
-            return take(file, path, *arguments)
-    except RecordError:
-        raise
-    except (OSError, LookupError, ValueError, TypeError, RuntimeError) as error:
-        raise damaged(path, error) from error
+def check_format(path: Path, version: int) -> None:
+    """Refuse a version of the format that this reader does not know, RecordError."""
+    if version > FORMAT:
+        raise RecordError(f"{path} has format version {version}; this roughsim reads up to {FORMAT}: update it")
+    if version < FORMAT:
+        raise RecordError(f"{path} has format version {version}; this roughsim reads {FORMAT}: run the scene again")
 
 
 def _fill(file: Any, member: Member) -> None:
-    """Put all arrays into the root group, as netCDF-4 has it; the groups of NeXus below link to them again."""
+    """Put the header and all arrays into the root group, as netCDF-4 has it, and what viewers draw into `entry`."""
     file.attrs.update(NX_class="NXroot", default="entry", format="roughsim realization", format_version=FORMAT)
     entry = file.create_group("entry")
     entry.attrs.update(NX_class="NXentry", default="fields" if member.fields else "stress")
-    file.attrs["header"] = header = json.dumps(_header(member), sort_keys=True)
-    arrays: list[NDArray[Any]] = []
+    header = json.dumps(
+        {
+            "level": member.level,
+            "index": member.index,
+            "failure": member.failure,
+            "numbers": [[name, list(np.shape(values))] for name, values in member.numbers.items()],  # in their order
+            "fields": [[name, list(values.shape)] for name, values in member.fields.items()],
+            "lengths": list(member.lengths),
+            "speeds": list(member.speeds),
+            "provenance": member.provenance,
+        },
+        sort_keys=True,
+    )
+    file.attrs["header"] = header
+    guarded: list[NDArray[Any]] = []
     if member.numbers:
-        arrays = [*_fill_numbers(file, member), *_fill_stress(file, member)]
+        speed = _add(file, "speed", np.array(member.speeds, dtype="<f8"), "m/s")
+        speed.make_scale("speed")
+        for name, values in member.numbers.items():
+            axes = [speed] if NUMBERS[name].per_speed else []
+            guarded.append(np.asarray(values, dtype="<f8").reshape([len(axis) for axis in axes]))
+            _add(file, name, guarded[-1], NUMBERS[name].unit, axes)
+        _link(file, "numbers", "flash_temperature", ["speed"], list(member.numbers))
+        guarded += [np.ascontiguousarray(values, dtype="<f8") for values in (member.wavenumber, member.spectrum)]
+        wavenumber = _add(file, "wavenumber", guarded[-2], "1/m")
+        wavenumber.make_scale("wavenumber")
+        _add(file, "stress_spectrum", guarded[-1], "Pa^2", [wavenumber])
+        _link(file, "stress", "stress_spectrum", ["wavenumber"], [])
     if member.fields:
         _fill_fields(file, member)
-    file.attrs["sha256"] = _digest(header, arrays)
-
-
-def _digest(header: str, arrays: list[NDArray[Any]]) -> str:
-    digest = hashlib.sha256(header.encode())
-    for array in arrays:
-        digest.update(np.ascontiguousarray(array).data)
-    return digest.hexdigest()
-
-
-def _header(member: Member) -> dict[str, Any]:
-    """All that is not an array; guarded by the digest."""
-    return {
-        "level": member.level,
-        "index": member.index,
-        "failure": member.failure,
-        "numbers": [[name, list(np.shape(values))] for name, values in member.numbers.items()],  # in their order
-        "fields": [[name, list(values.shape)] for name, values in member.fields.items()],
-        "lengths": list(member.lengths),
-        "speeds": list(member.speeds),
-        "provenance": member.provenance,
-    }
-
-
-def _fill_numbers(file: Any, member: Member) -> list[NDArray[Any]]:
-    speed = _store_scale(file, "speed", np.array(member.speeds, dtype="<f8"), "m/s")
-    arrays = []
-    for name, values in member.numbers.items():
-        wide = NUMBERS[name].per_speed
-        data = np.asarray(values, dtype="<f8").reshape((len(member.speeds),) if wide else ())
-        guard = {"chunks": data.shape, "fletcher32": True} if wide else {}  # no filter can guard a scalar
-        dataset = file.create_dataset(name, data=data, **guard)
-        dataset.attrs["units"] = NUMBERS[name].unit
-        if wide:
-            dataset.dims[0].attach_scale(speed)
-        arrays.append(data)
-    _link(file, "numbers", "flash_temperature", ["speed"], list(member.numbers))
-    return arrays
-
-
-def _fill_stress(file: Any, member: Member) -> list[NDArray[Any]]:
-    arrays = [np.ascontiguousarray(values, dtype="<f8") for values in (member.wavenumber, member.spectrum)]
-    scale = _store_scale(file, "wavenumber", arrays[0], "1/m")
-    signal = file.create_dataset("stress_spectrum", data=arrays[1], chunks=arrays[1].shape, fletcher32=True)
-    signal.attrs["units"] = "Pa^2"
-    signal.dims[0].attach_scale(scale)
-    _link(file, "stress", "stress_spectrum", ["wavenumber"], [])
-    return arrays
+    file.attrs["sha256"] = _digest(header, guarded)
 
 
 def _fill_fields(file: Any, member: Member) -> None:
+    """Store the kept fields, each with its own digest: a reader of the numbers need not read them."""
     shape = next(iter(member.fields.values())).shape
     for axis, points, length in zip("xy", shape, member.lengths, strict=True):
-        _store_scale(file, axis, np.arange(points) * (length / points), "m")
+        _add(file, axis, np.arange(points) * (length / points), "m").make_scale(axis)
     for name, values in member.fields.items():
         data = np.ascontiguousarray(values, dtype="<f4")
-        chunks = tuple(min(n, 256) for n in data.shape)
-        options = {"compression": "gzip", "compression_opts": 1, "shuffle": True, "fletcher32": True}
-        dataset = file.create_dataset(name, data=data, chunks=chunks, **options)
-        dataset.attrs.update(units=FIELD_UNITS[name], sha256=_digest(name, [data]), interpretation="image")
-        for number, scale in enumerate("xy"):
-            dataset.dims[number].attach_scale(file[scale])
+        # small chunks: viewers read a part of a large field at a time
+        options = {"chunks": tuple(min(points, 256) for points in shape), "compression": "gzip", "compression_opts": 1}
+        attributes = {"sha256": _digest(name, [data]), "interpretation": "image"}
+        _add(file, name, data, FIELD_UNITS[name], [file["x"], file["y"]], attributes, shuffle=True, **options)
     _link(file, "fields", "pressure", ["x", "y"], [name for name in member.fields if name != "pressure"])
 
 
-def _store_scale(file: Any, name: str, data: Array, unit: str) -> Any:
-    scale = file.create_dataset(name, data=data, chunks=data.shape, fletcher32=True)
-    scale.attrs["units"] = unit
-    scale.make_scale(name)
-    return scale
+def _add(
+    file: Any,
+    name: str,
+    data: NDArray[Any],
+    unit: str,
+    axes: Sequence[Any] = (),
+    attributes: dict[str, str] | None = None,
+    **options: Any,
+) -> Any:
+    """Store an array over datasets that are its axes, and return its dataset."""
+    if data.ndim:  # HDF5 guards chunks by a checksum; a scalar takes no filter
+        options = {"chunks": data.shape, "fletcher32": True} | options
+    dataset = file.create_dataset(name, data=data, **options)
+    dataset.attrs.update({"units": unit} | (attributes or {}))
+    for number, axis in enumerate(axes):
+        dataset.dims[number].attach_scale(axis)
+    return dataset
 
 
 def _link(file: Any, name: str, signal: str, axes: list[str], others: list[str]) -> None:
@@ -250,22 +238,45 @@ def _link(file: Any, name: str, signal: str, axes: list[str], others: list[str])
             group[array] = file[array]
 
 
-def _take(file: Any, path: Path, with_fields: bool) -> Member:
+def _digest(text: str, arrays: Iterable[NDArray[Any]]) -> str:
+    digest = hashlib.sha256(text.encode())
+    for array in arrays:
+        digest.update(np.ascontiguousarray(array).data)
+    return digest.hexdigest()
+
+
+def _opened(path: Path, content: bytes, fields: Sequence[str]) -> Member:
+    """Return the member in the bytes of an HDF5 file; whatever goes wrong inside means that the file is damaged."""
+    import h5py
+
+    try:
+        with h5py.File(io.BytesIO(content), "r") as file:
+            check_format(path, int(file.attrs["format_version"]))
+            check_hdf5(file, path)
+            return _taken(file, path, fields)
+    except RecordError:
+        raise
+    except (OSError, LookupError, ValueError, TypeError, RuntimeError) as error:
+        raise damaged(path, error) from error
+
+
+def _taken(file: Any, path: Path, fields: Sequence[str]) -> Member:
+    """Return what `_fill` stored; ValueError if a digest does not hold, or no writer of this format makes such."""
     text = str(file.attrs["header"])
-    header = _checked_header(json.loads(text))
+    header = json.loads(text)
+    _check_header(header)
     level, index = header["level"], header["index"]
     if member_path(path.parent.parent, level, index).name != path.name:
         raise ValueError(f"it holds level {level}, index {index}, not what its name says")
-    numbers: dict[str, Array] = {}
-    wavenumber = spectrum = np.empty(0)
-    arrays: list[Array] = []
-    if header["numbers"]:
-        numbers = {name: np.reshape(file[name][()], shape) for name, shape in header["numbers"]}
-        wavenumber, spectrum = file["wavenumber"][()], file["stress_spectrum"][()]
-        arrays = [*numbers.values(), wavenumber, spectrum]
-    if _digest(text, arrays) != file.attrs["sha256"]:
+    numbers = {name: np.reshape(file[name][()], shape) for name, shape in header["numbers"]}
+    wavenumber, spectrum = (file[name][()] if numbers else np.empty(0) for name in ("wavenumber", "stress_spectrum"))
+    if _digest(text, [*numbers.values(), wavenumber, spectrum]) != file.attrs["sha256"]:
         raise ValueError("its SHA-256 does not match")
-    fields = {name: _field(file[name], name, shape) for name, shape in header["fields"] if with_fields}
+    kept: dict[str, list[int]] = dict(header["fields"])
+    arrays: dict[str, NDArray[np.float32]] = {name: file[name][()] for name in kept if name in fields}
+    for name, data in arrays.items():
+        if _digest(name, [data]) != file[name].attrs["sha256"] or list(data.shape) != kept[name]:
+            raise ValueError(f"the SHA-256 of its {name} does not match")
     return Member(
         level,
         index,
@@ -273,45 +284,25 @@ def _take(file: Any, path: Path, with_fields: bool) -> Member:
         numbers,
         wavenumber,
         spectrum,
-        fields,
+        arrays,
         (header["lengths"][0], header["lengths"][1]),
         tuple(header["speeds"]),
         header["provenance"],
-        tuple(name for name, _ in header["fields"]),
+        tuple(kept),
     )
 
 
-def _one_field(file: Any, _: Path, name: str) -> NDArray[np.float32]:
-    return _field(file[name], name)
-
-
-def _field(dataset: Any, name: str, shape: list[int] | None = None) -> NDArray[np.float32]:
-    data: NDArray[np.float32] = dataset[()]
-    if _digest(name, [data]) != dataset.attrs["sha256"] or list(data.shape) != (shape or list(data.shape)):
-        raise ValueError(f"the SHA-256 of its {name} does not match")
-    return data
-
-
-def _checked_header(header: dict[str, Any]) -> dict[str, Any]:
-    """Return what `_header` made; ValueError if some of it is not what the writer writes."""
-    wide = len(header["speeds"])
+def _check_header(header: dict[str, Any]) -> None:
+    """Refuse a header that no writer of this format makes, ValueError: who forges one can forge its digest too."""
+    speeds = len(header["speeds"])
     sound = {
         "numbers": all(
-            name in NUMBERS and shape == [wide if NUMBERS[name].per_speed else 1] for name, shape in header["numbers"]
+            name in NUMBERS and shape == [speeds if NUMBERS[name].per_speed else 1] for name, shape in header["numbers"]
         ),
         "fields": all(name in FIELD_UNITS and len(shape) == 2 for name, shape in header["fields"]),
         "failure": isinstance(header["failure"], str) and bool(header["failure"]) != bool(header["numbers"]),
         "provenance": isinstance(header["provenance"], dict),
     }
-    for name, good in sound.items():
-        if not good:
+    for name, as_written in sound.items():
+        if not as_written:
             raise ValueError(f"its header has {name} that no writer of this format makes")
-    return header
-
-
-def check_format(path: Path, version: int) -> None:
-    """Refuse a version of the format that this reader does not know, RecordError."""
-    if version > FORMAT:
-        raise RecordError(f"{path} has format version {version}; this roughsim reads up to {FORMAT}: update it")
-    if version < FORMAT:
-        raise RecordError(f"{path} has format version {version}; this roughsim reads {FORMAT}: run the scene again")

@@ -21,7 +21,8 @@ ROOT = Path(__file__).parents[2]
 ARRAY = """
 import sys, time
 import roughsim as rs
-from roughsim.ensemble import claims, members, tasks
+from roughsim.ensemble import members, tasks
+from roughsim.store import claims
 
 claims.LEASE, claims.RENEWAL, tasks.PAUSE = 3.0, 0.2, 0.05
 genuine = members.realize
