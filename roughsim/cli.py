@@ -1,24 +1,19 @@
-"""The command line: each verb is one public function."""
+"""The command line: each verb is one public function, and imports what it needs itself: help comes at once."""
 
 from __future__ import annotations
 
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
-import typer
+from typer import Argument, Exit, Option, Typer
 
+import roughsim as rs
 from roughsim.show.text import errors_in_one_line, fail, print_in_any_language, say, show_warnings_once, tell, warn
 
-if TYPE_CHECKING:
-    from roughsim.comparison.compare import Comparison
-    from roughsim.results.run import Run
-    from roughsim.scene import Scene
-
-app = typer.Typer(
+app = Typer(
     name="roughsim",
-    help="Monte Carlo simulation of rough sliding contacts, beside the analytic theory of the flash temperature.",
     rich_markup_mode=None,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -26,118 +21,104 @@ app = typer.Typer(
 )
 
 
-def _scenes(incomplete: str) -> list[str]:
-    """The bundled scenes that a word may become, for completion in the shell."""
+def complete_scene(incomplete: str) -> list[str]:
+    """Return the bundled scenes that a word may become, for completion in the shell."""
     from roughsim.scene import bundled_scenes
 
     return [name for name in bundled_scenes() if name.startswith(incomplete)]
 
 
-SceneName = Annotated[
-    str,
-    typer.Argument(
-        metavar="SCENE", help="A bundled scene (roughsim new lists them) or a path.", autocompletion=_scenes
-    ),
-]
-RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="The folder of a run.")]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON (SI units) for programs.")]
-Workers = Annotated[int | None, typer.Option(min=1, help="Processes; all cores if left out.")]
+def complete_form(incomplete: str) -> list[str]:
+    """Return the scenes, and the blank form, that a word may become."""
+    return [*complete_scene(incomplete), *(name for name in ("blank",) if name.startswith(incomplete))]
 
 
-def _version(wanted: bool) -> None:
-    if wanted:
-        from roughsim import __version__
+def print_version(asked: bool) -> None:
+    """Print the version and end, if asked."""
+    if asked:
+        say(f"roughsim {rs.__version__}")
+        raise Exit
 
-        say(f"roughsim {__version__}")
-        raise typer.Exit
+
+SceneName = Annotated[str, Argument(metavar="SCENE", help="A file or a bundled scene.", autocompletion=complete_scene)]
+RunFolder = Annotated[Path, Argument(metavar="RUN", help="The folder of a run.")]
+Json = Annotated[bool, Option("--json", help="Print JSON (SI units) for programs.")]
+Chart = Annotated[Path | None, Option(metavar="FILE", help="Draw the figure: .png, .pdf or .svg.")]
+Output = Annotated[Path | None, Option("-o", "--output", metavar="FILE", help="Left out: a file beside RUN.")]
+Workers = Annotated[int | None, Option(metavar="N", min=1, help="Processes; all cores if left out.")]
 
 
 @app.callback()
 def options(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
-    ] = False,
+    version: Annotated[bool, Option("--version", callback=print_version, is_eager=True, help="The version.")] = False,
 ) -> None:
-    """Monte Carlo simulation of rough sliding contacts, beside the analytic theory of the flash temperature."""
+    """Flash temperatures of rough sliding contacts: Monte Carlo simulation beside the analytic theory."""
 
 
 @app.command()
 def demo(
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the run.")] = Path("roughsim-demo"),
+    output: Annotated[Path, Option("-o", "--output", metavar="RUN", help="Folder of the run.")] = Path("roughsim-demo"),
     workers: Workers = None,
 ) -> None:
-    """Run and compare the scene `demo`, and draw the picture, in less than a minute."""
-    from roughsim.scene import load_scene
-
-    result = _run(load_scene("demo"), output, workers=workers)
-    _compare(result, chart=output / "comparison.png", as_json=False)
+    """Run a small scene, compare it with theory, and draw the picture. It takes less than a minute."""
+    run("demo", output, workers=workers)
+    compare(output, chart=output / "comparison.png")
 
 
 @app.command()
 def new(
     name: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="NAME",
-            help="A bundled scene, or blank: a form with every key; left out: list them.",
-            autocompletion=lambda incomplete: [*_scenes(incomplete), *["blank"][: "blank".startswith(incomplete)]],
-        ),
+        str | None, Argument(metavar="NAME", help="Left out: list all.", autocompletion=complete_form)
     ] = None,
 ) -> None:
-    """Print a bundled scene, commented, to start from: roughsim new demo > my.toml."""
+    """List the bundled scenes, or print one to start your own from. `blank` is a form with every key.
+
+    For example: roughsim new demo > my.toml
+    """
     from roughsim.scene import BLANK, bundled_scenes, scene_text
 
-    if name is None:
-        say("\n".join((*bundled_scenes(), BLANK)))
-    else:
-        say(scene_text(name).rstrip("\n"))
-
-
-@app.command()
-def plan(
-    scene: SceneName,
-    target_error: Annotated[
-        float | None, typer.Option(help="Relative error aimed at in T_flash; the scene's `until` if left out.")
-    ] = None,
-    as_json: Json = False,
-) -> None:
-    """Show how a scene would be computed, each choice with its reason."""
-    from roughsim.planning.limits import judge
-    from roughsim.planning.plan import plan as make_plan
-    from roughsim.planning.plan import plan_table
-    from roughsim.scene import load_scene
-
-    loaded = load_scene(scene)
-    numerics = make_plan(loaded, target_error)
-    judged = judge(loaded, numerics)
-    if as_json:
-        reasons = [reason._asdict() for reason in numerics.reasons]
-        say(json.dumps(numerics.to_dict() | {"reasons": reasons} | judged.to_dict(), indent=1))
-    else:
-        _print(plan_table(numerics.reasons), *judged.tables())
-        for line in judged.warnings:
-            warn(line)
+    say("\n".join((*bundled_scenes(), BLANK)) if name is None else scene_text(name).rstrip("\n"))
 
 
 @app.command()
 def theory(
     scene: SceneName,
     as_json: Json = False,
-    trust: Annotated[bool, typer.Option("--trust", help="Say how far the theory is known to be off here.")] = False,
+    trust: Annotated[bool, Option("--trust", help="Say how far the theory is known to be off here.")] = False,
 ) -> None:
-    """Evaluate the analytic theory of a scene over its whole spectrum."""
+    """Print what the analytic theory expects of a scene."""
     from roughsim.comparison.tables import theory_dict, theory_table, trust_table
     from roughsim.comparison.trust import trust as look_up
     from roughsim.planning.limits import judge
-    from roughsim.scene import load_scene
 
-    loaded = load_scene(scene)
-    known, judged = look_up(loaded) if trust else None, judge(loaded)
+    loaded = rs.load_scene(scene)
+    reliability, judged = look_up(loaded) if trust else None, judge(loaded)
     if as_json:
-        told = theory_dict(loaded) | judged.to_dict() | ({"trust": known.to_dict()} if known else {})
-        say(json.dumps(told, indent=1))
+        print_json(theory_dict(loaded) | judged.to_dict() | ({"trust": reliability.to_dict()} if reliability else {}))
     else:
-        _print(theory_table(loaded), *([trust_table(known)] if known else []), *judged.tables())
+        print_parts(theory_table(loaded), *([trust_table(reliability)] if reliability else []), *judged.tables())
+        for line in judged.warnings:
+            warn(line)
+
+
+@app.command()
+def plan(
+    scene: SceneName,
+    target_error: Annotated[float | None, Option(metavar="X", help="Error of T_flash to reach: 0.01 is 1 %.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Show how a scene would be computed, and why so."""
+    from roughsim.planning.limits import judge
+    from roughsim.planning.plan import plan_table
+
+    loaded = rs.load_scene(scene)
+    numerics = rs.plan(loaded, target_error)
+    judged = judge(loaded, numerics)
+    if as_json:
+        reasons = [reason._asdict() for reason in numerics.reasons]
+        print_json(numerics.to_dict() | {"reasons": reasons} | judged.to_dict())
+    else:
+        print_parts(plan_table(numerics.reasons), *judged.tables())
         for line in judged.warnings:
             warn(line)
 
@@ -145,170 +126,169 @@ def theory(
 @app.command()
 def run(
     scene: SceneName,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="RUN", help="Folder of the run; resumed if there.")],
-    until: Annotated[
-        list[str] | None,
-        typer.Option(metavar="OBSERVABLE=PERCENT", help="Stop at this 95 % half-width, e.g. flash_temperature=1%."),
-    ] = None,
-    most: Annotated[int | None, typer.Option("--max", min=1, help="Stop after this many realizations.")] = None,
+    output: Annotated[Path, Option("-o", "--output", metavar="RUN", help="Folder of the run, new or begun.")],
+    until: Annotated[list[str] | None, Option(metavar="OBSERVABLE=PERCENT", help="Stop at this 95 % error.")] = None,
+    most: Annotated[int | None, Option("--max", metavar="N", min=1, help="Stop after N realizations.")] = None,
     workers: Workers = None,
-    threads: Annotated[int | None, typer.Option(min=1, help="Threads of each realization.")] = None,
-    keep_fields: Annotated[
-        int | None, typer.Option(min=0, help="Store the fields of the first K realizations.")
-    ] = None,
+    threads: Annotated[int | None, Option(metavar="N", min=1, help="Threads of each process.")] = None,
+    keep_fields: Annotated[int | None, Option(metavar="K", min=0, help="Store the fields of the first K.")] = None,
 ) -> None:
-    """Compute an ensemble of realizations; the same command goes on where it was stopped."""
+    """Compute realizations of a scene. The same command goes on where it was stopped.
+
+    For example: roughsim run demo -o runs/demo --until flash_temperature=1%
+    """
     from dataclasses import replace
 
-    from roughsim.ensemble.progress import targets
-    from roughsim.scene import load_scene
+    from roughsim.ensemble.progress import run_shown, targets
 
-    loaded = load_scene(scene)
-    given = {"threads": threads, "keep_fields": keep_fields}
-    chosen: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
-    if chosen:
-        loaded = replace(loaded, numerics=replace(loaded.numerics, **chosen))
-    result = _run(loaded, output, until=targets(until), max_realizations=most, workers=workers)
+    loaded = rs.load_scene(scene)
+    changes: dict[str, Any] = {"threads": threads, "keep_fields": keep_fields}
+    changes = {key: value for key, value in changes.items() if value is not None}
+    if changes:
+        loaded = replace(loaded, numerics=replace(loaded.numerics, **changes))
+    try:
+        result = run_shown(loaded, output, workers, until=targets(until), max_realizations=most)
+    except KeyboardInterrupt:  # caught here: typer would end without a word
+        fail("stopped; what was computed is stored, and the same command goes on from there", 130)
     if result.failed > 0.01 * result.realizations:
-        raise typer.Exit(1)
-
-
-@app.command()
-def compare(
-    run: RunFolder,
-    chart: Annotated[Path | None, typer.Option(metavar="F", help="Draw the figure: .png, .pdf or .svg.")] = None,
-    as_json: Json = False,
-) -> None:
-    """Set a run beside the theory: theory, smoothed, capped, and their ratios with errors."""
-    from roughsim.results.folder import open_run
-
-    _compare(open_run(run), chart=chart, as_json=as_json)
+        raise Exit(1)
 
 
 @app.command()
 def status(run: RunFolder, as_json: Json = False) -> None:
-    """Say where a run stands: members, mean ± error, time left, failures; also while it is being computed."""
+    """Show how far a run is: means and errors, failures, time left. It may still be computed."""
     from roughsim.ensemble.status import status_dict, status_lines
 
-    opened = _opened(run)
+    opened = open_without_damaged(run)
     if as_json:
-        say(json.dumps(status_dict(opened), indent=1))
+        print_json(status_dict(opened))
     else:
-        _print(*status_lines(opened))
+        print_parts(*status_lines(opened))
+
+
+@app.command()
+def compare(run: RunFolder, chart: Chart = None, as_json: Json = False) -> None:
+    """Compare a run with the theory, in a table of values and ratios."""
+    from roughsim.comparison.tables import comparison_table, trust_table
+    from roughsim.comparison.trust import trust
+
+    opened = rs.open_run(run)
+    comparison = rs.compare(opened)
+    if as_json:
+        print_json(comparison.to_dict())
+    else:
+        print_parts(comparison_table(comparison), trust_table(trust(opened.scene)))
+    if chart is not None:
+        comparison.chart(chart)
+        tell(f"picture: {chart}")
 
 
 @app.command()
 def plot(
     run: RunFolder,
-    quantity: Annotated[
-        str,
-        typer.Argument(
-            metavar="QUANTITY",
-            help="heights, pressure, temperature, heat_flux (maps), distribution, spectrum, correlation or profile.",
-        ),
-    ],
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="F", help="Picture: .png, .pdf or .svg; beside RUN.")
-    ] = None,
-    realization: Annotated[int | None, typer.Option("-r", min=0, metavar="K", help="A kept realization.")] = None,
-    speed: Annotated[float | None, typer.Option(metavar="V", help="m/s; the scene's highest if left out.")] = None,
-    column: Annotated[str | None, typer.Option(help="smoothed, capped or elastic.")] = None,
-    zoom: Annotated[str | None, typer.Option(metavar="X0:X1,Y0:Y1", help="The part of a map that is drawn, m.")] = None,
-    side_by_side: Annotated[
-        bool, typer.Option("--side-by-side", help="Heights and pressure beside the temperature (or heat_flux).")
-    ] = False,
+    quantity: Annotated[str, Argument(metavar="QUANTITY", help="A map or a curve, see above.")],
+    output: Output = None,
+    realization: Annotated[int | None, Option("-r", metavar="K", min=0, help="A realization with kept fields.")] = None,
+    speed: Annotated[float | None, Option(metavar="V", help="In m/s; left out: the scene's highest.")] = None,
+    column: Annotated[str | None, Option(metavar="COLUMN", help="smoothed, capped or elastic.")] = None,
+    zoom: Annotated[str | None, Option(metavar="X0:X1,Y0:Y1", help="Draw this part of a map; in m.")] = None,
+    side_by_side: Annotated[bool, Option("--side-by-side", help="Add heights and pressure to the map.")] = False,
 ) -> None:
-    """Draw a field or a curve of a run; temperatures are recomputed from the stored pressure."""
+    """Draw a map or a curve of a run, as .png, .pdf or .svg.
+
+    Maps: heights, pressure, temperature, heat_flux. Curves: distribution, spectrum, correlation, profile. Temperatures
+    are computed from the stored pressure.
+    """
     from roughsim.charts import plot_run
 
-    options: dict[str, Any] = {"realization": realization, "speed": speed, "column": column}
-    options |= {"zoom": _zoom(zoom), "side_by_side": side_by_side}
-    opened = _opened(run)
-    place = plot_run(opened, quantity, output, **options)
-    _tell_made(opened, f"picture: {place}")
-
-
-@app.command()
-def report(
-    run: RunFolder,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="F", help="The page: .html; beside RUN if left out.")
-    ] = None,
-) -> None:
-    """Write a run as one page to mail: scene, plan, comparison, errors, pictures and provenance."""
-    from roughsim.report import report_run
-
-    place = report_run(_opened(run), output)
-    tell(f"report: {place}, {place.stat().st_size / 1e6:.3g} MB")
-
-
-@app.command()
-def export(
-    run: RunFolder,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="F", help="The file: .h5, .hdf5 or .nc.")],
-    bits: Annotated[
-        int | None, typer.Option(min=1, max=23, metavar="N", help="Mantissa bits that fields keep; all 23 if left out.")
-    ] = None,
-    surface: Annotated[
-        int | None,
-        typer.Option(min=0, metavar="K", help="Only the heights of realization K, as .nc or .npy for other programs."),
-    ] = None,
-) -> None:
-    """Write the numbers of all members and the kept fields into one HDF5 (netCDF-4) file."""
-    from roughsim.results.export import export_run
-    from roughsim.results.folder import open_run
-    from roughsim.results.surfaces import export_surface
-
-    if surface is not None and bits is not None:
-        raise ValueError("--bits does not go with --surface, which keeps all digits; leave one of them out")
-    opened = open_run(run)
-    place = export_run(opened, output, bits) if surface is None else export_surface(opened, output, surface)
-    _tell_made(opened, f"file: {place}, {place.stat().st_size / 1e6:.3g} MB")
+    choices: dict[str, Any] = {"realization": realization, "speed": speed, "column": column}
+    choices |= {"zoom": parse_zoom(zoom), "side_by_side": side_by_side}
+    opened = open_without_damaged(run)
+    tell_made(opened, f"picture: {plot_run(opened, quantity, output, **choices)}")
 
 
 @app.command()
 def explore(
     run: RunFolder,
-    port: Annotated[
-        int | None, typer.Option(min=1, max=65535, help="Where it is served; the first free one from 5006 if left out.")
-    ] = None,
-    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the web browser.")] = True,
+    port: Annotated[int | None, Option(metavar="N", min=1, max=65535, help="Left out: first free from 5006.")] = None,
+    browser: Annotated[bool, Option("--browser/--no-browser", help="Open the page in the web browser.")] = True,
 ) -> None:
-    """Serve a page to look at a run, also while it is being computed: fields, any speed and direction, curves."""
+    """Look at a run in the web browser: fields at any speed, curves. It may still be computed."""
     from roughsim.explore import explore as serve
 
-    def announce(address: str) -> None:
-        tell(f"page: {address} (this computer only; Ctrl-C ends it)")
+    serve(
+        run,
+        port=port,
+        browser=browser,
+        announce=lambda address: tell(f"page: {address} (this computer only; Ctrl-C ends it)"),
+    )
 
-    serve(run, port=port, browser=browser, announce=announce)
+
+@app.command()
+def report(run: RunFolder, output: Output = None) -> None:
+    """Write a run as one .html page to mail. It holds scene, plan, comparison, errors and pictures."""
+    from roughsim.report import report_run
+
+    page = report_run(open_without_damaged(run), output)
+    tell(f"report: {page}, {page.stat().st_size / 1e6:.3g} MB")
+
+
+@app.command()
+def export(
+    run: RunFolder,
+    output: Annotated[Path, Option("-o", "--output", metavar="FILE", help="The file.")],
+    bits: Annotated[int | None, Option(metavar="N", min=1, max=23, help="Mantissa bits of fields, of 23.")] = None,
+    surface: Annotated[int | None, Option(metavar="K", min=0, help="Only heights of realization K: .nc, .npy.")] = None,
+) -> None:
+    """Write the numbers and the kept fields of a run into one file. It is HDF5 (netCDF-4): .h5, .hdf5 or .nc."""
+    from roughsim.results.export import export_run
+    from roughsim.results.surfaces import export_surface
+
+    if surface is not None and bits is not None:
+        raise ValueError("--bits does not go with --surface, which keeps all digits; leave one of them out")
+    opened = rs.open_run(run)
+    file = export_run(opened, output, bits) if surface is None else export_surface(opened, output, surface)
+    tell_made(opened, f"file: {file}, {file.stat().st_size / 1e6:.3g} MB")
 
 
 @app.command()
 def bench(
     scene: SceneName,
-    stage: Annotated[
-        list[str] | None, typer.Option(help="surface, contact, heat, moments, theory or chain; all if left out.")
-    ] = None,
-    realizations: Annotated[int, typer.Option(min=4, help="Members that scatter and bias are measured with.")] = 8,
-    chart: Annotated[Path | None, typer.Option(metavar="F", help="Draw the figure: .png, .pdf or .svg.")] = None,
+    stage: Annotated[list[str] | None, Option(metavar="STAGE", help="May be repeated; left out: all.")] = None,
+    realizations: Annotated[int, Option(metavar="N", min=4, help="Members to measure scatter and bias with.")] = 8,
+    chart: Chart = None,
     as_json: Json = False,
 ) -> None:
-    """Measure error and cost of the ways to compute a scene, and where the plan's choice lies among them."""
+    """Measure error and cost of the ways to compute a scene. The choice of the plan is marked.
+
+    Stages: surface, contact, heat, moments, theory, chain.
+    """
     from roughsim.bench import STAGES, bench_chart, bench_dict, bench_tables
     from roughsim.bench import bench as measure
-    from roughsim.scene import load_scene
 
-    points = measure(load_scene(scene), stages=stage or STAGES, realizations=realizations)
+    points = measure(rs.load_scene(scene), stages=stage or STAGES, realizations=realizations)
     if as_json:
-        say(json.dumps(bench_dict(points), indent=1))
+        print_json(bench_dict(points))
     else:
-        _print(*bench_tables(points))
+        print_parts(*bench_tables(points))
     if chart is not None:
         bench_chart(points, chart)
         tell(f"picture: {chart}")
 
 
-def _zoom(text: str | None) -> Any:
+@app.command()
+def doctor(as_json: Json = False) -> None:
+    """Check this installation, and compute two exact cases. Exits with 1 if something is wrong."""
+    from roughsim.doctor import examine, lines
+
+    findings = examine(Path())
+    say(json.dumps(findings, indent=1) if as_json else "\n".join(lines(findings)))
+    if not findings["sound"]:
+        raise Exit(1)
+
+
+def parse_zoom(text: str | None) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """Return the ends along x and y, m, of "X0:X1,Y0:Y1"; None for None."""
     if text is None:
         return None
     try:
@@ -318,60 +298,29 @@ def _zoom(text: str | None) -> Any:
         raise ValueError(f"--zoom {text}: write X0:X1,Y0:Y1 in m, for example 0:5e-4,2e-4:7e-4") from None
 
 
-def _opened(folder: Path) -> Run:
-    """The run for looking at: damaged files are named, and the others shown."""
-    from roughsim.results.folder import open_run
-
-    run = open_run(folder, damaged="skip")
+def open_without_damaged(folder: Path) -> Any:
+    """Open a run to look at it: damaged files are named on the terminal and left out."""
+    run = rs.open_run(folder, damaged="skip")
     for reason in run.damaged.values():
         tell(f"left out: {reason}")
     return run
 
 
-def _tell_made(run: Run, made: str) -> None:
-    """Tell which file was made, and what it lacks because members are missing in the middle of the run."""
+def tell_made(run: Any, made: str) -> None:
+    """Tell which file was made of a run, and which members it lacks."""
     from roughsim.results.gaps import gap
 
     for line in (*gap(run), made):
         tell(line)
 
 
-@app.command()
-def doctor(as_json: Json = False) -> None:
-    """Say what is installed and what is missing, and compute two exact cases; exits with 1 if something is wrong."""
-    from roughsim.doctor import examine, lines
-
-    found = examine(Path())
-    say(json.dumps(found, indent=1) if as_json else "\n".join(lines(found)))
-    if not found["sound"]:
-        raise typer.Exit(1)
+def print_json(value: Any) -> None:
+    """Print a value as JSON."""
+    say(json.dumps(value, indent=1))
 
 
-def _run(scene: Scene, output: Path, *, workers: int | None, **options: Any) -> Run:
-    from roughsim.ensemble.progress import run_shown
-
-    try:
-        return run_shown(scene, output, workers, **options)
-    except KeyboardInterrupt:  # here, since the command line's own frame would swallow it without a word
-        fail("stopped; what was computed is stored, and the same command goes on from there", 130)
-
-
-def _compare(run: Run, *, chart: Path | None, as_json: bool) -> None:
-    from roughsim.comparison.compare import compare as set_beside
-    from roughsim.comparison.tables import comparison_table, trust_table
-    from roughsim.comparison.trust import trust
-
-    table: Comparison = set_beside(run)
-    if as_json:
-        say(json.dumps(table.to_dict(), indent=1))
-    else:
-        _print(comparison_table(table), trust_table(trust(run.scene)))
-    if chart is not None:
-        table.chart(chart)
-        tell(f"picture: {chart}")
-
-
-def _print(*parts: Any) -> None:
+def print_parts(*parts: Any) -> None:
+    """Print lines and tables."""
     from roughsim.show.terminal import PlainConsole
 
     PlainConsole().print_parts(*parts)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -141,6 +142,23 @@ def test_help_helps():
         assert verb in out
     out, _ = call("--version")
     assert out.startswith("roughsim ")
+
+
+def test_the_list_of_verbs_cuts_no_sentence_on_a_terminal_of_80_columns(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    code, out, _ = inside(capsys, "--help")
+    assert code == 0
+    verbs = out.partition("Commands:\n")[2].splitlines()
+    assert [line.split()[0] for line in verbs] == [
+        info.name or info.callback.__name__ for info in cli.app.registered_commands
+    ]
+    assert all(line.endswith(".") and not line.endswith("...") for line in verbs)
+
+
+def test_the_readme_lists_the_verbs_that_there_are():
+    readme = (ROOT / "README.md").read_text()
+    verbs = {info.name or info.callback.__name__ for info in cli.app.registered_commands}
+    assert set(re.findall(r"^\| `roughsim (\w+)", readme, re.MULTILINE)) == verbs
 
 
 def test_too_many_failures_make_the_exit_code_tell(capsys, tmp_path, quick, monkeypatch):
