@@ -2,6 +2,8 @@
 
     python docs/flow.py
 
+The tree of rooms and modules in CONTRIBUTING.md is written too, from the first line of each docstring.
+
 An arrow goes from a module to one that imports it. Where a longer way exists the short arrow is left out, so that what
 remains is the order in which one has to understand the modules. A module stands one row below the lowest that it
 imports.
@@ -17,6 +19,7 @@ from pathlib import Path
 HERE = Path(__file__).parent
 PACKAGE = HERE.parent / "roughsim"
 DATA, PICTURE, PAGE = HERE / "figures" / "data.svg", HERE / "figures" / "flow.svg", HERE / "reference" / "flow.md"
+TREE = HERE.parent / "CONTRIBUTING.md"
 START, END = "<!-- modules: written by docs/flow.py -->\n", "<!-- end -->"
 WIDTH, HEIGHT, GAP, DOWN = 112, 28, 24, 64  # a box, the space beside it, and from one row to the next, px
 COLORS = {"data": "#eef3f8", "theory": "#fdeed7", "edge": "#ece6f5"}
@@ -248,25 +251,47 @@ def box(name: str, x: int, y: int) -> str:
 
 
 def table(graph: Graph) -> str:
-    """What each module is for, in its own words, and what it imports, in the order of the picture."""
+    """What each room is for, in its own words, and what it imports, in the order of the picture."""
     depth = depths(graph)
     lines = ["| room | what it does | imports |", "|---|---|---|"]
     for name in sorted(graph, key=lambda name: (depth[name], name)):
         home = HERE.parent / "theory" if name == "theory" else PACKAGE / name
         path = home / "__init__.py" if home.is_dir() else home.with_suffix(".py")
-        words = (ast.get_docstring(ast.parse(path.read_text())) or "").partition("\n")[0].replace("|", "\\|")
-        lines.append(f"| `{name}` | {words} | {', '.join(sorted(graph[name])) or '–'} |")
+        summary = first_line(path).replace("|", "\\|")
+        lines.append(f"| `{name}` | {summary} | {', '.join(sorted(graph[name])) or '–'} |")
     return "\n".join(lines) + "\n"
 
 
-def page(text: str, graph: Graph) -> str:
-    """The page with its table written anew."""
+def first_line(path: Path) -> str:
+    """What a module says of itself first."""
+    return (ast.get_docstring(ast.parse(path.read_text())) or "").partition("\n")[0]
+
+
+def tree(graph: Graph) -> str:
+    """The rooms in the order of the picture, their modules indented below them, each with its first line."""
+    depth = depths(graph)
+    lines = ["```text", "roughsim/"]
+    for name in sorted(set(graph) - {"theory"}, key=lambda name: (depth[name], name)):
+        folder = PACKAGE / name
+        if folder.with_suffix(".py").exists():
+            lines.append(f"  {name + '.py':28}{first_line(folder.with_suffix('.py'))}")
+            continue
+        lines.append(f"  {name + '/':28}{first_line(folder / '__init__.py')}")
+        for path in sorted(folder.rglob("*.py"), key=lambda path: (path.parent, path.name)):
+            if path.name != "__init__.py":
+                lines.append(f"    {path.relative_to(folder).as_posix():26}{first_line(path)}")
+    return "\n".join([*lines, "```"]) + "\n"
+
+
+def page(text: str, written: str) -> str:
+    """A page with what stands between its marks written anew."""
     before, _, rest = text.partition(START)
-    return before + START + "\n" + table(graph) + "\n" + END + rest.partition(END)[2]
+    return before + START + "\n" + written + "\n" + END + rest.partition(END)[2]
 
 
 if __name__ == "__main__":
     found = imports()
     DATA.write_text(data_picture())
     PICTURE.write_text(picture(found))
-    PAGE.write_text(page(PAGE.read_text(), found))
+    PAGE.write_text(page(PAGE.read_text(), table(found)))
+    TREE.write_text(page(TREE.read_text(), tree(found)))

@@ -165,7 +165,8 @@ def test_the_picture_and_the_table_of_the_modules_are_those_of_the_imports():
     assert flow.DATA.read_text() == flow.data_picture(), after
     assert set(flow.ROOMS) - {"theory"} <= set(graph)
     assert flow.PICTURE.read_text() == flow.picture(graph), after
-    assert flow.PAGE.read_text() == flow.page(flow.PAGE.read_text(), graph), after
+    assert flow.PAGE.read_text() == flow.page(flow.PAGE.read_text(), flow.table(graph)), after
+    assert flow.TREE.read_text() == flow.page(flow.TREE.read_text(), flow.tree(graph)), after
 
 
 def test_the_reference_has_every_public_name():
