@@ -5,36 +5,6 @@ are in the cache, and `blocks` shares work on one array out among threads.
 """
 
 from roughsim.fourier.library import backend, direct, get_threads, set_threads
-from roughsim.fourier.plans import (
-    ALIGNMENT,
-    PADDING,
-    LinePlans,
-    Lines,
-    Rows,
-    Transform,
-    aligned,
-    forward,
-    inverse,
-    line_plans,
-    lines,
-    rows,
-)
+from roughsim.fourier.plans import Transform, forward, inverse
 
-__all__ = [
-    "ALIGNMENT",
-    "PADDING",
-    "LinePlans",
-    "Lines",
-    "Rows",
-    "Transform",
-    "aligned",
-    "backend",
-    "direct",
-    "forward",
-    "get_threads",
-    "inverse",
-    "line_plans",
-    "lines",
-    "rows",
-    "set_threads",
-]
+__all__ = ["Transform", "backend", "direct", "forward", "get_threads", "inverse", "set_threads"]

@@ -34,7 +34,10 @@ def run(task: Callable[..., Any], blocks: list[Any]) -> list[Any]:
         while (k := next(order)) < len(blocks):
             results[k] = task(*blocks[k])
 
-    others = [_pool(threads - 1).submit(work) for _ in range(threads - 1)]
+    key = os.getpid(), threads - 1  # threads do not survive a fork
+    if key not in _pools:
+        _pools[key] = ThreadPoolExecutor(threads - 1, thread_name_prefix="roughsim")
+    others = [_pools[key].submit(work) for _ in range(threads - 1)]
     try:
         work()
     finally:
@@ -46,10 +49,3 @@ def run(task: Callable[..., Any], blocks: list[Any]) -> list[Any]:
 def total(parts: list[Any]) -> Any:
     """Sum tuples of partial sums, in the order of the blocks."""
     return parts[0] if len(parts) == 1 else tuple(np.sum(np.array(parts, np.float64), axis=0).tolist())
-
-
-def _pool(helpers: int) -> ThreadPoolExecutor:
-    key = os.getpid(), helpers  # threads do not survive a fork
-    if key not in _pools:
-        _pools[key] = ThreadPoolExecutor(helpers, thread_name_prefix="roughsim")
-    return _pools[key]

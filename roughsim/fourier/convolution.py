@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from roughsim.fourier import plans
-from roughsim.fourier.plans import Lines, Rows, lines
+from roughsim.fourier.plans import Lines, Transform, lines, transform
 
 _ROWS = 64  # rows at a time, of an influence
 _BLOCK = 256  # bytes of a row of columns taken at a time: they stay in the cache
@@ -18,143 +17,100 @@ _BLOCK = 256  # bytes of a row of columns taken at a time: they stay in the cach
 def convolve(field: NDArray[Any], response: NDArray[Any], shape: tuple[int, int], factor: float = 1.0) -> NDArray[Any]:
     """Return the part over `field` of its convolution, padded with zeros to `shape`, times `factor`.
 
-    Rows and columns of zeros are not transformed, and a column is multiplied and transformed back while it is in the
-    cache.
-
-    Parameters
-    ----------
-    field : ndarray
-        Real, shape (n_x, n_y).
-    response : ndarray
-        Half spectrum of the kernel as `forward` gives it, turned: shape (m_y//2 + 1, m_x).
-    shape : (int, int)
-        (m_x, m_y), not smaller than the field; the shape of the field itself for a periodic convolution.
-    factor : float
-        Factor on the result.
+    `field` is real, of shape (n_x, n_y); `shape` = (m_x, m_y) is not smaller, and the same for a periodic convolution.
+    `response` is the half spectrum of the kernel as `forward` gives it, turned: shape (m_y//2 + 1, m_x). Rows and
+    columns of zeros are not transformed, and a column is multiplied and transformed back while it is in the cache.
     """
-    rows = _rows_forward(field, shape)
-    for part, block in _columns_forward(rows.spectrum, shape):
-        _column_backward(block, block.result, response, part, rows.spectrum)
-    return _rows_backward(rows, field.shape, factor)
+    rows = transformed_rows(field, shape)
+    for part, block in transformed_columns(rows.spectrum, shape):
+        multiply_columns(block, block.result, response, part, rows.spectrum)
+    result: NDArray[Any] = np.multiply(rows.inverse()[:, : field.shape[1]], field.dtype.type(factor))
+    return result
 
 
 def convolutions(
     field: NDArray[Any], responses: Iterable[NDArray[Any]], shape: tuple[int, int], factor: float = 1.0
 ) -> Iterator[NDArray[Any]]:
-    """Yield `convolve` with one response after the other, from one forward transform of the field.
-
-    The parameters are those of `convolve`; the spectrum of the field is kept meanwhile.
-    """
-    rows = _rows_forward(field, shape)
+    """Yield `convolve` with one response after the other, from one forward transform of the field, which is kept."""
+    rows = transformed_rows(field, shape)
     source = np.empty((shape[1] // 2 + 1, shape[0]), rows.spectrum.dtype)
-    for part, block in _columns_forward(rows.spectrum, shape):
+    for part, block in transformed_columns(rows.spectrum, shape):
         source[part] = block.result[: part.stop - part.start]
     for response in responses:
-        rows, block = plans.rows((field.shape[0], shape[1]), field.dtype), _block(shape, field.dtype)
-        for part in _parts(shape, block):
-            _column_backward(block, source[part], response, part, rows.spectrum)
-        yield _rows_backward(rows, field.shape, factor)
+        rows = transform((field.shape[0], shape[1]), field.dtype, (1,))
+        for part, block in column_blocks(shape, field.dtype):
+            multiply_columns(block, source[part], response, part, rows.spectrum)
+        yield np.multiply(rows.inverse()[:, : field.shape[1]], field.dtype.type(factor))
 
 
 def influence_spectrum(
     influence: NDArray[np.float64], count: int, shape: tuple[int, int], dtype: DTypeLike
 ) -> NDArray[Any]:
-    """Return the response for `convolve` of a kernel given at all offsets in real space.
+    """Return the response for `convolve` of a kernel given at all offsets in real space, for fields of `dtype`.
 
-    Parameters
-    ----------
-    influence : ndarray
-        Kernel at the offsets −(n − 1) … n − 1, shape (2 n_x − 1, 2 n_y − 1); if it is even along y the offsets from 0
-        on are enough there, shape (2 n_x − 1, n_y).
-    count : int
-        n_y.
-    shape : (int, int)
-        (m_x, m_y), at least 2n − 1 each.
-    dtype : dtype
-        Real type of the fields.
-
-    Returns
-    -------
-    ndarray
-        Shape (m_y//2 + 1, m_x), complex.
+    `influence` has the offsets −(n − 1) … n − 1, shape (2 n_x − 1, 2 n_y − 1); if it is even along y the offsets from
+    0 on are enough there, shape (2 n_x − 1, n_y). `count` is n_y, and `shape` at least 2n − 1 each.
     """
-    nx = influence.shape[0] // 2 + 1
-    turned = _influence_rows(influence, count, shape[1])
-    result = np.empty((shape[1] // 2 + 1, shape[0]), np.result_type(dtype, np.complex64))
-    kernels, block = _column_kernels(), _block(shape, np.dtype(np.float64))
-    for part in _parts(shape, block):
-        width = part.stop - part.start
-        kernels.gather(turned[nx - 1 :], part.start, width, block.source)
-        block.source[:width, nx : shape[0] - nx + 1] = 0.0
-        kernels.gather(turned[: nx - 1], part.start, width, block.source[:, shape[0] - nx + 1 :])
-        block.forward()
-        np.multiply(block.result[:width], 1 / (shape[0] * shape[1]), out=result[part], casting="same_kind")
-    return result
+    from roughsim._kernels import columns as kernels
 
-
-def _influence_rows(influence: NDArray[np.float64], count: int, points: int) -> NDArray[np.complex128]:
-    """Transforms of the rows, each with its negative offsets at the end of `points` points."""
-    spectrum = np.empty((influence.shape[0], points // 2 + 1), np.complex128)
-    before = influence.shape[1] - count
-    rows = plans.rows((min(_ROWS, influence.shape[0]), points), np.dtype(np.float64))
-    for first in range(0, influence.shape[0], _ROWS):
+    # the rows, each with its negative offsets at the end; a few at a time
+    before, points, size = influence.shape[1] - count, shape[1], influence.shape[0]
+    spectrum = np.empty((size, points // 2 + 1), np.complex128)
+    rows = transform((min(_ROWS, size), points), np.float64, (1,))
+    for first in range(0, size, _ROWS):
         part = influence[first : first + _ROWS]
         field = rows.field[: part.shape[0]]
         field[:, :count], field[:, count : points - count + 1] = part[:, before:], 0.0
         if count > 1:
             field[:, 1 - count :] = part[:, :before] if before else part[:, :0:-1]
-        rows.forward()
-        spectrum[first : first + _ROWS] = rows.spectrum[: part.shape[0]]
-    return spectrum
+        spectrum[first : first + _ROWS] = rows.forward()[: part.shape[0]]
+    # the columns likewise
+    nx = size // 2 + 1
+    result = np.empty((points // 2 + 1, shape[0]), np.result_type(dtype, np.complex64))
+    for columns, block in column_blocks(shape, np.float64):
+        width = columns.stop - columns.start
+        kernels.gather(spectrum[nx - 1 :], columns.start, width, block.source)
+        block.source[:width, nx : shape[0] - nx + 1] = 0.0
+        kernels.gather(spectrum[: nx - 1], columns.start, width, block.source[:, shape[0] - nx + 1 :])
+        block.forward()
+        np.multiply(block.result[:width], 1 / (shape[0] * shape[1]), out=result[columns], casting="same_kind")
+    return result
 
 
-def _column_kernels() -> Any:
-    """The compiled loops: imported on first use, for numba is slow to import."""
-    from roughsim._kernels import columns
-
-    return columns
-
-
-def _block(shape: tuple[int, int], dtype: Any) -> Lines:
-    """Lines for a few columns of the half spectrum of `shape`."""
-    return lines(_BLOCK // (2 * np.dtype(dtype).itemsize), shape[0], dtype)
+def column_blocks(shape: tuple[int, int], dtype: DTypeLike) -> Iterator[tuple[slice, Lines]]:
+    """Yield the columns of the half spectrum of `shape`, a few at a time, with lines that hold them."""
+    columns, width = shape[1] // 2 + 1, _BLOCK // (2 * np.dtype(dtype).itemsize)
+    for start in range(0, columns, width):
+        yield slice(start, min(start + width, columns)), lines(width, shape[0], np.dtype(dtype))
 
 
-def _parts(shape: tuple[int, int], block: Lines) -> Iterator[slice]:
-    """The columns of the half spectrum of `shape`, a block at a time."""
-    columns, width = shape[1] // 2 + 1, block.source.shape[0]
-    return (slice(start, min(start + width, columns)) for start in range(0, columns, width))
-
-
-def _rows_forward(field: NDArray[Any], shape: tuple[int, int]) -> Rows:
+def transformed_rows(field: NDArray[Any], shape: tuple[int, int]) -> Transform:
+    """Pad the rows with zeros and transform them."""
     nx, ny = field.shape
-    rows = plans.rows((nx, shape[1]), field.dtype)
+    rows = transform((nx, shape[1]), field.dtype, (1,))
     rows.field[:, :ny], rows.field[:, ny:] = field, 0.0
     rows.forward()
     return rows
 
 
-def _columns_forward(spectrum: NDArray[Any], shape: tuple[int, int]) -> Iterator[tuple[slice, Lines]]:
-    """Yield each block of columns, transformed, in `result`."""
-    kernels, block = _column_kernels(), _block(shape, spectrum.real.dtype)
-    for part in _parts(shape, block):
+def transformed_columns(spectrum: NDArray[Any], shape: tuple[int, int]) -> Iterator[tuple[slice, Lines]]:
+    """Yield each block of columns, padded with zeros and transformed, in `result`."""
+    from roughsim._kernels import columns as kernels  # here, for numba is slow to import
+
+    for part, block in column_blocks(shape, spectrum.real.dtype):
         kernels.gather(spectrum, part.start, part.stop - part.start, block.source)
         block.source[:, spectrum.shape[0] :] = 0.0
         block.forward()
         yield part, block
 
 
-def _column_backward(
+def multiply_columns(
     block: Lines, source: NDArray[Any], response: NDArray[Any], part: slice, spectrum: NDArray[Any]
 ) -> None:
     """Multiply a block of transformed columns, and put it back where it came from."""
+    from roughsim._kernels import columns as kernels
+
     width = part.stop - part.start
     np.multiply(source[:width], response[part], out=block.result[:width])
     block.backward()
-    _column_kernels().scatter(block.source, part.start, width, spectrum)
-
-
-def _rows_backward(rows: Rows, shape: tuple[int, int], factor: float) -> NDArray[Any]:
-    rows.backward()
-    result: NDArray[Any] = np.multiply(rows.field[:, : shape[1]], rows.field.dtype.type(factor))
-    return result
+    kernels.scatter(block.source, part.start, width, spectrum)

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 try:
-    import pyfftw
+    import pyfftw as pyfftw  # noqa: PLC0414  (`plans` asks for it here)
 except ImportError:  # the wheel of pyfftw bundles GPL code; some sites do without it
     pyfftw = None
     warnings.warn("pyfftw is not installed: scipy.fft takes over, slower", RuntimeWarning, stacklevel=2)
@@ -74,17 +74,7 @@ def plan_threads() -> int:
     return _threads
 
 
-def _before_fork() -> None:
-    """Wait for plans in the making: their threads are gone in the child, and FFTW's planner would stay locked there."""
-    planning.acquire()
-
-
-def _after_fork_here() -> None:
-    """Let the threads of the parent go on."""
-    planning.release()
-
-
-def _after_fork() -> None:
+def forget_plans() -> None:
     """Forget in a forked process the plans of its parent, whose threads are gone."""
     global _orphaned, planning  # noqa: PLW0603
     planning = threading.RLock()
@@ -93,7 +83,12 @@ def _after_fork() -> None:
 
 
 if hasattr(os, "register_at_fork"):  # there is no fork elsewhere
-    os.register_at_fork(before=_before_fork, after_in_parent=_after_fork_here, after_in_child=_after_fork)
+    # wait for plans in the making: their threads are gone in the child, and FFTW's planner would stay locked there
+    os.register_at_fork(
+        before=lambda: planning.acquire(),  # noqa: PLW0108  (each fork makes a new lock)
+        after_in_parent=lambda: planning.release(),
+        after_in_child=forget_plans,
+    )
 
 
 def backend() -> str:
@@ -105,14 +100,11 @@ def backend() -> str:
     return f"scipy.fft {scipy.__version__}"
 
 
-def direct() -> bool:
-    """Whether compiled loops can call FFTW."""
-    return pyfftw is not None and _reached()
-
-
 @cache
-def _reached() -> bool:
-    """Find FFTW's own functions, and have its planners wait for each other; where they are out of reach say so."""
+def direct() -> bool:
+    """Whether compiled loops can call FFTW: find its functions, and have its planners wait for each other."""
+    if pyfftw is None:
+        return False
     if None in [function(f"{prefix}_{name}") for prefix in ("fftw", "fftwf") for name in _SIGNATURES]:
         warnings.warn(
             "compiled code cannot reach the FFTW of pyfftw: contact solves and convolutions are slower",
@@ -128,7 +120,7 @@ def _reached() -> bool:
 @cache
 def function(name: str) -> Any:
     """Return a function of the FFTW that pyfftw has loaded; None if there is none."""
-    for path in _libraries():
+    for path in libraries():
         try:
             library = ctypes.CDLL(str(path))
         except OSError:  # of that name, but no library
@@ -140,22 +132,8 @@ def function(name: str) -> Any:
     return None
 
 
-def _libraries() -> list[Path]:
+def libraries() -> list[Path]:
     """Where FFTW may be: pyfftw's extension module, which mostly gives all it is linked with, or files beside it."""
     module = Path(pyfftw.pyfftw.__file__)
     folders = module.parent, module.parent.with_name("pyfftw.libs")
     return [module, *sorted(path for folder in folders for path in folder.glob("*fftw3*"))]
-
-
-__all__ = [
-    "WORD",
-    "backend",
-    "direct",
-    "function",
-    "get_threads",
-    "plan_threads",
-    "planning",
-    "pyfftw",
-    "set_threads",
-    "state",
-]

@@ -33,68 +33,87 @@ def aligned(shape: tuple[int, int], dtype: Any) -> NDArray[Any]:
     return result
 
 
-class Transform:
-    """A pair of buffers joined by a real 2-D transform, for loops that must not allocate.
+def thread_cache(kind: str, key: Any, make: Callable[[], Any], *, most: int) -> Any:
+    """Return what this Python thread made for the key before, or make it; the latest few of a kind are kept."""
+    cache = library.state.__dict__.setdefault(kind, {})
+    if key not in cache:
+        if len(cache) >= most:
+            with library.planning:  # a plan ends with its owner
+                cache.pop(next(iter(cache)))
+        cache[key] = make()
+    return cache[key]
 
-    `forward()` fills `spectrum` with (1/N) Σ field·exp(−iq·x); `inverse()` fills `field` with Σ spectrum·exp(+iq·x)
-    and destroys `spectrum`. With `normalized=False` the factor 1/N is left to the caller.
+
+class Transform:
+    """A pair of buffers joined by a real transform, for loops that must not allocate.
+
+    Of the plane: `forward()` fills `spectrum` with (1/N) Σ field·exp(−iq·x), and `inverse()` fills `field` with
+    Σ spectrum·exp(+iq·x) and destroys `spectrum`. With `axes=(1,)` the rows are transformed each by itself, neither
+    direction is scaled, and each destroys what it starts from.
     """
 
-    def __init__(self, shape: tuple[int, int], dtype: DTypeLike = np.float64, *, normalized: bool = True):
+    def __init__(self, shape: tuple[int, int], dtype: DTypeLike = np.float64, *, axes: tuple[int, ...] = (0, 1)):
         real = np.dtype(dtype)
         if real not in (np.dtype(np.float64), np.dtype(np.float32)):
             raise TypeError(f"dtype = {real} is not supported; use float32 or float64")
-        half = (shape[0], shape[1] // 2 + 1)
-        complex_type = np.result_type(real, np.complex64)
-        self.scale = 1.0 / (shape[0] * shape[1]) if normalized else None
-        self.field: NDArray[Any]
-        self.spectrum: NDArray[Any]
-        self._plans: tuple[Any, Any] | None = None
-        if library.pyfftw is None:
-            self.field, self.spectrum = np.zeros(shape, real), np.zeros(half, complex_type)
-            return
+        half, plane = shape[1] // 2 + 1, axes == (0, 1)
+        self.axes, self.scale = axes, 1.0 / (shape[0] * shape[1]) if plane else None
         self.field = aligned(shape, real)
-        self.spectrum = aligned(half, complex_type)
-        self._plan()
+        # columns are read from the spectra of rows: padding keeps them apart in the cache
+        width = half if plane else half + PADDING - 1
+        self.spectrum = aligned((shape[0], width), np.result_type(real, np.complex64))[:, :half]
+        if library.pyfftw is not None:
+            self.plan()
 
-    def _plan(self) -> None:
-        options: dict[str, Any] = {"axes": (0, 1), "flags": ("FFTW_ESTIMATE",), "threads": library.plan_threads()}
-        self._process = os.getpid()
+    def plan(self) -> None:
+        """Make the plans of this process; those with threads do not survive a fork."""
+        flags = ("FFTW_ESTIMATE",) if self.scale else ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT")
+        options = {"axes": self.axes, "flags": flags, "threads": library.plan_threads()}
+        self.process = os.getpid()
         with library.planning:
-            self._plans = (
+            self.plans = (
                 library.pyfftw.FFTW(self.field, self.spectrum, **options),
                 library.pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options),
             )
 
-    def _execute(self, plan: int) -> None:
-        if self._process != os.getpid():  # plans with threads do not survive a fork
-            self._plan()
-        if self._plans is not None:
-            self._plans[plan].execute()
+    def execute(self, plan: int) -> None:
+        """Transform forward, 0, or back, 1."""
+        if self.process != os.getpid():
+            self.plan()
+        self.plans[plan].execute()
 
     def forward(self) -> NDArray[Any]:
         """Transform `field` into `spectrum` and return the latter."""
-        if self._plans is None:
+        if library.pyfftw is None:
             from scipy import fft
 
-            self.spectrum[...] = fft.rfft2(self.field, workers=library.get_threads())
+            self.spectrum[...] = fft.rfftn(self.field, axes=self.axes, workers=library.get_threads())
         else:
-            self._execute(0)
+            self.execute(0)
         if self.scale is not None:
             np.multiply(self.spectrum, self.scale, out=self.spectrum)
         return self.spectrum
 
     def inverse(self) -> NDArray[Any]:
         """Transform `spectrum` into `field` and return the latter; `spectrum` is destroyed."""
-        if self._plans is None:
+        if library.pyfftw is None:
             from scipy import fft
 
-            self.field[...] = fft.irfft2(
-                self.spectrum, s=self.field.shape, norm="forward", workers=library.get_threads()
+            points = [self.field.shape[axis] for axis in self.axes]
+            self.field[...] = fft.irfftn(
+                self.spectrum, s=points, axes=self.axes, norm="forward", workers=library.get_threads()
             )
         else:
-            self._execute(1)
+            self.execute(1)
         return self.field
+
+
+def transform(shape: tuple[int, int], dtype: DTypeLike, axes: tuple[int, ...] = (0, 1)) -> Transform:
+    """Return a `Transform` that belongs to this Python thread; its buffers are large, so few are kept."""
+    key = shape, np.dtype(dtype).char, library.get_threads()
+    make = lambda: Transform(shape, dtype, axes=axes)  # noqa: E731
+    result: Transform = thread_cache(f"transforms over {axes}", key, make, most=4 if axes == (0, 1) else 2)
+    return result
 
 
 class LinePlans:
@@ -119,7 +138,7 @@ class LinePlans:
             self.backward = make(*common, *far, *near, +1, _ESTIMATE)
         self.execute = library.function(f"{prefix}_execute_dft")
         self.addresses = ctypes.cast(self.execute, library.WORD).value, self.forward, self.backward
-        weakref.finalize(self, _destroy, destroy, self.forward, self.backward).atexit = False
+        weakref.finalize(self, destroy_plans, destroy, self.forward, self.backward).atexit = False
         if not (self.forward and self.backward):
             raise MemoryError(f"FFTW has no plan for {count} lines of {points} points: not enough memory")
 
@@ -130,7 +149,8 @@ def line_plans(count: int, points: int, distances: tuple[int, int], dtype: Any) 
     return LinePlans(count, points, distances, dtype)
 
 
-def _destroy(destroy: Callable[[int | None], None], *plans: int | None) -> None:
+def destroy_plans(destroy: Callable[[int | None], None], *plans: int | None) -> None:
+    """Hand plans back to FFTW."""
     with library.planning:
         for plan in plans:
             if plan:
@@ -175,78 +195,15 @@ class Lines:
 
 def lines(count: int, points: int, dtype: DTypeLike) -> Lines:
     """Return `Lines` that belong to this Python thread; their buffers are small and kept for the next call."""
-    cache = library.state.__dict__.setdefault("lines", {})
-    key = count, points, dtype
-    if key not in cache:
-        if len(cache) >= 64:
-            cache.pop(next(iter(cache)))
-        cache[key] = Lines(count, points, dtype)
-    result: Lines = cache[key]
-    return result
-
-
-class Rows:
-    """Real rows, transformed along the last axis and back; neither direction is scaled."""
-
-    def __init__(self, shape: tuple[int, int], dtype: DTypeLike):
-        complex_type = np.result_type(dtype, np.complex64)
-        self.field = aligned(shape, dtype)
-        self.spectrum = aligned((shape[0], shape[1] // 2 + PADDING), complex_type)[:, : shape[1] // 2 + 1]
-        self.forward: Callable[[], object]
-        self.backward: Callable[[], object]
-        if library.pyfftw is None:
-            self.forward, self.backward = self._scipy_forward, self._scipy_backward
-            return
-        options: dict[str, Any] = {
-            "axes": (1,),
-            "flags": ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT"),
-            "threads": library.plan_threads(),
-        }
-        with library.planning:
-            self.forward = library.pyfftw.FFTW(self.field, self.spectrum, **options).execute
-            self.backward = library.pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options).execute
-
-    def _scipy_forward(self) -> None:
-        from scipy import fft
-
-        self.spectrum[...] = fft.rfft(self.field, axis=1)
-
-    def _scipy_backward(self) -> None:
-        from scipy import fft
-
-        self.field[...] = fft.irfft(self.spectrum, n=self.field.shape[1], axis=1, norm="forward")
-
-
-def rows(shape: tuple[int, int], dtype: DTypeLike) -> Rows:
-    """Return `Rows` that belong to this Python thread, kept for the next call; their buffers are large."""
-    cache = library.state.__dict__.setdefault("rows", {})
-    key = (shape, np.dtype(dtype).char, library.get_threads())
-    if key not in cache:
-        if len(cache) >= 2:  # buffers are large
-            with library.planning:
-                cache.pop(next(iter(cache)))
-        cache[key] = Rows(shape, dtype)
-    result: Rows = cache[key]
-    return result
-
-
-def _transform(shape: tuple[int, int], dtype: DTypeLike) -> Transform:
-    cache = library.state.__dict__.setdefault("cache", {})
-    key = (shape, np.dtype(dtype).char, library.get_threads())
-    if key not in cache:
-        if len(cache) >= 4:  # buffers are large: keep the latest few
-            with library.planning:
-                cache.pop(next(iter(cache)))
-        cache[key] = Transform(shape, dtype)
-    result: Transform = cache[key]
+    result: Lines = thread_cache("lines", (count, points, dtype), lambda: Lines(count, points, dtype), most=64)
     return result
 
 
 def forward(field: NDArray[Any]) -> NDArray[Any]:
     """Return the half spectrum f(q) = (1/N) Σ_x f(x) exp(−iq·x), shape (n_x, n_y//2 + 1), of a real field."""
-    transform = _transform(field.shape, field.dtype)
-    transform.field[...] = field
-    return transform.forward().copy()
+    buffers = transform((field.shape[0], field.shape[1]), field.dtype)
+    buffers.field[...] = field
+    return buffers.forward().copy()
 
 
 def inverse(spectrum: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
@@ -260,6 +217,6 @@ def inverse(spectrum: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
     half = (shape[0], shape[1] // 2 + 1)
     if spectrum.shape != half:  # it would be broadcast
         raise ValueError(f"spectrum has shape {spectrum.shape}, but a field of shape {shape} needs {half}")
-    transform = _transform(shape, spectrum.real.dtype)
-    transform.spectrum[...] = spectrum
-    return transform.inverse().copy()
+    buffers = transform(shape, spectrum.real.dtype)
+    buffers.spectrum[...] = spectrum
+    return buffers.inverse().copy()

@@ -98,7 +98,7 @@ def test_block_by_block_is_the_same_as_in_one_call(shape, dtype, divided, monkey
 def test_each_column_begins_where_fftw_may_take_it(dtype):
     for shape in ((1, 9), (5, 8), (8, 5), (61, 16)):
         spectrum = Operator(rs.Grid(shape, (1.0, 1.0)), dtype).complex_spectrum
-        assert all(column.ctypes.data % fourier.ALIGNMENT == 0 for column in spectrum)
+        assert all(column.ctypes.data % fourier.plans.ALIGNMENT == 0 for column in spectrum)
 
 
 def test_without_fftw_in_reach_of_compiled_code_the_fields_are_the_same_and_it_is_told():
@@ -106,7 +106,7 @@ def test_without_fftw_in_reach_of_compiled_code_the_fields_are_the_same_and_it_i
         import sys, warnings
         import numpy as np
         from roughsim import fourier
-        fourier.library._libraries = lambda: []
+        fourier.library.libraries = lambda: []
         import roughsim as rs
         heights = np.random.default_rng(0).standard_normal((40, 36))
         with warnings.catch_warnings(record=True) as caught:

@@ -160,12 +160,12 @@ def test_a_forked_process_transforms_on_though_the_threads_of_its_parent_are_gon
 FORK_WHILE_PLANNING = """
     import os, signal, sys, threading, time
     from roughsim import fourier
-    from roughsim.fourier import library
+    from roughsim.fourier import library, plans
     begun, ready, kept = threading.Event(), threading.Event(), threading.local()
 
     def keep():
         if fourier.direct():
-            kept.plans = fourier.LinePlans(2, 8, (16, 16), float)  # destroyed in the child, with its thread
+            kept.plans = plans.LinePlans(2, 8, (16, 16), float)  # destroyed in the child, with its thread
         ready.set()
         time.sleep(10)
 
@@ -208,7 +208,7 @@ def test_threads_that_fftw_once_had_are_known_to_be_lost_in_a_fork(monkeypatch):
     for name, value in (("_threaded", True), ("_orphaned", False), ("state", threading.local()), ("planning", None)):
         monkeypatch.setattr(library, name, value)
     assert fourier.get_threads() == 1
-    library._after_fork()
+    library.forget_plans()
     assert library._orphaned == (library.pyfftw is not None)
 
 
@@ -230,10 +230,20 @@ def test_a_transform_that_owns_its_buffers(shape):
     np.testing.assert_allclose(transform.forward(), half_of(shape), atol=1e-15)
     np.testing.assert_allclose(transform.inverse(), field_of(shape), atol=1e-14)
     assert transform.inverse() is transform.field
-    raw = fourier.Transform(shape, normalized=False)
-    raw.field[...] = field_of(shape)
-    np.testing.assert_allclose(raw.forward(), half_of(shape) * raw.field.size, atol=1e-13)
-    assert raw.forward() is raw.spectrum
+    assert transform.forward() is transform.spectrum
+
+
+@pytest.mark.parametrize("package", ["pyfftw", "scipy"])
+@pytest.mark.parametrize("shape", [(8, 6), (5, 5), (1, 1)])
+def test_rows_are_transformed_each_by_itself_and_unscaled(monkeypatch, package, shape):
+    if package == "scipy":
+        monkeypatch.setattr(library, "pyfftw", None)
+    rows = fourier.Transform(shape, axes=(1,))
+    rows.field[...] = field_of(shape)
+    expected = np.fft.rfft(field_of(shape), axis=1)
+    np.testing.assert_allclose(rows.forward(), expected, atol=1e-14)
+    rows.spectrum[...] = expected
+    np.testing.assert_allclose(rows.inverse(), shape[1] * field_of(shape), atol=1e-13)
 
 
 @pytest.mark.parametrize("count", [0, -1, 1.5, float("nan"), float("inf"), True, "2", None])
@@ -301,7 +311,7 @@ def test_a_padded_convolution_is_the_sum_over_the_field(monkeypatch, package, sh
 @pytest.mark.parametrize(("count", "points"), [(1, 1), (3, 7), (16, 64), (5, 61)])
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_lines_are_transformed_there_and_back(count, points, dtype):
-    generator, lines = np.random.default_rng(3), fourier.Lines(count, points, dtype)
+    generator, lines = np.random.default_rng(3), plans.Lines(count, points, dtype)
     field = generator.standard_normal((count, points)) + 1j * generator.standard_normal((count, points))
     lines.source[...] = field
     lines.forward()
@@ -313,10 +323,10 @@ def test_lines_are_transformed_there_and_back(count, points, dtype):
 
 @pytest.mark.skipif(not fourier.direct(), reason="FFTW is out of reach of compiled code")
 def test_plans_of_lines_lead_between_lines_at_any_distance_and_end_with_their_owner(monkeypatch):
-    ended, destroy = [], plans._destroy
-    monkeypatch.setattr(plans, "_destroy", lambda *args: (ended.append(args[1:]), destroy(*args)))
-    made = fourier.LinePlans(3, 8, (16, 24), np.float64)
-    source, result = fourier.aligned((3, 16), complex), fourier.aligned((3, 24), complex)
+    ended, destroy = [], plans.destroy_plans
+    monkeypatch.setattr(plans, "destroy_plans", lambda *args: (ended.append(args[1:]), destroy(*args)))
+    made = plans.LinePlans(3, 8, (16, 24), np.float64)
+    source, result = plans.aligned((3, 16), complex), plans.aligned((3, 24), complex)
     source[:, :8] = field = np.random.default_rng(4).random((3, 8))
     made.execute(made.forward, source.ctypes.data, result.ctypes.data)
     np.testing.assert_allclose(result[:, :8], np.fft.fft(field, axis=1), atol=1e-14)
@@ -333,7 +343,7 @@ def test_a_plan_that_fftw_cannot_make_is_refused(monkeypatch):
     none = lambda name: (lambda *_: None) if "plan_many" in name else genuine(name)  # noqa: E731
     monkeypatch.setattr(library, "function", none)
     with pytest.raises(MemoryError, match="no plan for 3 lines of 8 points"):
-        fourier.LinePlans(3, 8, (16, 24), np.float32)
+        plans.LinePlans(3, 8, (16, 24), np.float32)
 
 
 @pytest.mark.skipif(library.pyfftw is None, reason="there is no FFTW")
@@ -341,39 +351,39 @@ def test_a_plan_that_fftw_cannot_make_is_refused(monkeypatch):
 def test_fftw_in_one_precision_is_out_of_reach(monkeypatch, missing):
     monkeypatch.setattr(library, "function", lambda name: None if name == missing else list)
     with pytest.warns(RuntimeWarning, match="compiled code cannot reach the FFTW"):
-        assert not library._reached.__wrapped__()
+        assert not library.direct.__wrapped__()
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.complex64])
 def test_memory_for_fftw_begins_where_it_is_fastest(dtype):
     for shape in [(1, 1), (3, 5), (64, 33)]:
-        memory = fourier.aligned(shape, dtype)
+        memory = plans.aligned(shape, dtype)
         assert (memory.shape, memory.dtype, memory.any()) == (shape, dtype, False)
-        assert memory.ctypes.data % fourier.ALIGNMENT == 0
+        assert memory.ctypes.data % plans.ALIGNMENT == 0
         memory[...] = 1
 
 
 @pytest.mark.parametrize("shift", [1, 16, 48])
 def test_memory_for_fftw_begins_there_wherever_the_system_puts_it(monkeypatch, shift):
-    wide = fourier.aligned((1, 1024), np.uint8)[0]
+    wide = plans.aligned((1, 1024), np.uint8)[0]
     monkeypatch.setattr(np, "zeros", lambda size, _: wide[shift : shift + size])
-    memory = fourier.aligned((3, 5), np.float64)
-    assert (memory.ctypes.data - wide.ctypes.data) % fourier.ALIGNMENT == 0
+    memory = plans.aligned((3, 5), np.float64)
+    assert (memory.ctypes.data - wide.ctypes.data) % plans.ALIGNMENT == 0
 
 
 @pytest.mark.skipif(not fourier.direct(), reason="FFTW is out of reach of compiled code")
 def test_fftw_is_found_beside_an_extension_module_that_does_not_give_it():
-    beside = library._libraries()[1:]
+    beside = library.libraries()[1:]
     if not beside:
         pytest.skip("this FFTW belongs to the system")
     code = f"""
         import pathlib, sys
         from roughsim import fourier
-        from roughsim.fourier import library
+        from roughsim.fourier import library, plans
         beside = [pathlib.Path(name) for name in {[str(path) for path in beside]}]
-        library._libraries = lambda: beside
+        library.libraries = lambda: beside
         assert fourier.direct()
-        fourier.Lines(2, 8).forward()
+        plans.Lines(2, 8).forward()
     """
     done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -382,13 +392,13 @@ def test_fftw_is_found_beside_an_extension_module_that_does_not_give_it():
 @pytest.mark.skipif(library.pyfftw is None, reason="there is no FFTW")
 def test_a_file_beside_that_is_no_library_is_passed_over(monkeypatch, tmp_path):
     (tmp_path / "fftw3.txt").write_text("no library")
-    monkeypatch.setattr(library, "_libraries", lambda: [tmp_path / "fftw3.txt"])
+    monkeypatch.setattr(library, "libraries", lambda: [tmp_path / "fftw3.txt"])
     assert library.function.__wrapped__("fftw_execute_dft") is None
 
 
 def test_plans_are_made_from_many_python_threads_at_a_time():
     def work(k):
-        lines, field = fourier.Lines(2 + k % 3, 30 + k), field_of((20 + k, 16))
+        lines, field = plans.Lines(2 + k % 3, 30 + k), field_of((20 + k, 16))
         lines.source[...] = 1.0
         lines.forward()
         return (

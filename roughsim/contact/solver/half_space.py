@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim._kernels import lines as kernels
-from roughsim.fourier import ALIGNMENT, Transform, aligned, direct, line_plans, lines
-from roughsim.fourier import PADDING as LINE_PADDING
+from roughsim.fourier import Transform, direct
 from roughsim.fourier.blocks import POINTS, run
+from roughsim.fourier.plans import ALIGNMENT, aligned, line_plans, lines
+from roughsim.fourier.plans import PADDING as LINE_PADDING
 from roughsim.grid import Grid
 
 CACHED = 1 << 18  # bytes of one group of lines
