@@ -14,147 +14,123 @@ from math import hypot, nan, sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from roughsim.bench.stages import SEED
 from roughsim.charts.error_over_cost import Point
-from roughsim.estimate.ladder import Values, observe
+from roughsim.estimate.ladder import observe
 from roughsim.observables.record import Sample
-from roughsim.realization import Realization, realize
-from roughsim.scene.numerics import Level, Numerics
+from roughsim.pipeline import Problem, solve_problem
+from roughsim.realization import level_problem
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene
+    from roughsim.scene.numerics import Level, Numerics
 
-Array = NDArray[np.float64]
-_SEED = 21
 KNOWN = "doubt"  # the method of a point that says how well the limit itself is known
 COUNTS = (4, 8, 16, 32, 64, 128, 256)
-OBSERVABLES = ("T_flash, fastest", "T_flash, slowest", "contact area", "pressure variance", "r at g = 0.1 g(0)")
-_NAMES = ("flash_temperature", "flash_temperature", "contact_fraction", "pressure_variance", "correlation_radius_10")
+# title of a chart → observable
+OBSERVABLES = {
+    "T_flash, fastest": "flash_temperature",
+    "T_flash, slowest": "flash_temperature",
+    "contact area": "contact_fraction",
+    "pressure variance": "pressure_variance",
+    "r at g = 0.1 g(0)": "correlation_radius_10",
+}
 
 
-class _Way(NamedTuple):
-    """A choice of levels, each solved for every `every`-th realization."""
+class Split(NamedTuple):
+    """A choice of levels; all but the first are solved for every `every`-th realization."""
 
     method: str
     levels: tuple[int, ...]
-    every: int
-    chosen: bool = False
-
-    def counts(self, realizations: int) -> list[tuple[int, int]]:
-        """How many members each level has."""
-        return [(i, -(-realizations // (1 if i == self.levels[0] else self.every))) for i in self.levels]
+    every: int = 1
+    planned: bool = False
 
 
-class _Member(NamedTuple):
-    numbers: dict[str, Array]
-    wavenumber: Array
-    spectrum: Array
+class Solved(NamedTuple):
+    """The numbers of a level over all realizations, and the median CPU seconds of one."""
+
+    sample: Sample
     seconds: float
 
 
 def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point]:
     """Every observable that has a limit in the cut-off, over the splits of the cost that a ladder allows."""
-    column = "elastic" if scene.elastic else "capped"
-    given = [numerics.levels[i] for i in numerics.of_column(column)]
-    solved = replace(numerics, levels=tuple(replace(level, every=1) for level in given))
-    members: dict[int, list[_Member]] = {}
-    for level in range(len(given)):
-        realize(scene, solved, seed=_SEED, level=level, index=realizations)  # plans and kernels
-        members[level] = []
-        for index in range(realizations):
-            start = time.process_time()
-            one = realize(scene, solved, seed=_SEED, level=level, index=index)
-            members[level].append(_kept(one, time.process_time() - start))
-    reach, end = 0.5 * float(np.hypot(*numerics.lengths)), scene.spectrum.breaks[-1]
+    levels = numerics.of_column("elastic" if scene.elastic else "capped")
+    solved = []
+    for number in levels:  # all on the same surfaces
+        problem = replace(level_problem(scene, numerics, number), seed=SEED, stream=len(levels) - 1)
+        solved.append(solve_level(problem, numerics.levels[number], realizations))
+    splits = splits_of([numerics.levels[level] for level in levels])
+    forecast = 0 if numerics.forecast is None else numerics.forecast.realizations
     fastest, slowest = int(np.argmax(scene.speeds)), int(np.argmin(scene.speeds))
-    for observable, name in zip(OBSERVABLES, _NAMES, strict=True):
+    for title, name in OBSERVABLES.items():
         if name == "pressure_variance" and not scene.elastic:
             continue  # fixed by force balance
-        if observable == "T_flash, slowest" and not 0.0 < scene.speeds[slowest] < scene.speeds[fastest]:
+        if title == "T_flash, slowest" and not 0.0 < scene.speeds[slowest] < scene.speeds[fastest]:
             continue
-        speed = {"T_flash, fastest": fastest, "T_flash, slowest": slowest}.get(observable, 0)
-        found = _Found(given, members, reach, name, speed, not scene.elastic, end)
-        yield from _curves(found, numerics, observable)
+        speed = {"T_flash, fastest": fastest, "T_flash, slowest": slowest}.get(title, 0)
+        yield from curves(title, name, speed, solved, splits, forecast, scene)
 
 
-def _kept(one: Realization, seconds: float) -> _Member:
-    seen = one.observables
+def solve_level(problem: Problem, level: Level, realizations: int) -> Solved:
+    """Solve all realizations of a level, after one more that makes plans and compiles kernels."""
+    solve_problem(replace(problem, index=realizations))
+    moments, seconds = [], []
+    for index in range(realizations):
+        start = time.process_time()
+        moments.append(solve_problem(replace(problem, index=index)).observables)
+        seconds.append(time.process_time() - start)
     numbers = {
-        "flash_temperature": seen.flash_temperature,
-        "contact_fraction": np.array([one.contact.contact_fraction]),
-        "pressure_variance": np.array([seen.pressure_variance]),
+        "flash_temperature": np.stack([m.flash_temperature for m in moments]),
+        "contact_fraction": np.array([[m.contact_fraction] for m in moments]),
+        "pressure_variance": np.array([[m.pressure_variance] for m in moments]),
     }
-    return _Member(numbers, seen.stress_spectrum.wavenumber, seen.stress_spectrum.variance, seconds)
+    spectra = np.stack([m.stress_spectrum.variance for m in moments])
+    reach, side = 0.5 * float(np.hypot(*problem.grid.lengths)), float(level.shape[0])
+    wavenumber, rows = moments[0].stress_spectrum.wavenumber, np.arange(realizations, dtype=np.intp)
+    sample = Sample(level.q_max, side, rows, numbers, wavenumber, spectra, reach)
+    return Solved(sample, float(np.median(seconds)))
 
 
-def _ways(given: list[Level]) -> list[_Way]:
-    """Each grid alone, each ladder from the first rung up, and the whole ladder with few fine members."""
-    if len(given) == 1:
-        return [_Way("the plan's level", (0,), 1, True)]
-    cuts = sorted({level.q_max for level in given})
-    coarsest = [next(i for i, level in enumerate(given) if level.q_max == cut) for cut in cuts]
-    ways = [_Way(f"one grid, {_told(level, given[0])}", (i,), 1) for i, level in enumerate(given)]
-    ways += [_Way(f"{k} cut-offs, all levels", tuple(coarsest[:k]), 1) for k in range(2, len(cuts) + 1)]
-    planned = given[-1].every
+def splits_of(levels: list[Level]) -> list[Split]:
+    """Return each grid alone, each ladder from the first rung up, and the whole ladder with few fine members."""
+    if len(levels) == 1:
+        return [Split("the plan's level", (0,), planned=True)]
+    cut_offs = [level.q_max for level in levels]
+    rungs = [cut_offs.index(q_c) for q_c in sorted(set(cut_offs))]  # of each cut-off the coarsest grid
+    splits = [
+        Split(f"one grid, {level.q_max / cut_offs[0]:.3g}× q_c, {level.shape[0]}²", (i,))
+        for i, level in enumerate(levels)
+    ]
+    splits += [Split(f"{k} cut-offs, all levels", tuple(rungs[:k])) for k in range(2, len(rungs) + 1)]
+    planned = levels[-1].every
     for every in sorted({1, 2, 4, planned}):
         name = "the plan's levels" + (f", fine ones 1 in {every}" if every > 1 else ", all of them")
-        ways.append(_Way(name, tuple(range(len(given))), every, every == planned))
-    return ways
+        splits.append(Split(name, tuple(range(len(levels))), every, every == planned))
+    return splits
 
 
-def _told(level: Level, base: Level) -> str:
-    return f"{level.q_max / base.q_max:.3g}× q_c, {level.shape[0]}²"
-
-
-class _Found(NamedTuple):
-    """What all members tell of one observable at one speed."""
-
-    given: list[Level]
-    members: dict[int, list[_Member]]
-    reach: float
-    name: str
-    speed: int
-    capped: bool
-    end: float
-
-    def values(self, levels: tuple[int, ...]) -> Values:
-        samples = [_sample(self.given[i], self.members[i], self.reach) for i in levels]
-        return observe(self.name, samples, capped=self.capped, end=self.end)
-
-    def rows(self, levels: tuple[int, ...]) -> Array:
-        rows: Array = self.values(levels).extrapolated[:, self.speed]
-        return rows
-
-    def variance(self, way: _Way) -> float:
-        """Of the mean, times the realizations: few fine members scatter more, ⟨T₀⟩ over all + ⟨T − T₀⟩ over few."""
-        base, rest = self.rows(way.levels[:1]), self.rows(way.levels)
-        rest = rest - base
-        (own, shared), (_, change) = np.cov(base, rest)
-        return float(own + 2 * shared + way.every * change)
-
-    def cost(self, way: _Way, realizations: int) -> float:
-        """CPU seconds of so many realizations."""
-        each = {i: float(np.median([m.seconds for m in self.members[i]])) for i in way.levels}
-        return sum(count * each[i] for i, count in way.counts(realizations))
-
-
-def _curves(found: _Found, numerics: Numerics, observable: str) -> Iterator[Point]:
-    """A curve over the number of realizations for each way; the truth is that of all levels and realizations."""
-    whole = found.values(tuple(found.members))
-    truth = float(whole.extrapolated[:, found.speed].mean())
-    doubt = float(np.hypot(*np.nan_to_num([whole.bandwidth[found.speed], whole.pixel[found.speed]])))
-    yield Point("chain", observable, KNOWN, "", doubt / abs(truth), nan)
-    for way in _ways(found.given):
-        variance, bias = found.variance(way), float(found.rows(way.levels).mean()) - truth
-        planned = numerics.forecast.realizations if numerics.forecast is not None and way.chosen else 0
-        for n in sorted({*(k for k in COUNTS if k >= 2 * way.every), planned} - {0}):
+def curves(
+    title: str, name: str, speed: int, solved: list[Solved], splits: list[Split], forecast: int, scene: Scene
+) -> Iterator[Point]:
+    """A curve over the number of realizations for each split; the truth is that of all levels and realizations."""
+    end = scene.spectrum.breaks[-1]
+    whole = observe(name, [level.sample for level in solved], capped=not scene.elastic, end=end)
+    truth = float(whole.extrapolated[:, speed].mean())
+    doubt = float(np.hypot(*np.nan_to_num([whole.bandwidth[speed], whole.pixel[speed]])))
+    yield Point("chain", title, KNOWN, "", doubt / abs(truth), nan)
+    for split in splits:
+        first, whole_split = (
+            observe(name, [solved[i].sample for i in levels], capped=not scene.elastic, end=end).extrapolated[:, speed]
+            for levels in (split.levels[:1], split.levels)
+        )
+        # ⟨T₀⟩ over all realizations + ⟨T − T₀⟩ over few of them: the variance of the mean, times the realizations
+        (own, shared), (_, change) = np.cov(first, whole_split - first)
+        variance = float(own + 2 * shared + split.every * change)
+        bias, planned = float(whole_split.mean()) - truth, forecast if split.planned else 0
+        for n in sorted({*(k for k in COUNTS if k >= 2 * split.every), planned} - {0}):
             error = hypot(bias, sqrt(variance / n), doubt) / abs(truth)
-            setting = f"{n} realizations"
-            yield Point("chain", observable, way.method, setting, error, found.cost(way, n), n == planned)
-
-
-def _sample(level: Level, members: list[_Member], reach: float) -> Sample:
-    numbers = {name: np.stack([m.numbers[name] for m in members]) for name in members[0].numbers}
-    spectrum, rows = np.stack([m.spectrum for m in members]), np.arange(len(members), dtype=np.intp)
-    return Sample(level.q_max, float(level.shape[0]), rows, numbers, members[0].wavenumber, spectrum, reach)
+            few = -(-n // split.every)
+            cost = sum((n if i == split.levels[0] else few) * solved[i].seconds for i in split.levels)
+            yield Point("chain", title, split.method, f"{n} realizations", error, cost, n == planned)
