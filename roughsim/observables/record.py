@@ -1,4 +1,4 @@
-"""What an observable is: a record that says how it is stored, averaged, and set beside the theory.
+"""What an observable is: one record that says how it is measured, stored, averaged, and set beside the theory.
 
 The realizations of one level enter through their influence values (the delta method): one row per realization, whose
 mean is the observable and whose scatter gives its error. Ratios of observables then keep the pairing of the rows.
@@ -8,16 +8,57 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 if TYPE_CHECKING:
-    from roughsim.prediction import Theory
-    from roughsim.realization import Realization
+    from roughsim.grid import Grid
+    from roughsim.observables.moments import Moments, SolvedContact
 
 Array = NDArray[np.float64]
+
+
+class Measured(Protocol):
+    """What a number is measured of: one solved contact and its moments."""
+
+    @property
+    def grid(self) -> Grid:
+        """The cell."""
+
+    @property
+    def contact(self) -> SolvedContact:
+        """Pressure and areas."""
+
+    @property
+    def observables(self) -> Moments:
+        """The moments, with all heat in the moving body."""
+
+
+class Theory(Protocol):
+    """What an observable may ask of the theory of a scene; all the heat goes into the moving body."""
+
+    @property
+    def over_speed(self) -> dict[str, Array]:
+        """T_flash, T′, ∇²T, D_flash and d_flash by name, (speeds,)."""
+
+    @property
+    def heat_partition(self) -> Array:
+        """The share of the moving body, (speeds,); NaN without a second one."""
+
+    @property
+    def area_fractions(self) -> dict[str, float]:
+        """`contact_fraction` and `plastic_fraction`."""
+
+    def correlation_radius(self, fraction: float) -> float:
+        """Return the smallest r, m, with g_σ(r) = fraction·g_σ(0); NaN if there is none."""
+
+    def total(self, weight: Callable[[Array], Array]) -> float:
+        """Return the sum or integral of weight(q) over the variance of the pressure, Pa² times its unit.
+
+        `weight` takes wavenumbers in rad/m and is smooth in ln q; with 1 it gives g_σ(0).
+        """
 
 
 class Sample(NamedTuple):
@@ -25,7 +66,7 @@ class Sample(NamedTuple):
 
     `numbers` has arrays (n, speeds) or (n, 1); `wavenumber` (m,), rad/m, and `spectrum` (n, m), Pa², are the radial
     stress spectra, which hold up to the distance `reach`, m. `side` is the number of points along a side, `rows` (n,)
-    the place of each row among all realizations.
+    the place of each row among all realizations, ascending.
     """
 
     q_max: float
@@ -44,51 +85,33 @@ class Sample(NamedTuple):
 
     def first(self, count: int) -> Sample:
         """Return the sample of those among the first `count` realizations."""
-        rows = int(np.searchsorted(self.rows, count))
-        numbers = {name: values[:rows] for name, values in self.numbers.items()}
-        return self._replace(rows=self.rows[:rows], numbers=numbers, spectrum=self.spectrum[:rows])
-
-
-@dataclass(frozen=True, slots=True)
-class Number:
-    """What the file of each realization stores.
-
-    Parameters
-    ----------
-    name, unit, words : str
-        Name in files, SI unit, and what exported files say that it is.
-    measure : callable
-        Of a `Realization`: one number, or one for each speed of the scene. Temperatures with all heat in the body.
-    per_speed : bool
-        Whether there is one for each speed.
-    heated : bool
-        Whether it is proportional to the heat, so that reports multiply it by the share of the moving body.
-    """
-
-    name: str
-    unit: str
-    words: str
-    measure: Callable[[Realization], ArrayLike]
-    per_speed: bool = False
-    heated: bool = False
+        return self.at(np.arange(count))
 
 
 @dataclass(frozen=True, slots=True)
 class Observable:
-    """A quantity that every run is asked for: estimated with its errors and set beside the theory.
+    """A quantity of a contact. Every run estimates it with its errors and sets it beside the theory.
 
     Parameters
     ----------
     name, unit : str
-        Name in tables, files and `until`, and its SI unit.
-    per_speed, heated : bool
-        As for `Number`.
+        Name in files, tables and `until`, and its SI unit.
+    stored : str
+        What exported files say of the number that the file of each member stores; empty: nothing is stored.
+    measure : callable, optional
+        Of a `Measured`: the stored number, or one for each speed. Left out: the attribute of its moments of this name.
     values : callable, optional
-        Of a `Sample`: influence values (n, speeds) or (n, 1). Left out: the stored `Number` of the same name.
-    spectra : bool
-        Whether `values` needs the stress spectra of the sample, which are read from disk.
+        Of a `Sample`: influence values (n, speeds) or (n, 1). Left out: the stored number.
     theory : callable, optional
         Of a `Theory`, which integrates or sums over the modes of a cell. Left out: the theory says nothing, NaN.
+    only_stored : bool
+        Whether it is stored for the sake of others and neither estimated nor compared.
+    per_speed : bool
+        Whether there is one for each speed of the scene.
+    heated : bool
+        Whether it is proportional to the heat, so that reports multiply it by the share of the moving body.
+    spectra : bool
+        Whether `values` needs the stress spectra of the sample, which are read from disk.
     at_rest : float, optional
         The exact value at speed zero, where it is measured at a tiny speed.
     limit : bool
@@ -98,23 +121,41 @@ class Observable:
         measured from 2 to 16 pixels per shortest wave. NaN for what turns back: it stays that of the finest grid, and
         once and a half the change to it counts as error.
     distance : bool
-        Whether it is a distance in the field: cut-offs tell what follows only where their shortest wave is shorter.
+        Whether it is a distance in the field: it is extrapolated only where the shortest waves are shorter than it.
     by_force_balance : bool
         Whether force balance alone fixes it where all contact has yielded.
     """
 
     name: str
     unit: str
+    stored: str = ""
+    measure: Callable[[Measured], ArrayLike] | None = None
+    values: Callable[[Sample], Array] | None = None
+    theory: Callable[[Theory], ArrayLike] | None = None
+    only_stored: bool = False
     per_speed: bool = False
     heated: bool = False
-    values: Callable[[Sample], Array] | None = None
     spectra: bool = False
-    theory: Callable[[Theory], ArrayLike] | None = None
     at_rest: float | None = None
     limit: bool = True
     pixel_orders: tuple[float, float] = (2.0, 1.4)
     distance: bool = False
     by_force_balance: bool = False
+
+    def of_member(self, measured: Measured) -> Array:
+        """Return the number to store of one member, (speeds,) or (1,)."""
+        value = getattr(measured.observables, self.name) if self.measure is None else self.measure(measured)
+        return np.atleast_1d(np.asarray(value, dtype=np.float64))
+
+    def of_level(self, sample: Sample) -> Array:
+        """Return the influence values at one level, (realizations, speeds) or (realizations, 1)."""
+        return sample.numbers[self.name] if self.values is None else self.values(sample)
+
+    def of_theory(self, theory: Theory, speeds: int) -> Array:
+        """Return what a view of the theory says at so many speeds, (speeds,) or (1,); NaN where it says nothing."""
+        if self.theory is None:
+            return np.full(speeds if self.per_speed else 1, np.nan)
+        return np.atleast_1d(self.theory(theory))
 
 
 def power_of_ratio(above: Array, below: Array | float, power: float) -> Array:
@@ -130,6 +171,3 @@ def power_of_ratio(above: Array, below: Array | float, power: float) -> Array:
 def ratio(above: Array, below: Array) -> Array:
     """Return influence values of ⟨above⟩/⟨below⟩ with the pairing of the rows kept."""
     return power_of_ratio(above, below, 1.0)
-
-
-__all__ = ["Number", "Observable", "Sample", "power_of_ratio", "ratio"]

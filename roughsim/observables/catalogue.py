@@ -1,0 +1,160 @@
+"""All observables of a run in one table: a new one is a new row here, in the order of all tables and files.
+
+Flash temperature and its kin: Eqs. (3)–(9), (25), (26); correlation of the pressure: Eqs. (1), (2).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim.observables.record import Observable, Sample, power_of_ratio, ratio
+
+Array = NDArray[np.float64]
+
+
+def heat_share(sample: Sample) -> Array:
+    """Return influence values of ⟨T_stat⟩/(⟨T_stat⟩ + ⟨T_mov⟩) of a level that `prediction.balanced` has prepared."""
+    resting, moving = sample.numbers["resting_flash_temperature"], sample.numbers["flash_temperature"]
+    still, slid = resting.mean(axis=0), moving.mean(axis=0)
+    whole = still + slid
+    change: Array = still / whole + (slid * (resting - still) - still * (moving - slid)) / whole**2
+    return change
+
+
+def radius(sample: Sample, fraction: float) -> Array:
+    """Return influence values of the smallest r with g(r) = fraction·g(0) of the mean spectrum; NaN if there is none.
+
+    A change δg of one realization moves the crossing by −δg/g′.
+    """
+    from scipy.special import j0, j1  # here: who only asks for names need not wait for it
+
+    from roughsim.observables.stress_spectrum import StressSpectrum
+
+    q, mean = sample.wavenumber, sample.spectrum.mean(axis=0)
+    r = StressSpectrum(q, mean, sample.reach).correlation_radius(fraction)
+    if not np.isfinite(r):
+        return np.full((len(sample.spectrum), 1), np.nan)
+    slope = -float((mean * q) @ j1(q * r))
+    excess = sample.spectrum @ (j0(q * r) - fraction)
+    return (r - excess / slope)[:, None]
+
+
+TABLE = (
+    Observable(
+        "flash_temperature",
+        "K",
+        stored="<T sigma>/<sigma>, steady sliding, averaged over directions",
+        theory=lambda theory: theory.over_speed["flash_temperature"],
+        per_speed=True,
+        heated=True,
+        at_rest=0.0,
+    ),
+    Observable(
+        "flash_gradient",
+        "K/m",
+        stored="<dT/dx sigma>/<sigma>, along the sliding velocity",
+        theory=lambda theory: theory.over_speed["flash_gradient"],
+        per_speed=True,
+        heated=True,
+        at_rest=0.0,
+        limit=False,
+        pixel_orders=(2.0, 0.8),
+    ),
+    Observable(
+        "flash_laplacian",
+        "K/m^2",
+        stored="<(d2T/dx2 + d2T/dy2) sigma>/<sigma>",
+        theory=lambda theory: theory.over_speed["flash_laplacian"],
+        per_speed=True,
+        heated=True,
+        at_rest=0.0,
+        limit=False,
+        pixel_orders=(0.7, 0.7),
+    ),
+    Observable(
+        "flash_width",
+        "m",
+        values=lambda s: power_of_ratio(s.numbers["flash_temperature"], -s.numbers["flash_laplacian"], 0.5),
+        theory=lambda theory: theory.over_speed["flash_width"],
+        per_speed=True,
+        limit=False,
+        pixel_orders=(0.7, 0.7),
+    ),
+    Observable(
+        "slope_length",
+        "m",
+        values=lambda s: ratio(s.numbers["flash_temperature"], -s.numbers["flash_gradient"]),
+        theory=lambda theory: theory.over_speed["slope_length"],
+        per_speed=True,
+        at_rest=np.inf,
+        limit=False,
+    ),
+    Observable(
+        "resting_flash_temperature",
+        "K",
+        stored="<T sigma>/<sigma> of the same heat in a body that does not move under it",
+        only_stored=True,
+        per_speed=True,
+        heated=True,
+    ),
+    Observable(
+        "heat_partition",
+        "1",
+        values=heat_share,
+        theory=lambda theory: theory.heat_partition,
+        per_speed=True,
+        spectra=True,  # the balance of the two bodies after a time of sliding
+    ),
+    Observable(
+        "contact_fraction",
+        "1",
+        stored="A/A0",
+        theory=lambda theory: theory.area_fractions["contact_fraction"],
+        pixel_orders=(1.0, 1.0),
+        by_force_balance=True,
+    ),
+    Observable(
+        "plastic_fraction",
+        "1",
+        stored="share of the cell at the penetration hardness",
+        theory=lambda theory: theory.area_fractions["plastic_fraction"],
+        pixel_orders=(2.0, 1.0),
+        by_force_balance=True,
+    ),
+    Observable(
+        "contact_fraction_corrected",
+        "1",
+        stored="A/A0 less what the pixels add along the edge of the contact",
+        only_stored=True,
+    ),
+    Observable(
+        "plastic_fraction_corrected",
+        "1",
+        stored="plastic_fraction with what the pixels take along its edge",
+        only_stored=True,
+    ),
+    Observable(
+        "pressure_variance",
+        "Pa^2",
+        stored="<sigma^2> - sigma0^2",
+        theory=lambda theory: theory.total(np.ones_like),
+        pixel_orders=(2.0, 1.0),
+        by_force_balance=True,
+    ),
+    *(
+        Observable(
+            f"correlation_radius_{percent}",
+            "m",
+            values=lambda s, fraction=percent / 100: radius(s, fraction),
+            theory=lambda theory, fraction=percent / 100: theory.correlation_radius(fraction),
+            spectra=True,
+            distance=True,
+            pixel_orders=(2.0, np.nan),  # 4, 8, 16, 32 pixels per wave: up by 2 %, then back
+        )
+        for percent in (50, 10, 0)
+    ),
+)
+OBSERVABLES = {record.name: record for record in TABLE if not record.only_stored}
+NUMBERS = {record.name: record for record in TABLE if record.stored}  # what the file of each member stores
+UNITS = {name: record.unit for name, record in OBSERVABLES.items()}
