@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 
 import roughsim as rs
 from roughsim.estimate.cell_size import choose_lengths
-from roughsim.observables.catalogue import of_level
+from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
 from roughsim.scene.numerics import Level, Numerics
 
@@ -74,7 +74,7 @@ def reference(name: str, case: Case, folder: Path) -> dict[str, tuple[np.ndarray
         members(case, Numerics(levels, lengths), k, folder / f"{name}-reference-{k}.npz") for k in range(len(levels))
     ]
     return {
-        observable: chained([of_level(observable, s) for s in samples], samples, observable, case.rest)
+        observable: chained([OBSERVABLES[observable].of_level(s) for s in samples], samples, observable, case.rest)
         for observable in NAMES
     }
 
@@ -107,7 +107,7 @@ def chained(
     value, variance, change = rows[0].mean(axis=0), rows[0].var(axis=0, ddof=1) / len(rows[0]), 0.0
     for k in range(1, len(rows)):
         both = samples[k].rows
-        difference = rows[k] - of_level(observable, samples[k - 1].at(both))
+        difference = rows[k] - OBSERVABLES[observable].of_level(samples[k - 1].at(both))
         change = difference.mean(axis=0)
         value, variance = value + change, variance + difference.var(axis=0, ddof=1) / len(difference)
     return value + rest * change, np.sqrt(variance + (0.25 * rest * change) ** 2)

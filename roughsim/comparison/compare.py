@@ -199,7 +199,7 @@ def _rows(run: Run) -> Iterator[Row]:
     q_c = run.numerics.levels[level].q_max
     drawn = TruncatedSpectrum(prediction.smoothed_spectrum(run.scene), q_c)
     summed = prediction.mode_sums(run.scene, drawn, run.numerics.grid(level))
-    cut, whole = prediction.up_to(run.scene, q_c), prediction.predictions(run.scene)
+    cut, whole = prediction.predictions(run.scene, q_c), prediction.predictions(run.scene)
     for observable, record in OBSERVABLES.items():
         measured = {name: run.estimate(observable, name) for name in run.numerics.columns}
         ratios = _ratios(run, observable, summed[observable], cut[observable])

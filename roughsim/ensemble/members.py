@@ -60,7 +60,7 @@ def store_for(scene: Scene, numerics: Numerics, level: int, index: int, place: P
 
 def _member(scene: Scene, numerics: Numerics, one: Realization) -> Member:
     seen, contact = one.observables, one.contact
-    numbers = {name: np.atleast_1d(number.measure(one)) for name, number in NUMBERS.items()}
+    numbers = {name: record.of_member(one) for name, record in NUMBERS.items()}
     kept = one.index < numerics.keep_fields
     fields = {"heights": one.heights, "pressure": contact.pressure} if kept else {}
     return Member(

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from roughsim.observables.catalogue import OBSERVABLES, of_level
+from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
 
 Array = NDArray[np.float64]
@@ -137,10 +137,10 @@ def _climb(observable: str, samples: list[Sample]) -> list[_Rung]:
     ladder: list[_Rung] = []
 
     def corrected(rows: Array, coarse: Sample, fine: Sample) -> Array:
-        values = of_level(observable, fine)
+        values = OBSERVABLES[observable].of_level(fine)
         if len(values) == count:
             return values
-        change = values - of_level(observable, coarse.at(fine.rows))
+        change = values - OBSERVABLES[observable].of_level(coarse.at(fine.rows))
         mean = change.mean(axis=0)
         result: Array = rows + mean
         result[fine.rows] += count / len(change) * (change - mean)
@@ -154,7 +154,7 @@ def _climb(observable: str, samples: list[Sample]) -> list[_Rung]:
         elif ladder:
             ladder.append(_Rung(sample, corrected(ladder[-1].rows, ladder[-1].sample, sample), None, 1.0))
         else:
-            ladder.append(_Rung(sample, of_level(observable, sample), None, 1.0))
+            ladder.append(_Rung(sample, OBSERVABLES[observable].of_level(sample), None, 1.0))
     return ladder
 
 

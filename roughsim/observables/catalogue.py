@@ -40,6 +40,20 @@ def radius(sample: Sample, fraction: float) -> Array:
     return (r - excess / slope)[:, None]
 
 
+def correlation_radius(percent: int) -> Observable:
+    """Return the record of the distance at which g(r) has fallen to a part of g(0)."""
+    fraction = percent / 100
+    return Observable(
+        f"correlation_radius_{percent}",
+        "m",
+        values=lambda s: radius(s, fraction),
+        theory=lambda theory: theory.correlation_radius(fraction),
+        spectra=True,
+        distance=True,
+        pixel_orders=(2.0, np.nan),  # 4, 8, 16, 32 pixels per wave: up by 2 %, then back
+    )
+
+
 TABLE = (
     Observable(
         "flash_temperature",
@@ -142,18 +156,9 @@ TABLE = (
         pixel_orders=(2.0, 1.0),
         by_force_balance=True,
     ),
-    *(
-        Observable(
-            f"correlation_radius_{percent}",
-            "m",
-            values=lambda s, fraction=percent / 100: radius(s, fraction),
-            theory=lambda theory, fraction=percent / 100: theory.correlation_radius(fraction),
-            spectra=True,
-            distance=True,
-            pixel_orders=(2.0, np.nan),  # 4, 8, 16, 32 pixels per wave: up by 2 %, then back
-        )
-        for percent in (50, 10, 0)
-    ),
+    correlation_radius(50),
+    correlation_radius(10),
+    correlation_radius(0),
 )
 OBSERVABLES = {record.name: record for record in TABLE if not record.only_stored}
 NUMBERS = {record.name: record for record in TABLE if record.stored}  # what the file of each member stores

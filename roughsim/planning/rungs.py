@@ -89,13 +89,13 @@ def _cut_errors(scene: Scene, column: Column, lengths: tuple[float, float], seen
         return 0.0, pixel
     if not prediction.follows_theory(scene, column, top):
         return nan, pixel
-    temperatures = prediction.up_to(scene, inf)["flash_temperature"]
+    temperatures = prediction.predictions(scene, inf)["flash_temperature"]
     hottest = int(np.argmax(temperatures))
     if not temperatures[hottest]:  # at rest, at every speed of the scene
         return 0.0, pixel
 
     def theory(q: float) -> float:
-        return float(prediction.up_to(scene, q)["flash_temperature"][hottest])
+        return float(prediction.predictions(scene, q)["flash_temperature"][hottest])
 
     remainder = theory(inf) / theory(top) - 1.0
     if seen is not None:  # as much more than in the theory as the pilot's step

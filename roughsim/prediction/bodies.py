@@ -7,30 +7,20 @@ two are as clean as with a number.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import lru_cache
-from math import isinf, nan
-from typing import TYPE_CHECKING, Any, NamedTuple
+from math import inf, nan
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+import theory
 from roughsim.heat import effective_temperature
-
-if TYPE_CHECKING:
-    from roughsim.scene import Scene
-    from roughsim.scene.model import Conduction
+from roughsim.scene import Scene, SceneError
+from roughsim.scene.model import Conduction
 
 Array = NDArray[np.float64]
-
-
-def smoothed_spectrum(scene: Scene) -> Any:
-    """Return C_sm of a capped scene (Eq. 27), or C(q) itself of an elastic one: a callable with `breaks`."""
-    from theory import plasticity
-
-    return (
-        scene.spectrum if scene.elastic else plasticity.smoothed_spectrum(scene.spectrum, **pressure_arguments(scene))
-    )
 
 
 def pressure_arguments(scene: Scene) -> dict[str, float]:
@@ -51,37 +41,41 @@ def stress_arguments(scene: Scene) -> dict[str, Any]:
     }
 
 
+def heat_arguments(scene: Scene, bodies: Conduction) -> dict[str, float]:
+    """Return μ, κ and D of the moving body as arguments of the theory."""
+    return {
+        "friction_coefficient": scene.sliding.friction_coefficient,
+        "conductivity": bodies.conductivity,
+        "diffusivity": bodies.diffusivity,
+    }
+
+
+@lru_cache(maxsize=64)
+def smoothed_spectrum(scene: Scene) -> Any:
+    """Return C_sm of a capped scene (Eq. 27), or C(q) itself of an elastic one: a callable with `breaks`."""
+    if scene.elastic:
+        return scene.spectrum
+    return theory.plasticity.smoothed_spectrum(scene.spectrum, **pressure_arguments(scene))
+
+
 class Conductions(NamedTuple):
-    """κ, W/(m K), and D, m²/s, of both bodies, `each` with one entry per speed; NaN for an insulating counterface."""
+    """κ, W/(m K), and D, m²/s, of both bodies at each speed: as records, and as read-only arrays (speeds,).
+
+    The arrays of an insulating counterface hold NaN.
+    """
 
     each: tuple[Conduction, ...]
-
-    @property
-    def conductivity(self) -> Array:
-        """κ of the moving body, (speeds,)."""
-        return np.array([bodies.conductivity for bodies in self.each])
-
-    @property
-    def diffusivity(self) -> Array:
-        """D of the moving body, (speeds,)."""
-        return np.array([bodies.diffusivity for bodies in self.each])
-
-    @property
-    def counter_conductivity(self) -> Array:
-        """κ of the counterface, (speeds,)."""
-        return np.array([bodies.counter_conductivity for bodies in self.each], np.float64)
-
-    @property
-    def counter_diffusivity(self) -> Array:
-        """D of the counterface, (speeds,)."""
-        return np.array([bodies.counter_diffusivity for bodies in self.each], np.float64)
+    conductivity: Array
+    diffusivity: Array
+    counter_conductivity: Array
+    counter_diffusivity: Array
 
     def groups(self) -> Iterator[tuple[list[int], Conduction]]:
-        """Yield the places of the speeds that go with one and the same conduction, and that."""
-        places: dict[Conduction, list[int]] = {}
+        """Yield the indices of the speeds that go with one and the same conduction, and that."""
+        indices: dict[Conduction, list[int]] = {}
         for k, bodies in enumerate(self.each):
-            places.setdefault(bodies, []).append(k)
-        return ((place, bodies) for bodies, place in places.items())
+            indices.setdefault(bodies, []).append(k)
+        return ((speeds, bodies) for bodies, speeds in indices.items())
 
 
 def conduction(scene: Scene, speeds: ArrayLike | None = None) -> Conductions:
@@ -102,29 +96,30 @@ def conduction(scene: Scene, speeds: ArrayLike | None = None) -> Conductions:
     SceneError
         If the contact gets hotter than a table goes.
     """
-    wanted = scene.speeds if speeds is None else tuple(np.asarray(speeds, np.float64).ravel().tolist())
-    return _conduction(scene, wanted)
+    return _conduction(scene, scene.speeds if speeds is None else tuple(np.ravel(speeds).astype(np.float64).tolist()))
 
 
 @lru_cache(maxsize=64)
 def _conduction(scene: Scene, speeds: tuple[float, ...]) -> Conductions:
-    if isinf(scene.temperature_range[1]):
-        return Conductions((scene.conduction(),) * len(speeds))
-    spectrum = smoothed_spectrum(scene)
-    return Conductions(tuple(scene.conduction(_contact_temperature(scene, spectrum, speed)) for speed in speeds))
+    if scene.temperature_range[1] == inf:
+        each = (scene.conduction(),) * len(speeds)
+    else:
+        each = tuple(scene.conduction(contact_temperature(scene, speed)) for speed in speeds)
+    columns = np.array(list(zip(*each, strict=True)), dtype=np.float64)  # None becomes NaN
+    columns.flags.writeable = False
+    return Conductions(each, *columns)
 
 
-def _contact_temperature(scene: Scene, spectrum: Any, speed: float) -> float:
-    """T₀ + 0.75 s T_flash, K, with the conductivities that both bodies have at that temperature."""
-    from roughsim.scene import SceneError
-    from theory import flash
-
-    high = scene.temperature_range[1]
+def contact_temperature(scene: Scene, speed: float) -> float:
+    """Return T₀ + 0.75 s T_flash, K, with the conductivities that both bodies have at that temperature."""
+    high, spectrum = scene.temperature_range[1], smoothed_spectrum(scene)
 
     def rise(temperature: float) -> float:
         bodies = scene.conduction(min(temperature, high))
-        heated = flash.flash_temperature(speed, spectrum, **stress_arguments(scene), **heat_arguments(scene, bodies))
-        return float(_used_share(scene, np.array([speed]), spectrum, bodies)[0] * heated)
+        arguments = stress_arguments(scene) | heat_arguments(scene, bodies)
+        flash_temperature = theory.flash.flash_temperature(speed, spectrum, **arguments)
+        share = share_of(scene, scene.sliding.heat_partition, np.array([speed]), spectrum, bodies)
+        return float(share[0] * flash_temperature)
 
     result = effective_temperature(rise, background_temperature=scene.sliding.background_temperature or 0.0)
     if result > high:
@@ -135,21 +130,12 @@ def _contact_temperature(scene: Scene, spectrum: Any, speed: float) -> float:
     return result
 
 
-def heat_arguments(scene: Scene, bodies: Conduction) -> dict[str, Any]:
-    """Return μ, κ and D of the moving body as arguments of the theory."""
-    return {
-        "friction_coefficient": scene.sliding.friction_coefficient,
-        "conductivity": bodies.conductivity,
-        "diffusivity": bodies.diffusivity,
-    }
-
-
 def heat_partition(scene: Scene, speeds: ArrayLike | None = None) -> Array:
     """Return the share that temperatures are reported with, per speed: a number, 1, or the theory's rule.
 
     The speeds, m/s, if None, are those of the scene.
     """
-    return _over_groups(scene, speeds, _used_share)
+    return shares(scene, speeds, scene.sliding.heat_partition, smoothed_spectrum(scene))
 
 
 def theoretical_partition(scene: Scene, spectrum: Any = None) -> Array:
@@ -158,42 +144,25 @@ def theoretical_partition(scene: Scene, spectrum: Any = None) -> Array:
     `spectrum` stands for the whole C_sm if given.
     """
     rule = "total" if scene.sliding.heat_partition == "total" else "mean"
-
-    def share(*given: Any) -> Array:
-        return _theoretical_share(rule, *given)
-
-    return _over_groups(scene, None, share, spectrum)
+    return shares(scene, None, rule, smoothed_spectrum(scene) if spectrum is None else spectrum)
 
 
-def _over_groups(
-    scene: Scene,
-    speeds: ArrayLike | None,
-    share: Callable[[Scene, Array, Any, Conduction], Array],
-    spectrum: Any = None,
-) -> Array:
-    """A share at each speed, with the conductivities that go with it."""
+def shares(scene: Scene, speeds: ArrayLike | None, rule: float | str, spectrum: Any) -> Array:
+    """Return a share at each speed, m/s, with the conductivities that go with it."""
     speed = np.asarray(scene.speeds if speeds is None else speeds, np.float64)
     result = np.empty(speed.shape)
-    spectrum = smoothed_spectrum(scene) if spectrum is None else spectrum
-    for place, bodies in conduction(scene, speed).groups():
-        result[place] = share(scene, speed[place], spectrum, bodies)
+    for indices, bodies in conduction(scene, speed).groups():
+        result[indices] = share_of(scene, rule, speed[indices], spectrum, bodies)
     return result
 
 
-def _used_share(scene: Scene, speed: Array, spectrum: Any, bodies: Conduction) -> Array:
-    rule = scene.sliding.heat_partition
-    if isinstance(rule, str) and rule != "all":
-        return _theoretical_share(rule, scene, speed, spectrum, bodies)
-    return np.full(speed.shape, 1.0 if rule == "all" else float(rule))
-
-
-def _theoretical_share(rule: str, scene: Scene, speed: Array, spectrum: Any, bodies: Conduction) -> Array:
-    from theory import partition
-
+def share_of(scene: Scene, rule: float | str, speed: Array, spectrum: Any, bodies: Conduction) -> Array:
+    """Return the moving body's share by a rule of the scene at speeds (n,), m/s, that have one conduction."""
+    if not isinstance(rule, str) or rule == "all":
+        return np.full(speed.shape, 1.0 if rule == "all" else float(rule))
     if bodies.counter_conductivity is None:
         return np.full(speed.shape, nan)
-    duration: dict[str, Any] = {"duration": scene.sliding.duration} if rule == "total" else {}
-    share = partition.moving_share(
+    share = theory.partition.moving_share(
         speed,
         spectrum,
         **stress_arguments(scene),
@@ -202,6 +171,6 @@ def _theoretical_share(rule: str, scene: Scene, speed: Array, spectrum: Any, bod
         resting_conductivity=bodies.counter_conductivity,
         resting_diffusivity=bodies.counter_diffusivity,
         rule=rule,
-        **duration,
+        **({"duration": scene.sliding.duration} if rule == "total" else {}),
     )
     return np.asarray(share, dtype=np.float64)

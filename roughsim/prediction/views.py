@@ -1,6 +1,6 @@
 """The theory of one scene as observables ask for it: integrated over C(q), or summed over the modes of a cell.
 
-Both views have the same attributes, so that an observable says once what the theory makes of it.
+Both views offer what `observables.record.Theory` asks for, so that an observable says once what the theory makes of it.
 """
 
 from __future__ import annotations
@@ -8,14 +8,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cached_property
 from math import inf, nan, pi
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
 
+import theory
 from roughsim.grid import Grid
-from roughsim.observables.moments import StressSpectrum
+from roughsim.observables.stress_spectrum import StressSpectrum
 from roughsim.prediction.bodies import (
     conduction,
     heat_arguments,
@@ -23,135 +24,112 @@ from roughsim.prediction.bodies import (
     stress_arguments,
     theoretical_partition,
 )
+from roughsim.scene import Scene
 from roughsim.surface.spectrum import TruncatedSpectrum
 from roughsim.surface.synthesis import mean_over_cells, mode_variance
 
-if TYPE_CHECKING:
-    from roughsim.scene import Scene
-
 Array = NDArray[np.float64]
+OVER_SPEED = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
 _NEAR = 16.0  # mode spacings beyond q_min within which W is averaged over Fourier cells
-
-
-class Theory(Protocol):
-    """What an observable may ask of the theory of `scene`; all the heat goes into the moving body."""
-
-    scene: Scene
-
-    @property
-    def over_speed(self) -> dict[str, Array]:
-        """T_flash, T′, ∇²T, D_flash and d_flash by name, (speeds,)."""
-
-    @property
-    def heat_partition(self) -> Array:
-        """The share of the moving body, (speeds,); NaN without a second one."""
-
-    @property
-    def area_fractions(self) -> dict[str, float]:
-        """`contact_fraction` and `plastic_fraction`."""
-
-    def correlation_radius(self, fraction: float) -> float:
-        """Return the smallest r, m, with g_σ(r) = fraction·g_σ(0); NaN if there is none."""
-
-    def total(self, weight: Callable[[Array], Array]) -> float:
-        """Return the sum or integral of weight(q) over the variance of the pressure, Pa² times its unit.
-
-        `weight` takes wavenumbers in rad/m and is smooth in ln q; with 1 it gives g_σ(0).
-        """
 
 
 class Integrals:
     """The theory over the whole spectrum, or up to `q_max`, rad/m."""
 
     def __init__(self, scene: Scene, q_max: float = inf):
-        self.scene = scene
         whole = smoothed_spectrum(scene)
+        self._scene = scene
         self._end = min(q_max, float(whole.breaks[-1]))
         self._spectrum = TruncatedSpectrum(whole, q_max) if q_max < inf else whole
 
     @cached_property
     def over_speed(self) -> dict[str, Array]:
         """T_flash, T′, ∇²T, D_flash and d_flash by name, (speeds,). Eqs. (4), (7), (9), (25), (26)"""
-        return over_speed(self.scene, np.array(self.scene.speeds), self._spectrum)
+        return over_speed(self._scene, np.array(self._scene.speeds), self._spectrum)
 
     @property
     def heat_partition(self) -> Array:
         """The share of the moving body, (speeds,)."""
-        return theoretical_partition(self.scene, self._spectrum)
+        return theoretical_partition(self._scene, self._spectrum)
 
     @property
     def area_fractions(self) -> dict[str, float]:
         """`contact_fraction` and `plastic_fraction`."""
-        return area_fractions(self.scene, self._end)
+        return area_fractions(self._scene, self._end)
 
     def correlation_radius(self, fraction: float) -> float:
         """Return the smallest r, m, with g_σ(r) = fraction·g_σ(0)."""
-        from theory import persson
-
-        return persson.correlation_radius(fraction, self._spectrum, **stress_arguments(self.scene))
+        return float(theory.persson.correlation_radius(fraction, self._spectrum, **stress_arguments(self._scene)))
 
     def total(self, weight: Callable[[Array], Array]) -> float:
         """Return 2π ∫ q |σ_q|² weight(q) dq. Eq. (2)"""
-        from theory import persson
-
-        stress = stress_arguments(self.scene)
-        density = persson.stress_density(
-            self._spectrum, None, stress["effective_modulus"], stress["nominal_pressure"], stress["gamma"]
-        )
+        density = theory.persson.stress_density(self._spectrum, None, **stress_arguments(self._scene))
         return float(density.weighted() @ weight(density.wavenumber()))
 
 
 class ModeSums:
-    """The same with ∫ d²q C replaced by the sum over the mode variances of a grid: what a simulation can see."""
+    """The same with ∫ d²q C replaced by the sum over the mode variances of a grid: what a simulation can see.
+
+    `spectrum` is the one that the surfaces are drawn from, up to their q_c.
+    """
 
     def __init__(self, scene: Scene, spectrum: Any, grid: Grid):
-        self.scene = scene
-        self._reach = 0.5 * float(np.hypot(*grid.lengths))
-        self._wavenumber, self._stress, self._probability = _mode_stress(scene, spectrum, grid)
+        variance = mode_variance(spectrum, grid) * grid.multiplicity
+        present = variance > 0.0
+        q, place = np.unique(grid.wavenumbers[present], return_inverse=True)
+        stress = stress_arguments(scene)
+
+        def weight(at: Array) -> Any:
+            return theory.persson.stress_weight(at, spectrum, **stress)
+
+        # W at |q| of each mode, but its mean over the Fourier cell near q_min: there W falls from 1 within a mode
+        weights = weight(q)[place]
+        near = grid.wavenumbers < spectrum.breaks[0] + _NEAR * 2 * pi / min(grid.lengths)
+        weights[near[present]] = mean_over_cells(weight, spectrum, grid, near & present)
+        roughness = np.bincount(place, variance[present] * weights)
+        self._scene, self._reach = scene, 0.5 * float(np.hypot(*grid.lengths))
+        self._wavenumber, self._stress = q, (0.5 * scene.effective_modulus * q) ** 2 * roughness
+        del stress["gamma"]
+        self._probability = float(theory.persson.contact_probability(float(spectrum.breaks[-1]), spectrum, **stress))
 
     @cached_property
     def _moments(self) -> tuple[Array, Array, Array]:
         """The sums of Eqs. (4), (7) and (9) without μv/κσ₀, (speeds,)."""
-        from theory import flash
-
         q, stress = self._wavenumber, self._stress
-        diffusivity = conduction(self.scene).diffusivity
-        even, odd = flash.angular_integrals(np.array(self.scene.speeds)[:, None] / (diffusivity[:, None] * q))
+        diffusivity = conduction(self._scene).diffusivity
+        ratio = np.array(self._scene.speeds)[:, None] / (diffusivity[:, None] * q)
+        even, odd = theory.flash.angular_integrals(ratio)
         return (2 / pi * even) @ (stress / q), (2 / pi * odd) @ stress, -(2 / pi * even) @ (stress * q)
 
     @property
     def over_speed(self) -> dict[str, Array]:
         """T_flash, T′, ∇²T, D_flash and d_flash by name, (speeds,)."""
         temperature, gradient, laplacian = self._moments
-        sliding = self.scene.sliding
-        heating = sliding.friction_coefficient * np.array(self.scene.speeds)
-        rate = heating / (conduction(self.scene).conductivity * sliding.nominal_pressure)
+        sliding = self._scene.sliding
+        heating = sliding.friction_coefficient * np.array(self._scene.speeds)
+        rate = heating / (conduction(self._scene).conductivity * sliding.nominal_pressure)
         with np.errstate(divide="ignore"):
             slope_length = temperature / np.abs(gradient)
-        return {
-            "flash_temperature": rate * temperature,
-            "flash_gradient": rate * gradient,
-            "flash_laplacian": rate * laplacian,
-            "flash_width": np.sqrt(-temperature / laplacian),
-            "slope_length": slope_length,
-        }
+        width = np.sqrt(-temperature / laplacian)
+        values = rate * temperature, rate * gradient, rate * laplacian, width, slope_length
+        return dict(zip(OVER_SPEED, values, strict=True))
 
     @property
     def heat_partition(self) -> Array:
         """The share of the moving body, (speeds,); NaN without a second one."""
         moving = self._moments[0]  # κT σ₀/μv, as all temperatures here
-        if not self.scene.counterface_conducts:
+        if not self._scene.counterface_conducts:
             return np.full(moving.shape, nan)
-        heated, bodies = heating(self.scene, self._wavenumber), conduction(self.scene)
-        still = heated.growth @ (self._stress / self._wavenumber) + heated.resting
+        history, bodies = heat_history(self._scene, self._wavenumber), conduction(self._scene)
+        still = history.growth @ (self._stress / self._wavenumber) + history.resting
         still *= bodies.conductivity / bodies.counter_conductivity
-        share: Array = still / (still + moving + heated.moving)
+        share: Array = still / (still + moving + history.moving)
         return share
 
     @property
     def area_fractions(self) -> dict[str, float]:
         """`contact_fraction` and `plastic_fraction`."""
-        return area_fractions(self.scene) | {"contact_fraction": self._probability}
+        return area_fractions(self._scene) | {"contact_fraction": self._probability}
 
     def correlation_radius(self, fraction: float) -> float:
         """Return the smallest r, m, with g_σ(r) = fraction·g_σ(0); NaN if the cell holds none."""
@@ -162,35 +140,11 @@ class ModeSums:
         return float(self._stress @ weight(self._wavenumber))
 
 
-def _mode_stress(scene: Scene, spectrum: Any, grid: Grid) -> tuple[Array, Array, float]:
-    """Wavenumbers of the modes, their share of ⟨σ²⟩ − σ₀² in the theory, and the contact area at their end.
-
-    W is that at |q| of a mode, but its mean over the Fourier cell near q_min: there W falls from 1 within a mode.
-    """
-    from theory import persson
-
-    variance = mode_variance(spectrum, grid) * grid.multiplicity
-    present = variance > 0.0
-    q, place = np.unique(grid.wavenumbers[present], return_inverse=True)
-    stress = stress_arguments(scene)
-
-    def weight(at: Array) -> Array:
-        return persson.stress_weight(at, spectrum, **stress)
-
-    weights = weight(q)[place]
-    near = grid.wavenumbers < spectrum.breaks[0] + _NEAR * 2 * pi / min(grid.lengths)
-    weights[near[present]] = mean_over_cells(weight, spectrum, grid, near & present)
-    roughness = np.bincount(place, variance[present] * weights)
-    pressures = {key: stress[key] for key in ("effective_modulus", "nominal_pressure")}
-    share = persson.contact_probability(float(spectrum.breaks[-1]), spectrum, **pressures)
-    return q, (0.5 * scene.effective_modulus * q) ** 2 * roughness, float(share)
-
-
-class _Heating(NamedTuple):
+class HeatHistory(NamedTuple):
     """What the time of sliding adds to the balance of the two bodies, at each speed.
 
     `growth` (speeds, modes) is the part of the steady temperature that the resting body has reached; `moving` and
-    `resting` (speeds,) are the backgrounds κT₀ σ₀/μv, Pa² m. With the rule "mean" they are 1, 0 and 0.
+    `resting` (speeds,) are the backgrounds κT₀ σ₀/μv, Pa² m. Where time plays no part they are 1, 0 and 0.
     """
 
     growth: Array
@@ -198,52 +152,51 @@ class _Heating(NamedTuple):
     resting: Array
 
 
-def heating(scene: Scene, q: Array) -> _Heating:
-    """Return what the time of sliding adds to the balance of the two bodies.
-
-    Parameters
-    ----------
-    scene : Scene
-        What is computed.
-    q : ndarray
-        Wavenumbers of the modes, rad/m, (modes,).
-    """
-    from theory import background
-
+def heat_history(scene: Scene, q: Array) -> HeatHistory:
+    """Return what the time of sliding adds at wavenumbers q of modes, rad/m, (modes,)."""
     time, bodies, none = scene.sliding.duration, conduction(scene), np.zeros(len(scene.speeds))
     if scene.sliding.heat_partition != "total" or time is None:
-        return _Heating(np.ones((none.size, q.size)), none, none)
+        return HeatHistory(np.ones((none.size, q.size)), none, none)
     square = scene.sliding.nominal_pressure**2
     moving, resting = (
-        np.array([background.temperature(time, heat_flux=square, conductivity=1.0, diffusivity=d) for d in each])
+        np.array([theory.background.temperature(time, heat_flux=square, conductivity=1.0, diffusivity=d) for d in each])
         for each in (bodies.diffusivity, bodies.counter_diffusivity)
     )
-    return _Heating(erf(q * np.sqrt(bodies.counter_diffusivity * time)[:, None]), moving, resting)
+    return HeatHistory(erf(q * np.sqrt(bodies.counter_diffusivity * time)[:, None]), moving, resting)
 
 
-def over_speed(scene: Scene, speeds: Array, spectrum: Any = None) -> dict[str, Array]:
-    """Return T_flash, T′, ∇²T, D_flash and d_flash at any speeds, m/s, over the whole spectrum or a given one."""
-    from theory import flash
+def over_speed(
+    scene: Scene,
+    speeds: Array,
+    spectrum: Any = None,
+    *,
+    stress_spectrum: Any = None,
+    names: tuple[str, ...] = OVER_SPEED,
+) -> dict[str, Array]:
+    """Return T_flash, T′, ∇²T, D_flash and d_flash at any speeds, m/s, with all heat in the moving body.
 
-    spectrum = smoothed_spectrum(scene) if spectrum is None else spectrum
-    names = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
+    They are those of the whole spectrum, of a `spectrum` C(q), or of a `stress_spectrum` |σ_q|².
+    """
+    if stress_spectrum is not None:
+        stress = {"stress_spectrum": stress_spectrum, "nominal_pressure": scene.sliding.nominal_pressure}
+    else:
+        stress = {"spectrum": smoothed_spectrum(scene) if spectrum is None else spectrum} | stress_arguments(scene)
     result = {name: np.empty(speeds.shape) for name in names}
-    for place, bodies in conduction(scene, speeds).groups():
-        given = stress_arguments(scene) | heat_arguments(scene, bodies)
+    for indices, bodies in conduction(scene, speeds).groups():
         for name, values in result.items():
-            values[place] = getattr(flash, name)(speeds[place], spectrum, **given)
+            formula = getattr(theory.flash, name)
+            values[indices] = formula(speeds[indices], **stress, **heat_arguments(scene, bodies))
     return result
 
 
 def area_fractions(scene: Scene, q_max: float = inf) -> dict[str, float]:
     """Return the contact and the plastic share of the area with all roughness, or with that up to q_max, rad/m."""
-    from theory import persson, plasticity
-
     spectrum, modulus = scene.spectrum, scene.effective_modulus
-    load, end = scene.sliding.nominal_pressure, min(q_max, float(scene.spectrum.breaks[-1]))
+    load, end = scene.sliding.nominal_pressure, min(q_max, float(spectrum.breaks[-1]))
     if scene.elastic:
-        share = persson.contact_probability(end, spectrum, effective_modulus=modulus, nominal_pressure=load)
+        probability = theory.persson.contact_probability
+        share = probability(end, spectrum, effective_modulus=modulus, nominal_pressure=load)
         return {"contact_fraction": float(share), "plastic_fraction": 0.0}
-    variance = persson.half_variance(end, spectrum, effective_modulus=modulus)
-    _, elastic, plastic = plasticity.area_fractions(variance, load, scene.penetration_hardness)
+    variance = theory.persson.half_variance(end, spectrum, effective_modulus=modulus)
+    _, elastic, plastic = theory.plasticity.area_fractions(variance, load, scene.penetration_hardness)
     return {"contact_fraction": float(elastic + plastic), "plastic_fraction": float(plastic)}

@@ -19,7 +19,7 @@ from roughsim.results.fields import kept
 from roughsim.store.member_files import FIELD_UNITS, member_path, read_field, read_member
 
 if TYPE_CHECKING:
-    from roughsim.observables.record import Number
+    from roughsim.observables.record import Observable
     from roughsim.results.run import Run
 
 Array = NDArray[Any]
@@ -112,8 +112,8 @@ def _number(run: Run, name: str) -> Array:
     return values
 
 
-def _of_number(run: Run, number: Number, values: Array) -> Labelled:
-    attributes = {"units": number.unit, "description": number.words}
+def _of_number(run: Run, number: Observable, values: Array) -> Labelled:
+    attributes = {"units": number.unit, "description": number.stored}
     if number.heated:
         values *= run.heat_partition
         attributes["comment"] = "of the share heat_partition of the heat"

@@ -7,8 +7,9 @@ from scipy import special, stats
 from roughsim.estimate import errors as est
 from roughsim.estimate.ladder import NO_LIMIT, Values, fitted_exponent, observe
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.observables.catalogue.stress import RADII
 from roughsim.observables.record import Sample, ratio
+
+RADII = {"correlation_radius_50": 0.5, "correlation_radius_10": 0.1, "correlation_radius_0": 0.0}
 
 
 def sample(q_max=1.0, n=20, seed=0, speeds=2, shift=0.0):

@@ -169,11 +169,11 @@ def test_the_theory_up_to_a_cut_off_is_that_of_a_surface_that_ends_there(hardnes
     rock = replace(rock, body=replace(rock.body, penetration_hardness=hardness))
     ends = rock.spectrum.truncated(q_max=4e5)
     short = replace(rock, surface=replace(rock.surface, q_max=4e5, rms_height=ends.rms_height / np.sqrt(2.0)))
-    cut, whole = prediction.up_to(rock, 4e5), prediction.predictions(short)
+    cut, whole = prediction.predictions(rock, 4e5), prediction.predictions(short)
     for name, values in whole.items():
         np.testing.assert_allclose(cut[name], values, rtol=1e-6, err_msg=name)
     np.testing.assert_allclose(
-        prediction.up_to(rock, np.inf)["flash_temperature"],
+        prediction.predictions(rock, np.inf)["flash_temperature"],
         prediction.predictions(rock)["flash_temperature"],
         rtol=1e-12,
     )

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import roughsim as rs
 from roughsim import prediction
@@ -89,12 +90,10 @@ def test_table_chart_page_and_theory_say_the_same_number(compared, monkeypatch):
     monkeypatch.setattr(sections, "picture", lambda draw, ending, caption: tag("figure", caption))
     assert f'class="value">{number(said[-1])}<small> K' in sections.answer(compared)
     assert f">{number(said[0])}</td>" in sections.comparison(compared)
-    drawn, bands = [], []
-    axes = type("Axes", (), {"plot": lambda self, *data, **how: drawn.append(data), "set": lambda self, **_: None})()
+    axes, bands = Figure().subplots(), []
     monkeypatch.setattr(chart, "band", lambda _, x, mean, error, colour: bands.append(error))
-    monkeypatch.setattr(chart, "_plain_numbers", lambda _: None)
     chart.draw_over_speed(axes, compared, "flash_temperature")
-    speed, line = drawn[0]
+    speed, line = axes.get_lines()[0].get_data()
     np.testing.assert_allclose([line[list(speed).index(v)] for v in scene.speeds], said, rtol=1e-12)
     for column, half in zip(compared.run.numerics.columns, bands, strict=True):
         np.testing.assert_array_equal(half, compared.run.estimate("flash_temperature", column).total_error)
@@ -129,6 +128,6 @@ def test_the_sum_over_the_modes_of_a_planned_cell_is_the_integral_to_the_size_er
     q_c = 90 * 2 * np.pi / lengths[0]
     spectrum = TruncatedSpectrum(prediction.smoothed_spectrum(scene), q_c)
     summed = prediction.mode_sums(scene, spectrum, rs.Grid((180, 180), lengths))
-    integral = prediction.up_to(scene, spectrum.breaks[-1])
+    integral = prediction.predictions(scene, spectrum.breaks[-1])
     for observable in ("flash_temperature", "pressure_variance"):
         np.testing.assert_allclose(summed[observable], integral[observable], rtol=0.004)
