@@ -33,7 +33,7 @@ if TYPE_CHECKING:  # for readers of types; at run time names are imported when t
     from roughsim.contact.patches import corrected_fractions as corrected_fractions
     from roughsim.contact.plasticity import follow_loads as follow_loads
     from roughsim.contact.plasticity import plastic_deformation as plastic_deformation
-    from roughsim.ensemble import run as run
+    from roughsim.ensemble.run import run as run
     from roughsim.errors import ConvergenceError as ConvergenceError
     from roughsim.errors import RecordError as RecordError
     from roughsim.errors import ResolutionError as ResolutionError
@@ -85,7 +85,7 @@ _HOME = {
     "Numerics": "scene.numerics",
     "plan": "planning.plan",
     "realize": "realization",
-    "run": "ensemble",
+    "run": "ensemble.run",
     "open_run": "results.folder",
     "compare": "comparison.compare",
     "RoughsimError": "errors",

@@ -162,7 +162,7 @@ def _free(folder: Path) -> int:
 
 
 def _claims(folder: Path) -> Iterator[dict[str, Any]]:
-    from roughsim.ensemble import writer
+    from roughsim.store.claims import writer
 
     for path in sorted({*folder.glob("claims"), *folder.glob("*/claims"), *folder.glob("*/*/claims")}):
         if not (path.parent / "run.json").exists():

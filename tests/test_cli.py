@@ -168,8 +168,8 @@ def test_too_many_failures_make_the_exit_code_tell(capsys, tmp_path, quick, monk
     def fails(*_, **__):
         raise ConvergenceError("contact solve stalled: residual 0.1", 0.1, 7)
 
-    genuine = members.realize
-    monkeypatch.setattr(members, "realize", lambda *a, **k: fails() if k["index"] == 1 else genuine(*a, **k))
+    genuine = members.solve_problem
+    monkeypatch.setattr(members, "solve_problem", lambda problem: fails() if problem.index == 1 else genuine(problem))
     (tmp_path / "scene.toml").write_text(quick.to_toml())
     words = ("run", tmp_path / "scene.toml", "-o", tmp_path / "run", "--workers", 1, "--max", 3)
     code, _, err = inside(capsys, *words)
@@ -185,12 +185,12 @@ def test_too_many_failures_make_the_exit_code_tell(capsys, tmp_path, quick, monk
 
 
 def test_an_interrupt_says_that_nothing_is_lost(capsys, tmp_path, monkeypatch):
-    from roughsim import ensemble
+    from roughsim.ensemble import run
 
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(ensemble, "run", interrupted)
+    monkeypatch.setattr(run, "run", interrupted)
     code, _, err = inside(capsys, "run", "demo", "-o", tmp_path / "run")
     assert code == 130
     assert err.splitlines()[-1].startswith("roughsim: stopped; what was computed is stored")

@@ -1,93 +1,76 @@
-"""The file of one member: computed and stored."""
+"""What a worker does: compute one member and store its file. It needs the pipeline and the disk, no scene."""
 
 from __future__ import annotations
 
 import socket
 import time
 import warnings
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from roughsim import fourier
 from roughsim.errors import ConvergenceError, RecordError
 from roughsim.observables.catalogue import NUMBERS
-from roughsim.pipeline import versions
-from roughsim.realization import Realization, realize
-from roughsim.scene.numerics import Numerics
+from roughsim.pipeline import Problem, solve_problem, versions
 from roughsim.store.member_files import Member, write_member
 
-if TYPE_CHECKING:
-    from roughsim.scene import Scene
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """The members of one level, as a worker gets them: some kilobytes once pickled."""
+
+    level: int
+    problem: Problem  # its index is replaced by that of the member
+    speeds: tuple[float, ...]  # m/s, as the scene has them: the problem has a tiny speed in place of zero
+    keep_fields: int  # how many realizations keep their fields
+    provenance: dict[str, Any]  # of the whole run: its scene and numerics
+    folder: Path  # of the run
 
 
-def store_member(scene: Scene, numerics: Numerics, level: int, index: int, place: Path) -> None:
-    """Compute one member and write its file.
+def store_member(job: Job, index: int) -> str:
+    """Compute one member, write its file, and return the name of this host.
 
-    A solve that does not converge is stored as a failure.
+    A solve that does not converge is stored as a failure. RecordError if this process does not see the run folder;
+    OSError, naming the path, if the disk refuses.
     """
-    fourier.set_threads(numerics.threads)
-    seed = scene.ensemble.seed
+    host = socket.gethostname()
+    if not (job.folder / "run.json").exists():
+        raise RecordError(
+            f"a worker on {host} does not see {job.folder}: it was moved, or the file system is not shared; name a run "
+            f"folder that all workers see"
+        )
+    problem = replace(job.problem, index=index)
+    fourier.set_threads(problem.threads)
     try:
         with warnings.catch_warnings():
             # the plan says what a cell leaves out of the spectrum; each member need not repeat it
             warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
-            member = _member(scene, numerics, realize(scene, numerics, seed=seed, level=level, index=index))
+            solution = solve_problem(problem)
     except ConvergenceError as error:
-        provenance = _provenance(scene, numerics, error.residual, error.iterations, {})
-        member = Member(level, index, failure=str(error), lengths=numerics.lengths, provenance=provenance)
-    write_member(place, member)
-
-
-def store_for(scene: Scene, numerics: Numerics, level: int, index: int, place: Path) -> str:
-    """Do as `store_member` in a worker, and return the name of its host.
-
-    Raises
-    ------
-    RecordError
-        If the worker does not see the run folder.
-    """
-    host = socket.gethostname()
-    if not (place / "run.json").exists():
-        raise RecordError(
-            f"a worker on {host} does not see {place}: the file system is not shared; name a run folder that all "
-            f"workers see"
+        provenance = {"residual": error.residual, "iterations": error.iterations, "seconds": {}}
+        member = Member(job.level, index, failure=str(error))
+    else:
+        contact, spectrum = solution.contact, solution.observables.stress_spectrum
+        provenance = {"residual": contact.residual, "iterations": contact.iterations, "seconds": solution.seconds}
+        fields = {"heights": solution.heights, "pressure": contact.pressure} if index < job.keep_fields else {}
+        member = Member(
+            job.level,
+            index,
+            numbers={name: number.of_member(solution) for name, number in NUMBERS.items()},
+            wavenumber=spectrum.wavenumber,
+            spectrum=spectrum.variance,
+            fields={name: values.astype(np.float32) for name, values in fields.items()},
+            speeds=job.speeds,
         )
-    store_member(scene, numerics, level, index, place)
-    return host
-
-
-def _member(scene: Scene, numerics: Numerics, one: Realization) -> Member:
-    seen, contact = one.observables, one.contact
-    numbers = {name: record.of_member(one) for name, record in NUMBERS.items()}
-    kept = one.index < numerics.keep_fields
-    fields = {"heights": one.heights, "pressure": contact.pressure} if kept else {}
-    return Member(
-        one.level,
-        one.index,
-        numbers=numbers,
-        wavenumber=seen.stress_spectrum.wavenumber,
-        spectrum=seen.stress_spectrum.variance,
-        fields={name: values.astype(np.float32) for name, values in fields.items()},
-        lengths=numerics.lengths,
-        speeds=scene.speeds,
-        provenance=_provenance(scene, numerics, contact.residual, contact.iterations, one.seconds),
-    )
-
-
-def _provenance(
-    scene: Scene, numerics: Numerics, residual: float, iterations: int, seconds: dict[str, float]
-) -> dict[str, Any]:
-    return {
-        "scene": scene.identity(),
-        "numerics": numerics.to_dict(),
-        "seed": scene.ensemble.seed,
-        "stream": numerics.stream,
-        "versions": versions(),
-        "threads": numerics.threads,
-        "residual": residual,
-        "iterations": iterations,
-        "seconds": seconds,
+    provenance |= job.provenance | {
+        "seed": problem.seed,
+        "stream": problem.stream,
+        "threads": problem.threads,
+        "versions": versions(),  # of this worker
         "written": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
     }
+    write_member(job.folder, replace(member, lengths=problem.grid.lengths, provenance=provenance))
+    return host

@@ -80,7 +80,8 @@ class Progress:
 
 def run_shown(scene: Scene, folder: Path, workers: int | None, **options: Any) -> Run:
     """Plan and run a scene as `roughsim.run` does, showing the plan, the progress and the end; all cores for None."""
-    from roughsim.ensemble import aimed, begin, run
+    from roughsim.ensemble.run import aimed, run
+    from roughsim.ensemble.start import begin
     from roughsim.planning.limits import judge
 
     console = Patient(stderr=True)

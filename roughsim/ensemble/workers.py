@@ -9,76 +9,91 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing.context import SpawnContext, SpawnProcess
 from types import FrameType, TracebackType
 from typing import Any, Self
 
-_WORKER = "roughsim worker"
-_UNGUARDED = 113  # exit code of a worker that came to `run` while it imported the script of its parent
+WORKER = "roughsim worker"  # name of the processes that are started here
+UNGUARDED = 113  # exit code of a worker that came to `run` while it imported the script of its parent
 
 
-class _Context(SpawnContext):
+class ThisProcess(Executor):
+    """An executor that computes each member where it is handed out, before it returns."""
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **options: Any) -> Future[Any]:
+        """Compute ``function(*arguments, **options)`` and return a future that is done."""
+        future: Future[Any] = Future()
+        try:
+            future.set_result(function(*arguments, **options))
+        except Exception as error:  # an interrupt goes through
+            future.set_exception(error)
+        return future
+
+
+class RememberingContext(SpawnContext):
     """Starts processes by spawning, since fork after threaded transforms hangs, and remembers them."""
 
     def __init__(self) -> None:
         self.born: list[SpawnProcess] = []
 
     def Process(self, *args: Any, **kwargs: Any) -> SpawnProcess:  # type: ignore[override]
+        """Return a process that is not started yet."""
         self.born.append(SpawnProcess(*args, **kwargs))
-        self.born[-1].name = _WORKER
+        self.born[-1].name = WORKER
         return self.born[-1]
 
 
 class Workforce:
-    """Worker processes of this run, made anew when they break; or an executor of the caller's, which is left to it.
+    """Where the members of a run are computed: this process, processes of its own, or an executor of the caller.
 
     At the end all processes made here are gone. After an error or an interrupt they are ended at once: what they were
-    at is not stored yet, so nothing is lost.
+    at is not stored yet, so nothing is lost. An executor of the caller is left to the caller.
     """
 
     def __init__(self, workers: int, executor: Executor | None):
-        self.workers = workers
         self.executor = executor
         self.stuck = False  # whether a worker is not to be waited for at the end
-        self._context = _Context()
+        self.workers = workers
+        self.context = RememberingContext()
         self._made: list[Executor] = []
 
     def __enter__(self) -> Self:
         return self
 
-    def pool(self) -> Executor | None:
-        """Return what members are handed to; None to compute them in this process."""
-        if self.executor is not None or self.workers == 1:
+    @property
+    def in_flight(self) -> int:
+        """How many members are handed out at a time: one more for each worker, so that none waits for the next."""
+        return 1 if self.executor is None and self.workers == 1 else 2 * self.workers
+
+    def pool(self) -> Executor:
+        """Return what members are handed to, made anew if processes of its own have died."""
+        if self.executor is not None:
             return self.executor
-        pool = ProcessPoolExecutor(self.workers, self._context, initializer=_begin_worker, initargs=(os.getpid(),))
+        if self.workers == 1:
+            return ThisProcess()
+        pool = ProcessPoolExecutor(self.workers, self.context, initializer=begin_worker, initargs=(os.getpid(),))
         self._made.append(pool)
-        return self._made[-1]
+        return pool
 
     @property
     def unguarded(self) -> bool:
         """Whether a worker ended because it came upon this very run in the script that it imports."""
-        return any(child.exitcode == _UNGUARDED for child in self._context.born)
+        return any(child.exitcode == UNGUARDED for child in self.context.born)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if kind is not None or self.stuck:
-            for child in self._context.born:
+            for child in self.context.born:
                 child.kill()
         for pool in self._made:
             pool.shutdown(wait=True, cancel_futures=True)
 
 
 def refuse_script_without_file() -> None:
-    """Refuse processes for a script that came through the standard input: each of them would look for its file.
-
-    Raises
-    ------
-    ValueError
-        Before any work.
-    """
+    """Refuse processes for a script from the standard input, ValueError: each of them would look for its file."""
     script = sys.modules["__main__"]
     path = getattr(script, "__file__", None)
     if getattr(script, "__spec__", None) is None and path is not None and not os.path.exists(path):
@@ -93,11 +108,11 @@ def leave_if_imported() -> None:
 
     The parent then says what the script lacks; an exception here would print a traceback for each worker.
     """
-    if multiprocessing.current_process().name == _WORKER:
-        os._exit(_UNGUARDED)
+    if multiprocessing.current_process().name == WORKER:
+        os._exit(UNGUARDED)
 
 
-def _begin_worker(parent: int) -> None:
+def begin_worker(parent: int) -> None:
     """Leave interrupts to the main process, and do not outlive it, however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 

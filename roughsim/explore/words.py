@@ -5,11 +5,11 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from roughsim.ensemble import writer
 from roughsim.ensemble.status import clock, count_text, reached, seconds_left
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.gaps import gap
 from roughsim.show.units import shown, written
+from roughsim.store.claims import writer
 
 if TYPE_CHECKING:
     from roughsim.estimate.errors import Estimate

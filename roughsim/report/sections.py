@@ -12,7 +12,6 @@ import numpy as np
 from roughsim import prediction
 from roughsim.comparison.compare import compare
 from roughsim.comparison.tables import comparison_table
-from roughsim.ensemble import writer
 from roughsim.ensemble.status import clock, ended, reached, status_dict
 from roughsim.estimate.errors import SOURCES
 from roughsim.observables.catalogue import OBSERVABLES
@@ -20,6 +19,7 @@ from roughsim.planning.limits import judge
 from roughsim.report.markup import Html, grouped_table, joined, number, plus_minus, table, tag
 from roughsim.report.pictures import picture
 from roughsim.show.units import shown
+from roughsim.store.claims import writer
 
 if TYPE_CHECKING:
     from roughsim.comparison.compare import Comparison, Row

@@ -199,14 +199,14 @@ def test_a_planned_run_goes_on_with_what_it_began_with(tmp_path, monkeypatch):
 def test_members_that_do_not_converge_are_counted_and_left_out(quick, tmp_path, monkeypatch):
     from roughsim.ensemble import members
 
-    genuine = members.realize
+    genuine = members.solve_problem
 
-    def some_fail(scene, numerics, *, seed, level, index):
-        if index == 1:
+    def some_fail(problem):
+        if problem.index == 1:
             raise rs.ConvergenceError("contact solve stalled: residual 0.1", 0.1, 7)
-        return genuine(scene, numerics, seed=seed, level=level, index=index)
+        return genuine(problem)
 
-    monkeypatch.setattr(members, "realize", some_fail)
+    monkeypatch.setattr(members, "solve_problem", some_fail)
     run = rs.run(quick, tmp_path / "run", max_realizations=4)
     assert (run.realizations, run.failed) == (4, 1)
     assert run.estimate("flash_temperature").n == 3

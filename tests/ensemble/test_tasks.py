@@ -9,12 +9,14 @@ import sys
 import threading
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 
 import roughsim as rs
-from roughsim.ensemble import aimed, tasks, workers
+from roughsim.ensemble import tasks, workers
+from roughsim.ensemble.run import aimed
 from roughsim.store.claims import Claims
 
 
@@ -77,9 +79,9 @@ def test_processes_for_a_script_from_the_standard_input_are_refused_before_any_w
 def test_workers_that_die_once_are_replaced_and_every_member_is_told(quick, tmp_path):
     work, seen = to_do(quick, tmp_path / "run"), []
     work.observer = lambda run: seen.append(run.realizations)
-    work.complete(Force(Broken(), None))
+    work.complete(Force(Broken(), workers.ThisProcess()))
     assert seen[0] == 2
-    assert work.result.realizations == 2
+    assert work.run.realizations == 2
 
 
 def test_an_interrupt_that_was_noted_comes_up_at_the_next_member(quick, tmp_path):
@@ -90,7 +92,7 @@ def test_an_interrupt_that_was_noted_comes_up_at_the_next_member(quick, tmp_path
 
     work.check = check
     with pytest.raises(KeyboardInterrupt):
-        work.complete(Force(None))
+        work.complete(Force(workers.ThisProcess()))
 
 
 def test_a_worker_whose_parent_is_gone_leaves_and_hears_no_interrupt(monkeypatch):
@@ -98,7 +100,7 @@ def test_a_worker_whose_parent_is_gone_leaves_and_hears_no_interrupt(monkeypatch
     monkeypatch.setattr(os, "_exit", lambda code: codes.append(code) or left.set())
     before = signal.getsignal(signal.SIGINT)
     try:
-        workers._begin_worker(os.getppid() + 1)
+        workers.begin_worker(os.getppid() + 1)
         assert signal.getsignal(signal.SIGINT) == signal.SIG_IGN
     finally:
         signal.signal(signal.SIGINT, before)
@@ -127,8 +129,10 @@ def test_an_error_ends_the_workers_at_once_and_leaves_a_given_executor_alone():
     given = Broken()
     with workers.Workforce(2, given) as force:
         assert force.pool() is given
+        assert force.in_flight == 4
     with workers.Workforce(1, None) as force:
-        assert force.pool() is None
+        assert force.pool().submit(os.getpid).result() == os.getpid()
+        assert force.in_flight == 1
     others = multiprocessing.active_children()
     with pytest.raises(BrokenExecutor), workers.Workforce(2, None) as force:
         force.pool().submit(signal.raise_signal, signal.SIGKILL).result()
@@ -142,11 +146,11 @@ class Elsewhere(Executor):
         self.root, self.other = root, other
 
     def submit(self, fn, *arguments):
-        *rest, place = arguments
+        job, index = arguments
         here, future = os.getcwd(), Future()
         os.chdir(self.root)
         try:
-            future.set_result(fn(*rest, self.other or place))
+            future.set_result(fn(replace(job, folder=self.other or job.folder), index))
         except Exception as error:
             future.set_exception(error)
         finally:
@@ -165,9 +169,10 @@ def test_workers_that_started_elsewhere_write_into_the_run_folder(quick, tmp_pat
 
 
 def test_a_file_system_that_is_not_shared_is_named_and_no_member_counts(quick, tmp_path, monkeypatch):
-    monkeypatch.setattr(tasks, "SEEN", 0.05)
+    monkeypatch.setattr(tasks, "LATE", 0.05)
     host = re.escape(socket.gethostname())
-    with pytest.raises(rs.RecordError, match=rf"a worker on {host} does not see .*none: the file system is not shared"):
+    unseen = rf"a worker on {host} does not see .*none: it was moved, or the file system is not shared"
+    with pytest.raises(rs.RecordError, match=unseen):
         rs.run(quick, tmp_path / "run", executor=Elsewhere(tmp_path, tmp_path / "none"))
     rs.run(quick, tmp_path / "other", max_realizations=1)  # a folder of the same name on the disk of the worker
     with pytest.raises(rs.RecordError, match=rf"a worker on {host} wrote .*run.realizations.L0-00000..h5, but this"):
@@ -176,13 +181,13 @@ def test_a_file_system_that_is_not_shared_is_named_and_no_member_counts(quick, t
 
 
 def test_a_member_that_a_slow_file_system_shows_late_counts(quick, tmp_path, monkeypatch):
-    genuine, looks = tasks.Tasks._stored, []
+    genuine, looks = tasks.Tasks.is_stored, []
 
     def late(work, task):
         looks.append(task)
         return genuine(work, task) and len(looks) > 4
 
-    monkeypatch.setattr(tasks.Tasks, "_stored", late)
+    monkeypatch.setattr(tasks.Tasks, "is_stored", late)
     assert rs.run(quick, tmp_path / "run", max_realizations=1).realizations == 1
 
 
@@ -202,7 +207,7 @@ class Forgetful(Executor):
 
 
 @pytest.mark.parametrize("times", [1, 2])
-def test_a_worker_that_never_comes_back_is_waited_for_with_a_limit(quick, tmp_path, monkeypatch, times):
+def test_a_worker_that_never_comes_back_is_waited_for_with_alimit(quick, tmp_path, monkeypatch, times):
     monkeypatch.setattr(tasks, "LEAST_WAIT", 0.05)
     monkeypatch.setattr(tasks, "LONGEST_WAITS", 0.0)
     monkeypatch.setattr(tasks, "PAUSE", 0.01)
@@ -219,11 +224,11 @@ def test_a_worker_that_never_comes_back_is_waited_for_with_a_limit(quick, tmp_pa
     assert said[-1].endswith("it is computed in this process") is (times == 2)
 
 
-def test_the_limit_is_ten_times_the_longest_member_and_ten_minutes_at_least(quick, tmp_path):
+def test_thelimit_is_ten_times_the_longest_member_and_ten_minutes_at_least(quick, tmp_path):
     work = to_do(quick, tmp_path / "run")
-    assert work._limit == 600.0
+    assert work.limit == 600.0
     work.longest = 100.0
-    assert work._limit == 1000.0
+    assert work.limit == 1000.0
 
 
 def test_an_executor_that_drops_what_it_was_given_ends_the_run_with_a_sentence(quick, tmp_path):
@@ -251,13 +256,13 @@ def test_a_script_without_a_guard_is_told_what_it_lacks_and_not_started_again(qu
     monkeypatch.setattr(os, "_exit", codes.append)
     workers.leave_if_imported()
     assert codes == []
-    monkeypatch.setattr(multiprocessing.current_process(), "_name", workers._WORKER)
+    monkeypatch.setattr(multiprocessing.current_process(), "_name", workers.WORKER)
     workers.leave_if_imported()
-    assert codes == [workers._UNGUARDED]
+    assert codes == [workers.UNGUARDED]
     # and the parent tells such an end from others
     force = workers.Workforce(2, None)
     assert not force.unguarded
-    force._context.born += [SimpleNamespace(exitcode=code) for code in (None, -15, workers._UNGUARDED)]
+    force.context.born += [SimpleNamespace(exitcode=code) for code in (None, -15, workers.UNGUARDED)]
     assert force.unguarded
 
 
@@ -271,4 +276,4 @@ def test_a_worker_that_hangs_does_not_hold_up_the_end(tmp_path):
             time.sleep(0.01)
         force.stuck = True
     assert time.monotonic() - began < 60.0
-    assert not any(child.is_alive() for child in force._context.born)
+    assert not any(child.is_alive() for child in force.context.born)

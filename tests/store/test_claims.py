@@ -189,7 +189,7 @@ def test_members_of_another_process_are_counted_and_not_computed_again(quick, tm
     computed, genuine = [], tasks.store_member
 
     def store(*arguments):
-        computed.append(arguments[3])
+        computed.append(arguments[1])
         for index in (1, 3):  # meanwhile the other one has been at work
             path = member_path(run.folder, 0, index)
             path.write_bytes(member_path(whole.folder, 0, index).read_bytes())
@@ -291,7 +291,7 @@ def test_a_member_that_was_stored_between_two_looks_is_not_computed_again(quick,
         return take(claims, claim)
 
     monkeypatch.setattr(Claims, "take", late)
-    monkeypatch.setattr(tasks, "store_member", lambda *rest: computed.append(rest[3]) or genuine(*rest))
+    monkeypatch.setattr(tasks, "store_member", lambda *rest: computed.append(rest[1]) or genuine(*rest))
     assert rs.run(quick, folder, max_realizations=3).realizations == 3
     assert computed == [2]
 
@@ -310,16 +310,16 @@ def test_what_a_living_process_is_writing_is_not_swept_away(quick, tmp_path, soo
 
 
 def test_a_process_keeps_its_own_end_when_another_writes_run_json_at_its_start(quick, tmp_path, monkeypatch):
-    from roughsim import ensemble
+    from roughsim.ensemble import run as whole
 
     rs.run(quick, tmp_path / "run", max_realizations=1)
-    genuine = ensemble.open_run
+    genuine = whole.open_run
 
     def late(place):
-        rs_scene = ensemble.aimed(quick, max_realizations=2, until={"flash_temperature": 0.9})
+        rs_scene = whole.aimed(quick, max_realizations=2, until={"flash_temperature": 0.9})
         start.begin(rs_scene, place)
         return genuine(place)
 
-    monkeypatch.setattr(ensemble, "open_run", late)
+    monkeypatch.setattr(whole, "open_run", late)
     run = rs.run(quick, tmp_path / "run", max_realizations=4)
     assert (run.realizations, run.until, run.max_realizations) == (4, {}, 4)

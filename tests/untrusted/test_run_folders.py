@@ -12,7 +12,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.cli import main
-from roughsim.ensemble import tasks, writer
+from roughsim.ensemble import tasks
 from roughsim.results.export import export_run
 from roughsim.store import claims
 from roughsim.store.member_files import member_path, read_field, read_member
@@ -174,7 +174,7 @@ def test_claims_from_elsewhere_neither_block_nor_crash(folder, quick, monkeypatc
         told = {"host": "\x1b[31m", "pid": pid, "space": claims._space()}
         (place / f"process-{name}").write_text("0\n" + json.dumps(told))
     (place / "letter.txt").write_text("dear")
-    assert writer(folder) is None
+    assert claims.writer(folder) is None
     assert rs.run(quick, folder, max_realizations=4).realizations == 4
     assert (place / "letter.txt").read_text() == "dear"
 

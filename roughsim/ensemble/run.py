@@ -1,0 +1,129 @@
+"""A run on one page: the scene, its plan, the folder, the members, and the end.
+
+A member is named by (level, index) and has one random stream, SeedSequence(seed, spawn_key=(stream, index)); all levels
+of a run share the stream of the finest, so they see the same modes. Who computes a member, and when, changes no bit, so
+any number of processes may work on one run.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import replace
+from pathlib import Path
+
+from roughsim.ensemble.start import begin, clear, sweep
+from roughsim.ensemble.tasks import Tasks
+from roughsim.ensemble.workers import Workforce, leave_if_imported, refuse_script_without_file, stopped_by_signals
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.results.folder import open_run
+from roughsim.results.run import Run
+from roughsim.scene import Scene
+from roughsim.scene.numerics import Numerics
+from roughsim.store.claims import Claims
+
+
+def run(
+    scene: Scene,
+    folder: str | Path,
+    *,
+    numerics: Numerics | None = None,
+    seed: int | None = None,
+    until: dict[str, float] | None = None,
+    max_realizations: int | None = None,
+    workers: int = 1,
+    executor: Executor | None = None,
+    observer: Callable[[Run], None] | None = None,
+) -> Run:
+    """Compute an ensemble into a folder, or go on with the one that is there.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is computed.
+    folder : str or Path
+        The run folder; made if it does not exist. The same scene, numerics and seed resume it. Several processes may
+        work on one run, also on different machines: each takes members that no other computes.
+    numerics : Numerics, optional
+        Left out: those that the run in the folder began with, else from `plan`.
+    seed : int, optional
+        The scene's if left out.
+    until : dict of str to float, optional
+        Relative 95 % half-width of each named observable at which to stop, at the worst speed; the scene's if left out.
+    max_realizations : int, optional
+        Where to stop in any case; the scene's if left out. Each of several processes stops by its own `until` and
+        `max_realizations`; run.json tells those of the one that started last.
+    workers : int, optional
+        Processes; 1 computes in this one. A script that asks for more needs ``if __name__ == "__main__":``.
+    executor : concurrent.futures.Executor, optional
+        Used in place of own processes; twice `workers` members are kept in flight.
+    observer : callable, optional
+        Called with the run after each member has been stored.
+
+    Returns
+    -------
+    Run
+        The run as it stands at the end.
+
+    Raises
+    ------
+    RecordError
+        If the folder holds another scene, naming the first key that differs, or workers do not see the folder.
+    OSError
+        If the disk refuses, or a stored member cannot be read now; what was stored stays.
+    RuntimeError
+        If workers or the scheduler of an executor die again and again, or the script of the call lacks
+        ``if __name__ == "__main__":``.
+    KeyboardInterrupt
+        After Ctrl-C or SIGTERM, within a second; what was stored stays.
+    TypeError, ValueError
+        Naming the argument, before any work.
+    """
+    leave_if_imported()
+    if isinstance(workers, bool) or int(workers) != workers or workers < 1:
+        raise ValueError(f"workers = {workers!r} must be a whole number ≥ 1")
+    if workers > 1 and executor is None:
+        refuse_script_without_file()
+    scene = aimed(scene, seed=seed, until=until, max_realizations=max_realizations)
+    numerics = begin(scene, Path(folder), numerics)
+    home = Path(os.path.abspath(folder))  # workers may have started in another directory
+    with stopped_by_signals() as check, Claims(home) as claims:
+        sweep(home, claims)  # before anything is read: damaged members would be refused
+        result = open_run(folder)
+        # another process may have written where it stops itself
+        result.until, result.max_realizations = dict(scene.ensemble.until), scene.ensemble.max_realizations
+        result.refresh()
+        with Workforce(workers, executor) as force:
+            Tasks(scene, numerics, home, result, claims, check, observer).complete(force)
+        clear(home, claims)
+    return result
+
+
+def aimed(
+    scene: Scene,
+    *,
+    seed: int | None = None,
+    until: dict[str, float] | None = None,
+    max_realizations: int | None = None,
+) -> Scene:
+    """Return a scene with another seed, targets and end, each as `run` takes it; what is None stays.
+
+    Raises
+    ------
+    ValueError
+        If a target names no observable, or does not lie between 0 and 1.
+    """
+    goals = dict(scene.ensemble.until) if until is None else until
+    for name, goal in goals.items():
+        if name not in OBSERVABLES:
+            raise ValueError(f"until = {name!r} is no observable; choose among {', '.join(OBSERVABLES)}")
+        if not 0.0 < goal < 1.0:
+            raise ValueError(f"until: {name} = {goal!r} must lie between 0 and 1; write 0.01 for 1 %")
+    ensemble = replace(
+        scene.ensemble,
+        seed=scene.ensemble.seed if seed is None else seed,
+        max_realizations=scene.ensemble.max_realizations if max_realizations is None else max_realizations,
+        until=tuple(goals.items()),
+    )
+    return replace(scene, ensemble=ensemble)
