@@ -1,9 +1,12 @@
 """All observables of a run in one table: a new one is a new row here, in the order of all tables and files.
 
-Flash temperature and its kin: Eqs. (3)–(9), (25), (26); correlation of the pressure: Eqs. (1), (2).
+Flash temperature and its kin: Eqs. (3)–(9), (25), (26); correlation of the pressure: Eqs. (1), (2). A package outside
+adds a tuple of records by an entry point of the group "roughsim.observables": NAME = "package.module:tuple".
 """
 
 from __future__ import annotations
+
+from importlib.metadata import entry_points
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,7 +57,7 @@ def correlation_radius(percent: int) -> Observable:
     )
 
 
-TABLE = (
+TABLE: tuple[Observable, ...] = (
     Observable(
         "flash_temperature",
         "K",
@@ -159,7 +162,16 @@ TABLE = (
     correlation_radius(50),
     correlation_radius(10),
     correlation_radius(0),
+    *(
+        record
+        for entry in sorted(entry_points(group="roughsim.observables"), key=lambda entry: entry.name)
+        for record in entry.load()
+    ),
 )
 OBSERVABLES = {record.name: record for record in TABLE if not record.only_stored}
 NUMBERS = {record.name: record for record in TABLE if record.stored}  # what the file of each member stores
 UNITS = {name: record.unit for name, record in OBSERVABLES.items()}
+if len({record.name for record in TABLE}) < len(TABLE):
+    names = [record.name for record in TABLE]
+    twice = next(name for name in names if names.count(name) > 1)
+    raise ValueError(f"the observable {twice!r} is defined twice; rename the one of your package")

@@ -7,15 +7,18 @@ elsewhere are those of a package of its own, installed beside the copy with the 
 import json
 import os
 import re
+import runpy
 import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from roughsim.observables import catalogue
+from roughsim.observables.record import Observable
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "how-to" / "extend.md").read_text()
@@ -104,9 +107,20 @@ def test_the_page_has_one_file_for_each():
     assert [str(Path(name).parent) for name in FILES] == [
         "roughsim/scene/spectra",
         ".",
-        "roughsim/means",
+        ".",
     ]
     assert not any((ROOT / name).exists() for name in FILES)
+
+
+def test_an_observable_from_outside_may_not_take_the_name_of_another(monkeypatch):
+    def outside(*records):
+        entry = SimpleNamespace(name="own", load=lambda: records)
+        monkeypatch.setattr("importlib.metadata.entry_points", lambda group: [entry])
+        return runpy.run_path(catalogue.__file__)
+
+    assert [*outside(Observable("own", "m"))["OBSERVABLES"]] == [*catalogue.OBSERVABLES, "own"]
+    with pytest.raises(ValueError, match="'flash_width' is defined twice; rename the one of your package"):
+        outside(Observable("flash_width", "m"))
 
 
 @pytest.mark.slow
