@@ -16,8 +16,9 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from roughsim.estimate.errors import estimate, first_sufficient
+from roughsim.estimate.errors import estimate
 from roughsim.estimate.ladder import Values, observe
+from roughsim.estimate.stop import first_sufficient
 from roughsim.observables.record import Sample
 
 mpl.use("Agg")

@@ -241,8 +241,7 @@ def export(
     surface: Annotated[int | None, Option(metavar="K", min=0, help="Only heights of realization K: .nc, .npy.")] = None,
 ) -> None:
     """Write the numbers and the kept fields of a run into one file. It is HDF5 (netCDF-4): .h5, .hdf5 or .nc."""
-    from roughsim.results.export import export_run
-    from roughsim.results.surfaces import export_surface
+    from roughsim.results.export import export_run, export_surface
 
     if surface is not None and bits is not None:
         raise ValueError("--bits does not go with --surface, which keeps all digits; leave one of them out")

@@ -12,7 +12,6 @@ from roughsim import fourier, prediction
 from roughsim.charts.style import COLOURS, MARKERS, THEORY, Array, band, half_width, new_figure
 from roughsim.charts.subject import Subject
 from roughsim.estimate.errors import quantile, spread
-from roughsim.results.fields import kept, member_field
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,8 +46,8 @@ def draw_roughness(axes: Axes, subject: Subject) -> None:
     half = np.pi * np.sqrt(2.0) / min(grid.lengths)
     ends = spectrum.breaks[0] + half, run.numerics.levels[subject.level].q_max - half
     q = drawn_wavenumbers(*ends)
-    indices = kept(run, subject.level) if subject.index is None else [subject.index]
-    surfaces = (member_field(run, subject.level, index, "heights") for index in indices)
+    indices = run.kept(subject.level) if subject.index is None else [subject.index]
+    surfaces = (run.field(subject.level, index, "heights") for index in indices)
     mean = np.mean([radial_psd(heights, grid, q, ends) for heights in surfaces], axis=0)
     label = f"measured, {len(indices)} kept surface" + ("s" if len(indices) > 1 else "")
     marker, colour = MARKERS[subject.column], COLOURS[subject.column]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from roughsim.charts.style import Array, without_formulas
 from roughsim.errors import number
-from roughsim.results.fields import DERIVED_UNITS, kept, member_field, not_kept
+from roughsim.results.fields import DERIVED_UNITS
 
 if TYPE_CHECKING:
     from roughsim.grid import Grid
@@ -50,7 +50,7 @@ class Subject:
     def field(self, name: str) -> Array:
         """Return a field of the realization."""
         speed = self.speed if name in DERIVED_UNITS else None
-        return member_field(self.run, self.level, self.index or 0, name, speed=speed).astype(float)
+        return self.run.field(self.level, self.index or 0, name, speed=speed).astype(float)
 
     def title(self, what: str) -> str:
         """Return scene, quantity, column, realization and speed in at most three lines."""
@@ -75,9 +75,9 @@ def choose_subject(
     if quantity == "correlation" and realization is not None:
         raise ValueError(f"realization = {realization}: the correlation is a mean over all of them; leave it out")
     if quantity != "correlation":  # all others need fields; the spectrum has those of all kept realizations
-        indices = kept(run, level)
+        indices = run.kept(level)
         if not indices or (realization is not None and realization not in indices):
-            raise not_kept(run, level, realization)
+            raise run.not_kept(level, realization)
         if realization is None and quantity != "spectrum":
             realization = indices[0]
     if quantity not in NEEDS_SPEED:

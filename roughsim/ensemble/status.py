@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from roughsim.estimate.errors import LEAST, relative_half_width
+from roughsim.estimate.stop import LEAST, relative_half_width
 from roughsim.results.gaps import damaged_names, left_out
 from roughsim.show.units import json_number
 from roughsim.store.claims import writer

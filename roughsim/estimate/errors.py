@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -17,8 +15,6 @@ from roughsim.observables.record import ratio
 from roughsim.show.units import plus_minus, shown
 
 Array = NDArray[np.float64]
-LEAST = 12  # realizations before a run may stop: below, the scatter itself is too uncertain
-LEAST_FINE = 3  # of these with the finest level
 
 SOURCES = {
     "statistical": "half-width of the 95 % interval: Student t, wider by 1/f for runs that stop where scatter is low",
@@ -125,7 +121,7 @@ def estimate(
     error, freedom = spread(values.extrapolated, values.base, values.group)
     with np.errstate(invalid="ignore"):  # slope_length is infinite at rest: its errors are undefined
         budget = {
-            "statistical": _half_width(error, freedom),
+            "statistical": half_width(error, freedom),
             "bandwidth": values.bandwidth,
             "pixel": values.pixel,
             "size": np.abs(mean) * size,
@@ -256,7 +252,7 @@ def quotient(
         value = np.full_like(value, np.nan)
     with np.errstate(all="ignore"):  # 0/0 at rest: the ratio is NaN, and its errors are
         budget = {
-            "statistical": _half_width(error, freedom),
+            "statistical": half_width(error, freedom),
             "bandwidth": np.abs(value) * _relative(columns, "bandwidth"),
             "pixel": np.abs(value) * _relative(columns, "pixel"),
             "size": np.abs(value) * size,
@@ -297,53 +293,7 @@ def quantile(freedom: Array | float) -> Array:
     return factor
 
 
-def _half_width(error: Array, freedom: Array) -> Array:
+def half_width(error: Array, freedom: Array) -> Array:
+    """Return the half-width of the 95 % interval of a mean; the error itself without degrees of freedom."""
     with np.errstate(invalid="ignore"):
         return np.where(freedom > 0.0, error * quantile(freedom), error)
-
-
-def relative_half_width(values: Values) -> float:
-    """Return the relative 95 % half-width of the mean at the worst speed.
-
-    Infinite for fewer than two rows, and while fewer than three have the finest level: two can agree by chance.
-    """
-    seldom = np.count_nonzero(values.group == values.group.max())
-    if seldom < min(LEAST_FINE, len(values.group)):
-        return inf
-    half = _half_width(*spread(values.extrapolated, values.base, values.group))
-    mean = np.abs(values.extrapolated.mean(axis=0))
-    relative = np.divide(half, mean, out=np.zeros_like(half), where=half > 0.0)
-    return float(relative.max())
-
-
-def first_sufficient(targets: Callable[[int], Iterable[tuple[Values, float]]], counts: range) -> int | None:
-    """Return the first of `counts` realizations at which every observable meets its target; None if at none.
-
-    Parameters
-    ----------
-    targets : callable
-        Of a number of realizations: pairs of the values of an observable and its relative 95 % half-width.
-    counts : range
-        To be tried; start at `LEAST` or above.
-    """
-    for count in counts:
-        if all(relative_half_width(values) <= target for values, target in targets(count)):
-            return count
-    return None
-
-
-__all__ = [
-    "LEAST",
-    "LEAST_FINE",
-    "SOURCES",
-    "Estimate",
-    "Quotient",
-    "estimate",
-    "first_sufficient",
-    "in_all",
-    "quantile",
-    "quotient",
-    "relative_half_width",
-    "spread",
-    "unknown_parts",
-]

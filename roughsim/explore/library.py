@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 from roughsim.errors import RecordError
 from roughsim.explore import curves, words
 from roughsim.explore.specimen import Specimen, load
-from roughsim.results.fields import kept
 from roughsim.results.folder import open_run
 from roughsim.results.run import Run
 
@@ -79,7 +78,7 @@ class Library:
         sound = run.sound(run.realizations)
         levels = range(len(run.numerics.levels))
         there = {level: [i for i in sound if (level, i) in run.members] for level in levels}
-        stored = {level: kept(run, level) for level in levels}
+        stored = {level: run.kept(level) for level in levels}
         budget = {column: words.budget_of(run, column) for column in run.numerics.columns}
         return Summary(words.problems_of(run), budget, curves.measured_curves(run), there, stored)
 

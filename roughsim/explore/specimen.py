@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from roughsim.explore.views import Field, preview_grid, preview_of
 from roughsim.grid import Grid
-from roughsim.results.fields import kept, member_field, not_kept, temperature_of
 
 if TYPE_CHECKING:
     from roughsim.results.run import Run
@@ -47,7 +46,7 @@ class Specimen:
 
     def _temperature(self, pressure: Field, grid: Grid, speed: float, direction: float) -> Field:
         factor = self.run.scene.sliding.friction_coefficient * abs(speed)
-        return temperature_of(self.run, grid, pressure * pressure.dtype.type(factor), speed, direction)
+        return self.run.temperature(pressure * pressure.dtype.type(factor), grid, speed, direction)
 
 
 def load(run: Run, level: int, index: int) -> Specimen:
@@ -60,10 +59,10 @@ def load(run: Run, level: int, index: int) -> Specimen:
     RecordError
         If the file is damaged; it names the file.
     """
-    if index not in kept(run, level):
-        raise not_kept(run, level, index)
+    if index not in run.kept(level):
+        raise run.not_kept(level, index)
     grid = run.numerics.grid(level)
-    heights, pressure = (member_field(run, level, index, name) for name in ("heights", "pressure"))
+    heights, pressure = (run.field(level, index, name) for name in ("heights", "pressure"))
     return Specimen(run, level, index, grid, heights, pressure, preview_of(pressure, grid))
 
 

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 from roughsim import prediction
 from roughsim.errors import ResolutionError, number
 from roughsim.estimate.cell_size import choose_lengths, size_error
-from roughsim.estimate.errors import LEAST, LEAST_FINE, quantile
+from roughsim.estimate.errors import quantile
+from roughsim.estimate.stop import LEAST, LEAST_FINE
 from roughsim.planning import rungs
 from roughsim.planning.pilot import MEMBERS, SCATTER_KNOWN, Pilot, pilot, work
 from roughsim.scene.numerics import Column, Forecast, Level, Numerics, Reason

@@ -1,4 +1,4 @@
-"""One portable file of a run: the numbers of all members and the kept fields, for every HDF5 and netCDF-4 reader.
+"""One portable file of a run for every HDF5 and netCDF-4 reader, and surfaces for other contact programs.
 
 All arrays lie in the root group with dimension scales and units, as netCDF-4 has it; the group ``entry`` links to them
 again as NeXus has it, so that viewers find what to show first.
@@ -9,15 +9,15 @@ from __future__ import annotations
 import os
 from io import FileIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.results.labelled import Labelled, Stored, about, coordinates, fields, kept_everywhere, numbers
-
-if TYPE_CHECKING:
-    from roughsim.results.run import Run
+from roughsim.results.arrays import Labelled, Stored
+from roughsim.results.run import Run
+from roughsim.store.disk import place_bytes
+from roughsim.surface import topography
 
 ENDINGS = (".h5", ".hdf5", ".nc")
 MANTISSA = 23  # explicit bits of a float32
@@ -33,15 +33,10 @@ def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
     run : Run
         From `run` or `open_run`.
     path : str or Path
-        Of the file: .h5, .hdf5 or .nc; written anew if it is there.
+        Of the file: .h5, .hdf5 or .nc; written anew if it exists. Returned.
     bits : int, optional
         Explicit mantissa bits that fields keep, 1 to 23: each value is rounded by at most 2^−(bits+1) of itself, and
         the file shrinks. Left out: all 23.
-
-    Returns
-    -------
-    Path
-        Where the file is.
 
     Raises
     ------
@@ -54,28 +49,64 @@ def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
     """
     import h5py
 
-    place = Path(path)
-    if place.suffix.lower() not in ENDINGS:
-        raise ValueError(f"path = {str(place)!r} must end in {', '.join(ENDINGS)}")
+    path = Path(path)
+    if path.suffix.lower() not in ENDINGS:
+        raise ValueError(f"path = {str(path)!r} must end in {', '.join(ENDINGS)}")
     if bits is not None and (isinstance(bits, bool) or int(bits) != bits or not 1 <= bits <= MANTISSA):
         raise ValueError(f"bits = {bits!r} must be a whole number from 1 to {MANTISSA}")
-    place.parent.mkdir(parents=True, exist_ok=True)
-    temporary = place.with_name(f".{place.name}.{os.getpid()}.tmp")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        with _Deferring(temporary) as handle:
+        with DeferringFile(temporary) as handle:
             with h5py.File(handle, "w", libver="v110", track_order=True) as file:
-                _fill(file, run, bits)
+                write_arrays(file, *run.arrays(), finest=run.numerics.of_column(run.column(None))[-1], bits=bits)
             handle.settle()
-        os.replace(temporary, place)
+        os.replace(temporary, path)
     except BaseException as error:
         temporary.unlink(missing_ok=True)
         if isinstance(error, OSError):
-            raise OSError(error.errno, f"cannot write {place}: {error.strerror or error}") from error
+            raise OSError(error.errno, f"cannot write {path}: {error.strerror or error}") from error
         raise
-    return place
+    return path
 
 
-class _Deferring(FileIO):
+def export_surface(run: Run, path: str | Path, realization: int = 0, column: str | None = None) -> Path:
+    """Write the composite heights of one kept realization for SurfaceTopography, ContactMechanics or tamaas.
+
+    Parameters
+    ----------
+    run : Run
+        From `run` or `open_run`.
+    path : str or Path
+        Of the file: .nc (with sizes and unit) or .npy (the bare array, m); written anew if it exists. Returned.
+    realization : int, optional
+        Which kept one.
+    column : str, optional
+        As in `Run.estimate`; its finest level is written.
+
+    Raises
+    ------
+    ValueError
+        If the ending is none of these, or the fields of the realization were not kept.
+    RecordError
+        If its file is damaged.
+    OSError
+        If the disk refuses, naming the path.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in topography.ENDINGS:
+        raise ValueError(f"path = {str(path)!r} of a surface must end in {' or '.join(topography.ENDINGS)}")
+    level = run.numerics.of_column(run.column(column))[-1]
+    if realization not in run.kept(level):
+        raise run.not_kept(level, realization)
+    heights = run.field(level, realization, "heights")
+    content = topography.encoded(heights, run.numerics.grid(level), path.suffix.lower())
+    path.parent.mkdir(parents=True, exist_ok=True)
+    place_bytes(path, content)
+    return path
+
+
+class DeferringFile(FileIO):
     """A new file that keeps the first failure to write until `settle`: HDF5 itself crashes on a full disk."""
 
     def __init__(self, path: Path):
@@ -108,50 +139,53 @@ class _Deferring(FileIO):
         os.fsync(self.fileno())
 
 
-def _fill(file: Any, run: Run, bits: int | None) -> None:
-    indices = kept_everywhere(run)
-    arrays = [*coordinates(run, indices), *numbers(run), *fields(run, indices)]
-    file.attrs.update(about(run) | {"NX_class": "NXroot", "default": "entry"})
-    axes = [array for array in arrays if array.axes == (array.name,)]
-    for array in axes:  # first: the others refer to them
-        _store(file, array, None)
-        file[array.name].make_scale(array.name)
+def write_arrays(
+    file: Any, arrays: list[Labelled], attributes: dict[str, Any], *, finest: int, bits: int | None
+) -> None:
+    """Fill an HDF5 file with labelled arrays, and link to what viewers draw, first the pressure of level `finest`."""
+    file.attrs.update(attributes | {"NX_class": "NXroot", "default": "entry"})
+    for array in arrays:  # the axes first: the others refer to them
+        if array.is_axis:
+            write_array(file, array, None)
+            file[array.name].make_scale(array.name)
     for array in arrays:
-        if array.axes == (array.name,):
+        if array.is_axis:
             continue
-        dataset = _store(file, array, bits)
+        dataset = write_array(file, array, bits)
         for number, axis in enumerate(array.axes):
             dataset.dims[number].attach_scale(file[axis])
         if "level" in array.axes and array.name not in ("column", "q_max"):
             dataset.attrs["coordinates"] = "column q_max"
-    shown = [array for array in arrays if array.name.startswith(("flash_temperature", "pressure_L", "heights_L"))]
-    _fill_entry(file, shown, f"pressure_L{run.numerics.of_column(run.column(None))[-1]}" if indices else "")
+    default = f"pressure_L{finest}"
+    entry = file.create_group("entry")
+    entry.attrs.update(NX_class="NXentry", default=default if default in file else "flash_temperature")
+    for array in arrays:
+        if array.name.startswith(("flash_temperature", "pressure_L", "heights_L")):
+            group = entry.create_group(array.name)
+            group.attrs.update(NX_class="NXdata", signal=array.name, axes=list(array.axes))
+            for name in (array.name, *array.axes):
+                group[name] = file[name]
 
 
-def _store(file: Any, array: Labelled, bits: int | None) -> Any:
-    if isinstance(array.data, Stored):
-        dataset = _store_one_by_one(file, array.name, array.data, bits)
-    elif array.data.dtype.kind == "U":
-        dataset = file.create_dataset(array.name, data=array.data.tolist())
-    else:
-        options = {"compression": "gzip", "shuffle": True, "fletcher32": True} if array.data.size else {}
-        dataset = file.create_dataset(array.name, data=array.data, **options)
-    dataset.attrs.update(array.attributes)
-    return dataset
-
-
-def _store_one_by_one(file: Any, name: str, stack: Stored, bits: int | None) -> Any:
-    """Write array after array, one in memory at a time; fields are rounded, numbers are not."""
-    is_field = stack.dtype == np.float32
-    chunks = (1, *(min(n, 256) for n in stack.shape[1:])) if is_field else (1, *stack.shape[1:])
-    options = {"chunks": chunks, "compression": "gzip", "compression_opts": 4, "shuffle": True, "fletcher32": True}
-    dataset = file.create_dataset(name, stack.shape, stack.dtype, **options)
-    for row, values in enumerate(stack):
-        dataset[row] = rounded(values, bits) if is_field and bits is not None else values
-    if is_field:
-        dataset.attrs["interpretation"] = "image"
-        if bits is not None:  # netCDF's own word for such rounding
+def write_array(file: Any, array: Labelled, bits: int | None) -> Any:
+    """Write one array, stored ones file after file with one in memory at a time; fields are rounded to `bits`."""
+    data, checked = array.data, {"compression": "gzip", "shuffle": True, "fletcher32": True}
+    if isinstance(data, Stored):
+        is_field = data.dtype == np.float32
+        chunks = (1, *(min(n, 256) if is_field else n for n in data.shape[1:]))
+        options = {"chunks": chunks, "compression_opts": 4, **checked}
+        dataset = file.create_dataset(array.name, data.shape, data.dtype, **options)
+        for row, values in enumerate(data):
+            dataset[row] = rounded(values, bits) if is_field and bits is not None else values
+        if is_field:
+            dataset.attrs["interpretation"] = "image"
+        if is_field and bits is not None:  # netCDF's own word for such rounding
             dataset.attrs["_QuantizeBitRoundNumberOfSignificantBits"] = np.int32(bits)
+    elif data.dtype.kind == "U":
+        dataset = file.create_dataset(array.name, data=data.tolist())
+    else:
+        dataset = file.create_dataset(array.name, data=data, **(checked if data.size else {}))
+    dataset.attrs.update(array.attributes)
     return dataset
 
 
@@ -168,14 +202,3 @@ def rounded(values: NDArray[np.float32], bits: int) -> NDArray[np.float32]:
     odd = (pattern >> drop) & np.uint32(1)
     mask = ~((np.uint32(1) << drop) - np.uint32(1))
     return ((pattern + half + odd) & mask).view(np.float32)
-
-
-def _fill_entry(file: Any, shown: list[Labelled], first: str) -> None:
-    """Link to what viewers can draw: one NXdata group each, the finest pressure first."""
-    entry = file.create_group("entry")
-    entry.attrs.update(NX_class="NXentry", default=first or "flash_temperature")
-    for array in shown:
-        group = entry.create_group(array.name)
-        group.attrs.update(NX_class="NXdata", signal=array.name, axes=list(array.axes))
-        for name in (array.name, *array.axes):
-            group[name] = file[name]

@@ -1,10 +1,11 @@
-"""The members of a run in memory: for each level a column per number and a row per realization, however many."""
+"""The members of a run in memory: a table for each level, with a row per realization, however many there are."""
 
 from __future__ import annotations
 
 import calendar
 import time
-from collections.abc import Iterator, MutableMapping, Sequence
+from collections.abc import Iterable, Iterator, MutableMapping
+from contextlib import suppress
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -13,237 +14,183 @@ from numpy.typing import NDArray
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.store.member_files import FIELD_UNITS, Member
 
-Array = NDArray[np.float64]
 Key = tuple[int, int]  # level and index
-_ABSENT, _SOUND, _FAILED = 0, 1, 2
-_TIME = "%Y-%m-%dT%H:%M:%SZ"
-_DIGEST = 32  # bytes
-# columns that every level has, beside the numbers and the seconds of each stage
-_FIXED: dict[str, tuple[str, tuple[int, ...]]] = {
-    "state": ("i1", ()),
-    "kept": ("i1", ()),  # a bit for each field
-    "versions": ("i2", ()),  # place in `Members.versions`
-    "residual": ("f8", ()),
-    "iterations": ("i8", ()),
-    "written": ("f8", ()),  # s since 1970
-    "size": ("i8", ()),  # of the file, bytes; 0 where it was not read
-    "changed": ("i8", ()),  # of the file, ns
-    "digest": ("u1", (_DIGEST,)),
-}
+ABSENT, SOUND, FAILED = 0, 1, 2  # negative: the row comes from a summary, and its file was not seen yet
+TIME_FORMAT = "%Y-%m-%dT%H:%M:%SZ"
+# fields of every table, beside the numbers (NUMBERS) and the seconds of each stage
+PROVENANCE: list[Any] = [
+    ("state", "i1"),
+    ("kept", "i1"),  # a bit for each field of FIELD_UNITS
+    ("versions", "i2"),  # index into `Members.versions`
+    ("residual", "f8"),
+    ("iterations", "i8"),
+    ("written", "f8"),  # s since 1970
+    ("size", "i8"),  # of the file, bytes; 0 where it was not read
+    ("changed", "i8"),  # of the file, ns
+    ("digest", "u1", (32,)),  # SHA-256 of the file
+]
 
 
 class Stamp(NamedTuple):
-    """What a member's file was when it was read: size, bytes, last change, ns, and SHA-256."""
+    """What a member's file was when it was read: size in bytes, time of the last change in ns, and SHA-256."""
 
-    size: int
-    changed: int
-    digest: bytes
-
-
-class Columns:
-    """The columns of one level: arrays whose row is the place of a realization among those that have the level."""
-
-    def __init__(self, every: int, wide: int):
-        self.every, self._wide, self._room = every, wide, 0
-        self.data: dict[str, NDArray[Any]] = {name: np.zeros((0, *rest), kind) for name, (kind, rest) in _FIXED.items()}
-
-    def row(self, index: int) -> int:
-        """Return the row of a realization, with room for it."""
-        row = index // self.every
-        if row >= self._room:
-            self._room = max(64, 2 * self._room, row + 1)
-            self.data = {name: self._grown(values) for name, values in self.data.items()}
-        return row
-
-    def _grown(self, values: NDArray[Any]) -> NDArray[Any]:
-        blank = np.nan if values.dtype.kind == "f" else 0
-        grown = np.full((self._room, *values.shape[1:]), blank, values.dtype)
-        grown[: len(values)] = values
-        return grown
-
-    def column(self, name: str) -> NDArray[Any]:
-        """Return the column of a number or of the seconds of a stage, made if need be."""
-        if name not in self.data:
-            per_speed = name in NUMBERS and NUMBERS[name].per_speed
-            self.data[name] = self._grown(np.empty((0, self._wide if per_speed else 1)))
-        return self.data[name]
-
-    def floats(self) -> list[str]:
-        """Return the names of the columns that are no fixed ones."""
-        return [name for name in self.data if name not in _FIXED]
+    size: int = 0
+    changed: int = 0
+    digest: bytes = bytes(32)
 
 
 class Members(MutableMapping[Key, Member]):
-    """Members by (level, index), without their arrays; rows that a summary gave stand only once their file was seen.
+    """Members by (level, index), without their spectra and fields.
 
-    Parameters
-    ----------
-    every : sequence of int
-        For each level, the step of the realizations that have it.
-    lengths : (float, float)
-        Sides of the cell, m.
-    speeds : tuple of float
-        Sliding speeds, m/s.
+    `every` has the stride of each level's realizations, `lengths` the sides of the cell, m, `speeds` are in m/s. Row r
+    of a table is realization r·every. `failures` says why members failed, `versions` has those of packages.
     """
 
-    def __init__(self, every: Sequence[int], lengths: tuple[float, float], speeds: tuple[float, ...]):
-        self.levels = [Columns(step, len(speeds)) for step in every]
+    def __init__(self, every: Iterable[int], lengths: tuple[float, float], speeds: tuple[float, ...]):
+        self.every = list(every)
+        numbers = [(name, "f8", (len(speeds) if n.per_speed else 1,)) for name, n in NUMBERS.items()]
+        self.tables: list[NDArray[Any]] = [np.zeros(0, PROVENANCE + numbers) for _ in self.every]
         self.versions: list[dict[str, str]] = []
         self.failures: dict[Key, str] = {}
         self._lengths, self._speeds = lengths, speeds
-        self._adopted: list[NDArray[np.int8]] = [np.zeros(0, np.int8) for _ in every]
-        self._count = 0
 
     def __len__(self) -> int:
-        return self._count
+        return sum(int(np.count_nonzero(table["state"] > 0)) for table in self.tables)
 
     def __contains__(self, key: object) -> bool:
         level, index = cast(Key, key)
-        columns = self.levels[level]
-        row, rest = divmod(index, columns.every)
-        state = columns.data["state"]
-        return not rest and row < len(state) and bool(state[row])
+        row, rest = divmod(index, self.every[level])
+        state = self.tables[level]["state"]
+        return not rest and row < len(state) and bool(state[row] > 0)
 
     def __iter__(self) -> Iterator[Key]:
-        for level, columns in enumerate(self.levels):
-            for row in np.flatnonzero(columns.data["state"]).tolist():
-                yield level, row * columns.every
+        for level, table in enumerate(self.tables):
+            for row in np.flatnonzero(table["state"] > 0).tolist():
+                yield level, row * self.every[level]
 
     def __getitem__(self, key: Key) -> Member:
         if key not in self:
             raise KeyError(key)
         level, index = key
-        columns = self.levels[level]
-        row = index // columns.every
-        data = {name: values[row] for name, values in columns.data.items()}
-        numbers = {name: data[name].copy() for name in NUMBERS if name in data and not np.all(np.isnan(data[name]))}
-        stages = [name for name in columns.floats() if name not in NUMBERS and not np.isnan(data[name][0])]
+        row = self.tables[level][index // self.every[level]]
+        measured = {name: row[name].copy() for name in floats(row.dtype) if not np.all(np.isnan(row[name]))}
         provenance = {
-            "residual": float(data["residual"]),
-            "iterations": int(data["iterations"]),
-            "versions": self.versions[data["versions"]],
-            "seconds": {name: float(data[name][0]) for name in stages},
-            "written": "" if np.isnan(data["written"]) else time.strftime(_TIME, time.gmtime(data["written"])),
+            "residual": float(row["residual"]),
+            "iterations": int(row["iterations"]),
+            "versions": self.versions[row["versions"]],
+            "seconds": {name: float(value[0]) for name, value in measured.items() if name not in NUMBERS},
+            "written": "" if np.isnan(row["written"]) else time.strftime(TIME_FORMAT, time.gmtime(row["written"])),
         }
-        kept = tuple(name for bit, name in enumerate(FIELD_UNITS) if data["kept"] >> bit & 1)
         failure = self.failures.get(key, "")
         return Member(
             level,
             index,
             failure,
-            {} if failure else numbers,
+            {} if failure else {name: value for name, value in measured.items() if name in NUMBERS},
             lengths=self._lengths,
             speeds=self._speeds,
             provenance=provenance,
-            kept=kept,
+            kept=tuple(name for bit, name in enumerate(FIELD_UNITS) if row["kept"] >> bit & 1),
         )
 
     def __setitem__(self, key: Key, member: Member) -> None:
-        self.put(key, member)
+        self.put(key, member, Stamp())
 
     def __delitem__(self, key: Key) -> None:
         if key not in self:
             raise KeyError(key)
-        level, index = key
-        data = self.levels[level].data
-        data["state"][index // self.levels[level].every] = _ABSENT
-        data["size"][index // self.levels[level].every] = 0
+        row = self.tables[key[0]][key[1] // self.every[key[0]]]
+        row["state"] = row["size"] = 0
         self.failures.pop(key, None)
-        self._count -= 1
 
-    def put(self, key: Key, member: Member, stamp: Stamp | None = None) -> None:
-        """Store a member, and what its file was if it was read from it."""
-        self._count += key not in self
+    def put(self, key: Key, member: Member, stamp: Stamp) -> None:
+        """Store a member, and what its file was when it was read from it."""
         level, index = key
-        columns = self.levels[level]
-        row = columns.row(index)
-        for name in columns.floats():
-            columns.data[name][row] = np.nan
-        for name, values in {**member.numbers, **member.provenance.get("seconds", {})}.items():
-            columns.column(name)[row] = values
+        provenance, seconds = member.provenance, member.provenance.get("seconds", {})
+        versions = provenance.get("versions", {})
+        if versions not in self.versions:
+            self.versions.append(versions)
         self.failures.pop(key, None)
         if member.failure:
             self.failures[key] = member.failure
-        fixed = {
-            "state": _FAILED if member.failure else _SOUND,
+        written = np.nan
+        with suppress(ValueError):
+            written = calendar.timegm(time.strptime(provenance.get("written", ""), TIME_FORMAT))
+        values = {
+            "state": FAILED if member.failure else SOUND,
             "kept": sum(1 << bit for bit, name in enumerate(FIELD_UNITS) if name in member.kept),
-            "versions": self._place_of(member.provenance.get("versions", {})),
-            "residual": member.provenance.get("residual", np.nan),
-            "iterations": member.provenance.get("iterations", 0),
-            "written": _seconds(member.provenance.get("written", "")),
-            "size": 0 if stamp is None else stamp.size,
-            "changed": 0 if stamp is None else stamp.changed,
-            "digest": np.frombuffer(bytes(_DIGEST) if stamp is None else stamp.digest, np.uint8),
+            "versions": self.versions.index(versions),
+            "residual": provenance.get("residual", np.nan),
+            "iterations": provenance.get("iterations", 0),
+            "written": written,
+            "size": stamp.size,
+            "changed": stamp.changed,
+            "digest": np.frombuffer(stamp.digest, np.uint8),
         }
-        for name, value in fixed.items():
-            columns.data[name][row] = value
+        row = index // self.every[level]
+        table = self.table_for(level, row, seconds)
+        table[row] = blank_rows(1, table.dtype)[0]
+        for name, value in {**seconds, **member.numbers, **values}.items():
+            table[name][row] = value
 
-    def _place_of(self, versions: dict[str, str]) -> int:
-        if versions not in self.versions:
-            self.versions.append(versions)
-        return self.versions.index(versions)
+    def table_for(self, level: int, last_row: int, fields: Iterable[str]) -> NDArray[Any]:
+        """Return the table of a level, made longer and wider if need be; unknown fields are seconds of stages."""
+        table = self.tables[level]
+        if last_row >= len(table):  # twice as long, so that a run of n members copies its rows O(log n) times
+            table = np.concatenate([table, blank_rows(max(64, len(table), last_row + 1 - len(table)), table.dtype)])
+        if new := [name for name in fields if name not in (table.dtype.names or ())]:
+            wider = blank_rows(len(table), np.dtype([*table.dtype.descr, *((name, "f8", (1,)) for name in new)]))
+            for name in table.dtype.names or ():
+                wider[name] = table[name]
+            table = wider
+        self.tables[level] = table
+        return table
 
-    def adopt(self, level: int, indices: NDArray[np.int64], data: dict[str, NDArray[Any]]) -> None:
-        """Take over rows of a summary; none of them stands until `confirm` says that its file was seen."""
-        columns = self.levels[level]
-        rows = indices // columns.every
-        columns.row(int(indices.max(initial=0)))
-        self._adopted[level] = np.zeros(len(columns.data["state"]), np.int8)
-        for name, values in data.items():
-            if name == "state":
-                self._adopted[level][rows] = values
-            else:
-                (columns.data[name] if name in _FIXED else columns.column(name))[rows] = values
+    def adopt(self, level: int, indices: NDArray[np.int64], columns: dict[str, NDArray[Any]]) -> None:
+        """Take over rows of a summary; each counts only after `confirm` has said that its file was seen."""
+        rows = indices // self.every[level]
+        table = self.table_for(level, int(rows.max(initial=0)), columns)
+        for name, values in columns.items():
+            table[name][rows] = values
+        table["state"][rows] *= -1
 
     def adopted(self, level: int, index: int) -> Stamp | None:
         """Return what the file of an adopted row was when the summary was made; None if there is no such row."""
-        row = index // self.levels[level].every
-        if row >= len(self._adopted[level]) or not self._adopted[level][row]:
+        row, table = index // self.every[level], self.tables[level]
+        if row >= len(table) or table["state"][row] >= 0:
             return None
-        data = self.levels[level].data
-        return Stamp(int(data["size"][row]), int(data["changed"][row]), data["digest"][row].tobytes())
+        size, changed, digest = (table[name][row] for name in Stamp._fields)
+        return Stamp(int(size), int(changed), digest.tobytes())
 
     def confirm(self, level: int, index: int) -> None:
-        """Let an adopted row stand: its file is what it was."""
-        row = index // self.levels[level].every
-        self.levels[level].data["state"][row] = self._adopted[level][row]
-        self._count += 1
-
-    def stamped(self, level: int) -> NDArray[np.int64]:
-        """Return the indices of the members of a level that were read from their files, in order."""
-        data = self.levels[level].data
-        return np.flatnonzero((data["state"] > 0) & (data["size"] > 0)) * self.levels[level].every
+        """Let an adopted row count: its file is the one that the summary was made of."""
+        self.tables[level]["state"][index // self.every[level]] *= -1
 
     def latest(self, count: int) -> list[float]:
         """Return when the latest files were written, s since 1970, in order; of members read from files only."""
-        times = [columns.data["changed"][columns.data["state"] > 0] for columns in self.levels]
-        every = np.sort(np.concatenate(times))
-        return [1e-9 * float(time) for time in every[every > 0][-count:]]
+        times = np.sort(np.concatenate([table["changed"][table["state"] > 0] for table in self.tables]))
+        return [1e-9 * float(time) for time in times[times > 0][-count:]]
 
     def failed(self, level: int, count: int) -> NDArray[np.int64]:
         """Return the indices below `count` at which a level has no numbers."""
-        columns = self.levels[level]
-        return np.flatnonzero(columns.data["state"][: -(-count // columns.every)] == _FAILED) * columns.every
+        every = self.every[level]
+        return np.flatnonzero(self.tables[level]["state"][: -(-count // every)] == FAILED) * every
 
-    def fixed(self, level: int, name: str, indices: NDArray[np.int64]) -> NDArray[Any]:
-        """Return one of the columns that every level has, at some realizations."""
-        return self._at(level, self.levels[level].data[name], indices)
-
-    def numbers(self, level: int, name: str, indices: NDArray[np.int64]) -> Array:
-        """Return a number at some realizations, (n, speeds) or (n, 1); NaN where it failed or is from before it."""
-        return self._at(level, self.levels[level].column(name), indices)
-
-    def _at(self, level: int, values: NDArray[Any], indices: NDArray[np.int64]) -> NDArray[Any]:
-        rows = indices // self.levels[level].every
-        if len(rows) and rows[-1] - rows[0] + 1 == len(rows):  # no gap: a view costs nothing
-            view = values[rows[0] : rows[-1] + 1]
-            view.flags.writeable = False
-            return view
-        return values[rows]
+    def column(self, level: int, name: str, indices: NDArray[np.int64]) -> NDArray[Any]:
+        """Return a field of the table at some realizations; numbers (n, speeds) or (n, 1), NaN where there is none."""
+        rows: NDArray[Any] = self.tables[level][name][indices // self.every[level]]
+        return rows
 
 
-def _seconds(written: str) -> float:
-    try:
-        return float(calendar.timegm(time.strptime(written, _TIME)))
-    except ValueError:
-        return np.nan
+def floats(dtype: np.dtype[Any]) -> list[str]:
+    """Return the fields of a table that are numbers of the member or seconds of its stages."""
+    return [name for name in dtype.names or () if name not in {field[0] for field in PROVENANCE}]
+
+
+def blank_rows(count: int, dtype: np.dtype[Any]) -> NDArray[Any]:
+    """Return rows without a member: zeros, NaN for floats."""
+    rows = np.zeros(count, dtype)
+    for name in dtype.names or ():
+        if rows[name].dtype.kind == "f":
+            rows[name] = np.nan
+    return rows

@@ -1,34 +1,39 @@
-"""A run on disk, read: its scene, its sound members, and the estimates made of them."""
+"""A run on disk, read: which of its members count, and the doors to estimates, fields and arrays made of them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import j0
 
 from roughsim import prediction
+from roughsim.errors import RecordError
 from roughsim.estimate.cell_size import size_error
-from roughsim.estimate.errors import LEAST, Estimate, estimate, first_sufficient, spread
-from roughsim.estimate.ladder import Values, observe
-from roughsim.observables.catalogue import NUMBERS, OBSERVABLES
+from roughsim.estimate.errors import Estimate, estimate, spread
+from roughsim.estimate.ladder import Values
+from roughsim.estimate.stop import LEAST, first_sufficient
+from roughsim.estimate.values import notes_of, values_of
+from roughsim.grid import Grid
+from roughsim.heat import unit_vector
+from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
+from roughsim.results import arrays
+from roughsim.results.fields import Field, checked_speed, stored_field, temperature_field
 from roughsim.results.members import Members
 from roughsim.results.reader import Reader, identity_of
-
-if TYPE_CHECKING:
-    from roughsim.scene import Scene
-    from roughsim.scene.numerics import Numerics
+from roughsim.scene import Scene
+from roughsim.scene.numerics import Numerics
+from roughsim.store.member_files import FIELD_UNITS, member_path
 
 Array = NDArray[np.float64]
 
 
 class Run:
-    """A run folder as it stands when first asked; open it again to see later members.
+    """A run folder as it stands when it is opened; `refresh` reads the members that have come since.
 
     Attributes
     ----------
@@ -47,7 +52,7 @@ class Run:
     heat_partition : ndarray
         Share of the heat that temperatures are reported with, per speed.
     reasons : list of [str, str, str]
-        What the plan chose and why, as `plan` told it; empty if the numerics were given without reasons.
+        Choice, value and reason of everything that the plan chose; empty if the numerics were given.
     """
 
     def __init__(
@@ -68,11 +73,12 @@ class Run:
         self.heat_partition: Array = np.array(description["heat_partition"])
         self.reasons: list[list[str]] = description["reasons"]
         self._reader = Reader(folder, numerics, scene.speeds, identity_of(description), skip_damaged)
-        self._tested: tuple[dict[str, float], int] | None = None  # so many sound realizations miss these targets
+        self._insufficient: tuple[dict[str, float], int] | None = None  # targets, and how many do not meet them
+        self._counted: tuple[int, bool] | None = None  # since the last `refresh`
 
     @property
     def members(self) -> Members:
-        """What is there by level and index, without spectra and fields."""
+        """What was read, by level and index, without spectra and fields."""
         return self._reader.members
 
     @property
@@ -82,7 +88,7 @@ class Run:
 
     @property
     def missing(self) -> list[str]:
-        """Names, as "L0-000003", of the members not there although later ones are; none once the targets are met."""
+        """Names, as "L0-000003", of members that are missing although later ones exist; none once targets are met."""
         return [] if self.target_met else self._reader.missing()
 
     def refresh(self) -> None:
@@ -95,46 +101,52 @@ class Run:
         OSError
             If one cannot be read now, which is no damage.
         """
-        self.__dict__.pop("realizations", None)
+        self._counted = None
         self._reader.refresh(self.max_realizations)
 
     def take(self, level: int, index: int) -> bool:
-        """Read one member now, also beyond a gap; False if its file is not there. Errors as `refresh`."""
+        """Read one member now, also beyond a gap; False if its file is missing. Errors as `refresh`."""
         return self._reader.take(level, index)
 
-    @cached_property
+    @property
     def realizations(self) -> int:
-        """How many indices count: the first n at which the targets are met, or all there are without a gap."""
-        available = self._reader.available
-        rows = self.sound(available)
-        stop = self._stop(rows)
-        return available if stop is None else rows[stop - 1] + 1
-
-    def _stop(self, rows: list[int]) -> int | None:
-        """How many of the rows meet the targets first; what did not suffice once never will."""
-        if not self.until:
-            return None
-        if self._tested is None or self._tested[0] != self.until:
-            self._tested = dict(self.until), max(LEAST - 1, self._reader.remembered(rows, self.until))
-        short = self._tested[1]
-        if short >= len(rows):
-            return None
-        samples = {name: self.samples(None, rows, spectra=OBSERVABLES[name].spectra) for name in self.until}
-
-        def targets(count: int) -> Iterator[tuple[Values, float]]:
-            for name, goal in self.until.items():
-                yield self._values(name, None, [sample.first(count) for sample in samples[name]]), goal
-
-        stop = first_sufficient(targets, range(short + 1, len(rows) + 1))
-        short = len(rows) if stop is None else stop - 1
-        self._tested = dict(self.until), short
-        self._reader.remember(short, rows, self.until)
-        return stop
+        """How many indices count: the first n at which the targets are met, or all that exist without a gap."""
+        return self._count()[0]
 
     @property
     def target_met(self) -> bool:
         """Whether the targets of `until` are met."""
-        return self._stop(self.sound(self._reader.available)) is not None
+        return self._count()[1]
+
+    def _count(self) -> tuple[int, bool]:
+        """How many indices count, and whether because the targets are met; found once after each `refresh`."""
+        if self._counted is None:
+            available = self._reader.available
+            rows = self.sound(available)
+            stop = self._stop(rows) if self.until else None
+            self._counted = (available, False) if stop is None else (rows[stop - 1] + 1, True)
+        return self._counted
+
+    def _stop(self, rows: list[int]) -> int | None:
+        """How many of the sound realizations meet the targets first; what was insufficient once is not tried again."""
+        if self._insufficient is None or self._insufficient[0] != self.until:
+            known = self._reader.known_insufficient(rows, self.until)
+            self._insufficient = dict(self.until), max(LEAST - 1, known)
+        insufficient = self._insufficient[1]
+        if insufficient >= len(rows):
+            return None
+        column = self.column(None)
+        samples = {name: self.samples(column, rows, spectra=OBSERVABLES[name].spectra) for name in self.until}
+
+        def targets(count: int) -> Iterator[tuple[Values, float]]:
+            for name, goal in self.until.items():
+                yield values_of(self.scene, column, name, [sample.first(count) for sample in samples[name]]), goal
+
+        stop = first_sufficient(targets, range(insufficient + 1, len(rows) + 1))
+        insufficient = len(rows) if stop is None else stop - 1
+        self._insufficient = dict(self.until), insufficient
+        self._reader.remember_insufficient(insufficient, rows, self.until)
+        return stop
 
     @property
     def failed(self) -> int:
@@ -144,10 +156,10 @@ class Run:
 
     def sound(self, count: int) -> list[int]:
         """Return the indices below `count` of which every level is sound."""
-        good = np.ones(count, bool)
+        converged = np.ones(count, bool)
         for level in range(len(self.numerics.levels)):
-            good[self.members.failed(level, count)] = False
-        return [int(index) for index in np.flatnonzero(good)]
+            converged[self.members.failed(level, count)] = False
+        return [int(index) for index in np.flatnonzero(converged)]
 
     def column(self, column: str | None) -> str:
         """Return the name of a column: the capped one where there is a hardness, else the elastic one, if None.
@@ -165,22 +177,13 @@ class Run:
     def samples(
         self, column: str | None = None, rows: list[int] | None = None, *, spectra: bool = True
     ) -> list[Sample]:
-        """Return the numbers of a column's levels, coarsest first, over the realizations that count.
+        """Return the numbers of a column's levels, coarsest first, over the realizations that count (or `rows`).
 
-        The stress spectra are read from disk if wanted, else left empty.
+        The stress spectra are read from disk, or left empty without `spectra`.
         """
-        wanted = np.array(self.sound(self.realizations) if rows is None else rows, np.int64)
-        reach = 0.5 * float(np.hypot(*self.numerics.lengths))
-        result = []
-        for number in self.numerics.of_column(self.column(column)):
-            level = self.numerics.levels[number]
-            place = np.flatnonzero(wanted % level.every == 0)
-            there = wanted[place]
-            numbers = {name: self.members.numbers(number, name, there) for name in NUMBERS}
-            nothing = np.empty(0), np.empty((len(there), 0))
-            wavenumber, spectra_there = self._reader.spectra(number, there) if spectra else nothing
-            result.append(Sample(level.q_max, float(level.shape[0]), place, numbers, wavenumber, spectra_there, reach))
-        return result
+        indices = np.array(self.sound(self.realizations) if rows is None else rows, np.int64)
+        levels = self.numerics.of_column(self.column(column))
+        return [self._reader.sample(level, indices, with_spectra=spectra) for level in levels]
 
     def values(self, observable: str, column: str | None = None, *, extrapolated: bool = True) -> Values:
         """Return the values of an observable, a row per sound realization, with all heat in the moving body.
@@ -194,34 +197,14 @@ class Run:
         """
         if observable not in OBSERVABLES:
             raise ValueError(f"observable = {observable!r} is unknown; choose one of {', '.join(OBSERVABLES)}")
-        rows = self.sound(self.realizations)
-        if not rows:
-            raise ValueError(f"{self.folder} has no sound realization yet; let it run first")
-        samples = self.samples(column, rows, spectra=OBSERVABLES[observable].spectra)
-        return self._values(observable, column, samples, extrapolated)
+        samples = self.samples(column, self._sound_rows(), spectra=OBSERVABLES[observable].spectra)
+        return values_of(self.scene, self.column(column), observable, samples, extrapolated=extrapolated)
 
-    def _values(self, observable: str, column: str | None, samples: list[Sample], extrapolated: bool = True) -> Values:
-        name = self.column(column)
-        if observable == "heat_partition":
-            samples = [prediction.balanced(self.scene, sample) for sample in samples]
-        cut_offs = tuple(sorted({sample.q_max for sample in samples}))
-        end, theory = self.scene.spectrum.breaks[-1], None
-        if not extrapolated:
-            end = cut_offs[-1]
-        elif cut_offs[-1] < end * (1 - 1e-9):
-            theory = prediction.continuation(self.scene, name, cut_offs, observable)
-        capped = name == "capped"
-        names: dict[str, Any] = {"capped": capped, "end": end, "theory": theory}
-        if capped and theory is None:
-            names |= {"settled": 4.0 * prediction.yield_wavenumber(self.scene)}
-            names |= {"usual": prediction.usual_exponent(self.scene, cut_offs[-1])}
-        values = observe(observable, samples, **names)
-        rest = OBSERVABLES[observable].at_rest
-        if rest is not None:  # members are measured at a tiny speed instead: exact limits here
-            moving = np.array(self.scene.speeds) > 0.0
-            exact = dict.fromkeys(("extrapolated", "finest", "base"), rest) | {"bandwidth": 0.0, "pixel": 0.0}
-            return values._replace(**{key: np.where(moving, getattr(values, key), x) for key, x in exact.items()})
-        return values
+    def _sound_rows(self) -> list[int]:
+        """The sound realizations that count; ValueError if there is none."""
+        if rows := self.sound(self.realizations):
+            return rows
+        raise ValueError(f"{self.folder} has no sound realization yet; let it run first")
 
     def estimate(self, observable: str, column: str | None = None) -> Estimate:
         """Return the mean of an observable with its errors.
@@ -245,40 +228,16 @@ class Run:
         """
         name, values = self.column(column), self.values(observable, column)
         if OBSERVABLES[observable].heated:
-            share = self.heat_partition
             keys = ("extrapolated", "finest", "base", "bandwidth", "pixel")
-            scaled = {key: getattr(values, key) * share for key in keys}
-            values = values._replace(**scaled)
+            values = values._replace(**{key: getattr(values, key) * self.heat_partition for key in keys})
         return estimate(
             observable,
             values,
-            self._notes(observable, name, values),
+            notes_of(self.scene, self.numerics, name, observable, values),
             size=size_error(self.scene, self.numerics.lengths, observable, name),
             tolerance=self.numerics.tolerance,
             scanned=self.scene.scanned,
         )
-
-    def _notes(self, observable: str, column: str, values: Values) -> tuple[str, ...]:
-        levels = [self.numerics.levels[i] for i in self.numerics.of_column(column)]
-        grids = ", ".join(f"{level.shape[0]} × {level.shape[1]} to {level.q_max:.3g}" for level in levels)
-        notes = [f"{column} contact on {grids} rad/m, solver tolerance {self.numerics.tolerance:.1g}"]
-        if np.any(np.isfinite(values.exponent)):
-            shown = ", ".join(dict.fromkeys(f"{p:.2f}" for p in values.exponent))
-            notes.append(f"extrapolated as q_c^(−p) with p = {shown}")
-        elif column == "capped" and not OBSERVABLES[observable].limit:
-            notes.append("does not converge with the grid: the value of the finest level, not extrapolated")
-        elif levels[-1].q_max < self.scene.spectrum.breaks[-1] * (1 - 1e-9):
-            if values.extrapolated is values.finest and np.any(values.bandwidth > 0.0):
-                notes.append(
-                    "shorter than a wave of the cut-offs: the value of the highest q_c, the last step is in doubt"
-                )
-            elif np.any(values.bandwidth > 0.0):
-                notes.append("continued from q_c to q_max with the shape of the theory")
-            if np.any(np.isnan(values.bandwidth)):
-                notes.append("where the bandwidth is unknown, the value of the highest q_c")
-        if OBSERVABLES[observable].per_speed:
-            notes.append(f"speeds {', '.join(f'{v:g}' for v in self.scene.speeds)} m/s")
-        return tuple(notes)
 
     def correlation(self, distance: Array, column: str | None = None) -> tuple[Array, Array]:
         """Return g_σ(r) of the finest level and its standard error, Pa².
@@ -304,9 +263,27 @@ class Run:
         rows = sample.spectrum @ j0(np.multiply.outer(sample.wavenumber, distance))
         return rows.mean(axis=0), spread(rows)[0]
 
+    def kept(self, level: int) -> list[int]:
+        """Return the sound realizations that count and whose fields are stored at a level."""
+        sound = np.array(self.sound(self.realizations), np.int64)
+        sound = sound[sound % self.numerics.levels[level].every == 0]
+        return [int(index) for index in sound[self.members.column(level, "kept", sound) > 0]]
+
+    def not_kept(self, level: int, index: int | None = None) -> ValueError:
+        """Return the error that says how to get the fields of a realization, or, without an index, of any."""
+        if index is not None and (level, index) in self.damaged:
+            return RecordError(self.damaged[level, index])
+        missing = "has kept no fields" if index is None else f"has not kept the fields of realization {index}"
+        index = index or 0
+        return ValueError(
+            f"{self.folder} {missing} at level {level}; run the scene into a new folder with --keep-fields "
+            f"{index + 1}, or recompute one: rs.realize(run.scene, run.numerics, seed={self.seed}, level={level}, "
+            f"index={index})"
+        )
+
     def fields(
         self, name: str, column: str | None = None, *, speed: float | None = None, direction: float = 0.0
-    ) -> Iterator[tuple[int, NDArray[np.float32]]]:
+    ) -> Iterator[tuple[int, Field]]:
         """Go through the kept fields of a column's finest level, one in memory at a time.
 
         Parameters
@@ -335,9 +312,56 @@ class Run:
         RecordError
             If a file is damaged.
         """
-        from roughsim.results.fields import stream
+        checked_speed(name, speed)
+        unit_vector(direction)
+        level = self.numerics.of_column(self.column(column))[-1]
+        indices = self.kept(level)
+        if not indices:
+            raise self.not_kept(level)
+        return ((index, self.field(level, index, name, speed=speed, direction=direction)) for index in indices)
 
-        return stream(self, name, column, speed, direction)
+    def field(self, level: int, index: int, name: str, *, speed: float | None = None, direction: float = 0.0) -> Field:
+        """Return one field of one kept realization; name, speed and direction as in `fields`."""
+        speed = checked_speed(name, speed) or 0.0
+        path, grid = member_path(self.folder, level, index), self.numerics.grid(level)
+        if name in FIELD_UNITS:
+            return stored_field(path, name, grid.shape)
+        flux = stored_field(path, "pressure", grid.shape)
+        flux *= np.float32(self.scene.sliding.friction_coefficient * abs(speed))
+        return flux if name == "heat_flux" else self.temperature(flux, grid, speed, direction)
+
+    def temperature(self, flux: Field, grid: Grid, speed: float, direction: float = 0.0) -> Field:
+        """Return the temperature, K, that the frictional heat of both bodies (W/m², on any grid of the cell) leaves."""
+        slid, share = self.numerics.slid_distance, self.heat_share(speed)
+        return temperature_field(
+            flux, grid, self.scene, speed=speed, direction=direction, slid_distance=slid, share=share
+        )
+
+    def heat_share(self, speed: float) -> float:
+        """Return the share of the heat that temperatures are reported with, at any speed, m/s."""
+        if abs(speed) in self.scene.speeds:
+            return float(self.heat_partition[self.scene.speeds.index(abs(speed))])
+        return float(prediction.heat_partition(self.scene, (abs(speed),))[0])
+
+    def arrays(self) -> tuple[list[arrays.Labelled], dict[str, Any]]:
+        """Return all numbers and kept fields as labelled arrays, and title, scene, numerics, seed and versions.
+
+        Raises
+        ------
+        ValueError
+            If the run has no sound realization yet.
+        """
+        self._sound_rows()
+        numerics, count = self.numerics, self.realizations
+        kept = sorted(set.intersection(*(set(self.kept(level)) for level in range(len(numerics.levels)))))
+        labelled = [
+            *arrays.coordinates(numerics, self.scene.speeds, count, kept),
+            *arrays.numbers(self.members, numerics, count, self.heat_partition),
+            *arrays.spectra(self.folder, self.members, numerics, count),
+            *arrays.fields(self.folder, numerics, kept),
+        ]
+        versions = next(iter(self.members.values())).provenance["versions"]
+        return labelled, arrays.origin(self.scene, numerics, self.seed, versions, self.folder.resolve().name)
 
     def to_xarray(self) -> Any:
         """Return all numbers of all members, and the kept fields, as an `xarray.Dataset`.
@@ -354,6 +378,4 @@ class Run:
         ValueError
             If the run has no sound realization yet.
         """
-        from roughsim.results.labelled import to_xarray
-
-        return to_xarray(self)
+        return arrays.to_dataset(*self.arrays())

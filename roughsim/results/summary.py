@@ -1,15 +1,14 @@
-"""A summary beside the members: what estimates need of thousands of files, in one.
+"""A file beside the members with what estimates need of thousands of them: it saves time and decides nothing.
 
-It spares time and decides nothing: each of its rows counts only while the member's file bears the same digest, and a
-summary that is missing, damaged or of another run is as none. Layout: a line that names it, the length of a JSON header
-in 16 digits, the header, the arrays it lists, and the SHA-256 of all that.
+Each of its rows counts only while the member's file has the same digest. A summary that is missing, damaged or of
+another run is ignored. Layout: a line that names the format, the length of a JSON header in 16 digits, the header, the
+arrays that the header lists, and the SHA-256 of all that.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -22,9 +21,9 @@ from roughsim.errors import RecordError
 from roughsim.store.disk import place_bytes, read_bytes
 
 NAME = "summary.bin"
-_MARK = b"roughsim summary 1\n"
-_DIGITS = 16
-_HASH = hashlib.sha256().digest_size
+FORMAT_LINE = b"roughsim summary 1\n"
+LENGTH_DIGITS = 16
+HASH_BYTES = 32
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,22 +35,14 @@ class Block:
     wavenumber: NDArray[np.float64]
     spectra: NDArray[np.float64]
 
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Return all arrays by name, in the order of the file."""
+        return {"indices": self.indices, "wavenumber": self.wavenumber, "spectra": self.spectra} | self.columns
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Summary:
-    """What the file holds.
-
-    Attributes
-    ----------
-    blocks : list of Block
-        By level.
-    versions : list of dict
-        Versions of packages; the members' columns have places in it.
-    failures : dict of (int, int) to str
-        Why members have no numbers.
-    stop : dict
-        What is known of where the run may stop, see `Run`.
-    """
+    """Blocks by level; the versions that rows refer to; why members failed; how many realizations do not suffice."""
 
     blocks: list[Block]
     versions: list[dict[str, str]]
@@ -63,26 +54,44 @@ def read_summary(folder: Path, run: str) -> Summary | None:
     """Return the summary of a run folder, or None if there is none that is whole and of this run."""
     try:
         content = read_bytes(folder / NAME)
-        return _parsed(content, run)
+        end = len(content) - HASH_BYTES
+        if not content.startswith(FORMAT_LINE):
+            return None
+        if hashlib.sha256(memoryview(content)[:end]).digest() != content[end:]:
+            return None
+        start = len(FORMAT_LINE) + LENGTH_DIGITS
+        offset = start + int(content[len(FORMAT_LINE) : start])
+        header = json.loads(content[start:offset])
+        if header["run"] != run:
+            return None
+        blocks = []
+        for listed in header["blocks"]:
+            arrays = {}
+            for name, kind, shape in listed:
+                count = int(np.prod(shape, dtype=np.int64))
+                arrays[name] = np.frombuffer(content, kind, count, offset).reshape(shape)
+                offset += arrays[name].nbytes
+            indices, wavenumber, spectra = (arrays.pop(name) for name in ("indices", "wavenumber", "spectra"))
+            blocks.append(Block(indices, arrays, wavenumber, spectra))
+        failures = {(level, index): reason for level, index, reason in header["failures"]}
+        return Summary(blocks, header["versions"], failures, header["stop"])
     except (OSError, RecordError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
         return None
 
 
 def write_summary(folder: Path, run: str, summary: Summary) -> None:
-    """Write a summary whole or not at all; where the folder takes no files, there is none."""
-    arrays = [array for block in summary.blocks for _, array in _named(block) if array.size]
+    """Write a summary whole or not at all; a folder that takes no files has none."""
+    blocks = [block.arrays() for block in summary.blocks]
     header = {
         "run": run,
         "versions": summary.versions,
-        "failures": [[level, index, text] for (level, index), text in summary.failures.items()],
+        "failures": [[level, index, reason] for (level, index), reason in summary.failures.items()],
         "stop": summary.stop,
-        "blocks": [
-            [[name, array.dtype.str, list(array.shape)] for name, array in _named(block)] for block in summary.blocks
-        ],
+        "blocks": [[[name, a.dtype.str, list(a.shape)] for name, a in arrays.items()] for arrays in blocks],
     }
     text = json.dumps(header).encode()
-    parts: list[bytes | memoryview] = [_MARK, b"%0*d" % (_DIGITS, len(text)), text]
-    parts += [np.ascontiguousarray(array).data.cast("B") for array in arrays]
+    parts: list[bytes | memoryview] = [FORMAT_LINE, b"%0*d" % (LENGTH_DIGITS, len(text)), text]
+    parts += [np.ascontiguousarray(a).data.cast("B") for arrays in blocks for a in arrays.values() if a.size]
     digest = hashlib.sha256()
     for part in parts:
         digest.update(part)
@@ -92,39 +101,9 @@ def write_summary(folder: Path, run: str, summary: Summary) -> None:
         return
 
 
-def _named(block: Block) -> Iterator[tuple[str, NDArray[Any]]]:
-    yield "indices", block.indices
-    yield "wavenumber", block.wavenumber
-    yield "spectra", block.spectra
-    yield from block.columns.items()
-
-
-def _parsed(content: bytes, run: str) -> Summary | None:
-    end = len(content) - _HASH
-    whole = content.startswith(_MARK) and hashlib.sha256(memoryview(content)[:end]).digest() == content[end:]
-    if not whole:
-        return None
-    place = len(_MARK) + _DIGITS
-    length = int(content[len(_MARK) : place])
-    header = json.loads(content[place : place + length])
-    if header["run"] != run:
-        return None
-    place += length
-    blocks = []
-    for listed in header["blocks"]:
-        arrays = {}
-        for name, kind, shape in listed:
-            count = int(np.prod(shape, dtype=np.int64))
-            arrays[name] = np.frombuffer(content, kind, count, place).reshape(shape)
-            place += arrays[name].nbytes
-        indices, wavenumber, spectra = (arrays.pop(name) for name in ("indices", "wavenumber", "spectra"))
-        blocks.append(Block(indices, arrays, wavenumber, spectra))
-    return Summary(blocks, header["versions"], {(a, b): text for a, b, text in header["failures"]}, header["stop"])
-
-
 @cache
 def code_digest() -> str:
-    """Return a digest of the code that estimates: what was known by other code is not known any more."""
+    """Return a digest of the code that estimates: what other code found insufficient is tried again."""
     digest = hashlib.sha256()
     for package in ("roughsim", "theory"):
         for path in sorted((Path(__file__).parents[2] / package).rglob("*.py")):

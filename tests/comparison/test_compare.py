@@ -10,7 +10,6 @@ import roughsim as rs
 from roughsim import prediction
 from roughsim.comparison.compare import Ratio
 from roughsim.observables.catalogue import UNITS
-from roughsim.results.labelled import numbers as numbers_of
 
 HEADINGS = {"observable", "speed", "theory", "theory_full_spectrum", "smoothed", "capped", "note"}
 
@@ -216,4 +215,4 @@ def test_a_number_that_older_files_lack_is_not_compared(capped_run):
     assert np.isnan([rows["plastic_fraction"].columns[name].mean for name in ("smoothed", "capped")]).all()
     expected = capped_run.estimate("contact_fraction").mean[0]
     assert rows["contact_fraction"].columns["capped"].mean == expected
-    assert "plastic_fraction" not in {array.name for array in numbers_of(old)}
+    assert "plastic_fraction" not in {array.name for array in old.arrays()[0]}

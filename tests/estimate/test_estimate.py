@@ -6,6 +6,7 @@ from scipy import special, stats
 
 from roughsim.estimate import errors as est
 from roughsim.estimate.ladder import NO_LIMIT, Values, fitted_exponent, observe
+from roughsim.estimate.stop import first_sufficient, relative_half_width
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample, ratio
 
@@ -204,7 +205,7 @@ def test_a_part_is_unknown_where_no_level_tells_but_not_where_the_mean_itself_is
 def test_it_stops_at_the_first_sufficient_number_of_realizations():
     rng = np.random.default_rng(4)
     rows = 10.0 + rng.standard_normal((400, 2)) * [0.5, 1.0]
-    first = est.first_sufficient(lambda n: [(values_of(rows[:n]), 0.02)], range(12, 401))
+    first = first_sufficient(lambda n: [(values_of(rows[:n]), 0.02)], range(12, 401))
 
     def half_width(count):
         part = rows[:count]
@@ -213,7 +214,7 @@ def test_it_stops_at_the_first_sufficient_number_of_realizations():
 
     assert first is not None
     assert half_width(first) <= 0.02 < half_width(first - 1)
-    assert est.first_sufficient(lambda n: [(values_of(rows[:n]), 1e-6)], range(12, 401)) is None
+    assert first_sufficient(lambda n: [(values_of(rows[:n]), 1e-6)], range(12, 401)) is None
 
 
 def values_of(rows):
@@ -318,7 +319,7 @@ def test_a_run_does_not_stop_while_two_fine_realizations_may_agree_by_chance():
     rng = np.random.default_rng(12)
     for n, enough in ((16, False), (17, True)):  # the third of every eighth comes with the 17th
         values, *_ = strided(rng, n, 8, 1e-6)
-        assert np.isfinite(est.relative_half_width(values)) is np.bool_(enough)
+        assert np.isfinite(relative_half_width(values)) is np.bool_(enough)
 
 
 def test_a_quotient_tells_rows_apart_by_the_levels_of_both_columns():

@@ -82,14 +82,13 @@ def test_the_hot_spot_trails_where_the_source_came_from(kept_run):
 
 def test_the_share_of_other_speeds_is_the_rule_of_the_scene(kept_run, monkeypatch):
     from roughsim import prediction
-    from roughsim.results.fields import heat_share
 
-    assert heat_share(kept_run, 7.0) == 0.9
+    assert kept_run.heat_share(7.0) == 0.9
     run = rs.open_run(kept_run.folder)
     run.scene = replace(run.scene, sliding=replace(run.scene.sliding, heat_partition="mean", speed=(1.0, 7.0)))
     run.heat_partition = np.array([0.25, 0.5])
-    assert heat_share(run, -7.0) == 0.5
-    slow, fast = (heat_share(run, v) for v in (0.01, 90.0))
+    assert run.heat_share(-7.0) == 0.5
+    slow, fast = (run.heat_share(v) for v in (0.01, 90.0))
     assert 0.5 < slow < fast < 1.0  # both bodies alike: half at rest, all of it at high speed
     assert slow == prediction.heat_partition(replace(run.scene, sliding=replace(run.scene.sliding, speed=(0.01,))))[0]
 
@@ -320,10 +319,10 @@ def test_xarray_has_names_axes_and_units(kept_run):
 
 def test_xarray_reads_fields_when_they_are_used(kept_run, monkeypatch):
     pytest.importorskip("xarray")
-    from roughsim.results import labelled
+    from roughsim.results import arrays
 
-    true, read = labelled.read_field, []
-    monkeypatch.setattr(labelled, "read_field", lambda path, name: read.append(path.name) or true(path, name))
+    true, read = arrays.read_field, []
+    monkeypatch.setattr(arrays, "read_field", lambda path, name: read.append(path.name) or true(path, name))
     data = kept_run.to_xarray()
     assert read == []
     corner = data.pressure_L2.sel(kept_realization=1)[3:9, ::7].values
@@ -338,10 +337,10 @@ def test_xarray_reads_fields_when_they_are_used(kept_run, monkeypatch):
 
 def test_stress_spectra_are_read_when_they_are_used(kept_run, monkeypatch):
     pytest.importorskip("xarray")
-    from roughsim.results import labelled
+    from roughsim.results import arrays
 
-    true, read = labelled.read_member, []
-    monkeypatch.setattr(labelled, "read_member", lambda path: read.append(path.name) or true(path))
+    true, read = arrays.read_member, []
+    monkeypatch.setattr(arrays, "read_member", lambda path: read.append(path.name) or true(path))
     data = kept_run.to_xarray()
     assert read == [f"L{level}-000000.h5" for level in range(3)]  # the wavenumbers of each level
     read.clear()
@@ -380,7 +379,6 @@ def test_a_failed_member_is_nan_and_counted(kept_run):
     run = rs.open_run(kept_run.folder)
     failed = replace(run.members[1, 2], failure="stalled", numbers={})
     run.members[1, 2] = failed
-    run.__dict__.pop("realizations", None)
     data = run.to_xarray()
     assert isinstance(data, xarray.Dataset)
     assert data.converged.values.tolist() == [[1, 1, 1], [1, 1, 0], [1, 1, 1]]

@@ -14,8 +14,9 @@ import roughsim as rs
 from roughsim.cli import main
 from roughsim.comparison.tables import comparison_table
 from roughsim.ensemble.status import status_dict, status_lines
-from roughsim.estimate.errors import relative_half_width
 from roughsim.estimate.ladder import Values
+from roughsim.estimate.stop import relative_half_width
+from roughsim.estimate.values import values_of
 from roughsim.explore.words import problems_of
 from roughsim.results import reader, summary
 from roughsim.store.member_files import check_member, member_path, read_member, write_member
@@ -42,7 +43,7 @@ def folder(whole, tmp_path):
 @pytest.fixture
 def eager(monkeypatch):
     """A summary for so few members, too, and all files opened are noted."""
-    monkeypatch.setattr(reader, "_LEAST_NEW", 1)
+    monkeypatch.setattr(reader, "LEAST_NEW", 1)
     opened, true = [], reader.member_of
     monkeypatch.setattr(reader, "member_of", lambda path, content: opened.append(path.name) or true(path, content))
     return opened
@@ -84,7 +85,7 @@ def test_a_member_that_came_or_changed_since_is_read_and_wins(folder, whole, eag
 
 @pytest.mark.parametrize("small", [0, 1 << 16])
 def test_a_member_damaged_after_the_summary_is_named(folder, eager, small, monkeypatch):
-    monkeypatch.setattr(reader, "_SMALL", small)  # whether it is large enough to be told by its last change
+    monkeypatch.setattr(reader, "SMALL", small)  # whether it is large enough to be told by its last change
     rs.open_run(folder)
     path = member_path(folder, 1, 4)
     content = bytearray(path.read_bytes())
@@ -95,7 +96,7 @@ def test_a_member_damaged_after_the_summary_is_named(folder, eager, small, monke
 
 
 def test_a_large_member_of_the_same_size_and_time_but_another_digest_is_read(folder, eager, monkeypatch):
-    monkeypatch.setattr(reader, "_SMALL", 0)
+    monkeypatch.setattr(reader, "SMALL", 0)
     rs.open_run(folder)
     path = member_path(folder, 0, 3)
     one, before = read_member(path), path.stat()
@@ -153,7 +154,7 @@ def test_no_flipped_byte_of_a_summary_is_believed(folder, eager):
     rs.open_run(folder)
     path = folder / summary.NAME
     sound = path.read_bytes()
-    identity = rs.open_run(folder)._reader._run
+    identity = rs.open_run(folder)._reader.summary_key
     assert summary.read_summary(folder, identity) is not None
     for place in np.linspace(0, len(sound) - 1, 60, dtype=int):
         broken = bytearray(sound)
@@ -167,7 +168,7 @@ def test_no_flipped_byte_of_a_summary_is_believed(folder, eager):
 
 
 def test_a_summary_of_another_layout_is_as_none(folder, whole, eager):
-    run = rs.open_run(folder)._reader._run
+    run = rs.open_run(folder)._reader.summary_key
     sound = summary.read_summary(folder, run)
     for block in sound.blocks:
         block.columns["flash_temperature"] = block.columns["flash_temperature"][:, :1].repeat(5, axis=1)
@@ -187,12 +188,12 @@ def test_a_folder_that_takes_no_files_is_read_all_the_same(folder, whole, eager,
 
 
 def test_what_did_not_suffice_is_not_tried_again_unless_targets_members_or_code_change(folder, eager, monkeypatch):
-    from roughsim.estimate import errors
+    from roughsim.estimate import stop
     from roughsim.results import run as module
 
     monkeypatch.setattr(module, "LEAST", 2)
-    tried, true = [], errors.relative_half_width
-    monkeypatch.setattr(errors, "relative_half_width", lambda values: tried.append(len(values.base)) or true(values))
+    tried, true = [], stop.relative_half_width
+    monkeypatch.setattr(stop, "relative_half_width", lambda values: tried.append(len(values.base)) or true(values))
 
     def counts(goal):
         tried.clear()
@@ -219,7 +220,9 @@ def test_a_run_stops_where_prefixes_that_are_tried_afresh_say(folder, monkeypatc
     run = rs.open_run(folder)
     observable = "correlation_radius_50"  # of the spectra
     width = {
-        count: relative_half_width(run._values(observable, None, run.samples(None, list(range(count)))))
+        count: relative_half_width(
+            values_of(run.scene, run.column(None), observable, run.samples(None, list(range(count))))
+        )
         for count in range(2, COUNT + 1)
     }
     for goal in sorted(width.values())[1:-1]:

@@ -9,7 +9,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.cli import main
-from roughsim.results.surfaces import export_surface
+from roughsim.results.export import export_surface
 from roughsim.scene import SceneError, load_scene
 from roughsim.surface.topography import encoded, radial_average, read_topography
 

@@ -1,0 +1,193 @@
+"""All that a run holds as arrays with names, axes and units: what `Run.to_xarray` and the exported file are made of."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim.errors import RecordError
+from roughsim.observables.catalogue import NUMBERS
+from roughsim.results.members import Members
+from roughsim.scene import Scene
+from roughsim.scene.numerics import Numerics
+from roughsim.store.member_files import FIELD_UNITS, member_path, read_field, read_member
+
+Array = NDArray[Any]
+DESCRIPTIONS = {
+    "heights": "composite heights",
+    "pressure": "contact pressure, positive in compression",
+    "stress_spectrum": "shares of the pressure variance by wavenumber; single entries may be negative, sums are exact",
+}
+
+
+class Stored:
+    """Arrays of many files as one, (file, ...): each is read when it is asked for; NaN where there is no file."""
+
+    def __init__(self, paths: list[Path | None], shape: tuple[int, ...], read: Callable[[Path], Array], kind: str):
+        self.paths, self.read = paths, read
+        self.shape, self.dtype = (len(paths), *shape), np.dtype(kind)
+
+    def __iter__(self) -> Iterator[Array]:
+        return map(self.load, self.paths)
+
+    def __getitem__(self, key: tuple[Any, ...]) -> Array:
+        which, *inside = key
+        if isinstance(which, (int, np.integer)):
+            return np.asarray(self.load(self.paths[which])[tuple(inside)])
+        parts = [self.load(path)[tuple(inside)] for path in self.paths[which]]
+        return np.stack(parts) if parts else np.empty((0, *self.shape[1:]), self.dtype)[(slice(None), *inside)]
+
+    def load(self, path: Path | None) -> Array:
+        """Return the array of one file; RecordError if it has another shape."""
+        if path is None:
+            return np.full(self.shape[1:], np.nan, self.dtype)
+        values = self.read(path)
+        if values.shape != self.shape[1:]:
+            raise RecordError(f"{path} holds an array of shape {values.shape}, but this run has {self.shape[1:]}")
+        return values
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Labelled:
+    """An array with a name, its axes' names, and attributes."""
+
+    name: str
+    axes: tuple[str, ...]
+    data: Array | Stored
+    attributes: dict[str, Any]
+
+    @property
+    def is_axis(self) -> bool:
+        """Whether it has the coordinates of the axis of its own name."""
+        return self.axes == (self.name,)
+
+
+def coordinates(numerics: Numerics, speeds: tuple[float, ...], count: int, kept: list[int]) -> Iterator[Labelled]:
+    """Yield the axes, and the column and cut-off of each level; `kept` are the realizations with fields."""
+    levels = numerics.levels
+    yield Labelled("level", ("level",), np.arange(len(levels)), {"units": "1"})
+    yield Labelled("realization", ("realization",), np.arange(count), {"units": "1"})
+    yield Labelled("speed", ("speed",), np.array(speeds), {"units": "m/s"})
+    yield Labelled("column", ("level",), np.array([level.column for level in levels]), {})
+    yield Labelled("q_max", ("level",), np.array([level.q_max for level in levels]), {"units": "1/m"})
+    if not kept:
+        return
+    yield Labelled("kept_realization", ("kept_realization",), np.array(kept), {"units": "1"})
+    for number in range(len(levels)):
+        grid = numerics.grid(number)
+        for axis, points, step in zip("xy", grid.shape, grid.spacing, strict=True):
+            name = f"{axis}_L{number}"
+            yield Labelled(name, (name,), np.arange(points) * step, {"units": "m"})
+
+
+def numbers(members: Members, numerics: Numerics, count: int, heat_partition: Array) -> Iterator[Labelled]:
+    """Yield what was measured: (level, realization) or (level, realization, speed), NaN where a member failed."""
+    levels, axes = numerics.levels, ("level", "realization", "speed")
+    rows = [np.arange(0, count, level.every) for level in levels]
+
+    def gathered(name: str, blank: Array) -> Array:
+        for number, indices in enumerate(rows):
+            blank[number, indices] = members.column(number, name, indices).reshape(len(indices), *blank.shape[2:])
+        return blank
+
+    share = {"units": "1", "description": "share of the heat that the temperatures are of"}
+    yield Labelled("heat_partition", ("speed",), heat_partition, share)
+    shape = len(levels), count
+    for name, record in NUMBERS.items():
+        values = gathered(name, np.full((*shape, len(heat_partition)) if record.per_speed else shape, np.nan))
+        if np.all(np.isnan(values)):
+            continue
+        attributes = {"units": record.unit, "description": record.stored}
+        if record.heated:
+            values *= heat_partition
+            attributes["comment"] = "of the share heat_partition of the heat"
+        yield Labelled(name, axes[: values.ndim], values, attributes)
+    converged = np.zeros(shape, np.int8)
+    for number, indices in enumerate(rows):
+        converged[number, indices] = ~np.isin(indices, members.failed(number, count))
+    description = {"units": "1", "description": "1 where the contact converged, else 0"}
+    yield Labelled("converged", axes[:2], converged, description)
+    description = {"units": "1", "description": "of the contact solve"}
+    yield Labelled("residual", axes[:2], gathered("residual", np.zeros(shape)), description)
+    yield Labelled("iterations", axes[:2], gathered("iterations", np.zeros(shape, np.int64)), description)
+
+
+def spectra(folder: Path, members: Members, numerics: Numerics, count: int) -> Iterator[Labelled]:
+    """Yield the stress spectra of each level, unread but for the first, which has the wavenumbers of all."""
+    for number, level in enumerate(numerics.levels):
+        failed = set(members.failed(number, count).tolist())
+        sound = [index % level.every == 0 and index not in failed for index in range(count)]
+        paths = [member_path(folder, number, index) if sound[index] else None for index in range(count)]
+        first = next((path for path in paths if path), None)
+        if first is None:
+            continue
+        wavenumber = read_member(first).wavenumber
+        axis = f"wavenumber_L{number}"
+        yield Labelled(axis, (axis,), wavenumber, {"units": "1/m"})
+        stored = Stored(paths, wavenumber.shape, lambda path: read_member(path).spectrum, "<f8")
+        attributes = level_attributes(numerics, number, "Pa^2", "stress_spectrum")
+        yield Labelled(f"stress_spectrum_L{number}", ("realization", axis), stored, attributes)
+
+
+def fields(folder: Path, numerics: Numerics, kept: list[int]) -> Iterator[Labelled]:
+    """Yield the stored fields of the kept realizations, level by level, unread."""
+    for number in range(len(numerics.levels) if kept else 0):
+        paths: list[Path | None] = [member_path(folder, number, index) for index in kept]
+        for name, unit in FIELD_UNITS.items():
+            axes = ("kept_realization", f"x_L{number}", f"y_L{number}")
+            stored = Stored(paths, numerics.grid(number).shape, partial(read_field, name=name), "<f4")
+            yield Labelled(f"{name}_L{number}", axes, stored, level_attributes(numerics, number, unit, name))
+
+
+def level_attributes(numerics: Numerics, number: int, unit: str, name: str) -> dict[str, Any]:
+    """Return unit and description of an array, and the level that it is of."""
+    level = numerics.levels[number]
+    description = {"units": unit, "description": DESCRIPTIONS[name]}
+    return description | {"column": level.column, "level": number, "q_max": level.q_max}
+
+
+def origin(scene: Scene, numerics: Numerics, seed: int, versions: dict[str, str], name: str) -> dict[str, Any]:
+    """Return title (else the name of the folder), scene, numerics, seed and versions, as text and numbers."""
+    return {
+        "title": scene.title or name,
+        "source": f"roughsim {versions['roughsim']}",
+        "scene": scene.to_toml(),
+        "numerics": json.dumps(numerics.to_dict()),
+        "seed": seed,
+        "versions": json.dumps(versions),
+    }
+
+
+def to_dataset(arrays: list[Labelled], attributes: dict[str, Any]) -> Any:
+    """Return arrays as an `xarray.Dataset` in which stored ones are read when they are used; ImportError without it."""
+    try:
+        xarray, indexing = import_module("xarray"), import_module("xarray.core.indexing")
+    except ImportError:
+        raise ImportError("xarray is not installed; type: pip install 'roughsim[xarray]'") from None
+    base: Any = import_module("xarray.backends").BackendArray
+
+    class Unread(base):  # type: ignore[misc]
+        """The bridge that xarray asks of a storage backend."""
+
+        def __init__(self, stored: Stored):
+            self.stored, self.shape, self.dtype = stored, stored.shape, stored.dtype
+
+        def __getitem__(self, key: Any) -> Any:
+            basic = indexing.IndexingSupport.BASIC
+            return indexing.explicit_indexing_adapter(key, self.shape, basic, self.stored.__getitem__)
+
+    axes: dict[str, Any] = {}
+    variables: dict[str, Any] = {}
+    for array in arrays:
+        data = indexing.LazilyIndexedArray(Unread(array.data)) if isinstance(array.data, Stored) else array.data
+        is_coordinate = array.is_axis or array.name in ("column", "q_max")
+        (axes if is_coordinate else variables)[array.name] = (array.axes, data, array.attributes)
+    return xarray.Dataset(variables, axes, attributes)
