@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -18,7 +19,24 @@ from roughsim.show.units import shown
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from roughsim.comparison.compare import Comparison
+    from roughsim.results.run import Run
+
+
+class Comparison(Protocol):
+    """What is drawn of a comparison; its rows are those of `roughsim.compare`."""
+
+    @property
+    def run(self) -> Run:
+        """The run that was compared."""
+
+    @property
+    def realizations(self) -> int:
+        """How many count."""
+
+    @property
+    def rows(self) -> Sequence[Any]:
+        """One per observable and speed, with the theory and the measured columns."""
+
 
 # over speed: observable → words, label, and SI unit
 DRAWN = {

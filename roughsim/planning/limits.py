@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from roughsim import prediction
-from roughsim.planning.rungs import CAPPED_LIMIT, ELASTIC_LIMIT
+from roughsim.planning.levels import CAPPED_SIDE, ELASTIC_SIDE
 from roughsim.planning.sizes import STEEP, YIELDED, Facts, facts
 from roughsim.show.table import Table
 
@@ -213,7 +213,7 @@ def _of_the_load(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines
 def _contact_pixels(scene: Scene, known: Facts, numerics: Numerics | None) -> tuple[float, str]:
     """Pixels of contact on the finest grid, and that grid in words."""
     if numerics is None:
-        side = ELASTIC_LIMIT if scene.elastic else CAPPED_LIMIT
+        side = ELASTIC_SIDE if scene.elastic else CAPPED_SIDE
         return known.contact_fraction * side**2, f"the finest grid of a plan, {side} × {side}"
     shape = max((level.shape for level in numerics.levels), key=lambda shape: shape[0] * shape[1])
     return known.contact_fraction * shape[0] * shape[1], f"the finest grid, {shape[0]} × {shape[1]}"

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import time
 import warnings
-from dataclasses import dataclass
 from functools import lru_cache
 from math import inf, pi
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,41 +24,23 @@ if TYPE_CHECKING:
     from roughsim.scene import Scene
 
 Array = NDArray[np.float64]
-MEMBERS = 12  # solves of each level: scatter is then known to a fifth, one standard error
+SOLVES = 12  # of each level: scatter is then known to a fifth, one standard error
 SCATTER_KNOWN = (0.71, 1.70)  # true over measured scatter, 95 % of normal ones: √(11/χ²) with 11 degrees of freedom
 POINTS = 512  # points per side that no solve of a pilot exceeds
-_SEED = 20  # any number: a pilot must not see the surfaces of the run
+LEAST_POINTS = 8  # points per side of its coarsest grid
+SEED = 20  # any number: a pilot must not see the surfaces of the run
 
 
-@dataclass(frozen=True, slots=True)
-class Pilot:
-    """What the pilot of one column found, of T_flash: relative to its own mean (scatter) or to its limit (the rest).
+class Pilot(NamedTuple):
+    """What the pilot of one column says of T_flash, relative to its limit at the speed with the highest T_flash."""
 
-    Attributes
-    ----------
-    scatter : float
-        Standard deviation of one realization at the worst speed.
-    hot_scatter : float
-        The same at the speed with the highest T_flash; so are all others.
-    step : float
-        Change from `q_max`/2 to `q_max`, of the mean.
-    pixel : float
-        Change from 4 to 8 pixels per shortest wave at `q_max`/2, of the mean.
-    change_scatter : float
-        Standard deviation of these changes of one realization.
-    q_max : float
-        Its highest cut-off, rad/m.
-    pace : float
-        CPU time of one realization over `work` of its points, s: without what each takes on any grid; never decides.
-    """
-
-    scatter: float
-    hot_scatter: float
-    step: float
-    pixel: float
-    change_scatter: float
-    q_max: float
-    pace: float
+    scatter: float  # standard deviation of one realization over its mean, at the worst speed
+    hot_scatter: float  # the same at the speed with the highest T_flash
+    step: float  # change of the mean from q_max/2 to q_max
+    pixel: float  # change of the mean from 4 to 8 pixels per shortest wave, at q_max/2
+    change_scatter: float  # standard deviation of these changes from one realization to the next
+    q_max: float  # its highest cut-off, rad/m
+    pace: float  # CPU time of one realization over `work` of its points, s; never decides
 
 
 def work(points: float) -> float:
@@ -69,73 +50,60 @@ def work(points: float) -> float:
 
 
 def pilot(scene: Scene, column: Column, lengths: tuple[float, float], q_max: float) -> Pilot | None:
-    """Measure T_flash at a few low cut-offs.
+    """Measure T_flash at a few low cut-offs; None where a solve did not converge.
 
-    Parameters
-    ----------
-    scene : Scene
-        What is to be computed.
-    column : {"smoothed", "capped", "elastic"}
-        Which contact.
-    lengths : (float, float)
-        The cell, m.
-    q_max : float
-        Highest cut-off wanted, rad/m; lowered to what `POINTS` per side resolve with 4 pixels per wave.
-
-    Returns
-    -------
-    Pilot or None
-        None where a solve did not converge.
+    `lengths` are of the cell, m. `q_max` is the highest cut-off, rad/m; lowered to what `POINTS` per side resolve with
+    4 pixels per wave.
     """
     cut = min(q_max, POINTS * 2 * pi / (4 * max(lengths)))
-    sides = tuple(fast_size(max(16.0, 4 * cut * length / (2 * pi))) for length in lengths)
-    half = (max(8, sides[0] // 2), max(8, sides[1] // 2))
+    sides = tuple(fast_size(max(2.0 * LEAST_POINTS, 4 * cut * length / (2 * pi))) for length in lengths)
+    half, full = (tuple(max(LEAST_POINTS, side // part) for side in sides) for part in (2, 1))
     levels = (
-        Level(column, half, cut / 2),
-        Level(column, (sides[0], sides[1]), cut),
-        Level(column, (sides[0], sides[1]), cut / 2),
+        Level(column, (half[0], half[1]), cut / 2),
+        Level(column, (full[0], full[1]), cut),  # twice the cut-off at the same pixels per wave
+        Level(column, (full[0], full[1]), cut / 2),  # half the pixel at the same cut-off
     )
-    numerics = Numerics(levels, lengths, solver=scene.numerics.solver or methods.DEFAULT)
     try:
-        return _measured(scene, numerics)
+        return measure(scene, Numerics(levels, lengths, solver=scene.numerics.solver or methods.DEFAULT))
     except ConvergenceError:
         return None
 
 
 @lru_cache(maxsize=32)
-def _measured(scene: Scene, numerics: Numerics) -> Pilot:
-    coarse, quick = _flash_temperatures(scene, numerics, 0)
-    fine, seconds = _flash_temperatures(scene, numerics, 1)
-    finer, other = _flash_temperatures(scene, numerics, 2)
+def measure(scene: Scene, numerics: Numerics) -> Pilot:
+    """Solve the three levels of a pilot: at q_max/2, at q_max, and at q_max/2 with half the pixel."""
+    coarse, quick = flash_temperatures(scene, numerics, 0)
+    fine, seconds = flash_temperatures(scene, numerics, 1)
+    finer, other = flash_temperatures(scene, numerics, 2)
     mean = fine.mean(axis=0)
     hottest = int(np.argmax(mean))
-    limit = float((2.0 * fine - coarse).mean(axis=0)[hottest])
+    limit = float((2.0 * fine - coarse).mean(axis=0)[hottest])  # of first order in 1/q_c
     steps, pixels = ((level - coarse)[:, hottest] / limit for level in (fine, finer))
     scatter = np.divide(fine.std(axis=0, ddof=1), mean, out=np.zeros_like(mean), where=mean > 0.0)
     return Pilot(
-        float(scatter.max()),
-        float(scatter[hottest]),
-        abs(float(steps.mean())),
-        abs(float(pixels.mean())),
-        max(float(change.std(ddof=1)) for change in (steps, pixels)),
-        numerics.levels[1].q_max,
-        _pace(numerics, quick, min(seconds, other)),
+        scatter=float(scatter.max()),
+        hot_scatter=float(scatter[hottest]),
+        step=abs(float(steps.mean())),
+        pixel=abs(float(pixels.mean())),
+        change_scatter=max(float(change.std(ddof=1)) for change in (steps, pixels)),
+        q_max=numerics.levels[1].q_max,
+        pace=pace(numerics, quick, min(seconds, other)),
     )
 
 
-def _pace(numerics: Numerics, coarse: float, fine: float) -> float:
-    """CPU time over work from one grid to the next, so that what every realization takes drops out."""
+def pace(numerics: Numerics, coarse: float, fine: float) -> float:
+    """Return CPU time over work from one grid to the next, so that what every realization takes drops out, s."""
     small, large = (work(numerics.grid(i).points) for i in (0, 1))
     return max((fine - coarse) / (large - small), 0.5 * fine / large)
 
 
-def _flash_temperatures(scene: Scene, numerics: Numerics, level: int) -> tuple[Array, float]:
-    """T_flash of all members (MEMBERS, speeds), and the least CPU time of one, s."""
+def flash_temperatures(scene: Scene, numerics: Numerics, level: int) -> tuple[Array, float]:
+    """Return T_flash of all realizations (SOLVES, speeds), and the least CPU time of one, s."""
     rows, least = [], inf
-    for index in range(MEMBERS):
+    for index in range(SOLVES):
         start = time.process_time()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # the run itself says what is to be said
-            rows.append(realize(scene, numerics, seed=_SEED, level=level, index=index).observables.flash_temperature)
+            rows.append(realize(scene, numerics, seed=SEED, level=level, index=index).observables.flash_temperature)
         least = min(least, time.process_time() - start)
     return np.stack(rows), least

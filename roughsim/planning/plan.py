@@ -1,6 +1,7 @@
 """From a scene to its numerics: the cheapest grids and tolerances that meet the asked-for error, each with its reason.
 
-`rungs` has the levels of a column, this module what they cost, how often they are solved, and what to expect.
+`levels` has the rules of cut-offs and grids, `realizations` how many solves a target takes. Here they are put together,
+what the scene fixes takes their place, and all is said in words.
 """
 
 from __future__ import annotations
@@ -14,19 +15,33 @@ from typing import TYPE_CHECKING
 from roughsim import prediction
 from roughsim.errors import ResolutionError, number
 from roughsim.estimate.cell_size import choose_lengths, size_error
-from roughsim.estimate.errors import quantile
-from roughsim.estimate.stop import LEAST, LEAST_FINE
-from roughsim.planning import rungs
-from roughsim.planning.pilot import MEMBERS, SCATTER_KNOWN, Pilot, pilot, work
-from roughsim.scene.numerics import Column, Forecast, Level, Numerics, Reason
-from roughsim.show import table
+from roughsim.estimate.stop import LEAST
+from roughsim.planning.levels import Lengths, choose_ladder, scale
+from roughsim.planning.pilot import SCATTER_KNOWN, SOLVES, Pilot, pilot
+from roughsim.planning.realizations import choose_stride, half_width, realizations_for, total_work
+from roughsim.scene.numerics import Forecast, Level, Numerics, Reason
+from roughsim.show.table import Column, Table
 from roughsim.untrusted import machine_memory
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene
 
+TARGET = 0.01  # relative error in all where neither the caller nor the scene states one
+LEAST_SHARE = 0.1  # of the squared target, left to the scatter however large the systematic errors are
+PILOT_TOP = 4.0  # q_y: highest cut-off of a pilot of capped contact, the lowest rung of most ladders
+CORRECTIONS = 0.75  # scatter of what the fine levels add, over that of the changes that the pilot sees
+MEMORY_SHARE = 0.8  # of the machine's memory that the largest grid may take
 BYTES_PER_POINT = 120  # peak memory of a solve, measured
-PACE = 1.2e-8  # CPU time of one realization over its `work` where no pilot was run, s, within a factor of two
+# without a pilot: relative scatter, that of the corrections, and CPU time of a solve over its `work`, s (half to twice)
+GUESSED_SCATTER, GUESSED_CHANGE, GUESSED_PACE = 0.02, 0.003, 1.2e-8
+DEFAULTS = {
+    "tolerance": "relative error of the pressure, below every other error",
+    "precision": "double costs little beside the solve's own transforms",
+    "solver": "the package's own, elastic and capped",
+    "slid_distance": "half the cell: a longer slide would meet its own periodic hot track (fields only)",
+    "threads": "one per realization: realizations run side by side",
+    "keep_fields": "enough to look at; every further one costs disk space",
+}
 
 
 def plan(scene: Scene, target_error: float | None = None) -> Numerics:
@@ -52,202 +67,147 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
     ResolutionError
         If the machine has too little memory for what is asked.
     """
-    stop = None
+    stop = None  # the statistical error that the scene itself stops at
     if target_error is None:
         stop = dict(scene.ensemble.until).get("flash_temperature")
-        target_error = stop or 0.01
+        target_error = stop or TARGET
     if not 0.0 < number("target_error", target_error) < 1.0:
         raise ValueError(f"target_error = {target_error:.6g} must lie between 0 and 1")
-    given = scene.numerics
     lengths, reason = choose_lengths(scene)
-    reasons = [Reason("cell", _mm(lengths), reason)]
-    if given.levels is not None:
-        levels = tuple(Level(level.column, level.shape, level.q_max, level.every) for level in given.levels)
-        reasons.append(Reason("levels", _listed(levels), "given in the scene"))
-        forecast = None
+    reasons = [Reason("cell", f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm", reason)]
+    if scene.numerics.levels is not None:
+        levels = tuple(Level(level.column, level.shape, level.q_max, level.every) for level in scene.numerics.levels)
+        reasons.append(Reason("levels", level_text(levels), "given in the scene"))
+        numerics = Numerics(levels, lengths)
     else:
-        levels, forecast, more = _chosen(scene, lengths, target_error, stop)
-        reasons += more
-    numerics = _overridden(Numerics(levels, lengths, forecast=forecast), scene, reasons)
-    _check_columns(scene, numerics)
-    return replace(numerics, reasons=(*reasons, *_conductivity(scene), *_costs(numerics)))
+        numerics = chosen_levels(scene, lengths, target_error, stop)
+        reasons += numerics.reasons
+    # what the scene states takes the place of the defaults
+    stated = {key: getattr(scene.numerics, key) for key in DEFAULTS if getattr(scene.numerics, key) is not None}
+    numerics = replace(numerics, **stated)
+    for key, reason in DEFAULTS.items():
+        value = getattr(numerics, key)
+        text = "L/2" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
+        reasons.append(Reason(key, text, "given in the scene" if key in stated else reason))
+    isotropic = "averaged over all sliding directions in closed form; C(q) is isotropic"
+    reasons.append(Reason("moments", "all speeds at once", isotropic))
+    if isfinite(scene.temperature_range[1]):  # κ depends on temperature
+        kappa = prediction.conduction(scene).conductivity
+        text = " … ".join(dict.fromkeys(f"{value:.4g}" for value in (kappa.max(), kappa.min())))
+        reasons.append(
+            Reason("conductivity", f"{text} W/(m K)", "of the moving body at T₀ + 0.75 T_flash of the theory")
+        )
+    check_columns(scene, numerics)
+    return replace(numerics, reasons=(*reasons, memory_reason(numerics)))
 
 
-def plan_table(reasons: Sequence[Reason]) -> table.Table:
+def plan_table(reasons: Sequence[Reason]) -> Table:
     """Return the choices of a plan with their reasons."""
-    return table.Table([table.Column(title) for title in ("choice", "value", "because")], reasons)
+    return Table([Column(title) for title in ("choice", "value", "because")], reasons)
 
 
-def _chosen(
-    scene: Scene, lengths: tuple[float, float], target: float, stop: float | None
-) -> tuple[tuple[Level, ...], Forecast, list[Reason]]:
-    """Levels, what to expect of them, and why; `stop` is the statistical target if that is fixed."""
-    column: Column = "elastic" if scene.elastic else "capped"
-    q_max = scene.spectrum.breaks[-1]
-    seen = pilot(scene, column, lengths, q_max if scene.elastic else min(q_max, 4.0 * rungs.scale(scene)[0]))
-    build = rungs.elastic_levels if scene.elastic else rungs.capped_levels
-    chosen, (bandwidth, pixel) = build(scene, lengths, target, seen)
+def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | None) -> Numerics:
+    """Return levels and forecast with their reasons; `stop` is the statistical target where that is fixed."""
+    top = scene.spectrum.breaks[-1]
+    if not scene.elastic:
+        top = min(top, PILOT_TOP * scale(scene)[0])
+    seen = pilot(scene, "elastic" if scene.elastic else "capped", lengths, top)
+    ladder = choose_ladder(scene, lengths, target, seen)
+    # the scatter may take what the systematic errors leave of the target
     size = size_error(scene, lengths)
-    systematic = hypot(0.0 if isnan(bandwidth) else bandwidth, pixel, size)
-    goal = sqrt(max(target**2 - systematic**2, 0.1 * target**2)) if stop is None else stop
-    scatter, hot, change = (0.02, 0.02, 0.003)
+    systematic = hypot(0.0 if isnan(ladder.bandwidth) else ladder.bandwidth, ladder.pixel, size)
+    goal = sqrt(max(target**2 - systematic**2, LEAST_SHARE * target**2)) if stop is None else stop
+    scatter, hot_scatter, change, pace = GUESSED_SCATTER, GUESSED_SCATTER, GUESSED_CHANGE, GUESSED_PACE
     if seen is not None:
-        scatter, hot, change = seen.scatter, seen.hot_scatter, 0.75 * seen.change_scatter
-    bare, most = [level for level, _ in chosen], scene.ensemble.max_realizations
-    every = _stride(bare, scatter, change, goal, most)
-    levels = _strided(bare, every)
-    wanted = _realizations(scatter, change, every, goal)
-    count = min(wanted, most)
-    statistical = _half_width(count, hot, change, every)
-    pace = PACE if seen is None else seen.pace
-    forecast = Forecast(count, statistical, bandwidth, pixel, size, pace * _work(levels, count))
-    why = [reason for _, reason in chosen]
-    reasons = [Reason(a.column, _listed((a,)), reason) for a, reason in zip(levels, why, strict=True)]
-    between = tuple(min(_realizations(f * scatter, f * change, every, goal), most) for f in SCATTER_KNOWN)
-    return levels, forecast, [*reasons, _told(seen), *_expected(forecast, goal, wanted, between, scene.scanned)]
+        scatter, hot_scatter, pace = seen.scatter, seen.hot_scatter, seen.pace
+        change = CORRECTIONS * seen.change_scatter
+    # the worst speed decides how many realizations are solved, the hottest what the forecast says
+    most = scene.ensemble.max_realizations
+    every = choose_stride(ladder, lengths, goal, scatter, change, most)
+    levels = ladder.levels(lengths, every)
+    needed = realizations_for(goal, scatter, change, every)
+    count = min(needed, most)
+    statistical = half_width(count, hot_scatter, change, every)
+    cpu_seconds = pace * total_work(levels, count)
+    forecast = Forecast(count, statistical, ladder.bandwidth, ladder.pixel, size, cpu_seconds)
+    # the scatter of a few pilot solves is uncertain, and so is the count
+    fewest, largest = (min(realizations_for(goal, f * scatter, f * change, every), most) for f in SCATTER_KNOWN)
+    per_cent = f"{100 * goal:.3g}"
+    why = (
+        f"--until flash_temperature={per_cent}% stops once its statistical error (95 %) is {per_cent} % at every "
+        f"speed; {LEAST} at least; levels marked 1 in k are solved for every k-th realization"
+    )
+    if count < needed:
+        why += f"; max_realizations ends the run before, as that takes about {needed:.3g}"
+    elif fewest < largest:
+        why += f"; {fewest} to {largest}, as the scatter from {SOLVES} pilot solves is known within a factor 1.7"
+    reasons = [
+        *(Reason(a.column, level_text((a,)), rung.reason) for a, rung in zip(levels, ladder.rungs, strict=True)),
+        pilot_reason(seen),
+        Reason("realizations", f"about {count}", why),
+        *forecast_reasons(forecast, scene.scanned),
+    ]
+    return Numerics(levels, lengths, forecast=forecast, reasons=tuple(reasons))
 
 
-def _told(seen: Pilot | None) -> Reason:
+def pilot_reason(seen: Pilot | None) -> Reason:
+    """Return what the pilot has measured."""
     if seen is None:
         return Reason("pilot", "none", "a cheap solve did not converge: what is expected below is a guess")
-    found = f"scatter {100 * seen.scatter:.2g} %, step {100 * seen.step:.2g} %, pixel {100 * seen.pixel:.2g} %"
+    text = f"scatter {100 * seen.scatter:.2g} %, step {100 * seen.step:.2g} %, pixel {100 * seen.pixel:.2g} %"
     why = (
         f"cheap solves up to q_c = {seen.q_max:.3g} rad/m: how much T_flash scatters from one realization to the next, "
         "falls when q_c is doubled, and changes at half the pixel"
     )
-    return Reason("pilot", found, why)
+    return Reason("pilot", text, why)
 
 
-def _expected(forecast: Forecast, goal: float, wanted: int, between: tuple[int, ...], scanned: bool) -> list[Reason]:
-    bandwidth = "unknown" if isnan(forecast.bandwidth) else f"{100 * forecast.bandwidth:.2g} %"
-    parts = f"of the highest T_flash, expected: statistical {100 * forecast.statistical:.2g} %, bandwidth {bandwidth}, "
-    parts += f"pixel {100 * forecast.pixel:.2g} %, size {100 * forecast.size:.2g} %"
-    parts += ", scan unknown" if scanned else ""
+def forecast_reasons(forecast: Forecast, scanned: bool) -> list[Reason]:
+    """Return the error and the time to expect of a run."""
+    unknown = isnan(forecast.bandwidth)
+    bandwidth = "unknown" if unknown else f"{100 * forecast.bandwidth:.2g} %"
+    parts = (
+        f"expected of the highest T_flash: statistical {100 * forecast.statistical:.2g} %, bandwidth {bandwidth}, "
+        f"pixel {100 * forecast.pixel:.2g} %, size {100 * forecast.size:.2g} %" + ", scan unknown" * scanned
+    )
+    total = f"{100 * forecast.total:.2g} %" + " at q_c: what shorter waves change is unknown" * unknown
     workers = os.cpu_count() or 1
-    wall = forecast.wall_seconds(workers)
-    until = f"--until flash_temperature={100 * goal:.3g}% stops once its statistical error (95 %) is that everywhere"
-    each = f"{LEAST} at least; levels marked 1 in k are solved for every kth of them"
-    if forecast.realizations < wanted:
-        each = f"{each}; max_realizations ends the run before, as that takes about {wanted:.3g}"
-    elif between[0] < between[-1]:
-        each += (
-            f"; {between[0]} to {between[-1]}, as the scatter from {MEMBERS} pilot solves is known within a factor 1.7"
-        )
+    duration = (
+        f"one per core: {forecast.wall_seconds(workers):.2g} s; {forecast.cpu_seconds:.2g} s of CPU time for all "
+        "solves, within a factor of two; to start a process takes a few seconds more"
+    )
     return [
-        Reason("realizations", f"about {forecast.realizations}", f"{until}; {each}"),
-        Reason("error", _total(forecast) + (" without the scan's own error" if scanned else ""), parts),
-        Reason(
-            "workers",
-            str(workers),
-            f"one per core: {wall:.2g} s; {forecast.cpu_seconds:.2g} s of CPU for all solves, within a factor of two; "
-            "starting a process takes a few seconds more",
-        ),
+        Reason("error", total + " without the scan's own error" * scanned, parts),
+        Reason("workers", str(workers), duration),
     ]
 
 
-def _total(forecast: Forecast) -> str:
-    """The error in all, and what it is without."""
-    without = " at q_c: what shorter waves change is unknown" if isnan(forecast.bandwidth) else ""
-    return f"{100 * forecast.total:.2g} %{without}"
-
-
-def _half_width(count: int, scatter: float, change: float, every: int) -> float:
-    """The relative 95 % half-width after so many realizations, the fine levels solved for every few of them."""
-    fine = -(-count // every)
-    common, added = scatter**2 / count, change**2 / fine
-    doubt = common**2 / (count - 1) + added**2 / max(fine - 1, 1)  # Satterthwaite, as in the estimate
-    freedom = min((common + added) ** 2 / doubt, count - 1.0) if doubt > 0.0 else count - 1.0
-    return float(quantile(freedom)) * sqrt(common + added)
-
-
-def _realizations(scatter: float, change: float, every: int, goal: float) -> int:
-    """How many realizations bring the half-width to the goal, with enough fine ones to tell."""
-    count = max(LEAST, (LEAST_FINE - 1) * every + 1)
-    while _half_width(count, scatter, change, every) > goal and count < 1_000_000_000:
-        count += max(1, count // 50)
-    return count
-
-
-def _stride(levels: list[Level], scatter: float, change: float, goal: float, most: int) -> int:
-    """Every how many realizations a fine level is solved: the cheapest power of two that gives it three at least."""
-    cost: dict[int, float] = {}
-    for every in (2**k for k in range(10)):
-        count = _realizations(scatter, change, every, goal)  # all that the goal takes, allowed or not
-        if every == 1 or 2 * every < min(count, most):
-            cost[every] = _work(_strided(levels, every), count)
-    return min(cost, key=cost.__getitem__)
-
-
-def _strided(levels: list[Level], every: int) -> tuple[Level, ...]:
-    return tuple(level if level.every == 1 else replace(level, every=every) for level in levels)
-
-
-def _work(levels: tuple[Level, ...], count: int) -> float:
-    """What all solves of so many realizations take."""
-    return sum(work(level.shape[0] * level.shape[1]) * -(-count // level.every) for level in levels)
-
-
-def _overridden(numerics: Numerics, scene: Scene, reasons: list[Reason]) -> Numerics:
-    """Apply what the scene's [numerics] fixes, and say why the rest is what it is."""
-    why = {
-        "tolerance": "below every other error",
-        "precision": "double costs little beside the solve's own transforms",
-        "solver": "the package's own, elastic and capped",
-        "slid_distance": "half the cell: a longer slide would meet its own periodic hot track (fields only)",
-        "threads": "one per realization: realizations run side by side",
-        "keep_fields": "enough to look at; every further one costs disk space",
-    }
-    given = {key: getattr(scene.numerics, key) for key in why if getattr(scene.numerics, key) is not None}
-    numerics = replace(numerics, **given)
-    for key, reason in why.items():
-        value = getattr(numerics, key)
-        shown = "L/2" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
-        reasons.append(Reason(key, shown, "given in the scene" if key in given else reason))
-    reasons.append(
-        Reason(
-            "moments", "all speeds at once", "averaged over all sliding directions in closed form; C(q) is isotropic"
-        )
+def level_text(levels: Sequence[Level]) -> str:
+    """Return grids and cut-offs in words, with the column of each where there are several."""
+    texts = (
+        f"{level.column} " * (len(levels) > 1)
+        + f"{level.shape[0]} × {level.shape[1]} to q_c = {level.q_max:.3g} rad/m"
+        + f", 1 in {level.every}" * (level.every > 1)
+        for level in levels
     )
-    return numerics
+    return "; ".join(texts)
 
 
-def _conductivity(scene: Scene) -> list[Reason]:
-    if not isfinite(scene.temperature_range[1]):
-        return []
-    kappa = prediction.conduction(scene).conductivity
-    shown = " … ".join(dict.fromkeys(f"{value:.4g}" for value in (kappa.max(), kappa.min())))
-    return [Reason("conductivity", f"{shown} W/(m K)", "of the moving body at T₀ + 0.75 T_flash of the theory")]
-
-
-def _check_columns(scene: Scene, numerics: Numerics) -> None:
-    allowed = ("elastic",) if scene.elastic else ("smoothed", "capped")
+def check_columns(scene: Scene, numerics: Numerics) -> None:
+    """Refuse levels of a column that the scene does not have."""
+    kind, allowed = ("elastic", ("elastic",)) if scene.elastic else ("capped", ("smoothed", "capped"))
     for level in numerics.levels:
         if level.column not in allowed:
-            kind = "elastic" if scene.elastic else "capped"
             raise ValueError(f'column = "{level.column}" does not fit {kind} scene; use {" or ".join(allowed)}')
 
 
-def _costs(numerics: Numerics) -> list[Reason]:
-    points = [level.shape[0] * level.shape[1] for level in numerics.levels]
-    memory, available = BYTES_PER_POINT * max(points), machine_memory()
-    if memory > 0.8 * available:
+def memory_reason(numerics: Numerics) -> Reason:
+    """Return what the largest grid takes; refused above 80 % of the machine's memory."""
+    points = max(level.shape[0] * level.shape[1] for level in numerics.levels)
+    memory, available = BYTES_PER_POINT * points, machine_memory()
+    if memory > MEMORY_SHARE * available:
         raise ResolutionError(
-            f"memory = {memory / 1e9:.3g} GB for a grid of {max(points)} points exceeds 80 % of the machine's "
-            f"{available / 1e9:.3g} GB; lower the levels' shape"
+            f"memory = {memory / 1e9:.3g} GB for a grid of {points} points exceeds {100 * MEMORY_SHARE:.0f} % of the "
+            f"machine's {available / 1e9:.3g} GB; lower the levels' shape"
         )
-    return [Reason("memory", f"{memory / 1e9:.2g} GB per worker", "largest grid")]
-
-
-def _listed(levels: tuple[Level, ...]) -> str:
-    def told(a: Level) -> str:
-        seldom = f", 1 in {a.every}" if a.every > 1 else ""
-        return f"{a.shape[0]} × {a.shape[1]} to q_c = {a.q_max:.3g} rad/m{seldom}"
-
-    return "; ".join(told(level) if len(levels) == 1 else f"{level.column} {told(level)}" for level in levels)
-
-
-def _mm(lengths: tuple[float, float]) -> str:
-    return f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm"
-
-
-__all__ = ["plan", "plan_table"]
+    return Reason("memory", f"{memory / 1e9:.2g} GB per worker", "largest grid")

@@ -15,6 +15,8 @@ from roughsim import prediction
 from roughsim.errors import ConvergenceError
 from roughsim.planning import pilot as stage
 from roughsim.planning.pilot import Pilot
+from roughsim.planning.realizations import half_width as expected_half_width
+from roughsim.planning.realizations import total_work
 from roughsim.scene.numerics import Level, Numerics
 
 plan_module = importlib.import_module("roughsim.planning.plan")
@@ -69,8 +71,8 @@ def test_the_pace_is_that_of_large_grids():
     levels = (Level("capped", (128, 128), 1e4), Level("capped", (256, 256), 2e4))
     numerics = Numerics(levels, (1e-3, 1e-3))
     coarse, fine = (0.004 + 1e-8 * side**2.5 for side in (128, 256))  # 4 ms for anything, and the solve
-    assert stage._pace(numerics, coarse, fine) == pytest.approx(1e-8, rel=1e-9)
-    assert stage._pace(numerics, fine, fine) == pytest.approx(0.5 * fine / 256**2.5)  # a clock that was disturbed
+    assert stage.pace(numerics, coarse, fine) == pytest.approx(1e-8, rel=1e-9)
+    assert stage.pace(numerics, fine, fine) == pytest.approx(0.5 * fine / 256**2.5)  # a clock that was disturbed
 
 
 def test_a_pilot_that_does_not_converge_is_none(monkeypatch):
@@ -223,7 +225,7 @@ def test_a_statistical_target_of_the_scene_is_taken_as_it_is():
 
 def test_members_are_counted_by_their_stride():
     levels = (Level("elastic", (64, 64), 1e4), Level("elastic", (128, 128), 1e4, every=4))
-    assert plan_module._work(levels, 13) == pytest.approx(13 * 64**2.5 + 4 * 128**2.5)  # 13 of one, 4 of the other
+    assert total_work(levels, 13) == pytest.approx(13 * 64**2.5 + 4 * 128**2.5)  # 13 of one, 4 of the other
     assert Numerics(levels, (1e-3, 1e-3)).members(13) == 17
 
 
@@ -233,4 +235,4 @@ def test_few_fine_realizations_tell_with_few_degrees_of_freedom():
     freedom = parts.sum() ** 2 / (parts[0] ** 2 / 16 + parts[1] ** 2 / 2)
     assert 2.0 < freedom < 2.1
     expected = stats.t.ppf(0.975, freedom) * sqrt(1 + 2 / freedom) * sqrt(parts.sum())
-    assert plan_module._half_width(17, 0.01, 0.05, 8) == pytest.approx(expected, rel=1e-9)
+    assert expected_half_width(17, 0.01, 0.05, 8) == pytest.approx(expected, rel=1e-9)

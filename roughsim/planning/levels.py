@@ -1,0 +1,195 @@
+"""Which levels a scene gets: cut-offs and grids, each with its reason, and the systematic errors that they leave.
+
+- Contact that yields needs no resolution of its own: the yield wavenumber q_y sets the scale, not q_max.
+- Contact on the smoothed spectrum C_sm converges by itself: one cut-off a little above q_y, on two grids.
+- Capped contact errs by the cut-off more than by the pixel: three cut-offs, continued as T∞ + c q_c^(−p), the lower two
+  also at half the pixel.
+- Where no grid holds C(q), or reaches q_y: three cut-offs, continued with the theory's shape.
+"""
+
+from __future__ import annotations
+
+from math import hypot, inf, isfinite, nan, pi
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from roughsim import prediction
+from roughsim.estimate.ladder import DOUBT_OF_SHAPE
+from roughsim.planning.pilot import Pilot
+from roughsim.scene.numerics import Column, Level, fast_size
+
+if TYPE_CHECKING:
+    from roughsim.scene import Scene
+
+Lengths = tuple[float, float]  # of the cell, m
+ELASTIC_SIDE, CAPPED_SIDE = 2048, 4096  # points per side of the finest grids of a plan; beyond, C(q) is cut
+PIXELS = 4  # per shortest wave of a level; its partner at half the pixel has twice as many
+SYSTEMATIC = 0.6  # share of the target that bandwidth and pixel may take; the rest is for the scatter
+
+# cut-offs and doubts of capped contact, measured on steel: docs/errors.md
+SMOOTHED_TOP = 1.5  # q_y: the end of C_sm
+CAPPED_TOPS = (8, 16, 32)  # q_y: tops of ladders to choose from
+FITTED_TOP = 16  # q_y: from there on the lowest rung stands at 4 q_y, and the rungs tell an exponent
+SLOW_FALL = 0.75  # exponent below which three rungs do not tell it well: H = 0.43
+UNFITTED_DOUBT, SLOW_DOUBT, FITTED_DOUBT = 1.0, 0.5, 0.12  # share of the remainder beyond the top that is in doubt
+UNCUT_PIXEL = 0.6  # of the pilot's change, what the pixel leaves where all of C(q) is solved; falls as 1/√q_c
+
+# what is expected without a pilot, relative: about what pilots of steel say
+GUESSED_BANDWIDTH, GUESSED_PIXEL = 0.005, 0.002  # of capped contact
+GUESSED_CHANGE, GUESSED_CUT_PIXEL = 0.01, 0.003  # of elastic contact at half the pixel; of a scene that no grid holds
+
+
+class Rung(NamedTuple):
+    """A level whose stride is still open: q_max in rad/m, pixels per shortest wave, and why it is there."""
+
+    column: Column
+    q_max: float
+    pixels: int
+    reason: str
+    corrects: bool = True  # solved for every k-th realization, as a correction to the first of its column
+
+
+class Ladder(NamedTuple):
+    """The rungs of a scene, and the relative errors to expect of T_flash; NaN is a bandwidth that no level tells."""
+
+    rungs: list[Rung]
+    bandwidth: float
+    pixel: float
+
+    def levels(self, lengths: Lengths, every: int) -> tuple[Level, ...]:
+        """Return the rungs as levels, each on the next larger grid of a fast transform; corrections have the stride."""
+        result = []
+        for rung in self.rungs:
+            x, y = (fast_size(rung.pixels * rung.q_max * length / (2 * pi)) for length in lengths)
+            result.append(Level(rung.column, (x, y), rung.q_max, every if rung.corrects else 1))
+        return tuple(result)
+
+
+def choose_ladder(scene: Scene, lengths: Lengths, target: float, pilot: Pilot | None) -> Ladder:
+    """Return the lowest ladder that keeps bandwidth and pixel within their share of the target, or the highest."""
+    build = elastic_ladder if scene.elastic else capped_ladder
+    return build(scene, lengths, target, pilot)
+
+
+def highest_cut_off(lengths: Lengths, side: int) -> float:
+    """Return the cut-off up to which a grid of `side`² points has `PIXELS` per wave, rad/m."""
+    return side * 2 * pi / (PIXELS * max(lengths))
+
+
+def scale(scene: Scene) -> tuple[float, str]:
+    """Return q_y, or q_max where the theory's contact does not yield before, and what to call it."""
+    q_yield = prediction.yield_wavenumber(scene)
+    if isfinite(q_yield):
+        return q_yield, f"q_y = {q_yield:.3g} rad/m, where 99 % of the contact has yielded"
+    q_max = scene.spectrum.breaks[-1]
+    return q_max, f"q_max = {q_max:.3g} rad/m: 99 % yielding is not reached"
+
+
+def elastic_ladder(scene: Scene, lengths: Lengths, target: float, pilot: Pilot | None) -> Ladder:
+    """Return all of C(q) on two grids, or three cut-offs where that takes more points than a plan allows."""
+    q_max = scene.spectrum.breaks[-1]
+    if q_max > highest_cut_off(lengths, ELASTIC_SIDE) / 2:  # the partner has half the pixel
+        first = f"the whole of C(q), to {q_max:.3g} rad/m, is more than a grid holds"
+        return Ladder(cut_rungs(scene, "elastic", lengths, first), *cut_errors(scene, "elastic", lengths, pilot))
+    # the error of the pixel is of second order: a third of what half the pixel changes is left, then a quarter of that
+    change = GUESSED_CHANGE if pilot is None else pilot.pixel
+    fine = change / 3 > SYSTEMATIC * target
+    pixels, pixel_error = (2 * PIXELS, change / 12) if fine else (PIXELS, change / 3)
+    return Ladder(pair("elastic", q_max, pixels, f"{pixels} pixels per shortest wave"), 0.0, pixel_error)
+
+
+def capped_ladder(scene: Scene, lengths: Lengths, target: float, pilot: Pilot | None) -> Ladder:
+    """Return the smoothed surface on two grids, and a ladder of capped contact up to 8, 16 or 32 q_y."""
+    q_max = scene.spectrum.breaks[-1]
+    q_yield, where = scale(scene)
+    limit = highest_cut_off(lengths, CAPPED_SIDE)
+    smoothed_top = min(SMOOTHED_TOP * q_yield, q_max)
+    if smoothed_top > limit / 2:  # both columns up to the same cut-offs
+        first = f"yields beyond any grid ({where})"
+        columns: tuple[Column, Column] = ("smoothed", "capped")
+        rungs = [rung for column in columns for rung in cut_rungs(scene, column, lengths, first)]
+        return Ladder(rungs, *cut_errors(scene, "capped", lengths, pilot))
+    smoothed = pair("smoothed", smoothed_top, PIXELS, f"{SMOOTHED_TOP:g} × {where}; {PIXELS} pixels per shortest wave")
+    for factor in CAPPED_TOPS:
+        top = min(factor * q_yield, q_max, limit)
+        exponent = prediction.usual_exponent(scene, top)
+        doubt = UNFITTED_DOUBT if factor < FITTED_TOP else FITTED_DOUBT if exponent > SLOW_FALL else SLOW_DOUBT
+        errors = capped_errors(top, top < q_max, pilot, exponent, doubt)
+        if hypot(*errors) <= SYSTEMATIC * target or top < factor * q_yield:
+            break
+    height = f"{top / q_yield:.3g} q_y"
+    if top >= q_max:
+        whole = f"all of C(q), {height}, at {PIXELS} pixels per shortest wave"
+        return Ladder([*smoothed, *pair("capped", top, PIXELS, whole)], *errors)
+    first = f"{top / 4 / q_yield:.3g} q_y at {PIXELS} pixels per shortest wave"
+    last = height + (f": the limit of {CAPPED_SIDE} points per side" if top == limit else "")
+    last += ": how that falls, T∞ + c q_c^(−p)"
+    return Ladder([*smoothed, *climb("capped", top, first, last, halved=(4, 2))], *errors)
+
+
+def capped_errors(top: float, cut: bool, pilot: Pilot | None, exponent: float, doubt: float) -> tuple[float, float]:
+    """Return bandwidth and pixel error to expect of capped T_flash, which falls as q_c^(−exponent).
+
+    `doubt` is the share of the remainder beyond the top that is in doubt; nothing remains where C(q) is not cut.
+    """
+    if pilot is None:
+        return GUESSED_BANDWIDTH, GUESSED_PIXEL
+    if not cut:
+        return 0.0, UNCUT_PIXEL * pilot.pixel * min(pilot.q_max / top, 1.0) ** 0.5
+    # the pilot's step from q_max/2 to q_max is (2^p − 1) of what remains beyond q_max
+    remainder = pilot.step / (2.0**exponent - 1.0) * (pilot.q_max / top) ** exponent
+    return doubt * remainder, pilot.pixel * pilot.q_max / top
+
+
+def pair(column: Column, q_c: float, pixels: int, reason: str) -> list[Rung]:
+    """Return one cut-off on two grids."""
+    finer = "half the pixel: shows the error of the pixel, which is taken off"
+    return [Rung(column, q_c, pixels, reason, corrects=False), Rung(column, q_c, 2 * pixels, finer)]
+
+
+def climb(column: Column, top: float, first: str, last: str, *, halved: tuple[int, ...]) -> list[Rung]:
+    """Return three cut-offs, top/4, top/2 and top, those of `halved` also at half the pixel."""
+    rungs = []
+    for part, reason in ((4, first), (2, "twice the q_c: what shorter waves change"), (1, last)):
+        rungs.append(Rung(column, top / part, PIXELS, reason, corrects=part < 4))
+        if part in halved:
+            rungs.append(Rung(column, top / part, 2 * PIXELS, "half the pixel: shows the error of the pixel"))
+    return rungs
+
+
+def cut_rungs(scene: Scene, column: Column, lengths: Lengths, first: str) -> list[Rung]:
+    """Return the rungs of a column whose C(q) no grid holds; the last reason says what is known of the remainder."""
+    q_max = scene.spectrum.breaks[-1]
+    top = min(highest_cut_off(lengths, ELASTIC_SIDE), q_max)
+    last = f"C(q) cut at q_c = {top:.3g} rad/m (q_max = {q_max:.3g})" if top < q_max else "all of C(q)"
+    if top >= q_max:
+        last += ": nothing is left out"
+    elif prediction.follows_theory(scene, column, top):
+        last += ": what is left to q_max follows the theory's shape, scaled by the last step"
+    else:
+        last += ": what is left to q_max is unknown: the contact yields at shorter waves than any grid holds"
+    return climb(column, top, f"{first}; {PIXELS} pixels per shortest wave", last, halved=(4,))
+
+
+def cut_errors(scene: Scene, column: Column, lengths: Lengths, pilot: Pilot | None) -> tuple[float, float]:
+    """Return bandwidth and pixel error to expect of T_flash at the hottest speed, where no grid holds C(q)."""
+    top, end = highest_cut_off(lengths, ELASTIC_SIDE), scene.spectrum.breaks[-1]
+    pixel = GUESSED_CUT_PIXEL if pilot is None else pilot.pixel / 3  # second order, as in elastic contact
+    if top >= end:
+        return 0.0, pixel
+    if not prediction.follows_theory(scene, column, top):
+        return nan, pixel
+    temperatures = prediction.predictions(scene, inf)["flash_temperature"]
+    hottest = int(np.argmax(temperatures))
+    if not temperatures[hottest]:  # at rest, at every speed of the scene
+        return 0.0, pixel
+
+    def theory(q: float) -> float:
+        return float(prediction.predictions(scene, q)["flash_temperature"][hottest])
+
+    remainder = theory(inf) / theory(top) - 1.0
+    if pilot is not None:  # as much more than in the theory as the pilot's step
+        step = theory(pilot.q_max) - theory(pilot.q_max / 2)
+        remainder = pilot.step * (theory(inf) - theory(top)) / step
+    return DOUBT_OF_SHAPE * remainder, pixel
