@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import time
 import warnings
+from dataclasses import dataclass
 from functools import lru_cache
 from math import inf, pi
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +32,8 @@ LEAST_POINTS = 8  # points per side of its coarsest grid
 SEED = 20  # any number: a pilot must not see the surfaces of the run
 
 
-class Pilot(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Pilot:
     """What the pilot of one column says of T_flash, relative to its limit at the speed with the highest T_flash."""
 
     scatter: float  # standard deviation of one realization over its mean, at the worst speed
