@@ -86,7 +86,7 @@ if hasattr(os, "register_at_fork"):  # there is no fork elsewhere
     # wait for plans in the making: their threads are gone in the child, and FFTW's planner would stay locked there
     os.register_at_fork(
         before=lambda: planning.acquire(),  # noqa: PLW0108  (each fork makes a new lock)
-        after_in_parent=lambda: planning.release(),
+        after_in_parent=lambda: planning.release(),  # noqa: PLW0108
         after_in_child=forget_plans,
     )
 
