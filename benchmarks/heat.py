@@ -89,7 +89,7 @@ def kernels(grid):
     table["free kernel from rest, √(Dt) 30 pixels"] = lambda: half_space.influence_spectrum(
         grid, (0.1 * pixel, 0.0), 0.0, 30 / pixel, kept=False
     )
-    table["periodic kernel from rest"] = lambda: periodic._turned_response(grid, (pixel, 0.0), 0.0, 0.5 / pixel, "d")
+    table["periodic kernel from rest"] = lambda: periodic.turned_response(grid, (pixel, 0.0), 0.0, 0.5 / pixel, "d")
     table["moments, 20 speeds, mean over directions"] = lambda: rs.measure(
         contact, grid, rs.Sliding(speeds, 0.1, 1.0, 1.0)
     )

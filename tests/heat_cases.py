@@ -1,4 +1,4 @@
-"""Bodies, grids and comparisons that the tests of the periodic heat solver share."""
+"""Bodies, grids and comparisons that the tests of the heat solvers share."""
 
 import json
 import warnings
@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from roughsim import sliding_temperature
+from roughsim.heat.free.influence import one_sided_influence
 
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "heat.json").read_text())
 UNIT = {"conductivity": 1.0, "diffusivity": 1.0}
@@ -28,3 +29,9 @@ def steady(*args, **kwargs):
 def close(actual, expected, tolerance):
     scale = np.abs(expected).max()
     np.testing.assert_allclose(actual, expected, rtol=0, atol=tolerance * scale)
+
+
+def pixel_influence(x, y, **options):
+    """κT at all offsets from −(n − 1) to n − 1 pixels, also where it is even along y."""
+    result = one_sided_influence(x, y, **options)
+    return np.concatenate((result[:, :0:-1], result), axis=1) if y.mirrored else result

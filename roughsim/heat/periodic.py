@@ -102,24 +102,31 @@ def sliding_temperature(
     diffusivity = positive("diffusivity", diffusivity, "m²/s")
     depth = not_negative("depth", depth, "m")
     ux, uy = unit_vector(direction)
-    chord = _chord(grid, ux, uy)
+    # length of the line through the centre of the cell along the sliding direction
+    chord = min(side / abs(part) for side, part in zip(grid.lengths, (ux, uy), strict=True) if part)
     durations = _durations(speed, chord, slid_distance, time)
     drift = (speed * ux / diffusivity, speed * uy / diffusivity)
-    if (
-        flux[0, 0] == flux[-1, -1] and flux.min() == flux.max()
-    ):  # only q = 0: exactly nothing, whatever the transform rounds
+    # a uniform flux has only q = 0: exactly nothing is left, whatever the transform rounds
+    if flux[0, 0] == flux[-1, -1] and flux.min() == flux.max():
         return np.zeros((*durations.shape, *grid.shape), flux.dtype)
 
     def response(spread: float, kept: bool) -> Field:
-        build = _kept_response if kept else _turned_response
+        build = _kept_response if kept else turned_response
         return build(grid, drift, depth, spread, flux.dtype.char)
 
     fields = fields_over_time(flux, diffusivity * durations.ravel(), response, grid.shape, 1 / conductivity)
     laps = abs(speed) * chord / (2 * math.pi * diffusivity)
     if laps > 1.0 and np.isinf(durations).any():
         field = fields[np.isinf(durations).argmax()] * conductivity
-        excess = _hot_track_excess(flux, field, grid, drift, depth, diffusivity * chord / (2 * abs(speed)))
-        _warn_of_hot_tracks(laps, excess)
+        spread = diffusivity * chord / (2 * abs(speed))
+        excess = hot_track_excess(flux, field, grid, drift, depth, spread)
+        warnings.warn(
+            f"v L/(2πD) = {laps:.3g} exceeds 1: each source slides in its own periodic hot track for ever, and the "
+            f"steady T_flash exceeds that of a start from rest over half the cell by {100 * excess:.3g} %; "
+            "use a finite slid_distance",
+            RuntimeWarning,
+            stacklevel=2,
+        )
     return fields.reshape(durations.shape + grid.shape)
 
 
@@ -160,7 +167,7 @@ def uniform_temperature(
     return result if instants.ndim else float(result)
 
 
-def _turned_response(grid: Grid, drift: tuple[float, float], depth: float, spread: float, precision: str) -> Field:
+def turned_response(grid: Grid, drift: tuple[float, float], depth: float, spread: float, precision: str) -> Field:
     """κT/q̇ of all modes as `convolution.convolve` takes it, shape (n_y//2 + 1, n_x)."""
     turned: Field = np.empty(grid.half_shape[::-1], np.result_type(precision, np.complex64))
     for rows, response in responses(grid, drift, depth, spread):
@@ -169,7 +176,7 @@ def _turned_response(grid: Grid, drift: tuple[float, float], depth: float, sprea
     return turned
 
 
-_kept_response = lru_cache(maxsize=2)(_turned_response)  # as large as the field: the latest two
+_kept_response = lru_cache(maxsize=2)(turned_response)  # as large as the field: the latest two
 
 
 def _durations(speed: float, chord: float, slid_distance: float | None, time: ArrayLike | None) -> NDArray[np.float64]:
@@ -187,13 +194,7 @@ def _durations(speed: float, chord: float, slid_distance: float | None, time: Ar
         return np.asarray(np.float64(distance) / abs(speed))
 
 
-def _chord(grid: Grid, ux: float, uy: float) -> float:
-    """Length of the line through the centre of the cell along the sliding direction, m."""
-    pairs = zip(grid.lengths, (abs(ux), abs(uy)), strict=True)
-    return min(length / part for length, part in pairs if part > 0.0)
-
-
-def _hot_track_excess(
+def hot_track_excess(
     flux: Field, field: Field, grid: Grid, drift: tuple[float, float], depth: float, spread: float
 ) -> float:
     """By how much Σ T q̇ of the steady `field` (κT) exceeds that of a start from rest, of which D t is given.
@@ -213,13 +214,3 @@ def _hot_track_excess(
         steady, young = (response_of_modes(square, along + across, depth, end).real for end in (math.inf, spread))
         excess += float(np.sum(power * (steady - young)))
     return excess / (total - excess) if total != excess else math.nan
-
-
-def _warn_of_hot_tracks(laps: float, excess: float) -> None:
-    warnings.warn(
-        f"v L/(2πD) = {laps:.3g} exceeds 1: each source slides in its own periodic hot track for ever, and the steady "
-        f"T_flash exceeds that of a start from rest over half the cell by {100 * excess:.3g} %; "
-        "use a finite slid_distance",
-        RuntimeWarning,
-        stacklevel=3,
-    )

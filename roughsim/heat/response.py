@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
-from roughsim.errors import number
+from roughsim.errors import number, real_field
 from roughsim.fourier import convolution
 from roughsim.grid import Grid
 
@@ -35,16 +35,8 @@ def responses(
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.complex128]]]:
     """Yield (rows, κT/q̇ in m) block by block: every row of the half spectrum once, q = 0 with response 0.
 
-    Parameters
-    ----------
-    grid : Grid
-        The periodic cell.
-    drift : (float, float)
-        v/D along x and y, 1/m.
-    depth : float
-        Distance below the surface, m.
-    spread : float
-        D t, m²: diffusivity times the time since the start from rest; inf is the steady state.
+    `drift` is v/D along x and y, 1/m; `depth` the distance below the surface, m; `spread` D t, m², t the time since the
+    start from rest; inf is the steady state.
     """
     qx = grid.wavevectors[0]
     count, half = grid.shape[0], grid.shape[0] // 2 + 1
@@ -54,6 +46,7 @@ def responses(
         if start == 0:
             response[0, 0] = 0.0
         yield rows, response
+        # the rows at −q_x follow from those at q_x where the source slides along an axis
         inner = (rows > 0) & (2 * rows != count)  # those have a partner at −q_x
         if not inner.any():
             continue
@@ -94,7 +87,7 @@ def response_of_modes(square: Field, advection: Field, depth: float, spread: flo
     surface: NDArray[np.complex128] = np.empty(real.shape, np.complex128)
     surface.real, surface.imag = real / modulus, advection / (2 * real * modulus)  # 1/λ
     response = surface if depth == 0.0 else surface * np.exp(-depth * modulus * surface.conj())
-    young = square * spread < FORGOTTEN
+    young = square * spread < FORGOTTEN  # these remember their start
     if young.any():
         scaled = math.sqrt(spread) / surface[young]
         if depth > 0.0:
@@ -114,18 +107,15 @@ def _buried(b: NDArray[np.complex128], a: float) -> NDArray[np.complex128]:
     first = tail * special.erfcx(np.where(shallow, b - a, a - b))
     first = np.where(shallow, 2 * np.exp(-2 * a * b) - first, first)
     result: NDArray[np.complex128] = (first - tail * special.erfcx(a + b)) / (2 * b)
-    small = np.abs(b) < _SERIES
-    result[small] = tail[small] * np.polynomial.polynomial.polyval(b[small] ** 2, _buried_series(a))
-    return result
-
-
-def _buried_series(a: float) -> list[float]:
-    """Coefficients of [f(a−b) − f(a+b)]/(2b) in powers of b², f(x) = e^(x²) erfc(x), f′ = 2xf − 2/√π."""
+    # for small b a series in b²: [f(a−b) − f(a+b)]/(2b) by the derivatives of f(x) = e^(x²) erfc(x), f′ = 2xf − 2/√π
     derivatives = [float(special.erfcx(a))]
     derivatives.append(2 * a * derivatives[0] - 2 / math.sqrt(math.pi))
     for n in range(1, 14):
         derivatives.append(2 * a * derivatives[n] + 2 * n * derivatives[n - 1])
-    return [-derivatives[n] / math.factorial(n) for n in range(1, 14, 2)]
+    series = [-derivatives[n] / math.factorial(n) for n in range(1, 14, 2)]
+    small = np.abs(b) < _SERIES
+    result[small] = tail[small] * np.polynomial.polynomial.polyval(b[small] ** 2, series)
+    return result
 
 
 def fields_over_time(
@@ -160,3 +150,19 @@ def checked_times(time: ArrayLike) -> NDArray[np.float64]:
     if not (instants >= 0).all():
         raise ValueError(f"time = {instants.min()} s must not be negative or NaN")
     return instants.astype(np.float64)
+
+
+def checked_duration(time: ArrayLike) -> float:
+    """`time` as one number, s, > 0; inf may stay."""
+    instant = checked_times(time)
+    if instant.ndim or instant == 0.0:
+        raise ValueError(f"time = {time!r} s must be one positive number")
+    return float(instant)
+
+
+def checked_flux(heat_flux: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float64]:
+    """`heat_flux` as a float64 field of `shape`, W/m², ≥ 0."""
+    flux = real_field("heat_flux", heat_flux, shape).astype(np.float64)
+    if flux.min() < 0.0:
+        raise ValueError(f"heat_flux = {flux.min():.6g} W/m² must not be negative: friction only heats")
+    return flux

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from roughsim.contact.patches import RESOLVED, patch_sizes
 from roughsim.errors import ConvergenceError, number, positive, real_field
 from roughsim.grid import Grid
+from roughsim.heat.response import checked_flux
 
 Vector = NDArray[np.float64]
 _STEPS = 100  # of the fixed point
@@ -68,22 +69,10 @@ class HotSpots:
 def contact_temperature(temperature: ArrayLike, heat_flux: ArrayLike) -> ContactTemperature:
     """Return T_flash, T_max and the distribution of temperature over the contact, where `heat_flux` > 0.
 
-    Parameters
-    ----------
-    temperature, heat_flux : array_like
-        Fields of one shape, K and W/m²; the flux ≥ 0.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Fields of different shapes, not finite, or a negative flux.
-
-    Warns
-    -----
-    RuntimeWarning
-        For an empty contact; all is NaN then.
+    Both are fields of one shape, K and W/m², the flux ≥ 0; TypeError or ValueError otherwise. All is NaN, with a
+    RuntimeWarning, for an empty contact.
     """
-    values, weights = _contact(temperature, heat_flux)
+    values, weights = _contact_pixels(temperature, heat_flux)
     if not values.size:
         return ContactTemperature(math.nan, math.nan, math.nan, values, values.copy())
     order = np.argsort(values)
@@ -96,60 +85,30 @@ def contact_temperature(temperature: ArrayLike, heat_flux: ArrayLike) -> Contact
 def share_above(
     temperature: ArrayLike, heat_flux: ArrayLike, threshold: float, *, background_temperature: float = 0.0
 ) -> float:
-    """Return the share of the contact area where T₀ + T exceeds a threshold: melting, a change of phase.
+    """Return the share of the contact area where T₀ + T exceeds a threshold, K: melting, a change of phase.
 
-    Parameters
-    ----------
-    temperature, heat_flux : array_like
-        Fields of one shape, K and W/m².
-    threshold : float
-        K, on the scale of T₀ + T.
-    background_temperature : float
-        T₀, K.
+    The fields are those of `contact_temperature`; T₀ is the background temperature, K.
     """
     excess = number("threshold", threshold, "K") - number("background_temperature", background_temperature, "K")
-    values, _ = _contact(temperature, heat_flux)
+    values, _ = _contact_pixels(temperature, heat_flux)
     return float((values > excess).mean()) if values.size else math.nan
 
 
 def hot_spots(temperature: ArrayLike, grid: Grid, threshold: float, *, periodic: bool = True) -> HotSpots:
-    """Return the regions hotter than a threshold; pixels are joined by their sides.
+    """Return the regions hotter than a threshold, K; pixels are joined by their sides.
 
-    Parameters
-    ----------
-    temperature : array_like
-        Shape `grid.shape`, K.
-    grid : Grid
-        The pixels.
-    threshold : float
-        K.
-    periodic : bool
-        Join regions over the sides of the cell; False for fields of the free half-space.
+    `periodic` also joins them over the sides of the cell; False is for fields of the free half-space.
     """
     field = real_field("temperature", temperature, grid.shape)
-    sizes: NDArray[np.int64] = np.sort(patch_sizes(field > number("threshold", threshold, "K"), periodic=periodic))[
-        ::-1
-    ]
+    sizes = np.sort(patch_sizes(field > number("threshold", threshold, "K"), periodic=periodic))[::-1]
     areas = np.multiply(sizes, math.prod(grid.spacing), dtype=np.float64)
     return HotSpots(areas, int((sizes < RESOLVED).sum()))
 
 
 def profiles(temperature: ArrayLike, grid: Grid, point: tuple[int, int] | None = None) -> tuple[Vector, Vector]:
-    """Return the temperature along x and along y through a pixel: along and across sliding in the x direction.
+    """Return the temperature along x and along y, K, through a pixel given by its indices; default: the hottest.
 
-    Parameters
-    ----------
-    temperature : array_like
-        Shape `grid.shape`, K.
-    grid : Grid
-        The pixels.
-    point : (int, int), optional
-        Indices of the pixel. Default: the hottest.
-
-    Returns
-    -------
-    along, across : ndarray
-        Shapes (n_x,) and (n_y,), K.
+    For sliding in the x direction they run along and across it, shapes (n_x,) and (n_y,).
     """
     field = real_field("temperature", temperature, grid.shape)
     i, j = hottest_pixel(field) if point is None else point
@@ -166,14 +125,9 @@ def hottest_pixel(temperature: ArrayLike) -> tuple[int, int]:
 
 
 def depth_profile(field_at: Callable[[float], NDArray[Any]], depths: ArrayLike) -> Vector:
-    """Return the temperature straight below the hottest point of the surface.
+    """Return the temperature, K, straight below the hottest point of the surface, at `depths`, m, shape (n,).
 
-    Parameters
-    ----------
-    field_at : callable
-        Temperature field, K, at a depth, m: `sliding_temperature` or `half_space_temperature` with all else given.
-    depths : array_like
-        Shape (n,), m, ≥ 0.
+    `field_at(depth)` gives the field there: `sliding_temperature` or `half_space_temperature` with all else fixed.
     """
     point = hottest_pixel(field_at(0.0))
     return np.array([field_at(float(depth))[point] for depth in np.atleast_1d(depths)], np.float64)
@@ -190,21 +144,9 @@ def effective_conductivity(
     It is meant for a κ(T) that varies smoothly; a hardness σ_P(T) or a step in μ(T) acts back on the contact, and no
     effective constant stands for that.
 
-    Parameters
-    ----------
-    conductivity : callable
-        κ(T), W/(m K), on the scale of T₀ + T, K.
-    flash_temperature : callable
-        T_flash, K above the background, for a constant κ.
-    background_temperature : float
-        T₀, K.
-
-    Raises
-    ------
-    ValueError
-        κ or T_flash not finite, or κ ≤ 0.
-    ConvergenceError
-        As `effective_temperature`.
+    `conductivity` is κ(T), W/(m K), on the scale of T₀ + T, K; `flash_temperature` gives T_flash, K above the
+    background T₀, for a constant κ. ValueError where κ or T_flash is not finite, or κ ≤ 0; ConvergenceError as
+    `effective_temperature`.
     """
 
     def at(temperature: float) -> float:
@@ -217,31 +159,20 @@ def effective_conductivity(
 def effective_temperature(flash_temperature: Callable[[float], float], *, background_temperature: float = 0.0) -> float:
     """Return T = T₀ + 0.75 T_flash where T_flash depends on the properties at T: the fixed point next above T₀.
 
-    Parameters
-    ----------
-    flash_temperature : callable
-        T_flash, K above the background, for properties at a temperature on the scale of T₀ + T, K.
-    background_temperature : float
-        T₀, K.
-
-    Raises
-    ------
-    ValueError
-        T_flash not finite.
-    ConvergenceError
-        No fixed point in 100 steps.
+    `flash_temperature` gives T_flash, K above the background T₀, for properties at a temperature on the scale of
+    T₀ + T, K. ValueError where T_flash is not finite; ConvergenceError without a fixed point in 100 steps.
     """
     start = number("background_temperature", background_temperature, "K")
     value, weight, last = start, 1.0, 0.0
     for _ in range(_STEPS):
-        wanted = start + 0.75 * number("flash_temperature", flash_temperature(value), "K")
-        change = wanted - value
-        if abs(change) <= 1e-11 * abs(wanted):
-            return wanted
+        target = start + 0.75 * number("flash_temperature", flash_temperature(value), "K")
+        change = target - value
+        if abs(change) <= 1e-11 * abs(target):
+            return target
         if change * last < 0.0:  # beyond the fixed point: smaller steps, for good
             weight *= 0.5
         value, last = value + weight * change, change
-    residual = abs(change / wanted)
+    residual = abs(change / target)
     raise ConvergenceError(
         f"temperature: changes by {residual:.3g} after {_STEPS} steps; it has no fixed point at T₀ + 0.75 T_flash",
         residual,
@@ -249,13 +180,11 @@ def effective_temperature(flash_temperature: Callable[[float], float], *, backgr
     )
 
 
-def _contact(temperature: ArrayLike, heat_flux: ArrayLike) -> tuple[Vector, Vector]:
+def _contact_pixels(temperature: ArrayLike, heat_flux: ArrayLike) -> tuple[Vector, Vector]:
     """Temperatures and heat fluxes of the contact pixels."""
     field = real_field("temperature", temperature)
-    flux = real_field("heat_flux", heat_flux, (field.shape[0], field.shape[1]))
-    if flux.min() < 0.0:
-        raise ValueError(f"heat_flux = {flux.min():.6g} W/m² must not be negative: friction only heats")
+    flux = checked_flux(heat_flux, (field.shape[0], field.shape[1]))
     contact = flux > 0.0
     if not contact.any():
         warnings.warn("heat_flux = 0 W/m² everywhere: no contact has no temperature", RuntimeWarning, stacklevel=3)
-    return field[contact].astype(np.float64), flux[contact].astype(np.float64)
+    return field[contact].astype(np.float64), flux[contact]

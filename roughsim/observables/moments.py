@@ -26,7 +26,7 @@ from roughsim import fourier
 from roughsim.contact.patches import corrected_fractions
 from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.grid import Grid
-from roughsim.heat import responses, unit_vector
+from roughsim.heat.response import responses, unit_vector
 from roughsim.observables.angular import angular_means
 from roughsim.observables.stress_spectrum import StressSpectrum, stress_spectrum
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import theory
-from roughsim.heat import effective_temperature
+from roughsim.heat.statistics import effective_temperature
 from roughsim.scene import Scene, SceneError
 from roughsim.scene.model import Conduction
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from roughsim import prediction
 from roughsim.errors import RecordError, number
 from roughsim.grid import Grid
-from roughsim.heat import sliding_temperature
+from roughsim.heat.periodic import sliding_temperature
 from roughsim.scene import Scene
 from roughsim.store.member_files import FIELD_UNITS, read_field
 

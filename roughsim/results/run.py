@@ -18,7 +18,7 @@ from roughsim.estimate.ladder import Values
 from roughsim.estimate.stop import LEAST, first_sufficient
 from roughsim.estimate.values import notes_of, values_of
 from roughsim.grid import Grid
-from roughsim.heat import unit_vector
+from roughsim.heat.response import unit_vector
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
 from roughsim.results import arrays

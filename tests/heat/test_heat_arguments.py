@@ -7,7 +7,7 @@ import pytest
 from heat_cases import UNIT, close
 
 from roughsim import Grid, half_space_temperature, sliding_temperature
-from roughsim.fourier import convolution
+from roughsim.fourier import Transform, convolution
 from roughsim.heat import uniform_temperature
 
 
@@ -23,12 +23,13 @@ def test_single_precision_stays_single(options):
 @pytest.mark.parametrize("temperature", [sliding_temperature, half_space_temperature])
 def test_a_series_of_times_takes_one_forward_transform_and_one_inverse_each(monkeypatch, temperature):
     calls = []
-    for name in ("_rows_forward", "_columns_forward", "_rows_backward"):
-        original = getattr(convolution, name)
-        monkeypatch.setattr(convolution, name, lambda *given, n=name, f=original: calls.append(n) or f(*given))
+    steps = (convolution, "transformed_rows"), (convolution, "transformed_columns"), (Transform, "inverse")
+    for owner, name in steps:
+        original = getattr(owner, name)
+        monkeypatch.setattr(owner, name, lambda *args, n=name, f=original: calls.append(n) or f(*args))
     grid, times = Grid((8, 8), (1.0, 1.0)), [0.1, 0.2, 0.0, 0.3]
     fields = temperature(np.eye(8), grid, speed=1.0, time=times, **UNIT)
-    assert calls == ["_rows_forward", "_columns_forward", *["_rows_backward"] * 3]
+    assert calls == ["transformed_rows", "transformed_columns", *["inverse"] * 3]
     monkeypatch.undo()
     for time, field in zip(times, fields, strict=True):
         np.testing.assert_array_equal(field, temperature(np.eye(8), grid, speed=1.0, time=time, **UNIT))

@@ -160,10 +160,8 @@ def test_an_isothermal_disc_takes_four_kappa_r_times_its_temperature():
     for pixels in (16, 32, 64):
         inside, grid = contact_of_hertz(pixels)
         disc = inside > 0
-        inner = partition._Pair(disc.astype(float), grid, (ONE, replace(ONE, conductivity=3.0)), inf)
-        rise = np.ones(int(disc.sum()))
-        total = inner.spectra[0] + inner.spectra[1]
-        flux = solved(lambda values, t=total, p=inner: p._within(values, t), rise)
+        total = sum(partition.body_spectrum(body, grid, inf) for body in (ONE, replace(ONE, conductivity=3.0)))
+        flux = solved(lambda values, d=disc, t=total: partition.on_contact(values, d, t), np.ones(int(disc.sum())))
         power = flux.sum() * grid.spacing[0] ** 2
         errors.append(abs(power / (4 / (1 + 1 / 3)) - 1))
     assert errors[2] < 0.02

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from heat_cases import pixel_influence
 
 from roughsim import Grid, half_space_temperature
 from roughsim.heat import source_temperature
-from roughsim.heat.free.influence import Axis, pixel_influence, temperature_at
+from roughsim.heat.free.influence import Axis, temperature_at
 from theory import hertz
 
 REFERENCE = Path(__file__).parents[1] / "reference"
@@ -308,7 +309,7 @@ def test_without_heat_there_is_no_temperature():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"heat_flux": -np.ones((3, 3))}, "heat_flux = -1 must not be negative"),
+        ({"heat_flux": -np.ones((3, 3))}, "heat_flux = -1 W/m² must not be negative"),
         ({"heat_flux": np.full((3, 3), nan)}, "NaN or infinite"),
         ({"covered": np.ones((2, 3))}, "covered has shape"),
         ({"conductivity": 0.0}, "conductivity = 0"),

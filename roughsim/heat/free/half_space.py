@@ -94,20 +94,10 @@ def influence_spectrum(
     *,
     kept: bool = True,
 ) -> Field:
-    """Return the padded half spectrum, turned, that makes T of q̇Δx/κ by `convolution.convolve`.
+    """Return the padded half spectrum, turned, that makes T of q̇Δx/κ by `convolution.convolve`; Δx is along x.
 
-    Parameters
-    ----------
-    grid : Grid
-        The pixels; Δx is their side along x.
-    drift : (float, float)
-        v/D along x and y, 1/m.
-    depth, spread : float
-        z and √(Dt), m.
-    precision : str
-        "d" or "f", the type code of float64 or float32.
-    kept : bool
-        Keep it for the next call with the same dimensionless numbers: the latest four are kept.
+    `drift` is v/D along x and y, 1/m; `depth` and `spread` are z and √(Dt), m; `precision` is "d" or "f". A kept one
+    serves the next call with the same dimensionless numbers: the latest four are kept.
     """
     unit = grid.spacing[0]
     x, y = axes(grid, drift)

@@ -73,11 +73,9 @@ class Axis:
         return (_REACH + root) / (2 * p) if p > 0.0 else math.inf
 
     @property
-    def passages(self) -> Vector:
-        """Distances behind the source, in pixels, at which edges of pixels lie."""
-        first = 0.0 if self.averaged else (0.5 - math.copysign(self.shift, self.shift * self.drift)) % 1.0
-        distances: Vector = np.arange(first, self.count + 1.0)
-        return distances
+    def peclet(self) -> float:
+        """Péclet number of a pixel."""
+        return abs(self.drift) * self.size
 
     def reached(self, low: float, high: float) -> tuple[int, int]:
         """First and last offset, in pixels, that heat of the age low < u < high can be over."""
@@ -99,29 +97,12 @@ class Axis:
         return (risen[1:] - risen[:-1]) / 2
 
 
-def pixel_influence(x: Axis, y: Axis, *, depth: float, end: float) -> Vector:
+def one_sided_influence(x: Axis, y: Axis, *, depth: float, end: float) -> Vector:
     """Return κT at all offsets for unit flux on the pixel at 0, in the unit of length of the axes.
 
-    Parameters
-    ----------
-    x, y : Axis
-        The axes of the grid.
-    depth : float
-        Distance below the surface, ≥ 0.
-    end : float
-        √(Dt), t the time since the start from rest; inf is the steady state.
-
-    Returns
-    -------
-    ndarray
-        Shape (2 n_x − 1, 2 n_y − 1): offsets from −(n − 1) to n − 1 pixels.
+    `end` is √(Dt), t the time since the start from rest; inf is the steady state. Shape (2 n_x − 1, 2 n_y − 1), offsets
+    from −(n − 1) to n − 1 pixels; without the negative offsets of an axis y along which it is even.
     """
-    result = one_sided_influence(x, y, depth=depth, end=end)
-    return np.concatenate((result[:, :0:-1], result), axis=1) if y.mirrored else result
-
-
-def one_sided_influence(x: Axis, y: Axis, *, depth: float, end: float) -> Vector:
-    """Return the same without the negative offsets of an axis y along which it is even: shape (2 n_x − 1, n_y)."""
     base = (0 if x.mirrored else x.count - 1, 0 if y.mirrored else y.count - 1)
     result = np.zeros((x.count + base[0], y.count + base[1]))
     for nodes, weights, reach in _rules(x, y, depth, end):
@@ -132,7 +113,10 @@ def one_sided_influence(x: Axis, y: Axis, *, depth: float, end: float) -> Vector
         along = x.share(np.arange(i0, i1 + 1.0), nodes) * weights
         across = y.share(np.arange(j0, j1 + 1.0), nodes)
         result[i0 + base[0] : i1 + base[0] + 1, j0 + base[1] : j1 + base[1] + 1] += along @ across.T
-    result += _far(x, y, depth, end, base)
+    # the oldest heat is the same at all offsets but for a factor along each axis
+    oldest = _oldest_heat(x, y, depth, end)
+    if oldest:
+        result += oldest * _slants(x, base[0])[:, None] * _slants(y, base[1])
     return np.concatenate((result[:0:-1], result)) if x.mirrored else result
 
 
@@ -150,47 +134,47 @@ def temperature_at(
         across = y.share(np.arange(j0, j1 + 1.0), nodes)
         part = flux[i - i1 : i - i0 + 1, j - j1 : j - j0 + 1]
         total += float((along[::-1] * (part @ across[::-1])).sum())
-    # the oldest heat is the same at all offsets but for a factor along each axis
-    slants = (_slanted(axis, axis.count - 1)[k : k + axis.count][::-1] for axis, k in ((x, i), (y, j)))
-    far = _far_amount(x, y, depth, end)
-    if far:
-        total += far * float(next(slants) @ flux @ next(slants))
+    oldest = _oldest_heat(x, y, depth, end)
+    if oldest:
+        along, across = (_slants(axis, axis.count - 1)[k : k + axis.count][::-1] for axis, k in ((x, i), (y, j)))
+        total += oldest * float(along @ flux @ across)
     return total
 
 
 def _rules(x: Axis, y: Axis, depth: float, end: float) -> Iterator[tuple[Vector, Vector, tuple[float, float]]]:
-    """Nodes in u, weights, and the interval that they stand for."""
+    """Yield nodes in u, weights, and the interval that they stand for."""
+
+    def faded(weights: Vector, nodes: Vector) -> Vector:
+        return weights * (2 / math.sqrt(math.pi) * np.exp(-((depth / (2 * nodes)) ** 2)))
+
     for low, high in _panels(x, y, depth, end):
         nodes = (low + high) / 2 + (high - low) / 2 * _NODES
-        yield nodes, (high - low) / 2 * _WEIGHTS * _fading(nodes, depth), (low, high)
-    start = _spread(x, y, depth)
-    if _at_rest(x, y) and end > start:  # in 1/u, where the integrand is smooth to the end
+        yield nodes, faded((high - low) / 2 * _WEIGHTS, nodes), (low, high)
+    start = max(x.extent, y.extent, depth)
+    if x.drift == y.drift == 0.0 and end > start:
+        # at rest the integrand is smooth in 1/u to the end, and the heat is over the whole box already
         low, high = 1 / end, 1 / start
         nodes = 1 / ((low + high) / 2 + (high - low) / 2 * _NODES)
-        yield (
-            nodes,
-            (high - low) / 2 * _WEIGHTS * nodes**2 * _fading(nodes, depth),
-            (start, start),
-        )  # over the box already
+        yield nodes, faded((high - low) / 2 * _WEIGHTS * nodes**2, nodes), (start, start)
 
 
-def _fading(nodes: Vector, depth: float) -> Vector:
-    fading: Vector = 2 / math.sqrt(math.pi) * np.exp(-((depth / (2 * nodes)) ** 2))
-    return fading
+def _panels(x: Axis, y: Axis, depth: float, end: float) -> Iterator[tuple[float, float]]:
+    """Panels in u: each grows by a factor at most, and none is wider than the passage of an edge of a pixel in it."""
+    spread = max(x.extent, y.extent, depth)  # the heat is over the box by then
+    last = min(end, x.end, y.end, spread * (1.0 if x.drift == y.drift == 0.0 else _FAR))
+    low = min(depth / 13 if depth > 0.0 else min(x.start, y.start), last)  # e^(−13²/4) = 4e-19
+    if depth == 0.0 and low > 0.0:
+        yield 0.0, low
+    passages = [Passages(axis) for axis in (x, y) if axis.drift]
+    while low < last:
+        high = min([_GROWTH * low, last, *(passage.panel_end(low) for passage in passages)])
+        yield low, high
+        low = high
 
 
-def _at_rest(x: Axis, y: Axis) -> bool:
-    return x.drift == y.drift == 0.0
-
-
-def _spread(x: Axis, y: Axis, depth: float) -> float:
-    """A u at which the heat has spread over the box."""
-    return max(x.extent, y.extent, depth)
-
-
-def _far_amount(x: Axis, y: Axis, depth: float, end: float) -> float:
+def _oldest_heat(x: Axis, y: Axis, depth: float, end: float) -> float:
     """The heat older than `_FAR` boxes: e^(−p·x/2) times this a b/4π · (2/√π) ∫ e^(−p²u²/4)/u² du."""
-    start, p = _FAR * _spread(x, y, depth), math.hypot(x.drift, y.drift)
+    start, p = _FAR * max(x.extent, y.extent, depth), math.hypot(x.drift, y.drift)
     if p == 0.0 or min(end, x.end, y.end) <= start:
         return 0.0
 
@@ -202,42 +186,22 @@ def _far_amount(x: Axis, y: Axis, depth: float, end: float) -> float:
     return float(x.size * y.size / (2 * math.pi**1.5) * (older(start) - older(end)))
 
 
-def _far(x: Axis, y: Axis, depth: float, end: float, before: tuple[int, int]) -> Vector:
-    """The heat older than `_FAR` boxes at all offsets."""
-    amount = _far_amount(x, y, depth, end)
-    if amount == 0.0:
-        return np.zeros((1, 1))
-    along, across = (_slanted(axis, count) for axis, count in zip((x, y), before, strict=True))
-    product: Vector = amount * along[:, None] * across
-    return product
+def _slants(axis: Axis, before: int) -> Vector:
+    """e^(−p·x/2) at the offsets −before … n − 1."""
+    slants: Vector = np.exp(-axis.drift * axis.size / 2 * (np.arange(-before, axis.count) + axis.shift))
+    return slants
 
 
-def _slanted(axis: Axis, before: int) -> Vector:
-    slanted: Vector = np.exp(-axis.drift * axis.size / 2 * (np.arange(-before, axis.count) + axis.shift))
-    return slanted
-
-
-def _panels(x: Axis, y: Axis, depth: float, end: float) -> Iterator[tuple[float, float]]:
-    """Panels in u: each grows by a factor at most, and none is wider than the passage of an edge of a pixel in it."""
-    last = min(end, x.end, y.end, _spread(x, y, depth) * (1.0 if _at_rest(x, y) else _FAR))
-    low = min(depth / 13 if depth > 0.0 else min(x.start, y.start), last)  # e^(−13²/4) = 4e-19
-    if depth == 0.0 and low > 0.0:
-        yield 0.0, low
-    passages = [_Passages(axis) for axis in (x, y) if axis.drift]
-    while low < last:
-        high = min([_GROWTH * low, last, *(passage.next(low) for passage in passages)])
-        yield low, high
-        low = high
-
-
-class _Passages:
+class Passages:
     """When the edges of pixels at −ka pass over a heated line: at u = √(ka/p), within a few 1/p."""
 
     def __init__(self, axis: Axis):
+        # distances behind the source, in pixels, at which edges of pixels lie
+        first = 0.0 if axis.averaged else (0.5 - math.copysign(axis.shift, axis.shift * axis.drift)) % 1.0
         self.width = 1 / abs(axis.drift)
-        self.times = np.sqrt(axis.passages * axis.size * self.width).tolist()
+        self.times = np.sqrt(np.arange(first, axis.count + 1.0) * axis.size * self.width).tolist()
 
-    def next(self, low: float) -> float:
+    def panel_end(self, low: float) -> float:
         """End of a panel that begins at `low`."""
         margin = _REACH * 0.6 * self.width
         k = bisect_left(self.times, low - margin * (1 - 1e-9))

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughsim import fourier
-from roughsim.errors import ConvergenceError, number, positive, real_field
+from roughsim.errors import ConvergenceError, number, positive
 from roughsim.fourier import convolution
 from roughsim.grid import Grid
 from roughsim.heat.free.half_space import influence_spectrum, padded_shape
-from roughsim.heat.response import checked_times
+from roughsim.heat.response import checked_duration, checked_flux
 
 Field = NDArray[Any]
 _TOLERANCE = 1e-8
@@ -120,155 +120,121 @@ def partition_heat(
     ConvergenceError
         The two temperatures do not agree to 1e-8 within three rounds of 40 applications.
     """
-    flux = real_field("heat_flux", heat_flux, grid.shape).astype(np.float64)
-    if flux.min() < 0.0:
-        raise ValueError(f"heat_flux = {flux.min():.6g} W/m² must not be negative: friction only heats")
-    instant = checked_times(time)
-    if instant.ndim or instant == 0.0:
-        raise ValueError(f"time = {time} s must be one positive number")
+    flux, duration = checked_flux(heat_flux, grid.shape), checked_duration(time)
     if not flux.any():
-        return _no_contact(grid)
-    pair = _Pair(flux, grid, (resting, moving), float(instant))
-    return pair.pointwise() if pointwise else pair.one_number()
+        warnings.warn("heat_flux = 0 W/m² everywhere: no contact, and nothing to share", RuntimeWarning, stacklevel=2)
+        nothing, nan = np.full(grid.shape, math.nan), math.nan
+        return Partition(nan, nothing, nothing.copy(), nan, nan, nan, nan, nan, 0)
+    # in units of the largest flux: the temperatures that each body would have with all the heat; the first one rests
+    unit, contact = flux.max(), flux > 0.0
+    flux = flux / unit
+    spectra = [body_spectrum(body, grid, duration) for body in (resting, moving)]
+    full = [convolution.convolve(flux, spectrum, padded_shape(grid.shape)) for spectrum in spectra]
+    flash = [float((temperature * flux).sum() / flux.sum()) for temperature in full]
+    # the one-number rule, and where it lets the two temperatures differ
+    share = moving_share = flash[0] / sum(flash)
+    colder, warmer = ((1 - share) * full[0])[contact], (share * full[1])[contact]
+    mismatch = float(np.abs(colder - warmer).max() / max(colder.max(), warmer.max()))
+    entering, temperature, residual, applications = share * flux, share * full[1], 0.0, 0
+    if pointwise:
+        total, scale = spectra[0] + spectra[1], float(np.linalg.norm(full[0][contact]))
+        slower = min(abs(body.speed) / body.diffusivity for body in (resting, moving)) * grid.lengths[0]
+        inverse = Inverse(contact, grid, total, slower)
+        change, residual, applications = close_the_jump(colder - warmer, contact, total, inverse, scale)
+        entering = np.zeros(grid.shape)
+        entering[contact] = share * flux[contact] + change
+        temperature = convolution.convolve(entering, spectra[1], padded_shape(grid.shape))
+        moving_share = float(entering.sum() / flux.sum())
+    temperature = temperature * unit
+    return Partition(
+        moving_share=moving_share,
+        heat_flux=entering * unit,
+        temperature=temperature,
+        flash_temperature=float((temperature * flux).sum() / flux.sum()),
+        max_temperature=float(temperature[contact].max()),
+        mean_share=share,
+        mismatch=mismatch,
+        residual=residual,
+        applications=applications,
+    )
 
 
-class _Pair:
-    """Two bodies in one contact; index 0 rests, index 1 moves. The heat flux is in units of its maximum."""
+def body_spectrum(body: Body, grid: Grid, time: float) -> Field:
+    """Return the padded half spectrum that turns the heat flux into a body into its surface temperature."""
+    spread = math.sqrt(body.diffusivity * time)
+    response = influence_spectrum(grid, (body.speed / body.diffusivity, 0.0), 0.0, spread)
+    spectrum: Field = response * (grid.spacing[0] / body.conductivity)
+    return spectrum
 
-    def __init__(self, flux: Field, grid: Grid, bodies: tuple[Body, Body], time: float):
-        self.grid, self.bodies, self.time = grid, bodies, time
-        self.unit = flux.max()
-        self.flux, self.contact = flux / self.unit, flux > 0.0
-        self.spectra = [self._spectrum(body) for body in bodies]
-        self.full = [self._convolved(self.flux, spectrum) for spectrum in self.spectra]
-        self.flash = [self._weighted(temperature) for temperature in self.full]
-        self.mean_share = self.flash[0] / sum(self.flash)
-        self.applications = 0
 
-    def one_number(self) -> Partition:
-        flux = self.mean_share * self.flux
-        return self._result(self.mean_share, flux, self.mean_share * self.full[1], 0.0)
+def on_contact(values: Field, contact: NDArray[np.bool_], spectrum: Field) -> Field:
+    """Convolve values of the contact pixels, zero elsewhere; return those at the contact pixels."""
+    field = np.zeros(contact.shape)
+    field[contact] = values
+    shape = padded_shape((contact.shape[0], contact.shape[1]))
+    result: Field = convolution.convolve(field, spectrum, shape)[contact]
+    return result
 
-    def pointwise(self) -> Partition:
-        flux, residual = self._solve()
-        temperature = self._convolved(flux, self.spectra[1])
-        return self._result(float(flux.sum() / self.flux.sum()), flux, temperature, residual)
 
-    def _solve(self) -> tuple[Field, float]:
-        """Heat flux into the moving body: GMRES from the one-number rule on."""
-        from scipy.sparse.linalg import LinearOperator, gmres
+def close_the_jump(
+    jump: Field, contact: NDArray[np.bool_], total: Field, inverse: Inverse, scale: float
+) -> tuple[Field, float, int]:
+    """Return the change of flux whose S₁ + S₂ (`total`) is the jump of temperature, its residual, and the work.
 
-        size, total = int(self.contact.sum()), self.spectra[0] + self.spectra[1]
-        inverse = _Inverse(self.contact, self.grid, total, self._reach())
+    By GMRES; the residual is in units of `scale`. ConvergenceError if it is not met.
+    """
+    from scipy.sparse.linalg import LinearOperator, gmres
 
-        def temperature_jump(values: Field) -> Field:
-            self.applications += 1
-            return self._within(values, total)
+    applications = 0
 
-        resting, moving = (temperature[self.contact] for temperature in self.full)
-        jump = (1 - self.mean_share) * resting - self.mean_share * moving  # of the one-number rule: the start
-        scale = float(np.linalg.norm(resting))
-        operator = LinearOperator((size, size), matvec=temperature_jump, dtype=np.float64)
-        preconditioner = LinearOperator((size, size), matvec=inverse, dtype=np.float64)
-        change, _ = gmres(
-            operator, jump, rtol=0.0, atol=_TOLERANCE * scale, restart=_RESTART, maxiter=3, M=preconditioner
+    def temperature_jump(values: Field) -> Field:
+        nonlocal applications
+        applications += 1
+        return on_contact(values, contact, total)
+
+    shape = jump.size, jump.size
+    operator = LinearOperator(shape, matvec=temperature_jump, dtype=np.float64)
+    preconditioner = LinearOperator(shape, matvec=inverse.apply, dtype=np.float64)
+    change, _ = gmres(operator, jump, rtol=0.0, atol=_TOLERANCE * scale, restart=_RESTART, maxiter=3, M=preconditioner)
+    residual = float(np.linalg.norm(jump - on_contact(change, contact, total))) / scale
+    if not residual <= _TOLERANCE:
+        raise ConvergenceError(
+            f"heat partition: residual = {residual:.3g} after {applications} applications exceeds "
+            f"{_TOLERANCE:g}; refine the grid or use pointwise=False",
+            residual,
+            applications,
         )
-        residual = float(np.linalg.norm(jump - self._within(change, total))) / scale
-        values = self.mean_share * self.flux[self.contact] + change
-        flux = np.zeros(self.grid.shape)
-        flux[self.contact] = values
-        if not residual <= _TOLERANCE:
-            raise ConvergenceError(
-                f"heat partition: residual = {residual:.3g} after {self.applications} applications exceeds "
-                f"{_TOLERANCE:g}; refine the grid or use pointwise=False",
-                residual,
-                self.applications,
-            )
-        return flux, residual
-
-    def _reach(self) -> float:
-        """How much of the extension to keep: lines along sliding part from each other when both bodies are fast.
-
-        The numbers come from trials with Hertz and rough contacts; they change the steps, never the result.
-        """
-        slower = min(abs(body.speed) / body.diffusivity for body in self.bodies) * self.grid.lengths[0]
-        return max(0.6, 1.0 - 0.1 * math.log10(1.0 + slower))
-
-    def _spectrum(self, body: Body) -> Field:
-        spread = math.sqrt(body.diffusivity * self.time)
-        response = influence_spectrum(self.grid, (body.speed / body.diffusivity, 0.0), 0.0, spread)
-        scaled: Field = response * (self.grid.spacing[0] / body.conductivity)
-        return scaled
-
-    def _within(self, values: Field, spectrum: Field) -> Field:
-        """Apply a convolution from the contact to the contact."""
-        field = np.zeros(self.grid.shape)
-        field[self.contact] = values
-        result: Field = self._convolved(field, spectrum)[self.contact]
-        return result
-
-    def _convolved(self, field: Field, spectrum: Field) -> Field:
-        return convolution.convolve(field, spectrum, padded_shape(self.grid.shape))
-
-    def _weighted(self, temperature: Field) -> float:
-        return float((temperature * self.flux).sum() / self.flux.sum())
-
-    def _mismatch(self) -> float:
-        resting, moving = (1 - self.mean_share) * self.full[0], self.mean_share * self.full[1]
-        hottest = max(resting[self.contact].max(), moving[self.contact].max())
-        return float(np.abs(resting - moving)[self.contact].max() / hottest)
-
-    def _result(self, share: float, flux: Field, temperature: Field, residual: float) -> Partition:
-        temperature = temperature * self.unit
-        return Partition(
-            moving_share=share,
-            heat_flux=flux * self.unit,
-            temperature=temperature,
-            flash_temperature=self._weighted(temperature),
-            max_temperature=float(temperature[self.contact].max()),
-            mean_share=self.mean_share,
-            mismatch=self._mismatch(),
-            residual=residual,
-            applications=self.applications,
-        )
+    return change, residual, applications
 
 
-class _Inverse:
+class Inverse:
     """Nearly the inverse of a convolution that is cut to the contact: it preconditions the iteration.
 
     That inverse is the one of the whole plane between an extension off the contact and its transpose. The pyramid of
     the contact solve stands in for the extension that would make it exact; zeros in its place cost twice the steps.
-    Off the contact it is multiplied by `reach`, at most 1.
+    `slower` is v L/D of the slower body.
     """
 
-    def __init__(self, contact: NDArray[np.bool_], grid: Grid, spectrum: Field, reach: float):
+    def __init__(self, contact: NDArray[np.bool_], grid: Grid, spectrum: Field, slower: float):
         from roughsim.contact.solver.preconditioner import Extension
 
-        shape = padded_shape(grid.shape)
-        padded = Grid(shape, (shape[0] * grid.spacing[0], shape[1] * grid.spacing[1]))
-        self.contact, self.response = contact, np.ascontiguousarray((1 / spectrum).T)
-        self.free, self.still = np.zeros(shape, np.int8), np.zeros(shape)
+        self.shape = padded_shape(grid.shape)
+        padded = Grid(self.shape, (self.shape[0] * grid.spacing[0], self.shape[1] * grid.spacing[1]))
+        self.response = np.ascontiguousarray((1 / spectrum).T)
+        self.free, self.still = np.zeros(self.shape, np.int8), np.zeros(self.shape)
         self.free[: contact.shape[0], : contact.shape[1]] = contact
-        self.weight = np.where(self.free > 0, 1.0, reach)
+        # Lines along sliding part from each other when both bodies are fast: less of the extension is kept then. The
+        # numbers come from trials with Hertz and rough contacts; they change the steps, never the result.
+        self.weight = np.where(self.free > 0, 1.0, max(0.6, 1.0 - 0.1 * math.log10(1.0 + slower)))
         self.extension = Extension(padded, np.float64)
 
-    def __call__(self, values: Field) -> Field:
-        shape = (self.free.shape[0], self.free.shape[1])
-        field = np.zeros(shape)
-        self._part(field)[self.contact] = values
+    def apply(self, values: Field) -> Field:
+        """Return nearly the flux on the contact pixels whose temperature there is `values`."""
+        contact, field = self.free.view(bool), np.zeros(self.shape)
+        field[contact] = values
         self.extension.extend(self.free, field)
         field *= self.weight
-        field = fourier.inverse(fourier.forward(field) * self.response, shape) * self.weight
+        field = fourier.inverse(fourier.forward(field) * self.response, self.shape) * self.weight
         self.extension.transpose(self.free, field, self.still, self.still)
-        result: Field = self._part(field)[self.contact]
+        result: Field = field[contact]
         return result
-
-    def _part(self, field: Field) -> Field:
-        return field[: self.contact.shape[0], : self.contact.shape[1]]
-
-
-def _no_contact(grid: Grid) -> Partition:
-    warnings.warn("heat_flux = 0 W/m² everywhere: no contact, and nothing to share", RuntimeWarning, stacklevel=3)
-    empty = np.full(grid.shape, math.nan)
-    nan = math.nan
-    return Partition(nan, empty, empty.copy(), nan, nan, nan, nan, nan, 0)

@@ -22,7 +22,7 @@ from roughsim.fourier import convolution
 from roughsim.grid import Grid
 from roughsim.heat.free.half_space import axes, axes_spectrum, padded_shape
 from roughsim.heat.free.influence import Axis, temperature_at
-from roughsim.heat.response import checked_times, unit_vector
+from roughsim.heat.response import checked_duration, checked_flux, unit_vector
 
 Vector = NDArray[np.float64]
 _SLOW = 0.25  # Péclet number of a pixel, below which the temperature is smooth over it
@@ -86,20 +86,21 @@ def source_temperature(
     TypeError, ValueError
         An argument of the wrong kind, not finite or out of its range.
     """
-    flux = _not_negative_field("heat_flux", heat_flux, grid)
-    weights = (flux > 0.0).astype(float) if covered is None else _not_negative_field("covered", covered, grid)
+    flux = checked_flux(heat_flux, grid.shape)
+    weights = (flux > 0.0 if covered is None else real_field("covered", covered, grid.shape)).astype(np.float64)
+    if weights.min() < 0.0:
+        raise ValueError(f"covered = {weights.min():.6g} must not be negative anywhere")
     drift = number("speed", speed, "m/s") / positive("diffusivity", diffusivity, "m²/s")
     scale = grid.spacing[0] / positive("conductivity", conductivity, "W/(m K)")
-    instant, below = checked_times(time), not_negative("depth", depth, "m") / grid.spacing[0]
-    if instant.ndim or instant == 0.0:
-        raise ValueError(f"time = {time} s must be one positive number")
+    duration, below = checked_duration(time), not_negative("depth", depth, "m") / grid.spacing[0]
     if not flux.any():
         warnings.warn("heat_flux = 0 W/m² everywhere: no source has no temperature", RuntimeWarning, stacklevel=2)
         return SourceTemperature(math.nan, math.nan, math.nan, (math.nan, math.nan))
     ux, uy = unit_vector(direction)
-    spread = math.sqrt(diffusivity * float(instant)) / grid.spacing[0]
-    source = _Source(flux, axes(grid, (drift * ux, drift * uy)), below, spread)
-    mean, (hottest, (i, j)) = source.means(), source.hottest()
+    x, y = axes(grid, (drift * ux, drift * uy))
+    source = Source(flux, (x, y), below, math.sqrt(diffusivity * duration) / grid.spacing[0])
+    (mean,) = source.fields([(replace(x, averaged=True), replace(y, averaged=True))])
+    hottest, (i, j) = source.hottest()
     return SourceTemperature(
         flash_temperature=scale * float((mean * flux).sum() / flux.sum()),
         mean_temperature=scale * float((mean * weights).sum() / weights.sum()),
@@ -108,45 +109,49 @@ def source_temperature(
     )
 
 
-class _Source:
+class Source:
     """A source in units of the pixel along x; temperatures are κT."""
 
     def __init__(self, flux: Vector, pair: tuple[Axis, Axis], depth: float, end: float):
         self.flux, self.axes, self.depth, self.end = flux, pair, depth, end
 
-    def means(self) -> Vector:
-        """Mean over each pixel."""
-        x, y = self.axes
-        (field,) = self._fields([(replace(x, averaged=True), replace(y, averaged=True))])
-        return field
+    def fields(self, pairs: list[tuple[Axis, Axis]]) -> Iterator[Vector]:
+        """Yield κT at the points that each pair of axes names, from one forward transform."""
+        spectra = (axes_spectrum(x, y, self.depth, self.end, "d") for x, y in pairs)
+        return convolution.convolutions(self.flux, spectra, padded_shape((self.flux.shape[0], self.flux.shape[1])))
 
     def hottest(self) -> tuple[float, Place]:
-        """Highest temperature and its place: of four points of each pixel, then along the axes of sliding."""
+        """Return the highest temperature and where it is: of four points of each pixel, then along sliding."""
         (x, y), best = self.axes, (-math.inf, (0.0, 0.0))
-        shifts = list(product(*((0.0, _trailing_point(axis)) for axis in (x, y))))
-        fields = self._fields([(replace(x, shift=sx), replace(y, shift=sy)) for sx, sy in shifts])
+        # a pixel that ends the source is hottest 2 to 5 D/v before its trailing edge
+        inside = [min(0.25, 3 / axis.peclet) if axis.peclet > _SLOW else 0.0 for axis in self.axes]
+        trailing = [-math.copysign(0.5 - part, axis.drift) for part, axis in zip(inside, self.axes, strict=True)]
+        shifts = list(product(*((0.0, shift) for shift in trailing)))
+        fields = self.fields([(replace(x, shift=sx), replace(y, shift=sy)) for sx, sy in shifts])
         for field, (sx, sy) in zip(fields, shifts, strict=True):
             i, j = np.unravel_index(int(field.argmax()), field.shape)
             best = max(best, (float(field[i, j]), (float(i) + sx, float(j) + sy)))
-        fast = [k for k, axis in enumerate(self.axes) if _peclet(axis) > _SLOW]
+        fast = [k for k, axis in enumerate(self.axes) if axis.peclet > _SLOW]
         for k in fast * len(fast):
-            best = max(best, self._climbed(k, best[1]))
+            best = max(best, self.hottest_along(k, best[1]))
         return best
 
-    def _climbed(self, k: int, place: Place) -> tuple[float, Place]:
-        """Highest temperature along axis k inside the pixel of `place`: its trailing edge is colder than just ahead.
+    def hottest_along(self, k: int, place: Place) -> tuple[float, Place]:
+        """Return the highest temperature along axis k inside the pixel of `place`, and where it is.
 
-        The distance from that edge is halved until heat no longer drifts over it, and then a parabola is laid through
-        the three points around the best.
+        The trailing edge of the pixel is colder than just ahead of it. The distance from that edge is halved until heat
+        no longer drifts over it, and then a parabola is laid through the three points around the best.
         """
         axis, sense = self.axes[k], math.copysign(1.0, self.axes[k].drift)
         pixel = sense * math.floor(sense * place[k] + 0.5)
-        halvings = np.arange(0.0, 1.0 + math.ceil(math.log2(10 * _peclet(axis))))
+        halvings = np.arange(0.0, 1.0 + math.ceil(math.log2(10 * axis.peclet)))
 
         def point(halving: float) -> tuple[float, Place]:
             position = pixel + sense * (2.0**-halving - 0.5)
             moved = (position, place[1]) if k == 0 else (place[0], position)
-            return self._at(moved), moved
+            i, j = (min(max(math.floor(s + 0.5), 0), a.count - 1) for s, a in zip(moved, self.axes, strict=True))
+            x, y = (replace(a, shift=s - n) for a, s, n in zip(self.axes, moved, (i, j), strict=True))
+            return temperature_at((i, j), self.flux, x, y, depth=self.depth, end=self.end), moved
 
         values = [point(float(halving)) for halving in halvings]
         n = min(max(int(np.argmax([value for value, _ in values])), 1), len(values) - 2)
@@ -154,32 +159,3 @@ class _Source:
         bend = low - 2 * middle + high
         top = halvings[n] + (low - high) / (2 * bend) if bend < 0.0 else halvings[n]
         return max([*values, point(float(np.clip(top, halvings[0], halvings[-1])))])
-
-    def _at(self, place: Place) -> float:
-        pixel = [min(max(math.floor(s + 0.5), 0), axis.count - 1) for s, axis in zip(place, self.axes, strict=True)]
-        x, y = (replace(axis, shift=s - i) for axis, s, i in zip(self.axes, place, pixel, strict=True))
-        return temperature_at((pixel[0], pixel[1]), self.flux, x, y, depth=self.depth, end=self.end)
-
-    def _fields(self, pairs: list[tuple[Axis, Axis]]) -> Iterator[Vector]:
-        """κT at the points that each pair of axes names, from one forward transform."""
-        spectra = (axes_spectrum(x, y, self.depth, self.end, "d") for x, y in pairs)
-        shape = padded_shape((self.flux.shape[0], self.flux.shape[1]))
-        return convolution.convolutions(self.flux, spectra, shape)
-
-
-def _peclet(axis: Axis) -> float:
-    """Péclet number of a pixel."""
-    return abs(axis.drift) * axis.size
-
-
-def _trailing_point(axis: Axis) -> float:
-    """A shift to where a pixel that ends the source is hottest: 2 to 5 D/v before its trailing edge."""
-    inside = min(0.25, 3 / _peclet(axis)) if _peclet(axis) > _SLOW else 0.0
-    return -math.copysign(0.5 - inside, axis.drift)
-
-
-def _not_negative_field(name: str, value: ArrayLike, grid: Grid) -> Vector:
-    field: Vector = real_field(name, value, grid.shape).astype(np.float64)
-    if field.min() < 0.0:
-        raise ValueError(f"{name} = {field.min():.6g} must not be negative anywhere")
-    return field
