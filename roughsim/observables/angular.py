@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-def _hypergeometric(a: Fraction, b: Fraction, c: Fraction, terms: int = 10) -> tuple[float, ...]:
-    """Coefficients of ₂F₁(a, b; c; x) in powers of x."""
+def hypergeometric_series(a: Fraction, b: Fraction, c: Fraction, terms: int = 10) -> tuple[float, ...]:
+    """Return the coefficients of ₂F₁(a, b; c; x) in powers of x."""
     series = [Fraction(1)]
     for n in range(terms - 1):
         series.append(series[-1] * (a + n) * (b + n) / ((c + n) * (1 + n)))
@@ -28,8 +28,8 @@ def _hypergeometric(a: Fraction, b: Fraction, c: Fraction, terms: int = 10) -> t
 
 
 _HALF = Fraction(1, 2)
-_K_SERIES = _hypergeometric(_HALF, _HALF, Fraction(1))  # K = (π/2) Σ
-_D_SERIES = _hypergeometric(_HALF, Fraction(3, 2), Fraction(2))  # D = (π/4) Σ
+_K_SERIES = hypergeometric_series(_HALF, _HALF, Fraction(1))  # K = (π/2) Σ
+_D_SERIES = hypergeometric_series(_HALF, Fraction(3, 2), Fraction(2))  # D = (π/4) Σ
 
 
 def angular_means(ratio: Array) -> tuple[Array, Array]:
@@ -39,14 +39,14 @@ def angular_means(ratio: Array) -> tuple[Array, Array]:
     slope = np.sqrt(0.5 * (1.0 + s))  # k′
     landen = (slid * slope / (1.0 + slope)) ** 2  # (1−k′)/(1+k′) = m/(1+k′)², m = slid²k′²
     square = landen * landen
-    complete = _polynomial(_K_SERIES, square)
+    complete = horner(_K_SERIES, square)
     scale = np.sqrt(s) * (1.0 + landen)
-    odd = complete - 0.5 * landen * _polynomial(_D_SERIES, square)
+    odd = complete - 0.5 * landen * horner(_D_SERIES, square)
     return scale * complete, -0.5 * scale * slid * odd
 
 
-def _polynomial(coefficients: tuple[float, ...], x: Array) -> Array:
-    """Horner's rule, in place."""
+def horner(coefficients: tuple[float, ...], x: Array) -> Array:
+    """Return the polynomial at x by Horner's rule, in place."""
     result = np.full_like(x, coefficients[-1])
     for coefficient in coefficients[-2::-1]:
         result *= x

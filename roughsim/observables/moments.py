@@ -83,30 +83,33 @@ class Sliding:
     def __post_init__(self) -> None:
         if isinstance(self.speeds, (str, bytes)) or np.ndim(self.speeds) != 1 or len(self.speeds) == 0:
             raise TypeError(f"speeds = {self.speeds!r} must be a sequence of at least one speed in m/s")
-        checked = {
+        checked: dict[str, Any] = {
             "speeds": tuple(number("speeds", speed, "m/s") for speed in self.speeds),
             "friction_coefficient": not_negative("friction_coefficient", self.friction_coefficient),
-            "conductivity": self._per_speed("conductivity", "W/(m K)"),
-            "diffusivity": self._per_speed("diffusivity", "m²/s"),
             "heat_partition": not_negative("heat_partition", self.heat_partition),
             "direction": None if self.direction is None else number("direction", self.direction, "rad"),
         }
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
         if self.heat_partition > 1.0:
             raise ValueError(f"heat_partition = {self.heat_partition:.6g} must lie between 0 and 1")
+        for name, unit in (("conductivity", "W/(m K)"), ("diffusivity", "m²/s")):
+            value: Any = getattr(self, name)
+            if np.ndim(value) == 0:
+                checked[name] = positive(name, value, unit)
+            elif np.shape(value) == (len(self.speeds),):
+                checked[name] = tuple(positive(name, entry, unit) for entry in value)
+            else:
+                raise ValueError(
+                    f"{name} has shape {np.shape(value)} for {len(self.speeds)} speeds; give one number in {unit} or "
+                    "one for each speed"
+                )
+        for name, entry in checked.items():
+            object.__setattr__(self, name, entry)
 
-    def _per_speed(self, name: str, unit: str) -> float | tuple[float, ...]:
-        """A positive number, or one for each speed."""
-        value = getattr(self, name)
-        if np.ndim(value) == 0:
-            return positive(name, value, unit)
-        if np.shape(value) != (len(self.speeds),):
-            raise ValueError(
-                f"{name} has shape {np.shape(value)} for {len(self.speeds)} speeds; give one number in {unit} or one "
-                "for each speed"
-            )
-        return tuple(positive(name, entry, unit) for entry in value)
+    @property
+    def rates(self) -> list[float]:
+        """v/D at each speed, 1/m, with the sign of the speed."""
+        rates: list[float] = (np.array(self.speeds) / np.asarray(self.diffusivity)).tolist()
+        return rates
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -205,23 +208,16 @@ def measure(contact: SolvedContact, grid: Grid, sliding: Sliding) -> Moments:
         amplitude[...] = 0.0
     spectrum, unseen = stress_spectrum(amplitude, grid)
     if sliding.direction is None:
-        sums = _sums_over_directions(spectrum, unseen, sliding)
+        sums = sums_over_directions(spectrum, unseen, sliding)
     else:
-        sums = _sums_of_one_direction(amplitude, grid, sliding)
-    return _observables(contact, sliding, mean, sums, spectrum)
-
-
-def _observables(
-    contact: SolvedContact, sliding: Sliding, mean: float, sums: Array, spectrum: StressSpectrum
-) -> Moments:
-    """Give the sums over the modes their factor, and form the ratios; 0/0 without stress variance is NaN."""
-    speed = np.abs(sliding.speeds)
-    resting = float(np.sum(spectrum.variance / spectrum.wavenumber))
+        sums = sums_of_one_direction(amplitude, grid, sliding)
+    # what the pixels add and take along the edges of the contact
     hardness = float(contact.pressure.max()) if contact.plastic_fraction > 0.0 else math.inf
     corrected = corrected_fractions(np.maximum(contact.pressure, 0.0), hardness)
+    # the factor of the sums, and their ratios; 0/0 without stress variance is NaN
     with np.errstate(divide="ignore", invalid="ignore"):
-        conductivity = np.asarray(sliding.conductivity)
-        factor = sliding.heat_partition * sliding.friction_coefficient * speed / (conductivity * mean)
+        heating = sliding.heat_partition * sliding.friction_coefficient * np.abs(sliding.speeds)
+        factor = heating / (np.asarray(sliding.conductivity) * mean)
         ratios = sums[0] / (sums[1:] + 0.0)  # a sum of −0 would give −inf at rest
         return Moments(
             speeds=tuple(sliding.speeds),
@@ -230,7 +226,7 @@ def _observables(
             flash_laplacian=-factor * sums[2],
             flash_width=np.sqrt(ratios[1]),
             slope_length=ratios[0],
-            resting_flash_temperature=factor * resting,
+            resting_flash_temperature=factor * float(np.sum(spectrum.variance / spectrum.wavenumber)),
             contact_fraction=contact.contact_fraction,
             plastic_fraction=contact.plastic_fraction,
             contact_fraction_corrected=corrected[0],
@@ -240,25 +236,28 @@ def _observables(
         )
 
 
-def _sums_over_directions(spectrum: StressSpectrum, unseen: Array, sliding: Sliding) -> Array:
-    """Σ w Re F/|q|, −Σ w Re(i cosφ F), Σ w |q| Re F, averaged over all directions; shape (3, speeds)."""
+def sums_over_directions(spectrum: StressSpectrum, unseen: Array, sliding: Sliding) -> Array:
+    """Return Σ w Re F/|q|, −Σ w Re(i cosφ F), Σ w |q| Re F, averaged over all directions; shape (3, speeds)."""
     q, w = spectrum.wavenumber, spectrum.variance
     sums = np.empty((3, len(sliding.speeds)))
-    for column, rate in zip(sums.T, _rates(sliding), strict=True):
+    for column, rate in zip(sums.T, sliding.rates, strict=True):
         even, odd = angular_means(abs(rate) / q)
         column[:] = np.sum(w / q * even), -np.sum((w - unseen) * odd), np.sum(w * q * even)
     return sums
 
 
-def _sums_of_one_direction(amplitude: NDArray[np.complex128], grid: Grid, sliding: Sliding) -> Array:
-    """The same sums for sliding along `direction`: the moments of the steady periodic field, to rounding."""
+def sums_of_one_direction(amplitude: NDArray[np.complex128], grid: Grid, sliding: Sliding) -> Array:
+    """Return the same sums for sliding along `direction`: the moments of the steady periodic field, to rounding."""
     ux, uy = unit_vector(sliding.direction or 0.0)
     qx, qy = grid.wavevectors
     # an odd derivative of a wave at the Nyquist wavenumber vanishes on the points of the grid
-    ax, ay = (np.where(2 * np.abs(k) == n, 0.0, q) for k, n, q in _orders(grid))
+    ax, ay = (
+        np.where(2 * np.abs(np.rint(q * length / (2 * math.pi))) == n, 0.0, q)
+        for q, length, n in zip(grid.wavevectors, grid.lengths, grid.shape, strict=True)
+    )
     sums = np.zeros((3, len(sliding.speeds)))
     variance = (amplitude.real**2 + amplitude.imag**2) * grid.multiplicity
-    for column, rate in zip(sums.T, _rates(sliding), strict=True):
+    for column, rate in zip(sums.T, sliding.rates, strict=True):
         sense = -1.0 if rate < 0.0 else 1.0
         for rows, response in responses(grid, (rate * ux, rate * uy)):
             even = variance[rows] * response.real
@@ -266,20 +265,3 @@ def _sums_of_one_direction(amplitude: NDArray[np.complex128], grid: Grid, slidin
             column[1] += np.sum(variance[rows] * response.imag * (ux * ax[rows] + uy * ay)) * sense
             column[2] += np.sum(even * (qx[rows] ** 2 + qy**2))
     return sums
-
-
-def _rates(sliding: Sliding) -> list[float]:
-    """v/D at each speed, 1/m."""
-    rates: list[float] = (np.array(sliding.speeds) / np.asarray(sliding.diffusivity)).tolist()
-    return rates
-
-
-def _orders(grid: Grid) -> list[tuple[Array, int, Array]]:
-    """(k, n, q) of either axis: order of the mode, points, wavevector component."""
-    return [
-        (np.rint(q * length / (2 * math.pi)), n, q)
-        for q, length, n in zip(grid.wavevectors, grid.lengths, grid.shape, strict=True)
-    ]
-
-
-__all__ = ["Moments", "Sliding", "StressSpectrum", "measure"]

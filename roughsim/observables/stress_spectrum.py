@@ -82,7 +82,7 @@ class StressSpectrum:
                 f"r = {distance[outside].ravel()[0]:.6g} m must lie between 0 and half the diagonal of the cell, "
                 f"{self.reach:.6g} m; simulate a larger cell"
             )
-        values = [_total(self.variance, j0(self.wavenumber * x)) for x in distance.ravel().tolist()]
+        values = [ordered_sum(self.variance, j0(self.wavenumber * x)) for x in distance.ravel().tolist()]
         return np.reshape(values, distance.shape)
 
     def correlation_radius(self, fraction: float) -> float:
@@ -102,13 +102,13 @@ class StressSpectrum:
         if not self.pressure_variance > 0.0:
             return math.nan
         share = self.variance / self.pressure_variance
-        bend = 0.5 * _total(share, self.wavenumber**2)
+        bend = 0.5 * ordered_sum(share, self.wavenumber**2)
         r = 0.0
         while r <= self.reach:
-            excess = _total(share, j0(self.wavenumber * r)) - fraction
+            excess = ordered_sum(share, j0(self.wavenumber * r)) - fraction
             if excess <= 0.0:
                 return r
-            slope = -_total(share * self.wavenumber, j1(self.wavenumber * r))
+            slope = -ordered_sum(share * self.wavenumber, j1(self.wavenumber * r))
             step = (slope + math.sqrt(slope**2 + 2 * bend * excess)) / bend
             if step < 1e-14 * self.reach:
                 return r
@@ -131,10 +131,15 @@ def stress_spectrum(amplitude: NDArray[np.complex128], grid: Grid) -> tuple[Stre
         The periodic cell.
     """
     nx, ny = grid.shape
-    quarter = _quarter(amplitude, grid)
-    wavenumber, place = _table(grid)
-    index = np.arange(quarter.size) if place is None else place
-    variance = np.bincount(index, quarter.ravel(), minlength=wavenumber.size).astype(np.float64, copy=False)
+    # |σ(q)|² of the four modes (±q_x, ±q_y) together, shape (n_x//2 + 1, n_y//2 + 1)
+    plane: Array = amplitude.real**2
+    plane += amplitude.imag**2
+    plane *= grid.multiplicity
+    quarter = plane[: nx // 2 + 1]
+    quarter[1 : (nx + 1) // 2] += plane[: nx // 2 : -1]  # row −i onto row i
+    wavenumber, entry = distinct_wavenumbers(grid)
+    variance = np.bincount(entry, quarter.ravel(), minlength=wavenumber.size).astype(np.float64, copy=False)
+    # the part that an odd derivative does not see, of the modes at the Nyquist wavenumber of an axis
     qx, qy = (np.abs(q) for q in grid.wavevectors)
     lost = np.zeros_like(quarter)
     if nx % 2 == 0:
@@ -143,19 +148,20 @@ def stress_spectrum(amplitude: NDArray[np.complex128], grid: Grid) -> tuple[Stre
         lost[:, -1] += quarter[:, -1] * (qy[0, -1] / np.hypot(qx[: nx // 2 + 1, 0], qy[0, -1])) ** 2
     if nx % 2 == 0 and ny % 2 == 0:
         lost[-1, -1] = quarter[-1, -1]  # both derivatives vanish: exactly all of it
-    there = np.flatnonzero(lost)
+    at_nyquist = np.flatnonzero(lost)
+    # both spread over the same entries; the first wavenumber is q = 0
     reach = 0.5 * math.hypot(*grid.lengths)
-    spread = _Spread(wavenumber, _NODE_PHASE / reach)
-    unseen = spread(wavenumber[index[there]], lost.ravel()[there])
-    return StressSpectrum(spread.wavenumber, spread(wavenumber[1:], variance[1:]), reach), unseen  # 0 is q = 0
+    spread = Spread(wavenumber, _NODE_PHASE / reach)
+    unseen = spread(wavenumber[entry[at_nyquist]], lost.ravel()[at_nyquist])
+    return StressSpectrum(spread.wavenumber, spread(wavenumber[1:], variance[1:]), reach), unseen
 
 
-def _total(weight: Array, values: Array) -> float:
-    """Σ weight·values, summed alike on any number of threads (BLAS splits long products among them)."""
+def ordered_sum(weight: Array, values: Array) -> float:
+    """Return Σ weight·values, summed alike on any number of threads (BLAS splits long products among them)."""
     return float(np.sum(weight * values))
 
 
-class _Spread:
+class Spread:
     """Where the variance of each mode goes: to an entry of its own below `split`, else to the nodes around it.
 
     `table` holds the wavenumbers of the grid, 0 first. If it is not longer than the nodes, every mode keeps its own.
@@ -178,27 +184,24 @@ class _Spread:
         own = np.searchsorted(self.kept, wavenumber[low])
         entries = np.bincount(own, variance[low], minlength=self.kept.size)
         if math.isfinite(self.split):
+            # the transpose of Lagrange's interpolation, from positions in units of the spacing to nodes −11, −10 …:
+            # the moments of the variance about the middle of each cell, times the coefficients of the polynomials
             position = wavenumber[~low] / self.spacing - _STENCIL
-            entries = np.concatenate((entries, _nodes(position, variance[~low], self.cells)))
+            cell = np.minimum(position.astype(np.intp), self.cells - 1)
+            offset = position - cell - 0.5
+            power, moments = variance[~low], np.empty((_STENCIL, self.cells))
+            for row in moments:
+                row[:] = np.bincount(cell, power, minlength=self.cells)
+                power *= offset
+            nodes = np.zeros(self.cells + _STENCIL - 1)
+            for j, coefficients in enumerate(lagrange_coefficients()):
+                nodes[j : j + self.cells] += np.einsum("k,kc->c", coefficients, moments)
+            entries = np.concatenate((entries, nodes))
         return np.asarray(entries[self.order], dtype=np.float64)
 
 
-def _nodes(position: Array, variance: Array, cells: int) -> Array:
-    """The transpose of Lagrange's interpolation: from positions in units of the spacing to nodes −11, −10 …"""
-    cell = np.minimum(position.astype(np.intp), cells - 1)
-    offset = position - cell - 0.5
-    power, moments = variance.copy(), np.empty((_STENCIL, cells))
-    for row in moments:
-        row[:] = np.bincount(cell, power, minlength=cells)
-        power *= offset
-    nodes = np.zeros(cells + _STENCIL - 1)
-    for j, coefficients in enumerate(_lagrange()):
-        nodes[j : j + cells] += np.einsum("k,kc->c", coefficients, moments)
-    return nodes
-
-
 @lru_cache(maxsize=1)
-def _lagrange() -> Array:
+def lagrange_coefficients() -> Array:
     """Coefficients, by powers of the distance from the middle, of the 24 Lagrange polynomials with nodes ±½, ±3/2 …"""
     nodes = [Fraction(2 * j - _STENCIL + 1, 2) for j in range(_STENCIL)]
     rows = []
@@ -212,29 +215,18 @@ def _lagrange() -> Array:
     return np.array(rows)
 
 
-def _quarter(amplitude: NDArray[np.complex128], grid: Grid) -> Array:
-    """|σ(q)|² of the four modes (±q_x, ±q_y) together, shape (n_x//2 + 1, n_y//2 + 1), Pa²."""
-    variance: Array = amplitude.real**2
-    variance += amplitude.imag**2
-    variance *= grid.multiplicity
-    nx = grid.shape[0]
-    quarter = variance[: nx // 2 + 1]
-    quarter[1 : (nx + 1) // 2] += variance[: nx // 2 : -1]  # row −i onto row i
-    return quarter
-
-
 @lru_cache(maxsize=2)
-def _table(grid: Grid) -> tuple[Array, NDArray[np.intp] | None]:
-    """|q| of the quarter plane, 0 first, rad/m, and the entry of each mode; None: one entry per mode.
+def distinct_wavenumbers(grid: Grid) -> tuple[Array, NDArray[np.intp]]:
+    """Return |q| of the quarter plane, rad/m, 0 first, and the entry of each of its modes, flattened.
 
-    In a square cell many modes share k_x² + k_y².
+    In a square cell many modes share k_x² + k_y²; in any other each mode has an entry of its own.
     """
     nx, ny = (n // 2 + 1 for n in grid.shape)
     qx, qy = (np.abs(q) for q in grid.wavevectors)
     if grid.lengths[0] != grid.lengths[1]:
-        return np.hypot(qx[:nx], qy).ravel(), None
+        return np.hypot(qx[:nx], qy).ravel(), np.arange(nx * ny)
     square = (np.arange(nx)[:, None] ** 2 + np.arange(ny)[None, :] ** 2).ravel()
     present = np.zeros(square.max() + 1, np.bool_)
     present[square] = True
-    place = (np.cumsum(present) - 1)[square]
-    return 2 * math.pi / grid.lengths[0] * np.sqrt(np.flatnonzero(present).astype(np.float64)), place
+    entry = (np.cumsum(present) - 1)[square]
+    return 2 * math.pi / grid.lengths[0] * np.sqrt(np.flatnonzero(present).astype(np.float64)), entry
