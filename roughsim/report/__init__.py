@@ -7,9 +7,10 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING
 
+from roughsim.comparison.compare import compare
+from roughsim.report import sections
 from roughsim.report.markup import joined, tag, text
 from roughsim.report.pictures import figures
-from roughsim.report.sections import answer, budget, compared, comparison, header, origin, plan_of, scene_of
 from roughsim.store.disk import place_bytes
 
 if TYPE_CHECKING:
@@ -52,19 +53,23 @@ def report_run(run: Run, path: str | Path | None = None) -> Path:
 
 def page(run: Run) -> str:
     """Return the page of a run as HTML."""
-    found = compared(run)
+    try:
+        comparison = compare(run)
+        result, table = sections.answer(comparison), sections.comparison_section(comparison)
+    except ValueError as error:  # fewer than two sound realizations
+        result = table = tag("p", f"There is nothing to compare yet: {error}", css="warning")
     parts = {
-        "Result": answer(found),
-        "Comparison": comparison(found),
-        "Errors": budget(run),
+        "Result": result,
+        "Comparison": table,
+        "Errors": sections.errors_section(run),
         "Pictures": figures(run),
-        "Plan": plan_of(run),
-        "Scene": scene_of(run),
-        "Provenance": origin(run),
+        "Plan": sections.plan_section(run),
+        "Scene": sections.scene_section(run),
+        "Provenance": sections.provenance_section(run),
     }
     links = (tag("a", name, href=f"#{name.lower()}") for name in parts)
-    sections = (tag("section", tag("h2", name), content, id=name.lower()) for name, content in parts.items())
-    body = joined(header(run), tag("nav", *links), *sections)
+    bodies = (tag("section", tag("h2", name), content, id=name.lower()) for name, content in parts.items())
+    body = joined(sections.header(run), tag("nav", *links), *bodies)
     template = Template((resources.files("roughsim.report") / "page.html").read_text(encoding="utf-8"))
     return template.substitute(title=text(run.scene.title or run.folder.resolve().name), body=body)
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
 from html import escape
-from math import isfinite
+from itertools import groupby
 
-from roughsim.show.units import written
+from roughsim.show.table import Cell, Table
+from roughsim.show.units import Number
 
 
 class Html(str):
@@ -19,16 +20,16 @@ def text(value: object) -> Html:
     """Return a value as HTML: escaped, without control characters, unless it is HTML already."""
     if isinstance(value, Html):
         return value
-    shown = "".join(
+    printable = "".join(
         c if c.isprintable() or c in "\n\t\N{NO-BREAK SPACE}" else "\N{REPLACEMENT CHARACTER}" for c in str(value)
     )
-    return Html(escape(shown, quote=True))
+    return Html(escape(printable, quote=True))
 
 
 def tag(name: str, *inside: object, **attributes: str) -> Html:
     """Return an element; content and attributes are escaped. ``css`` stands for the attribute class."""
-    given = "".join(f' {"class" if key == "css" else key}="{text(value)}"' for key, value in attributes.items())
-    return Html(f"<{name}{given}>{''.join(text(part) for part in inside)}</{name}>")
+    words = "".join(f' {"class" if key == "css" else key}="{text(value)}"' for key, value in attributes.items())
+    return Html(f"<{name}{words}>{''.join(text(part) for part in inside)}</{name}>")
 
 
 def joined(*parts: object) -> Html:
@@ -36,58 +37,36 @@ def joined(*parts: object) -> Html:
     return Html("\n".join(text(part) for part in parts))
 
 
-def table(titles: list[str], rows: list[list[object]], *, numbers: set[int]) -> Html:
-    """Return a table; the columns in `numbers` stand right."""
-    kinds = ["number" if k in numbers else "" for k in range(len(titles))]
-    return _table(titles, tag("tbody", joined(*(_line(row, kinds) for row in rows))), kinds)
+def bullets(*lines: object, css: str = "plain") -> Html:
+    """Return a list of lines."""
+    return tag("ul", *(tag("li", line) for line in lines), css=css)
 
 
-def grouped_table(titles: list[str], groups: dict[str, list[list[object]]]) -> Html:
-    """Return a table of numbers whose rows stand in groups, each under its name; the last column is a remark."""
-    kinds = ["number"] * (len(titles) - 1) + [""]
+def digits(number: Number) -> Html:
+    """Return the digits of a number with its error, in its shown unit; powers of ten are written out."""
+    value, error, power = number.written()
+    both = f"{value} ± {error}" if error else value
+    both = f"({both})e{power}" if power else both
+    # a minus sign is no hyphen, and 3.04e+07 is 3.04 × 10⁷
+    return Html(re.sub(r"e\+?(−?)0*(\d+)", r" × 10<sup>\1\2</sup>", both.replace("-", "−")))
+
+
+def html_table(table: Table) -> Html:
+    """Return a table with its notes; names that repeat become lines of their own above their rows."""
+    columns, rows = list(table.columns), [list(row) for row in table.rows]
+    names = [str(row[0]) for row in rows]
+    grouped = columns[0].name and len(set(names)) < len(names)
+    kinds = ["number" if column.number else "" for column in columns][grouped:]
+
+    def line(row: list[Cell]) -> Html:
+        cells = (digits(cell) if isinstance(cell, Number) else cell for cell in row[grouped:])
+        return tag("tr", *(tag("td", cell, css=kind) for cell, kind in zip(cells, kinds, strict=True)))
+
     bodies = []
-    for name, rows in groups.items():
-        head = tag("tr", tag("th", name, colspan=str(len(titles)), scope="rowgroup"), css="group")
-        bodies.append(tag("tbody", head, joined(*(_line(row, kinds) for row in rows))))
-    return _table(titles, joined(*bodies), kinds)
-
-
-def _table(titles: list[str], bodies: Html, kinds: list[str]) -> Html:
-    head = tag("tr", *(tag("th", title, css=kind) for title, kind in zip(titles, kinds, strict=True)))
-    return tag("div", tag("table", tag("thead", head), bodies), css="wide")
-
-
-def _line(row: list[object], kinds: list[str]) -> Html:
-    return tag("tr", *(tag("td", cell, css=kind) for cell, kind in zip(row, kinds, strict=True)))
-
-
-def number(value: float | None, digits: int = 4) -> Html:
-    """Return a number with its significant digits, powers of ten written out; a dash where there is none."""
-    if value is None or not isfinite(value):
-        return Html("–")
-    shown = f"{value:.{digits - 1}e}"
-    mantissa, _, exponent = shown.partition("e")
-    power = int(exponent)
-    if value == 0.0:
-        return Html("0")
-    if -4 <= power < 5:
-        return Html(_minus(f"{float(shown):.{max(digits - 1 - power, 0)}f}"))
-    return Html(_minus(mantissa) + _power(power))
-
-
-def plus_minus(mean: float, error: float, unknown: Sequence[str] = ()) -> Html:
-    """Return mean ± error as `roughsim.show.units.plus_minus` does, powers of ten written out."""
-    value, wrong, power = written(mean, error, unknown)
-    if not wrong:
-        return number(mean)
-    small, _, exponent = wrong.partition("e")
-    both = f"{_minus(value)} ± {small}" + (_power(int(exponent)) if exponent else "")
-    return Html(f"({both}){_power(power)}" if power else both)
-
-
-def _power(exponent: int) -> str:
-    return f" × 10<sup>{_minus(str(exponent))}</sup>"
-
-
-def _minus(shown: str) -> str:
-    return shown.replace("-", "−")
+    for name, group in groupby(rows, key=lambda row: str(row[0]) if grouped else ""):
+        title = tag("tr", tag("th", name, colspan=str(len(kinds)), scope="rowgroup"), css="group") if grouped else ""
+        bodies.append(tag("tbody", title, joined(*map(line, group))))
+    titles = (tag("th", c.title, css=kind) for c, kind in zip(columns[grouped:], kinds, strict=True))
+    head = tag("thead", tag("tr", *titles)) if any(column.title for column in columns) else ""
+    notes = (tag("p", note, css="note") for note in table.notes)
+    return joined(tag("div", tag("table", head, *bodies), css="wide"), *notes)

@@ -10,20 +10,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roughsim import prediction
-from roughsim.comparison.compare import compare
-from roughsim.comparison.tables import comparison_table
-from roughsim.ensemble.status import clock, ended, reached, status_dict
+from roughsim.comparison.tables import budget_table, comparison_table
+from roughsim.ensemble.status import clock, ended, reached, seconds_left
 from roughsim.estimate.errors import SOURCES
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.planning.limits import judge
-from roughsim.report.markup import Html, grouped_table, joined, number, plus_minus, table, tag
+from roughsim.planning.plan import plan_table
+from roughsim.report.markup import Html, bullets, digits, html_table, joined, tag
 from roughsim.report.pictures import picture
-from roughsim.show.units import shown
+from roughsim.scene.numerics import Reason
+from roughsim.show.table import Cell, Column, Table
+from roughsim.show.units import Number
 from roughsim.store.claims import writer
 
 if TYPE_CHECKING:
-    from roughsim.comparison.compare import Comparison, Row
-    from roughsim.estimate.errors import Estimate
+    from roughsim.comparison.compare import Comparison
     from roughsim.results.run import Run
     from roughsim.scene import Scene
 
@@ -33,246 +34,161 @@ COLUMNS = {
     "capped": "capped: contact of the surface, p\N{NO-BREAK SPACE}≤\N{NO-BREAK SPACE}hardness",
     "elastic": "elastic contact of the surface",
 }
-_FEW_ROWS = 6  # of a table C(q) in the text of the scene
+RATIOS = {
+    "smoothed_over_theory": "tests the weight W(q) of the theory",
+    "capped_over_smoothed": "tests the plastic smoothing, Eq. (27); γ drops out",
+    "elastic_over_theory": "tests the weight W(q) of the theory",
+}
+FEW_ROWS = 6  # of a table C(q) in the text of the scene
+FEW_FAILURES = 20
 
 
 def header(run: Run) -> Html:
     """Return the title and where the run stands."""
-    counted = f"{run.realizations} realizations"
+    if run.target_met or run.realizations >= run.max_realizations:
+        state = f"finished, {ended(run)}{reached(run)}"
+    elif writer(run.folder):
+        left = seconds_left(run)
+        state = "being computed while this was written" + (f", {clock(left)} left" if left is not None else "")
+    else:
+        state = f"not finished{reached(run)}"
     failed = f", {run.failed} failed and left out of all means" if run.failed else ""
+    what = "Flash temperature of a sliding rough contact, theory beside simulation."
     parts = [
         tag("h1", run.scene.title or run.folder.resolve().name),
-        tag(
-            "p",
-            f"Flash temperature of a sliding rough contact, theory beside simulation. {counted}{failed}; {_state(run)}",
-            css="state",
-        ),
+        tag("p", f"{what} {run.realizations} realizations{failed}; {state}", css="state"),
     ]
     if run.damaged:
-        parts.append(tag("p", "Damaged files, left out; all else is shown:", css="warning"))
-        parts.append(tag("ul", *(tag("li", reason) for reason in run.damaged.values()), css="plain"))
-    warnings = judge(run.scene, run.numerics).warnings
-    if warnings:
-        parts.append(tag("p", "Where this scene leaves what the model means:", css="warning"))
-        parts.append(tag("ul", *(tag("li", line) for line in warnings), css="plain"))
+        parts += [
+            tag("p", "Damaged files, left out; all else is shown:", css="warning"),
+            bullets(*run.damaged.values()),
+        ]
+    if warnings := judge(run.scene, run.numerics).warnings:
+        parts += [tag("p", "Where this scene leaves what the model means:", css="warning"), bullets(*warnings)]
     return joined(*parts)
 
 
-def _state(run: Run) -> str:
-    if run.target_met or run.realizations >= run.max_realizations:
-        return f"finished, {ended(run)}{reached(run)}"
-    if writer(run.folder):
-        left = status_dict(run)["seconds_left"]
-        return "being computed while this was written" + (f", {clock(left)} left" if left is not None else "")
-    return f"not finished{reached(run)}"
-
-
-def compared(run: Run) -> Comparison | Html:
-    """Return the comparison of a run, or the sentence that says why there is none yet."""
-    try:
-        return compare(run)
-    except ValueError as error:  # fewer than two sound realizations
-        return tag("p", f"There is nothing to compare yet: {error}", css="warning")
-
-
-def answer(found: Comparison | Html) -> Html:
+def answer(comparison: Comparison) -> Html:
     """Return the flash temperature at the highest speed in each column, and the figure of the comparison."""
-    if isinstance(found, Html):
-        return found
-    row = max((r for r in found.rows if r.observable == "flash_temperature"), key=lambda r: r.speed or 0.0)
-    boxes = [_box("theory", number(row.theory_full_spectrum))]
-    boxes += [_box(name, plus_minus(cell.mean, cell.total_error, cell.unknown)) for name, cell in row.columns.items()]
-    told = [tag("li", _ratio_words(name, row)) for name in row.ratios]
+    rows = [row for row in comparison.rows if row.observable == "flash_temperature"]
+    row = max(rows, key=lambda row: row.speed or 0.0)
+    values = {"theory": Number(row.theory_full_spectrum, "K")}
+    values |= {name: Number(x.mean, "K", x.total_error, x.unknown) for name, x in row.columns.items()}
+    boxes = []
+    for name, value in values.items():
+        label = tag("span", COLUMNS[name], css="label")
+        boxes.append(tag("li", tag("span", digits(value), tag("small", " K"), css="value"), label, css=name))
+    tests = []
+    for name, ratio in row.ratios.items():
+        words = name.replace("_over_", " / ") + " of the same modes" * name.endswith("_over_theory")
+        quotient = digits(Number(ratio.value, "1", ratio.total_error, ratio.unknown))
+        tests.append(Html(f"{words} = {quotient}: {RATIOS[name]}"))
+    low, high = (f(comparison.run.heat_partition) for f in (np.min, np.max))
+    share = f"{high:.3g}" if high - low < 1e-12 else f"{low:.3g} to {high:.3g}, by speed"
     caption = (
         "Roughness, stress correlation g(r), flash temperature T, hot-spot width D and slope length d over the sliding "
         "speed. The black line is the theory over the whole spectrum. Bands are the total error, 95 %; of g(r) the "
         "statistical error, 95 %."
     )
     return joined(
-        tag("p", f"Flash temperature ⟨Tσ⟩/⟨σ⟩ at {row.speed:g} m/s, with the heat share {_share(found.run)}:"),
+        tag("p", f"Flash temperature ⟨Tσ⟩/⟨σ⟩ at {row.speed:g} m/s, with the heat share {share}:"),
         tag("ul", *boxes, css="answer"),
-        tag("ul", *told, css="plain"),
-        picture(found.chart, ".svg", caption),
+        bullets(*tests),
+        picture(comparison.chart, ".svg", caption),
     )
 
 
-def _box(column: str, value: Html) -> Html:
-    label = tag("span", COLUMNS[column], css="label")
-    return tag("li", tag("span", value, tag("small", " K"), css="value"), label, css=column)
-
-
-def _ratio_words(name: str, row: Row) -> Html:
-    above, _, below = name.partition("_over_")
-    found = row.ratios[name]
-    tested = {
-        "smoothed_over_theory": "tests the weight W(q) of the theory",
-        "capped_over_smoothed": "tests the plastic smoothing, Eq. (27); γ drops out",
-        "elastic_over_theory": "tests the weight W(q) of the theory",
-    }
-    value = plus_minus(found.value, found.total_error, found.unknown)
-    modes = " of the same modes" if below == "theory" else ""
-    return Html(f"{above} / {below}{modes} = {value}: {tested.get(name, '')}")
-
-
-def _share(run: Run) -> str:
-    low, high = run.heat_partition.min(), run.heat_partition.max()
-    return f"{high:.3g}" if high - low < 1e-12 else f"{low:.3g} to {high:.3g}, by speed"
-
-
-def comparison(found: Comparison | Html) -> Html:
+def comparison_section(comparison: Comparison) -> Html:
     """Return the whole table of theory beside simulation."""
-    if isinstance(found, Html):
-        return found
-    first = found.rows[0]
-    titles = ["m/s", "theory", *first.columns, *(_heading(name) for name in first.ratios), ""]
-    groups = {name: [row for row in found.rows if row.observable == name] for name in OBSERVABLES}
-    rows = {_name(name): [_row(row) for row in members] for name, members in groups.items() if members}
-    return joined(grouped_table(titles, rows), *(tag("p", note, css="note") for note in comparison_table(found).notes))
+    return html_table(comparison_table(comparison))
 
 
-def _heading(ratio: str) -> str:
-    return ratio.replace("_over_", " / ") + (", same modes" if ratio.endswith("_over_theory") else "")
-
-
-def _name(observable: str) -> str:
-    unit = shown(OBSERVABLES[observable].unit)[0]
-    return observable.replace("_", " ") + (f", {unit}" if unit else "")
-
-
-def _row(row: Row) -> list[object]:
-    factor = shown(row.unit)[1]
-    cells: list[object] = ["" if row.speed is None else f"{row.speed:g}", number(row.theory_full_spectrum * factor)]
-    cells += [plus_minus(cell.mean * factor, cell.total_error * factor, cell.unknown) for cell in row.columns.values()]
-    cells += [plus_minus(ratio.value, ratio.total_error, ratio.unknown) for ratio in row.ratios.values()]
-    return [*cells, row.note]
-
-
-def budget(run: Run) -> Html:
-    """Return each reported mean with the parts of its error, and what was done about the cut-off."""
+def errors_section(run: Run) -> Html:
+    """Return each mean at the highest speed with the parts of its error, and what was done about the cut-off."""
     if not run.sound(run.realizations):
         return tag("p", "There is no sound realization yet.", css="warning")
-    told = "; ".join(f"{source}: {words}" for source, words in SOURCES.items() if source != "scan" or run.scene.scanned)
-    lead = "Means over all sound realizations, at the highest speed, with each source of error by itself."
-    note = f"± total error, 95 %; ≥ where a dash stands for a part that no level tells. {told[0].upper()}{told[1:]}."
-    parts = [tag("p", lead), tag("p", note, css="note")]
+    parts = [tag("p", "Means over all sound realizations, at the highest speed, with each source of error by itself:")]
+    parts.append(bullets(*(f"{name}: {x}" for name, x in SOURCES.items() if name != "scan" or run.scene.scanned)))
+    fastest = int(np.argmax(run.scene.speeds))
     for column in run.numerics.columns:
-        found = [run.estimate(name, column) for name in OBSERVABLES]
-        parts += [tag("h3", COLUMNS[column]), _budget_table(run, found)]
-        parts.append(_notes(found))
+        # what the estimates say beyond numbers, each once, with the observables that it is said of, unless of all
+        said: dict[str, list[str]] = {}
+        for observable in OBSERVABLES:
+            for note in run.estimate(observable, column).notes:
+                if not note.startswith("speeds "):
+                    said.setdefault(note, []).append(observable)
+        notes = (x if len(said[x]) == len(OBSERVABLES) else f"{', '.join(said[x])}: {x}" for x in said)
+        parts += [tag("h3", COLUMNS[column]), html_table(budget_table(run, column, [fastest]))]
+        parts.append(bullets(*notes, css="plain note"))
     return joined(*parts)
 
 
-def _notes(found: list[Estimate]) -> Html:
-    """What the estimates say beyond numbers, each once, with the observables that it is said of, unless of all."""
-    said: dict[str, list[str]] = {}
-    for one in found:
-        for note in one.notes:
-            if not note.startswith("speeds "):
-                said.setdefault(note, []).append(one.observable.replace("_", " "))
-    told = (note if len(names) == len(found) else f"{', '.join(names)}: {note}" for note, names in said.items())
-    return tag("ul", *(tag("li", line) for line in told), css="plain note")
-
-
-def _budget_table(run: Run, found: list[Estimate]) -> Html:
-    sources = list(found[0].budget)
-    titles = ["observable", "m/s", "value ± total", *sources, "finest level − value"]
-    rows: list[list[object]] = []
-    for one in found:
-        factor = shown(one.unit)[1]
-        k = int(np.argmax(run.scene.speeds)) if OBSERVABLES[one.observable].per_speed else 0
-        speed = f"{run.scene.speeds[k]:g}" if OBSERVABLES[one.observable].per_speed else ""
-        parts = [*(one.budget[source][k] for source in sources), one.bias[k]]
-        cells = [number(float(part) * factor, 2) for part in parts]
-        value = plus_minus(float(one.mean[k]) * factor, float(one.total_error[k]) * factor, one.unknown_at(k))
-        rows.append([_name(one.observable), speed, value, *cells])
-    return table(titles, rows, numbers=set(range(1, len(titles))))
-
-
-def plan_of(run: Run) -> Html:
+def plan_section(run: Run) -> Html:
     """Return the choices of the plan with their reasons, or the numerics where they were given without any."""
     if run.reasons:
-        reasons: list[list[object]] = [list(reason) for reason in run.reasons]
-        return table(["choice", "value", "because"], reasons, numbers=set())
-    given = "These numerics were given to the run without a plan, so there are no reasons to show."
-    rows: list[list[object]] = [[key.replace("_", " "), _shown(v)] for key, v in run.numerics.to_dict().items()]
-    return joined(tag("p", given), table(["numerics", "value"], rows, numbers=set()))
+        return html_table(plan_table([Reason(*reason) for reason in run.reasons]))
+    values = run.numerics.to_dict()
+    values["levels"] = "; ".join(
+        f"{a['column']} {a['shape'][0]} × {a['shape'][1]} to q_c = {a['q_max']:.3g} rad/m" for a in values["levels"]
+    )
+    rows = [[key.replace("_", " "), str(value)] for key, value in values.items()]
+    why = "These numerics were given to the run without a plan, so there are no reasons to show."
+    return joined(tag("p", why), html_table(Table([Column("numerics"), Column("value")], rows)))
 
 
-def _shown(value: object) -> str:
-    if isinstance(value, list) and value and isinstance(value[0], dict):
-        return "; ".join(
-            f"{a['column']} {a['shape'][0]} × {a['shape'][1]} to q_c = {a['q_max']:.3g} rad/m" for a in value
-        )
-    return str(value)
-
-
-def scene_of(run: Run) -> Html:
+def scene_section(run: Run) -> Html:
     """Return the scene file, long tables C(q) cut short, and what follows from it."""
     scene = run.scene
-    derived: list[list[object]] = [
-        ["effective modulus E*", number(scene.effective_modulus / 1e9), "GPa"],
-        ["penetration hardness", number(scene.penetration_hardness / 1e9), "GPa"],
-        ["thermal diffusivity", _diffusivity(scene), "mm²/s"],
+    follows: list[list[Cell]] = [
+        ["effective modulus E*", Number(scene.effective_modulus / 1e9), "GPa"],
+        ["penetration hardness", Number(scene.penetration_hardness / 1e9), "GPa"],
+        ["thermal diffusivity", diffusivity_text(scene), "mm²/s"],
     ]
-    shown = re.sub(r"((?:^\[[^\[\]\n]*\],\n)+)", _shortened, scene.to_toml(), flags=re.MULTILINE)
-    known = judge(scene, run.numerics).facts
-    facts: list[list[object]] = [list(row) for row in known.table().rows] if known else []
-    return joined(
-        table(["what follows from it", "", ""], derived, numbers={1}),
-        table(["to judge it by", "", ""], facts, numbers=set()),
-        tag("pre", shown),
-    )
+    titles = [Column("what follows from it"), Column("", number=True), Column("")]
+    facts = judge(scene, run.numerics).facts
+    toml = re.sub(r"((?:^\[[^\[\]\n]*\],\n)+)", shortened, scene.to_toml(), flags=re.MULTILINE)
+    parts = [html_table(Table(titles, follows)), *([html_table(facts.table())] if facts else []), tag("pre", toml)]
+    return joined(*parts)
 
 
-def _diffusivity(scene: Scene) -> str:
-    """One number, or the range over the speeds where κ depends on temperature."""
+def diffusivity_text(scene: Scene) -> str:
+    """Return D of the moving body, mm²/s: one number, or the range over the speeds where κ depends on temperature."""
     values = prediction.conduction(scene).diffusivity * 1e6
-    return " … ".join(dict.fromkeys(number(float(value)) for value in (values.max(), values.min())))
+    return " … ".join(dict.fromkeys(str(Number(float(value))) for value in (values.max(), values.min())))
 
 
-def _shortened(match: re.Match[str]) -> str:
-    rows = match[1].splitlines(keepends=True)
-    if len(rows) <= _FEW_ROWS:
+def shortened(match: re.Match[str]) -> str:
+    """Return the first and the last rows of a long table."""
+    rows, half = match[1].splitlines(keepends=True), FEW_ROWS // 2
+    if len(rows) <= FEW_ROWS:
         return match[1]
-    half = _FEW_ROWS // 2
     return "".join([*rows[:half], f"# … {len(rows) - 2 * half} rows more in scene.toml of the run …\n", *rows[-half:]])
 
 
-def origin(run: Run) -> Html:
+def provenance_section(run: Run) -> Html:
     """Return what is needed to have the same numbers again, and what they cost."""
-    sound = [member for member in run.members.values() if not member.failure]
-    name = run.folder.resolve().name
-    rows: list[list[object]] = [
-        ["run", name],
-        ["seed", str(run.seed)],
-        ["files", f"{len(run.members)} of one realization and level each"],
-    ]
-    if sound:
-        written = sorted(str(member.provenance.get("written", "")) for member in sound)
+    name, records = run.folder.resolve().name, [m.provenance for m in run.members.values() if not m.failure]
+    rows = [["run", name], ["seed", str(run.seed)], ["files", f"{len(run.members)} of one realization and level each"]]
+    if records:
+        written = sorted(str(record.get("written", "")) for record in records)
         stages: Counter[str] = Counter()
-        for member in sound:
-            stages.update(member.provenance.get("seconds", {}))
+        for record in records:
+            stages.update(record.get("seconds", {}))
         cost = ", ".join(f"{stage} {clock(seconds)}" for stage, seconds in stages.items())
-        worst = max(float(member.provenance.get("residual", np.nan)) for member in sound)
+        worst = max(float(record.get("residual", np.nan)) for record in records)
         rows += [["computed", f"{written[0]} to {written[-1]}"], ["time", cost], ["largest residual", f"{worst:.2g}"]]
-        versions = {
-            str(sorted(m.provenance.get("versions", {}).items())): m.provenance.get("versions", {}) for m in sound
-        }
-        rows += [["versions", ", ".join(f"{k} {v}" for k, v in found.items())] for found in versions.values()]
+        versions = (", ".join(f"{k} {v}" for k, v in record.get("versions", {}).items()) for record in records)
+        rows += [["versions", words] for words in dict.fromkeys(versions)]
     rows.append(["written", time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime())])
-    again = (
-        "Saved as scene.toml, the scene above gives these numbers again, to the bit on one kind of CPU with the same "
-        "versions:"
-    )
-    command = f"roughsim run scene.toml -o {name}"
+    parts = [html_table(Table([Column(""), Column("")], rows))]
     failures = [
-        f"level {m.level}, realization {m.index}: {m.failure}"
-        for k, m in run.members.items()
-        if m.failure and k not in run.damaged
+        f"level {member.level}, realization {member.index}: {member.failure}"
+        for key, member in run.members.items()
+        if member.failure and key not in run.damaged
     ]
-    lost = (
-        [tag("p", "Left out of all means:"), tag("ul", *(tag("li", f) for f in failures[:20]), css="plain")]
-        if failures
-        else []
+    if failures:
+        parts += [tag("p", "Left out of all means:"), bullets(*failures[:FEW_FAILURES])]
+    again = (
+        "Saved as scene.toml, the scene above gives these numbers again, to the bit on one kind of CPU with the same"
     )
-    return joined(table(["", ""], rows, numbers=set()), *lost, tag("p", again), tag("pre", command))
+    return joined(*parts, tag("p", f"{again} versions:"), tag("pre", f"roughsim run scene.toml -o {name}"))

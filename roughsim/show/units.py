@@ -84,9 +84,9 @@ def written(value: float, error: float, unknown: Sequence[str] = (), digits: int
     if not isfinite(value):
         return Written("–", "", 0)
     if error == 0.0 and not (unknown and value):
-        return Written(f"{value + 0.0:.{digits}g}", "", 0)  # + 0.0: no zero is negative
+        return Written(significant(value, digits), "", 0)
     if error == 0.0 or not isfinite(error):
-        return Written(f"{value:.{digits}g}", "unknown", 0)
+        return Written(significant(value, digits), "unknown", 0)
     at_least = "≥" if unknown else ""
     if abs(value) > 10**MOST_DIGITS * error:
         return Written(f"{value:.{MOST_DIGITS}g}", f"{at_least}{error:.1e}", 0)
@@ -97,6 +97,12 @@ def written(value: float, error: float, unknown: Sequence[str] = (), digits: int
     places = 1 - int(f"{error:.1e}".partition("e")[2])  # of the error's second digit, once it is rounded
     value, error = round(value, places), round(error, places)
     return Written(f"{value:.{max(places, 0)}f}", f"{at_least}{error:.{max(places, 0)}f}", power)
+
+
+def significant(value: float, digits: int) -> str:
+    """Return a number of some significant digits; up to 99999 without a power of ten, "120" where `g` has 1.2e+02."""
+    text = f"{value + 0.0:.{digits}g}"  # + 0.0: no zero is negative
+    return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e5 else text
 
 
 def _joined(text: Written) -> str:

@@ -102,7 +102,7 @@ def test_the_table_prints_the_total_errors_of_ratios(partial):
 
 def test_the_page_prints_total_errors(partial, monkeypatch):
     monkeypatch.setattr(sections, "picture", lambda draw, ending, caption: tag("figure", caption))
-    page = sections.comparison(rs.compare(partial)) + sections.budget(partial)
+    page = sections.comparison_section(rs.compare(partial)) + sections.errors_section(partial)
     shown = set(re.findall(r">([^<>]+ ± [^<>]+)</td>", page))
     assert {text.replace("-", "−") for text in expected(partial, UNITS)} <= shown
 

@@ -203,9 +203,9 @@ def test_pages_of_a_run_ask_for_no_speed_beyond_its_tables(quick):
     scene = with_tables(quick, table(60.0, 20.0))
     assert curves.speed_range(scene) == (1e-2, 35.0)
     assert curves.speed_range(quick) == (1e-2, 1e3)
-    assert sections._diffusivity(quick) == "7.595"
+    assert sections.diffusivity_text(quick) == "7.595"
     bodies = prediction.conduction(scene).diffusivity * 1e6
-    assert sections._diffusivity(scene) == f"{bodies.max():.4g} … {bodies.min():.4g}"
+    assert sections.diffusivity_text(scene) == f"{bodies.max():.4g} … {bodies.min():.4g}"
 
 
 def test_a_contact_hotter_than_the_table_is_refused_before_any_work(capped_scene):

@@ -16,7 +16,7 @@ from roughsim.cli import main
 from roughsim.comparison.tables import theory_dict
 from roughsim.planning.limits import judge
 from roughsim.planning.sizes import facts
-from roughsim.report.sections import header, scene_of
+from roughsim.report.sections import header, scene_section
 from roughsim.scene import SceneError, bundled_scenes, parse_scene
 
 ROOT = Path(__file__).parents[2]
@@ -284,7 +284,7 @@ def test_theory_plan_run_and_report_all_say_it(quick, tmp_path, capsys):
     assert (shown.err.count(hot), shown.err.count(share)) == (1, 1)
     run = rs.open_run(tmp_path / "run")
     assert str(header(run)).count(hot) == str(header(run)).count(share) == 1
-    assert "hot spots" in str(scene_of(run))
+    assert "hot spots" in str(scene_section(run))
 
 
 @pytest.mark.slow

@@ -12,8 +12,9 @@ from roughsim.charts import comparison as chart
 from roughsim.comparison.tables import comparison_table, theory_dict
 from roughsim.estimate import cell_size
 from roughsim.report import sections
-from roughsim.report.markup import number, tag
+from roughsim.report.markup import digits, tag
 from roughsim.scene import parse_scene
+from roughsim.show.units import Number
 from roughsim.surface.spectrum import TruncatedSpectrum
 
 # two faces with different C(q), 2 µm rough, and a load so light that contact is lost within the first waves
@@ -88,8 +89,8 @@ def test_table_chart_page_and_theory_say_the_same_number(compared, monkeypatch):
     (theory,) = (table.cells(k) for k, column in enumerate(table.columns) if column.title == "theory")
     assert theory[: len(said)] == [f"{value:.4g}" for value in said]
     monkeypatch.setattr(sections, "picture", lambda draw, ending, caption: tag("figure", caption))
-    assert f'class="value">{number(said[-1])}<small> K' in sections.answer(compared)
-    assert f">{number(said[0])}</td>" in sections.comparison(compared)
+    assert f'class="value">{digits(Number(said[-1]))}<small> K' in sections.answer(compared)
+    assert f">{digits(Number(said[0]))}</td>" in sections.comparison_section(compared)
     axes, bands = Figure().subplots(), []
     monkeypatch.setattr(chart, "band", lambda _, x, mean, error, colour: bands.append(error))
     chart.draw_over_speed(axes, compared, "flash_temperature")

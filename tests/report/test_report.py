@@ -13,8 +13,10 @@ import pytest
 import roughsim as rs
 from roughsim.cli import main
 from roughsim.report import page, report_run
-from roughsim.report.markup import number, plus_minus, tag, text
+from roughsim.report.markup import digits, html_table, tag, text
 from roughsim.scene import parse_scene
+from roughsim.show.table import Column, Table
+from roughsim.show.units import Number
 from roughsim.store.member_files import member_path
 
 EMPTY = {"meta", "img", "br", "hr", "link", "input"}
@@ -63,7 +65,7 @@ def written(kept_run, tmp_path_factory):
     from roughsim.report import pictures
 
     with pytest.MonkeyPatch.context() as patch:  # one of lines and one of points: each takes its time
-        patch.setattr(pictures, "SHOWN", {name: pictures.SHOWN[name] for name in ("pressure", "profile")})
+        patch.setattr(pictures, "PICTURES", {name: pictures.PICTURES[name] for name in ("pressure", "profile")})
         return report_run(kept_run, tmp_path_factory.mktemp("page") / "new" / "report.html")
 
 
@@ -141,13 +143,17 @@ def test_the_page_says_what_the_run_says(kept_run, written):
         assert two_digits(cell.mean, cell.total_error, cell.unknown) in words
     for ratio in row.ratios.values():
         assert f"= {two_digits(ratio.value, ratio.total_error, ratio.unknown)}: tests" in words
-    assert f"{row.theory_full_spectrum:#.4g}" in words
+    assert f"{row.theory_full_spectrum:.4g}" in words
     estimate = kept_run.estimate("flash_temperature")
     for part in (*estimate.budget.values(), estimate.bias, estimate.total_error):
-        assert re.search(rf"(^| |−){re.escape(html.unescape(number(abs(float(part[-1])), 2)))}( |$)", words)
+        said = html.unescape(digits(Number(abs(float(part[-1])), "K", digits=2)))
+        assert re.search(rf"(^| |−){re.escape(said)}( |$)", words)
     width = kept_run.estimate("flash_width")
-    for part in (*width.budget.values(), width.total_error):
-        assert f" {html.unescape(number(float(part[-1]) * 1e6, 2))} " in words  # in µm
+    for part in width.budget.values():
+        said = html.unescape(digits(Number(float(part[-1]), "m", digits=2)))
+        assert f" {said} " in words  # in µm
+    total = Number(float(width.mean[-1]), "m", float(width.total_error[-1]), width.unknown_at(2))
+    assert f" {html.unescape(digits(total))} " in words
     assert all(note in words for note in estimate.notes if not note.startswith("speeds"))
     assert "3 realizations" in words
     assert "heat share 0.9" in words
@@ -264,26 +270,33 @@ def test_the_command_line_writes_the_page(copy, tmp_path, capsys, no_pictures):
 
 
 NUMBERS = {
-    (208.334, 4): "208.3", (138.0, 4): "138.0", (0.0, 4): "0", (-0.00061234, 3): "−0.000612", (120.0, 2): "120",
-    (3.0381e7, 4): "3.038 × 10<sup>7</sup>", (-2e-12, 2): "−2.0 × 10<sup>−12</sup>", (np.nan, 4): "–", (None, 4): "–",
-    (99.999, 3): "100", (12345.6, 4): "12350",
-}  # fmt: skip
-ERRORS = {
-    (208.334, 0.384): "208.33 ± 0.38", (-13920.4, 12.2): "−13920 ± 12", (0.07664, 0): "0.07664", (np.inf, 1): "–",
-    (1.63283e-4, 8.1e-7): "(1.6328 ± 0.0081) × 10<sup>−4</sup>",
-    (0.0, 0.5): "0.00 ± 0.50", (2.5, np.inf): "2.5 ± unknown",
-    (0.999984941, 6.4e-9): "0.999985 ± 6.4 × 10<sup>−9</sup>", (-2.5e7, 3e5): "(−2.500 ± 0.030) × 10<sup>7</sup>",
+    (208.334,): "208.3", (138.0,): "138", (0.0,): "0", (-0.00061234, "1", 0.0, (), 3): "−0.000612",
+    (120.0, "1", 0.0, (), 2): "120", (3.0381e7,): "3.038 × 10<sup>7</sup>", (12345.6,): "12350",
+    (-2e-12,): "−2 × 10<sup>−12</sup>", (np.nan,): "–", (2.5e-5, "m"): "25",
+    (208.334, "K", 0.384): "208.33 ± 0.38", (-13920.4, "1", 12.2): "−13920 ± 12", (np.inf, "1", 1): "–",
+    (1.63283e-4, "1", 8.1e-7): "(1.6328 ± 0.0081) × 10<sup>−4</sup>", (0.0, "1", 0.5): "0.00 ± 0.50",
+    (2.5, "1", np.inf): "2.5 ± unknown", (0.999984941, "1", 6.4e-9): "0.999985 ± 6.4 × 10<sup>−9</sup>",
+    (-2.5e7, "1", 3e5): "(−2.500 ± 0.030) × 10<sup>7</sup>", (2.5, "1", 0.1, ("size",)): "2.50 ± ≥0.10",
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("given", "shown"), NUMBERS.items())
-def test_numbers_are_written_with_their_digits(given, shown):
-    assert number(*given) == shown
+@pytest.mark.parametrize(("number", "written"), NUMBERS.items())
+def test_numbers_are_written_with_their_powers_of_ten(number, written):
+    assert digits(Number(*number)) == written
 
 
-@pytest.mark.parametrize(("given", "shown"), ERRORS.items())
-def test_a_mean_ends_where_its_error_does(given, shown):
-    assert plus_minus(*given) == shown
+def test_names_that_repeat_stand_above_their_rows():
+    columns = [Column("what", name=True), Column("m/s", number=True), Column("note")]
+    table = Table(columns, [("a <b>", "1", ""), ("a <b>", Number(2.0), "x"), ("c", "3", "")], notes=["± & more"])
+    page = html_table(table)
+    Reader(page)
+    assert re.findall(r"<th[^>]*>(.*?)</th>", page.replace("<thead", "<head")) == ["m/s", "note", "a &lt;b&gt;", "c"]
+    assert re.findall(r"<td[^>]*>(.*?)</td>", page) == ["1", "", "2", "x", "3", ""]
+    assert '<p class="note">± &amp; more</p>' in page
+    once = html_table(Table(columns, [("a", "1", ""), ("c", Number(3.0), "")]))
+    cells = re.findall(r"<t[hd] [^>]*>(.*?)</t[hd]>", once)
+    assert cells == ["what", "m/s", "note", "a", "1", "", "c", "3", ""]
+    assert once.count('class="number"') == 3  # the title, and a cell in each row
 
 
 def test_control_characters_do_not_reach_the_page():
