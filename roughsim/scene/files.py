@@ -10,10 +10,10 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from roughsim.scene.messages import SceneError, shown
+from roughsim.scene.messages import SceneError, as_written
 from roughsim.scene.model import Scene
-from roughsim.scene.quantities import MAX_ROWS
-from roughsim.scene.sections import ROUGHNESS_KEYS
+from roughsim.scene.rules import ROUGHNESS_KEYS
+from roughsim.scene.sections import MAX_ROWS
 from roughsim.show.text import plain
 
 MAX_BYTES = 64 * 1024
@@ -40,7 +40,7 @@ def scene_text(name: str) -> str:
         hint = next((f'did you mean "{n}"? ' for n in bundled_scenes() if [n.lower()] == near), "")
         names = ", ".join(bundled_scenes())
         raise SceneError(
-            f"scene {plain(shown(str(name)))} is not bundled; {hint}bundled are {names}; or give a .toml file"
+            f"scene {plain(as_written(str(name)))} is not bundled; {hint}bundled are {names}; or give a .toml file"
         )
     return (resources.files("roughsim.scenes") / f"{name}.toml").read_text(encoding="utf-8")
 
@@ -149,7 +149,7 @@ def _toml_error(text: str, message: str) -> str:
     """Tomllib's message with the line it complains about, and a hint where a unit stands without quotes."""
     long = re.search(r"([^\s=\[,{]*)[ \t]*=[^=\n]*[0-9_]{4300}", text)
     if "integer string conversion" in message and long is not None:
-        return f"{shown(long[1])} holds a number of thousands of digits; write it like 1e9"
+        return f"{as_written(long[1])} holds a number of thousands of digits; write it like 1e9"
     match = re.search(r"at line (\d+)", message)
     lines = text.splitlines()
     if match is None or int(match[1]) > len(lines):
@@ -157,7 +157,7 @@ def _toml_error(text: str, message: str) -> str:
     line = lines[int(match[1]) - 1].strip()
     unquoted = re.search(r"[=\[,]\s*[-+.0-9eE_]+\s*(?:[A-Za-zµμ%]|1\s*/)[^\"']*$", line.split("#")[0])
     hint = '; a value with a unit needs quotes, as in speed = "35 m/s"' if unquoted else ""
-    return f"{message}: {shown(line)}{hint}"
+    return f"{message}: {as_written(line)}{hint}"
 
 
 def _with_tables(content: dict[str, Any], folder: Path | None) -> dict[str, Any]:
@@ -189,7 +189,7 @@ def _measured(section: dict[str, Any], name: str, folder: Path | None) -> dict[s
     try:
         spectrum = read_topography(path).spectrum
     except (OSError, ValueError, ImportError) as error:
-        raise SceneError(f"{name}.topography = {shown(section['topography'])}: {error}") from None
+        raise SceneError(f"{name}.topography = {as_written(section['topography'])}: {error}") from None
     rows = [[float(q), float(psd)] for q, psd in zip(spectrum.q, spectrum.psd, strict=True)]
     return {**rest, "psd": rows, "psd_convention": "persson", "psd_source": "scan"}
 
@@ -197,10 +197,10 @@ def _measured(section: dict[str, Any], name: str, folder: Path | None) -> dict[s
 def _beside(value: Any, key: str, example: str, folder: Path | None) -> Path:
     """The path of a file that a scene names, which lies beside the scene."""
     if not isinstance(value, str) or not value:
-        raise SceneError(f"{key} = {shown(value)} must be the path of a file, for example {example}")
+        raise SceneError(f"{key} = {as_written(value)} must be the path of a file, for example {example}")
     if folder is None:
         raise SceneError(
-            f"{key} = {shown(value)} needs a scene file to lie beside; write the table as psd = [[q, C], ...]"
+            f"{key} = {as_written(value)} needs a scene file to lie beside; write the table as psd = [[q, C], ...]"
         )
     return folder / value
 
@@ -211,21 +211,21 @@ def _table(value: Any, key: str, folder: Path | None) -> list[list[float]]:
     try:
         text = _text(path, "the table", 1024 * 1024)
     except (SceneError, FileNotFoundError) as error:
-        raise SceneError(f"{key} = {shown(value)}: {error}") from None
+        raise SceneError(f"{key} = {as_written(value)}: {error}") from None
     lines = [(n, line.split("#")[0].strip()) for n, line in enumerate(text.splitlines(), start=1)]
     lines = [(n, line) for n, line in lines if line]
     if lines and not re.match(r"[-+.0-9]", lines[0][1]):
         lines = lines[1:]  # the names of the columns
     if len(lines) > MAX_ROWS:
         raise SceneError(
-            f"{key} = {shown(value)} has {len(lines)} rows, above the limit of {MAX_ROWS}; average C over bins of log q"
+            f"{key} = {as_written(value)} has {len(lines)} rows, above the limit of {MAX_ROWS}; average C over bins of log q"
         )
-    return [_row(line, f"{key} = {shown(value)}, line {n}") for n, line in lines]
+    return [_row(line, f"{key} = {as_written(value)}, line {n}") for n, line in lines]
 
 
 def _row(line: str, where: str) -> list[float]:
     try:
         q, psd = (float(entry) for entry in re.split(r"\s*[,;\s]\s*", line))
     except ValueError:
-        raise SceneError(f"{where}: {shown(line)} must be two numbers, q in rad/m and C in m⁴") from None
+        raise SceneError(f"{where}: {as_written(line)} must be two numbers, q in rad/m and C in m⁴") from None
     return [q, psd]

@@ -2,16 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from math import ceil, isnan, sqrt
-from typing import Any, Literal, NamedTuple, get_args
+from dataclasses import field, fields
+from math import ceil, isinf, isnan, sqrt
+from typing import Annotated, Any, Literal, NamedTuple, Self, get_args
+
+from pydantic import AfterValidator, BeforeValidator, PlainSerializer, SkipValidation, model_validator
+from pydantic.dataclasses import dataclass
+from pydantic_core import to_jsonable_python
 
 from roughsim.contact import methods
-from roughsim.errors import ResolutionError, number, positive
+from roughsim.errors import ResolutionError
 from roughsim.grid import Grid
+from roughsim.scene.messages import as_written, did_you_mean
+from roughsim.scene.quantities import QMax, Quantity, Whole, one_or_list
+from roughsim.scene.records import Record, optional_keys
 
 Column = Literal["smoothed", "capped", "elastic"]
-
+Points = Annotated[int, Whole("1024", at_least=1, at_most=2**31)]
+Length = Annotated[float, Quantity("m", '"4 mm"', above=0)]
+Distance = Annotated[
+    float,
+    Quantity("m", '"2 mm"', above=0, may_be_infinite=True),
+    PlainSerializer(lambda distance: "inf" if isinf(distance) else distance),  # JSON has no inf
+]
+LEVELS_EXAMPLE = '[{ column = "capped", shape = 1024, q_max = "4e5 1/m" }]'
 
 class Reason(NamedTuple):
     """One choice of the plan: what was chosen, and why."""
@@ -49,8 +63,8 @@ class Forecast(NamedTuple):
         return START_SECONDS + self.cpu_seconds / workers
 
 
-@dataclass(frozen=True, slots=True)
-class Level:
+@dataclass(frozen=True)
+class Level(Record, section="numerics.levels"):
     """One contact problem of each realization.
 
     Parameters
@@ -67,20 +81,27 @@ class Level:
     """
 
     column: Column
-    shape: tuple[int, int]
-    q_max: float
-    every: int = 1
-
-    def __post_init__(self) -> None:
-        if self.column not in get_args(Column):
-            raise ValueError(f"column = {self.column!r} must be one of {', '.join(get_args(Column))}")
-        object.__setattr__(self, "shape", Grid(self.shape, (1.0, 1.0)).shape)
-        positive("q_max", self.q_max, "rad/m")
-        _check_count("every", self.every, 1)
+    shape: Annotated[tuple[Points, Points], one_or_list(2)]
+    q_max: QMax
+    every: Annotated[int, Whole("1", at_least=1, at_most=1_000_000)] = 1
 
 
-@dataclass(frozen=True, slots=True)
-class Numerics:
+def read_solver(value: Any) -> str:
+    """Read the name of a contact solver."""
+    if value not in methods.NAMES:
+        raise ValueError(f" = {as_written(value)} is not known; {did_you_mean(str(value), methods.NAMES)}")
+    return str(value)
+
+
+def at_least_one(levels: tuple[Level, ...]) -> tuple[Level, ...]:
+    """Refuse a list without a level."""
+    if not levels:
+        raise ValueError(f" = [] holds no level; leave it out or write levels = {LEVELS_EXAMPLE}")
+    return levels
+
+
+@dataclass(frozen=True)
+class Numerics(Record, section="numerics"):
     """How well a scene is computed. Levels with the same `column` are paired and extrapolated in q_max.
 
     Parameters
@@ -107,50 +128,37 @@ class Numerics:
         What the plan expects; None where the levels were given.
     """
 
-    levels: tuple[Level, ...]
-    lengths: tuple[float, float]
-    tolerance: float = 1e-4
+    levels: Annotated[tuple[Level, ...], AfterValidator(at_least_one)]
+    lengths: Annotated[tuple[Length, Length], one_or_list(2)]
+    tolerance: Annotated[float, Quantity("", "1e-4", above=0, below=1)] = 1e-4
     precision: Literal["double", "single"] = "double"
-    slid_distance: float | None = None
-    threads: int = 1
-    keep_fields: int = 1
-    reasons: tuple[Reason, ...] = field(default=(), compare=False, repr=False)
-    forecast: Forecast | None = field(default=None, compare=False, repr=False)
-    solver: str = methods.DEFAULT
+    slid_distance: Distance | None = None
+    threads: Annotated[int, Whole("1", at_least=1, at_most=4096)] = 1
+    keep_fields: Annotated[int, Whole("1", at_least=0)] = 1
+    reasons: SkipValidation[tuple[Reason, ...]] = field(default=(), compare=False, repr=False)
+    forecast: SkipValidation[Forecast | None] = field(default=None, compare=False, repr=False)
+    solver: Annotated[str, BeforeValidator(read_solver)] = methods.DEFAULT
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "levels", tuple(self.levels))
-        if not self.levels:
-            raise ValueError("levels is empty; at least one level is needed")
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
         for i, level in enumerate(self.levels):
-            grid = Grid(level.shape, self.lengths)
-            if level.q_max > grid.nyquist * (1 + 1e-12):
+            nyquist = self.grid(i).nyquist
+            if level.q_max > nyquist * (1 + 1e-12):
                 raise ResolutionError(
-                    f"levels[{i}].q_max = {level.q_max:.4g} rad/m exceeds the Nyquist wavenumber {grid.nyquist:.4g} "
+                    f"levels[{i}].q_max = {level.q_max:.4g} rad/m exceeds the Nyquist wavenumber {nyquist:.4g} "
                     f"rad/m of the grid {level.shape}; refine the grid or lower q_max"
                 )
-        object.__setattr__(self, "lengths", grid.lengths)
-        if not 0.0 < number("tolerance", self.tolerance) < 1.0:
-            raise ValueError(f"tolerance = {self.tolerance:.6g} must lie between 0 and 1")
-        if self.precision not in ("double", "single"):
-            raise ValueError(f'precision = {self.precision!r} must be "double" or "single"')
-        if self.solver not in methods.NAMES:
-            raise ValueError(f"solver = {self.solver!r} must be one of {', '.join(methods.NAMES)}")
-        _check_count("threads", self.threads, 1)
-        _check_count("keep_fields", self.keep_fields, 0)
-        self._check_nesting()
-
-    def _check_nesting(self) -> None:
         for column in self.columns:
-            before = 1
+            coarser = 0  # how often the level before is solved; 0 before the coarsest
             for i in self.of_column(column):
                 every = self.levels[i].every
-                if every % before or (i == self.of_column(column)[0] and every != 1):
+                if every % coarser if coarser else every != 1:
                     raise ValueError(
                         f"levels[{i}].every = {every} does not fit: the coarsest {column} level needs every = 1, "
-                        f"each finer one a multiple of the one before, here of {before}"
+                        f"each finer one a multiple of the one before, here of {coarser or 1}"
                     )
-                before = every
+                coarser = every
+        return self
 
     def grid(self, level: int) -> Grid:
         """Return the grid of a level."""
@@ -181,32 +189,25 @@ class Numerics:
 
     def to_dict(self) -> dict[str, Any]:
         """Return what these numerics are as JSON values, without the reasons and what does not change a number."""
-        levels = [{"column": a.column, "shape": list(a.shape), "q_max": a.q_max, "every": a.every} for a in self.levels]
-        return {
-            "levels": levels,
-            "lengths": list(self.lengths),
-            "tolerance": self.tolerance,
-            "precision": self.precision,
-            "slid_distance": None if self.slid_distance is None else repr(float(self.slid_distance)),
-            "threads": self.threads,
-            "keep_fields": self.keep_fields,
-        } | ({} if self.solver == methods.DEFAULT else {"solver": self.solver})  # absent in older runs
+        values: dict[str, Any] = to_jsonable_python(self, exclude={"reasons", "forecast"})
+        if self.slid_distance is not None:
+            values["slid_distance"] = repr(self.slid_distance)  # as text: JSON has no inf
+        if self.solver == methods.DEFAULT:
+            del values["solver"]  # absent in older runs
+        return values
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> Numerics:
         """Return the numerics that `to_dict` described as `values`."""
-        levels = tuple(Level(a["column"], tuple(a["shape"]), a["q_max"], a.get("every", 1)) for a in values["levels"])
-        distance = values["slid_distance"]
-        return cls(
-            levels,
-            tuple(values["lengths"]),
-            values["tolerance"],
-            values["precision"],
-            None if distance is None else float(distance),
-            values["threads"],
-            values["keep_fields"],
-            solver=values.get("solver", methods.DEFAULT),
-        )
+        values = {"solver": methods.DEFAULT} | values
+        if values["slid_distance"] is not None:
+            values["slid_distance"] = float(values["slid_distance"])
+        return cls(**{key.name: values[key.name] for key in fields(cls) if key.compare})
+
+
+@dataclass(frozen=True, kw_only=True)
+class NumericsSection(optional_keys(Numerics), section="numerics"):  # type: ignore[misc]
+    """What the plan must not choose by itself: the keys of `Numerics`; None leaves a choice to the plan."""
 
 
 def fast_size(points: float) -> int:
@@ -218,9 +219,5 @@ def fast_size(points: float) -> int:
     return min(k * power for k in (4, 5, 6, 8) if k * power >= wanted)
 
 
-def _check_count(name: str, value: Any, least: int) -> None:
-    if isinstance(value, bool) or int(value) != value or value < least:
-        raise ValueError(f"{name} = {value!r} must be a whole number ≥ {least}")
 
-
-__all__ = ["Column", "Forecast", "Level", "Numerics", "Reason", "fast_size"]
+__all__ = ["Column", "Forecast", "Level", "Numerics", "NumericsSection", "Reason", "fast_size"]

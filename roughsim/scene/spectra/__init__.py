@@ -1,39 +1,46 @@
-"""Spectra C(q) that scenes can name: one file each, found by being in this folder.
+"""Spectra C(q) that a scene names: ``spectrum = { name = "...", ... }`` in a section with a roughness.
 
-The file NAME.py has a record `Spectrum`: the scene's keys with their limits, and C(q) as a callable with `breaks`.
+The record of a spectrum has the scene's keys as its fields, and is C(q) as a callable with `breaks`. A spectrum of the
+package stands in `INSIDE`; one of another package is an entry point of the group "roughsim.spectra".
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from importlib import import_module
-from pkgutil import iter_modules
+from importlib.metadata import entry_points
+from pkgutil import resolve_name
 from typing import Any
 
-from roughsim.scene.messages import SceneError, did_you_mean, refused_value, shown
+from roughsim.scene.messages import SceneError, as_written, did_you_mean
+from roughsim.scene.records import SECTIONS, quantity
 
-NAMES = tuple(sorted(module.name for module in iter_modules(__path__)))
+GROUP = "roughsim.spectra"
+INSIDE = {"k_correlation": "roughsim.scene.spectra.k_correlation:Spectrum"}
+EXAMPLE = '{ name = "k_correlation", rms_height = "0.90 um", ... }'
 
 
-@dataclass(frozen=True, slots=True)
-class NamedSpectrum:
-    """The key `spectrum`: a name and the keys of that spectrum, kept as its record."""
+def spectra() -> dict[str, str]:
+    """Return where the record of each spectrum is, as "module:name"; a name of the package cannot be taken."""
+    return {entry.name: entry.value for entry in entry_points(group=GROUP)} | INSIDE
 
-    example: str = '{ name = "k_correlation", rms_height = "0.90 um", ... }'
 
-    def __call__(self, value: Any) -> Any:
-        """Return the record; a record is taken as it is."""
-        name = value.get("name") if isinstance(value, Mapping) else getattr(value, "name", None)
-        if not isinstance(name, str):
-            raise refused_value(f" = {shown(value)} must be a table with a name, for example spectrum = {self.example}")
-        if name not in NAMES:
-            raise refused_value(f".name = {shown(name)} is no spectrum; {did_you_mean(name, NAMES)}")
-        record = import_module(f"{__name__}.{name}").Spectrum
-        if isinstance(value, record):
-            return value
-        try:
-            return record(**value)
-        except SceneError as error:
-            where = f"spectrum.{name}"  # the outer section names itself
-            raise refused_value(str(error).removeprefix(where).replace(f" in [{where}]", "")) from None
+def read_spectrum(value: Any) -> Any:
+    """Return the record of a table with a name and the keys of that spectrum; a record is taken as it is."""
+    name = value.get("name") if isinstance(value, Mapping) else getattr(value, "name", None)
+    if not isinstance(name, str):
+        raise ValueError(f" = {as_written(value)} must be a table with a name, for example spectrum = {EXAMPLE}")
+    known = INSIDE if name in INSIDE else spectra()  # what is installed is looked through only where it may matter
+    if name not in known:
+        raise ValueError(f".name = {as_written(name)} is no spectrum; {did_you_mean(name, known)}")
+    record = resolve_name(known[name])
+    if isinstance(value, record):
+        return value
+    surface = SECTIONS["surface"]
+    for key in {*record.keys()} & {*surface.keys()}:
+        if quantity(record, key) != quantity(surface, key):
+            other = "a key of scenes already, with another unit or other limits; the spectrum must name its key otherwise"
+            raise ValueError(f".{key} is {other}")
+    try:
+        return record(**value)
+    except SceneError as error:
+        raise ValueError(f".{error}") from None  # the record does not know where in the scene it stands

@@ -12,37 +12,27 @@ import numpy as np
 from pydantic import model_validator
 from pydantic.dataclasses import dataclass
 
-from roughsim.scene.messages import refused_section
-from roughsim.scene.sections import STRICT, read_values, section
+from roughsim.scene.quantities import Hurst, QMax, QMin, QRollOff, RmsHeight
+from roughsim.scene.records import Record
 
 
-@section("spectrum.k_correlation")
-@dataclass(frozen=True, slots=True, kw_only=True, config=STRICT)
-class Spectrum:
-    """C(q) of a face, m⁴; wavenumbers in rad/m.
-
-    Attributes
-    ----------
-    rms_height : float
-        √⟨h²⟩ between the ends, m.
-    hurst : float
-        H in [0, 1].
-    q_min, q_roll_off, q_max : float
-        Ends, and where the plateau bends into q^(−2−2H), rad/m.
-    """
+@dataclass(frozen=True, kw_only=True)
+class Spectrum(Record):
+    """C(q) of a face, m⁴."""
 
     name: Literal["k_correlation"]
-    rms_height: float
-    hurst: float
-    q_min: float
-    q_roll_off: float
-    q_max: float
-    _read = read_values()
+    rms_height: RmsHeight
+    """√⟨h²⟩ between the ends."""
+    hurst: Hurst
+    q_min: QMin
+    q_roll_off: QRollOff
+    """Where the plateau bends into q^(−2−2H)."""
+    q_max: QMax
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
         if self.q_min >= self.q_max:
-            raise refused_section(
+            raise ValueError(
                 f"q_min = {self.q_min:.6g} rad/m must be below q_max = {self.q_max:.6g} rad/m; change one of the two"
             )
         return self

@@ -1,0 +1,108 @@
+"""Records of a scene: frozen, checked by pydantic when made or replaced, and refused in one line."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import fields, make_dataclass
+from typing import Any, ClassVar, TypeVar, get_type_hints
+
+from pydantic import ConfigDict, ValidationError
+
+from roughsim.errors import RoughsimError
+from roughsim.scene.messages import SceneError, as_written, did_you_mean, shortened
+from roughsim.scene.quantities import quantity_of
+from roughsim.show.text import plain
+
+Made = TypeVar("Made")
+SECTIONS: dict[str, type[Record]] = {}  # by their names in a scene file; "" is the scene itself
+
+
+class RecordType(type):
+    """Makes the constructor of a record raise `SceneError` of one line in place of pydantic's findings."""
+
+    def __call__(cls: type[Made], *args: Any, **values: Any) -> Made:
+        """Return a checked record."""
+        try:
+            return super().__call__(*args, **values)  # type: ignore[misc, no-any-return]
+        except ValidationError as error:
+            details = error.errors(include_url=False)
+        # an unknown key goes first, for it often explains a missing one
+        detail = next((d for d in details if d["type"] == "unexpected_keyword_argument"), details[0])
+        cause = detail.get("ctx", {}).get("error")
+        raise cause if isinstance(cause, RoughsimError) else SceneError(plain(one_line(detail, cls)))
+
+
+class Record(metaclass=RecordType):
+    """A frozen pydantic dataclass whose fields are keys of a scene; ``section="..."`` names the section it is."""
+
+    __pydantic_config__ = ConfigDict(extra="forbid")
+    section: ClassVar[str] = ""
+
+    def __init_subclass__(cls, section: str | None = None) -> None:
+        if section is not None:
+            cls.section = section
+            SECTIONS[section] = cls
+
+    @classmethod
+    def keys(cls) -> list[str]:
+        """Return the keys that a scene file may give."""
+        return [field.name for field in fields(cls)]  # type: ignore[arg-type]
+
+
+def optional_keys(record: type[Record]) -> Any:
+    """Return a base class with the keys of another record, each of which may be left out: it is then None."""
+    hints = get_type_hints(record, include_extras=True)
+    keys = [(field.name, hints[field.name] | None, None) for field in fields(record) if field.compare]  # type: ignore[arg-type]
+    return make_dataclass(f"Optional{record.__name__}", keys, frozen=True, kw_only=True)
+
+
+def quantity(record: Any, key: str) -> Any:
+    """Return the `Quantity` or `Whole` that reads a key of a record; None where it is no number."""
+    return quantity_of(get_type_hints(record, include_extras=True).get(key))
+
+
+def one_line(detail: Any, record: Any) -> str:
+    """Return one of pydantic's findings in a record as a sentence: the key, its value, the limit and what to do."""
+    location, kind, value = detail["loc"], detail["type"], as_written(detail["input"])
+    path = (record.section, *location) if record.section else location
+    key, holder = dotted(path), dotted(path[:-1])
+    # the record in which the key stands: this one, or a section within it
+    inner = record if len(location) == 1 else SECTIONS.get(re.sub(r"\[\d+\]", "", holder), record)
+    if kind == "value_error":  # of our own checks: its text goes on after the key of a value, or begins with a key
+        text = str(detail["ctx"]["error"])
+        return f"{key}.{text}" if key and text[0] not in " .[" else key + text
+    if kind == "unexpected_keyword_argument":
+        return f"{key} = {value} is not a key of a scene; {where_known(str(path[-1]), inner)}"
+    if kind == "literal_error":
+        words = re.findall(r"'(.*?)'", detail["ctx"]["expected"])
+        return f"{key} = {value} is not known; {did_you_mean(str(detail['input']), words)}"
+    if kind == "dataclass_type":
+        return f"{key} = {value} must be a section: a line [{key}] with its keys below"
+    if kind == "missing" and key in SECTIONS:
+        return f"section [{key}] is missing; `roughsim new` writes a complete scene to start from"
+    number = quantity(inner, str(path[-1]))
+    example = f"write for example {path[-1]} = {number.example}" if number else "see `roughsim new` for an example"
+    if kind == "missing":
+        return f"{key} is missing; {example}" + (f" in [{holder}]" if holder else "")
+    return f"{key} = {value} cannot be used: {detail['msg'].lower()}; {example}"
+
+
+def where_known(word: str, record: Any) -> str:
+    """Return where an unknown key may have been meant to go: a near name here, its own section, or all names here."""
+    hint = did_you_mean(word, record.keys())
+    if hint.startswith("did you mean"):
+        return hint
+    order = (*SECTIONS[""].keys(), *SECTIONS)
+    section = next((name for name in order if name in SECTIONS and name and word in SECTIONS[name].keys()), None)
+    return f"it belongs in [{section}]" if section else hint
+
+
+def dotted(path: tuple[int | str, ...]) -> str:
+    """Return a path as a scene file writes it: ``numerics.levels[0].shape``."""
+    text = ""
+    for part in path:
+        if isinstance(part, int):
+            text += f"[{part}]"
+        else:
+            text += ("." if text else "") + (part if re.fullmatch(r"[A-Za-z0-9_.-]+", part) else as_written(part))
+    return shortened(text)
