@@ -12,8 +12,7 @@ from typing import Any
 
 from roughsim.scene.messages import SceneError, as_written
 from roughsim.scene.model import Scene
-from roughsim.scene.rules import ROUGHNESS_KEYS
-from roughsim.scene.sections import MAX_ROWS
+from roughsim.scene.rules import MAX_ROWS, ROUGHNESS_KEYS
 from roughsim.show.text import plain
 
 MAX_BYTES = 64 * 1024
@@ -218,7 +217,8 @@ def _table(value: Any, key: str, folder: Path | None) -> list[list[float]]:
         lines = lines[1:]  # the names of the columns
     if len(lines) > MAX_ROWS:
         raise SceneError(
-            f"{key} = {as_written(value)} has {len(lines)} rows, above the limit of {MAX_ROWS}; average C over bins of log q"
+            f"{key} = {as_written(value)} has {len(lines)} rows, above the limit of {MAX_ROWS}; average C over bins of "
+            "log q"
         )
     return [_row(line, f"{key} = {as_written(value)}, line {n}") for n, line in lines]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import fields
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
 
 import numpy as np
@@ -97,18 +96,14 @@ class Scene(Record, section=""):
     @property
     def effective_modulus(self) -> float:
         """E* of 1/E* = Σ (1 − ν²)/E over both bodies, Pa; a rigid one adds nothing."""
-        other = self.resting_body
-        compliance = _compliance(self.body.youngs_modulus, self.body.poisson_ratio)
-        if other is not None and other.youngs_modulus is not None and other.poisson_ratio is not None:
-            compliance += _compliance(other.youngs_modulus, other.poisson_ratio)
-        return 1.0 / compliance
+        elastic = (body for body in self.bodies if body.youngs_modulus is not None)
+        return 1.0 / sum((1.0 - body.poisson_ratio**2) / body.youngs_modulus for body in elastic)
 
     @property
     def penetration_hardness(self) -> float:
         """σ_P of the softer body, Pa; inf if both are elastic."""
-        bodies = (self.body, self.resting_body)
-        hardness = [b.penetration_hardness for b in bodies if b is not None and b.penetration_hardness is not None]
-        return min(hardness, default=math.inf)
+        hardness = (body.penetration_hardness for body in self.bodies)
+        return min((limit for limit in hardness if limit is not None), default=math.inf)
 
     @property
     def elastic(self) -> bool:
@@ -170,8 +165,8 @@ class Scene(Record, section=""):
         low, high = self.temperature_range
         if high < math.inf and (temperature is None or not low <= temperature <= high):
             raise SceneError(
-                f"temperature = {as_written(temperature, 'K')} must lie between {low:g} K and {high:g} K, where the tables "
-                "of conductivity are given"
+                f"temperature = {as_written(temperature, 'K')} must lie between {low:g} K and {high:g} K, where the "
+                "tables of conductivity are given"
             )
         bodies = [conduction_of(body, temperature) for body in self.bodies]
         return Conduction(*bodies[0], *(bodies[1] if self.counterface_conducts else (None, None)))

@@ -6,7 +6,7 @@ from dataclasses import field, fields
 from math import ceil, isinf, isnan, sqrt
 from typing import Annotated, Any, Literal, NamedTuple, Self, get_args
 
-from pydantic import AfterValidator, BeforeValidator, PlainSerializer, SkipValidation, model_validator
+from pydantic import BeforeValidator, PlainSerializer, SkipValidation, model_validator
 from pydantic.dataclasses import dataclass
 from pydantic_core import to_jsonable_python
 
@@ -26,6 +26,7 @@ Distance = Annotated[
     PlainSerializer(lambda distance: "inf" if isinf(distance) else distance),  # JSON has no inf
 ]
 LEVELS_EXAMPLE = '[{ column = "capped", shape = 1024, q_max = "4e5 1/m" }]'
+
 
 class Reason(NamedTuple):
     """One choice of the plan: what was chosen, and why."""
@@ -93,11 +94,11 @@ def read_solver(value: Any) -> str:
     return str(value)
 
 
-def at_least_one(levels: tuple[Level, ...]) -> tuple[Level, ...]:
-    """Refuse a list without a level."""
-    if not levels:
-        raise ValueError(f" = [] holds no level; leave it out or write levels = {LEVELS_EXAMPLE}")
-    return levels
+def read_levels(value: Any) -> Any:
+    """Refuse what is no list of levels, or an empty one."""
+    if not isinstance(value, (list, tuple)) or not value:
+        raise ValueError(f" = {as_written(value)} must be a list of at least one level, for example {LEVELS_EXAMPLE}")
+    return value
 
 
 @dataclass(frozen=True)
@@ -128,7 +129,7 @@ class Numerics(Record, section="numerics"):
         What the plan expects; None where the levels were given.
     """
 
-    levels: Annotated[tuple[Level, ...], AfterValidator(at_least_one)]
+    levels: Annotated[tuple[Level, ...], BeforeValidator(read_levels)]
     lengths: Annotated[tuple[Length, Length], one_or_list(2)]
     tolerance: Annotated[float, Quantity("", "1e-4", above=0, below=1)] = 1e-4
     precision: Literal["double", "single"] = "double"
@@ -206,7 +207,7 @@ class Numerics(Record, section="numerics"):
 
 
 @dataclass(frozen=True, kw_only=True)
-class NumericsSection(optional_keys(Numerics), section="numerics"):  # type: ignore[misc]
+class NumericsSection(optional_keys(Numerics), section="numerics"):  # type: ignore[misc, call-arg]
     """What the plan must not choose by itself: the keys of `Numerics`; None leaves a choice to the plan."""
 
 
@@ -217,7 +218,6 @@ def fast_size(points: float) -> int:
     while 8 * power < wanted:
         power *= 2
     return min(k * power for k in (4, 5, 6, 8) if k * power >= wanted)
-
 
 
 __all__ = ["Column", "Forecast", "Level", "Numerics", "NumericsSection", "Reason", "fast_size"]

@@ -209,6 +209,8 @@ def one_or_list(count: int = 1) -> WrapValidator:
 
     def read(value: Any, handler: Callable[[Any], Any]) -> Any:
         if isinstance(value, (list, tuple)):
+            if count == 2 != len(value):
+                raise ValueError(f" = {as_written(value)} must be one number or two, along x and y")
             return handler(value)
         try:
             return handler((value,) * count)
@@ -222,7 +224,7 @@ def quantity_of(annotation: Any) -> Quantity | Whole | None:
     """Return the first quantity within an annotated type, such as that of each speed of a tuple."""
     if isinstance(annotation, (Quantity, Whole)):
         return annotation
-    return next(filter(None, map(quantity_of, get_args(annotation))), None)
+    return next((inner for part in get_args(annotation) if (inner := quantity_of(part))), None)
 
 
 @lru_cache(maxsize=1)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import fields, make_dataclass
-from typing import Any, ClassVar, TypeVar, get_type_hints
+from functools import lru_cache
+from typing import Any, ClassVar, TypeVar, get_args, get_type_hints
 
 from pydantic import ConfigDict, ValidationError
 
@@ -44,26 +46,34 @@ class Record(metaclass=RecordType):
             SECTIONS[section] = cls
 
     @classmethod
-    def keys(cls) -> list[str]:
+    def known_keys(cls) -> list[str]:
         """Return the keys that a scene file may give."""
         return [field.name for field in fields(cls)]  # type: ignore[arg-type]
 
 
 def optional_keys(record: type[Record]) -> Any:
     """Return a base class with the keys of another record, each of which may be left out: it is then None."""
-    hints = get_type_hints(record, include_extras=True)
+    hints = key_types(record)
     keys = [(field.name, hints[field.name] | None, None) for field in fields(record) if field.compare]  # type: ignore[arg-type]
-    return make_dataclass(f"Optional{record.__name__}", keys, frozen=True, kw_only=True)
+    return make_dataclass(f"Optional{record.__name__}", keys, bases=(Record,), frozen=True, kw_only=True)
+
+
+@lru_cache(maxsize=64)
+def key_types(record: Any) -> dict[str, Any]:
+    """Return the annotated type of each key of a record."""
+    return get_type_hints(record, include_extras=True)
 
 
 def quantity(record: Any, key: str) -> Any:
     """Return the `Quantity` or `Whole` that reads a key of a record; None where it is no number."""
-    return quantity_of(get_type_hints(record, include_extras=True).get(key))
+    return quantity_of(key_types(record).get(key))
 
 
 def one_line(detail: Any, record: Any) -> str:
     """Return one of pydantic's findings in a record as a sentence: the key, its value, the limit and what to do."""
     location, kind, value = detail["loc"], detail["type"], as_written(detail["input"])
+    if location and location[0] in range(len(record.known_keys())):  # given by its position
+        location = (record.known_keys()[location[0]], *location[1:])
     path = (record.section, *location) if record.section else location
     key, holder = dotted(path), dotted(path[:-1])
     # the record in which the key stands: this one, or a section within it
@@ -73,27 +83,32 @@ def one_line(detail: Any, record: Any) -> str:
         return f"{key}.{text}" if key and text[0] not in " .[" else key + text
     if kind == "unexpected_keyword_argument":
         return f"{key} = {value} is not a key of a scene; {where_known(str(path[-1]), inner)}"
-    if kind == "literal_error":
-        words = re.findall(r"'(.*?)'", detail["ctx"]["expected"])
-        return f"{key} = {value} is not known; {did_you_mean(str(detail['input']), words)}"
     if kind == "dataclass_type":
         return f"{key} = {value} must be a section: a line [{key}] with its keys below"
     if kind == "missing" and key in SECTIONS:
         return f"section [{key}] is missing; `roughsim new` writes a complete scene to start from"
-    number = quantity(inner, str(path[-1]))
-    example = f"write for example {path[-1]} = {number.example}" if number else "see `roughsim new` for an example"
     if kind == "missing":
+        example = example_of(inner, str(path[-1]))
         return f"{key} is missing; {example}" + (f" in [{holder}]" if holder else "")
-    return f"{key} = {value} cannot be used: {detail['msg'].lower()}; {example}"
+    words = re.findall(r"'(.*?)'", detail["ctx"]["expected"]) if kind == "literal_error" else ()
+    hint = f"is not known; {did_you_mean(str(detail['input']), words)}" if words else f"cannot be used: {detail['msg']}"
+    return f"{key} = {value} {hint}"
+
+
+def example_of(record: Any, key: str) -> str:
+    """Return how a scene file would write a key."""
+    words = get_args(key_types(record)[key])  # of a Literal
+    number = quantity(record, key)
+    return f"write for example {key} = {number.example if number else json.dumps(words[0])}"
 
 
 def where_known(word: str, record: Any) -> str:
     """Return where an unknown key may have been meant to go: a near name here, its own section, or all names here."""
-    hint = did_you_mean(word, record.keys())
+    hint = did_you_mean(word, record.known_keys())
     if hint.startswith("did you mean"):
         return hint
-    order = (*SECTIONS[""].keys(), *SECTIONS)
-    section = next((name for name in order if name in SECTIONS and name and word in SECTIONS[name].keys()), None)
+    order = (*SECTIONS[""].known_keys(), *SECTIONS)
+    section = next((name for name in order if name in SECTIONS and name and word in SECTIONS[name].known_keys()), None)
     return f"it belongs in [{section}]" if section else hint
 
 

@@ -16,6 +16,7 @@ SELF_AFFINE_KEYS = ("hurst", "q_min", "q_roll_off", "q_max", "roll_off_exponent"
 SIZE_KEYS = ("rms_height", "rms_slope", "psd", "spectrum")  # one of them says how rough a face is
 ROUGHNESS_KEYS = (*SIZE_KEYS, "psd_convention", "psd_source", *SELF_AFFINE_KEYS)
 THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
+MAX_ROWS = 1200  # of all tables C(q) of a scene together: written inline they still fit into 64 KiB
 WIDEST_BAND = 1e12  # q_max/q_min; a metre over the size of an atom is 1e10
 
 
@@ -69,7 +70,7 @@ def check_band(face: Any) -> None:
 
 def check_counterface(counterface: Any) -> None:
     """Refuse a counterface that is empty, is like the body and not, or has half a material."""
-    keys = [key for key in counterface.keys() if getattr(counterface, key, None) is not None]
+    keys = [key for key in counterface.known_keys() if getattr(counterface, key, None) is not None]
     if not keys:
         raise ValueError('like is missing; write like = "body", give keys of its own, or leave the section out')
     if counterface.like and len(keys) > 1:
@@ -101,12 +102,19 @@ def check_scene(scene: Any) -> None:
             '(like = "body" for the same material), or write "all" or a number'
         )
     check_background(scene)
+    rows = sum(len(face.psd or ()) for face in (scene.surface, scene.counterface) if face is not None)
+    if rows > MAX_ROWS:
+        raise ValueError(
+            f"counterface.psd and surface.psd together have {rows} rows, above the limit of {MAX_ROWS}; average C over "
+            "bins of log q"
+        )
     for number, level in enumerate(scene.numerics.levels or ()):
         if scene.elastic and level.column != "elastic":
             raise ValueError(
                 f'numerics.levels[{number}].column = "{level.column}" needs a body.penetration_hardness; add it or '
                 'write "elastic"'
             )
+
 
 def check_background(scene: Any) -> None:
     """Refuse a background temperature that is missing, needed for nothing, or outside the tables κ(T)."""

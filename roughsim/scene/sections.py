@@ -31,7 +31,6 @@ from roughsim.scene.quantities import (
 from roughsim.scene.records import Record, optional_keys
 from roughsim.scene.spectra import read_spectrum
 
-MAX_ROWS = 1200  # of all tables C(q) of a scene together: written inline they still fit into 64 KiB
 WAVENUMBER = Quantity("rad/m", "1e4", above=0)
 PSD = Quantity("", "1e-24", above=0, smallest=1e-100)
 TARGET = Quantity("", '"1 %"', above=0, below=1)
@@ -41,9 +40,9 @@ Rows = tuple[tuple[float, float], ...]
 def read_psd(value: Any) -> Rows:
     """Read a table C(q) of rows [q, C]: q in rad/m rising, C in m⁴ positive."""
     example = "[[1e4, 1e-24], [1e5, 1e-27]]"
-    if not isinstance(value, (list, tuple)) or not 2 <= len(value) <= MAX_ROWS:
+    if not isinstance(value, (list, tuple)) or not 2 <= len(value) <= rules.MAX_ROWS:
         size = f"{len(value)} rows" if isinstance(value, (list, tuple)) else as_written(value)
-        raise ValueError(f" = {size}: a table C(q) has 2 to {MAX_ROWS} rows [q, C]; average C over bins of log q")
+        raise ValueError(f" = {size}: a table C(q) has 2 to {rules.MAX_ROWS} rows [q, C]; average C over bins of log q")
     rows: list[tuple[float, float]] = []
     for i, row in enumerate(value):
         if not isinstance(row, (list, tuple)) or len(row) != 2 or any(isinstance(entry, str) for entry in row):
@@ -109,13 +108,13 @@ class SurfaceSection(Record, section="surface"):
     q_roll_off: QRollOff | None = None
     q_max: QMax | None = None
     roll_off_exponent: Annotated[float, Quantity("", "1.5", at_least=0, at_most=4)] | None = None
-    spectrum: Annotated[Any, BeforeValidator(read_spectrum)] = None
+    spectrum: Annotated[Any, BeforeValidator(read_spectrum)] | None = None
     """The record of a C(q) of `roughsim.scene.spectra` with its own keys, in place of all others."""
 
     @classmethod
-    def keys(cls) -> list[str]:
+    def known_keys(cls) -> list[str]:
         """Return the keys that a scene file may give; the files named by two of them are read before."""
-        return [*super().keys(), "psd_file", "topography"]
+        return [*super().known_keys(), "psd_file", "topography"]
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -178,9 +177,9 @@ class SlidingSection(Record, section="sliding"):
         WrapValidator(read_speeds),
     ]
     """Sliding speeds; one number is a tuple of one."""
-    heat_partition: Annotated[
-        float | str, Share("", "0.938", above=0, at_most=1, rules=("mean", "total", "all"))
-    ] = "all"
+    heat_partition: Annotated[float | str, Share("", "0.938", above=0, at_most=1, rules=("mean", "total", "all"))] = (
+        "all"
+    )
     """Share of the heat into the moving body, or how it follows from both bodies."""
     duration: Annotated[float, Quantity("s", '"1 ms"', above=0)] | None = None
     """Time since sliding began; None is steady."""

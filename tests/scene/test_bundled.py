@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scene_keys import KEYS
 
 import roughsim as rs
 from roughsim import cli
 from roughsim.comparison.tables import theory_dict
 from roughsim.scene import BLANK, SceneError, bundled_scenes, parse_scene, scene_text
-from roughsim.scene.quantities import KEYS
 
 LINES = {"cell", "realizations", "error", "tolerance", "memory"}
 
@@ -99,7 +99,7 @@ def without(text, keys):
 
 def test_the_form_holds_every_key_and_says_what_is_missing():
     form = scene_text(BLANK)
-    keys = set(KEYS) - {"psd", "column", "shape", "every"}
+    keys = KEYS - {"psd", "column", "shape", "every"}
     assert {key for key in keys if not re.search(rf"(?m)^# {key} = ", form)} == set()
     with pytest.raises(SceneError, match=r"^blank: surface.rms_height is missing; give exactly one of"):
         rs.load_scene(BLANK)

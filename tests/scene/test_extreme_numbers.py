@@ -6,12 +6,14 @@ import re
 import warnings
 
 import pytest
+from scene_keys import KEYS
 
 from roughsim import cli
 from roughsim.comparison.tables import theory_dict
 from roughsim.planning.limits import judge
 from roughsim.scene import SceneError, bundled_scenes, parse_scene, scene_text
-from roughsim.scene.quantities import KEYS, Quantity
+from roughsim.scene.quantities import Quantity
+from roughsim.scene.sections import SlidingSection
 
 EXTREMES = ("0", "-0.0", "-1", "5e-324", "1e-300", "1e-30", "1e-15", "1e15", "1e30", "1e300", "1.7e308", "-1e300")
 NAMED = re.compile("|".join(KEYS))
@@ -43,7 +45,7 @@ def test_the_least_and_largest_size_are_lawful_and_their_limits_are_told():
     for wrong in (0.99e-30, 1.01e30, "1e31 m"):
         with pytest.raises(Exception, match=r"must be of a size from 1e-30 to 1e\+30 m; check the exponent"):
             length(wrong, "x")
-    assert KEYS["speed"]([0.0, 5.0]) == (0.0, 5.0)
+    assert SlidingSection(nominal_pressure=1, friction_coefficient=1, speed=[0.0, 5.0]).speed == (0.0, 5.0)
 
 
 def test_a_band_too_wide_to_integrate_over_is_refused_at_once():

@@ -7,11 +7,11 @@ import warnings
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scene_keys import KEYS
 
 from roughsim.comparison.tables import theory_dict
 from roughsim.planning.limits import judge
 from roughsim.scene import SceneError, bundled_scenes, parse_scene, scene_text
-from roughsim.scene.quantities import KEYS
 
 LINES = [line for name in bundled_scenes() for line in scene_text(name).splitlines()]
 STEADY = {"derandomize": True, "deadline": None, "database": None}  # the same cases in every run

@@ -94,8 +94,8 @@ REFUSED = [
     ("tolerance = 1e-4", 'precision = "half"', 'numerics.precision = "half" is not known'),
     ("tolerance = 1e-4", "lengths = [1, 2, 3]", "numerics.lengths = [1, 2, 3] must be one number or two"),
     ("tolerance = 1e-4", "threads = 0", "numerics.threads = 0"),
-    ("tolerance = 1e-4", "levels = []", "numerics.levels = [] holds no level"),
-    ("tolerance = 1e-4", "levels = 3", "numerics.levels = 3 cannot be used"),
+    ("tolerance = 1e-4", "levels = []", "numerics.levels = [] must be a list of at least one level"),
+    ("tolerance = 1e-4", "levels = 3", "numerics.levels = 3 must be a list of at least one level"),
     ("tolerance = 1e-4", "levels = [{}]", "numerics.levels[0].column is missing"),
     ("tolerance = 1e-4", 'levels = [{ column = "cap" }]', 'numerics.levels[0].column = "cap" is not known'),
     (

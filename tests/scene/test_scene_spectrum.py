@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import pytest
+from pydantic.dataclasses import dataclass
 from steel_text import STEEL, approx, refusal, with_counterface
 
 from roughsim.scene import first_difference, parse_scene
 from roughsim.scene.quantities import Quantity
-from roughsim.scene.sections import section
-from roughsim.scene.spectra import NAMES
+from roughsim.scene.records import Record
+from roughsim.scene.spectra import INSIDE
 
 K = {"name": "k_correlation", "rms_height": 4e-7, "hurst": 0.7, "q_min": 7e3, "q_roll_off": 2e4, "q_max": 9e6}
 
@@ -40,7 +41,7 @@ def test_a_named_spectrum_is_doubled_added_and_written_as_others_are():
     [
         (named(name="k_corelation"), 'surface.spectrum.name = "k_corelation" is no spectrum; did you mean "k_correlat'),
         (named(name=None), "surface.spectrum = {'rms_height'"),
-        (named(name="../topography"), f"is no spectrum; the choice is {', '.join(NAMES)}"),
+        (named(name="../topography"), f"is no spectrum; the choice is {', '.join(INSIDE)}"),
         (named(hurst=None), "surface.spectrum.hurst is missing; write for example hurst = 0.8"),
         (named(hurst=1.2), "surface.spectrum.hurst = 1.2 must be at least 0 and at most 1"),
         (named(hrust=0.8), 'surface.spectrum.hrust = 0.8 is not a key of a scene; did you mean "hurst"?'),
@@ -55,6 +56,13 @@ def test_a_wrong_named_spectrum_is_refused_by_its_key(text, told):
     assert f"scene: {told}" in refusal(text) or told in refusal(text)
 
 
-def test_a_key_of_a_named_spectrum_may_not_mean_something_else_than_elsewhere():
-    with pytest.raises(ValueError, match="'hurst' is a key of scenes already"):
-        section("spectrum.other", hurst=Quantity("", "2", at_most=3))
+@dataclass(frozen=True, kw_only=True)
+class Other(Record):
+    name: Literal["other"]
+    hurst: Annotated[float, Quantity("", "2", at_most=3)]
+
+
+def test_a_key_of_a_named_spectrum_may_not_mean_something_else_than_elsewhere(monkeypatch):
+    monkeypatch.setitem(INSIDE, "other", f"{__name__}:Other")
+    text = named(name="other", **dict.fromkeys(K.keys() - {"name", "hurst"}))
+    assert "surface.spectrum.hurst has another unit or other limits than in [surface]" in refusal(text)

@@ -36,10 +36,9 @@ def read_spectrum(value: Any) -> Any:
     if isinstance(value, record):
         return value
     surface = SECTIONS["surface"]
-    for key in {*record.keys()} & {*surface.keys()}:
+    for key in {*record.known_keys()} & {*surface.known_keys()}:
         if quantity(record, key) != quantity(surface, key):
-            other = "a key of scenes already, with another unit or other limits; the spectrum must name its key otherwise"
-            raise ValueError(f".{key} is {other}")
+            raise ValueError(f".{key} has another unit or other limits than in [surface]; the spectrum must rename it")
     try:
         return record(**value)
     except SceneError as error:
