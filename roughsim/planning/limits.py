@@ -1,4 +1,7 @@
-"""Where a number of a scene leaves what the model means: a line for each, with its value, the limit, what to check."""
+"""Where a number of a scene leaves what the model means: a line for each, with its value, the limit, what to check.
+
+The table at the end of docs/limits.md has the same limits.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from roughsim import prediction
+from roughsim.planning.facts import STEEP, YIELDED, Facts, facts
 from roughsim.planning.levels import CAPPED_SIDE, ELASTIC_SIDE
-from roughsim.planning.sizes import STEEP, YIELDED, Facts, facts
 from roughsim.show.table import Table
 
 if TYPE_CHECKING:
@@ -32,6 +35,7 @@ FAST = 0.5  # of the speed of shear waves: the model's contact takes no time
 FREE_PATH = 10e-9  # m, of what carries heat: Fourier's law
 SLOWLY = 0.85  # exponent of T_flash over q_max: H = 0.52
 UNEVEN = 0.02  # of the heat share, from 1/2
+LIKE = 2.0  # ratio of the rms heights of two faces that count as equally rough
 FRICTION = 1e-3, 5.0  # of dry solids
 # of solids, SI; the ends of each are left to gels, aerogel, diamond, osmium and lithium
 USUAL = {
@@ -61,28 +65,24 @@ class Plausibility(NamedTuple):
 def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
     """Return what follows from a scene, and a line for each number that leaves what the model means.
 
-    Parameters
-    ----------
-    scene : Scene
-        What is to be computed.
-    numerics : Numerics, optional
-        How well, where that is known: contact is then counted in the pixels of its finest grid.
+    Contact is counted in the pixels of the finest grid of `numerics`, or of any plan where none are known yet.
     """
-    bodies = [*_of_the_roughness(scene), *_of_the_bodies(scene)]
+    bodies = [*roughness_lines(scene), *body_lines(scene)]
     try:
         known = facts(scene)
     except (ValueError, ArithmeticError, RuntimeError) as error:
         line = f"the theory of this scene cannot be evaluated ({error}); nothing tells its contact area and temperature"
-        return Plausibility(None, [*_of_the_slope(scene, scene.spectrum.rms_slope), *bodies, " ".join(line.split())])
-    lines = [*_of_the_slope(scene, known.rms_slope_before_yield), *bodies, *_of_the_load(scene, known, numerics)]
-    return Plausibility(known, [*lines, *_of_the_heat(scene, known), *_of_the_share(scene, known)])
+        return Plausibility(None, [*slope_lines(scene, scene.spectrum.rms_slope), *bodies, " ".join(line.split())])
+    lines = [*slope_lines(scene, known.rms_slope_before_yield), *bodies, *load_lines(scene, known, numerics)]
+    return Plausibility(known, [*lines, *heat_lines(scene, known), *share_lines(scene, known)])
 
 
-def _of_the_slope(scene: Scene, before_yield: float) -> Lines:
+def slope_lines(scene: Scene, before_yield: float) -> Lines:
+    """Steep waves; `before_yield` is the rms slope of those that do not touch at the hardness alone."""
     slope = scene.spectrum.rms_slope
     if slope <= STEEP:
         return
-    end = _gentle_end(scene)
+    end = gentle_end(scene)
     if before_yield <= STEEP:  # at 32 q_y T_flash is 10 to 40 % above its limit with H = 0.3, 2 to 9 % with 0.55
         rough = prediction.usual_exponent(scene, end) < SLOWLY
         changes = "makes T_flash higher: with so small an H it falls slowly" if rough else "changes little"
@@ -96,7 +96,20 @@ def _of_the_slope(scene: Scene, before_yield: float) -> Lines:
     yield f"rms slope = {slope:.3g} of both faces together is above {STEEP:g}, and the model has small slopes; {advice}"
 
 
-def _of_the_roughness(scene: Scene) -> Lines:
+def gentle_end(scene: Scene) -> float:
+    """The wavenumber up to which the rms slope stays below `STEEP`, rad/m; NaN if the first waves are steep."""
+    low, high = scene.spectrum.breaks[0] * 1.01, scene.spectrum.breaks[-1]
+    if scene.spectrum.truncated(q_max=low).rms_slope > STEEP:
+        return nan
+    for _ in range(40):  # halves the interval in ln q
+        middle = sqrt(low * high)
+        steep = scene.spectrum.truncated(q_max=middle).rms_slope > STEEP
+        low, high = (low, middle) if steep else (middle, high)
+    return low
+
+
+def roughness_lines(scene: Scene) -> Lines:
+    """Roughness and waves below the size of atoms, and C(q) from one scan."""
     height, shortest = scene.spectrum.rms_height, 2 * pi / scene.spectrum.breaks[-1]
     if height < FLAT:
         yield (
@@ -115,58 +128,44 @@ def _of_the_roughness(scene: Scene) -> Lines:
         )
 
 
-def _gentle_end(scene: Scene) -> float:
-    """The wavenumber up to which the rms slope stays below `STEEP`, rad/m; NaN if the first waves are steep."""
-    low, high = scene.spectrum.breaks[0] * 1.01, scene.spectrum.breaks[-1]
-    if scene.spectrum.truncated(q_max=low).rms_slope > STEEP:
-        return nan
-    for _ in range(40):
-        middle = sqrt(low * high)
-        steep = scene.spectrum.truncated(q_max=middle).rms_slope > STEEP
-        low, high = (low, middle) if steep else (middle, high)
-    return low
-
-
-def _of_the_bodies(scene: Scene) -> Lines:
-    resting = None if scene.counterface is None or scene.counterface.like else scene.counterface
-    bodies: tuple[tuple[str, BodySection | CounterfaceSection | None], ...]
-    bodies = (("body", scene.body), ("counterface", resting))
-    for name, body in bodies:
-        if body is not None:
-            yield from _of_a_body(name, body, max(scene.speeds))
-
-
-def _of_a_body(name: str, body: BodySection | CounterfaceSection, speed: float) -> Lines:
-    for quantity, value in _properties(body):
-        low, high, unit = USUAL[quantity]
-        if not low <= value <= high:
-            units = "its unit" if quantity != "diffusivity" else "those of conductivity, density and heat_capacity"
+def body_lines(scene: Scene) -> Lines:
+    """Properties that no solid has, and sliding as fast as sound, of each body that the scene states."""
+    bodies: dict[str, BodySection | CounterfaceSection] = {"body": scene.body}
+    if scene.counterface is not None and not scene.counterface.like:
+        bodies["counterface"] = scene.counterface
+    speed = max(scene.speeds)
+    for name, body in bodies.items():
+        for quantity, value in properties(body):
+            low, high, unit = USUAL[quantity]
+            if not low <= value <= high:
+                units = "its unit" if quantity != "diffusivity" else "those of conductivity, density and heat_capacity"
+                yield (
+                    f"{name}.{quantity} = {value:.3g} {unit} is not within {low:g} to {high:g} {unit}, where solids "
+                    f"are; check {units}"
+                )
+        hardness, modulus = body.penetration_hardness, body.youngs_modulus
+        if hardness is not None and modulus is not None and hardness > STRONGEST * modulus:
             yield (
-                f"{name}.{quantity} = {value:.3g} {unit} is not within {low:g} to {high:g} {unit}, where solids are; "
-                f"check {units}"
+                f"{name}.penetration_hardness = {hardness:.3g} Pa is above {STRONGEST:g} of youngs_modulus = "
+                f"{modulus:.3g} Pa, and no crystal is stronger; check the units of both"
             )
-    hardness, modulus = body.penetration_hardness, body.youngs_modulus
-    if hardness is not None and modulus is not None and hardness > STRONGEST * modulus:
-        yield (
-            f"{name}.penetration_hardness = {hardness:.3g} Pa is above {STRONGEST:g} of youngs_modulus = {modulus:.3g} "
-            "Pa, and no crystal is stronger; check the units of both"
-        )
-    waves = inf
-    if modulus is not None and body.poisson_ratio is not None and body.density is not None:
-        waves = sqrt(modulus / (2.0 * (1.0 + body.poisson_ratio)) / body.density)
-    if speed > FAST * waves:
-        yield (
-            f"sliding.speed = {speed:.3g} m/s is above {FAST:g} of the speed of shear waves in the {name}, {waves:.3g} "
-            "m/s, and the model's contact takes no time; check the units of speed, youngs_modulus and density"
-        )
+        waves = inf  # speed of shear waves, √(G/ρ)
+        if modulus is not None and body.poisson_ratio is not None and body.density is not None:
+            waves = sqrt(modulus / (2.0 * (1.0 + body.poisson_ratio)) / body.density)
+        if speed > FAST * waves:
+            yield (
+                f"sliding.speed = {speed:.3g} m/s is above {FAST:g} of the speed of shear waves in the {name}, "
+                f"{waves:.3g} m/s, and the model's contact takes no time; check the units of speed, youngs_modulus and "
+                "density"
+            )
 
 
-def _properties(body: BodySection | CounterfaceSection) -> Iterator[tuple[str, float]]:
+def properties(body: BodySection | CounterfaceSection) -> Iterator[tuple[str, float]]:
     """What a body is made of, at each temperature of a table, and D = κ/(ρc) where nothing else is strange."""
     strange = False
     for name in ("youngs_modulus", "density", "heat_capacity", "conductivity"):
-        given = getattr(body, name)
-        values = [row[1] for row in given] if isinstance(given, tuple) else [given] if given is not None else []
+        stated = getattr(body, name)
+        values = [row[1] for row in stated] if isinstance(stated, tuple) else [stated] if stated is not None else []
         for value in values:
             strange |= not USUAL[name][0] <= value <= USUAL[name][1]
             yield name, value
@@ -174,7 +173,8 @@ def _properties(body: BodySection | CounterfaceSection) -> Iterator[tuple[str, f
                 yield "diffusivity", value / (body.density * body.heat_capacity)
 
 
-def _of_the_load(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines:
+def load_lines(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines:
+    """A nominal pressure or contact area that is too large or too small."""
     pressure = f"sliding.nominal_pressure = {scene.sliding.nominal_pressure:.3g} Pa"
     if known.pressure_over_hardness > YIELDS:
         yield (
@@ -186,22 +186,26 @@ def _of_the_load(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines
             f"{pressure} is {known.pressure_over_modulus:.2g} of E* = {scene.effective_modulus:.3g} Pa, above "
             f"{STRAIN:g}, and the model has small strains; check the units of pressure and youngs_modulus"
         )
-    mean = known.contact_pressure / scene.effective_modulus
-    if scene.elastic and mean > STRAIN and scene.effective_modulus > STIFF:
+    strain = known.contact_pressure / scene.effective_modulus
+    if scene.elastic and strain > STRAIN and scene.effective_modulus > STIFF:
         yield (
-            f"the mean contact pressure, {known.contact_pressure:.3g} Pa, is {mean:.2g} of E*, above {STRAIN:g}, and "
+            f"the mean contact pressure, {known.contact_pressure:.3g} Pa, is {strain:.2g} of E*, above {STRAIN:g}, and "
             "stiff solids yield before; give a penetration_hardness, or check the units of roughness and pressure"
         )
-    pixels, grid = _contact_pixels(scene, known, numerics)
+    side = ELASTIC_SIDE if scene.elastic else CAPPED_SIDE
+    shape, grid = (side, side), "the finest grid of a plan"
+    if numerics is not None:
+        shape, grid = max((level.shape for level in numerics.levels), key=lambda s: s[0] * s[1]), "the finest grid"
+    pixels = known.contact_fraction * (shape[0] * shape[1])
+    contact = f"{pressure} makes contact on {known.contact_fraction:.2g} of the area"
     if pixels < LEAST_PIXELS:
         yield (
-            f"{pressure} makes contact on {known.contact_fraction:.2g} of the area, {pixels:.2g} pixels of {grid}, "
-            f"below {LEAST_PIXELS:g}; check its unit"
+            f"{contact}, {pixels:.2g} pixels of {grid}, {shape[0]} × {shape[1]}, below {LEAST_PIXELS:g}; check its unit"
         )
     elif known.hot_spots < 1.0:
         yield (
-            f"{pressure} makes contact on {known.contact_fraction:.2g} of the area, {known.hot_spots:.2g} of one hot "
-            f"spot of the theory in a cell of {1e3 * known.cell[0]:.3g} mm; check its unit, or raise numerics.lengths"
+            f"{contact}, {known.hot_spots:.2g} of one hot spot of the theory in a cell of {1e3 * known.cell[0]:.3g} "
+            "mm; check its unit, or raise numerics.lengths"
         )
     if known.contact_fraction > COMPLETE:
         yield (
@@ -210,16 +214,8 @@ def _of_the_load(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines
         )
 
 
-def _contact_pixels(scene: Scene, known: Facts, numerics: Numerics | None) -> tuple[float, str]:
-    """Pixels of contact on the finest grid, and that grid in words."""
-    if numerics is None:
-        side = ELASTIC_SIDE if scene.elastic else CAPPED_SIDE
-        return known.contact_fraction * side**2, f"the finest grid of a plan, {side} × {side}"
-    shape = max((level.shape for level in numerics.levels), key=lambda shape: shape[0] * shape[1])
-    return known.contact_fraction * shape[0] * shape[1], f"the finest grid, {shape[0]} × {shape[1]}"
-
-
-def _of_the_heat(scene: Scene, known: Facts) -> Lines:
+def heat_lines(scene: Scene, known: Facts) -> Lines:
+    """Friction of no solid, contact that melts, and heat that gets in less than its carriers go."""
     friction = scene.sliding.friction_coefficient
     if not FRICTION[0] < friction <= FRICTION[1]:
         yield (
@@ -227,18 +223,18 @@ def _of_the_heat(scene: Scene, known: Facts) -> Lines:
             "dry solids are; check it"
         )
     k = int(np.argmax(known.flash_temperature))
-    contact = known.background_temperature + float(known.flash_temperature[k])
-    where = "a background of" if scene.sliding.background_temperature else "an assumed background of"
+    hottest = known.background_temperature + float(known.flash_temperature[k])
+    article = "a" if scene.sliding.background_temperature else "an assumed"
     reached = (
-        f"T_flash = {known.flash_temperature[k]:.4g} K at {scene.speeds[k]:g} m/s in theory, over {where} "
-        f"{known.background_temperature:g} K, makes {contact:.4g} K"
+        f"T_flash = {known.flash_temperature[k]:.4g} K at {scene.speeds[k]:g} m/s in theory, over {article} background "
+        f"of {known.background_temperature:g} K, makes {hottest:.4g} K"
     )
-    if contact > known.melting_temperature:
+    if hottest > known.melting_temperature:
         yield (
             f"{reached}, above the melting_temperature of {known.melting_temperature:g} K, and the model's bodies stay "
             "solid; check the units of heat, load and roughness, or lower the speed"
         )
-    elif contact > HOTTEST:
+    elif hottest > HOTTEST:
         yield f"{reached}, above {HOTTEST:g} K, where nothing is solid; check the units of heat, load and roughness"
     fastest = float(known.peclet_number.max())
     if fastest > 1.0 and (depth := known.hot_spot_radius * sqrt(2.0 / fastest)) < FREE_PATH:
@@ -248,27 +244,20 @@ def _of_the_heat(scene: Scene, known: Facts) -> Lines:
         )
 
 
-def _of_the_share(scene: Scene, known: Facts) -> Lines:
+def share_lines(scene: Scene, known: Facts) -> Lines:
+    """A heat share other than 1/2 between faces that conduct alike and are equally rough."""
     k = int(np.argmax(scene.speeds))
     share = float(known.heat_partition[k])
-    about = "about " if isfinite(scene.temperature_range[1]) else ""  # a table κ(T) has another κ at another share
-    if _like_faces(scene) and abs(share - 0.5) > UNEVEN:
+    if len(scene.faces) < 2 or not scene.counterface_conducts or abs(share - 0.5) <= UNEVEN:
+        return
+    bodies = prediction.conduction(scene)
+    alike = np.array_equal(bodies.conductivity, bodies.counter_conductivity)
+    alike = alike and np.array_equal(bodies.diffusivity, bodies.counter_diffusivity)
+    first, second = (face.rms_height for face in scene.faces)
+    if alike and 1 / LIKE <= first / second <= LIKE:
+        about = "about " if isfinite(scene.temperature_range[1]) else ""  # a table κ(T) has another κ at another share
         yield (
             f"the heat share {share:.3g} at {scene.speeds[k]:g} m/s is that of hot spots that rest on the counterface, "
             "but two equally rough faces of one material share the heat evenly; heat_partition = 0.5 makes "
             f"temperatures {about}{0.5 / share:.3g} times as high; see docs/partition.md"
         )
-
-
-def _like_faces(scene: Scene) -> bool:
-    """Whether both faces conduct alike and are, within a factor of two, equally rough."""
-    if len(scene.faces) < 2 or not scene.counterface_conducts:
-        return False
-    one, other = (face.rms_height for face in scene.faces)
-    bodies = prediction.conduction(scene)
-    alike = np.array_equal(bodies.conductivity, bodies.counter_conductivity)
-    alike = alike and np.array_equal(bodies.diffusivity, bodies.counter_diffusivity)
-    return alike and 0.5 <= one / other <= 2.0
-
-
-__all__ = ["Plausibility", "judge"]

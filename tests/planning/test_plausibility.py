@@ -14,8 +14,8 @@ from steel_text import STEEL, changed, with_counterface
 import roughsim as rs
 from roughsim.cli import main
 from roughsim.comparison.tables import theory_dict
+from roughsim.planning.facts import facts
 from roughsim.planning.limits import judge
-from roughsim.planning.sizes import facts
 from roughsim.report.sections import header, scene_section
 from roughsim.scene import SceneError, bundled_scenes, parse_scene
 
