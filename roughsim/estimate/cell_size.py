@@ -1,24 +1,21 @@
 """The periodic cell: how long its sides are, and what its finite size changes.
 
-What a cell leaves out cannot be told by a run in it. It was measured once, by doubling cells at equal pixel and cut-off
-(`experiments/cell_size.py`). The theory's sum over the modes of a cell is within 0.6 % of its integral at four longest
-waves, and tells nothing of it.
+A run cannot show what its own cell leaves out. It was measured once, by doubling cells at equal pixel and cut-off
+(`experiments/cell_size.py`). The theory's sum over the modes of a cell does not show it either: it is within 0.6 % of
+its integral at four longest waves.
 """
 
 from __future__ import annotations
 
 from math import nan, pi, sqrt
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from roughsim.scene import Scene
-    from roughsim.scene.sections import CounterfaceSection, SurfaceSection
+from roughsim.scene import Scene
 
 # relative error at 4 longest waves per side, or 8 of the roll-off where C(q) is flat below it
 SIZE_ERROR = 0.004
-# and where few spots carry the load: times (longest waves per side)² σ₀/σ_P; measured at σ₀/σ_P = .0008, .0025, .008
-_FEW_SPOTS = {"smoothed": 0.0016, "capped": 0.0002}
-_ENOUGH, _ENOUGH_FLAT, _MOST = 4.0, 8.0, 8.0
+ENOUGH_WAVES, ENOUGH_ROLL_OFF_WAVES, MOST_WAVES = 4.0, 8.0, 8.0
+# where few spots carry the load: times (longest waves per side)² σ₀/σ_P; measured at σ₀/σ_P = .0008, .0025, .008
+FEW_SPOTS = {"smoothed": 0.0016, "capped": 0.0002}
 
 
 def choose_lengths(scene: Scene) -> tuple[tuple[float, float], str]:
@@ -26,16 +23,18 @@ def choose_lengths(scene: Scene) -> tuple[tuple[float, float], str]:
     if scene.numerics.lengths is not None:
         return scene.numerics.lengths, "given in the scene"
     longest = 2 * pi / scene.spectrum.breaks[0]
-    waves, reason = _ENOUGH, ""
-    if few := _share_of_spots(scene):  # as many as keep the judged column within SIZE_ERROR, where that is affordable
-        waves = min(max(_ENOUGH, sqrt(_FEW_SPOTS["capped"] / SIZE_ERROR / few)), _MOST)
-        reason = ": few spots carry the load" if waves > _ENOUGH else ""
-    length, reason = waves * longest, f"{waves:.3g} longest waves (2π/q_min) per side" + reason
-    plateau = _plateau_end(scene)
-    if plateau is not None:
-        wave = 2 * pi / plateau
-        length = max(_ENOUGH_FLAT * wave, min(_ENOUGH * longest, 2 * _ENOUGH_FLAT * wave))
+    roll_off = plateau_end(scene)
+    if roll_off is not None:
+        wave = 2 * pi / roll_off
+        enough = ENOUGH_ROLL_OFF_WAVES * wave
+        length = max(enough, min(ENOUGH_WAVES * longest, 2 * enough))
         reason = f"{length / wave:.3g} roll-off waves (2π/q_roll_off) per side: C(q) is flat below q_roll_off"
+    else:
+        waves, why = ENOUGH_WAVES, ""
+        if spots := share_of_spots(scene):  # so many waves keep the capped column within SIZE_ERROR; at most MOST_WAVES
+            waves = min(max(ENOUGH_WAVES, sqrt(FEW_SPOTS["capped"] / SIZE_ERROR / spots)), MOST_WAVES)
+            why = ": few spots carry the load" if waves > ENOUGH_WAVES else ""
+        length, reason = waves * longest, f"{waves:.3g} longest waves (2π/q_min) per side" + why
     lengths = (length, length)
     return lengths, f"{reason}; a larger cell changes T_flash by less than {100 * size_error(scene, lengths):.1g} %"
 
@@ -45,48 +44,34 @@ def size_error(
 ) -> float:
     """Return the relative error of the cell's size: as measured, 1/L² in cells shorter than needed, 1/L in longer ones.
 
-    Under light load it is at least what few spots of contact change: each cell bears the same load, and means are too
-    low by the inverse of the number of spots. NaN for the distance where g_σ first vanishes: that jumped by 40 % in a
-    steel whose g_σ only touches zero.
-
-    Parameters
-    ----------
-    scene : Scene
-        What is computed.
-    lengths : (float, float)
-        Sides of the cell, m; the shorter one counts.
-    observable : str, optional
-        A key of `roughsim.observables.catalogue.UNITS`.
-    column : {"smoothed", "capped", "elastic"}, optional
-        Which contact; left out: capped where there is a hardness, else elastic.
+    `lengths` are the sides, m, of which the shorter one counts; `column` left out is the capped or the elastic one.
+    Under light load the error is at least what few spots of contact change: each cell bears the same load, and means
+    are too low by the inverse of the number of spots. NaN for the distance where g_σ first vanishes: that jumped by
+    40 % in a steel whose g_σ only touches zero.
     """
     if observable == "correlation_radius_0":
         return nan
-    plateau = _plateau_end(scene)
-    waves = min(lengths) * (scene.spectrum.breaks[0] if plateau is None else plateau) / (2 * pi)
-    short = (_ENOUGH if plateau is None else _ENOUGH_FLAT) / waves
-    few = _share_of_spots(scene)
-    spots = _FEW_SPOTS.get(column or "capped", 0.0) / (few * waves**2) if few else 0.0
-    return max(SIZE_ERROR * max(short, short**2), spots)
+    roll_off = plateau_end(scene)
+    waves = min(lengths) * (scene.spectrum.breaks[0] if roll_off is None else roll_off) / (2 * pi)
+    short = (ENOUGH_WAVES if roll_off is None else ENOUGH_ROLL_OFF_WAVES) / waves
+    spots = share_of_spots(scene)
+    few = FEW_SPOTS.get(column or "capped", 0.0) / (spots * waves**2) if spots else 0.0
+    return max(SIZE_ERROR * max(short, short**2), few)
 
 
-def _share_of_spots(scene: Scene) -> float:
-    """σ₀/σ_P, the share of the area that yielding spots take; 0 of an elastic scene."""
+def share_of_spots(scene: Scene) -> float:
+    """Return σ₀/σ_P, the share of the area that yielding spots take; 0 of an elastic scene."""
     return scene.sliding.nominal_pressure / scene.penetration_hardness
 
 
-def _plateau_end(scene: Scene) -> float | None:
-    """q_roll_off where every rough face is flat (m < 1) below it, else None."""
-    faces: list[SurfaceSection | CounterfaceSection] = [scene.surface]
-    if scene.counterface is not None and scene.counterface.rough:
-        faces.append(scene.counterface)
+def plateau_end(scene: Scene) -> float | None:
+    """Return q_roll_off where every rough face is flat (m < 1) below it, else None."""
     ends = []
-    for face in faces:
+    for face in (scene.surface, scene.counterface if scene.counterface and scene.counterface.rough else None):
+        if face is None:
+            continue
         kink, flat = face.q_roll_off, (face.roll_off_exponent or 0.0) < 1.0
         if kink is None or face.q_min is None or kink <= face.q_min or not flat:
             return None
         ends.append(kink)
     return min(ends)
-
-
-__all__ = ["SIZE_ERROR", "choose_lengths", "size_error"]

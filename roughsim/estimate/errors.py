@@ -69,8 +69,8 @@ class Estimate:
         """Say in plain words where each part of the error comes from."""
         lines, (unit, factor) = [], shown(self.unit)
         for k, mean in enumerate(self.mean):
-            told = ((name, part[k] * factor) for name, part in self.budget.items())
-            parts = ", ".join(f"{name} {part:.2g}" for name, part in told if np.isfinite(part))
+            known = {name: part[k] * factor for name, part in self.budget.items() if np.isfinite(part[k])}
+            parts = ", ".join(f"{name} {part:.2g}" for name, part in known.items())
             value = plus_minus(mean * factor, self.total_error[k] * factor, self.unknown_at(k))
             lines.append(
                 f"{value} {unit}".rstrip() + f": {parts}; n = {self.n} realizations, worth {self.effective_n[k]:.3g} "
@@ -102,20 +102,8 @@ def estimate(
 ) -> Estimate:
     """Return mean, errors and bias of an observable from its values.
 
-    Parameters
-    ----------
-    observable : str
-        A key of `roughsim.observables.catalogue.OBSERVABLES`.
-    values : Values
-        From `roughsim.estimate.ladder.observe`.
-    notes : tuple of str, optional
-        For `Estimate.explain`.
-    size : float, optional
-        Relative error of the finite cell, from `roughsim.estimate.cell_size.size_error`.
-    tolerance : float, optional
-        Relative pressure error of the contact solves.
-    scanned : bool, optional
-        Whether C(q) was measured on one map, whose error is unknown.
+    `size` is the relative error of the finite cell, from `cell_size.size_error`; `tolerance` the relative pressure
+    error of the contact solves; `scanned` whether C(q) was measured on one map, whose error is unknown.
     """
     mean = values.extrapolated.mean(axis=0)
     error, freedom = spread(values.extrapolated, values.base, values.group)
@@ -137,60 +125,12 @@ def estimate(
         error,
         budget["statistical"],
         bias,
-        in_all(mean, budget),
+        total_error(mean, budget),
         budget,
         len(values.extrapolated),
         freedom + 1.0,
         notes,
     )
-
-
-def spread(values: Array, base: Array | None = None, group: NDArray[np.intp] | None = None) -> tuple[Array, Array]:
-    """Return the standard error of the mean over axis 0, and its degrees of freedom.
-
-    The coarsest level scatters alike in all rows. What finer levels add scatters about its mean over the rows that have
-    them; these also tell how far it goes with the coarsest level. Where only one row has them, the error is infinite.
-    Degrees of freedom after Satterthwaite. Scatter below rounding counts as none: realizations that agree to all digits
-    have no error.
-
-    Parameters
-    ----------
-    values : ndarray
-        Influence values (n, speeds).
-    base, group : ndarray, optional
-        As in `roughsim.estimate.ladder.Values`; left out, all rows have the same levels.
-    """
-    n, shape = len(values), values.shape[1:]
-    if n < 2:
-        return np.full(shape, np.inf), np.zeros(shape)
-    if base is None or group is None or np.all(group == group[0]):
-        base, group = values, np.zeros(n, dtype=np.intp)
-    with np.errstate(invalid="ignore"):  # an undefined observable has an undefined error
-        common, added = base.std(axis=0, ddof=1), values - base
-        shared, rest, doubt = common**2 / n, np.zeros(shape), np.zeros(shape)
-        for one in np.unique(group[group > 0]):
-            rows = group == one
-            weight, few = np.count_nonzero(rows) / n**2, np.count_nonzero(rows) - 1
-            if few == 0:
-                return np.full(shape, np.inf), np.zeros(shape)
-            along, beside = _split(base[rows], added[rows], common)
-            shared = shared + weight * (along**2 - common**2)
-            rest = rest + weight * beside**2
-            doubt = doubt + weight**2 * (beside**4 + 2.0 * (along * beside) ** 2) / few
-        variance, doubt = shared + rest, doubt + shared**2 / (n - 1)
-        freedom = np.divide(variance**2, doubt, out=np.full(shape, n - 1.0), where=doubt > 0.0)
-        rounding = 1e-12 * np.abs(values).max(axis=0)
-        error: Array = np.where(np.sqrt(n * variance) <= rounding, 0.0, np.sqrt(variance))
-    return error, np.minimum(freedom, n - 1.0)
-
-
-def _split(base: Array, added: Array, common: Array) -> tuple[Array, Array]:
-    """Standard deviations of base + added along base, whose own is `common`, and of what does not go with base."""
-    own, other = base.std(axis=0, ddof=1), added.std(axis=0, ddof=1)
-    product = ((base - base.mean(axis=0)) * (added - added.mean(axis=0))).sum(axis=0) / (len(base) - 1)
-    share = np.divide(product, own * other, out=np.zeros_like(own), where=own * other > 0.0)
-    share = np.clip(share, -1.0, 1.0)
-    return common + share * other, np.sqrt(1.0 - share**2) * other
 
 
 class Quotient(NamedTuple):
@@ -206,7 +146,7 @@ class Quotient(NamedTuple):
     budget: dict[str, Array]
 
     def unknown_at(self, k: int) -> tuple[str, ...]:
-        """The parts of `budget` that no level tells of entry k."""
+        """The parts of `budget` that no level shows at entry k."""
         return unknown_parts(self.value, self.budget, k)
 
 
@@ -218,25 +158,13 @@ def quotient(
     tolerance: float = 0.0,
     scanned: bool = False,
 ) -> Quotient:
-    """Return ⟨above⟩/⟨below⟩ and its errors, (speeds,).
+    """Return ⟨above⟩/⟨below⟩ and its errors, (speeds,), of two columns of a run, or of a column and exact values.
 
-    The rows of one realization stay paired, so that scatter which both columns share drops out of the statistical part.
-    The other parts are added as squares: the columns differ in levels and in the kind of contact, and doubled cells
-    changed one by ten times what they changed the other. Exact values share the cut-off of the column above and have
-    errors of no kind: then the part of q_c drops out.
-
-    Parameters
-    ----------
-    above : Values
-        Of some column.
-    below : Values or ndarray
-        Of another column of the same run, or exact values (speeds,).
-    size : float or ndarray, optional
-        Relative error of the ratio by the finite cell.
-    tolerance : float, optional
-        Relative pressure error of the contact solves.
-    scanned : bool, optional
-        Whether C(q) was measured on one map: both columns stand on it, but nothing tells that its error cancels.
+    `size` is the relative error of the ratio by the finite cell; `tolerance` and `scanned` as in `estimate`. The rows
+    of one realization stay paired, so that scatter which both columns share drops out of the statistical part. The
+    other parts are added as squares: the columns differ in levels and in the kind of contact, and doubled cells changed
+    one by ten times what they changed the other. Exact values share the cut-off of the column and have no errors: then
+    the part of q_c drops out.
     """
     if isinstance(below, Values):
         rows, base = ratio(above.extrapolated, below.extrapolated), ratio(above.base, below.base)
@@ -250,35 +178,77 @@ def quotient(
     error, freedom = spread(rows, base, group)
     if not np.any(above.extrapolated):  # elastic contact has no plastic area: there is no ratio to speak of
         value = np.full_like(value, np.nan)
+
+    def relative(part: str) -> Array:
+        """Root of the sum of squares of a part, relative to the mean of each column."""
+        each = [getattr(column, part) / column.extrapolated.mean(axis=0) for column in columns]
+        return np.asarray(np.sqrt(sum(error**2 for error in each)))
+
     with np.errstate(all="ignore"):  # 0/0 at rest: the ratio is NaN, and its errors are
         budget = {
             "statistical": half_width(error, freedom),
-            "bandwidth": np.abs(value) * _relative(columns, "bandwidth"),
-            "pixel": np.abs(value) * _relative(columns, "pixel"),
+            "bandwidth": np.abs(value) * relative("bandwidth"),
+            "pixel": np.abs(value) * relative("pixel"),
             "size": np.abs(value) * size,
             "solver": np.abs(value) * 2.0 * tolerance * np.sqrt(len(columns)),
         }
-    if scanned:
+    if scanned:  # both columns stand on the one C(q), but nothing shows that its error cancels
         budget["scan"] = np.full(value.shape, np.nan)
-    return Quotient(value, error, in_all(value, budget), budget)
-
-
-def _relative(columns: list[Values], part: str) -> Array:
-    """Root of the sum of squares of a part of the errors of columns, relative to their means."""
-    each = [getattr(column, part) / column.extrapolated.mean(axis=0) for column in columns]
-    return np.asarray(np.sqrt(sum(one**2 for one in each)))
+    return Quotient(value, error, total_error(value, budget), budget)
 
 
 def unknown_parts(mean: Array, budget: dict[str, Array], k: int) -> tuple[str, ...]:
     """Return which parts of a budget are NaN at entry k, where there is a mean to be wrong."""
-    there = np.isfinite(mean[k]) and mean[k] != 0.0
-    return tuple(name for name, part in budget.items() if there and np.isnan(part[k]))
+    has_error = np.isfinite(mean[k]) and mean[k] != 0.0
+    return tuple(name for name, part in budget.items() if has_error and np.isnan(part[k]))
 
 
-def in_all(mean: Array, budget: dict[str, Array]) -> Array:
+def total_error(mean: Array, budget: dict[str, Array]) -> Array:
     """Return the root of the sum of squares of the known parts; NaN where there is no mean."""
     total = np.sqrt(sum(np.where(np.isnan(part), 0.0, part) ** 2 for part in budget.values()))
     return np.where(np.isnan(mean), np.nan, total)
+
+
+def spread(values: Array, base: Array | None = None, group: NDArray[np.intp] | None = None) -> tuple[Array, Array]:
+    """Return the standard error of the mean over axis 0 of influence values (n, speeds), and its degrees of freedom.
+
+    `base` and `group` as in `Values`; left out, all rows have the same levels. The coarsest level scatters alike in all
+    rows. What finer levels add scatters about its mean over the rows that have them; these also show how far it goes
+    with the coarsest level. Where only one row has them, the error is infinite. Degrees of freedom after Satterthwaite.
+    Scatter below rounding counts as none: realizations that agree to all digits have no error.
+    """
+    n, shape = len(values), values.shape[1:]
+    if n < 2:
+        return np.full(shape, np.inf), np.zeros(shape)
+    if base is None or group is None or np.all(group == group[0]):
+        base, group = values, np.zeros(n, dtype=np.intp)
+    with np.errstate(invalid="ignore"):  # an undefined observable has an undefined error
+        common, added = base.std(axis=0, ddof=1), values - base
+        # variance of the mean: what goes with the coarsest level, and the rest; `doubt` is the variance of the two
+        shared, rest, doubt = common**2 / n, np.zeros(shape), np.zeros(shape)
+        for pattern in np.unique(group[group > 0]):
+            rows = group == pattern
+            weight, freedom = np.count_nonzero(rows) / n**2, np.count_nonzero(rows) - 1
+            if freedom == 0:
+                return np.full(shape, np.inf), np.zeros(shape)
+            along, beside = split_scatter(base[rows], added[rows], common)
+            shared = shared + weight * (along**2 - common**2)
+            rest = rest + weight * beside**2
+            doubt = doubt + weight**2 * (beside**4 + 2.0 * (along * beside) ** 2) / freedom
+        variance, doubt = shared + rest, doubt + shared**2 / (n - 1)
+        worth = np.divide(variance**2, doubt, out=np.full(shape, n - 1.0), where=doubt > 0.0)
+        rounding = 1e-12 * np.abs(values).max(axis=0)
+        error: Array = np.where(np.sqrt(n * variance) <= rounding, 0.0, np.sqrt(variance))
+    return error, np.minimum(worth, n - 1.0)
+
+
+def split_scatter(base: Array, added: Array, common: Array) -> tuple[Array, Array]:
+    """Return the standard deviations of base + added along base, whose own is `common`, and of the rest of it."""
+    own, other = base.std(axis=0, ddof=1), added.std(axis=0, ddof=1)
+    product = ((base - base.mean(axis=0)) * (added - added.mean(axis=0))).sum(axis=0) / (len(base) - 1)
+    correlation = np.divide(product, own * other, out=np.zeros_like(own), where=own * other > 0.0)
+    correlation = np.clip(correlation, -1.0, 1.0)
+    return common + correlation * other, np.sqrt(1.0 - correlation**2) * other
 
 
 def quantile(freedom: Array | float) -> Array:
@@ -294,6 +264,6 @@ def quantile(freedom: Array | float) -> Array:
 
 
 def half_width(error: Array, freedom: Array) -> Array:
-    """Return the half-width of the 95 % interval of a mean; the error itself without degrees of freedom."""
+    """Return the half-width of the 95 % interval of a mean; its standard error without degrees of freedom."""
     with np.errstate(invalid="ignore"):
         return np.where(freedom > 0.0, error * quantile(freedom), error)

@@ -1,10 +1,10 @@
 """From the levels of a column to one value: fine levels as corrections, extrapolation in q_c, and the pixel.
 
-A ladder climbs in the cut-off q_c at fixed pixels per shortest wave; a level with the same q_c on a finer grid is the
-partner of its rung. Levels share the modes of each realization, so that the difference between neighbours scatters
-little and a few realizations give it: T = ⟨T₀⟩ + ⟨T₁ − T₀⟩ + … over nested subsets (multilevel Monte Carlo, Giles,
-Operations Research 56, 607, 2008). Along the ladder the pixel shrinks with 1/q_c, so that T∞ + c q_c^(−p) takes most of
-its error along.
+A ladder climbs in the cut-off q_c at fixed pixels per shortest wave. A rung is one cut-off: its level, and, where there
+is one, a second level of the same q_c on a finer grid, its partner. Levels share the modes of each realization, so that
+the difference between neighbours scatters little and a few realizations give it: T = ⟨T₀⟩ + ⟨T₁ − T₀⟩ + … over nested
+subsets (multilevel Monte Carlo, Giles, Operations Research 56, 607, 2008). Along the ladder the pixel shrinks with
+1/q_c, so that T∞ + c q_c^(−p) takes most of its error along.
 """
 
 from __future__ import annotations
@@ -25,26 +25,28 @@ Array = NDArray[np.float64]
 # capped contact has steep edges of its plastic patches: these have no limit in q_c and are never extrapolated
 NO_LIMIT = tuple(name for name, record in OBSERVABLES.items() if not record.limit)
 # where the lowest rung stands at 4 q_y or above, fitted exponents were 0.9…1.4 for H = 0.8, 0.4…0.8 for H = 0.3, and a
-# tenth of the remainder was left over at most; the less the steps tell, the more is in doubt
-_DOUBT_FITTED, _DOUBT_UNFITTED = 0.1, 0.5
-_USUAL = 0.3  # how far exponents lie from the usual one
-# exponents below that part of the usual one are mostly of rungs that stand too low: the usual one stands, and what the
-# fit has beyond it is the doubt, with a quarter to spare
-_LEAST, _WIDER = 0.7, 1.25
+# tenth of the remainder was left over at most; without a fit half of it is in doubt
+DOUBT_FITTED, DOUBT_UNFITTED = 0.1, 0.5
+USUAL_SCATTER = 0.3  # how far exponents lie from the usual one
+# exponents below that part of the usual one are mostly of rungs that stand too low: the usual one is taken instead, and
+# what the fit has beyond it is the doubt, with a quarter to spare
+LEAST_EXPONENT, WIDER = 0.7, 1.25
 # lengths that turn back with the pixel: beyond 8 pixels per wave they went on by 0.2 to 1.5 of the change from 4 to 8
-_TURNING = 1.5
+TURNING = 1.5
 # the doubt about a remainder with the theory's shape held in 156 of 158 comparisons on six ladders, many of them on the
 # same surfaces (H = 0.3…0.95, rubber and rock), a quarter of it alone in 119; beyond half of the value none was tried
-DOUBT_OF_SHAPE, _MOST_OF_SHAPE = 0.25, 0.5
+DOUBT_OF_SHAPE, MOST_OF_SHAPE = 0.25, 0.5
+SAME = 1e-9  # relative: cut-offs that differ by less are the same
+STEP = 1e-5  # of an exponent, for derivatives by central differences
 
 
 class Values(NamedTuple):
-    """One observable: a row per realization, (n, speeds), in the limit and at the finest level, with its doubts.
+    """One observable: a row per realization, (n, speeds), in the limit and at the finest level, with its errors.
 
     Rows with the same number in `group` (n,) have the same levels, those with 0 the coarsest alone. `base` has the rows
     of the coarsest level, moved to the mean of `extrapolated`: the rest of the scatter is that of finer levels.
     `exponent`, `bandwidth` and `pixel` (speeds,) are the fitted p (NaN if nothing was extrapolated), and the errors
-    left in the mean by q_c and by the pixel; NaN says that no pair of levels tells.
+    left in the mean by q_c and by the pixel; NaN where no pair of levels shows them.
     """
 
     extrapolated: Array
@@ -56,13 +58,13 @@ class Values(NamedTuple):
     pixel: Array
 
 
-class _Rung(NamedTuple):
-    """A cut-off: its sample, rows for all realizations, and those of its partner with the ratio of the pixels."""
+class Rung(NamedTuple):
+    """A cut-off: its level, values of all realizations (n, speeds), and those of its partner, `refined` times finer."""
 
     sample: Sample
     rows: Array
-    partner: Array | None
-    refined: float
+    partner: Array | None = None
+    refined: float = 1.0
 
 
 def observe(
@@ -75,231 +77,187 @@ def observe(
     settled: float = 0.0,
     usual: float = 1.0,
 ) -> Values:
-    """Return the values of an observable from the levels of one column.
+    """Return the values of an observable from the levels of one column, by q_c, then by points.
 
-    Parameters
-    ----------
-    observable : str
-        A key of `roughsim.observables.catalogue.OBSERVABLES`.
-    samples : list of Sample
-        The levels of the column by q_c, then by points; the first has every realization.
-    capped : bool
-        Whether the contact is capped: decides what has a limit in q_c.
-    end : float, optional
-        Where the spectrum itself ends, rad/m: what is extrapolated to.
-    theory : ndarray, optional
-        What the theory says at each cut-off of the samples and at `end`, (cut-offs + 1, speeds) or of one speed: the
-        remainder has its shape. NaN says that nothing tells. Left out: it falls as a power of the cut-off.
-    settled : float, optional
-        The cut-off from which on steps tell that power, rad/m: p rises on the way up to it.
-    usual : float, optional
-        The power where the cut-offs do not tell it; left out, first order.
+    The first level has every realization. They are extrapolated to `end`, rad/m, where C(q) ends: with the shape of
+    `theory`, which has what the theory says at each cut-off and at `end`, (cut-offs + 1, speeds) or of one speed, NaN
+    where it is not known to hold; without it as a power of the cut-off. `settled`, rad/m, is the cut-off from which on
+    steps show that power, as it rises on the way up; `usual` is the power where they do not.
     """
-    ladder = _climb(observable, samples)
-    unlimited = capped and observable in NO_LIMIT
-    order = OBSERVABLES[observable].pixel_orders[capped]
-    top = ladder[-1].rows
-    group = _patterns(samples)
-    unfitted = np.full(top.shape[1:], nan)
-    whole = ladder[-1].sample.q_max >= end * (1 - 1e-9)
-    if whole or unlimited or theory is not None or len(ladder) == 1:
-        mean, finest, pixel = _at_top(ladder, order, unlimited)
-        limit, bandwidth = mean, np.full_like(unfitted, 0.0 if whole else nan)
-        if theory is not None and not (whole or unlimited):
-            remainder, bandwidth = _shaped_remainder(ladder, mean, theory)
-            limit = mean + remainder
-        return Values(limit, finest, _moved(ladder, limit), group, unfitted, bandwidth, pixel)
-    if OBSERVABLES[observable].distance and _within_a_wave(ladder[-2]):
-        # no power tells what follows: the value stays, and what would follow at first order, the last step, is doubt
-        doubt = np.abs((top - ladder[-2].rows).mean(axis=0))
-        return Values(top, top, _moved(ladder, top), group, unfitted, doubt, _pixel_of_limit(ladder, order))
-    exponent, remainder, bandwidth = _remainder(ladder, end, settled, usual)
-    limit = top + remainder
-    return Values(limit, top, _moved(ladder, limit), group, exponent, bandwidth, _pixel_of_limit(ladder, order))
+    record, ladder = OBSERVABLES[observable], climb(observable, samples)
+    first, top = ladder[0].rows, ladder[-1].rows
+    has_limit = record.limit or not capped
+    order = record.pixel_orders[capped]
+    at_end = ladder[-1].sample.q_max >= end * (1 - SAME)
+    finest, exponent = top, np.full(top.shape[1:], nan)
+    if at_end or not has_limit or theory is not None or len(ladder) == 1:
+        limit, finest, pixel = at_highest_cut_off(ladder, order, has_limit)
+        bandwidth = np.full_like(exponent, 0.0 if at_end else nan)
+        if theory is not None and has_limit and not at_end:
+            remainder, bandwidth = remainder_by_theory(ladder, limit, theory)
+            limit = limit + remainder
+    elif record.distance and ladder[-2].rows.mean() * ladder[-2].sample.q_max < 2.0 * pi:
+        # a distance shorter than the shortest wave: no power describes what follows. The value stays, and what would
+        # follow at first order, the last step, is its error
+        limit, pixel = top, pixel_of_limit(ladder, order)
+        bandwidth = np.abs((top - ladder[-2].rows).mean(axis=0))
+    else:
+        exponent, remainder, bandwidth = remainder_by_power(ladder, end, settled, usual)
+        limit, pixel = top + remainder, pixel_of_limit(ladder, order)
+    # levels are nested, so that their number is the pattern of those that a realization has
+    group = np.zeros(len(first), dtype=np.intp)
+    for sample in samples[1:]:
+        group[sample.rows] += 1
+    with np.errstate(invalid="ignore"):  # infinite at rest
+        base = first + (limit.mean(axis=0) - first.mean(axis=0))
+    return Values(limit, finest, base, group, exponent, bandwidth, pixel)
 
 
-def _within_a_wave(rung: _Rung) -> bool:
-    """Whether the distance that a rung measures is shorter than its shortest wave."""
-    return bool(rung.rows.mean() * rung.sample.q_max < 2.0 * pi)
-
-
-def _moved(ladder: list[_Rung], limit: Array) -> Array:
-    """Rows of the coarsest level about the mean of the limit."""
-    rows, (mean, goal) = ladder[0].rows, (ladder[0].rows.mean(axis=0), limit.mean(axis=0))
-    with np.errstate(invalid="ignore"):
-        moved: Array = rows + (goal - mean)
-    return moved
-
-
-def _climb(observable: str, samples: list[Sample]) -> list[_Rung]:
-    """Rows of each rung for all realizations: those of the rung below, corrected by the known differences."""
-    count = len(samples[0].rows)
-    ladder: list[_Rung] = []
-
-    def corrected(rows: Array, coarse: Sample, fine: Sample) -> Array:
-        values = OBSERVABLES[observable].of_level(fine)
-        if len(values) == count:
-            return values
-        change = values - OBSERVABLES[observable].of_level(coarse.at(fine.rows))
-        mean = change.mean(axis=0)
-        result: Array = rows + mean
-        result[fine.rows] += count / len(change) * (change - mean)
-        return result
-
-    for sample in samples:
-        if ladder and sample.q_max <= ladder[-1].sample.q_max * (1 + 1e-9):
-            rung = ladder[-1]
-            partner = corrected(rung.rows, rung.sample, sample)
-            ladder[-1] = rung._replace(partner=partner, refined=sample.side / rung.sample.side)
-        elif ladder:
-            ladder.append(_Rung(sample, corrected(ladder[-1].rows, ladder[-1].sample, sample), None, 1.0))
+def climb(observable: str, samples: list[Sample]) -> list[Rung]:
+    """Return the rungs with rows for all realizations: those of the rung below, corrected by the known differences."""
+    of_level, count = OBSERVABLES[observable].of_level, len(samples[0].rows)
+    ladder = [Rung(samples[0], of_level(samples[0]))]
+    for sample in samples[1:]:
+        below, rows = ladder[-1], of_level(sample)
+        if len(rows) < count:
+            # all rows move by the mean change; those that have the level also by their own, as much as they stand for
+            change = rows - of_level(below.sample.at(sample.rows))
+            mean = change.mean(axis=0)
+            rows = below.rows + mean
+            rows[sample.rows] += count / len(change) * (change - mean)
+        if sample.q_max <= below.sample.q_max * (1 + SAME):
+            ladder[-1] = below._replace(partner=rows, refined=sample.side / below.sample.side)
         else:
-            ladder.append(_Rung(sample, OBSERVABLES[observable].of_level(sample), None, 1.0))
+            ladder.append(Rung(sample, rows))
     return ladder
 
 
-def _patterns(samples: list[Sample]) -> NDArray[np.intp]:
-    """Number of finer levels that each realization has: levels are nested, so that it names the pattern."""
-    count = np.zeros(len(samples[0].rows), dtype=np.intp)
-    for sample in samples[1:]:
-        count[sample.rows] += 1
-    return count
-
-
-def _at_top(ladder: list[_Rung], order: float, unlimited: bool) -> tuple[Array, Array, Array]:
-    """Mean, finest and the error of the pixel at the highest cut-off."""
+def at_highest_cut_off(ladder: list[Rung], order: float, has_limit: bool) -> tuple[Array, Array, Array]:
+    """Return the values for a vanishing pixel, those of the finest grid, and the error of the pixel (NaN: unknown)."""
     top = ladder[-1]
     rung = next((rung for rung in reversed(ladder) if rung.partner is not None), None)
     if rung is None or rung.partner is None:
         return top.rows, top.rows, np.full(top.rows.shape[1:], nan)
     finest = rung.partner if rung is top else top.rows
     change = rung.partner - rung.rows
-    left = change * (_whole(order, rung.refined) - 1.0)
+    left = change * (vanishing_pixel(order, rung.refined) - 1.0)
     with np.errstate(all="ignore"):
+        # the change on a lower rung is carried to the top in proportion to the values
         carried = np.where(rung is top, 1.0, top.rows.mean(axis=0) / rung.rows.mean(axis=0))
         carried = np.where(np.any(change, axis=0), carried, 0.0)  # 0/0 where nothing yields
-        if unlimited:  # the relative change is taken over, and nothing corrected
+        if not has_limit:  # the relative change is the error, and nothing is corrected
             share = np.abs((change + left).mean(axis=0) / rung.rows.mean(axis=0))
             return finest, finest, share * np.abs(finest.mean(axis=0))
         if isnan(order):
             return top.rows + carried * change, finest, np.abs((carried * (change + left)).mean(axis=0))
-        mean = top.rows + carried * (change + left)
-        return mean, finest, np.abs((carried * left).mean(axis=0))
+        return top.rows + carried * (change + left), finest, np.abs((carried * left).mean(axis=0))
 
 
-def _whole(order: float, refined: float) -> float:
-    """What a vanishing pixel changes over what a pixel so many times finer does."""
-    return _TURNING if isnan(order) else 1.0 / (1.0 - refined**-order)
+def vanishing_pixel(order: float, refined: float) -> float:
+    """Return what a vanishing pixel changes over what a pixel so many times finer does."""
+    return TURNING if isnan(order) else 1.0 / (1.0 - refined**-order)
 
 
-def _shaped_remainder(ladder: list[_Rung], top: Array, theory: Array) -> tuple[Array, Array]:
-    """What follows up to the end, with the theory's shape, and the doubt about it.
+def pixel_of_limit(ladder: list[Rung], order: float) -> Array:
+    """Return the error of the pixel in an extrapolated value, (speeds,); NaN where no rung has a partner.
 
-    It is as much of what follows in the theory as the last step was; with one rung, as the value itself is.
-    """
-    with np.errstate(all="ignore"):
-        follows = np.where(theory[-1] == theory[-2], 0.0, theory[-1] - theory[-2])  # both infinite at rest
-        in_proportion = remainder = np.where(follows == 0.0, 0.0, top * (follows / theory[-2]))
-        doubt = np.abs(in_proportion.mean(axis=0))
-        if len(ladder) > 1:
-            step = ladder[-1].rows - ladder[-2].rows
-            remainder = np.where(follows == 0.0, 0.0, step * (follows / (theory[-2] - theory[-3])))
-            size, other = remainder.mean(axis=0), in_proportion.mean(axis=0)
-            doubt = np.maximum(np.abs(size - other), DOUBT_OF_SHAPE * np.abs(size))
-        told = np.abs(remainder.mean(axis=0)) <= _MOST_OF_SHAPE * np.abs(top.mean(axis=0))
-    return np.where(told, remainder, 0.0), np.where(told, doubt, nan)
-
-
-def _remainder(ladder: list[_Rung], end: float, settled: float, usual: float) -> tuple[Array, Array, Array]:
-    """Exponent, the rows that lead from the top rung to the limit, and the doubt about them."""
-    cutoffs, rows = [rung.sample.q_max for rung in ladder[-3:]], [rung.rows for rung in ladder[-3:]]
-    step = rows[-1] - rows[-2]
-    expected = np.full(step.shape[1:], usual)
-    unfitted = step * _factor(cutoffs, end, expected)
-    if len(ladder) == 2:
-        return expected, unfitted, _DOUBT_UNFITTED * np.abs(unfitted.mean(axis=0))
-    fitted, scatter = fitted_exponent(cutoffs, rows, usual), _scatter_of_exponent(cutoffs, rows, usual)
-    # the less the steps tell of the exponent, the more it is drawn to the usual one
-    trust = np.where(np.isfinite(scatter).all(axis=0), 1.0, 0.0)
-    scatter = np.where(trust, scatter, 0.0)
-    trust /= 1.0 + (scatter**2).sum(axis=0) / (len(scatter) * _USUAL) ** 2
-    exponent, small = usual + trust * (fitted - usual), 1e-5
-    slope = (_factor(cutoffs, end, exponent + small) - _factor(cutoffs, end, exponent - small)) / (2.0 * small)
-    remainder = step * _factor(cutoffs, end, exponent) + step.mean(axis=0) * slope * trust * scatter
-    size, other = (np.abs(x.mean(axis=0)) for x in (remainder, unfitted))
-    least = np.maximum(_DOUBT_FITTED, _DOUBT_UNFITTED * np.sqrt(1.0 - trust))
-    doubt = np.maximum(np.abs(size - other), least * size)
-    low = (fitted < _LEAST * usual) | (cutoffs[0] < 0.95 * settled)
-    fit = np.abs((step * _factor(cutoffs, end, fitted)).mean(axis=0))
-    widest = np.maximum(_WIDER * np.abs(fit - other), _DOUBT_UNFITTED * other)
-    return (
-        np.where(low, usual, exponent),
-        np.where(low, unfitted, remainder),
-        np.where(low, widest, doubt),
-    )
-
-
-def _factor(cutoffs: list[float], end: float, p: Array) -> Array:
-    """What follows up to the end, over the last step."""
-    return np.asarray((1.0 - (cutoffs[-1] / end) ** p) / ((cutoffs[-1] / cutoffs[-2]) ** p - 1.0))
-
-
-def _scatter_of_exponent(cutoffs: list[float], rows: list[Array], usual: float) -> Array:
-    """Influence of each realization on the fitted exponent, zero in the mean; NaN where none can be fitted."""
-    first, second = rows[0] - rows[1], rows[1] - rows[2]
-    fall, last = first.mean(axis=0), second.mean(axis=0)
-    p, small = fitted_exponent(cutoffs, rows, usual), 1e-5
-    with np.errstate(all="ignore"):
-        quotient = fall / last
-        of_quotient = ((first - fall) - quotient * (second - last)) / last
-        of_exponent = (_steps(cutoffs, p + small) - _steps(cutoffs, p - small)) / (2.0 * small)
-        fits = np.abs(_steps(cutoffs, p) / quotient - 1.0) < 1e-6
-        return np.where(fits, of_quotient / of_exponent, nan)
-
-
-def _steps(cutoffs: list[float], p: Array) -> Array:
-    """The first over the second step of c q_c^(−p) at three cut-offs."""
-    x, y, z = (np.asarray((q / cutoffs[0]) ** -p) for q in cutoffs)
-    return np.asarray((x - y) / (y - z))
-
-
-def _pixel_of_limit(ladder: list[_Rung], order: float) -> Array:
-    """The error of the pixel in the extrapolated value: what a finer pixel changes on lower rungs, less by 1/q_c.
-
-    Most of it goes with 1/q_c and is extrapolated away; two partners on successive rungs show what is left.
+    Most of what a finer pixel changes goes with 1/q_c and is extrapolated away. Two partners on successive rungs show
+    what is left; one alone is taken to fall with the root of q_c.
     """
     q_top = ladder[-1].sample.q_max
     for below, rung in reversed(list(pairwise(ladder))):
         if below.partner is not None and rung.partner is not None:
             weight = 1.0 / (rung.sample.q_max / below.sample.q_max - 1.0)
             change = (1.0 + weight) * (rung.partner - rung.rows) - weight * (below.partner - below.rows)
-            scale = rung.sample.q_max / q_top * _whole(order, rung.refined)
+            scale = rung.sample.q_max / q_top * vanishing_pixel(order, rung.refined)
             return np.asarray(scale * np.abs(change.mean(axis=0)))
     for rung in reversed(ladder):
         if rung.partner is not None:
-            scale = np.sqrt(rung.sample.q_max / q_top) * _whole(order, rung.refined)
+            scale = np.sqrt(rung.sample.q_max / q_top) * vanishing_pixel(order, rung.refined)
             return np.asarray(scale * np.abs((rung.partner - rung.rows).mean(axis=0)))
     return np.full(ladder[-1].rows.shape[1:], nan)
 
 
-def fitted_exponent(cutoffs: list[float], values: list[Array], usual: float = 1.0) -> Array:
+def remainder_by_theory(ladder: list[Rung], top: Array, theory: Array) -> tuple[Array, Array]:
+    """Return the rows that lead from the top rung to the end with the theory's shape, and their error, (speeds,)."""
+    with np.errstate(all="ignore"):
+        follows = np.where(theory[-1] == theory[-2], 0.0, theory[-1] - theory[-2])  # both infinite at rest
+        # one rung: as much of what follows in the theory as the value is of the theory's; all of it is in doubt
+        in_proportion = remainder = np.where(follows == 0.0, 0.0, top * (follows / theory[-2]))
+        error = np.abs(in_proportion.mean(axis=0))
+        if len(ladder) > 1:  # as much of it as the last step was of the theory's
+            step = ladder[-1].rows - ladder[-2].rows
+            remainder = np.where(follows == 0.0, 0.0, step * (follows / (theory[-2] - theory[-3])))
+            size, other = remainder.mean(axis=0), in_proportion.mean(axis=0)
+            error = np.maximum(np.abs(size - other), DOUBT_OF_SHAPE * np.abs(size))
+        tried = np.abs(remainder.mean(axis=0)) <= MOST_OF_SHAPE * np.abs(top.mean(axis=0))
+    return np.where(tried, remainder, 0.0), np.where(tried, error, nan)
+
+
+def remainder_by_power(ladder: list[Rung], end: float, settled: float, usual: float) -> tuple[Array, Array, Array]:
+    """Return the exponent, the rows that lead from the top rung to the limit, and their error; c q_c^(−p) falls."""
+    cut_offs, rows = [rung.sample.q_max for rung in ladder[-3:]], [rung.rows for rung in ladder[-3:]]
+    step = rows[-1] - rows[-2]
+
+    def remainder_per_step(p: Array) -> Array:
+        return np.asarray((1.0 - (cut_offs[-1] / end) ** p) / ((cut_offs[-1] / cut_offs[-2]) ** p - 1.0))
+
+    expected = np.full(step.shape[1:], usual)
+    unfitted = step * remainder_per_step(expected)
+    if len(ladder) == 2:
+        return expected, unfitted, DOUBT_UNFITTED * np.abs(unfitted.mean(axis=0))
+    fitted = fitted_exponent(cut_offs, rows, usual)
+    influence = influence_on_exponent(cut_offs, rows, fitted)
+    # the less the steps show of the exponent, by its scatter, the more it is drawn to the usual one
+    trust = np.where(np.isfinite(influence).all(axis=0), 1.0, 0.0)
+    influence = np.where(trust, influence, 0.0)
+    trust /= 1.0 + (influence**2).sum(axis=0) / (len(influence) * USUAL_SCATTER) ** 2
+    exponent = usual + trust * (fitted - usual)
+    # each row has its own influence on the exponent, so that the statistical error has that of the fit in it
+    slope = (remainder_per_step(exponent + STEP) - remainder_per_step(exponent - STEP)) / (2.0 * STEP)
+    remainder = step * remainder_per_step(exponent) + step.mean(axis=0) * slope * trust * influence
+    size, other = (np.abs(x.mean(axis=0)) for x in (remainder, unfitted))
+    least = np.maximum(DOUBT_FITTED, DOUBT_UNFITTED * np.sqrt(1.0 - trust))
+    error = np.maximum(np.abs(size - other), least * size)
+    # rungs that stand too low fit too small an exponent: the usual one is taken, and the fit goes into the error
+    low = (fitted < LEAST_EXPONENT * usual) | (cut_offs[0] < 0.95 * settled)
+    fit = np.abs((step * remainder_per_step(fitted)).mean(axis=0))
+    widest = np.maximum(WIDER * np.abs(fit - other), DOUBT_UNFITTED * other)
+    return np.where(low, usual, exponent), np.where(low, unfitted, remainder), np.where(low, widest, error)
+
+
+def fitted_exponent(cut_offs: list[float], values: list[Array], usual: float = 1.0) -> Array:
     """Return p of T∞ + c q_c^(−p) through the means at three cut-offs, per speed.
 
     Between 0.3 and 3; the usual one where the means allow none.
     """
-    means = np.stack([np.mean(v, axis=0) for v in values], axis=-1)
-    return np.array([_exponent(cutoffs, usual, *map(float, row)) for row in means])
+    exponents = []
+    for a, b, c in zip(*(np.mean(rows, axis=0).tolist() for rows in values), strict=True):
+        exponent = usual
+        if (a - b) * (b - c) > 0.0:
+
+            def excess(p: float, quotient: float = (a - b) / (b - c)) -> float:
+                return float(quotient_of_steps(cut_offs, np.asarray(p)) - quotient)
+
+            if excess(0.3) * excess(3.0) <= 0.0:
+                exponent = float(brentq(excess, 0.3, 3.0))
+        exponents.append(exponent)
+    return np.array(exponents)
 
 
-def _exponent(cutoffs: list[float], usual: float, a: float, b: float, c: float) -> float:
-    if not (a - b) * (b - c) > 0.0:
-        return usual
+def influence_on_exponent(cut_offs: list[float], rows: list[Array], p: Array) -> Array:
+    """Return the influence of each realization on the fitted exponent p, zero in the mean; NaN where p is no fit."""
+    first, second = rows[0] - rows[1], rows[1] - rows[2]
+    first_mean, second_mean = first.mean(axis=0), second.mean(axis=0)
+    with np.errstate(all="ignore"):
+        quotient = first_mean / second_mean
+        of_quotient = ((first - first_mean) - quotient * (second - second_mean)) / second_mean
+        slope = (quotient_of_steps(cut_offs, p + STEP) - quotient_of_steps(cut_offs, p - STEP)) / (2.0 * STEP)
+        fits = np.abs(quotient_of_steps(cut_offs, p) / quotient - 1.0) < 1e-6
+        return np.where(fits, of_quotient / slope, nan)
 
-    def excess(p: float) -> float:
-        return float(_steps(cutoffs, np.asarray(p)) - (a - b) / (b - c))
 
-    low, high = excess(0.3), excess(3.0)
-    return float(brentq(excess, 0.3, 3.0)) if low * high <= 0.0 else usual
-
-
-__all__ = ["DOUBT_OF_SHAPE", "NO_LIMIT", "Values", "fitted_exponent", "observe"]
+def quotient_of_steps(cut_offs: list[float], p: Array) -> Array:
+    """Return the first over the second step of c q_c^(−p) at three cut-offs."""
+    x, y, z = (np.asarray((q / cut_offs[0]) ** -p) for q in cut_offs)
+    return np.asarray((x - y) / (y - z))
