@@ -1,7 +1,6 @@
 """A spectrum, a solver and an observable are one new file each: those of docs/how-to/extend.md.
 
-They run in a copy of the package that is links to it beside the new files: nothing of it is edited. Files that lie
-elsewhere are those of a package of its own, installed beside the copy with the entry points that the page names.
+They run as a package of their own, installed with the entry points that the page names: nothing of roughsim is edited.
 """
 
 import json
@@ -60,23 +59,10 @@ print(json.dumps({
 """
 
 
-def linked(folder, original, new):
-    """A folder of links to what `original` holds; folders that get new files are made likewise."""
-    folder.mkdir()
-    for entry in original.iterdir():
-        if any(path.parts[0] == entry.name for path in new if len(path.parts) > 1):
-            inside = [Path(*path.parts[1:]) for path in new if path.parts[0] == entry.name]
-            linked(folder / entry.name, entry, inside)
-        elif entry.name != "__pycache__" or not any(len(path.parts) == 1 for path in new):
-            (folder / entry.name).symlink_to(entry)
-
-
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """What a run of the page's scene gives, from scene to report, with the page's three files in their folders."""
-    home = tmp_path_factory.mktemp("copy")
-    inside = [Path(name).relative_to("roughsim") for name in FILES if name.startswith("roughsim/")]
-    linked(home / "roughsim", ROOT / "roughsim", inside)
+    """What a run of the page's scene gives, from scene to report, with the page's three files installed."""
+    home = tmp_path_factory.mktemp("own")
     installed = home / "own-1.0.dist-info"  # what pip leaves of a package with these entry points
     installed.mkdir()
     (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: own\nVersion: 1.0\n")
@@ -93,7 +79,7 @@ def results(tmp_path_factory):
     done = subprocess.run(words, cwd=home, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout.splitlines()[-1])
-    assert Path(found["home"]).parent == home / "roughsim"
+    assert Path(found["home"]).parent == ROOT / "roughsim"
     return found | {"folder": home}
 
 
@@ -103,13 +89,9 @@ def of_length(rows):
     return row
 
 
-def test_the_page_has_one_file_for_each():
-    assert [str(Path(name).parent) for name in FILES] == [
-        "roughsim/scene/spectra",
-        ".",
-        ".",
-    ]
-    assert not any((ROOT / name).exists() for name in FILES)
+def test_the_page_has_one_file_and_one_entry_point_for_each():
+    assert [*FILES] == ["bump.py", "gradient.py", "stress_length.py"]
+    assert [*map(list, ENTRY_POINTS)] == [["roughsim.spectra"], ["roughsim.solvers"], ["roughsim.observables"]]
 
 
 def test_an_observable_from_outside_may_not_take_the_name_of_another(monkeypatch):
@@ -150,7 +132,7 @@ def test_a_new_observable_is_in_estimates_comparisons_tables_reports_and_files(r
     assert row["elastic_over_theory"]["value"] == pytest.approx(row["elastic"]["mean"] / row["theory"], rel=1e-12)
     assert results["exported"] == [[1, 12], "Pa^2 m", "sum of |sigma(q)|^2/q"]
     assert "stress_length" in (results["folder"] / "table.txt").read_text()
-    assert "stress length, µm" in (results["folder"] / "report.html").read_text()
+    assert "stress_length, µm" in (results["folder"] / "report.html").read_text()
 
 
 @pytest.mark.slow
