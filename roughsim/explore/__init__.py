@@ -1,7 +1,7 @@
 """A local page to look at a run: fields, temperatures at any speed and direction, curves over the theory.
 
-`views`, `specimen`, `curves`, `words` and `library` compute what is shown and know nothing of Bokeh; `figures`, `page`
-and `server` show it. Needs the extra `explore`.
+`fields`, `images`, `line`, `curves` and `watched_run` compute without Bokeh. `panels` and `layout` are what is on the
+page, `page` is what happens when it is used, `server` and `access` bring it to the browser. Needs the extra `explore`.
 """
 
 from __future__ import annotations
@@ -14,27 +14,10 @@ from pathlib import Path
 def explore(
     folder: str | Path, *, port: int | None = None, browser: bool = True, announce: Callable[[str], None] = print
 ) -> None:
-    """Serve a page to explore a run, on this computer only, until interrupted.
+    """Serve a page to explore a run, on this computer only, until interrupted. The folder is only read.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Of the run: finished, empty, or still growing. It is only read.
-    port : int, optional
-        Where the page is served; left out: the first free one from 5006 on.
-    browser : bool
-        Open the page in the web browser.
-    announce : callable
-        Called with the address of the page once it can be opened.
-
-    Raises
-    ------
-    ImportError
-        If Bokeh is not installed: ``pip install 'roughsim[explore]'``.
-    RecordError
-        If the folder is no run.
-    OSError
-        If the port is taken.
+    Without a port it takes the first free one from 5006 on. `browser` opens the page in the web browser; `announce` is
+    called with its address. ImportError without Bokeh, RecordError if it is no run, OSError for a port in use.
     """
     if find_spec("bokeh") is None:
         raise ImportError("the page needs Bokeh, which is not installed: pip install 'roughsim[explore]'")

@@ -22,9 +22,9 @@ OVER_SPEED = ("flash_temperature", "flash_width", "slope_length")
 
 
 class Curve(NamedTuple):
-    """A measured curve: where (m/s or m), the mean, and its error, 95 %: total, of g_σ statistical.
+    """A measured curve over m/s or m: its mean, and the error of 95 %; infinite for one realization.
 
-    Infinite for one realization.
+    The error is the total one, and of g_σ the statistical one.
     """
 
     x: Array
@@ -58,19 +58,13 @@ def theory_curves(run: Run) -> dict[str, tuple[Array, Array]]:
     return {CORRELATION: (r, prediction.correlation(scene, r)), **lines}
 
 
-def measured_curves(run: Run) -> dict[str, dict[str, Curve]]:
-    """Return the curves of every column by name; empty without a sound realization."""
-    if not run.sound(run.realizations):
-        return {}
-    return {column: _of_column(run, column) for column in run.numerics.columns}
-
-
-def _of_column(run: Run, column: str) -> dict[str, Curve]:
+def measured_curves(run: Run, column: str) -> dict[str, Curve]:
+    """Return the curves of a column by name; the run needs a sound realization."""
     speeds, r = np.array(run.scene.speeds), distances(run)
-    moving = speeds > 0.0
+    moving = speeds > 0.0  # rest has no place on a logarithmic axis
     mean, error = run.correlation(r, column)
     curves = {CORRELATION: Curve(r, mean, half_width(run, column, error))}
     for name in OVER_SPEED:
-        found = run.estimate(name, column)
-        curves[name] = Curve(speeds[moving], found.mean[moving], found.total_error[moving])
+        estimate = run.estimate(name, column)
+        curves[name] = Curve(speeds[moving], estimate.mean[moving], estimate.total_error[moving])
     return curves

@@ -3,97 +3,75 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import atan2, degrees, radians
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from roughsim.errors import positive
-from roughsim.explore import curves
+from roughsim.explore.background import LatestTask
+from roughsim.explore.fields import Distribution, Field, MemberFields, Temperature
+from roughsim.explore.images import Ends, Image, image_of
 from roughsim.explore.layout import Layout
-from roughsim.explore.library import Latest, Library, Summary
-from roughsim.explore.specimen import Distribution, Specimen, along, distribution, line_through, nearest
-from roughsim.explore.views import Field, as_bytes, averaged, box_of, part_in_view, preview_grid
+from roughsim.explore.line import line_through, nearest_point
+from roughsim.explore.panels import THEME
+from roughsim.explore.watched_run import Summary, WatchedRun
 
 if TYPE_CHECKING:
     from bokeh.document import Document
 
     from roughsim.grid import Grid
 
-_PERIOD = 2000  # ms between looks for new members
-_TEMPLATE = '{% block preamble %}<link rel="icon" href="data:,">{% endblock %}'  # no icon is asked for by another path
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Heat:
-    """A temperature field, the controls it belongs to, and whether it is the whole field or a preview."""
-
-    field: Field
-    grid: Grid
-    speed: float
-    direction: float
-    whole: bool
+PERIOD = 2000  # ms between looks for new members
+NO_ICON = '{% block preamble %}<link rel="icon" href="data:,">{% endblock %}'  # or browsers ask for one by another path
 
 
 class Page:
-    """The page of one browser tab.
+    """The page of a run in an empty document of Bokeh."""
 
-    Parameters
-    ----------
-    library : Library
-        The run, shared by all pages.
-    document : Document
-        Of Bokeh, still empty.
-    """
-
-    def __init__(self, library: Library, document: Document):
-        self.library, self.document = library, document
-        run = library.run
-        self.speed = max(run.scene.speeds) or 1.0
+    def __init__(self, run: WatchedRun, document: Document):
+        self.run, self.document = run, document
+        scene = run.run.scene
+        self.speed = max(scene.speeds) or 1.0
         self.direction = 0.0
-        self.specimen: Specimen | None = None
-        self.heat: Heat | None = None
+        self.fields: MemberFields | None = None
+        self.temperature: Temperature | None = None
         self.point: tuple[int, int] | None = None
-        self.limits: dict[str, tuple[float, float]] = {}
+        self.limits: dict[str, Ends] = {}
         self.summary: Summary | None = None
-        self._closed = self._moving = self._showing = False
-        self.layout = Layout(run, self.speed, curves.speed_range(run.scene))
-        self.fields, self.previews, self.looks, self.news = (Latest(self._deliver, self.say) for _ in range(4))
-        self.layout.show_theory(library.theory)
+        self._closed = self._moving = self._setting_controls = False
+        self.layout = Layout(run.run, self.speed)
+        self.readings, self.previews, self.images, self.news = (LatestTask(self._deliver, self.say) for _ in range(4))
+        for name, curve in run.theory.items():
+            self.layout.curves[name].show_theory(*curve)
         self._connect()
-        document.title = f"roughsim: {run.scene.title or run.folder.name}"
-        document.template = _TEMPLATE
+        document.title = f"roughsim: {scene.title or run.run.folder.name}"
+        document.template, document.theme = NO_ICON, THEME
         document.add_root(self.layout.root)
-        document.add_periodic_callback(self.look_for_news, _PERIOD)
+        document.add_periodic_callback(self.look_for_news, PERIOD)
         self.look_for_news()
 
     def _connect(self) -> None:
-        see = self.layout
-        self._when(see.slider, "value", lambda: self.move(10.0**see.slider.value, self.direction))
-        self._when(see.slider, "value_throttled", lambda: self.settle(10.0**see.slider.value, self.direction))
-        self._when(see.speed, "value", lambda: self.type_speed(see.speed.value))
-        self._when(see.angle, "value", lambda: self.type_angle(see.angle.value))
-        self._when(see.level, "value", self.choose_level)
-        self._when(see.member, "value", self.choose_member)
-        self._when(see.span, "active", self.draw_maps)
-        see.dial.on_event("pan", lambda event: self.turn(event, done=False))
-        see.dial.on_event("panend", lambda event: self.turn(event, done=True))
-        see.dial.on_event("tap", lambda event: self.turn(event, done=True))
-        for one in see.maps.values():
-            one.figure.on_event("tap", lambda event: self.mark(event.x, event.y))
-        for edge in (see.x_range, see.y_range):
-            self._when(edge, "start", self.draw_maps)
-            self._when(edge, "end", self.draw_maps)
+        """Tell Bokeh what each control does; nothing while the page itself sets its controls."""
+        layout = self.layout
 
-    def _when(self, model: Any, name: str, act: Callable[[], None]) -> None:
-        """Act when somebody has changed a property of a model; not when the page itself sets its controls."""
+        def when(model: Any, name: str, act: Callable[[], None]) -> None:
+            model.on_change(name, lambda attr, old, new: None if self._setting_controls else act())
 
-        def changed(attr: str, old: Any, new: Any) -> None:
-            if not self._showing:
-                act()
-
-        model.on_change(name, changed)
+        when(layout.slider, "value", lambda: self.move(10.0**layout.slider.value, self.direction))
+        when(layout.slider, "value_throttled", lambda: self.settle(10.0**layout.slider.value, self.direction))
+        when(layout.speed, "value", lambda: self.type_speed(layout.speed.value))
+        when(layout.angle, "value", lambda: self.type_angle(layout.angle.value))
+        when(layout.level, "value", self.choose_level)
+        when(layout.member, "value", self.choose_member)
+        when(layout.colours_of, "active", self.draw_maps)
+        for axis in (layout.x_range, layout.y_range):
+            when(axis, "start", self.draw_maps)
+            when(axis, "end", self.draw_maps)
+        for event in ("pan", "panend", "tap"):
+            layout.dial.figure.on_event(event, self.turn)
+        for panel in layout.maps.values():
+            panel.figure.on_event("tap", lambda event: self.mark(event.x, event.y))
 
     def _deliver(self, show: Any) -> None:
         if not self._closed:
@@ -102,35 +80,38 @@ class Page:
     def close(self) -> None:
         """End the threads of the page, and let go of all fields."""
         self._closed = True
-        for worker in (self.fields, self.previews, self.looks, self.news):
+        for worker in (self.readings, self.previews, self.images, self.news):
             worker.close()
-        self.specimen = self.heat = None
-        self.library.forget()
+        self.fields = self.temperature = None
+        self.run.fields.cache_clear()
 
     def say(self, problem: Exception | str) -> None:
-        """Show what is wrong; an empty text clears it."""
+        """Show a problem above those of the run; an empty text clears it."""
         lines = [str(problem)] if str(problem) else []
-        self.layout.tell([*lines, *(self.summary.problems if self.summary else [])])
+        self.layout.problems.text = "\n".join([*lines, *(self.summary.problems if self.summary else [])])
 
     # the run
 
     def look_for_news(self) -> None:
         """Look whether the run has grown."""
-        self.news.ask(lambda: (self.library.summary(), self.library.state()), self.show_news)
+        self.news.ask(lambda: (self.run.summary(), self.run.state()), self.show_news)
 
-    def show_news(self, found: tuple[Summary, str]) -> None:
+    def show_news(self, news: tuple[Summary, str]) -> None:
         """Show the state of the run, and its curves and texts if it has grown."""
-        summary, self.layout.state.text = found
+        summary, self.layout.state.text = news
         if summary is self.summary:
             return
         self.summary = summary
-        self.layout.show_curves(summary.measured)
-        self.layout.show_budget(summary.budget)
+        for column, curves in summary.measured.items():
+            for name, curve in curves.items():
+                self.layout.curves[name].show(column, curve)
+        for column, text in summary.budget.items():
+            self.layout.budgets[column].text = text
         self.say("")
         self.offer_members()
 
     def offer_members(self) -> None:
-        """List the members of the chosen level; the first kept one is shown if none is yet."""
+        """List the realizations of the chosen level; the first one with fields is shown if none is yet."""
         if self.summary is None:
             return
         level = int(self.layout.level.value)
@@ -140,7 +121,7 @@ class Page:
             self.layout.member.value = str((kept or sound)[0])
 
     def choose_level(self) -> None:
-        """Show the same member at another level."""
+        """Show the same realization at another level."""
         before = self.layout.member.value
         self.offer_members()
         if self.layout.member.value == before:
@@ -151,27 +132,25 @@ class Page:
         if not self.layout.member.value:
             return
         level, index = int(self.layout.level.value), int(self.layout.member.value)
-        speed, direction = self.speed, self.direction
         self.layout.busy.text = f"reading realization {index} …"
-        self.specimen = self.heat = None
+        self.fields = self.temperature = None
         self.layout.clear()
-        self.fields.ask(lambda: self._opened(level, index, speed, direction), self.show_member)
+        speed, direction = self.speed, self.direction
+        self.readings.ask(lambda: computed(self.run.fields(level, index), speed, direction), self.show_member)
 
-    def _opened(self, level: int, index: int, speed: float, direction: float) -> Any:
-        specimen = self.library.specimen(level, index)
-        heat = _whole(specimen, speed, direction)
-        return specimen, heat, distribution(heat.field, specimen.pressure)
-
-    def show_member(self, found: tuple[Specimen, Heat, Distribution]) -> None:
+    def show_member(self, result: tuple[MemberFields, Temperature, Distribution | None]) -> None:
         """Show a member that has been read; the hottest point is marked."""
-        self.specimen, heat, spread = found
-        biggest = float(np.abs(self.specimen.heights).max())
-        self.limits = {"heights": (-biggest, biggest), "pressure": _ends(self.specimen.pressure)}
-        hottest = np.unravel_index(int(heat.field.argmax()), heat.field.shape)
-        self.point = int(hottest[0]), int(hottest[1])
+        self.fields, temperature, _ = result
+        highest = float(np.abs(self.fields.heights).max())
+        self.limits = {"heights": (-highest, highest), "pressure": limits_of(self.fields.pressure)}
+        i, j = np.unravel_index(int(temperature.field.argmax()), temperature.field.shape)
+        self.point = int(i), int(j)
         self.say("")
-        self.show_whole((heat, spread))
+        self.show_temperature(temperature)
+        self.show_whole(result)
         self.draw_maps()
+        if not self._is_chosen(temperature):  # another speed was chosen while the member was read
+            self.settle(self.speed, self.direction)
 
     # speed and direction
 
@@ -190,134 +169,129 @@ class Page:
         if angle is not None:
             self.settle(self.speed, radians(angle % 360))
 
-    def turn(self, event: Any, *, done: bool) -> None:
-        """Take a direction from the dial; whole degrees."""
+    def turn(self, event: Any) -> None:
+        """Take a direction from the dial, in whole degrees: a preview while the hand is dragged."""
         if event.x is None or event.y is None or event.x == event.y == 0:
             return
         direction = radians(round(degrees(atan2(event.y, event.x))) % 360)
-        (self.settle if done else self.move)(self.speed, direction)
+        (self.move if event.event_name == "pan" else self.settle)(self.speed, direction)
 
     def move(self, speed: float, direction: float) -> None:
-        """Show a preview at another speed and direction; what was asked for before and not begun is dropped."""
+        """Show a preview at another speed, m/s, and direction, rad."""
         self.speed, self.direction, self._moving = speed, direction, True
-        self.layout.turn_dial(direction)
-        specimen = self.specimen
-        if specimen is not None:
-            self.previews.ask(lambda: _preview(specimen, speed, direction), self.show_preview)
+        self.layout.dial.turn(direction)
+        fields = self.fields
+        if fields is not None:
+            self.previews.ask(lambda: fields.temperature(speed, direction, preview=True), self.show_preview)
 
     def settle(self, speed: float, direction: float) -> None:
-        """Show the whole field at another speed and direction."""
+        """Show the whole field at another speed, m/s, and direction, rad."""
         self.move(speed, direction)
-        self._showing = True
+        self._setting_controls = True
         self.layout.show_controls(speed, direction)
-        self._showing = False
-        specimen = self.specimen
-        if specimen is not None:
-            self.layout.busy.text = "" if specimen.is_small else "computing the whole field …"
-            self.fields.ask(lambda: _settled(specimen, speed, direction), self.show_whole)
+        self._setting_controls = False
+        fields = self.fields
+        if fields is not None:
+            self.layout.busy.text = "" if fields.preview_is_whole else "computing the whole field …"
+            self.readings.ask(lambda: computed(fields, speed, direction), self.show_whole)
 
-    def _wanted(self, heat: Heat) -> bool:
-        return (heat.speed, heat.direction) == (self.speed, self.direction)
+    def _is_chosen(self, temperature: Temperature) -> bool:
+        return (temperature.speed, temperature.direction) == (self.speed, self.direction)
 
-    def show_preview(self, heat: Heat) -> None:
-        """Show the long waves of a temperature, unless the whole field is there."""
-        if self.specimen is None or (self.heat is not None and self.heat.whole and self._wanted(self.heat)):
-            return
-        self.show_heat(heat)
+    def show_preview(self, preview: Temperature) -> None:
+        """Show the long waves of a temperature, unless the whole field is already shown."""
+        shown = self.temperature
+        if self.fields is not None and not (shown is not None and shown.whole and self._is_chosen(shown)):
+            self.show_temperature(preview)
 
-    def show_whole(self, found: tuple[Heat, Distribution]) -> None:
-        """Show a whole field with what is read off it, unless something else is wanted by now."""
-        heat, spread = found
-        if self.specimen is None or heat.field.shape != self.specimen.grid.shape or not self._wanted(heat):
+    def show_whole(self, result: tuple[MemberFields, Temperature, Distribution | None]) -> None:
+        """Show a whole field with what is read off it, unless another has been chosen meanwhile."""
+        fields, temperature, distribution = result
+        if fields is not self.fields or not self._is_chosen(temperature):
             return
         self.layout.busy.text, self._moving = "", False
-        self.show_heat(heat)
-        self.layout.show_distribution(spread)
+        self.show_temperature(temperature)
+        self.layout.distribution.show(distribution)
         self.draw_line()
 
-    def show_heat(self, heat: Heat) -> None:
+    def show_temperature(self, temperature: Temperature) -> None:
         """Replace the temperature map."""
-        self.heat = heat
-        self.limits["temperature"] = _ends(heat.field)
-        self._show_image("temperature", *self._image(heat.field, heat.grid, self._view(), self._limits("temperature")))
+        self.temperature = temperature
+        self.limits["temperature"] = limits_of(temperature.field)
+        self._show_image(
+            "temperature", image_of(temperature.field, temperature.grid, self._view(), self._limits("temperature"))
+        )
 
     # maps and points
 
-    def _view(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        factor = self.layout.factor
-        x, y = self.layout.x_range, self.layout.y_range
+    def _view(self) -> tuple[Ends, Ends]:
+        """The ends of what is in view along x and y, m."""
+        x, y, factor = self.layout.x_range, self.layout.y_range, self.layout.factor
         return (x.start / factor, x.end / factor), (y.start / factor, y.end / factor)
 
-    def _limits(self, name: str) -> tuple[float, float] | None:
-        """Limits of the colours: of the whole cell, or None for those of the view."""
-        return self.limits[name] if self.layout.span.active == 0 else None
+    def _limits(self, name: str) -> Ends | None:
+        """The limits of the colours: those of the whole cell, or None for those of the view."""
+        return self.limits[name] if self.layout.colours_of.active == 0 else None
 
     def draw_maps(self) -> None:
         """Draw the part of the fields that is in view now."""
-        specimen, heat, view = self.specimen, self.heat, self._view()
-        if specimen is None or heat is None:
+        fields, temperature, view = self.fields, self.temperature, self._view()
+        if fields is None or temperature is None:
             return
-        fields = {"heights": (specimen.heights, specimen.grid), "pressure": (specimen.pressure, specimen.grid)}
-        fields["temperature"] = heat.field, heat.grid
-        limits = {name: self._limits(name) for name in fields}
+        grid = fields.grid
+        maps: dict[str, tuple[Field, Grid]] = {"heights": (fields.heights, grid), "pressure": (fields.pressure, grid)}
+        maps["temperature"] = temperature.field, temperature.grid
+        limits = {name: self._limits(name) for name in maps}
 
-        def work() -> tuple[Heat, dict[str, Any]]:
-            return heat, {name: self._image(*fields[name], view, limits[name]) for name in fields}
+        def work() -> tuple[Temperature, dict[str, Image]]:
+            return temperature, {name: image_of(*maps[name], view, limits[name]) for name in maps}
 
-        self.looks.ask(work, self.show_maps)
+        self.images.ask(work, self.show_maps)
 
-    def show_maps(self, found: tuple[Heat, dict[str, Any]]) -> None:
+    def show_maps(self, result: tuple[Temperature, dict[str, Image]]) -> None:
         """Show the images of a view; a temperature that has been replaced meanwhile is left out."""
-        heat, images = found
+        temperature, images = result
         for name, image in images.items():
-            if self.specimen is not None and (name != "temperature" or heat is self.heat):
-                self._show_image(name, *image)
+            if self.fields is not None and (name != "temperature" or temperature is self.temperature):
+                self._show_image(name, image)
 
-    def _image(self, field: Field, grid: Grid, view: Any, limits: tuple[float, float] | None) -> tuple[Any, Any, Any]:
-        part = part_in_view(grid, *view)
-        mean = averaged(field, part)
-        limits = _ends(mean) if limits is None else limits
-        box = [side * self.layout.factor for side in box_of(grid, part)]
-        data = dict(zip(("x", "y", "dw", "dh"), ([side] for side in box), strict=True))
-        return {"image": [as_bytes(mean, limits)], **data}, limits, part.step
-
-    def _show_image(self, name: str, data: dict[str, Any], limits: tuple[float, float], step: tuple[int, int]) -> None:
+    def _show_image(self, name: str, image: Image) -> None:
         note = ""
-        if name == "temperature" and self.heat is not None:
-            settled = self.heat.whole and not self._moving  # a title that changes is laid out anew: not at every move
-            note = f", {self.heat.speed:.3g} m/s" if settled else ", preview"
-        self.layout.show_image(name, data, limits, step, note)
+        if name == "temperature" and self.temperature is not None:
+            # a title that changes is laid out anew: not at every move of the slider
+            settled = self.temperature.whole and not self._moving
+            note = f", {self.temperature.speed:.3g} m/s" if settled else ", preview"
+        self.layout.maps[name].show(image, self.layout.factor, note)
 
     def mark(self, x: float, y: float) -> None:
-        """Read off the values at a place, in the unit of the axes, and draw the line through it."""
-        if self.specimen is not None:
-            self.point = nearest(self.specimen.grid, x / self.layout.factor, y / self.layout.factor)
+        """Mark a place, in the unit of the axes, and show the values there and along the line through it."""
+        if self.fields is not None:
+            self.point = nearest_point(self.fields.grid, x / self.layout.factor, y / self.layout.factor)
             self.draw_line()
 
     def draw_line(self) -> None:
-        """Draw the fields on the line through the marked point, from the whole fields."""
-        specimen, heat, point = self.specimen, self.heat, self.point
-        if specimen is None or heat is None or point is None:
+        """Draw the whole fields on the line through the marked point; a preview of the temperature is left out."""
+        fields, temperature, point = self.fields, self.temperature, self.point
+        if fields is None or temperature is None or point is None:
             return
-        line = line_through(specimen.grid, point, self.direction)
-        temperature = heat.field if heat.whole else None
-        values = along(line, heights=specimen.heights, pressure=specimen.pressure, temperature=temperature)
-        self.layout.show_line(specimen.grid, point, line, values)
+        line = line_through(fields.grid, point, self.direction)
+        along: dict[str, Field] = {
+            name: field[line.i, line.j].astype(np.float64)
+            for name, field in (("heights", fields.heights), ("pressure", fields.pressure))
+        }
+        whole = temperature.field[line.i, line.j].astype(np.float64) if temperature.whole else None
+        along["temperature"] = np.full(line.i.shape, np.nan) if whole is None else whole
+        self.layout.show_line(fields.grid, point, line, along)
 
 
-def _whole(specimen: Specimen, speed: float, direction: float) -> Heat:
-    return Heat(specimen.temperature(speed, direction), specimen.grid, speed, direction, whole=True)
+def computed(
+    fields: MemberFields, speed: float, direction: float
+) -> tuple[MemberFields, Temperature, Distribution | None]:
+    """Return fields with the whole temperature at a speed, m/s, and direction, rad, and its distribution."""
+    temperature = fields.temperature(speed, direction)
+    return fields, temperature, fields.distribution(temperature.field)
 
 
-def _settled(specimen: Specimen, speed: float, direction: float) -> tuple[Heat, Distribution]:
-    heat = _whole(specimen, speed, direction)
-    return heat, distribution(heat.field, specimen.pressure)
-
-
-def _preview(specimen: Specimen, speed: float, direction: float) -> Heat:
-    field = specimen.temperature_preview(speed, direction)
-    return Heat(field, preview_grid(specimen.grid), speed, direction, whole=specimen.is_small)
-
-
-def _ends(field: Field) -> tuple[float, float]:
+def limits_of(field: Field) -> Ends:
+    """Return the lowest and the highest value."""
     return float(field.min()), float(field.max())

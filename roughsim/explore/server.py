@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import socket
+from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -14,84 +15,68 @@ from bokeh.server.server import BaseServer
 from tornado.httpserver import HTTPServer
 from tornado.ioloop import IOLoop
 
-from roughsim.explore.gate import Gate
-from roughsim.explore.layout import words
-from roughsim.explore.library import Library
+from roughsim.explore.access import GuardedApplication
+from roughsim.explore.layout import plain_text
 from roughsim.explore.page import Page
+from roughsim.explore.watched_run import WatchedRun
 
 ADDRESS = "127.0.0.1"
 FIRST_PORT = 5006
-_TRIED = 20
-_REST = 5.0  # s until threads have ended, too
-_LARGEST_BODY = 4096  # bytes of a request: nothing of this page has any
+PORTS_TRIED = 20
+REST = 5.0  # s until threads have ended, too
+LARGEST_BODY = 4096  # bytes of a request: nothing of this page has any
 
 
 def start(folder: str | Path, port: int | None = None) -> tuple[BaseServer, str]:
     """Return a started server of the page of a run, and the address of the page, a secret.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Of the run.
-    port : int, optional
-        Where it listens; left out: the first free one from 5006 on.
-
-    Raises
-    ------
-    RecordError
-        If the folder is no run.
-    OSError
-        If the port is taken.
+    Without a port it takes the first free one from 5006 on. RecordError if the folder is no run; OSError if the port is
+    taken.
     """
-    library = Library(folder)
-    _ = library.theory  # pages open with it
+    run = WatchedRun(folder)
+    _ = run.theory  # computed once, before the first page opens
 
     def open_page(document: Any) -> None:
         try:
-            page = Page(library, document)
-        except Exception as error:  # a session that is never born would keep every later visit waiting
+            page = Page(run, document)
+        except Exception as error:  # a session that fails to open would keep every later visit waiting
             document.clear()
-            document.add_root(words("problems", f"This run cannot be shown: {error}"))
+            document.add_root(plain_text("problems", f"This run cannot be shown: {error}"))
             return
 
         def close(session_context: Any) -> None:
             page.close()
-            IOLoop.current().call_later(_REST, gc.collect)  # a page is a knot of cycles
+            IOLoop.current().call_later(REST, gc.collect)  # the objects of a page refer to each other in circles
 
         document.on_session_destroyed(close)
 
     application = Application(FunctionHandler(open_page))
-    ports = range(FIRST_PORT, FIRST_PORT + _TRIED) if port is None else (port,)
-    for number in ports:
+    for number in range(FIRST_PORT, FIRST_PORT + PORTS_TRIED) if port is None else (port,):
         try:
-            server = _listen(application, number)
+            listening = socket.create_server((ADDRESS, number), backlog=128)
         except OSError as error:
             refusal = error
-        else:
-            server.start()
-            return server, f"http://{ADDRESS}:{number}{server.prefix}/"
-    taken = f"port = {port} is" if port else f"ports {FIRST_PORT} to {FIRST_PORT + _TRIED - 1} are"
+            continue
+        listening.setblocking(False)
+        guarded = GuardedApplication(application, number)
+        http = HTTPServer(guarded, max_body_size=LARGEST_BODY)
+        http.add_socket(listening)
+        server = BaseServer(IOLoop.current(), guarded, http)
+        server.start()
+        return server, f"http://{ADDRESS}:{number}{server.prefix}/"
+    taken = f"port = {port} is" if port else f"ports {FIRST_PORT} to {FIRST_PORT + PORTS_TRIED - 1} are"
     raise OSError(refusal.errno, f"{taken} not free on {ADDRESS}; choose another with --port")
 
 
-def _listen(application: Application, port: int) -> BaseServer:
-    listening = socket.create_server((ADDRESS, port), backlog=128)
-    listening.setblocking(False)
-    gate = Gate(application, port)
-    http = HTTPServer(gate, max_body_size=_LARGEST_BODY)
-    http.add_socket(listening)
-    return BaseServer(IOLoop.current(), gate, http)
-
-
-def serve(folder: str | Path, port: int | None, *, browser: bool, announce: Any) -> None:
-    """Serve the page until interrupted; arguments as `start`, and how to tell the address."""
+def serve(folder: str | Path, port: int | None, *, browser: bool, announce: Callable[[str], None]) -> None:
+    """Serve the page until interrupted; `announce` is called with its address."""
     server, address = start(folder, port)
     announce(address)
     with TemporaryDirectory(prefix="roughsim-") as private:
         if browser:
             import webbrowser
 
-            # all users see the words that a program is started with: a file that none of them can read holds the secret
+            # all users see the words that a program is started with: a file that none of them can read has the secret
             door = Path(private, "page.html")
             door.write_text(f'<meta http-equiv="refresh" content="0; url={address}">\n', encoding="utf-8")
             server.io_loop.add_callback(webbrowser.open, door.as_uri())

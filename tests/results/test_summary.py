@@ -17,7 +17,7 @@ from roughsim.ensemble.status import status_dict, status_lines
 from roughsim.estimate.ladder import Values
 from roughsim.estimate.stop import relative_half_width
 from roughsim.estimate.values import values_of
-from roughsim.explore.words import problems_of
+from roughsim.explore.watched_run import WatchedRun
 from roughsim.results import reader, summary
 from roughsim.store.member_files import check_member, member_path, read_member, write_member
 
@@ -295,7 +295,7 @@ def test_files_and_pages_of_a_run_with_a_gap_are_not_shorter_without_a_word(fold
             main(words)
         assert ended.value.code == 0
         assert "not there: L0-000003, lost or being computed now; only the 3 real" in capsys.readouterr().err
-    assert any("not there: L0-000003" in line for line in problems_of(rs.open_run(folder)))
+    assert any("not there: L0-000003" in line for line in WatchedRun(folder).summary().problems)
 
 
 def test_a_whole_run_and_one_that_met_its_target_miss_nothing(folder):

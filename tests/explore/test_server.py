@@ -57,13 +57,13 @@ def test_a_port_that_is_taken_is_refused_by_number(loop, held, capped_run, monke
     with pytest.raises(OSError, match=rf"^\[Errno \d+\] port = {held} is not free on 127.0.0.1; choose another with"):
         server.start(capped_run.folder, held)
     monkeypatch.setattr(server, "FIRST_PORT", held)
-    monkeypatch.setattr(server, "_TRIED", 1)
+    monkeypatch.setattr(server, "PORTS_TRIED", 1)
     with pytest.raises(OSError, match=f"ports {held} to {held} are not free"):
         server.start(capped_run.folder)
 
 
 def test_a_folder_that_is_no_run_starts_no_server(tmp_path, monkeypatch):
-    monkeypatch.setattr(server, "_listen", lambda *_: pytest.fail("listens all the same"))
+    monkeypatch.setattr(socket, "create_server", lambda *_, **__: pytest.fail("listens all the same"))
     with pytest.raises(RecordError, match="run.json"):
         server.start(tmp_path)
 

@@ -1,12 +1,6 @@
-"""The page of a run: what its controls show. Without a browser here; in a real one under `slow`."""
+"""The page of a run: what its controls show, without a browser."""
 
-import json
-import re
 import shutil
-import socket
-import subprocess
-import sys
-import time
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
@@ -14,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import roughsim as rs
-from roughsim.explore.library import Library
-from roughsim.explore.views import as_bytes
+from roughsim.explore import fields, images
+from roughsim.explore.images import as_bytes
+from roughsim.explore.watched_run import WatchedRun
 
 pytest.importorskip("bokeh")
 from bokeh.document import Document
@@ -24,7 +18,6 @@ from bokeh.events import Pan, PanEnd, Tap
 from bokeh.models import Div, PreText
 
 from roughsim.explore import page as page_module
-from roughsim.explore import views
 from roughsim.explore.layout import Layout
 from roughsim.explore.page import Page
 
@@ -48,38 +41,38 @@ class Now:
 
 
 @pytest.fixture(scope="module")
-def library(capped_run):
-    return Library(capped_run.folder)
+def watched(capped_run):
+    return WatchedRun(capped_run.folder)
 
 
 @pytest.fixture
-def opened(library, monkeypatch):
+def opened(watched, monkeypatch):
     """Opens another folder of the same scene; its theory is known already."""
-    monkeypatch.setattr(page_module, "Latest", Now)
+    monkeypatch.setattr(page_module, "LatestTask", Now)
 
     def open_page(folder):
-        other = Library(folder)
-        other.theory = library.theory
+        other = WatchedRun(folder)
+        other.theory = watched.theory
         return Page(other, Document())
 
     return open_page
 
 
 @pytest.fixture(scope="module")
-def shared(library):
+def shared(watched):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(page_module, "Latest", Now)
-        yield Page(library, Document())
+        patch.setattr(page_module, "LatestTask", Now)
+        yield Page(watched, Document())
 
 
 @pytest.fixture
 def page(shared):
     """A page as it opens."""
-    see = shared.layout
-    see.span.active = 0
-    see.x_range.update(start=0.0, end=2.0)
-    see.y_range.update(start=0.0, end=2.0)
-    see.level.value, see.member.value = "2", "0"
+    layout = shared.layout
+    layout.colours_of.active = 0
+    layout.x_range.update(start=0.0, end=2.0)
+    layout.y_range.update(start=0.0, end=2.0)
+    layout.level.value, layout.member.value = "2", "0"
     shared.settle(35.0, 0.0)
     shared.say("")
     return shared
@@ -115,11 +108,11 @@ def test_the_slider_shows_the_temperature_at_its_speed(page, capped_run):
     np.testing.assert_array_equal(image(page)["image"][0], as_bytes(field, (field.min(), field.max())))
     page.settle(10.0**-0.5, 0.0)
     assert page.layout.speed.value == "0.3162"
-    spread = page.layout.distribution.sources["bins"].data
+    bins = page.layout.distribution.bins.data
     contact = field[next(capped_run.fields("pressure"))[1] > 0]
-    assert (spread["left"][0], spread["right"][-1]) == pytest.approx((contact.min(), contact.max()), rel=1e-6)
-    assert (spread["area"] * (spread["right"] - spread["left"])).sum() == pytest.approx(100.0)  # per cent
-    assert all(span.location == pytest.approx(10.0**-0.5) for span in page.layout._now.values())
+    assert (bins["left"][0], bins["right"][-1]) == pytest.approx((contact.min(), contact.max()), rel=1e-6)
+    assert (bins["area"] * (bins["right"] - bins["left"])).sum() == pytest.approx(100.0)  # per cent
+    assert all(panel.chosen_speed.location == pytest.approx(10.0**-0.5) for panel in page.layout.curves.values())
 
 
 def test_one_move_replaces_one_source_once(page):
@@ -129,11 +122,11 @@ def test_one_move_replaces_one_source_once(page):
     assert len(replaced) == 1
 
 
-def test_a_large_field_is_previewed_and_then_shown_whole(library, monkeypatch):
-    monkeypatch.setattr(page_module, "Latest", Now)
-    monkeypatch.setattr(views, "PREVIEW", 64)
-    library._specimens.clear()
-    page = Page(library, Document())
+def test_a_large_field_is_previewed_and_then_shown_whole(watched, monkeypatch):
+    monkeypatch.setattr(page_module, "LatestTask", Now)
+    monkeypatch.setattr(fields, "PREVIEW", 64)
+    watched.fields.cache_clear()
+    page = Page(watched, Document())
     page.move(1.0, 0.0)
     assert image(page)["image"][0].shape == (64, 64)
     assert "preview" in page.layout.maps["temperature"].figure.title.text
@@ -141,25 +134,35 @@ def test_a_large_field_is_previewed_and_then_shown_whole(library, monkeypatch):
     assert image(page)["image"][0].shape == (128, 128)
     assert "1 m/s" in page.layout.maps["temperature"].figure.title.text
     page.move(2.0, 0.0)
-    assert page.heat.speed == 2.0
-    assert not page.heat.whole
-    library._specimens.clear()
+    assert page.temperature.speed == 2.0
+    assert not page.temperature.whole
+    watched.fields.cache_clear()
 
 
 def test_a_late_result_of_an_earlier_place_is_not_shown(page):
-    late = page._opened(2, 0, 5.0, 0.0)[1:]
+    late = page_module.computed(page.fields, 5.0, 0.0)
     page.settle(2.0, 0.0)
     page.show_whole(late)
-    assert page.heat.speed == 2.0
+    assert page.temperature.speed == 2.0
+
+
+def test_a_speed_chosen_while_a_member_is_read_is_the_one_that_is_shown(page):
+    read = page_module.computed(page.fields, 5.0, 0.0)
+    page.fields = page.temperature = None
+    page.speed = 2.0
+    page.show_member(read)
+    assert (page.temperature.speed, page.temperature.whole) == (2.0, True)
+    assert "2 m/s" in page.layout.maps["temperature"].figure.title.text
+    assert page.layout.busy.text == ""
 
 
 @pytest.mark.parametrize(("event", "angle"), [(Tap, 90), (PanEnd, 225), (Pan, 30)])
 def test_the_dial_turns_the_sliding_direction(page, capped_run, event, angle):
     x, y = 0.8 * np.cos(np.radians(angle)), 0.8 * np.sin(np.radians(angle))
-    page.turn(event(page.layout.dial, x=x, y=y), done=event is not Pan)
+    page.turn(event(page.layout.dial.figure, x=x, y=y))
     field = temperature(capped_run, 35.0, np.radians(angle))
     np.testing.assert_array_equal(image(page)["image"][0], as_bytes(field, (field.min(), field.max())))
-    tip = page.layout._hand.data
+    tip = page.layout.dial.hand.data
     assert (tip["tip_x"][0], tip["tip_y"][0]) == pytest.approx((x / 0.8, y / 0.8), abs=1e-12)
     if event is not Pan:
         assert page.layout.angle.value == angle
@@ -167,7 +170,7 @@ def test_the_dial_turns_the_sliding_direction(page, capped_run, event, angle):
 
 def test_speed_and_angle_can_be_written(page, capped_run):
     page.layout.speed.value = "3.7"
-    assert page.heat.speed == 3.7
+    assert page.temperature.speed == 3.7
     assert 10**page.layout.slider.value == pytest.approx(3.7, rel=0.03)
     page.layout.angle.value = -90
     assert page.direction == pytest.approx(1.5 * np.pi)
@@ -179,14 +182,14 @@ def test_speed_and_angle_can_be_written(page, capped_run):
 def test_a_wrong_speed_is_refused_in_words(page, text, message):
     page.layout.speed.value = text
     assert message in page.layout.problems.text
-    assert page.heat.speed == 35.0
+    assert page.temperature.speed == 35.0
     page.layout.speed.value = "20000"  # beyond the slider, and none the less there
-    assert page.heat.speed == 20000.0
+    assert page.temperature.speed == 20000.0
     assert page.layout.problems.text == ""
 
 
 def test_zoom_is_linked_and_cuts_out_what_is_in_view(page, capped_run, monkeypatch):
-    figures = [one.figure for one in page.layout.maps.values()]
+    figures = [panel.figure for panel in page.layout.maps.values()]
     assert len({id(plot.x_range) for plot in figures}) == len({id(plot.y_range) for plot in figures}) == 1
     page.layout.x_range.update(start=0.5, end=1.0)  # mm of 2
     page.layout.y_range.update(start=1.0, end=1.25)
@@ -197,7 +200,7 @@ def test_zoom_is_linked_and_cuts_out_what_is_in_view(page, capped_run, monkeypat
         assert 0.98 <= data["y"][0] <= 1.0
         assert 1.25 <= data["y"][0] + data["dh"][0] <= 1.27
     whole = page.layout.maps["temperature"].scale.high
-    page.layout.span.active = 1  # colours of the view
+    page.layout.colours_of.active = 1  # colours of the view
     part = image(page)
     field = temperature(capped_run, 35.0)
     i, j = round((part["x"][0] + 1 / 128) * 64), round((part["y"][0] + 1 / 128) * 64)
@@ -209,8 +212,8 @@ def test_zoom_is_linked_and_cuts_out_what_is_in_view(page, capped_run, monkeypat
 
 
 def test_a_coarse_view_says_that_it_is_averaged(page, monkeypatch):
-    original = views.part_in_view
-    monkeypatch.setattr(page_module, "part_in_view", lambda *a: original(*a, pixels=32))
+    original = images.part_in_view
+    monkeypatch.setattr(images, "part_in_view", lambda *a: original(*a, pixels=32))
     page.draw_maps()
     for one in page.layout.maps.values():
         assert "averaged view, 4 × 4" in one.figure.title.text
@@ -219,7 +222,7 @@ def test_a_coarse_view_says_that_it_is_averaged(page, monkeypatch):
 def test_a_click_reads_off_the_full_field(page, capped_run):
     page.mark(0.5, 1.25)  # mm: point 32, 80
     fields = {name: next(capped_run.fields(name))[1] for name in ("heights", "pressure")}
-    data = page.layout._profile.data
+    data = page.layout.line.source.data
     np.testing.assert_allclose(data["distance"], (np.arange(128) - 32) * 2.0 / 128, atol=1e-12)
     field = temperature(capped_run, 35.0)
     np.testing.assert_allclose(data["temperature"], field[:, 80], rtol=1e-6)
@@ -228,7 +231,7 @@ def test_a_click_reads_off_the_full_field(page, capped_run):
     assert f"T = {field[32, 80]:.5g} K" in text
     assert "x = 0.5 mm, y = 1.25 mm" in text
     np.testing.assert_allclose(data["heights"], fields["heights"][:, 80] * 1e6, rtol=1e-6)  # µm
-    units = [panel.yaxis.axis_label for panel in page.layout.panels]
+    units = [panel.yaxis.axis_label for panel in page.layout.line.figures]
     assert units[0] == "h, µm"
     factor = {"σ, GPa": 1e-9, "σ, MPa": 1e-6, "σ, Pa": 1.0}[units[1]]
     np.testing.assert_allclose(data["pressure"], fields["pressure"][:, 80] * factor, rtol=1e-6)
@@ -248,23 +251,23 @@ def test_fields_that_were_not_kept_say_how_to_keep_them(page):
 
 def test_another_level_shows_its_own_fields(page, capped_run):
     page.layout.level.value = "0"
-    assert page.specimen.level == 0
+    assert page.fields.level == 0
     field = next(capped_run.fields("temperature", "smoothed", speed=35.0))[1]
     np.testing.assert_array_equal(image(page)["image"][0], as_bytes(field, (field.min(), field.max())))
 
 
 def test_curves_show_bands_of_the_total_error_over_the_theory(page, capped_run):
     found = capped_run.estimate("flash_temperature", "capped")
-    data = page.layout.charts["flash_temperature"].sources["capped"].data
+    data = page.layout.curves["flash_temperature"].sources["capped"].data
     np.testing.assert_allclose(data["y"], found.mean[1:])
     np.testing.assert_allclose(data["high"] - data["y"], found.total_error[1:])
-    width = page.layout.charts["flash_width"].sources["smoothed"].data
+    width = page.layout.curves["flash_width"].sources["smoothed"].data
     np.testing.assert_allclose(width["y"], 1e6 * capped_run.estimate("flash_width", "smoothed").mean[1:])  # µm
-    theory = page.layout.charts["pressure_correlation"].sources["theory"].data
-    r, exact = page.library.theory["pressure_correlation"]
+    theory = page.layout.curves["pressure_correlation"].sources["theory"].data
+    r, exact = page.run.theory["pressure_correlation"]
     np.testing.assert_allclose(theory["x"], r * 1e6)  # µm
     np.testing.assert_allclose(theory["y"], exact * 1e-18)  # GPa²
-    assert "flash_temperature" in page.layout.texts["capped"].text
+    assert "flash_temperature" in page.layout.budgets["capped"].text
 
 
 def test_a_page_of_an_empty_run_fills_as_members_come(capped_run, opened, tmp_path):
@@ -275,142 +278,32 @@ def test_a_page_of_an_empty_run_fills_as_members_come(capped_run, opened, tmp_pa
     page = opened(folder)
     assert page.layout.state.text.startswith("no realization yet")
     assert page.layout.member.disabled
-    assert page.layout.charts["flash_temperature"].sources["theory"].data["y"].size > 0
+    assert page.layout.curves["flash_temperature"].sources["theory"].data["y"].size > 0
     page.layout.slider.value = 0.0  # nothing to show yet, and no error
     for index in (0, 1):
         for path in aside.glob(f"L?-{index:06d}.h5"):
             shutil.copy(path, folder / "realizations")
         page.look_for_news()
-    assert page.specimen.index == 0
+    assert page.fields.index == 0
     assert "2 of about 6 realizations" in page.layout.state.text
-    assert len(page.layout.charts["flash_temperature"].sources["capped"].data["y"]) == 2
-    assert page.heat.speed == 1.0
+    assert len(page.layout.curves["flash_temperature"].sources["capped"].data["y"]) == 2
+    assert page.temperature.speed == 1.0
     (folder / "realizations" / "L2-000001.h5").write_bytes(b"")
-    page.library.run = Library(folder).run
+    page.run.run = WatchedRun(folder).run
     page.look_for_news()
     assert "L2-000001.h5 is damaged" in page.layout.problems.text
     assert "2 of about 6 realizations" in page.layout.state.text  # as `status` counts
 
 
-def test_a_title_is_text_and_never_html(library):
-    run = copy(library.run)
+def test_a_title_is_text_and_never_html(watched):
+    run = copy(watched.run)
     for title in ("<img src=http://far.away/x>", "$$\\frac{$$", "[bold]x[/nope]"):
         run.scene = replace(run.scene, title=title)
-        layout = Layout(run, 1.0, (0.1, 10.0))
-        layout.tell([title])
+        layout = Layout(run, 1.0)
+        layout.problems.text = title
         for place in (layout.root.select_one({"name": "heading"}), layout.problems):
             assert place.text == title
         texts = list(layout.root.select({"type": Div}))
         assert len(texts) > 4
         assert all(place.disable_math for place in (*texts, *layout.root.select({"type": PreText})))
         assert all(place.render_as_text for place in texts)
-
-
-# a real server, and a real browser
-
-
-def free_port():
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return one.getsockname()[1]
-
-
-@pytest.fixture
-def served(capped_run):
-    """The secret address of a page served by the command."""
-    port = free_port()
-    command = [sys.executable, "-m", "roughsim.cli", "explore", str(capped_run.folder), "--no-browser"]
-    root = str(Path(rs.__file__).parents[1])
-    server = subprocess.Popen([*command, "--port", str(port)], stderr=subprocess.PIPE, text=True, cwd=root)
-    told = server.stderr.readline()
-    told = re.fullmatch(rf"page: (http://127\.0\.0\.1:{port}/[\w-]+/) \(this computer only; Ctrl-C ends it\)\n", told)
-    yield told[1]
-    server.terminate()
-    server.wait(10)
-    server.stderr.close()
-
-
-@pytest.mark.slow
-def test_the_server_listens_on_this_computer_only(served, capped_run, capsys):
-    port = int(served.split(":")[2].split("/")[0])
-    own = {info[4][0] for info in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)}
-    for address in own - {"127.0.0.1"}:
-        if not address.startswith("127."):
-            with pytest.raises(OSError, match="refused|unreachable|timed out"):
-                socket.create_connection((address, port), timeout=1).close()
-    from roughsim.cli import main
-
-    with pytest.raises(SystemExit):
-        main(["explore", str(capped_run.folder), "--no-browser", "--port", str(port)])
-    assert "not free on 127.0.0.1; choose another with --port" in capsys.readouterr().err
-
-
-def chromium():
-    return next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-
-
-@pytest.mark.slow
-def test_in_a_browser(served):
-    driver = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    if chromium() is None:
-        pytest.skip("no Chromium on this computer")
-    with driver.sync_playwright() as tools:
-        options = {"executable_path": chromium(), "args": ["--no-sandbox", "--disable-gpu"]}
-        browser = tools.chromium.launch(**options)
-        try:
-            look_at(browser.new_page(viewport={"width": 1366, "height": 1200}), served)
-        finally:
-            browser.close()
-
-
-STATE = """() => {
-  const find = name => Bokeh.documents[0].get_model_by_name(name);
-  const image = name => find(name).renderers.find(r => r.glyph.type === 'Image').data_source.data;
-  const sum = name => Array.from(image(name).image[0] ?? []).reduce((a, b) => a + b, 0);
-  const ends = name => [find(name).x_range.start, find(name).x_range.end];
-  return {title: find('temperature').title.text, sum: sum('temperature'), width: image('heights').dw[0],
-          ends: ['heights', 'pressure', 'temperature'].map(ends), values: find('values').text,
-          angle: find('angle').value, problems: find('problems').text, speed: find('speed_box').value}
-}"""
-
-
-def until(tab, condition):
-    for _ in range(100):
-        state = tab.evaluate(STATE)
-        if condition(state):
-            return state
-        time.sleep(0.1)
-    raise AssertionError(json.dumps(state))
-
-
-def look_at(tab, address):
-    """It loads; slider, dial, zoom and clicks do their work; no error, and no request to anywhere else."""
-    errors, requests = [], []
-    tab.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
-    tab.on("pageerror", lambda error: errors.append(str(error)))
-    tab.on("request", lambda request: requests.append(request.url))
-    tab.set_default_timeout(20_000)
-    tab.goto(address)
-    tab.wait_for_function("window.Bokeh?.documents[0]?.get_model_by_name('temperature')?.title?.text.includes('m/s')")
-    first = until(tab, lambda state: state["sum"] > 0 and state["values"])
-    handle = tab.locator(".noUi-handle").first
-    handle.focus()
-    for _ in range(20):
-        tab.keyboard.press("ArrowLeft")  # half a decade slower
-    moved = until(tab, lambda state: state["speed"] != first["speed"] and "m/s" in state["title"])
-    assert moved["sum"] != first["sum"]
-    maps = tab.locator(".bk-Figure")
-    box = maps.nth(1).bounding_box()
-    tab.mouse.move(box["x"] + 200, box["y"] + 200)
-    tab.mouse.wheel(0, -600)
-    zoomed = until(tab, lambda state: state["width"] < 0.9 * first["width"])
-    assert zoomed["ends"][0] == zoomed["ends"][1] == zoomed["ends"][2]
-    tab.mouse.click(box["x"] + 260, box["y"] + 240)
-    until(tab, lambda state: state["values"] != first["values"])
-    dial = maps.nth(0).bounding_box()
-    tab.mouse.click(dial["x"] + dial["width"] / 2, dial["y"] + 0.25 * dial["height"])
-    turned = until(tab, lambda state: state["angle"] != 0)
-    assert turned["angle"] == pytest.approx(90, abs=5)
-    assert turned["problems"] == ""
-    assert errors == []
-    assert [url for url in requests if not url.startswith((address, "data:", "blob:"))] == []

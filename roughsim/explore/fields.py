@@ -1,0 +1,102 @@
+"""The stored fields of one member, and its temperature at any speed and direction: whole, or a quick preview."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim import fourier
+from roughsim.charts.distribution import densities
+from roughsim.grid import Grid
+from roughsim.heat.statistics import ContactTemperature, contact_temperature
+
+if TYPE_CHECKING:
+    from roughsim.results.run import Run
+
+Field = NDArray[Any]
+PREVIEW = 1024  # points per side that the temperature is computed on while the slider moves
+
+
+class Temperature(NamedTuple):
+    """A temperature above the mean of the cell, K, with its speed, m/s, and direction, rad from axis 0.
+
+    `whole` is False for a preview, which has only the long waves.
+    """
+
+    field: Field
+    grid: Grid
+    speed: float
+    direction: float
+    whole: bool
+
+
+class Distribution(NamedTuple):
+    """Temperatures of a contact, and their densities by area and by heat between edges, % per K."""
+
+    contact: ContactTemperature
+    edges: Field
+    area: Field
+    heat: Field
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MemberFields:
+    """Heights, m, and pressure, Pa, of one member, and its pressure on the grid of the preview."""
+
+    run: Run
+    level: int
+    index: int
+    grid: Grid
+    heights: Field
+    pressure: Field
+    preview_grid: Grid
+    preview_pressure: Field
+
+    @property
+    def preview_is_whole(self) -> bool:
+        """Whether the grid is so small that the preview is the whole field."""
+        return self.preview_grid.shape == self.grid.shape
+
+    def temperature(self, speed: float, direction: float, *, preview: bool = False) -> Temperature:
+        """Return the temperature at a speed, m/s, and direction, rad, on the whole grid or on that of the preview."""
+        pressure, grid = (self.preview_pressure, self.preview_grid) if preview else (self.pressure, self.grid)
+        friction = pressure.dtype.type(self.run.scene.sliding.friction_coefficient * abs(speed))
+        field = self.run.temperature(pressure * friction, grid, speed, direction)
+        return Temperature(field, grid, speed, direction, whole=not preview or self.preview_is_whole)
+
+    def distribution(self, temperature: Field) -> Distribution | None:
+        """Return how a temperature on the whole grid, K, is distributed over the contact; None without contact."""
+        if not self.pressure.any():
+            return None
+        contact = contact_temperature(temperature, self.pressure)
+        return Distribution(contact, *densities(contact))
+
+
+def load_fields(run: Run, level: int, index: int) -> MemberFields:
+    """Read the fields of a member; ValueError if they were not kept, RecordError if its file is damaged."""
+    if index not in run.kept(level):
+        raise run.not_kept(level, index)
+    grid = run.numerics.grid(level)
+    heights, pressure = (run.field(level, index, name) for name in ("heights", "pressure"))
+    coarse = Grid((min(grid.shape[0], PREVIEW), min(grid.shape[1], PREVIEW)), grid.lengths)
+    return MemberFields(run, level, index, grid, heights, pressure, coarse, long_waves(pressure, coarse))
+
+
+def long_waves(field: Field, coarse: Grid) -> Field:
+    """Return a field on a coarse grid of its cell: its waves below the Nyquist wavenumber of that grid.
+
+    The temperature is linear in the heat, wave by wave. So these waves of a preview are those of the whole field.
+    """
+    if coarse.shape == field.shape:
+        return field
+    spectrum = fourier.forward(field)
+    waves = np.zeros(coarse.half_shape, spectrum.dtype)
+    # along axis 0 positive and negative wavenumbers; those at the Nyquist wavenumber itself stay zero
+    rows, columns = -(-coarse.shape[0] // 2), -(-coarse.shape[1] // 2)
+    waves[:rows, :columns] = spectrum[:rows, :columns]
+    if rows > 1:
+        waves[1 - rows :, :columns] = spectrum[1 - rows :, :columns]
+    return fourier.inverse(waves, coarse.shape)

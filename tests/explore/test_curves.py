@@ -1,0 +1,41 @@
+"""The curves over the sliding speed and the distance: means with their errors, and the theory."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.special import j0
+
+from roughsim import prediction
+from roughsim.explore import curves
+
+
+def test_measured_curves_are_the_estimates(capped_run):
+    for column in ("smoothed", "capped"):
+        found = curves.measured_curves(capped_run, column)
+        for name in curves.OVER_SPEED:
+            estimate = capped_run.estimate(name, column)
+            np.testing.assert_array_equal(found[name].x, [0.1, 35.0])  # rest has no place on a log axis
+            np.testing.assert_array_equal(found[name].mean, estimate.mean[1:])
+            np.testing.assert_array_equal(found[name].error, estimate.total_error[1:])
+        curve = found[curves.CORRELATION]
+        sample = capped_run.samples(column)[-1]
+        exact = sample.spectrum.mean(0) @ j0(np.outer(sample.wavenumber, curve.x[[0, 40, -1]]))
+        np.testing.assert_allclose(curve.mean[[0, 40, -1]], exact, rtol=1e-9, atol=1e-9 * exact[0])
+
+
+def test_theory_curves_pass_through_the_predictions_with_the_share(capped_run):
+    found, scene = curves.theory_curves(capped_run), capped_run.scene
+    whole = prediction.predictions(scene)
+    for name in curves.OVER_SPEED:
+        x, line = found[name]
+        share = 0.9 if name == "flash_temperature" else 1.0
+        at = np.exp(np.interp(np.log([0.1, 35.0]), np.log(x), np.log(line)))
+        np.testing.assert_allclose(at, share * whole[name][1:], rtol=2e-3)  # interpolated between 20 points a decade
+    assert found[curves.CORRELATION][1][0] == pytest.approx(whole["pressure_variance"][0], rel=1e-6)
+
+
+def test_speeds_reach_a_decade_beyond_the_scene(capped_scene):
+    assert curves.speed_range(capped_scene) == pytest.approx((1e-2, 1e3))
+    resting = replace(capped_scene, sliding=replace(capped_scene.sliding, speed=(0.0,)))
+    assert curves.speed_range(resting) == pytest.approx((0.1, 10.0))

@@ -1,0 +1,171 @@
+"""A run folder that is watched: empty, growing, damaged, deleted; its state, its budget, and the fields in memory."""
+
+import os
+import shutil
+from threading import Event
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim.explore.background import LatestTask
+from roughsim.explore.watched_run import WatchedRun
+from roughsim.show.units import plus_minus
+from roughsim.store.claims import Claims
+
+
+@pytest.fixture
+def copied(capped_run, tmp_path):
+    """A run folder of one's own, to be damaged."""
+    return shutil.copytree(capped_run.folder, tmp_path / "copy")
+
+
+def test_the_budget_names_every_observable_with_the_numbers_of_the_estimate(capped_run):
+    text = WatchedRun(capped_run.folder).summary().budget["capped"]
+    for name in ("flash_temperature, K", "slope_length, µm", "correlation_radius_0, µm", "statistical", "n = 6"):
+        assert name in text
+    flash = capped_run.estimate("flash_temperature", "capped")
+    row = next(line for line in text.splitlines() if line.split()[:1] == ["35"])
+    assert plus_minus(flash.mean[2], flash.total_error[2], flash.unknown_at(2)) in row
+
+
+def test_the_state_counts_and_says_that_the_run_is_finished(capped_run):
+    assert WatchedRun(capped_run.folder).state() == "6 realizations; finished"
+
+
+@pytest.fixture
+def empty(copied):
+    """The folder of a run of which nothing is there yet, and its members beside it."""
+    aside = copied.with_name("aside")
+    (copied / "realizations").rename(aside)
+    (copied / "realizations").mkdir()
+    return copied, aside
+
+
+def arrive(folder, aside, index):
+    for path in sorted(aside.glob(f"L?-{index:06d}.h5")):
+        shutil.copy(path, folder / "realizations")
+
+
+def test_an_empty_run_shows_its_scene_and_theory(empty):
+    run = WatchedRun(empty[0])
+    summary = run.summary()
+    assert summary.measured == {}
+    assert summary.kept == {0: [], 1: [], 2: []}
+    assert run.state() == "no realization yet; not being computed now"
+    assert summary.budget["capped"].startswith("No realization yet")
+    assert run.theory["flash_temperature"][1].min() > 0.0
+    assert summary is run.summary()
+
+
+def test_a_growing_run_is_followed(empty):
+    folder, aside = empty
+    run = WatchedRun(folder)
+    before = run.summary()
+    arrive(folder, aside, 0)
+    one = run.summary()
+    assert one is not before
+    assert one.kept[2] == [0]
+    assert np.isinf(one.measured["capped"]["flash_temperature"].error).all()  # one realization has no scatter
+    with Claims(folder, renewal=0.02):
+        assert f"being computed by process {os.getpid()}" in run.state()
+    arrive(folder, aside, 1)
+    assert run.summary().sound[2] == [0, 1]
+    assert np.isfinite(run.summary().measured["capped"]["flash_temperature"].error).all()
+    assert sorted(path.name for path in folder.iterdir()) == ["realizations", "run.json", "scene.toml"]
+
+
+def test_a_damaged_file_is_named_and_the_others_are_shown(copied):
+    path = copied / "realizations" / "L2-000003.h5"
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(rs.RecordError, match="L2-000003"):
+        rs.open_run(copied)
+    run = WatchedRun(copied)
+    summary = run.summary()
+    assert summary.sound[2] == [0, 1, 2, 4, 5]
+    (line,) = summary.problems
+    assert "L2-000003.h5 is damaged" in line
+    assert "other realizations are shown" in line
+    path.write_bytes(whole)  # mended: counted again
+    assert run.summary().sound[2] == [0, 1, 2, 3, 4, 5]
+    assert run.summary().problems == []
+
+
+def test_a_file_damaged_while_the_page_is_open_is_named(empty):
+    folder, aside = empty
+    for index in (0, 1, 2):
+        arrive(folder, aside, index)
+    run = WatchedRun(folder)
+    assert run.summary().problems == []
+    (folder / "realizations" / "L2-000001.h5").write_bytes(b"no HDF5")
+    arrive(folder, aside, 3)
+    assert "L2-000001.h5 is damaged" in run.summary().problems[0]
+    assert run.summary().sound[2] == [0, 2, 3]
+
+
+def test_a_deleted_folder_is_said_in_a_line_and_what_was_read_stays(copied):
+    run = WatchedRun(copied)
+    before = run.summary()
+    moved = copied.rename(copied.with_name("moved"))
+    gone = run.summary()
+    assert gone.problems == [f"{copied} was deleted or moved; what had been read of it is still shown"]
+    assert gone.measured is before.measured
+    assert run.summary() is gone
+    assert run.state() == "its folder is gone"
+    moved.rename(copied)
+    assert run.summary().problems == []
+    assert run.state() == "6 realizations; finished"
+
+
+def test_a_folder_deleted_before_the_first_look_is_said_too(copied):
+    run = WatchedRun(copied)
+    shutil.rmtree(copied)
+    assert "was deleted" in run.summary().problems[0]
+    assert run.summary().kept[0] == []
+
+
+def test_damaged_fields_are_named(copied):
+    path = copied / "realizations" / "L2-000000.h5"
+    content = bytearray(path.read_bytes())
+    content[-5000] ^= 0xFF
+    path.write_bytes(bytes(content))
+    with pytest.raises(rs.RecordError, match=r"L2-000000.h5 is damaged"):
+        WatchedRun(copied).fields(2, 0)
+
+
+def test_the_last_members_are_remembered(capped_run):
+    run = WatchedRun(capped_run.folder)
+    first = run.fields(2, 0)
+    assert run.fields(2, 0) is first
+    run.fields(1, 0)
+    run.fields(0, 0)
+    assert run.fields(2, 0) is not first
+
+
+def test_only_the_latest_of_many_tasks_is_done():
+    shown, failures = [], []
+    latest = LatestTask(lambda show: show(), failures.append)
+    started, go = Event(), Event()
+
+    def slow():
+        started.set()
+        go.wait(5)
+        return "first"
+
+    latest.ask(slow, shown.append)
+    started.wait(5)
+    for k in range(20):
+        latest.ask(lambda k=k: k, shown.append)
+    go.set()
+    latest._pool.shutdown(wait=True)
+    assert shown == ["first", 19]  # what had begun is shown, what waited is dropped but for the last
+    assert failures == []
+
+
+def test_a_failing_task_is_reported():
+    failures = []
+    latest = LatestTask(lambda show: show(), failures.append)
+    latest.ask(lambda: 1 / 0, print)
+    latest._pool.shutdown(wait=True)
+    assert isinstance(failures[0], ZeroDivisionError)
