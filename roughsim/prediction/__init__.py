@@ -24,7 +24,7 @@ from roughsim.prediction.bodies import (
     theoretical_partition,
 )
 from roughsim.prediction.cut_offs import continuation, follows_theory, predictions, usual_exponent
-from roughsim.prediction.views import ModeSums, area_fractions, heat_history, over_speed
+from roughsim.prediction.views import area_fractions, heat_history, over_speed, summed_over_modes
 from roughsim.scene import Scene
 
 Array = NDArray[np.float64]
@@ -58,7 +58,7 @@ def mode_sums(scene: Scene, spectrum: Any, grid: Grid) -> dict[str, Array]:
     Eqs. (2), (4), (7) and (9) with ∫ d²q C replaced by the sum over mode variances. `spectrum` is the one that the
     surfaces are drawn from, up to their q_c.
     """
-    view = ModeSums(scene, spectrum, grid)
+    view = summed_over_modes(scene, spectrum, grid)
     return {name: record.of_theory(view, len(scene.speeds)) for name, record in OBSERVABLES.items()}
 
 

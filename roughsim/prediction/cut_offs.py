@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.prediction.views import Integrals, area_fractions
+from roughsim.prediction.views import area_fractions, integrals
 from roughsim.scene import Scene
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ def predictions(scene: Scene, q_max: float = inf) -> dict[str, Array]:
 
     The arrays over speed, or of one entry, are read-only. Temperatures are with all the heat in the moving body.
     """
-    view = Integrals(scene, q_max)
+    view = integrals(scene, q_max)
     result = {name: record.of_theory(view, len(scene.speeds)) for name, record in OBSERVABLES.items()}
     for values in result.values():
         values.flags.writeable = False

@@ -1,12 +1,11 @@
 """The theory of one scene as observables ask for it: integrated over C(q), or summed over the modes of a cell.
 
-Both views offer what `observables.record.Theory` asks for, so that an observable says once what the theory makes of it.
+Both are the same record, so that an observable says once what the theory makes of it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
 from math import inf, nan, pi
 from typing import Any, NamedTuple
 
@@ -16,6 +15,7 @@ from scipy.special import erf
 
 import theory
 from roughsim.grid import Grid
+from roughsim.observables.record import Theory
 from roughsim.observables.stress_spectrum import StressSpectrum
 from roughsim.prediction.bodies import (
     conduction,
@@ -33,111 +33,71 @@ OVER_SPEED = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_w
 _NEAR = 16.0  # mode spacings beyond q_min within which W is averaged over Fourier cells
 
 
-class Integrals:
-    """The theory over the whole spectrum, or up to `q_max`, rad/m."""
+def integrals(scene: Scene, q_max: float = inf) -> Theory:
+    """Return the theory over the whole spectrum, or up to `q_max`, rad/m."""
+    whole, stress = smoothed_spectrum(scene), stress_arguments(scene)
+    spectrum = TruncatedSpectrum(whole, q_max) if q_max < inf else whole
 
-    def __init__(self, scene: Scene, q_max: float = inf):
-        whole = smoothed_spectrum(scene)
-        self._scene = scene
-        self._end = min(q_max, float(whole.breaks[-1]))
-        self._spectrum = TruncatedSpectrum(whole, q_max) if q_max < inf else whole
-
-    @cached_property
-    def over_speed(self) -> dict[str, Array]:
-        """T_flash, T′, ∇²T, D_flash and d_flash by name, (speeds,). Eqs. (4), (7), (9), (25), (26)"""
-        return over_speed(self._scene, np.array(self._scene.speeds), self._spectrum)
-
-    @property
-    def heat_partition(self) -> Array:
-        """The share of the moving body, (speeds,)."""
-        return theoretical_partition(self._scene, self._spectrum)
-
-    @property
-    def area_fractions(self) -> dict[str, float]:
-        """`contact_fraction` and `plastic_fraction`."""
-        return area_fractions(self._scene, self._end)
-
-    def correlation_radius(self, fraction: float) -> float:
-        """Return the smallest r, m, with g_σ(r) = fraction·g_σ(0)."""
-        return float(theory.persson.correlation_radius(fraction, self._spectrum, **stress_arguments(self._scene)))
-
-    def total(self, weight: Callable[[Array], Array]) -> float:
-        """Return 2π ∫ q |σ_q|² weight(q) dq. Eq. (2)"""
-        density = theory.persson.stress_density(self._spectrum, None, **stress_arguments(self._scene))
+    def total(weight: Callable[[Array], Array]) -> float:  # 2π ∫ q |σ_q|² weight(q) dq, Eq. (2)
+        density = theory.persson.stress_density(spectrum, None, **stress)
         return float(density.weighted() @ weight(density.wavenumber()))
 
+    return Theory(
+        over_speed=over_speed(scene, np.array(scene.speeds), spectrum),
+        heat_partition=theoretical_partition(scene, spectrum),
+        area_fractions=area_fractions(scene, q_max),
+        correlation_radius=lambda fraction: float(theory.persson.correlation_radius(fraction, spectrum, **stress)),
+        total=total,
+    )
 
-class ModeSums:
-    """The same with ∫ d²q C replaced by the sum over the mode variances of a grid: what a simulation can see.
+
+def summed_over_modes(scene: Scene, spectrum: Any, grid: Grid) -> Theory:
+    """Return the same with ∫ d²q C replaced by the sum over the mode variances of a grid: what a simulation can see.
 
     `spectrum` is the one that the surfaces are drawn from, up to their q_c.
     """
-
-    def __init__(self, scene: Scene, spectrum: Any, grid: Grid):
-        variance = mode_variance(spectrum, grid) * grid.multiplicity
-        present = variance > 0.0
-        q, place = np.unique(grid.wavenumbers[present], return_inverse=True)
-        stress = stress_arguments(scene)
-
-        def weight(at: Array) -> Any:
-            return theory.persson.stress_weight(at, spectrum, **stress)
-
-        # W at |q| of each mode, but its mean over the Fourier cell near q_min: there W falls from 1 within a mode
-        weights = weight(q)[place]
-        near = grid.wavenumbers < spectrum.breaks[0] + _NEAR * 2 * pi / min(grid.lengths)
-        weights[near[present]] = mean_over_cells(weight, spectrum, grid, near & present)
-        roughness = np.bincount(place, variance[present] * weights)
-        self._scene, self._reach = scene, 0.5 * float(np.hypot(*grid.lengths))
-        self._wavenumber, self._stress = q, (0.5 * scene.effective_modulus * q) ** 2 * roughness
-        del stress["gamma"]
-        self._probability = float(theory.persson.contact_probability(float(spectrum.breaks[-1]), spectrum, **stress))
-
-    @cached_property
-    def _moments(self) -> tuple[Array, Array, Array]:
-        """The sums of Eqs. (4), (7) and (9) without μv/κσ₀, (speeds,)."""
-        q, stress = self._wavenumber, self._stress
-        diffusivity = conduction(self._scene).diffusivity
-        ratio = np.array(self._scene.speeds)[:, None] / (diffusivity[:, None] * q)
-        even, odd = theory.flash.angular_integrals(ratio)
-        return (2 / pi * even) @ (stress / q), (2 / pi * odd) @ stress, -(2 / pi * even) @ (stress * q)
-
-    @property
-    def over_speed(self) -> dict[str, Array]:
-        """T_flash, T′, ∇²T, D_flash and d_flash by name, (speeds,)."""
-        temperature, gradient, laplacian = self._moments
-        sliding = self._scene.sliding
-        heating = sliding.friction_coefficient * np.array(self._scene.speeds)
-        rate = heating / (conduction(self._scene).conductivity * sliding.nominal_pressure)
-        with np.errstate(divide="ignore"):
-            slope_length = temperature / np.abs(gradient)
-        width = np.sqrt(-temperature / laplacian)
-        values = rate * temperature, rate * gradient, rate * laplacian, width, slope_length
-        return dict(zip(OVER_SPEED, values, strict=True))
-
-    @property
-    def heat_partition(self) -> Array:
-        """The share of the moving body, (speeds,); NaN without a second one."""
-        moving = self._moments[0]  # κT σ₀/μv, as all temperatures here
-        if not self._scene.counterface_conducts:
-            return np.full(moving.shape, nan)
-        history, bodies = heat_history(self._scene, self._wavenumber), conduction(self._scene)
-        still = history.growth @ (self._stress / self._wavenumber) + history.resting
+    q, stress = mode_stress(scene, spectrum, grid)
+    speeds, sliding, bodies = np.array(scene.speeds), scene.sliding, conduction(scene)
+    # the sums of Eqs. (4), (7) and (9) without μv/κσ₀, (speeds,)
+    even, odd = theory.flash.angular_integrals(speeds[:, None] / (bodies.diffusivity[:, None] * q))
+    temperature, gradient = (2 / pi * even) @ (stress / q), (2 / pi * odd) @ stress
+    laplacian = -(2 / pi * even) @ (stress * q)
+    rate = sliding.friction_coefficient * speeds / (bodies.conductivity * sliding.nominal_pressure)
+    with np.errstate(divide="ignore"):
+        slope_length = temperature / np.abs(gradient)
+    flash = rate * temperature, rate * gradient, rate * laplacian, np.sqrt(-temperature / laplacian), slope_length
+    share = np.full(speeds.shape, nan)
+    if scene.counterface_conducts:  # the balance of the two bodies, both as κT σ₀/μv of the moving one
+        history = heat_history(scene, q)
+        still = history.growth @ (stress / q) + history.resting
         still *= bodies.conductivity / bodies.counter_conductivity
-        share: Array = still / (still + moving + history.moving)
-        return share
+        share = still / (still + temperature + history.moving)
+    load = {"effective_modulus": scene.effective_modulus, "nominal_pressure": sliding.nominal_pressure}
+    area = float(theory.persson.contact_probability(float(spectrum.breaks[-1]), spectrum, **load))
+    return Theory(
+        over_speed=dict(zip(OVER_SPEED, flash, strict=True)),
+        heat_partition=share,
+        area_fractions=area_fractions(scene) | {"contact_fraction": area},
+        correlation_radius=StressSpectrum(q, stress, 0.5 * float(np.hypot(*grid.lengths))).correlation_radius,
+        total=lambda weight: float(stress @ weight(q)),
+    )
 
-    @property
-    def area_fractions(self) -> dict[str, float]:
-        """`contact_fraction` and `plastic_fraction`."""
-        return area_fractions(self._scene) | {"contact_fraction": self._probability}
 
-    def correlation_radius(self, fraction: float) -> float:
-        """Return the smallest r, m, with g_σ(r) = fraction·g_σ(0); NaN if the cell holds none."""
-        return StressSpectrum(self._wavenumber, self._stress, self._reach).correlation_radius(fraction)
+def mode_stress(scene: Scene, spectrum: Any, grid: Grid) -> tuple[Array, Array]:
+    """Return the wavenumbers of the modes, rad/m, and their share of ⟨σ²⟩ − σ₀² in the theory, Pa²."""
+    variance = mode_variance(spectrum, grid) * grid.multiplicity
+    present = variance > 0.0
+    q, ring = np.unique(grid.wavenumbers[present], return_inverse=True)
 
-    def total(self, weight: Callable[[Array], Array]) -> float:
-        """Return Σ |σ_q|² weight(q)."""
-        return float(self._stress @ weight(self._wavenumber))
+    def weight(at: Array) -> Any:
+        return theory.persson.stress_weight(at, spectrum, **stress_arguments(scene))
+
+    # W at |q| of each mode, but its mean over the Fourier cell near q_min: there W falls from 1 within a mode
+    weights = weight(q)[ring]
+    near = grid.wavenumbers < spectrum.breaks[0] + _NEAR * 2 * pi / min(grid.lengths)
+    weights[near[present]] = mean_over_cells(weight, spectrum, grid, near & present)
+    roughness = np.bincount(ring, variance[present] * weights)
+    return q, (0.5 * scene.effective_modulus * q) ** 2 * roughness
 
 
 class HeatHistory(NamedTuple):

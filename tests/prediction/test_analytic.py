@@ -10,7 +10,7 @@ from scipy.special import erf
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.prediction.views import Integrals, ModeSums
+from roughsim.prediction.views import integrals, summed_over_modes
 from roughsim.surface.spectrum import TruncatedSpectrum
 from theory import flash, partition, persson
 
@@ -140,7 +140,7 @@ def test_totals_over_the_stress_spectrum_are_its_integrals():
         q = np.exp(low + (high - low) * y**2)
         area = np.pi * weights * (high - low) * 2.0 * y * q**2  # 2π q dq
         expected += [(area * prediction.stress_spectrum(steel, q)) @ q**power for power in (-1.0, 0.0, 1.0)]
-    found = [Integrals(steel).total(lambda q, power=power: q**power) for power in (-1.0, 0.0, 1.0)]
+    found = [integrals(steel).total(lambda q, power=power: q**power) for power in (-1.0, 0.0, 1.0)]
     np.testing.assert_allclose(found, expected, rtol=1e-8)
 
 
@@ -148,7 +148,7 @@ def test_totals_over_the_modes_of_a_cell_are_those_of_its_moments():
     # at v → 0 T_flash = (μv/κσ₀) Σ |σ_q|²/q
     steel = sliding(rs.load_scene("steel-2.0GPa"), speed=(1e-9,))
     grid = rs.Grid((128, 128), (4e-3, 4e-3))
-    sums = ModeSums(steel, TruncatedSpectrum(prediction.smoothed_spectrum(steel), 9e4), grid)
+    sums = summed_over_modes(steel, TruncatedSpectrum(prediction.smoothed_spectrum(steel), 9e4), grid)
     rate = steel.sliding.friction_coefficient * 1e-9 / (steel.body.conductivity * steel.sliding.nominal_pressure)
     assert sums.over_speed["flash_temperature"][0] == pytest.approx(rate * sums.total(lambda q: 1 / q), rel=1e-9, abs=0)
 
