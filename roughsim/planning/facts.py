@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from roughsim import prediction
 from roughsim.estimate.cell_size import choose_lengths
-from roughsim.prediction.views import Integrals
+from roughsim.prediction.views import integrals
 from roughsim.show.table import Column, Table
 from roughsim.show.units import json_number
 
@@ -92,7 +92,7 @@ class Facts:
 @lru_cache(maxsize=8)
 def facts(scene: Scene) -> Facts:
     """Return what follows from a scene; ValueError, ArithmeticError or RuntimeError where its theory has no value."""
-    theory, spectrum, load = Integrals(scene), scene.spectrum, scene.sliding.nominal_pressure
+    theory, spectrum, load = integrals(scene), scene.spectrum, scene.sliding.nominal_pressure
     speeds, lengths = np.array(scene.speeds), choose_lengths(scene)[0]
     share = prediction.heat_partition(scene)
     radius = theory.correlation_radius(0.5)
