@@ -4,7 +4,7 @@ Weights are 1 on the free points. A parent cell has the weight min(1, Σ/3) and 
 children; on the way back u = w v + (1 − w)·(bilinear interpolation of the parents), periodic. The finest level has
 loops of its own: its weights are the bytes of the free set and its field is zero off the free points. Above it, level
 l lies at starts[l] in flat arrays and has the shape shapes[l]. Where only one axis is halved, which the shapes say, a
-parent has two children and the weight min(1, Σ/`WHOLE`), and the interpolation is linear; these loops end in `_one`.
+parent has two children and the weight min(1, Σ/`WHOLE`), and the interpolation is linear: `_push_one`, `_gather_one`.
 """
 
 from __future__ import annotations
@@ -52,7 +52,10 @@ def pull_finest(start: int, stop: int, free: Any, parent: Any, field: Any) -> No
     blended = np.empty(parents + 2, parent.dtype)
     big, small = parent.dtype.type(0.75), parent.dtype.type(0.25)
     for i in range(start, stop):
-        _blend(parent, i, blended)
+        near, side = _parents(i, parent.shape[0], True)
+        for j in range(parents):
+            blended[j + 1] = big * parent[near, j] + small * parent[side, j]
+        blended[0], blended[parents + 1] = blended[parents], blended[1]
         for j in range(columns // 2):
             a, b = 2 * j, 2 * j + 1
             middle = big * blended[j + 1]
@@ -130,10 +133,7 @@ def extend_coarse(bottom: int, shapes: Any, starts: Any, weights: Any, inverses:
     for level in range(top - 1, bottom - 1, -1):
         weight, value = _level(weights, shapes, starts, level), _level(values, shapes, starts, level)
         parent = _level(values, shapes, starts, level + 1)
-        if _both(shapes, level):
-            _pull(weight, parent, value)
-        else:
-            _pull_one(weight, parent, value)
+        _pull(weight, parent, value)
 
 
 @kernel()
@@ -150,10 +150,7 @@ def transpose_coarse(bottom: int, shapes: Any, starts: Any, weights: Any, invers
     for level in range(top - 1, bottom - 1, -1):
         weight, source = _level(weights, shapes, starts, level), _level(sources, shapes, starts, level)
         parent, inverse = _level(sources, shapes, starts, level + 1), _level(inverses, shapes, starts, level + 1)
-        if _both(shapes, level):
-            _scatter(weight, parent, inverse, source)
-        else:
-            _scatter_one(weight, parent, inverse, source)
+        _scatter(weight, parent, inverse, source)
 
 
 @kernel()
@@ -196,12 +193,21 @@ def _push(weight: Any, value: Any, parent_weight: Any, parent_value: Any, parent
 
 @kernel()
 def _pull(weight: Any, parent: Any, value: Any) -> None:
+    """Write w v + (1 − w)·(interpolation of the parents)."""
     rows, columns = weight.shape
     parents = parent.shape[1]
-    blended = np.empty(parents + 2, parent.dtype)
+    high, wide = rows > parent.shape[0], columns > parents
+    blended = np.empty(parents + 2, parent.dtype)  # a parent more, periodic, at each end
     one, big, small = parent.dtype.type(1.0), parent.dtype.type(0.75), parent.dtype.type(0.25)
     for i in range(rows):
-        _blend(parent, i, blended)
+        near, side = _parents(i, parent.shape[0], high)
+        for j in range(parents):
+            blended[j + 1] = big * parent[near, j] + small * parent[side, j]
+        blended[0], blended[parents + 1] = blended[parents], blended[1]
+        if not wide:
+            for j in range(columns):
+                value[i, j] = weight[i, j] * value[i, j] + (one - weight[i, j]) * blended[j + 1]
+            continue
         for j in range(columns // 2):
             a, b = 2 * j, 2 * j + 1
             wa, wb, middle = weight[i, a], weight[i, b], big * blended[j + 1]
@@ -232,11 +238,18 @@ def _gather(weight: Any, source: Any, parent: Any) -> None:
 
 @kernel()
 def _scatter(weight: Any, parent: Any, inverse: Any, source: Any) -> None:
+    """Write w (source + what the parent has for its children): the transpose of the push."""
     rows, columns = source.shape
+    high, wide = rows > parent.shape[0], columns > parent.shape[1]
     shares = np.empty(parent.shape[1], source.dtype)
     for i in range(rows):
+        k = i // 2 if high else i
         for j in range(shares.size):
-            shares[j] = inverse[i // 2, j] * parent[i // 2, j]
+            shares[j] = inverse[k, j] * parent[k, j]
+        if not wide:
+            for j in range(columns):
+                source[i, j] = weight[i, j] * (source[i, j] + shares[j])
+            continue
         for j in range(columns // 2):
             a, b = 2 * j, 2 * j + 1
             source[i, a] = weight[i, a] * (source[i, a] + shares[j])
@@ -244,19 +257,6 @@ def _scatter(weight: Any, parent: Any, inverse: Any, source: Any) -> None:
         if columns % 2:
             a = columns - 1
             source[i, a] = weight[i, a] * (source[i, a] + shares[columns // 2])
-
-
-@kernel()
-def _blend(parent: Any, row: int, blended: Any) -> None:
-    """Interpolate the parents' rows to a child row; a parent more, periodic, at each end."""
-    rows, columns = parent.shape
-    near = row // 2
-    side = near + 1 if row % 2 else near - 1
-    side = rows - 1 if side < 0 else (0 if side == rows else side)
-    big, small = parent.dtype.type(0.75), parent.dtype.type(0.25)
-    for j in range(columns):
-        blended[j + 1] = big * parent[near, j] + small * parent[side, j]
-    blended[0], blended[columns + 1] = blended[columns], blended[1]
 
 
 @kernel()
@@ -304,27 +304,8 @@ def _push_one(weight: Any, value: Any, parent_weight: Any, parent_value: Any, pa
 
 
 @kernel()
-def _pull_one(weight: Any, parent: Any, value: Any) -> None:
-    """Write w v + (1 − w)·(linear interpolation of the parents)."""
-    rows, columns = value.shape
-    high, wide = rows > parent.shape[0], columns > parent.shape[1]
-    parents = parent.shape[1]
-    one, big, small = parent.dtype.type(1.0), parent.dtype.type(0.75), parent.dtype.type(0.25)
-    line = np.empty(parents + 2, parent.dtype)
-    for i in range(rows):
-        near, side = _parents(i, parent.shape[0], high)
-        for j in range(parents):
-            line[j + 1] = big * parent[near, j] + small * parent[side, j]
-        line[0], line[parents + 1] = line[parents], line[1]
-        for j in range(columns):
-            at = j // 2 + 1
-            mean = big * line[at] + small * line[at + 2 * (j % 2) - 1] if wide else line[j + 1]
-            value[i, j] = weight[i, j] * value[i, j] + (one - weight[i, j]) * mean
-
-
-@kernel()
 def _gather_one(weight: Any, source: Any, parent: Any) -> None:
-    """Fill the parents with the transpose of the linear part of `_pull_one`."""
+    """Fill the parents with the transpose of the linear part of `_pull`."""
     rows, columns = source.shape
     high, wide = rows > parent.shape[0], columns > parent.shape[1]
     one, big, small = source.dtype.type(1.0), source.dtype.type(0.75), source.dtype.type(0.25)
@@ -343,18 +324,6 @@ def _gather_one(weight: Any, source: Any, parent: Any) -> None:
             for j in range(columns):
                 parent[near, j] += big * line[j]
                 parent[side, j] += small * line[j]
-
-
-@kernel()
-def _scatter_one(weight: Any, parent: Any, inverse: Any, source: Any) -> None:
-    """Write w (source + what the parent has for its children): the transpose of `_push_one`."""
-    rows, columns = source.shape
-    high, wide = rows > parent.shape[0], columns > parent.shape[1]
-    for i in range(rows):
-        k = i // 2 if high else i
-        for j in range(columns):
-            m = j // 2 if wide else j
-            source[i, j] = weight[i, j] * (source[i, j] + inverse[k, m] * parent[k, m])
 
 
 @kernel()

@@ -64,16 +64,7 @@ def rows_backward(
 
 @kernel()
 def columns_product(
-    stiff: bool,
-    start: int,
-    stop: int,
-    group: int,
-    plans: Any,
-    spectrum: Any,
-    result: Any,
-    along: Any,
-    across: Any,
-    factor: Any,
+    stiff: bool, start: int, stop: int, group: int, plans: Any, spectrum: Any, result: Any, weights: Any
 ) -> None:
     """Transform the columns, multiply by factor · q/2 or factor · 2/q, and transform back."""
     for first in range(start, stop, group):
@@ -81,9 +72,9 @@ def columns_product(
         transform(plans[0], plans[1], line, result.ctypes.data)
         count = min(group, stop - first)
         if stiff:
-            stiffen(result, first, count, along, across, factor)
+            stiffen(result, first, count, weights)
         else:
-            comply(result, first, count, along, across, factor)
+            comply(result, first, count, weights)
         transform(plans[0], plans[2], result.ctypes.data, line)
 
 
@@ -180,8 +171,9 @@ def join(spectrum: Any, first: int, count: int, points: int, lines: Any) -> None
 
 
 @kernel()
-def stiffen(lines: Any, first: int, count: int, along: Any, across: Any, factor: Any) -> None:
+def stiffen(lines: Any, first: int, count: int, weights: Any) -> None:
     """Multiply by factor · q/2, q² = along + across: from displacement to pressure."""
+    along, across, factor = weights
     half = lines.dtype.type(0.5) * factor
     for r in range(count):
         other = across[first + r]
@@ -192,8 +184,9 @@ def stiffen(lines: Any, first: int, count: int, along: Any, across: Any, factor:
 
 
 @kernel()
-def comply(lines: Any, first: int, count: int, along: Any, across: Any, factor: Any) -> None:
+def comply(lines: Any, first: int, count: int, weights: Any) -> None:
     """Multiply by factor · 2/q, q² = along + across; q = 0 becomes zero: from pressure to displacement."""
+    along, across, factor = weights
     twice = lines.dtype.type(2.0) * factor
     for r in range(count):
         other = across[first + r]
@@ -204,3 +197,19 @@ def comply(lines: Any, first: int, count: int, along: Any, across: Any, factor: 
         if other == 0:
             lines[r, 0] = 0.0
             lines[r, 1] = 0.0
+
+
+@kernel()
+def gather(spectrum: Any, first: int, count: int, lines: Any) -> None:
+    """Copy columns first … first + count − 1 of a half spectrum to the lines, one line each."""
+    for i in range(spectrum.shape[0]):
+        for k in range(count):
+            lines[k, i] = spectrum[i, first + k]
+
+
+@kernel()
+def scatter(lines: Any, first: int, count: int, spectrum: Any) -> None:
+    """Copy the lines back to the columns."""
+    for i in range(spectrum.shape[0]):
+        for k in range(count):
+            spectrum[i, first + k] = lines[k, i]

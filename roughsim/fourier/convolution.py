@@ -51,7 +51,7 @@ def influence_spectrum(
     `influence` has the offsets −(n − 1) … n − 1, shape (2 n_x − 1, 2 n_y − 1); if it is even along y the offsets from
     0 on are enough there, shape (2 n_x − 1, n_y). `count` is n_y, and `shape` at least 2n − 1 each.
     """
-    from roughsim._kernels import columns as kernels
+    from roughsim._kernels import lines as kernels
 
     # the rows, each with its negative offsets at the end; a few at a time
     before, points, size = influence.shape[1] - count, shape[1], influence.shape[0]
@@ -95,7 +95,7 @@ def transformed_rows(field: NDArray[Any], shape: tuple[int, int]) -> Transform:
 
 def transformed_columns(spectrum: NDArray[Any], shape: tuple[int, int]) -> Iterator[tuple[slice, Lines]]:
     """Yield each block of columns, padded with zeros and transformed, in `result`."""
-    from roughsim._kernels import columns as kernels  # here, for numba is slow to import
+    from roughsim._kernels import lines as kernels  # here, for numba is slow to import
 
     for part, block in column_blocks(shape, spectrum.real.dtype):
         kernels.gather(spectrum, part.start, part.stop - part.start, block.source)
@@ -108,7 +108,7 @@ def multiply_columns(
     block: Lines, source: NDArray[Any], response: NDArray[Any], part: slice, spectrum: NDArray[Any]
 ) -> None:
     """Multiply a block of transformed columns, and put it back where it came from."""
-    from roughsim._kernels import columns as kernels
+    from roughsim._kernels import lines as kernels
 
     width = part.stop - part.start
     np.multiply(source[:width], response[part], out=block.result[:width])

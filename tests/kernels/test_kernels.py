@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from roughsim import _kernels
 from roughsim._kernels import active_set as kernels
-from roughsim._kernels import columns
+from roughsim._kernels import lines as line_kernels
 
 START, STOP, POINTS = 3, 45, 50
 OFFSET, STIFFNESS = 0.2, 0.7
@@ -223,9 +223,9 @@ def test_columns_go_to_lines_and_back():
     rng = np.random.default_rng(2)
     spectrum = rng.normal(size=(9, 7)) + 1j * rng.normal(size=(9, 7))
     lines, back = np.zeros((3, 9), complex), np.zeros_like(spectrum)
-    columns.gather(spectrum, 2, 3, lines)
+    line_kernels.gather(spectrum, 2, 3, lines)
     assert np.array_equal(lines, spectrum[:, 2:5].T)
-    columns.scatter(lines, 2, 3, back)
+    line_kernels.scatter(lines, 2, 3, back)
     assert np.array_equal(back[:, 2:5], spectrum[:, 2:5])
     assert not back[:, :2].any()
     assert not back[:, 5:].any()

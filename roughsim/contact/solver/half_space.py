@@ -72,11 +72,11 @@ class Operator:
         weights = self.along, self.across, self.factor
         blocks, others = self._row_blocks, self._column_blocks
         if len(blocks) == len(others) == 1 and source.dtype == np.float32:  # one call: each costs more than its work
-            rows, columns = (*blocks[0], *self._rows()), (stiff, *others[0], *self._columns(), *weights)
+            rows, columns = (*blocks[0], *self._rows()), (stiff, *others[0], *self._columns(), weights)
             kernels.product(source, result, rows, columns)
             return
         self._each_row(kernels.rows_forward, source)
-        self._each_column(lambda *block: kernels.columns_product(stiff, *block), *weights)
+        self._each_column(lambda *block: kernels.columns_product(stiff, *block), weights)
         self._each_row(kernels.rows_backward, result)
 
     def _each_row(self, kernel: Any, field: NDArray[Any]) -> None:
