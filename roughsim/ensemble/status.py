@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from roughsim.estimate.stop import LEAST, relative_half_width
 from roughsim.results.gaps import damaged_names, left_out
 from roughsim.show.units import json_number
-from roughsim.store.claims import writer
+from roughsim.store.processes import writer
 
 if TYPE_CHECKING:
     from roughsim.results.run import Run

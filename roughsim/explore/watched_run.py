@@ -16,7 +16,7 @@ from roughsim.results.folder import open_run
 from roughsim.results.gaps import gap
 from roughsim.results.run import Run
 from roughsim.show.terminal import table_text
-from roughsim.store.claims import writer
+from roughsim.store.processes import writer
 
 REMEMBERED = 2  # members in memory: one of 4096 × 4096 points takes 130 MB
 

@@ -21,7 +21,7 @@ from roughsim.report.pictures import picture
 from roughsim.scene.numerics import Reason
 from roughsim.show.table import Cell, Column, Table
 from roughsim.show.units import Number
-from roughsim.store.claims import writer
+from roughsim.store.processes import writer
 
 if TYPE_CHECKING:
     from roughsim.comparison.compare import Comparison

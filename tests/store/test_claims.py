@@ -10,9 +10,10 @@ import pytest
 
 import roughsim as rs
 from roughsim.ensemble import start, tasks
-from roughsim.store import claims
-from roughsim.store.claims import Claims, working, writer
+from roughsim.store import claims, processes
+from roughsim.store.claims import Claims
 from roughsim.store.member_files import member_path, read_member
+from roughsim.store.processes import process_space, working, writer
 
 ONE, TWO = "L0-000000", "L0-000001"
 
@@ -21,7 +22,7 @@ ONE, TWO = "L0-000000", "L0-000001"
 def soon(monkeypatch):
     """Short times, so that a process that is gone is noticed in a test."""
     monkeypatch.setattr(claims, "LEASE", 0.3)
-    monkeypatch.setattr(claims, "RENEWAL", 0.03)
+    monkeypatch.setattr(processes, "RENEWAL", 0.03)
     monkeypatch.setattr(tasks, "PAUSE", 0.01)
 
 
@@ -64,7 +65,7 @@ def test_a_silent_process_loses_its_claims_after_a_lease_on_the_clock_of_the_rea
         while not mine.take(ONE):
             time.sleep(0.01)
         assert time.monotonic() - began >= 0.2
-        assert (tmp_path / "claims" / ONE).read_text() == mine.name
+        assert (tmp_path / "claims" / ONE).read_text() == mine.signs.name
     assert list(tmp_path.iterdir()) == []  # what the silent one left is gone too
 
 
@@ -88,9 +89,9 @@ def test_the_times_of_files_count_for_nothing(tmp_path, moment):
 
 def test_a_container_that_starts_again_with_the_same_host_and_number_is_another_process(tmp_path):
     # its number is that of the dead one: it lives, so only silence tells
-    with Claims(tmp_path) as name:
-        host = name.name.rsplit("-", 2)[0]
-    silent(tmp_path, f"{host}-{os.getpid()}-ab", host=host, pid=os.getpid(), space=claims._space())
+    with Claims(tmp_path) as before:
+        host = before.signs.name.rsplit("-", 2)[0]
+    silent(tmp_path, f"{host}-{os.getpid()}-ab", host=host, pid=os.getpid(), space=process_space())
     with Claims(tmp_path, lease=0.2) as mine:
         assert not mine.take(ONE)
         time.sleep(0.25)
@@ -99,7 +100,7 @@ def test_a_container_that_starts_again_with_the_same_host_and_number_is_another_
 
 def test_a_process_of_this_machine_that_has_ended_is_gone_at_once(tmp_path):
     ended = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True, check=True)
-    silent(tmp_path, pid=int(ended.stdout), space=claims._space())
+    silent(tmp_path, pid=int(ended.stdout), space=process_space())
     (tmp_path / "claims" / TWO).write_text("elsewhere-1-ab")
     with Claims(tmp_path) as mine:
         assert mine.take(ONE)
@@ -115,16 +116,16 @@ def test_the_same_number_in_another_container_says_nothing(tmp_path):
 def test_a_suspended_process_that_was_taken_for_gone_removes_no_claim_of_its_heir(tmp_path):
     suspended = Claims(tmp_path)
     suspended.folder.mkdir()
-    suspended._sign(0)  # and no thread that goes on
+    suspended.signs.sign(0)  # and no thread that goes on
     assert suspended.take(ONE)
     with Claims(tmp_path, lease=0.1) as heir:
         time.sleep(0.12)
         assert heir.take(ONE)
         suspended.release(ONE)
-        assert names(tmp_path) == sorted([ONE, f"process-{heir.name}", f"process-{suspended.name}"])
-        suspended._sign(1)  # it lives after all
+        assert names(tmp_path) == sorted([ONE, f"process-{heir.signs.name}", f"process-{suspended.signs.name}"])
+        suspended.signs.sign(1)  # it lives after all
         assert not suspended.take(ONE)
-    assert names(tmp_path) == [f"process-{suspended.name}"]
+    assert names(tmp_path) == [f"process-{suspended.signs.name}"]
 
 
 @pytest.mark.parametrize("content", ["", "x" * 5000, "../../etc/passwd", "\0\1\2"])
@@ -148,7 +149,7 @@ def test_where_claims_cannot_be_made_the_run_goes_on_and_says_so_once(quick, tmp
 
 def test_a_folder_that_goes_and_a_full_disk_cost_claims_only(tmp_path, monkeypatch):
     with Claims(tmp_path) as mine:
-        (tmp_path / "claims" / f"process-{mine.name}").unlink()
+        (tmp_path / "claims" / f"process-{mine.signs.name}").unlink()
         (tmp_path / "claims").rmdir()
         assert mine.take(ONE)
 
