@@ -38,14 +38,9 @@ def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
         Explicit mantissa bits that fields keep, 1 to 23: each value is rounded by at most 2^−(bits+1) of itself, and
         the file shrinks. Left out: all 23.
 
-    Raises
-    ------
-    ValueError
-        If the ending is none of these, `bits` is out of range, or the run has no sound realization yet.
-    RecordError
-        If a file of the run is damaged.
-    OSError
-        If the disk refuses, naming the path; no half-written file stays.
+    ValueError if the ending is none of these, `bits` is out of range, or the run has no sound realization yet.
+    RecordError if a file of the run is damaged. OSError, naming the path, if the disk refuses; no half-written file
+    stays.
     """
     import h5py
 
@@ -84,14 +79,8 @@ def export_surface(run: Run, path: str | Path, realization: int = 0, column: str
     column : str, optional
         As in `Run.estimate`; its finest level is written.
 
-    Raises
-    ------
-    ValueError
-        If the ending is none of these, or the fields of the realization were not kept.
-    RecordError
-        If its file is damaged.
-    OSError
-        If the disk refuses, naming the path.
+    ValueError if the ending is none of these, or the fields of the realization were not kept. RecordError if its file
+    is damaged. OSError, naming the path, if the disk refuses.
     """
     path = Path(path)
     if path.suffix.lower() not in topography.ENDINGS:

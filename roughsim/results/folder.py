@@ -1,4 +1,4 @@
-"""The run folder: what it says of itself, and opening it. It may come from elsewhere, so nothing in it is believed."""
+"""The run folder: what it says of itself, and opening it. It may come from elsewhere: nothing in it is trusted."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import hashlib
 import json
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -14,38 +14,34 @@ from roughsim import prediction
 from roughsim.errors import RecordError
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.run import Run
+from roughsim.scene import Scene, first_difference, parse_scene
+from roughsim.scene.numerics import Numerics
 from roughsim.store.disk import is_temporary, place_bytes, read_bytes
 from roughsim.store.member_files import check_format
 from roughsim.untrusted import machine_memory
 
-if TYPE_CHECKING:
-    from roughsim.scene import Scene
-    from roughsim.scene.numerics import Numerics
-
-_BEFORE = ("lock", "claims")  # what a start may have made before all else
-_MOST_BYTES = 1 << 20  # of run.json and scene.toml: a scene has at most 64 KiB
+BEGUN = {"lock", "claims", "realizations"}  # what a start may have made before run.json
+MOST_BYTES = 1 << 20  # of run.json and scene.toml: a scene has at most 64 KiB
 
 
 def describe(folder: Path, description: dict[str, Any], scene: Scene, *, first: bool = False) -> None:
     """Write what a run is, before anything slow; with `first`, only if no process has: FileExistsError otherwise."""
     (folder / "realizations").mkdir(parents=True, exist_ok=True)
-    guarded = {**description, "checksums": {key: _checksum(value) for key, value in description.items()}}
+    guarded = {**description, "checksums": {key: checksum(value) for key, value in description.items()}}
     place_bytes(folder / "run.json", (json.dumps(guarded, indent=1) + "\n").encode(), first=first)
     place_bytes(folder / "scene.toml", scene.to_toml().encode())  # after it: the process that decides writes both
 
 
-def _checksum(value: Any) -> str:
+def checksum(value: Any) -> str:
+    """Return the checksum of a JSON value."""
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def folder_state(folder: Path) -> Literal["new", "begun", "run", "foreign"]:
     """Return what a folder is to a run that is to start there.
 
-    Returns
-    -------
-    str
-        "new": it does not exist, or is empty. "begun": a start was interrupted before it had written run.json, and all
-        that is there comes from it. "run": it has a run.json. "foreign": it is a file, or holds something else.
+    "new": it does not exist, or is empty. "begun": a start was interrupted before it had written run.json, and all
+    that it holds comes from that start. "run": it has a run.json. "foreign": it is a file, or holds something else.
     """
     if not folder.exists():
         return "new"
@@ -53,26 +49,22 @@ def folder_state(folder: Path) -> Literal["new", "begun", "run", "foreign"]:
         return "foreign"
     if (folder / "run.json").exists():
         return "run"
-    names = {path.name for path in folder.iterdir()}
+    names = {path.name for path in folder.iterdir() if not is_temporary(path.name)}
     # a scene.toml alone may be somebody's own: describe() makes the folder for the realizations before it
-    ours = {"realizations", *_BEFORE, *(("scene.toml",) if "realizations" in names else ())}
+    begun = BEGUN | {"scene.toml"} if "realizations" in names else BEGUN
     inside = folder / "realizations"
-    if any(name not in ours and not is_temporary(name) for name in names) or (inside.exists() and not inside.is_dir()):
+    if names - begun or (inside.exists() and not inside.is_dir()):
         return "foreign"
     if inside.exists() and not all(is_temporary(path.name) for path in inside.iterdir()):
         return "foreign"
-    return "begun" if names else "new"
+    return "begun" if any(folder.iterdir()) else "new"
 
 
 def read_description(folder: Path) -> dict[str, Any]:
     """Return what `describe` wrote.
 
-    Raises
-    ------
-    RecordError
-        If the folder is no run, one of a newer format, or a value in run.json was changed by somebody; it is named.
-    OSError
-        If run.json cannot be read now.
+    RecordError if the folder is no run, one of a newer format, or a value in run.json was changed by somebody; it is
+    named. OSError if run.json cannot be read now.
     """
     path = folder / "run.json"
     if not folder.exists():
@@ -80,8 +72,8 @@ def read_description(folder: Path) -> dict[str, Any]:
     if folder.is_file():
         raise RecordError(f"{folder} is a file; name the folder of a run")
     try:
-        description = json.loads(_text(path))
-        version = int(description["format_version"])
+        description: dict[str, Any] = json.loads(read_bytes(path, MOST_BYTES).decode("utf-8"))
+        version, checksums = int(description["format_version"]), description.get("checksums")
     except RecordError:
         raise
     except FileNotFoundError:
@@ -90,24 +82,18 @@ def read_description(folder: Path) -> dict[str, Any]:
         raise RecordError(f"{path} is damaged ({error})") from error
     check_format(path, version)
     if "checksums" in description:
-        _check_unchanged(path, description)
-    return dict(description)
+        refuse_changes(path, description, checksums if isinstance(checksums, dict) else {})
+    return description
 
 
-def _check_unchanged(path: Path, description: dict[str, Any]) -> None:
+def refuse_changes(path: Path, description: dict[str, Any], checksums: dict[str, str]) -> None:
     """Refuse a description of which a value is not what was written, RecordError naming it."""
-    guards = description["checksums"] if isinstance(description["checksums"], dict) else {}
-    for key in dict.fromkeys((*guards, *description)):
-        if key != "checksums" and (key not in description or guards.get(key) != _checksum(description[key])):
+    for key in dict.fromkeys((*checksums, *description)):
+        if key != "checksums" and (key not in description or checksums.get(key) != checksum(description[key])):
             raise RecordError(
                 f"{key} in {path} was changed since the run wrote it; put the old value back, or give the scene that "
                 f"you want to a new folder"
             )
-
-
-def _text(path: Path) -> str:
-    """The text of a file of the folder, if it has no more bytes than such a file can have."""
-    return read_bytes(path, _MOST_BYTES).decode("utf-8")
 
 
 def open_run(folder: str | Path, *, damaged: Literal["refuse", "skip"] = "refuse") -> Run:
@@ -131,29 +117,24 @@ def open_run(folder: str | Path, *, damaged: Literal["refuse", "skip"] = "refuse
     RecordError
         If it is no run, of another format, or one of its files is damaged.
     """
-    from roughsim.scene import parse_scene
-    from roughsim.scene.numerics import Numerics
-
-    place = Path(folder)
-    description = read_description(place)
+    folder = Path(folder)
+    description, path = read_description(folder), folder / "scene.toml"
     try:
         # a stored scene holds its tables inline: one that names files did not come from here
-        scene = parse_scene(_text(place / "scene.toml"), source=str(place / "scene.toml"))
+        scene = parse_scene(read_bytes(path, MOST_BYTES).decode("utf-8"), source=str(path))
         numerics = Numerics.from_dict(description["numerics"])
-        _check(description, scene, numerics)
+        refuse_impossible(description, scene, numerics)
         if "checksums" not in description:
-            _check_against(scene, description)
-        run = Run(place, description, scene, numerics, skip_damaged=damaged == "skip")
+            refuse_what_does_not_follow(scene, description)
+        run = Run(folder, description, scene, numerics, skip_damaged=damaged == "skip")
     except (ValueError, LookupError, TypeError, AttributeError) as error:
-        raise RecordError(f"{place} cannot be opened: {error}") from error
+        raise RecordError(f"{folder} cannot be opened: {error}") from error
     run.refresh()
     return run
 
 
-def _check(description: dict[str, Any], scene: Scene, numerics: Numerics) -> None:
+def refuse_impossible(description: dict[str, Any], scene: Scene, numerics: Numerics) -> None:
     """Refuse a description that does not go with its scene, or asks for more than this machine has."""
-    from roughsim.scene import first_difference
-
     speeds, share = len(scene.speeds), description["heat_partition"]
     for name in ("seed", "max_realizations"):
         if not isinstance(description[name], int) or description[name] < 0:
@@ -173,7 +154,7 @@ def _check(description: dict[str, Any], scene: Scene, numerics: Numerics) -> Non
         raise ValueError(f"run.json: a field of {most} points needs more than half of the machine's memory")
 
 
-def _check_against(scene: Scene, description: dict[str, Any]) -> None:
+def refuse_what_does_not_follow(scene: Scene, description: dict[str, Any]) -> None:
     """Refuse an unguarded description, as older versions wrote it, whose values do not follow from its scene."""
     ensemble = scene.ensemble
     follows = {
@@ -183,7 +164,6 @@ def _check_against(scene: Scene, description: dict[str, Any]) -> None:
         "heat_partition": prediction.heat_partition(scene).tolist(),
     }
     for key, value in follows.items():
-        there = description[key]
-        same = np.allclose(there, value, rtol=1e-9, atol=0.0) if key == "heat_partition" else there == value
-        if not same:
-            raise ValueError(f"{key} in run.json was changed: it is {there}, and scene.toml gives {value}")
+        stored = description[key]
+        if stored != value and not (key == "heat_partition" and np.allclose(stored, value, rtol=1e-9, atol=0.0)):
+            raise ValueError(f"{key} in run.json was changed: it is {stored}, and scene.toml gives {value}")

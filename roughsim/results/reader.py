@@ -118,10 +118,7 @@ class Reader:
     def spectra(self, level: int, indices: NDArray[np.int64]) -> tuple[Array, Array]:
         """Return the wavenumbers of a level, rad/m, and its stress spectra at sound realizations, Pa², (n, m).
 
-        Raises
-        ------
-        RecordError
-            If a file has been damaged since it was read.
+        RecordError if a file has been damaged since it was read.
         """
         # a file that has changed since it was read, as another process may have computed it again, must be sound
         sizes, times = (self.members.column(level, name, indices).tolist() for name in ("size", "changed"))

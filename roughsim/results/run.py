@@ -56,13 +56,7 @@ class Run:
     """
 
     def __init__(
-        self,
-        folder: Path,
-        description: dict[str, Any],
-        scene: Scene,
-        numerics: Numerics,
-        *,
-        skip_damaged: bool = False,
+        self, folder: Path, description: dict[str, Any], scene: Scene, numerics: Numerics, *, skip_damaged: bool = False
     ):
         self.folder = folder
         self.scene = scene
@@ -94,12 +88,7 @@ class Run:
     def refresh(self) -> None:
         """Read the members that have come since, in order, up to the first gap; damaged ones again.
 
-        Raises
-        ------
-        RecordError
-            If one is damaged or of another run, naming it.
-        OSError
-            If one cannot be read now, which is no damage.
+        RecordError if one is damaged or of another run, OSError if one cannot be read now, which is no damage.
         """
         self._counted = None
         self._reader.refresh(self.max_realizations)
@@ -162,13 +151,7 @@ class Run:
         return [int(index) for index in np.flatnonzero(converged)]
 
     def column(self, column: str | None) -> str:
-        """Return the name of a column: the capped one where there is a hardness, else the elastic one, if None.
-
-        Raises
-        ------
-        ValueError
-            If the run has no such column.
-        """
+        """Return the name of a column; None is the capped one, or else the elastic one. ValueError if it is missing."""
         name = self.numerics.columns[-1] if column is None else column
         if name not in self.numerics.columns:
             raise ValueError(f"column = {name!r} is not in this run; it has {', '.join(self.numerics.columns)}")
@@ -188,12 +171,7 @@ class Run:
     def values(self, observable: str, column: str | None = None, *, extrapolated: bool = True) -> Values:
         """Return the values of an observable, a row per sound realization, with all heat in the moving body.
 
-        Not extrapolated they are those of the highest cut-off.
-
-        Raises
-        ------
-        ValueError
-            If there is no such observable or column, or no realization yet.
+        Not extrapolated they are those of the highest cut-off. Errors as `estimate`.
         """
         if observable not in OBSERVABLES:
             raise ValueError(f"observable = {observable!r} is unknown; choose one of {', '.join(OBSERVABLES)}")
@@ -240,19 +218,9 @@ class Run:
         )
 
     def correlation(self, distance: Array, column: str | None = None) -> tuple[Array, Array]:
-        """Return g_σ(r) of the finest level and its standard error, Pa².
+        """Return g_σ(r) of the finest level of a column and its standard error, Pa².
 
-        Parameters
-        ----------
-        distance : ndarray
-            r, m, one-dimensional, at most half the diagonal of the cell.
-        column : str, optional
-            As in `estimate`.
-
-        Raises
-        ------
-        ValueError
-            If a distance lies beyond half the diagonal of the cell.
+        `distance` is r, m, one-dimensional; ValueError beyond half the diagonal of the cell.
         """
         sample = self.samples(column)[-1]
         if distance.max(initial=0.0) > sample.reach * (1 + 1e-12):
@@ -344,13 +312,7 @@ class Run:
         return float(prediction.heat_partition(self.scene, (abs(speed),))[0])
 
     def arrays(self) -> tuple[list[arrays.Labelled], dict[str, Any]]:
-        """Return all numbers and kept fields as labelled arrays, and title, scene, numerics, seed and versions.
-
-        Raises
-        ------
-        ValueError
-            If the run has no sound realization yet.
-        """
+        """Return all numbers and kept fields as labelled arrays, and title, scene, numerics, seed and versions."""
         self._sound_rows()
         numerics, count = self.numerics, self.realizations
         kept = sorted(set.intersection(*(set(self.kept(level)) for level in range(len(numerics.levels)))))
