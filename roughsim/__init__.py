@@ -53,16 +53,16 @@ if TYPE_CHECKING:  # for readers of types; at run time names are imported when t
     from roughsim.scene import load_scene as load_scene
     from roughsim.scene.numerics import Level as Level
     from roughsim.scene.numerics import Numerics as Numerics
-    from roughsim.surface.spectrum import SelfAffineSpectrum as SelfAffineSpectrum
-    from roughsim.surface.spectrum import TabulatedSpectrum as TabulatedSpectrum
+    from roughsim.surface.power_laws import SelfAffineSpectrum as SelfAffineSpectrum
+    from roughsim.surface.power_laws import TabulatedSpectrum as TabulatedSpectrum
     from roughsim.surface.synthesis import synthesize as synthesize
 
 __version__: str  # made when it is asked for
 
 _HOME = {
     "Grid": "grid",
-    "SelfAffineSpectrum": "surface.spectrum",
-    "TabulatedSpectrum": "surface.spectrum",
+    "SelfAffineSpectrum": "surface.power_laws",
+    "TabulatedSpectrum": "surface.power_laws",
     "synthesize": "surface.synthesis",
     "Solid": "contact",
     "Contact": "contact",

@@ -18,7 +18,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator, RegularGridInterpo
 
 from roughsim import prediction
 from roughsim.store.validity_map import Table, read_validity
-from roughsim.surface.spectrum import SelfAffineSpectrum
+from roughsim.surface.power_laws import SelfAffineSpectrum
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene

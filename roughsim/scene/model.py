@@ -248,7 +248,8 @@ def diffusivities(body: BodySection | CounterfaceSection) -> tuple[float, ...]:
 
 def face_spectrum(face: SurfaceSection | CounterfaceSection) -> Face:
     """C(q) of one face, m⁴, Persson's convention."""
-    from roughsim.surface.spectrum import SelfAffineSpectrum, TabulatedSpectrum, TruncatedSpectrum
+    from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
+    from roughsim.surface.spectrum import TruncatedSpectrum
 
     if face.spectrum is not None:
         return TruncatedSpectrum(face.spectrum)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
 from roughsim.grid import Grid
-from roughsim.surface.spectrum import TabulatedSpectrum
+from roughsim.surface.power_laws import TabulatedSpectrum
 from roughsim.untrusted import check_measured_file, machine_memory
 
 Array = NDArray[np.float64]

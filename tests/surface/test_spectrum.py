@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from roughsim.scene.spectra.k_correlation import Spectrum as KCorrelation
-from roughsim.surface.spectrum import PowerLaws, SelfAffineSpectrum, SumSpectrum, TabulatedSpectrum, TruncatedSpectrum
+from roughsim.surface.power_laws import PowerLaws, SelfAffineSpectrum, TabulatedSpectrum
+from roughsim.surface.spectrum import SumSpectrum, TruncatedSpectrum
 
 Q_MIN, Q_ROLL_OFF, Q_MAX = 2.0e3, 3.0e4, 5.0e6
 BAND = {"q_min": Q_MIN, "q_roll_off": Q_ROLL_OFF, "q_max": Q_MAX}

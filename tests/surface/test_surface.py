@@ -7,7 +7,7 @@ import pytest
 
 from roughsim.errors import ResolutionError
 from roughsim.grid import Grid
-from roughsim.surface.spectrum import SelfAffineSpectrum, TabulatedSpectrum
+from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
 from roughsim.surface.synthesis import mode_variance, synthesize
 
 CIRCLE = 2 * np.pi  # in a cell of this side, modes lie at whole wavenumbers
