@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import hypot, isfinite, isnan, nan
+from math import copysign, hypot, inf, isfinite, isnan, nan
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from roughsim import prediction
 from roughsim.comparison.stress_slope import Slope, stress_slope
 from roughsim.estimate.cell_size import size_error
-from roughsim.estimate.errors import Estimate, Quotient, quotient
+from roughsim.estimate.errors import Quotient, quotient
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.gaps import left_out
 from roughsim.results.run import Run
@@ -28,11 +28,10 @@ from roughsim.show.units import json_number
 from roughsim.surface.spectrum import TruncatedSpectrum
 
 Array = NDArray[np.float64]
-NOTICED = 0.02  # difference of sum and integral of the theory that is told
+NOTICED = 0.02  # relative difference of two theories that a note names
 
 
-@dataclass(frozen=True, slots=True)
-class Cell:
+class Cell(NamedTuple):
     """A measured value: mean, standard error, finest level − mean; total error (95 %) and what it does not know of."""
 
     mean: float
@@ -42,12 +41,8 @@ class Cell:
     unknown: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Ratio:
-    """A ratio of two columns with its paired standard error and its total error (95 %).
-
-    z is its distance from 1 in standard errors.
-    """
+class Ratio(NamedTuple):
+    """A ratio of two columns with its paired standard error and its total error (95 %)."""
 
     value: float
     standard_error: float
@@ -57,9 +52,11 @@ class Ratio:
     @property
     def z(self) -> float:
         """(value − 1)/standard_error; 0 where both agree to rounding, infinite where they differ without scatter."""
-        if self.standard_error > 0.0 or isnan(self.value):
-            return (self.value - 1.0) / self.standard_error if self.standard_error else nan
-        return 0.0 if abs(self.value - 1.0) <= 1e-9 else (float("inf") if self.value > 1.0 else -float("inf"))
+        if self.standard_error > 0.0:
+            return (self.value - 1.0) / self.standard_error
+        if isnan(self.value):
+            return nan
+        return 0.0 if abs(self.value - 1.0) <= 1e-9 else copysign(inf, self.value - 1.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +84,16 @@ class Row:
         whole = self.theory_full_spectrum
         return abs(self.theory_at_cut_off - whole) > NOTICED * abs(whole)
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return the row as JSON values, with an entry for each column and ratio."""
+        names = ("observable", "speed", "theory", "theory_full_spectrum")
+        result = json_values({name: getattr(self, name) for name in names})
+        result |= {name: json_values(cell._asdict()) for name, cell in self.columns.items()}
+        for name, ratio in self.ratios.items():
+            head = {"value": ratio.value, "standard_error": ratio.standard_error, "z": ratio.z}
+            result[name] = json_values(head | {"total_error": ratio.total_error, "unknown": ratio.unknown})
+        return result | {"note": self.note}
+
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
@@ -106,39 +113,37 @@ class Comparison:
         """The parts of the errors that no level of the run tells, of some column or ratio."""
         parts: dict[str, None] = {}
         for row in self.rows:
-            entries: list[Cell | Ratio] = [*row.columns.values(), *row.ratios.values()]
-            for entry in entries:
-                parts |= dict.fromkeys(entry.unknown)
+            for cell in row.columns.values():
+                parts |= dict.fromkeys(cell.unknown)
+            for ratio in row.ratios.values():
+                parts |= dict.fromkeys(ratio.unknown)
         return tuple(parts)
 
     def notes(self) -> tuple[str, ...]:
         """Say what is missing, and why measured values and the theory beside them differ in what they include."""
-        run = self.run
-        first = run.numerics.columns[0]
-        q_c, q_max = run.numerics.levels[run.numerics.of_column(first)[-1]].q_max, run.scene.spectrum.breaks[-1]
-        told = left_out(run)
-        if cut := self._apart("theory_at_cut_off", "theory_full_spectrum"):
-            told.append(
+        q_c, q_max = finest(self.run, self.run.numerics.columns[0])[1], self.run.scene.spectrum.breaks[-1]
+        notes = left_out(self.run)
+        if cut := self.farthest("theory_at_cut_off", "theory_full_spectrum"):
+            notes.append(
                 f"C(q) is cut at q_c = {q_c:.3g} rad/m, below q_max = {q_max:.3g} rad/m. Up to q_c the theory is {cut} "
-                "Means are continued to q_max, what that leaves open is in their error; rows marked at q_c are not. "
-                "The ratio is formed up to q_c."
+                "Means are continued to q_max, and what that leaves open is in their error; rows marked at q_c are not "
+                "continued. The ratio is formed up to q_c."
             )
-        if short := self._apart("theory", "theory_at_cut_off"):
-            told.append(
+        if short := self.farthest("theory", "theory_at_cut_off"):
+            notes.append(
                 f"The cell holds too few long waves for the theory: summed over its modes it is {short} The ratio has "
                 "this in its error; take more waves per side."
             )
-        return tuple(told)
+        return tuple(notes)
 
-    def _apart(self, name: str, other: str) -> str:
-        """The T_flash at which two theories are farthest apart, in words; empty where that is too little to tell."""
+    def farthest(self, name: str, other: str) -> str:
+        """Return the T_flash at which two theories differ most, in words; empty where that is less than `NOTICED`."""
         rows = [row for row in self.rows if row.observable == "flash_temperature" and getattr(row, other)]
-        off = [abs(getattr(row, name) / getattr(row, other) - 1.0) for row in rows]
-        most = max(range(len(rows)), key=off.__getitem__, default=None)
-        if most is None or not off[most] > NOTICED:
-            return ""
-        values = (getattr(rows[most], key) for key in (name, other))
-        return "{:.4g} instead of {:.4g} K".format(*values) + f" (flash_temperature at {rows[most].speed:g} m/s)."
+        for row in sorted(rows, key=lambda row: -abs(getattr(row, name) / getattr(row, other) - 1.0))[:1]:
+            value, reference = getattr(row, name), getattr(row, other)
+            if abs(value / reference - 1.0) > NOTICED:
+                return f"{value:.4g} instead of {reference:.4g} K (flash_temperature at {row.speed:g} m/s)."
+        return ""
 
     def to_dict(self) -> dict[str, Any]:
         """Return the table as JSON values; NaN and infinity become None."""
@@ -146,8 +151,8 @@ class Comparison:
             "realizations": self.realizations,
             "failed": self.failed,
             "missing": self.run.missing,
-            "rows": [_row_dict(row) for row in self.rows],
-            "stress_slopes": [_plain(slope._asdict()) for slope in self.slopes],
+            "rows": [row.to_dict() for row in self.rows],
+            "stress_slopes": [json_values(slope._asdict()) for slope in self.slopes],
         }
 
     def chart(self, path: str | Path) -> None:
@@ -190,23 +195,38 @@ def compare(run: Run) -> Comparison:
     if sound < 2:
         raise ValueError(f"{run.folder} has {sound} sound realizations; a comparison needs at least 2, let it run on")
     slopes = (stress_slope(run, column) for column in run.numerics.columns)
-    return Comparison(run, run.realizations, run.failed, tuple(_rows(run)), tuple(s for s in slopes if s is not None))
+    return Comparison(run, run.realizations, run.failed, tuple(rows_of(run)), tuple(s for s in slopes if s is not None))
 
 
-def _rows(run: Run) -> Iterator[Row]:
-    first = run.numerics.columns[0]
-    level = run.numerics.of_column(first)[-1]
-    q_c = run.numerics.levels[level].q_max
+def rows_of(run: Run) -> Iterator[Row]:
+    """Give a row for each observable and speed."""
+    # the theory three times: over the modes of the finest grid, integrated up to its q_c, and over the whole spectrum
+    level, q_c = finest(run, run.numerics.columns[0])
     drawn = TruncatedSpectrum(prediction.smoothed_spectrum(run.scene), q_c)
     summed = prediction.mode_sums(run.scene, drawn, run.numerics.grid(level))
     cut, whole = prediction.predictions(run.scene, q_c), prediction.predictions(run.scene)
+    balanced = not run.scene.elastic and isfinite(
+        prediction.yield_wavenumber(run.scene)
+    )  # all contact yields in the end
     for observable, record in OBSERVABLES.items():
         measured = {name: run.estimate(observable, name) for name in run.numerics.columns}
-        ratios = _ratios(run, observable, summed[observable], cut[observable])
+        ratios = ratios_of(run, observable, summed[observable], cut[observable])
         share = run.heat_partition if record.heated else np.ones(len(run.scene.speeds))
-        note = _note(run, observable)
-        open_ended = np.any([np.isnan(estimate.budget["bandwidth"]) for estimate in measured.values()], axis=0)
+        unknown_limit = np.any([np.isnan(estimate.budget["bandwidth"]) for estimate in measured.values()], axis=0)
         for k, speed in enumerate(run.scene.speeds if record.per_speed else (None,)):
+            note = "at q_c" if unknown_limit[k] else ""
+            if not run.scene.elastic and not record.limit:  # plastic patches have steep edges
+                note = "at q_c"
+            if balanced and record.by_force_balance:
+                note = "identity"
+            cells = {}
+            for name, e in measured.items():
+                errors = float(e.standard_error[k]), float(e.bias[k]), float(e.total_error[k])
+                cells[name] = Cell(float(e.mean[k]), *errors, e.unknown_at(k))
+            quotients = {
+                name: Ratio(float(q.value[k]), float(q.standard_error[k]), float(q.total_error[k]), q.unknown_at(k))
+                for name, q in ratios.items()
+            }
             yield Row(
                 observable,
                 record.unit,
@@ -214,24 +234,20 @@ def _rows(run: Run) -> Iterator[Row]:
                 float(summed[observable][k] * share[k]),
                 float(cut[observable][k] * share[k]),
                 float(whole[observable][k] * share[k]),
-                {name: _cell(estimate, k) for name, estimate in measured.items()},
-                {name: _ratio(found, k) for name, found in ratios.items()},
-                note or ("at q_c" if open_ended[k] else ""),
+                cells,
+                quotients,
+                note,
             )
 
 
-def _cell(found: Estimate, k: int) -> Cell:
-    mean, error, bias, total = (float(x[k]) for x in (found.mean, found.standard_error, found.bias, found.total_error))
-    return Cell(mean, error, bias, total, found.unknown_at(k))
+def finest(run: Run, column: str) -> tuple[int, float]:
+    """Return the number of the finest level of a column, and its cut-off, rad/m."""
+    level = run.numerics.of_column(column)[-1]
+    return level, run.numerics.levels[level].q_max
 
 
-def _ratio(found: Quotient, k: int) -> Ratio:
-    value, error, total = (float(x[k]) for x in (found.value, found.standard_error, found.total_error))
-    return Ratio(value, error, total, found.unknown_at(k))
-
-
-def _ratios(run: Run, observable: str, summed: Array, integral: Array) -> dict[str, Quotient]:
-    """First/theory and, for capped scenes, capped/smoothed.
+def ratios_of(run: Run, observable: str, summed: Array, integral: Array) -> dict[str, Quotient]:
+    """Return the first column over the theory and, for capped scenes, capped over smoothed.
 
     What the sum over the modes has over the integral is an error by the cell: contacts feel it less than the sum does.
     """
@@ -248,33 +264,7 @@ def _ratios(run: Run, observable: str, summed: Array, integral: Array) -> dict[s
     return result
 
 
-def _note(run: Run, observable: str) -> str:
-    if run.scene.elastic:
-        return ""
-    if OBSERVABLES[observable].by_force_balance and isfinite(prediction.yield_wavenumber(run.scene)):
-        return "identity"
-    return "" if OBSERVABLES[observable].limit else "at q_c"
-
-
-def _row_dict(row: Row) -> dict[str, Any]:
-    result: dict[str, Any] = {
-        "observable": row.observable,
-        "speed": row.speed,
-        "theory": json_number(row.theory),
-        "theory_full_spectrum": json_number(row.theory_full_spectrum),
-    }
-    for name, cell in row.columns.items():
-        values = {"mean": cell.mean, "standard_error": cell.standard_error, "bias": cell.bias}
-        result[name] = _entry(values | {"total_error": cell.total_error}, cell.unknown)
-    for name, entry in row.ratios.items():
-        values = {"value": entry.value, "standard_error": entry.standard_error, "z": entry.z}
-        result[name] = _entry(values | {"total_error": entry.total_error}, entry.unknown)
-    return result | {"note": row.note}
-
-
-def _entry(values: dict[str, float], unknown: tuple[str, ...]) -> dict[str, Any]:
-    return _plain(values) | {"unknown": list(unknown)}
-
-
-def _plain(values: dict[str, Any]) -> dict[str, Any]:
-    return {key: json_number(value) if isinstance(value, float) else value for key, value in values.items()}
+def json_values(values: dict[str, Any]) -> dict[str, Any]:
+    """Return a record as JSON can hold it: NaN and infinity are None, tuples are lists."""
+    plain = ((key, list(value) if isinstance(value, tuple) else value) for key, value in values.items())
+    return {key: json_number(value) if isinstance(value, float) else value for key, value in plain}

@@ -75,11 +75,7 @@ class Facts:
         background = f"above a background of {self.background_temperature:g} K{melting}"
         rows = [
             ("rms height", f"{1e6 * self.rms_height:.3g} µm", f"of both faces together, {waves}"),
-            (
-                "rms slope",
-                f"{self.rms_slope:.3g}",
-                f"of both faces together{gentle}; the model has less than {STEEP:g}",
-            ),
+            ("rms slope", f"{self.rms_slope:.3g}", slope),
             ratio,
             ("contact area", f"{self.contact_fraction:.3g}", area),
             ("hot spots", f"{self.hot_spots:.3g}", spots),
