@@ -41,6 +41,7 @@ TESTS = {
     "roughsim/grid.py": "test_grid.py",
     "roughsim/surface/spectrum.py": "surface/test_spectrum.py",
     "roughsim/surface/power_laws.py": "surface/test_spectrum.py",
+    "roughsim/surface/radial.py": "surface/test_radial.py observables/test_observables.py",
     "roughsim/surface/synthesis.py": "surface/test_surface.py",
     "roughsim/fourier/convolution.py": "heat/test_half_space.py heat/test_partition.py",
     "roughsim/contact/patches.py": "contact/test_patches.py",

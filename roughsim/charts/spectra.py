@@ -12,6 +12,7 @@ from roughsim import fourier, prediction
 from roughsim.charts.style import COLOURS, MARKERS, THEORY, Array, band, half_width, new_figure
 from roughsim.charts.subject import Subject
 from roughsim.estimate.errors import quantile, spread
+from roughsim.surface.radial import modes_between
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -108,25 +109,24 @@ def radial_psd(heights: NDArray[Any], grid: Grid, q: Array, ends: tuple[float, f
     The mean is over the modes between `ends`, rad/m, with Gaussian weights in ln q; |h(q)|² q⁴ is what is averaged, so
     that a steep spectrum is not bent by its own mean.
     """
-    power = np.abs(fourier.forward(np.ascontiguousarray(heights, dtype=np.float64))) ** 2 * grid.multiplicity
+    power = np.abs(fourier.forward(np.ascontiguousarray(heights, dtype=np.float64))) ** 2
     return sum_near(grid, q, power * grid.wavenumbers**4, ends) / mode_area(grid, q, ends) / q**4
 
 
 def mode_area(grid: Grid, q: Array, ends: tuple[float, float]) -> Array:
     """Return the area of the modes near each q in the plane of wavevectors, weighted as the spectra are, 1/m²."""
     cell = 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
-    return cell * sum_near(grid, q, np.broadcast_to(grid.multiplicity, grid.half_shape), ends)
+    return cell * sum_near(grid, q, np.ones(grid.half_shape), ends)
 
 
 def sum_near(grid: Grid, q: Array, values: Array, ends: tuple[float, float]) -> Array:
     """Return the sum of values over the modes near each q and between `ends`, with Gaussian weights in ln q."""
-    wavenumbers = grid.wavenumbers
-    present = (wavenumbers > 0.0) & (wavenumbers >= ends[0] * (1 - 1e-9)) & (wavenumbers <= ends[1] * (1 + 1e-9))
+    modes = modes_between(grid, *ends)
     # bins much narrower than the weights, or there would be a weight for each pair of mode and q
     step = WIDTH / 16
-    bins = np.rint(np.log(wavenumbers[present]) / step).astype(np.intp)
+    bins = np.rint(np.log(modes.wavenumber) / step).astype(np.intp)
     first = int(bins.min())
-    sums = np.bincount(bins - first, values[present])
+    sums = modes.sums(bins - first, values[modes.chosen])
     result: Array = weights(q, np.exp(step * (first + np.arange(sums.size)))) @ sums
     return result
 

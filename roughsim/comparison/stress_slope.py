@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from roughsim import prediction
 from roughsim.estimate.errors import quantile, spread
+from roughsim.surface.radial import modes_between
 
 if TYPE_CHECKING:
     from roughsim.grid import Grid
@@ -78,9 +79,11 @@ def _band(scene: Scene, q_c: float) -> tuple[float, float]:
 
 def _modes(grid: Grid, edges: Array) -> tuple[Array, Array]:
     """How many modes of the plane lie in each bin of ln q, and their mean ln q; NaN where there are none."""
-    present = grid.wavenumbers > 0.0
-    place, many = np.log(grid.wavenumbers[present]), np.broadcast_to(grid.multiplicity, grid.half_shape)[present]
-    count, sums = (np.histogram(place, edges, weights=weights)[0] for weights in (many, many * place))
+    modes = modes_between(grid)
+    place = np.log(modes.wavenumber)
+    count, sums = (
+        np.histogram(place, edges, weights=weights)[0] for weights in (modes.multiplicity, modes.multiplicity * place)
+    )
     return count, np.divide(sums, count, out=np.full(count.shape, np.nan), where=count > 0.0)
 
 

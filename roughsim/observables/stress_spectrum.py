@@ -20,6 +20,7 @@ from scipy.special import j0, j1
 
 from roughsim.errors import number
 from roughsim.grid import Grid
+from roughsim.surface.radial import distinct_wavenumbers, quarter_plane
 
 Array = NDArray[np.float64]
 
@@ -131,12 +132,9 @@ def stress_spectrum(amplitude: NDArray[np.complex128], grid: Grid) -> tuple[Stre
         The periodic cell.
     """
     nx, ny = grid.shape
-    # |σ(q)|² of the four modes (±q_x, ±q_y) together, shape (n_x//2 + 1, n_y//2 + 1)
-    plane: Array = amplitude.real**2
-    plane += amplitude.imag**2
-    plane *= grid.multiplicity
-    quarter = plane[: nx // 2 + 1]
-    quarter[1 : (nx + 1) // 2] += plane[: nx // 2 : -1]  # row −i onto row i
+    power: Array = amplitude.real**2
+    power += amplitude.imag**2
+    quarter = quarter_plane(power, grid)
     wavenumber, entry = distinct_wavenumbers(grid)
     variance = np.bincount(entry, quarter.ravel(), minlength=wavenumber.size).astype(np.float64, copy=False)
     # the part that an odd derivative does not see, of the modes at the Nyquist wavenumber of an axis
@@ -213,20 +211,3 @@ def lagrange_coefficients() -> Array:
                 row = [(a + b) / (own - other) for a, b in zip(shifted, scaled, strict=True)]
         rows.append([float(c) for c in row])
     return np.array(rows)
-
-
-@lru_cache(maxsize=2)
-def distinct_wavenumbers(grid: Grid) -> tuple[Array, NDArray[np.intp]]:
-    """Return |q| of the quarter plane, rad/m, 0 first, and the entry of each of its modes, flattened.
-
-    In a square cell many modes share k_x² + k_y²; in any other each mode has an entry of its own.
-    """
-    nx, ny = (n // 2 + 1 for n in grid.shape)
-    qx, qy = (np.abs(q) for q in grid.wavevectors)
-    if grid.lengths[0] != grid.lengths[1]:
-        return np.hypot(qx[:nx], qy).ravel(), np.arange(nx * ny)
-    square = (np.arange(nx)[:, None] ** 2 + np.arange(ny)[None, :] ** 2).ravel()
-    present = np.zeros(square.max() + 1, np.bool_)
-    present[square] = True
-    entry = (np.cumsum(present) - 1)[square]
-    return 2 * math.pi / grid.lengths[0] * np.sqrt(np.flatnonzero(present).astype(np.float64)), entry

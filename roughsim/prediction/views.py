@@ -25,6 +25,7 @@ from roughsim.prediction.bodies import (
     theoretical_partition,
 )
 from roughsim.scene import Scene
+from roughsim.surface.radial import modes_where
 from roughsim.surface.spectrum import TruncatedSpectrum
 from roughsim.surface.synthesis import mean_over_cells, mode_variance
 
@@ -85,9 +86,9 @@ def summed_over_modes(scene: Scene, spectrum: Any, grid: Grid) -> Theory:
 
 def mode_stress(scene: Scene, spectrum: Any, grid: Grid) -> tuple[Array, Array]:
     """Return the wavenumbers of the modes, rad/m, and their share of ⟨σ²⟩ − σ₀² in the theory, Pa²."""
-    variance = mode_variance(spectrum, grid) * grid.multiplicity
-    present = variance > 0.0
-    q, ring = np.unique(grid.wavenumbers[present], return_inverse=True)
+    variance = mode_variance(spectrum, grid)
+    modes = modes_where(grid, variance > 0.0)
+    q, ring = np.unique(modes.wavenumber, return_inverse=True)
 
     def weight(at: Array) -> Any:
         return theory.persson.stress_weight(at, spectrum, **stress_arguments(scene))
@@ -95,8 +96,8 @@ def mode_stress(scene: Scene, spectrum: Any, grid: Grid) -> tuple[Array, Array]:
     # W at |q| of each mode, but its mean over the Fourier cell near q_min: there W falls from 1 within a mode
     weights = weight(q)[ring]
     near = grid.wavenumbers < spectrum.breaks[0] + _NEAR * 2 * pi / min(grid.lengths)
-    weights[near[present]] = mean_over_cells(weight, spectrum, grid, near & present)
-    roughness = np.bincount(ring, variance[present] * weights)
+    weights[near[modes.chosen]] = mean_over_cells(weight, spectrum, grid, near & modes.chosen)
+    roughness = modes.sums(ring, variance[modes.chosen] * weights)
     return q, (0.5 * scene.effective_modulus * q) ** 2 * roughness
 
 
