@@ -20,19 +20,6 @@ Field = NDArray[Any]
 PREVIEW = 1024  # points per side that the temperature is computed on while the slider moves
 
 
-class Temperature(NamedTuple):
-    """A temperature above the mean of the cell, K, with its speed, m/s, and direction, rad from axis 0.
-
-    `whole` is False for a preview, which has only the long waves.
-    """
-
-    field: Field
-    grid: Grid
-    speed: float
-    direction: float
-    whole: bool
-
-
 class Distribution(NamedTuple):
     """Temperatures of a contact, and their densities by area and by heat between edges, % per K."""
 
@@ -40,6 +27,21 @@ class Distribution(NamedTuple):
     edges: Field
     area: Field
     heat: Field
+
+
+class Temperature(NamedTuple):
+    """A temperature of a member above the mean of the cell, K, at a speed, m/s, and direction, rad from axis 0.
+
+    A whole field has its distribution over the contact, None without contact. A preview has only the long waves.
+    """
+
+    member: MemberFields
+    field: Field
+    grid: Grid
+    speed: float
+    direction: float
+    whole: bool
+    distribution: Distribution | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +67,9 @@ class MemberFields:
         pressure, grid = (self.preview_pressure, self.preview_grid) if preview else (self.pressure, self.grid)
         friction = pressure.dtype.type(self.run.scene.sliding.friction_coefficient * abs(speed))
         field = self.run.temperature(pressure * friction, grid, speed, direction)
-        return Temperature(field, grid, speed, direction, whole=not preview or self.preview_is_whole)
+        if preview:
+            return Temperature(self, field, grid, speed, direction, whole=self.preview_is_whole)
+        return Temperature(self, field, grid, speed, direction, True, self.distribution(field))
 
     def distribution(self, temperature: Field) -> Distribution | None:
         """Return how a temperature on the whole grid, K, is distributed over the contact; None without contact."""

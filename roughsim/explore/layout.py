@@ -114,12 +114,6 @@ class Layout:
             margin=(6, 10),
         )
 
-    def offer(self, sound: list[int], kept: list[int]) -> None:
-        """List the sound realizations, and say of which no fields were kept."""
-        with_fields = set(kept)
-        self.member.options = [(str(i), str(i) if i in with_fields else f"{i} (fields not kept)") for i in sound]
-        self.member.disabled = not sound
-
     def clear(self) -> None:
         """Empty the maps and what is read off them."""
         images = (panel.image for panel in self.maps.values())

@@ -10,7 +10,7 @@ import numpy as np
 
 from roughsim.errors import positive
 from roughsim.explore.background import LatestTask
-from roughsim.explore.fields import Distribution, Field, MemberFields, Temperature
+from roughsim.explore.fields import Field, MemberFields, Temperature
 from roughsim.explore.images import Ends, Image, image_of
 from roughsim.explore.layout import Layout
 from roughsim.explore.line import line_through, nearest_point
@@ -19,8 +19,6 @@ from roughsim.explore.watched_run import Summary, WatchedRun
 
 if TYPE_CHECKING:
     from bokeh.document import Document
-
-    from roughsim.grid import Grid
 
 PERIOD = 2000  # ms between looks for new members
 NO_ICON = '{% block preamble %}<link rel="icon" href="data:,">{% endblock %}'  # or browsers ask for one by another path
@@ -115,10 +113,12 @@ class Page:
         if self.summary is None:
             return
         level = int(self.layout.level.value)
-        sound, kept = self.summary.sound[level], self.summary.kept[level]
-        self.layout.offer(sound, kept)
-        if sound and self.layout.member.value not in map(str, sound):
-            self.layout.member.value = str((kept or sound)[0])
+        sound, kept, member = self.summary.sound[level], self.summary.kept[level], self.layout.member
+        with_fields = set(kept)
+        member.options = [(str(i), str(i) if i in with_fields else f"{i} (fields not kept)") for i in sound]
+        member.disabled = not sound
+        if sound and member.value not in map(str, sound):
+            member.value = str((kept or sound)[0])
 
     def choose_level(self) -> None:
         """Show the same realization at another level."""
@@ -136,20 +136,21 @@ class Page:
         self.fields = self.temperature = None
         self.layout.clear()
         speed, direction = self.speed, self.direction
-        self.readings.ask(lambda: computed(self.run.fields(level, index), speed, direction), self.show_member)
+        self.readings.ask(lambda: self.run.fields(level, index).temperature(speed, direction), self.show_member)
 
-    def show_member(self, result: tuple[MemberFields, Temperature, Distribution | None]) -> None:
+    def show_member(self, temperature: Temperature) -> None:
         """Show a member that has been read; the hottest point is marked."""
-        self.fields, temperature, _ = result
+        self.fields = temperature.member
         highest = float(np.abs(self.fields.heights).max())
         self.limits = {"heights": (-highest, highest), "pressure": limits_of(self.fields.pressure)}
         i, j = np.unravel_index(int(temperature.field.argmax()), temperature.field.shape)
         self.point = int(i), int(j)
         self.say("")
-        self.show_temperature(temperature)
-        self.show_whole(result)
+        self.temperature, self.limits["temperature"] = temperature, limits_of(temperature.field)
         self.draw_maps()
-        if not self._is_chosen(temperature):  # another speed was chosen while the member was read
+        if self._is_chosen(temperature):
+            self.show_whole(temperature)
+        else:  # another speed was chosen while the member was read
             self.settle(self.speed, self.direction)
 
     # speed and direction
@@ -193,7 +194,7 @@ class Page:
         fields = self.fields
         if fields is not None:
             self.layout.busy.text = "" if fields.preview_is_whole else "computing the whole field …"
-            self.readings.ask(lambda: computed(fields, speed, direction), self.show_whole)
+            self.readings.ask(lambda: fields.temperature(speed, direction), self.show_whole)
 
     def _is_chosen(self, temperature: Temperature) -> bool:
         return (temperature.speed, temperature.direction) == (self.speed, self.direction)
@@ -201,24 +202,23 @@ class Page:
     def show_preview(self, preview: Temperature) -> None:
         """Show the long waves of a temperature, unless the whole field is already shown."""
         shown = self.temperature
-        if self.fields is not None and not (shown is not None and shown.whole and self._is_chosen(shown)):
+        if preview.member is self.fields and not (shown is not None and shown.whole and self._is_chosen(shown)):
             self.show_temperature(preview)
 
-    def show_whole(self, result: tuple[MemberFields, Temperature, Distribution | None]) -> None:
+    def show_whole(self, temperature: Temperature) -> None:
         """Show a whole field with what is read off it, unless another has been chosen meanwhile."""
-        fields, temperature, distribution = result
-        if fields is not self.fields or not self._is_chosen(temperature):
+        if temperature.member is not self.fields or not self._is_chosen(temperature):
             return
         self.layout.busy.text, self._moving = "", False
         self.show_temperature(temperature)
-        self.layout.distribution.show(distribution)
+        self.layout.distribution.show(temperature.distribution)
         self.draw_line()
 
     def show_temperature(self, temperature: Temperature) -> None:
         """Replace the temperature map."""
         self.temperature = temperature
         self.limits["temperature"] = limits_of(temperature.field)
-        self._show_image(
+        self.show_image(
             "temperature", image_of(temperature.field, temperature.grid, self._view(), self._limits("temperature"))
         )
 
@@ -238,24 +238,22 @@ class Page:
         fields, temperature, view = self.fields, self.temperature, self._view()
         if fields is None or temperature is None:
             return
-        grid = fields.grid
-        maps: dict[str, tuple[Field, Grid]] = {"heights": (fields.heights, grid), "pressure": (fields.pressure, grid)}
-        maps["temperature"] = temperature.field, temperature.grid
-        limits = {name: self._limits(name) for name in maps}
+        maps = {
+            "heights": (fields.heights, fields.grid, view, self._limits("heights")),
+            "pressure": (fields.pressure, fields.grid, view, self._limits("pressure")),
+            "temperature": (temperature.field, temperature.grid, view, self._limits("temperature")),
+        }
 
-        def work() -> tuple[Temperature, dict[str, Image]]:
-            return temperature, {name: image_of(*maps[name], view, limits[name]) for name in maps}
+        def show(images: dict[str, Image]) -> None:
+            for name, image in images.items():
+                # a temperature that has been replaced meanwhile is left out
+                if fields is self.fields and (name != "temperature" or temperature is self.temperature):
+                    self.show_image(name, image)
 
-        self.images.ask(work, self.show_maps)
+        self.images.ask(lambda: {name: image_of(*of_field) for name, of_field in maps.items()}, show)
 
-    def show_maps(self, result: tuple[Temperature, dict[str, Image]]) -> None:
-        """Show the images of a view; a temperature that has been replaced meanwhile is left out."""
-        temperature, images = result
-        for name, image in images.items():
-            if self.fields is not None and (name != "temperature" or temperature is self.temperature):
-                self._show_image(name, image)
-
-    def _show_image(self, name: str, image: Image) -> None:
+    def show_image(self, name: str, image: Image) -> None:
+        """Show the image of a field on its map."""
         note = ""
         if name == "temperature" and self.temperature is not None:
             # a title that changes is laid out anew: not at every move of the slider
@@ -275,21 +273,10 @@ class Page:
         if fields is None or temperature is None or point is None:
             return
         line = line_through(fields.grid, point, self.direction)
-        along: dict[str, Field] = {
-            name: field[line.i, line.j].astype(np.float64)
-            for name, field in (("heights", fields.heights), ("pressure", fields.pressure))
-        }
-        whole = temperature.field[line.i, line.j].astype(np.float64) if temperature.whole else None
-        along["temperature"] = np.full(line.i.shape, np.nan) if whole is None else whole
+        whole = temperature.field if temperature.whole else np.broadcast_to(np.nan, fields.grid.shape)
+        maps = {"heights": fields.heights, "pressure": fields.pressure, "temperature": whole}
+        along = {name: field[line.i, line.j].astype(np.float64) for name, field in maps.items()}
         self.layout.show_line(fields.grid, point, line, along)
-
-
-def computed(
-    fields: MemberFields, speed: float, direction: float
-) -> tuple[MemberFields, Temperature, Distribution | None]:
-    """Return fields with the whole temperature at a speed, m/s, and direction, rad, and its distribution."""
-    temperature = fields.temperature(speed, direction)
-    return fields, temperature, fields.distribution(temperature.field)
 
 
 def limits_of(field: Field) -> Ends:

@@ -140,14 +140,14 @@ def test_a_large_field_is_previewed_and_then_shown_whole(watched, monkeypatch):
 
 
 def test_a_late_result_of_an_earlier_place_is_not_shown(page):
-    late = page_module.computed(page.fields, 5.0, 0.0)
+    late = page.fields.temperature(5.0, 0.0)
     page.settle(2.0, 0.0)
     page.show_whole(late)
     assert page.temperature.speed == 2.0
 
 
 def test_a_speed_chosen_while_a_member_is_read_is_the_one_that_is_shown(page):
-    read = page_module.computed(page.fields, 5.0, 0.0)
+    read = page.fields.temperature(5.0, 0.0)
     page.fields = page.temperature = None
     page.speed = 2.0
     page.show_member(read)
