@@ -49,20 +49,24 @@ def status_dict(run: Run) -> dict[str, Any]:
 
 def status_lines(run: Run) -> list[str]:
     """Return where a run stands, for people."""
-    told = status_dict(run)
-    by = f"being computed by {told['writer']}" if told["writer"] else "not being computed now"
-    lines = [f"{run.folder}: {run.scene.title or 'untitled'}; {by}"]
-    lines.append(f"{count_text(run)}{reached(run)}")
-    if told["failed"]:
-        lines.append(f"{told['failed']} did not converge and are left out of the means")
+    lines = [f"{run.folder}: {run.scene.title or 'untitled'}", state_line(run)]
+    if run.failed:
+        lines.append(f"{run.failed} did not converge and are left out of the means")
     lines += left_out(run)
-    for name in told["estimates"]:
-        lines += run.estimate(name).explain().splitlines()
-    if told["target_met"] or told["realizations"] >= run.max_realizations:
-        lines.append(f"finished: {ended(run)}")
-    elif told["seconds_left"] is not None:
-        lines.append(f"{clock(told['seconds_left'])} left at the latest pace")
+    if run.sound(run.realizations):
+        for name in dict.fromkeys((*run.until, "flash_temperature")):
+            lines += run.estimate(name).explain().splitlines()
     return lines
+
+
+def state_line(run: Run) -> str:
+    """Return in one line how many realizations there are, how near the targets are, and whether more are coming."""
+    if run.target_met or run.realizations >= run.max_realizations:
+        return f"{run.realizations} realizations{reached(run)}; finished: {ended(run)}"
+    process, left = writer(run.folder), seconds_left(run)
+    now = f"being computed by {process}" if process else "not being computed now"
+    pace = f", {clock(left)} left at the latest pace" if left is not None else ""
+    return f"{count_text(run)}{reached(run)}; {now}{pace}"
 
 
 def ended(run: Run) -> str:

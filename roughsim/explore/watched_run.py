@@ -8,7 +8,7 @@ from threading import Lock
 from typing import Any, NamedTuple
 
 from roughsim.comparison.tables import budget_table
-from roughsim.ensemble.status import clock, count_text, reached, seconds_left
+from roughsim.ensemble.status import state_line
 from roughsim.errors import RecordError
 from roughsim.explore import curves
 from roughsim.explore.fields import load_fields
@@ -16,7 +16,6 @@ from roughsim.results.folder import open_run
 from roughsim.results.gaps import gap
 from roughsim.results.run import Run
 from roughsim.show.terminal import table_text
-from roughsim.store.processes import writer
 
 REMEMBERED = 2  # members in memory: one of 4096 × 4096 points takes 130 MB
 
@@ -54,18 +53,7 @@ class WatchedRun:
     def state(self) -> str:
         """Return in one line how many realizations there are, and whether more are being computed."""
         with self._lock:
-            run = self.run
-            if self.deleted:
-                return "its folder is gone"
-            process, sound = writer(run.folder), len(run.sound(run.realizations))
-            if not sound:
-                return f"no realization yet; {f'being computed by {process}' if process else 'not being computed now'}"
-            finished = run.target_met or run.realizations >= run.max_realizations
-            counts = (f"{sound} realizations" if finished else count_text(run)) + reached(run)
-            if not process:
-                return f"{counts}; {'finished' if finished else 'not being computed now'}"
-            left = seconds_left(run)
-            return f"{counts}; being computed by {process}" + (f", {clock(left)} left" if left else "")
+            return "its folder is gone" if self.deleted else state_line(self.run)
 
     def summary(self) -> Summary:
         """Read the members that have come since; the same object comes back as long as nothing has changed."""

@@ -95,7 +95,7 @@ def test_the_page_opens_with_the_fields_and_their_real_limits(page, capped_run):
         np.testing.assert_array_equal(image(page, name)["image"][0], as_bytes(field, (field.min(), field.max())))
     scale = page.layout.maps["heights"].scale
     assert (-scale.low, scale.high) == pytest.approx((np.abs(heights).max(),) * 2, rel=1e-6)
-    assert page.layout.state.text == "6 realizations; finished"
+    assert page.layout.state.text == "6 realizations; finished: all realizations are there"
     assert "35 m/s" in page.layout.maps["temperature"].figure.title.text
     assert "every point" in page.layout.maps["temperature"].figure.title.text
     assert image(page)["dw"] == pytest.approx([2.0])  # mm
@@ -276,7 +276,7 @@ def test_a_page_of_an_empty_run_fills_as_members_come(capped_run, opened, tmp_pa
     (folder / "realizations").rename(aside)
     (folder / "realizations").mkdir()
     page = opened(folder)
-    assert page.layout.state.text.startswith("no realization yet")
+    assert page.layout.state.text.startswith("0 of about 6 realizations")
     assert page.layout.member.disabled
     assert page.layout.curves["flash_temperature"].sources["theory"].data["y"].size > 0
     page.layout.slider.value = 0.0  # nothing to show yet, and no error

@@ -30,7 +30,7 @@ def test_the_budget_names_every_observable_with_the_numbers_of_the_estimate(capp
 
 
 def test_the_state_counts_and_says_that_the_run_is_finished(capped_run):
-    assert WatchedRun(capped_run.folder).state() == "6 realizations; finished"
+    assert WatchedRun(capped_run.folder).state() == "6 realizations; finished: all realizations are there"
 
 
 @pytest.fixture
@@ -52,7 +52,7 @@ def test_an_empty_run_shows_its_scene_and_theory(empty):
     summary = run.summary()
     assert summary.measured == {}
     assert summary.kept == {0: [], 1: [], 2: []}
-    assert run.state() == "no realization yet; not being computed now"
+    assert run.state() == "0 of about 6 realizations; not being computed now"
     assert summary.budget["capped"].startswith("No realization yet")
     assert run.theory["flash_temperature"][1].min() > 0.0
     assert summary is run.summary()
@@ -115,7 +115,7 @@ def test_a_deleted_folder_is_said_in_a_line_and_what_was_read_stays(copied):
     assert run.state() == "its folder is gone"
     moved.rename(copied)
     assert run.summary().problems == []
-    assert run.state() == "6 realizations; finished"
+    assert run.state() == "6 realizations; finished: all realizations are there"
 
 
 def test_a_folder_deleted_before_the_first_look_is_said_too(copied):
