@@ -7,7 +7,7 @@ transforms, timed in the same run, is what carries over to other machines.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,25 +16,20 @@ import numpy as np
 
 from roughsim import fourier
 from roughsim.bench.chain import KNOWN, chain
-from roughsim.bench.stages import contact, heat, moments, surface, theory
-from roughsim.bench.timing import cpu_seconds
+from roughsim.bench.stages import contact, cpu_seconds, heat, moments, surface, theory
 from roughsim.charts import error_over_cost_chart
 from roughsim.charts.error_over_cost import Point, front
+from roughsim.planning.plan import plan
+from roughsim.results.rows import Rows
 from roughsim.show.table import Column, Row, Table
 from roughsim.show.units import Number
 
 if TYPE_CHECKING:
-    from roughsim.results.rows import Rows
     from roughsim.scene import Scene
     from roughsim.scene.numerics import Numerics
 
 STAGES: dict[str, Callable[[Scene, Numerics, int], Iterator[Point]]] = {
-    "surface": surface,
-    "contact": contact,
-    "heat": heat,
-    "moments": moments,
-    "theory": theory,
-    "chain": chain,
+    stage.__name__: stage for stage in (surface, contact, heat, moments, theory, chain)
 }
 PAIR_SIDE = 512  # points per side of the transforms that costs are compared with
 
@@ -43,40 +38,17 @@ def bench(
     scene: Scene,
     *,
     numerics: Numerics | None = None,
-    stages: Iterable[str] = tuple(STAGES),
+    stages: Collection[str] = tuple(STAGES),
     realizations: int = 8,
     rows: Rows | None = None,
 ) -> list[Point]:
-    """Measure error and cost of the ways to compute a scene.
+    """Measure error and cost of the ways to compute a scene, stage by stage.
 
-    Parameters
-    ----------
-    scene : Scene
-        What is computed.
-    numerics : Numerics, optional
-        The choice that is marked; what `plan` makes of the scene if left out.
-    stages : iterable of str
-        Keys of `STAGES`: surface, contact, heat, moments, theory, chain.
-    realizations : int
-        Members that scatter and bias are measured with, ≥ 4.
-    rows : Rows, optional
-        Where points are stored; a stage that is there already is not measured again.
-
-    Returns
-    -------
-    list of Point
-        Stage by stage.
-
-    Raises
-    ------
-    ValueError
-        If a stage is unknown, or `realizations` < 4.
+    `numerics` is the choice that is marked, what `plan` makes of the scene if left out. Scatter and bias are measured
+    over `realizations` ≥ 4. Points are stored in `rows`; a stage that is there already is not measured again.
+    ValueError if a stage is unknown, there are too few realizations, or nothing slides.
     """
-    from roughsim.planning.plan import plan
-    from roughsim.results.rows import Rows
-
-    wanted = list(stages)
-    for name in wanted:
+    for name in stages:
         if name not in STAGES:
             raise ValueError(f"stage = {name!r} is unknown; choose one of {', '.join(STAGES)}")
     if max(scene.speeds) <= 0.0:
@@ -86,28 +58,19 @@ def bench(
     numerics = plan(scene) if numerics is None else numerics
     rows = Rows(None) if rows is None else rows
     pair = float(rows.once("pair", f"{PAIR_SIDE}²", lambda: {"seconds": pair_seconds(PAIR_SIDE)})["seconds"])
-    for name in wanted:
-        if not rows[name]:
-            rows.extend(name, _measured(STAGES[name], scene, numerics, realizations, pair))
-    stored: list[tuple[str, dict[str, Any]]] = [(name, dict(row)) for name in wanted for row in rows[name].values()]
+    for name in stages:
+        if rows[name]:
+            continue
+        measured: dict[str, dict[str, float | str]] = {}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # the errors that they warn of are what is charted
+            for point in STAGES[name](scene, numerics, realizations):
+                row = point._asdict() | {"pairs": point.seconds / pair, "chosen": float(point.chosen)}
+                del row["stage"]
+                measured[f"{point.observable} | {point.method} | {point.setting}"] = row
+        rows.extend(name, measured)
+    stored: list[tuple[str, dict[str, Any]]] = [(name, dict(row)) for name in stages for row in rows[name].values()]
     return [Point(name, **row | {"chosen": bool(row["chosen"])}) for name, row in stored]
-
-
-def _measured(
-    stage: Callable[[Scene, Numerics, int], Iterator[Point]],
-    scene: Scene,
-    numerics: Numerics,
-    realizations: int,
-    pair: float,
-) -> dict[str, dict[str, float | str]]:
-    found = {}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # the errors that they warn of are what is charted
-        for point in stage(scene, numerics, realizations):
-            row = point._asdict() | {"pairs": point.seconds / pair, "chosen": float(point.chosen)}
-            del row["stage"]
-            found[f"{point.observable} | {point.method} | {point.setting}"] = row
-    return found
 
 
 def pair_seconds(side: int) -> float:

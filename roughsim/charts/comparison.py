@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,22 +22,6 @@ if TYPE_CHECKING:
     from roughsim.results.run import Run
 
 
-class Comparison(Protocol):
-    """What is drawn of a comparison; its rows are those of `roughsim.compare`."""
-
-    @property
-    def run(self) -> Run:
-        """The run that was compared."""
-
-    @property
-    def realizations(self) -> int:
-        """How many count."""
-
-    @property
-    def rows(self) -> Sequence[Any]:
-        """One per observable and speed, with the theory and the measured columns."""
-
-
 # over speed: observable → words, label, and SI unit
 DRAWN = {
     "flash_temperature": ("Flash temperature", r"$T_\mathrm{flash}$", "K"),
@@ -46,22 +30,8 @@ DRAWN = {
 }
 
 
-def comparison_chart(comparison: Comparison, path: Path) -> None:
-    """Draw C(q) and C_sm(q), g_σ(r), T_flash(v), D_flash(v) and d_flash(v) of a comparison.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        From `roughsim.compare`.
-    path : Path
-        Of the picture: .png, .pdf or .svg.
-
-    Raises
-    ------
-    ValueError
-        If the ending is none of these.
-    """
-    run = comparison.run
+def comparison_chart(run: Run, rows: Sequence[Any], path: Path) -> None:
+    """Draw C(q) and C_sm(q), g_σ(r), T_flash(v), D_flash(v) and d_flash(v); `rows` are those of `roughsim.compare`."""
     with new_figure(path, (9.6, 5.8)) as figure:
         psd, correlation, *over_speed, words = figure.subplots(2, 3).ravel()
         draw_psd(psd, run.scene, 1.4)
@@ -79,20 +49,20 @@ def comparison_chart(comparison: Comparison, path: Path) -> None:
         correlation.axhline(0.0, color="0.7", lw=0.6, zorder=0)
         correlation.set(xlabel="$r$, µm", ylabel=r"$g_\sigma$, GPa²", title="Stress correlation", xlim=(0, r[-1] * 1e6))
         for axes, observable in zip(over_speed, DRAWN, strict=True):
-            draw_over_speed(axes, comparison, observable)
-        _legend(words, comparison)
+            draw_over_speed(axes, run, rows, observable)
+        draw_legend(words, run, [row for row in rows if row.observable in DRAWN and row.speed])
 
 
-def draw_over_speed(axes: Axes, comparison: Comparison, observable: str) -> None:
+def draw_over_speed(axes: Axes, run: Run, rows: Sequence[Any], observable: str) -> None:
     """Draw an observable over the speed: theory, theory up to q_c where it differs, and each column with its error."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-    rows = [row for row in comparison.rows if row.observable == observable and row.speed]
+    rows = [row for row in rows if row.observable == observable and row.speed]
     speed = np.array([row.speed for row in rows])
     if speed.size == 0:  # only at rest
         axes.set_axis_off()
         return
-    scene, (words, label, si) = comparison.run.scene, DRAWN[observable]
+    scene, (words, label, si) = run.scene, DRAWN[observable]
     unit, factor = shown(si)
     beyond = 1.5 if np.isinf(scene.temperature_range[1]) else 1.0  # a table of conductivity may end there
     dense = np.union1d(np.geomspace(speed.min() / 1.5, speed.max() * beyond, 60), speed)
@@ -102,13 +72,13 @@ def draw_over_speed(axes: Axes, comparison: Comparison, observable: str) -> None
     axes.plot(dense, theory, color=THEORY, lw=1.4)
     if any(row.cut for row in rows):
         axes.plot(speed, [row.theory_at_cut_off * factor for row in rows], color=THEORY, lw=1.2, ls="--")
-    for column in comparison.run.numerics.columns:
+    for column in run.numerics.columns:
         mean = np.array([row.columns[column].mean for row in rows]) * factor
         error = np.array([row.columns[column].total_error for row in rows]) * factor
         band(axes, speed, mean, error, COLOURS[column])
         axes.plot(speed, mean, ls="", marker=MARKERS[column], ms=3.5, color=COLOURS[column])
     if any(row.note == "at q_c" for row in rows):
-        words += f" ({comparison.run.numerics.columns[-1]}: at $q_c$)"
+        words += f" ({run.numerics.columns[-1]}: at $q_c$)"
     axes.set(xscale="log", yscale="log", xlabel="$v$, m/s", ylabel=f"{label}, {unit}", title=words)
     low, high = axes.get_ylim()
     if high / low < 100.0:  # 20, 50, 100 on an axis of less than two decades
@@ -117,12 +87,11 @@ def draw_over_speed(axes: Axes, comparison: Comparison, observable: str) -> None
         axes.yaxis.set_minor_formatter(NullFormatter())
 
 
-def _legend(axes: Axes, comparison: Comparison) -> None:
+def draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
+    """Write what lines and bands mean, and what the run is."""
     from matplotlib.lines import Line2D
 
     axes.set_axis_off()
-    run = comparison.run
-    drawn = [row for row in comparison.rows if row.observable in DRAWN and row.speed]
     meanings = {
         "smoothed": r"smoothed: elastic contact on $C_\mathrm{sm}$",
         "capped": r"capped: contact with $p \leq \sigma_P$",
@@ -141,7 +110,7 @@ def _legend(axes: Axes, comparison: Comparison) -> None:
     unknown.pop("bandwidth", None)  # titles name what stands at q_c
     lines = [
         plain(run.scene.title),
-        f"{comparison.realizations} realizations",
+        f"{run.realizations} realizations",
         "bands: total error, 95 %; of the stress correlation: statistical, 95 %",
         f"at least, since nothing tells of: {', '.join(unknown)}" if unknown else "",
         f"heat share in the body {share.min():.3g}" + (f"…{share.max():.3g}" if np.ptp(share) > 0 else ""),

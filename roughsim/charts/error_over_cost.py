@@ -13,7 +13,6 @@ from roughsim.charts.style import new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 # Okabe & Ito without yellow, then greys and dark shades; the markers tell them apart as well
 HUES = (
@@ -25,30 +24,16 @@ ACROSS = 3  # panels side by side
 
 
 class Point(NamedTuple):
-    """One method at one setting: what it errs by, and what it costs.
-
-    Attributes
-    ----------
-    stage, observable, method, setting : str
-        What was measured of what, and how; points of one method form a line.
-    error : float
-        Relative error; NaN where the method failed.
-    seconds : float
-        CPU seconds of one thread.
-    chosen : bool
-        Whether the plan computes it so.
-    pairs : float
-        The same cost in pairs of transforms.
-    """
+    """One method at one setting: its relative error (NaN: it failed) and its cost. Points of one method form a line."""
 
     stage: str
     observable: str
     method: str
     setting: str
     error: float
-    seconds: float
-    chosen: bool = False
-    pairs: float = nan
+    seconds: float  # CPU time of one thread
+    chosen: bool = False  # whether the plan computes it so
+    pairs: float = nan  # the same cost in pairs of transforms
 
 
 def front(points: Sequence[Point]) -> list[Point]:
@@ -64,18 +49,9 @@ def front(points: Sequence[Point]) -> list[Point]:
 def error_over_cost_chart(
     panels: Mapping[str, Sequence[Point]], path: Path, *, doubt: Mapping[str, float], pair: str
 ) -> None:
-    """Draw error over cost into one picture.
+    """Draw error over cost, a panel for each title.
 
-    Parameters
-    ----------
-    panels : mapping of str to points
-        By title.
-    path : Path
-        The picture: .png, .pdf or .svg.
-    doubt : mapping of str to float
-        How well the truth itself is known, relative, by title; it is part of every error.
-    pair : str
-        Name of the unit of cost.
+    `doubt` says how well the truth itself is known, relative; it is part of every error. `pair` names the unit of cost.
     """
     across = 2 if len(panels) == 4 else min(len(panels), ACROSS)
     down = ceil(len(panels) / across)
@@ -90,11 +66,12 @@ def error_over_cost_chart(
         for axis in axes[len(panels) :]:
             axis.remove()
         # one legend for all where the methods are the same everywhere
-        if len({methods(points) for points in panels.values()}) == 1:
-            _legend(figure, axes[0], 3 if across > 1 else 2, loc="outside lower center")
+        if all(methods(points) == methods(next(iter(panels.values()))) for points in panels.values()):
+            handles, columns = axes[0].get_legend_handles_labels(), 3 if across > 1 else 2
+            figure.legend(*handles, ncols=columns, fontsize=6.5, loc="outside lower center")
         else:
             for axis in axes[: len(panels)]:
-                _legend(axis, axis, 2, loc="upper center", bbox_to_anchor=(0.5, -0.2))
+                axis.legend(ncols=2, fontsize=6.5, loc="upper center", bbox_to_anchor=(0.5, -0.2))
 
 
 def draw_panel(axis: Axes, points: Sequence[Point], doubt: float) -> None:
@@ -131,10 +108,6 @@ def draw_panel(axis: Axes, points: Sequence[Point], doubt: float) -> None:
         above.spines["top"].set_visible(True)
 
 
-def methods(points: Sequence[Point]) -> tuple[str, ...]:
+def methods(points: Sequence[Point]) -> list[str]:
     """Return the methods of some points, in their order."""
-    return tuple(dict.fromkeys(point.method for point in points))
-
-
-def _legend(holder: Axes | Figure, axis: Axes, columns: int, **place: Any) -> None:
-    holder.legend(*axis.get_legend_handles_labels(), ncols=columns, fontsize=6.5, **place)
+    return list(dict.fromkeys(point.method for point in points))

@@ -36,39 +36,16 @@ def plot_run(
     zoom: Zoom | None = None,
     side_by_side: bool = False,
 ) -> Path:
-    """Draw one quantity of a run.
+    """Draw one quantity of a run, and return where the picture is.
 
-    Parameters
-    ----------
-    run : Run
-        From `run` or `open_run`.
-    quantity : str
-        One of `QUANTITIES`: a map of "heights", "pressure", "temperature" or "heat_flux"; "distribution": of the
-        temperature over the contact; "profile": heights, pressure and temperature on the line along the sliding
-        direction (x) through the hottest point; "spectrum": the power spectra of the kept heights and of the stress;
-        "correlation": g_σ(r).
-    path : str or Path, optional
-        Of the picture: .png, .pdf or .svg. Left out: a .png beside the run folder, named after both.
-    realization : int, optional
-        Which kept member; the first if left out. Spectra are means over all members if left out.
-    speed : float, optional
-        For temperature, heat_flux, distribution and profile, m/s; the scene's highest if left out.
-    column : str, optional
-        As in `Run.estimate`.
-    zoom : ((float, float), (float, float)), optional
-        Of a map: draw the points between these ends along x and along y, m.
-    side_by_side : bool
-        Of a map: heights, pressure, and temperature (or heat_flux, if that is the quantity) beside each other.
+    Maps are of "heights", "pressure", "temperature" or "heat_flux". "distribution" is that of the temperature over the
+    contact, "profile" the line along x through the hottest point, "spectrum" shows the power spectra of the kept
+    heights and of the stress, "correlation" g_σ(r).
 
-    Returns
-    -------
-    Path
-        Where the picture is.
-
-    Raises
-    ------
-    ValueError
-        If the quantity, ending, column, realization, speed or zoom is none that there is; if the fields were not kept.
+    `path` ends in .png, .pdf or .svg; left out: a .png beside the run folder. `realization` is the first that was kept,
+    or all for spectra, `speed` the scene's highest, m/s, `column` as in `Run.estimate`. Of a map `zoom` draws the
+    points between these ends along x and along y, m, and `side_by_side` heights, pressure and temperature (or
+    heat_flux, if that is the quantity) beside each other. ValueError names what does not exist or was not kept.
     """
     if quantity not in QUANTITIES:
         raise ValueError(f"quantity = {quantity!r} is no picture; choose one of {', '.join(QUANTITIES)}")

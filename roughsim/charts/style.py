@@ -43,7 +43,7 @@ STYLE: Any = {
 
 
 def check_ending(path: Path) -> None:
-    """Refuse a picture that is not to be .png, .pdf or .svg."""
+    """Raise ValueError unless a picture is to be .png, .pdf or .svg."""
     if path.suffix.lower() not in FORMATS:
         raise ValueError(f"chart = {str(path)!r} must end in {', '.join(FORMATS)}")
 

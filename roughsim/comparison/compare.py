@@ -170,7 +170,7 @@ class Comparison:
         """
         from roughsim.charts import comparison_chart
 
-        comparison_chart(self, Path(path))
+        comparison_chart(self.run, self.rows, Path(path))
 
 
 def compare(run: Run) -> Comparison:

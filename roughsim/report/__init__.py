@@ -20,27 +20,10 @@ ENDINGS = (".html", ".htm")
 
 
 def report_run(run: Run, path: str | Path | None = None) -> Path:
-    """Write a run as one self-contained HTML page: no script, no outside request, printable.
+    """Write a run as one self-contained HTML page, without scripts and requests, and return where it is.
 
-    Parameters
-    ----------
-    run : Run
-        From `run` or `open_run`, also one that is still going on, or has no realization yet. Opened with
-        ``damaged="skip"``, damaged files are named and the others shown.
-    path : str or Path, optional
-        Of the page: .html; written anew if it is there. Left out: beside the run folder, named after it.
-
-    Returns
-    -------
-    Path
-        Where the page is.
-
-    Raises
-    ------
-    ValueError
-        If the ending is not .html.
-    OSError
-        If the disk refuses, naming the path.
+    The run may be still going on, or have no realization yet. Opened with ``damaged="skip"``, damaged files are named
+    and all else is shown. `path` ends in .html, ValueError if not; left out: beside the run folder, named after it.
     """
     folder = run.folder.resolve()
     place = folder.with_name(f"{folder.name}.html") if path is None else Path(path)

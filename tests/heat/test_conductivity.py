@@ -164,7 +164,7 @@ def test_a_table_goes_from_the_plan_to_the_comparison(quick, tmp_path):
     assert rs.open_run(tmp_path / "table").scene.identity() == scene.identity()
     comparison = rs.compare(run)
     axes = Figure().subplots()
-    charts.comparison.draw_over_speed(axes, comparison, "flash_temperature")
+    charts.comparison.draw_over_speed(axes, run, comparison.rows, "flash_temperature")
     speeds, curve = axes.lines[0].get_data()
     whole = [row for row in comparison.rows if row.observable == "flash_temperature"][-1]
     assert curve[-1] == pytest.approx(whole.theory_full_spectrum, rel=1e-12)  # the share of the heat included

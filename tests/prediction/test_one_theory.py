@@ -93,7 +93,7 @@ def test_table_chart_page_and_theory_say_the_same_number(compared, monkeypatch):
     assert f">{digits(Number(said[0]))}</td>" in sections.comparison_section(compared)
     axes, bands = Figure().subplots(), []
     monkeypatch.setattr(chart, "band", lambda _, x, mean, error, colour: bands.append(error))
-    chart.draw_over_speed(axes, compared, "flash_temperature")
+    chart.draw_over_speed(axes, compared.run, compared.rows, "flash_temperature")
     speed, line = axes.get_lines()[0].get_data()
     np.testing.assert_allclose([line[list(speed).index(v)] for v in scene.speeds], said, rtol=1e-12)
     for column, half in zip(compared.run.numerics.columns, bands, strict=True):
