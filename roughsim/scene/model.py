@@ -123,21 +123,6 @@ class Scene(Record, section=""):
         return min((kelvin for kelvin in temperatures if kelvin is not None), default=math.inf)
 
     @property
-    def diffusivity(self) -> float:
-        """D = κ/(ρc) of the moving body, m²/s; SceneError where a κ is a table, as for the next two."""
-        return self.conduction().diffusivity
-
-    @property
-    def counter_conductivity(self) -> float | None:
-        """κ of the counterface, W/(m K); None if it is insulating."""
-        return self.conduction().counter_conductivity
-
-    @property
-    def counter_diffusivity(self) -> float | None:
-        """D = κ/(ρc) of the counterface, m²/s; None if it is insulating."""
-        return self.conduction().counter_diffusivity
-
-    @property
     def counterface_conducts(self) -> bool:
         """Whether there is a second body that takes up heat."""
         return self.resting_body is not None and self.resting_body.conductivity is not None
@@ -150,17 +135,12 @@ class Scene(Record, section=""):
         return max(low, default=0.0), min(high, default=math.inf)
 
     def conduction(self, temperature: float | None = None) -> Conduction:
-        """Return κ and D of both bodies.
-
-        Parameters
-        ----------
-        temperature : float, optional
-            Absolute temperature, K, within `temperature_range`; needed where a conductivity is a table.
+        """Return κ and D of both bodies at an absolute `temperature`, K, which is needed where a κ is a table.
 
         Raises
         ------
         SceneError
-            A temperature that is missing or not within the tables.
+            If it is missing then, or not within `temperature_range`.
         """
         low, high = self.temperature_range
         if high < math.inf and (temperature is None or not low <= temperature <= high):
@@ -210,17 +190,9 @@ class Scene(Record, section=""):
 
 
 def first_difference(a: Scene | Mapping[str, Any], b: Scene | Mapping[str, Any]) -> tuple[str, Any, Any] | None:
-    """Return the first key in which two scenes, or two identities, differ.
+    """Return the first dotted key in which two scenes, or two identities, differ, with its value in `a` and in `b`.
 
-    Parameters
-    ----------
-    a, b : Scene or mapping
-        Scenes, or what `Scene.identity` returned (possibly through JSON).
-
-    Returns
-    -------
-    (str, value, value) or None
-        The dotted key and its value in `a` and in `b`, None where it is absent; None if there is no difference.
+    A value is None where the key is absent. Identities are what `Scene.identity` returned, possibly through JSON.
     """
     first = a.identity() if isinstance(a, Scene) else a
     second = b.identity() if isinstance(b, Scene) else b
@@ -231,7 +203,7 @@ def first_difference(a: Scene | Mapping[str, Any], b: Scene | Mapping[str, Any])
 
 
 def conduction_of(body: BodySection | CounterfaceSection, temperature: float | None) -> tuple[float, float]:
-    """κ and D of a body; κ is linear between the rows of a table."""
+    """Return κ, W/(m K), and D, m²/s, of a body; κ is linear between the rows of a table."""
     kappa, density, capacity = body.conductivity, body.density, body.heat_capacity
     if kappa is None or density is None or capacity is None:
         return math.nan, math.nan
@@ -247,7 +219,7 @@ def diffusivities(body: BodySection | CounterfaceSection) -> tuple[float, ...]:
 
 
 def face_spectrum(face: SurfaceSection | CounterfaceSection) -> Face:
-    """C(q) of one face, m⁴, Persson's convention."""
+    """Return C(q) of one face, m⁴, in Persson's convention."""
     from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
     from roughsim.surface.spectrum import TruncatedSpectrum
 

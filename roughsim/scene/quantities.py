@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache
@@ -20,7 +20,6 @@ from pydantic_core import core_schema
 
 from roughsim.scene.messages import as_written, did_you_mean
 
-MAX_TEMPERATURES = 100  # of a table over temperature
 SMALLEST, LARGEST = 1e-30, 1e30  # no length, pressure or speed of this world is beyond; their products stay numbers
 MEANINGS = {
     "": "a dimensionless number",
@@ -51,21 +50,7 @@ class Reader:
 
 @dataclass(frozen=True)
 class Quantity(Reader):
-    """One physical number.
-
-    Parameters
-    ----------
-    unit : str
-        Its SI unit, "" if it has none.
-    example : str
-        A value as a scene file would write it.
-    above, at_least, below, at_most : float, optional
-        Limits in `unit`, the first of each pair exclusive.
-    may_be_infinite : bool
-        Whether inf is a value.
-    smallest : float
-        Least size of a number that is not zero.
-    """
+    """One physical number: its SI unit ("" if it has none), an example as a file would write it, and its limits."""
 
     unit: str
     example: str
@@ -74,7 +59,7 @@ class Quantity(Reader):
     below: float = math.inf
     at_most: float = math.inf
     may_be_infinite: bool = False
-    smallest: float = SMALLEST
+    smallest: float = SMALLEST  # size of a number that is not zero
 
     def __call__(self, value: Any, where: str = "") -> Any:
         """Return `value` in SI."""
@@ -161,38 +146,6 @@ class Share(Quantity):
         if value not in self.rules:
             raise ValueError(f" = {as_written(value)} is not known; {did_you_mean(value, self.rules)}")
         return value
-
-
-@dataclass(frozen=True)
-class OverTemperature(Quantity):
-    """A number, or a table of it over the absolute temperature, kept as rows (temperature, value)."""
-
-    def __call__(self, value: Any, where: str = "") -> float | tuple[tuple[float, float], ...]:
-        """Return the number, or the rows with the temperatures rising; rows as they are kept are read too."""
-        if isinstance(value, tuple) and all(isinstance(row, tuple) and len(row) == 2 for row in value):
-            value = {"temperature": [row[0] for row in value], "value": [row[1] for row in value]}
-        if not isinstance(value, Mapping):
-            return float(super().__call__(value, where))
-        example = f'write for example {{ temperature = ["300 K", "900 K"], value = ["50 {self.unit}", ...] }}'
-        for name in value:
-            if name not in ("temperature", "value"):
-                raise ValueError(f".{as_written(name)} is not a key of a table over temperature; {example}")
-        temperatures, values = value.get("temperature"), value.get("value")
-        if not isinstance(temperatures, (list, tuple)) or not isinstance(values, (list, tuple)):
-            raise ValueError(f" needs two lists, temperature and value; {example}")
-        if len(temperatures) != len(values) or not 2 <= len(values) <= MAX_TEMPERATURES:
-            counts = f"{len(temperatures)} temperatures and {len(values)} values"
-            raise ValueError(f" has {counts}; give 2 to {MAX_TEMPERATURES} of each, in pairs")
-        kelvin = [KELVIN(entry, f".temperature[{i}]") for i, entry in enumerate(temperatures)]
-        number = super().__call__
-        rows = tuple((kelvin[i], number(entry, f".value[{i}]")) for i, entry in enumerate(values))
-        for i in range(1, len(rows)):
-            if kelvin[i] <= kelvin[i - 1]:
-                raise ValueError(
-                    f".temperature[{i}] = {kelvin[i]!r} K after {kelvin[i - 1]!r} K; the temperatures must rise, so "
-                    "sort the table"
-                )
-        return rows
 
 
 KELVIN = Quantity("K", '"300 K"', above=0)

@@ -85,21 +85,22 @@ def one_line(detail: Any, record: Any) -> str:
         return f"{key} = {value} is not a key of a scene; {where_known(str(path[-1]), inner)}"
     if kind == "dataclass_type":
         return f"{key} = {value} must be a section: a line [{key}] with its keys below"
-    if kind == "missing" and key in SECTIONS:
-        return f"section [{key}] is missing; `roughsim new` writes a complete scene to start from"
     if kind == "missing":
-        example = example_of(inner, str(path[-1]))
-        return f"{key} is missing; {example}" + (f" in [{holder}]" if holder else "")
-    words = re.findall(r"'(.*?)'", detail["ctx"]["expected"]) if kind == "literal_error" else ()
-    hint = f"is not known; {did_you_mean(str(detail['input']), words)}" if words else f"cannot be used: {detail['msg']}"
-    return f"{key} = {value} {hint}"
+        return missing(key, holder, inner)
+    if kind == "literal_error":
+        words = re.findall(r"'(.*?)'", detail["ctx"]["expected"])
+        return f"{key} = {value} is not known; {did_you_mean(str(detail['input']), words)}"
+    return f"{key} = {value} " + ("must be a list" if kind == "tuple_type" else f"cannot be used: {detail['msg']}")
 
 
-def example_of(record: Any, key: str) -> str:
-    """Return how a scene file would write a key."""
-    words = get_args(key_types(record)[key])  # of a Literal
-    number = quantity(record, key)
-    return f"write for example {key} = {number.example if number else json.dumps(words[0])}"
+def missing(key: str, holder: str, record: Any) -> str:
+    """Return that a key or section is missing, and how a scene file would write it."""
+    if key in SECTIONS:
+        return f"section [{key}] is missing; `roughsim new` writes a complete scene to start from"
+    name = key.rpartition(".")[2]
+    number, words = quantity(record, name), get_args(key_types(record)[name])  # words of a Literal
+    example = f"{name} = {number.example if number else json.dumps(words[0])}"
+    return f"{key} is missing; write for example {example}" + (f" in [{holder}]" if holder else "")
 
 
 def where_known(word: str, record: Any) -> str:

@@ -14,11 +14,10 @@ from pydantic.dataclasses import dataclass
 
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.scene import rules
-from roughsim.scene.messages import as_written, did_you_mean
+from roughsim.scene.messages import SceneError, as_written, did_you_mean
 from roughsim.scene.quantities import (
     KELVIN,
     Hurst,
-    OverTemperature,
     QMax,
     QMin,
     QRollOff,
@@ -33,6 +32,8 @@ from roughsim.scene.spectra import read_spectrum
 
 WAVENUMBER = Quantity("rad/m", "1e4", above=0)
 PSD = Quantity("", "1e-24", above=0, smallest=1e-100)
+MAX_TEMPERATURES = 100  # of a table over temperature
+CONDUCTIVITY = Quantity("W/(m K)", '"30 W/(m K)"', above=0)
 TARGET = Quantity("", '"1 %"', above=0, below=1)
 Rows = tuple[tuple[float, float], ...]
 
@@ -54,6 +55,36 @@ def read_psd(value: Any) -> Rows:
                 f"[{i}] has q = {rows[i][0]!r} rad/m after {rows[i - 1][0]!r} rad/m; q must rise, so sort the rows"
             )
     return tuple(rows)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConductivityTable(Record):
+    """κ over the absolute temperature, as a scene file writes it."""
+
+    temperature: tuple[Annotated[float, KELVIN], ...]
+    value: tuple[Annotated[float, CONDUCTIVITY], ...]
+
+
+def read_conductivity(value: Any) -> float | Rows:
+    """Read κ, or a table of it, kept as rows (temperature, κ) with the temperatures rising."""
+    if isinstance(value, tuple) and all(isinstance(row, tuple) and len(row) == 2 for row in value):
+        value = {"temperature": [row[0] for row in value], "value": [row[1] for row in value]}
+    if not isinstance(value, Mapping):
+        return float(CONDUCTIVITY(value))
+    try:
+        table = ConductivityTable(**value)
+    except SceneError as error:
+        example = '{ temperature = ["300 K", "900 K"], value = ["50 W/(m K)", ...] }'
+        raise ValueError(f".{error}; a table is written as {example}") from None
+    kelvin, kappa = table.temperature, table.value
+    if len(kelvin) != len(kappa) or not 2 <= len(kappa) <= MAX_TEMPERATURES:
+        counts = f"{len(kelvin)} temperatures and {len(kappa)} values"
+        raise ValueError(f" has {counts}; give 2 to {MAX_TEMPERATURES} of each, in pairs")
+    for i in range(1, len(kelvin)):
+        if kelvin[i] <= kelvin[i - 1]:
+            order = f"{kelvin[i]!r} K after {kelvin[i - 1]!r} K"
+            raise ValueError(f".temperature[{i}] = {order}; the temperatures must rise, so sort the table")
+    return tuple(zip(kelvin, kappa, strict=True))
 
 
 def read_speeds(value: Any, handler: Any) -> tuple[float, ...]:
@@ -132,7 +163,7 @@ class BodySection(Record, section="body"):
     """ν."""
     penetration_hardness: Annotated[float, Quantity("Pa", '"1.2 GPa"', above=0)] | None = None
     """σ_P; None is elastic."""
-    conductivity: Annotated[float | Rows, OverTemperature("W/(m K)", '"30 W/(m K)"', above=0)]
+    conductivity: Annotated[Annotated[float, CONDUCTIVITY] | Rows, BeforeValidator(read_conductivity)]
     """κ, or rows (absolute temperature in K, κ), linear between."""
     density: Annotated[float, Quantity("kg/m^3", '"7900 kg/m^3"', above=0)]
     """ρ."""

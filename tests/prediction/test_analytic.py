@@ -59,9 +59,9 @@ def test_the_total_temperatures_of_two_different_bodies_agree_in_theory_and_over
         "nominal_pressure": 9e7,
         "gamma": 0.294,
     }
-    heat = {"friction_coefficient": 0.11, "conductivity": 30.0, "diffusivity": steel.diffusivity}
+    heat = {"friction_coefficient": 0.11, "conductivity": 30.0, "diffusivity": steel.conduction().diffusivity}
     moving = flash.flash_temperature(35.0, spectrum, **stress, **heat)
-    moving += 2 * 0.11 * 9e7 * 35 / 30 * np.sqrt(steel.diffusivity * 1e-3 / np.pi)
+    moving += 2 * 0.11 * 9e7 * 35 / 30 * np.sqrt(steel.conduction().diffusivity * 1e-3 / np.pi)
     spread = np.sqrt(12 / (2700 * 900) * 1e-3)
     nodes, weights = np.polynomial.legendre.leggauss(120)
     pieces = []

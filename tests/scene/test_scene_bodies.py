@@ -23,9 +23,9 @@ def test_equal_bodies_halve_the_modulus_and_double_the_spectrum(steel):
 
 def test_steel_has_the_known_modulus_and_diffusivity(steel):
     assert steel.effective_modulus == approx(1.0989e11, rel=1e-5)
-    assert steel.diffusivity == approx(7.5949e-6, rel=1e-5)
-    assert steel.counter_conductivity == 30.0
-    assert steel.counter_diffusivity == approx(30.0 / (7900.0 * 500.0), rel=1e-15)
+    assert steel.conduction().diffusivity == approx(7.5949e-6, rel=1e-5)
+    assert steel.conduction().counter_conductivity == 30.0
+    assert steel.conduction().counter_diffusivity == approx(30.0 / (7900.0 * 500.0), rel=1e-15)
 
 
 def test_an_incompressible_body_is_stiffer_by_a_quarter(steel):
@@ -42,8 +42,8 @@ def test_different_faces_add_their_spectra_and_compliances():
     )
     assert scene.effective_modulus == approx(1 / (0.91 / 2e11 + 0.96 / 7e10), rel=1e-14)
     assert scene.penetration_hardness == 8e8
-    assert scene.counter_conductivity == 150.0
-    assert scene.counter_diffusivity == approx(150 / (2700 * 900), rel=1e-15)
+    assert scene.conduction().counter_conductivity == 150.0
+    assert scene.conduction().counter_diffusivity == approx(150 / (2700 * 900), rel=1e-15)
     alone = replace(scene, counterface=None).spectrum
     # C = a q^(-3) with rms slope 0.1: 2π ∫ q³ C dq = 2π a (q_max - q_min)
     level = 0.1**2 / (2 * math.pi * (1e6 - 2e4))
@@ -74,8 +74,8 @@ def test_a_counterface_without_keys_of_a_kind_is_rigid_smooth_or_insulating(stee
     assert smooth.effective_modulus == steel.effective_modulus
     assert rough.effective_modulus == alone.effective_modulus
     for scene in (alone, smooth, rough):
-        assert scene.counter_conductivity is None
-        assert scene.counter_diffusivity is None
+        assert scene.conduction().counter_conductivity is None
+        assert scene.conduction().counter_diffusivity is None
 
 
 def test_the_spectrum_has_the_exponents_of_the_scene_on_both_sides_of_the_roll_off(steel):
