@@ -8,7 +8,7 @@ Nyquist mode stands for two modes of a finer grid and equals neither; a spectrum
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import is_dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -72,16 +72,26 @@ def synthesize(
         raise TypeError(f"rng = {rng!r} must be a numpy Generator; make one with np.random.default_rng(seed)")
     if amplitudes not in ("fixed", "gaussian"):
         raise ValueError(f'amplitudes = {amplitudes!r} must be "fixed" or "gaussian"')
-    find: Callable[[Any, Grid], _Modes] = _modes if _fixed(spectrum) else _find_modes
-    modes = find(spectrum, grid)
-    values = _draw(modes, rng, amplitudes)
+    # the modes of a spectrum that cannot change are kept: of a frozen record, or of a cut of one
+    whole = getattr(spectrum, "whole", spectrum)
+    frozen = is_dataclass(whole) and vars(type(whole))["__dataclass_params__"].frozen
+    modes = (kept_modes if frozen else independent_modes)(spectrum, grid)
+    count, real = modes.kept.size, modes.real
+    if amplitudes == "gaussian":
+        normal = rng.standard_normal((count, 2))[modes.kept]
+        complex_normal = (normal[:, 0] + 1j * normal[:, 1]) * np.sqrt(0.5)
+        values = modes.deviation * np.where(real, normal[:, 0], complex_normal)
+    else:
+        turn = rng.random(count)[modes.kept]
+        values = modes.deviation * np.where(real, np.where(turn < 0.5, 1.0, -1.0), np.exp(2j * pi * turn))
+    # the half spectrum, with the conjugate partners that lie in it
     half = np.zeros(grid.half_shape, dtype=np.complex128)
     half.flat[modes.place] = values
     half.flat[modes.partner[modes.paired]] = values[modes.paired].conj()
     return fourier.inverse(half, grid.shape)
 
 
-class _Modes(NamedTuple):
+class Modes(NamedTuple):
     """The independent modes of a surface in the order in which they are drawn."""
 
     kept: NDArray[np.bool_]  # of all modes that are drawn: a Nyquist mode of this grid is two modes of a finer one
@@ -92,47 +102,15 @@ class _Modes(NamedTuple):
     deviation: Array  # √variance of one mode of the full plane, m
 
 
-def _draw(modes: _Modes, rng: np.random.Generator, amplitudes: str) -> NDArray[Any]:
-    count = modes.kept.size
-    if amplitudes == "gaussian":
-        normal = rng.standard_normal((count, 2))[modes.kept]
-        complex_normal = (normal[:, 0] + 1j * normal[:, 1]) * np.sqrt(0.5)
-        return modes.deviation * np.where(modes.real, normal[:, 0], complex_normal)
-    turn = rng.random(count)[modes.kept]
-    return modes.deviation * np.where(modes.real, np.where(turn < 0.5, 1.0, -1.0), np.exp(2j * pi * turn))
+def independent_modes(spectrum: Spectrum, grid: Grid) -> Modes:
+    """Find the modes of a surface, one of each conjugate pair, in the order of the shortest wavenumber of their cells.
 
-
-def _fixed(spectrum: Any) -> bool:
-    """Whether a spectrum cannot change, so that its modes may be kept: a frozen record, or a cut of one."""
-    whole = getattr(spectrum, "whole", spectrum)
-    return is_dataclass(whole) and bool(vars(type(whole))["__dataclass_params__"].frozen)
-
-
-@lru_cache(maxsize=4)
-def _modes(spectrum: Any, grid: Grid) -> _Modes:
-    return _find_modes(spectrum, grid)
-
-
-def _find_modes(spectrum: Spectrum, grid: Grid) -> _Modes:
+    A cell has variance if q_max lies above that wavenumber, so the modes of a lower q_max come first.
+    """
     variance = mode_variance(spectrum, grid)
     (nx, ny), half = grid.shape, grid.half_shape
-    kx, ky = _in_order(*np.divmod(np.flatnonzero(variance), half[1]), grid)
-    kept = (2 * kx != -nx) & ((2 * ky != ny) | (kx >= 0))
-    kx, ky = kx[kept] % nx, ky[kept]
-    mirror = (nx - kx) % nx
-    lone_column = (ky == 0) | (2 * ky == ny)  # columns that hold both a mode and its conjugate
-    real = lone_column & (mirror == kx)
-    place = kx * half[1] + ky
-    return _Modes(kept, place, mirror * half[1] + ky, lone_column & ~real, real, np.sqrt(variance.flat[place]))
-
-
-def _in_order(kx: Index, ky: Index, grid: Grid) -> tuple[Index, Index]:
-    """Signed indices of one mode of each conjugate pair, in the order of the shortest wavenumber of their cells.
-
-    A cell has variance if q_max lies above that wavenumber, so the modes of a lower q_max come first. Nyquist modes
-    are listed with both signs, as on a finer grid.
-    """
-    nx = grid.shape[0]
+    # signed indices; a Nyquist mode is listed with both signs, as on a finer grid
+    kx, ky = np.divmod(np.flatnonzero(variance), half[1])
     half_plane = (ky > 0) | (2 * kx <= nx)
     kx, ky = kx[half_plane], ky[half_plane]
     twins = (2 * kx == nx) & (ky > 0)
@@ -140,36 +118,26 @@ def _in_order(kx: Index, ky: Index, grid: Grid) -> tuple[Index, Index]:
     ky = np.concatenate([ky, ky[twins]])
     x, y = np.maximum(abs(kx) - 0.5, 0) / grid.lengths[0], np.maximum(ky - 0.5, 0) / grid.lengths[1]
     order = np.lexsort((kx, ky, x * x + y * y))
-    return kx[order], ky[order]
+    kx, ky = kx[order], ky[order]
+    # where they lie in the half spectrum, and their partners
+    kept = (2 * kx != -nx) & ((2 * ky != ny) | (kx >= 0))
+    kx, ky = kx[kept] % nx, ky[kept]
+    mirror = (nx - kx) % nx
+    lone_column = (ky == 0) | (2 * ky == ny)  # columns that hold both a mode and its conjugate
+    real = lone_column & (mirror == kx)
+    place = kx * half[1] + ky
+    return Modes(kept, place, mirror * half[1] + ky, lone_column & ~real, real, np.sqrt(variance.flat[place]))
+
+
+kept_modes: Callable[[Any, Grid], Modes] = lru_cache(maxsize=4)(independent_modes)
 
 
 def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
-    """Return ∫ C d²q over the Fourier cell of each mode.
+    """Return ∫ C d²q over the Fourier cell of each mode: its variance on the full plane, m², shape `grid.half_shape`.
 
-    Parameters
-    ----------
-    spectrum : Spectrum
-        C(q), m⁴.
-    grid : Grid
-        The periodic cell.
-
-    Returns
-    -------
-    ndarray
-        Variance of one mode of the full plane, shape `grid.half_shape`, m²; with `grid.multiplicity` it sums to the
-        variance of the surface. q = 0 is zero. A Nyquist mode stands for both its signs.
-
-    Raises
-    ------
-    ResolutionError
-        If C(q) reaches beyond the Nyquist wavenumber.
-    ValueError
-        If C(q) is negative or not finite.
-
-    Warns
-    -----
-    RuntimeWarning
-        If C(q) begins below the lowest mode of the cell, or inside the Fourier cell of q = 0.
+    With `grid.multiplicity` it sums to the variance of the surface. q = 0 is zero; a Nyquist mode stands for both its
+    signs. ResolutionError if C(q) reaches beyond the Nyquist wavenumber; ValueError if it is negative or not finite; a
+    RuntimeWarning if it begins below the lowest mode of the cell, or inside the Fourier cell of q = 0.
     """
     ends = spectrum.breaks[0], spectrum.breaks[-1]
     if ends[1] > grid.nyquist * (1 + 1e-12):
@@ -197,42 +165,20 @@ def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
 def mean_over_cells(weight: Callable[[Array], Array], spectrum: Spectrum, grid: Grid, modes: Array) -> Array:
     """Return ∫ C w d²q / ∫ C d²q over the Fourier cells of some modes: the mean that their roughness sees.
 
-    Parameters
-    ----------
-    weight : callable
-        w of wavenumbers within the breaks of the spectrum, rad/m, one-dimensional; smooth between the breaks.
-    spectrum : Spectrum
-        C(q), m⁴.
-    grid : Grid
-        The periodic cell.
-    modes : ndarray
-        Which modes, bool, shape `grid.half_shape`; all of them with C > 0 somewhere in their cell.
-
-    Returns
-    -------
-    ndarray
-        A mean for each mode in the order of `np.nonzero(modes)`, in units of w.
+    `weight` is w of wavenumbers within the breaks of the spectrum, rad/m, one-dimensional, smooth between the breaks;
+    `modes` says which modes, bool, shape `grid.half_shape`, all of them with C > 0 somewhere in their cell. The means
+    are in the order of `np.nonzero(modes)`.
     """
+    breaks = spectrum.breaks
+
+    def weighted(q: Array) -> Any:
+        within = np.clip(q, breaks[0], breaks[-1])
+        return spectrum(q) * weight(within.ravel()).reshape(q.shape)
+
     rows, columns = np.nonzero(modes)
     cells = np.minimum(rows, grid.shape[0] - rows), columns
     steps = 2 * pi / grid.lengths[0], 2 * pi / grid.lengths[1]
-    inside: Array = _polar_cells(_Weighted(spectrum, weight), *cells, steps) / _polar_cells(spectrum, *cells, steps)
-    return inside
-
-
-class _Weighted(NamedTuple):
-    """C(q) w(q) with the breaks of C(q)."""
-
-    spectrum: Spectrum
-    weight: Callable[[Array], Array]
-
-    @property
-    def breaks(self) -> Any:
-        return self.spectrum.breaks
-
-    def __call__(self, q: Array) -> Any:
-        within = np.clip(q, self.breaks[0], self.breaks[-1])
-        return self.spectrum(q) * self.weight(within.ravel()).reshape(q.shape)
+    return _polar_cells(weighted, breaks, *cells, steps) / _polar_cells(spectrum, breaks, *cells, steps)
 
 
 def _quadrant(spectrum: Spectrum, grid: Grid) -> Array:
@@ -240,19 +186,28 @@ def _quadrant(spectrum: Spectrum, grid: Grid) -> Array:
     nx, ny = grid.shape
     steps = 2 * pi / grid.lengths[0], 2 * pi / grid.lengths[1]
     kx, ky = np.arange(nx // 2 + 1)[:, None], np.arange(ny // 2 + 1)[None, :]
-    near, far = _extremes(kx, ky, steps)
+    # shortest and longest wavenumber of each cell
+    near = np.hypot(np.maximum(kx - 0.5, 0) * steps[0], np.maximum(ky - 0.5, 0) * steps[1])
+    far = np.hypot((kx + 0.5) * steps[0], (ky + 0.5) * steps[1])
     breaks = spectrum.breaks
     result = np.zeros(near.shape)
     covered = (far > breaks[0]) & (near < breaks[-1])
     covered[0, 0] = False
-    sharp = _jumps(spectrum) if len(breaks) > _MANY_BREAKS else breaks
+    # of many breaks only those where C(q) itself jumps are sharp: both ends, and the ends of each term of a sum
+    sharp = np.asarray(breaks, dtype=np.float64)
+    if len(breaks) > _MANY_BREAKS:
+        below, above = spectrum(sharp * (1 - 1e-6)), spectrum(sharp * (1 + 1e-6))
+        sharp = sharp[abs(above - below) > 1e-3 * np.maximum(above, below)]
+    # cells near the origin or over a sharp break are integrated in polar coordinates, the others by Gauss points
     special = np.hypot(kx * steps[0], ky * steps[1]) < _NEAR * max(steps)
     for q in sharp:
         special = special | ((near < q) & (q < far))
     smooth = covered & ~special
-    for where, integral in ((smooth, _smooth_cells), (covered & special, _polar_cells)):
-        rows, columns = np.nonzero(where)
-        result[where] = integral(spectrum, rows, columns, steps)
+    rows, columns = np.nonzero(smooth)
+    result[smooth] = _smooth_cells(spectrum, rows, columns, steps)
+    rows, columns = np.nonzero(covered & special)
+    result[covered & special] = _polar_cells(spectrum, breaks, rows, columns, steps)
+    # a Nyquist row or column stands for both its signs
     if nx > 1 and nx % 2 == 0:
         result[-1] *= 2.0
     if ny > 1 and ny % 2 == 0:
@@ -260,23 +215,7 @@ def _quadrant(spectrum: Spectrum, grid: Grid) -> Array:
     return result
 
 
-def _jumps(spectrum: Spectrum) -> Array:
-    """Breaks where C(q) itself jumps: both ends, and the ends of each term of a sum."""
-    breaks = np.asarray(spectrum.breaks, dtype=np.float64)
-    below, above = spectrum(breaks * (1 - 1e-6)), spectrum(breaks * (1 + 1e-6))
-    jumps: Array = breaks[abs(above - below) > 1e-3 * np.maximum(above, below)]
-    return jumps
-
-
-def _extremes(kx: Index, ky: Index, steps: Steps) -> tuple[Array, Array]:
-    """Shortest and longest wavenumber of each cell."""
-    near = np.hypot(np.maximum(kx - 0.5, 0) * steps[0], np.maximum(ky - 0.5, 0) * steps[1])
-    return near, np.hypot((kx + 0.5) * steps[0], (ky + 0.5) * steps[1])
-
-
-def _smooth_cells(
-    spectrum: Spectrum, kx: NDArray[np.int64], ky: NDArray[np.int64], steps: tuple[float, float]
-) -> Array:
+def _smooth_cells(spectrum: Spectrum, kx: Index, ky: Index, steps: Steps) -> Array:
     """3×3 Gauss points: for cells far from the origin and from the sharp ends (relative error < 1e-8)."""
     nodes, weights = np.polynomial.legendre.leggauss(3)
     total = np.zeros(kx.size)
@@ -287,23 +226,21 @@ def _smooth_cells(
     return total * steps[0] * steps[1]
 
 
-def _polar_cells(spectrum: Spectrum, kx: Index, ky: Index, steps: Steps) -> Array:
+def _polar_cells(psd: Callable[[Array], Any], breaks: Sequence[float], kx: Index, ky: Index, steps: Steps) -> Array:
     """∫ q C(q) θ(q) dq, θ the angle of the circle q inside the cell: exact at sharp ends, in pieces between kinks."""
-    total = np.zeros(kx.size)
-    for start in range(0, kx.size, 4096):
-        part = slice(start, start + 4096)
-        total[part] = _polar_chunk(spectrum, kx[part], ky[part], steps)
-    return total
+    parts = [slice(start, start + 4096) for start in range(0, kx.size, 4096)]
+    return np.concatenate([np.zeros(0), *(_polar_chunk(psd, breaks, kx[part], ky[part], steps) for part in parts)])
 
 
-def _polar_chunk(spectrum: Spectrum, kx: Index, ky: Index, steps: Steps) -> Array:
+def _polar_chunk(psd: Callable[[Array], Any], breaks: Sequence[float], kx: Index, ky: Index, steps: Steps) -> Array:
     # a cell on an axis is twice its half in the quadrant
     x0, x1 = np.maximum(kx - 0.5, 0) * steps[0], (kx + 0.5) * steps[0]
     y0, y1 = np.maximum(ky - 0.5, 0) * steps[1], (ky + 0.5) * steps[1]
     copies = np.where(kx == 0, 2.0, 1.0) * np.where(ky == 0, 2.0, 1.0)
     corners = [np.hypot(x0, y0), np.hypot(x1, y0), np.hypot(x0, y1), np.hypot(x1, y1)]
-    inner = [np.clip(np.full(kx.shape, q), corners[0], corners[3]) for q in spectrum.breaks]
+    inner = [np.clip(np.full(kx.shape, q), corners[0], corners[3]) for q in breaks]
     edges = np.sort(np.stack([*corners, *inner]), axis=0)
+    x0, x1, y0, y1 = (side[:, None] for side in (x0, x1, y0, y1))
     nodes, weights = np.polynomial.legendre.leggauss(20)
     t = (nodes + 1) / 2
     smooth, slope = t * t * (3 - 2 * t), 6 * t * (1 - t)  # flattens the square roots of θ(q) at the corners
@@ -314,17 +251,12 @@ def _polar_chunk(spectrum: Spectrum, kx: Index, ky: Index, steps: Steps) -> Arra
         span = np.log(right / left)  # steps in ln q: in long cells C(q) falls by decades
         q = left[:, None] * np.exp(span[:, None] * smooth)
         middle = 0.5 * (left + right)
-        value = spectrum(np.clip(q, left[:, None] * (1 + 1e-15), right[:, None] * (1 - 1e-15)))
-        angle = _angle(q, x0[:, None], x1[:, None], y0[:, None], y1[:, None])
-        inside = (middle > spectrum.breaks[0]) & (middle < spectrum.breaks[-1])
+        value = psd(np.clip(q, left[:, None] * (1 + 1e-15), right[:, None] * (1 - 1e-15)))
+        # angle of the circle of radius q inside the cell
+        radius = np.maximum(q, np.finfo(float).tiny)
+        upper = np.minimum(np.arccos(np.minimum(x0 / radius, 1)), np.arcsin(np.minimum(y1 / radius, 1)))
+        lower = np.maximum(np.arccos(np.minimum(x1 / radius, 1)), np.arcsin(np.minimum(y0 / radius, 1)))
+        angle = np.maximum(upper - lower, 0.0)
+        inside = (middle > breaks[0]) & (middle < breaks[-1])
         total += np.where(inside, span, 0.0) * ((q * q * value * angle * slope) @ (weights / 2))
     return copies * total
-
-
-def _angle(q: Array, x0: Any, x1: Any, y0: Any, y1: Any) -> Array:
-    """Angle of the circle of radius q inside the rectangle [x0, x1] × [y0, y1] of the first quadrant."""
-    q = np.maximum(q, np.finfo(float).tiny)
-    upper = np.minimum(np.arccos(np.minimum(x0 / q, 1)), np.arcsin(np.minimum(y1 / q, 1)))
-    lower = np.maximum(np.arccos(np.minimum(x1 / q, 1)), np.arcsin(np.minimum(y0 / q, 1)))
-    angle: Array = np.maximum(upper - lower, 0.0)
-    return angle

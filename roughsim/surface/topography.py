@@ -54,29 +54,19 @@ class Topography:
 def read_topography(path: str | Path) -> Topography:
     """Read the file of an instrument, detrend the map, and measure its C(q).
 
-    Parameters
-    ----------
-    path : str or Path
-        Any format that SurfaceTopography reads (x3p, sur, gwy, opd, al3d, nc, …). It must hold a map with its sizes
-        and a unit. Of several channels the default one is taken.
-
-    Returns
-    -------
-    Topography
-        Periodic only if the file says so. Where up to 5 % of the points are undefined they are filled smoothly, with a
-        warning.
-
-    Raises
-    ------
-    ImportError
-        If SurfaceTopography is not installed: ``pip install 'roughsim[topography]'``.
-    FileNotFoundError
-        If there is no such file.
-    RecordError
-        Of one line, if the file is refused (see `roughsim.untrusted`), cannot be read, or holds no such map.
+    Any format that SurfaceTopography reads will do (x3p, sur, gwy, opd, al3d, nc, …). It must hold a map with its sizes
+    and a unit; of several channels the default one is taken. The map is periodic only if the file says so. Where up to
+    5 % of the points are undefined they are filled smoothly, with a RuntimeWarning. ImportError without
+    SurfaceTopography, FileNotFoundError without the file, and RecordError, of one line, if the file is refused (see
+    `roughsim.untrusted`), cannot be read, or holds no such map.
     """
     place = Path(path)
-    library = _library()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ImportWarning)  # it says that there is no MPI
+            library: Any = import_module("SurfaceTopography")
+    except ImportError:
+        raise ImportError("SurfaceTopography is not installed; type: pip install 'roughsim[topography]'") from None
     if not place.exists():
         raise FileNotFoundError(f"{place} does not exist; check the path")
     try:
@@ -91,15 +81,6 @@ def read_topography(path: str | Path) -> Topography:
     except Exception as error:  # forty readers of binary formats, each with its own failures
         reason = " ".join(str(error).split())[:200]
         raise RecordError(f"{place} cannot be read as a map of heights ({type(error).__name__}: {reason})") from error
-
-
-def _library() -> Any:
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ImportWarning)  # it says that there is no MPI
-            return import_module("SurfaceTopography")
-    except ImportError:
-        raise ImportError("SurfaceTopography is not installed; type: pip install 'roughsim[topography]'") from None
 
 
 def _check_channel(place: Path, channel: Any) -> None:
@@ -135,15 +116,12 @@ def _prepared(place: Path, measured: Any) -> Topography:
         raise RecordError(f"{place} holds heights that are not finite, or all alike; there is no C(q) to measure")
     lengths = (float(flat.physical_sizes[0]), float(flat.physical_sizes[1]))
     grid = Grid((heights.shape[0], heights.shape[1]), lengths)
-    return Topography(heights, grid, periodic, _spectrum(flat, grid))
-
-
-def _spectrum(flat: Any, grid: Grid) -> TabulatedSpectrum:
-    """C(q) of a detrended map in our convention, up to where the instrument is reliable."""
-    *_, theirs = flat.power_spectrum_from_area(return_map=True)  # under a Hann window unless it is periodic
+    # C(q) in our convention, under a Hann window unless the map is periodic, up to where the instrument is reliable
+    *_, theirs = flat.power_spectrum_from_area(return_map=True)
     cutoff = flat.short_reliability_cutoff()
     reliable = np.inf if cutoff is None else 2 * np.pi / float(cutoff)
-    return radial_average(np.asarray(theirs) / (4 * np.pi**2), grid, min(grid.nyquist, reliable))
+    spectrum = radial_average(np.asarray(theirs) / (4 * np.pi**2), grid, min(grid.nyquist, reliable))
+    return Topography(heights, grid, periodic, spectrum)
 
 
 def radial_average(psd: Array, grid: Grid, q_max: float) -> TabulatedSpectrum:
@@ -153,28 +131,27 @@ def radial_average(psd: Array, grid: Grid, q_max: float) -> TabulatedSpectrum:
     lower edge. Below the first bin C(q) goes on as the power law of the first bins, to where the variance of all modes
     is reached: the modes of a cell stand for what is shorter than its sides, and ⟨h²⟩ is kept.
 
-    Parameters
-    ----------
-    psd : ndarray
-        C(q⃗), m⁴, at the wavevectors of the discrete transform of `grid`, ∫ C d²q = ⟨h²⟩.
-    grid : Grid
-        Of the heights.
-    q_max : float
-        Where to end, rad/m.
-
-    Raises
-    ------
-    ValueError
-        If fewer than three bins hold modes.
+    `psd` is C(q⃗), m⁴, at the wavevectors of the discrete transform of `grid`, ∫ C d²q = ⟨h²⟩; `q_max` is where to end,
+    rad/m. ValueError if fewer than three bins hold modes.
     """
-    q, values = _modes(psd, grid, q_max)
+    # all modes but q = 0, up to q_max or to where a synthetic map ends
+    steps = [
+        2 * np.pi / side * np.rint(np.fft.fftfreq(n) * n) for n, side in zip(grid.shape, grid.lengths, strict=True)
+    ]
+    q = np.hypot(steps[0][:, None], steps[1][None, :])
+    present = psd > _ROUNDING * psd[q > 0.0].max()
+    inside = (q > 0.0) & (q <= min(q_max, float(q[present].max())) * (1 + 1e-12))
+    q, values = q[inside], psd[inside]
+    # their bins, in log q
     first, q_max = float(q.min()), float(q.max())
-    edges = np.geomspace(first * (1 - 1e-9), q_max * (1 + 1e-9), 1 + _bins(first, q_max))
+    bins = max(3, int(np.ceil(BINS_PER_DECADE * np.log10(q_max / first))))
+    edges = np.geomspace(first * (1 - 1e-9), q_max * (1 + 1e-9), 1 + bins)
     which = np.digitize(q, edges) - 1
     count = np.bincount(which, minlength=edges.size - 1)
     filled = count > 0
     if filled.sum() < 3:
         raise ValueError(f"only {filled.sum()} bins of wavenumbers up to q_max = {q_max:.4g} rad/m hold modes")
+    # the mean of each bin is made the value at its centre, by the power law of its neighbours
     centre = np.exp(np.bincount(which, np.log(q))[filled] / count[filled])
     mean = np.bincount(which, values)[filled] / count[filled]
     exponent = -np.gradient(np.log(mean), np.log(centre))
@@ -183,21 +160,6 @@ def radial_average(psd: Array, grid: Grid, q_max: float) -> TabulatedSpectrum:
     level = mean / (np.bincount(which, shape)[filled] / count[filled])
     cell = 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
     return _with_ends(centre, level, float(values.sum()) * cell, q_max)
-
-
-def _modes(psd: Array, grid: Grid, q_max: float) -> tuple[Array, Array]:
-    """Wavenumbers and C(q⃗) of all modes but q = 0, up to q_max or to where a synthetic map ends."""
-    steps = [
-        2 * np.pi / side * np.rint(np.fft.fftfreq(n) * n) for n, side in zip(grid.shape, grid.lengths, strict=True)
-    ]
-    q = np.hypot(steps[0][:, None], steps[1][None, :])
-    heard = psd > _ROUNDING * psd[q > 0.0].max()
-    inside = (q > 0.0) & (q <= min(q_max, float(q[heard].max())) * (1 + 1e-12))
-    return q[inside], psd[inside]
-
-
-def _bins(first: float, last: float) -> int:
-    return max(3, int(np.ceil(BINS_PER_DECADE * np.log10(last / first))))
 
 
 def _with_ends(q: Array, psd: Array, variance: float, q_max: float) -> TabulatedSpectrum:
@@ -224,20 +186,9 @@ def _with_ends(q: Array, psd: Array, variance: float, q_max: float) -> Tabulated
 def encoded(heights: NDArray[Any], grid: Grid, ending: str) -> bytes:
     """Return the content of a file that SurfaceTopography, ContactMechanics and tamaas can start from.
 
-    Parameters
-    ----------
-    heights : ndarray
-        m, shape `grid.shape`.
-    grid : Grid
-        The periodic cell.
-    ending : {".nc", ".npy"}
-        .nc: classic netCDF with sizes, unit and periodicity, as ``SurfaceTopography.read_topography`` (and so
-        ContactMechanics) takes it. .npy: the bare array, for ``numpy.load`` and so for tamaas.
-
-    Raises
-    ------
-    ValueError
-        If the ending is none of these, or the shape is not that of the grid.
+    `heights` are in m, shape `grid.shape`. The ending ".nc" is classic netCDF with sizes, unit and periodicity, as
+    ``SurfaceTopography.read_topography`` (and so ContactMechanics) takes it; ".npy" the bare array, for ``numpy.load``
+    and so for tamaas. ValueError for another ending, or heights of another shape.
     """
     if ending not in ENDINGS:
         raise ValueError(f"ending = {ending!r} is no format of a surface; use {' or '.join(ENDINGS)}")
