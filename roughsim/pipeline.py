@@ -31,63 +31,32 @@ from roughsim.surface.synthesis import synthesize
 class Problem:
     """All that decides the bits of one member; `dataclasses.replace(problem, index=7)` is that of another realization.
 
-    Attributes
-    ----------
-    spectrum : Spectrum
-        C(q) that the surface is drawn from, m⁴, up to the cut-off of the level.
-    grid : Grid
-        The periodic cell.
-    solid : Solid
-        E* and, if capped, σ_P.
-    nominal_pressure : float
-        σ₀, Pa.
-    sliding : Sliding
-        Speeds, friction and the moving body; its heat share is 1.
-    tolerance, precision, solver
-        How the contact is solved, as in `Numerics`.
-    seed, stream, index : int
-        The random stream is SeedSequence(seed, spawn_key=(stream, index)): all levels of a realization share one.
-    threads : int
-        Of the linear algebra, whose sums depend on their number.
+    The random stream is SeedSequence(seed, spawn_key=(stream, index)): all levels of a realization share it.
     """
 
-    spectrum: Spectrum
+    spectrum: Spectrum  # C(q) that the surface is drawn from, m⁴, up to the cut-off of the level
     grid: Grid
     solid: Solid
-    nominal_pressure: float
-    sliding: Sliding
-    tolerance: float
-    precision: Literal["double", "single"]
-    solver: str
-    seed: int
-    stream: int
-    index: int = 0
-    threads: int = 1
+    nominal_pressure: float  # σ₀, Pa
+    sliding: Sliding  # speeds, friction and the moving body, which takes up all the heat
+    tolerance: float  # of the contact solve
+    precision: Literal["double", "single"]  # of the fields of the contact
+    solver: str  # one of `contact.methods.NAMES`
+    seed: int  # of the ensemble
+    stream: int  # the level whose stream it is
+    index: int = 0  # of the realization
+    threads: int = 1  # of the linear algebra, whose sums depend on their number
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Solution:
-    """A surface, its contact, and what was measured of it (all heat in the moving body).
-
-    Attributes
-    ----------
-    grid : Grid
-        Its cell.
-    heights : ndarray
-        Composite heights, m.
-    contact : Contact
-        The solved contact.
-    observables : Moments
-        Moments at the speeds of the problem, averaged over directions.
-    seconds : dict of str to float
-        Time spent in each stage.
-    """
+    """A surface, its contact, and what was measured of it (all heat in the moving body)."""
 
     grid: Grid
-    heights: NDArray[np.float64]
+    heights: NDArray[np.float64]  # of both faces together, shape `grid.shape`, m
     contact: Contact
-    observables: Moments
-    seconds: dict[str, float]
+    observables: Moments  # at the speeds of the problem, averaged over directions
+    seconds: dict[str, float]  # spent in each stage: surface, contact, observables
 
 
 def solve_problem(problem: Problem) -> Solution:

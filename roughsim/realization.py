@@ -26,14 +26,8 @@ class Realization(Solution):
     ----------
     level, index, seed : int
         Which member it is.
-    grid : Grid
-        Its cell.
-    heights : ndarray
-        Composite heights, m.
-    contact : Contact
-        The solved contact.
-    observables : Moments
-        Moments at the scene's speeds, averaged over directions.
+    grid, heights, contact, observables
+        The cell, the heights of both faces together, m, the `Contact`, and the moments at the scene's speeds.
     seconds : dict of str to float
         Time spent in each stage.
     """
@@ -69,11 +63,8 @@ def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, inde
     ValueError
         If `seed`, `level` or `index` do not exist.
     """
-    for name, value, limit in (
-        ("seed", seed, np.inf),
-        ("level", level, len(numerics.levels)),
-        ("index", index, np.inf),
-    ):
+    limits = {"seed": (seed, np.inf), "level": (level, len(numerics.levels)), "index": (index, np.inf)}
+    for name, (value, limit) in limits.items():
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < limit:
             raise ValueError(f"{name} = {value!r} must be a whole number from 0 to below {limit:g}")
     solution = solve_problem(replace(level_problem(scene, numerics, level), seed=seed, index=index))

@@ -38,27 +38,13 @@ class Measured(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Theory:
-    """What an observable may ask of the theory of a scene; all the heat goes into the moving body.
+    """What an observable may ask of the theory of a scene; all the heat goes into the moving body."""
 
-    Attributes
-    ----------
-    over_speed : dict of str to ndarray
-        T_flash, T′, ∇²T, D_flash and d_flash by name, (speeds,).
-    heat_partition : ndarray
-        The share of the moving body, (speeds,); NaN without a second one.
-    area_fractions : dict of str to float
-        `contact_fraction` and `plastic_fraction`.
-    correlation_radius : callable
-        Of a fraction: the smallest r, m, with g_σ(r) = fraction·g_σ(0); NaN if there is none.
-    total : callable
-        Of weight(q): its sum or integral over the variance of the pressure, Pa² times its unit. `weight` takes
-        wavenumbers in rad/m and is smooth in ln q; with 1 the total is g_σ(0).
-    """
-
-    over_speed: dict[str, Array]
-    heat_partition: Array
-    area_fractions: dict[str, float]
-    correlation_radius: Callable[[float], float]
+    over_speed: dict[str, Array]  # T_flash, T′, ∇²T, D_flash and d_flash by name, (speeds,)
+    heat_partition: Array  # the share of the moving body, (speeds,); NaN without a second one
+    area_fractions: dict[str, float]  # `contact_fraction` and `plastic_fraction`
+    correlation_radius: Callable[[float], float]  # of a fraction: the smallest r, m, with g_σ(r) = fraction·g_σ(0)
+    # of weight(q), q in rad/m, smooth in ln q: its sum or integral over the variance of the pressure, Pa² times its unit
     total: Callable[[Callable[[Array], Array]], float]
 
 

@@ -84,17 +84,7 @@ def conduction(scene: Scene, speeds: ArrayLike | None = None) -> Conductions:
     Where a κ is a table they are its values at T₀ + 0.75 s T_flash, with the share s of the scene and T_flash of the
     theory over the whole spectrum: both bodies are taken at the temperature of their contact.
 
-    Parameters
-    ----------
-    scene : Scene
-        What is computed.
-    speeds : array_like, optional
-        m/s, ≥ 0; left out: those of the scene.
-
-    Raises
-    ------
-    SceneError
-        If the contact gets hotter than a table goes.
+    The speeds, m/s, ≥ 0, if None, are those of the scene. SceneError if the contact gets hotter than a table goes.
     """
     return _conduction(scene, scene.speeds if speeds is None else tuple(np.ravel(speeds).astype(np.float64).tolist()))
 

@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 class Modes(NamedTuple):
     """Some modes of the half spectrum of a grid, flattened.
 
-    `chosen` says which, shape `half_shape`; `wavenumber` (modes,) is |q| of each, rad/m; `multiplicity` (modes,) is how many
-    modes of the full plane each stands for, 1 or 2.
+    `chosen` says which, shape `half_shape`; `wavenumber` (modes,) is |q| of each, rad/m; `multiplicity` (modes,) is how
+    many modes of the full plane each stands for, 1 or 2.
     """
 
     chosen: NDArray[np.bool_]
