@@ -1,34 +1,17 @@
 """Ladders of levels: corrections from few realizations, the limit in q_c, the pixel, and what an interval is worth."""
 
 import runpy
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from ladder_cases import NAME, level, power_law, seldom
 
-import roughsim as rs
-from roughsim import prediction
 from roughsim.estimate import errors as est
 from roughsim.estimate.ladder import observe
-from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
-from roughsim.scene.numerics import Level, Numerics
 
 coverage = runpy.run_path(str(Path(__file__).parents[2] / "experiments" / "intervals.py"))["coverage"]
-
-NAME = "flash_temperature"
-
-
-def level(values, *, q_max=1.0, side=64.0, rows=None):
-    """A level that has only a T_flash: values (n, speeds) at the given realizations."""
-    rows = np.arange(len(values)) if rows is None else rows
-    return Sample(q_max, side, rows, {NAME: values}, np.ones(1), np.ones((len(values), 1)), 1.0)
-
-
-def seldom(values, every, **names):
-    rows = np.arange(0, len(values), every)
-    return level(values[rows], rows=rows, **names)
 
 
 def test_a_fine_level_of_few_realizations_corrects_the_coarse_one():
@@ -59,10 +42,6 @@ def test_the_error_of_a_ladder_is_its_scatter_over_many_ladders():
         variances.append(est.spread(values.extrapolated, values.base, values.group)[0][0] ** 2)
     # 1/√1000 = 3 % is the relative error of the right side, 2 % of the left
     assert np.mean(variances) == pytest.approx(np.var(means), rel=0.08)
-
-
-def power_law(cutoffs, exponent, limit=7.0, c=3.0, **names):
-    return [level(np.full((13, 1), limit + c * q**-exponent), q_max=q, side=64.0 * q, **names) for q in cutoffs]
 
 
 @pytest.mark.parametrize("exponent", [0.8, 1.0, 1.4])
@@ -106,38 +85,6 @@ def test_two_rungs_are_doubted_by_half_of_the_remainder():
     values = observe(NAME, power_law([2.0, 4.0], 1.0), capped=True)
     assert values.extrapolated.mean() == pytest.approx(7.0, rel=1e-12)
     assert values.bandwidth[0] == pytest.approx(0.5 * 3.0 / 4.0, rel=1e-12)
-
-
-@pytest.mark.parametrize(("capped", "order"), [(False, 2.0), (True, 1.4)])
-def test_a_partner_takes_the_error_of_the_pixel_off(capped, order):
-    coarse, fine = (level(np.full((12, 1), 5.0 + 0.4 * side**-order), side=side) for side in (1.0, 2.0))
-    values = observe(NAME, [coarse, fine], capped=capped, end=1.0)
-    assert values.extrapolated.mean() == pytest.approx(5.0, rel=1e-12)
-    assert values.finest.mean() == pytest.approx(5.0 + 0.4 * 2.0**-order, rel=1e-12)
-    assert values.pixel[0] == pytest.approx(0.4 * 2.0**-order, rel=1e-9)  # as much as was taken off
-
-
-def test_a_pixel_error_that_goes_with_the_cut_off_is_extrapolated_away():
-    def rung(q, pixels):
-        return level(np.full((12, 1), 7.0 + 3.0 / q + 2.0 / (pixels * q)), q_max=q, side=pixels * q)
-
-    samples = [rung(1.0, 4.0), rung(1.0, 8.0), rung(2.0, 4.0), rung(2.0, 8.0), rung(4.0, 4.0)]
-    values = observe(NAME, samples, capped=True)
-    assert values.extrapolated.mean() == pytest.approx(7.0, rel=1e-12)
-    assert values.pixel[0] == pytest.approx(0.0, abs=1e-12)
-
-
-def test_what_is_left_of_the_pixel_shrinks_on_the_way_to_the_top_rung():
-    def rung(q, pixels, error):
-        return level(np.full((12, 1), 7.0 + 3.0 / q + error), q_max=q, side=pixels * q)
-
-    # half the pixel changes the lower rung by −0.3, the upper one by −0.2: their limit by 2(−0.2) + 0.3 = −0.1
-    samples = [rung(1.0, 4.0, 0.3), rung(1.0, 8.0, 0.0), rung(2.0, 4.0, 0.2), rung(2.0, 8.0, 0.0), rung(4.0, 4.0, 0.1)]
-    expected = 0.1 * (2.0 / 4.0) / (1.0 - 2.0**-1.4)
-    assert observe(NAME, samples, capped=True).pixel[0] == pytest.approx(expected, rel=1e-9)
-    alone = [samples[0], samples[2], samples[3], samples[4]]
-    expected = 0.2 * (2.0 / 4.0) ** 0.5 / (1.0 - 2.0**-1.4)
-    assert observe(NAME, alone, capped=True).pixel[0] == pytest.approx(expected, rel=1e-9)
 
 
 def test_one_cut_off_below_the_end_leaves_an_unknown_remainder():
@@ -201,68 +148,6 @@ def test_an_exponent_that_the_steps_hardly_tell_is_drawn_to_the_usual_one():
     assert sure.bandwidth[0] == pytest.approx(last - last / (2**1.5 - 1), rel=1e-3)
 
 
-THEORY = np.array([[2.0], [2.8], [3.2], [4.0]])  # up to three cut-offs, and over the whole spectrum
-
-
-def shaped(count, theory=THEORY, slope=1.5, **names):
-    """Levels whose T_flash is 1 + slope × theory, at the highest of the cut-offs of the theory."""
-    chosen = list(zip((1.0, 2.0, 4.0), 1.0 + slope * THEORY[:3, 0], strict=True))[-count:]
-    samples = [level(np.full((13, 1), value), q_max=q, side=64.0 * q) for q, value in chosen]
-    return observe(NAME, samples, capped=False, end=100.0, theory=theory[-count - 1 :], **names)
-
-
-@pytest.mark.parametrize("count", [2, 3])
-def test_a_value_that_goes_with_the_theory_is_continued_by_its_last_step_over_that_of_the_theory(count):
-    values = shaped(count)
-    assert values.extrapolated.mean() == pytest.approx(1.0 + 1.5 * 4.0, rel=1e-12)
-    assert values.finest.mean() == pytest.approx(1.0 + 1.5 * 3.2, rel=1e-12)
-    # the remainder is 1.5 × 0.8 by the steps and 5.8 × 0.8/3.2 by the values
-    assert values.bandwidth[0] == pytest.approx(max(1.45 - 1.2, 1.2 / 4), rel=1e-12)
-    assert shaped(count, slope=0.5).bandwidth[0] == pytest.approx(2.6 / 4 - 0.4, rel=1e-9)
-    assert np.isnan(values.exponent[0])
-
-
-def test_one_cut_off_is_continued_in_proportion_to_the_theory_and_doubted_as_much():
-    values = shaped(1)
-    assert values.extrapolated.mean() == pytest.approx(5.8 * 4.0 / 3.2, rel=1e-12)
-    assert values.bandwidth[0] == pytest.approx(5.8 * 0.25, rel=1e-12)
-
-
-def test_what_the_theory_leaves_above_half_of_the_value_or_does_not_say_is_unknown():
-    beyond = np.vstack([THEORY[:3], [[3.2 + 3.0]]])  # 1.5 × 3 exceeds half of 5.8
-    for theory in (beyond, np.full_like(THEORY, np.nan)):
-        values = shaped(3, theory)
-        assert values.extrapolated.mean() == pytest.approx(5.8, rel=1e-12)
-        assert np.isnan(values.bandwidth[0])
-    settled = np.vstack([THEORY[:3], THEORY[2:3]])
-    assert shaped(3, settled).bandwidth[0] == 0.0
-
-
-def test_the_scatter_of_the_last_step_passes_into_what_is_continued():
-    rng = np.random.default_rng(7)
-    low = 10.0 + rng.standard_normal((40, 1))
-    high = low + 1.0 + 0.2 * rng.standard_normal((40, 1))
-    samples = [level(low, q_max=1.0), level(high, q_max=2.0)]
-    values = observe(NAME, samples, capped=False, end=9.0, theory=np.array([[1.0], [1.5], [2.5]]))
-    np.testing.assert_allclose(values.extrapolated, high + 2.0 * (high - low), rtol=1e-12)
-
-
-def test_a_length_that_turns_back_with_the_pixel_stays_that_of_the_finest_grid():
-    # r(g = .5) of capped contact: 1.0, 1.018, 1.0184, 1.0165 at 4, 8, 16, 32 pixels per wave; no order, no correction
-    def level_of(half, side):  # one wave: g falls to half where J0(q r) = 0.5, at q r = 1.5211
-        return Sample(1.0, side, np.arange(12), {}, np.array([1.5211 / half]), np.ones((12, 1)), 10.0)
-
-    order = OBSERVABLES["correlation_radius_50"].pixel_orders
-    assert order[0] == 2.0
-    assert np.isnan(order[1])
-    samples = [level_of(1.0, 64.0), level_of(1.018, 128.0)]
-    values = observe("correlation_radius_50", samples, capped=True, end=1.0)
-    found = [observe("correlation_radius_50", [x], capped=True, end=1.0).extrapolated.mean() for x in samples]
-    assert found == pytest.approx([1.0, 1.018], rel=1e-3)
-    assert values.extrapolated.mean() == pytest.approx(found[1], rel=1e-12)
-    assert values.pixel[0] == pytest.approx(1.5 * (found[1] - found[0]), rel=1e-9)
-
-
 @pytest.mark.parametrize(("waves", "told"), [(0.5, False), (2.0, True)])
 def test_a_length_within_a_wave_of_the_cut_off_is_not_extrapolated(waves, told):
     # steel 1.2 GPa, r(g = .5): 10.7, 8.8, 7.8, 7.55 µm, where the first three promised 6.7 ± .2
@@ -280,19 +165,6 @@ def test_a_length_within_a_wave_of_the_cut_off_is_not_extrapolated(waves, told):
         assert values.bandwidth[0] == pytest.approx(1.0, rel=1e-5)
 
 
-def test_the_pixel_of_a_lower_rung_is_taken_off_the_top_in_proportion():
-    low = [level(np.full((12, 1), 4.0 * (1.0 + 0.4 * side**-2.0)), q_max=1.0, side=side) for side in (1.0, 2.0)]
-    top = level(np.full((12, 1), 5.0 * 1.4), q_max=2.0, side=2.0)
-    values = observe(NAME, [*low, top], capped=False, end=2.0)
-    assert values.extrapolated.mean() == pytest.approx(5.0, rel=1e-12)
-    assert values.pixel[0] == pytest.approx(5.0 * 0.1, rel=1e-12)  # what half the pixel leaves
-
-
-def test_without_a_finer_grid_nobody_knows_the_pixel():
-    for samples in (power_law([1.0], 1.0), power_law([1.0, 2.0], 1.0)):
-        assert np.isnan(observe(NAME, samples, capped=True).pixel[0])
-
-
 @pytest.mark.statistical
 def test_intervals_hold_the_truth_as_often_as_they_say():
     assert 0.90 < coverage(200, 0.015, 0.0, 2)[0] < 0.99
@@ -304,55 +176,3 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
 def test_intervals_cover_over_many_sequential_trials(skew, trials):
     doubt = 2.0 * np.sqrt(0.05 * 0.95 / trials)  # of the count itself; 5,000 trials stand in docs/errors.md
     assert 0.925 - doubt <= coverage(trials, 0.012, skew, 3)[0] <= 0.97 + doubt
-
-
-@pytest.fixture(scope="module")
-def cut_run(capped_scene, tmp_path_factory):
-    """Elastic contact on two of the four octaves of C(q) above the first, 12 realizations."""
-    levels = (
-        {"column": "elastic", "shape": [64, 64], "q_max": 5e4},
-        {"column": "elastic", "shape": [128, 128], "q_max": 1e5},
-    )
-    scene = replace(
-        capped_scene,
-        body=replace(capped_scene.body, penetration_hardness=None),
-        surface=replace(capped_scene.surface, q_max=4e5),
-        numerics=replace(capped_scene.numerics, levels=levels),
-        ensemble=replace(capped_scene.ensemble, max_realizations=12),
-    )
-    return rs.run(scene, tmp_path_factory.mktemp("cut") / "run")
-
-
-def test_a_cut_elastic_scene_is_continued_to_what_a_grid_that_holds_it_finds(cut_run):
-    scene, found = cut_run.scene, cut_run.estimate("flash_temperature")
-    whole = Numerics((Level("elastic", (128, 128), 1e5), Level("elastic", (512, 512), 4e5)), cut_run.numerics.lengths)
-    rows = np.array(
-        [
-            [rs.realize(scene, whole, seed=5, level=k, index=i).observables.flash_temperature for k in (0, 1)]
-            for i in range(4)
-        ]
-    )
-    rises = (rows[:, 1] - rows[:, 0]).mean(axis=0)[1:] / rows[:, 0].mean(axis=0)[1:]
-    assert np.all(rises > 0.02)
-    top = cut_run.values("flash_temperature").finest.mean(axis=0)[1:] * cut_run.heat_partition[1:]
-    assert np.all(np.abs(found.mean[1:] - top * (1 + rises)) < found.budget["bandwidth"][1:])
-    assert np.all(found.budget["bandwidth"][1:] < top * rises)
-    assert found.budget["bandwidth"][0] == 0.0  # at rest
-    assert "continued from q_c to q_max with the shape of the theory" in found.explain()
-    assert "does not converge" not in found.explain()
-
-
-def test_what_rises_without_bound_is_told_at_the_highest_cut_off(cut_run):
-    found = cut_run.estimate("flash_laplacian")
-    assert found.unknown == ("bandwidth", "pixel")
-    np.testing.assert_array_equal(found.bias, 0.0)
-    assert "the value of the highest q_c" in found.explain()
-
-
-def test_the_ratio_to_the_theory_is_of_the_same_modes_though_the_mean_goes_on_to_q_max(cut_run):
-    row = next(r for r in rs.compare(cut_run).rows if r.observable == "flash_temperature" and r.speed == 35.0)
-    top = cut_run.values("flash_temperature").finest.mean(axis=0)[-1]
-    drawn = cut_run.scene.spectrum.truncated(q_max=1e5)
-    modes = prediction.mode_sums(cut_run.scene, drawn, cut_run.numerics.grid(1))["flash_temperature"][-1]
-    assert row.ratios["elastic_over_theory"].value == pytest.approx(top / modes, rel=1e-9)
-    assert row.columns["elastic"].mean > 1.05 * top * cut_run.heat_partition[-1]

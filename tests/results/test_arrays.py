@@ -1,0 +1,87 @@
+"""A run as an xarray dataset: names, axes and units, and arrays that are read when they are used."""
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from export_cases import UNITS
+
+import roughsim as rs
+from roughsim.store.member_files import member_path
+
+
+def test_xarray_says_how_to_install_it(kept_run, monkeypatch):
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(ImportError, match=r"pip install 'roughsim\[xarray\]'"):
+        kept_run.to_xarray()
+
+
+def test_xarray_has_names_axes_and_units(kept_run):
+    pytest.importorskip("xarray")
+    data = kept_run.to_xarray()
+    assert dict(data.flash_temperature.sizes) == {"level": 3, "realization": 3, "speed": 3}
+    for name, unit in UNITS.items():
+        assert data[name].attrs["units"] == unit
+    assert {"column", "q_max", "level", "speed", "realization"} <= set(data.coords)
+    capped = data.flash_temperature.where(data.column == "capped", drop=True)
+    estimate = kept_run.estimate("flash_temperature")
+    mean = capped.isel(level=-1).mean("realization")
+    np.testing.assert_allclose(mean[1:], (estimate.mean + estimate.bias)[1:], rtol=1e-12)
+
+
+def test_xarray_reads_fields_when_they_are_used(kept_run, monkeypatch):
+    pytest.importorskip("xarray")
+    from roughsim.results import arrays
+
+    true, read = arrays.read_field, []
+    monkeypatch.setattr(arrays, "read_field", lambda path, name: read.append(path.name) or true(path, name))
+    data = kept_run.to_xarray()
+    assert read == []
+    corner = data.pressure_L2.sel(kept_realization=1)[3:9, ::7].values
+    assert read == ["L2-000001.h5"]
+    fields = dict(kept_run.fields("pressure"))
+    np.testing.assert_array_equal(corner, fields[1][3:9, ::7])
+    np.testing.assert_array_equal(data.pressure_L2, [fields[0], fields[1]])
+    np.testing.assert_array_equal(data.pressure_L2[::-1, 5], [fields[1][5], fields[0][5]])
+    np.testing.assert_array_equal(data.pressure_L2[[1], [4, 2]], fields[1][None, [4, 2]])
+    assert data.pressure_L2[:0, 3].shape == (0, 128)
+
+
+def test_stress_spectra_are_read_when_they_are_used(kept_run, monkeypatch):
+    pytest.importorskip("xarray")
+    from roughsim.results import arrays
+
+    true, read = arrays.read_member, []
+    monkeypatch.setattr(arrays, "read_member", lambda path: read.append(path.name) or true(path))
+    data = kept_run.to_xarray()
+    assert read == [f"L{level}-000000.h5" for level in range(3)]  # the wavenumbers of each level
+    read.clear()
+    row = data.stress_spectrum_L1[2].values
+    assert read == ["L1-000002.h5"]
+    np.testing.assert_array_equal(row, true(member_path(kept_run.folder, 1, 2)).spectrum)
+    assert data.stress_spectrum_L1[1:, 3:5].shape == (2, 2)
+
+
+@pytest.mark.parametrize("engine", ["h5netcdf", "netcdf4"])
+def test_the_file_opens_in_xarray_as_the_run_itself(kept_run, file, engine):
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip({"netcdf4": "netCDF4"}.get(engine, engine))
+    with xarray.open_dataset(file, engine=engine) as stored:  # warnings are errors here
+        xarray.testing.assert_equal(stored, kept_run.to_xarray())
+        for name, unit in UNITS.items():
+            assert stored[name].attrs["units"] == unit
+            assert stored[name].dims == kept_run.to_xarray()[name].dims
+
+
+def test_a_failed_member_is_nan_and_counted(kept_run):
+    xarray = pytest.importorskip("xarray")
+    run = rs.open_run(kept_run.folder)
+    failed = replace(run.members[1, 2], failure="stalled", numbers={})
+    run.members[1, 2] = failed
+    data = run.to_xarray()
+    assert isinstance(data, xarray.Dataset)
+    assert data.converged.values.tolist() == [[1, 1, 1], [1, 1, 0], [1, 1, 1]]
+    assert np.isnan(data.flash_temperature[1, 2]).all()
+    assert np.isnan(data.stress_spectrum_L1[2]).all()
+    assert np.isfinite(data.flash_temperature).sum() == 8 * 3
