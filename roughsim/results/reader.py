@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import re
 import stat
 from contextlib import suppress
 from pathlib import Path
@@ -21,10 +20,19 @@ from roughsim.results.members import SOUND, Key, Members, Stamp
 from roughsim.results.summary import Block, Summary, code_digest, read_summary, write_summary
 from roughsim.scene.numerics import Numerics
 from roughsim.store.disk import not_readable, read_bytes
-from roughsim.store.member_files import FIELD_UNITS, Member, member_of, member_path, read_member, read_seal, seal_of
+from roughsim.store.member_files import (
+    FIELD_UNITS,
+    MEMBER_NAME,
+    Member,
+    member_name,
+    member_of,
+    member_path,
+    read_member,
+    read_seal,
+    seal_of,
+)
 
 Array = NDArray[np.float64]
-MEMBER_NAME = re.compile(r"(L\d+-(\d{6,}))\.h5")
 SMALL = 1 << 16  # bytes: such a file is checked as a whole, also where its size and time are those of the summary
 # the summary is written anew after so many new members, and after this share of all
 LEAST_NEW, SHARE_NEW = 64, 0.1
@@ -202,9 +210,10 @@ class Reader:
             names = os.listdir(self.folder / "realizations")
         except OSError as error:
             raise not_readable(self.folder / "realizations", error) from error
-        stored = {match[1]: int(match[2]) for match in map(MEMBER_NAME.fullmatch, names) if match}
+        stems = (MEMBER_NAME.fullmatch(name.removesuffix(".h5")) for name in names if name.endswith(".h5"))
+        stored = {match[0]: int(match[2]) for match in stems if match}
         gap = range(self.available, max(stored.values(), default=-1) + 1)
-        expected = (member_path(self.folder, level, i).stem for i in gap for level in self.numerics.of_index(i))
+        expected = (member_name(level, index) for index in gap for level in self.numerics.of_index(index))
         return [name for name in expected if name not in stored]
 
 
