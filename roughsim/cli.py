@@ -200,11 +200,13 @@ def plot(
     are computed from the stored pressure.
     """
     from roughsim.charts import plot_run
+    from roughsim.results.gaps import gap
 
     choices: dict[str, Any] = {"realization": realization, "speed": speed, "column": column}
     choices |= {"zoom": parse_zoom(zoom), "side_by_side": side_by_side}
     opened = open_without_damaged(run)
-    tell_made(opened, f"picture: {plot_run(opened, quantity, output, **choices)}")
+    picture = plot_run(opened, quantity, output, **choices)
+    tell("\n".join([*gap(opened), f"picture: {picture}"]))
 
 
 @app.command()
@@ -242,12 +244,13 @@ def export(
 ) -> None:
     """Write the numbers and the kept fields of a run into one file. It is HDF5 (netCDF-4): .h5, .hdf5 or .nc."""
     from roughsim.results.export import export_run, export_surface
+    from roughsim.results.gaps import gap
 
     if surface is not None and bits is not None:
         raise ValueError("--bits does not go with --surface, which keeps all digits; leave one of them out")
     opened = rs.open_run(run)
     file = export_run(opened, output, bits) if surface is None else export_surface(opened, output, surface)
-    tell_made(opened, f"file: {file}, {file.stat().st_size / 1e6:.3g} MB")
+    tell("\n".join([*gap(opened), f"file: {file}, {file.stat().st_size / 1e6:.3g} MB"]))
 
 
 @app.command()
@@ -303,14 +306,6 @@ def open_without_damaged(folder: Path) -> Any:
     for reason in run.damaged.values():
         tell(f"left out: {reason}")
     return run
-
-
-def tell_made(run: Any, made: str) -> None:
-    """Tell which file was made of a run, and which members it lacks."""
-    from roughsim.results.gaps import gap
-
-    for line in (*gap(run), made):
-        tell(line)
 
 
 def print_json(value: Any) -> None:

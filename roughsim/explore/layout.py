@@ -43,14 +43,10 @@ def scene_text(run: Run) -> str:
     return "\n".join([run.scene.to_toml().strip(), "", f"# cell {sides} mm, seed {run.seed}", *grids])
 
 
-class Layout:
-    """All that is on the page of a run, first at a speed, m/s."""
+class Controls:
+    """What can be chosen: level, realization, speed, direction, and the limits of the colours."""
 
     def __init__(self, run: Run, speed: float):
-        self.factor, self.unit = scaled(max(run.numerics.lengths), "m")
-        columns, lengths = run.numerics.columns, [length * self.factor for length in run.numerics.lengths]
-
-        # controls
         levels = [
             (str(k), f"{level.column}, q_c {level.q_max:.3g}, {level.shape[0]} × {level.shape[1]}")
             for k, level in enumerate(run.numerics.levels)
@@ -59,15 +55,32 @@ class Layout:
         self.level = models.Select(title="contact", options=levels, value=finest, width=240, name="level")
         self.member = models.Select(title="realization", options=[], value="", width=150, disabled=True, name="member")
         low, high = (round(log10(end)) for end in speed_range(run.scene))
-        label = models.CustomJSTickFormatter(code=SPEED_LABEL)
         self.slider = models.Slider(start=low, end=high, step=1 / STEPS, value=log10(speed), title="speed", width=300)
-        self.slider.update(format=label, name="speed")
+        self.slider.update(format=models.CustomJSTickFormatter(code=SPEED_LABEL), name="speed")
         self.speed = models.TextInput(title="v, m/s", value=f"{speed:.4g}", width=80, name="speed_box")
         self.dial = panels.Dial()
         self.angle = models.Spinner(title="direction, °", low=-360, high=360, step=1, value=0, width=90, name="angle")
         self.colours_of = models.RadioButtonGroup(
             labels=["colours of the cell", "of the view"], active=0, name="colours"
         )
+        colours = column(plain_text("", "colours"), self.colours_of)
+        self.row = row(self.level, self.member, self.slider, self.speed, self.dial.figure, self.angle, colours)
+
+    def show(self, speed: float, direction: float) -> None:
+        """Set every control to a speed, m/s, and a direction, rad."""
+        self.speed.value = f"{speed:.4g}"
+        self.slider.value = min(max(log10(speed), self.slider.start), self.slider.end)
+        self.angle.value = round(degrees(direction))
+        self.dial.turn(direction)
+
+
+class Layout:
+    """All that is on the page of a run, first at a speed, m/s."""
+
+    def __init__(self, run: Run, speed: float):
+        self.factor, self.unit = scaled(max(run.numerics.lengths), "m")
+        columns, lengths = run.numerics.columns, [length * self.factor for length in run.numerics.lengths]
+        self.controls = Controls(run, speed)
 
         # maps over one view, with the marked point and the line through it
         ranges = [models.Range1d(0, side, bounds=(-0.02 * side, 1.02 * side)) for side in lengths]
@@ -88,11 +101,8 @@ class Layout:
         self.curves = {name: panels.CurvePanel(name, columns, speed) for name in panels.CURVES}
 
         # texts
-        self.state, self.busy, self.values = (
-            plain_text("state"),
-            plain_text("busy", color="#666666"),
-            plain_text("values"),
-        )
+        self.state, self.values = plain_text("state"), plain_text("values")
+        self.busy = plain_text("busy", color="#666666")
         wrapped = {"max-width": "1300px", "white-space": "pre-line"}
         self.problems = plain_text("problems", color="#b00020", **wrapped)
         self.budgets = {name: small_text(f"budget_{name}") for name in columns}
@@ -100,17 +110,18 @@ class Layout:
         heading = plain_text(
             "heading", run.scene.title or str(run.folder), **{"font-size": "16px", "font-weight": "bold"}
         )
-        colours = column(plain_text("", "colours"), self.colours_of)
+        scene = small_text("scene", scene_text(run))
+        scene.width = 560
         tabs = [models.TabPanel(child=text, title=f"error budget, {name}") for name, text in self.budgets.items()]
         self.root = column(
             row(heading, self.state, self.busy, spacing=16),
             self.problems,
-            row(self.level, self.member, self.slider, self.speed, self.dial.figure, self.angle, colours),
+            self.controls.row,
             row(*(panel.figure for panel in self.maps.values())),
             self.values,
             row(column(*self.line.figures), self.distribution.figure),
             row(*(panel.figure for panel in self.curves.values())),
-            row(small_text("scene", scene_text(run)), models.Tabs(tabs=tabs), spacing=30),
+            row(scene, models.Tabs(tabs=tabs), spacing=30),
             margin=(6, 10),
         )
 
@@ -120,15 +131,6 @@ class Layout:
         panels.clear(*images, self.point, self.line_ends, self.line.source)
         self.distribution.clear()
         self.values.text = ""
-
-    def show_controls(self, speed: float, direction: float) -> None:
-        """Set every control to a speed, m/s, and a direction, rad."""
-        self.speed.value = f"{speed:.4g}"
-        self.slider.value = min(max(log10(speed), self.slider.start), self.slider.end)
-        self.angle.value = round(degrees(direction))
-        self.dial.turn(direction)
-        for panel in self.curves.values():
-            panel.chosen_speed.location = speed
 
     def show_line(self, grid: Grid, point: tuple[int, int], line: Line, fields: dict[str, Field]) -> None:
         """Show the marked point, the line through it on all maps, and fields along it."""

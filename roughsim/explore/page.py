@@ -51,23 +51,23 @@ class Page:
 
     def _connect(self) -> None:
         """Tell Bokeh what each control does; nothing while the page itself sets its controls."""
-        layout = self.layout
+        layout, controls = self.layout, self.layout.controls
 
         def when(model: Any, name: str, act: Callable[[], None]) -> None:
             model.on_change(name, lambda attr, old, new: None if self._setting_controls else act())
 
-        when(layout.slider, "value", lambda: self.move(10.0**layout.slider.value, self.direction))
-        when(layout.slider, "value_throttled", lambda: self.settle(10.0**layout.slider.value, self.direction))
-        when(layout.speed, "value", lambda: self.type_speed(layout.speed.value))
-        when(layout.angle, "value", lambda: self.type_angle(layout.angle.value))
-        when(layout.level, "value", self.choose_level)
-        when(layout.member, "value", self.choose_member)
-        when(layout.colours_of, "active", self.draw_maps)
+        when(controls.slider, "value", lambda: self.move(10.0**controls.slider.value, self.direction))
+        when(controls.slider, "value_throttled", lambda: self.settle(10.0**controls.slider.value, self.direction))
+        when(controls.speed, "value", lambda: self.type_speed(controls.speed.value))
+        when(controls.angle, "value", lambda: self.type_angle(controls.angle.value))
+        when(controls.level, "value", self.choose_level)
+        when(controls.member, "value", self.choose_member)
+        when(controls.colours_of, "active", self.draw_maps)
         for axis in (layout.x_range, layout.y_range):
             when(axis, "start", self.draw_maps)
             when(axis, "end", self.draw_maps)
         for event in ("pan", "panend", "tap"):
-            layout.dial.figure.on_event(event, self.turn)
+            controls.dial.figure.on_event(event, self.turn)
         for panel in layout.maps.values():
             panel.figure.on_event("tap", lambda event: self.mark(event.x, event.y))
 
@@ -112,8 +112,8 @@ class Page:
         """List the realizations of the chosen level; the first one with fields is shown if none is yet."""
         if self.summary is None:
             return
-        level = int(self.layout.level.value)
-        sound, kept, member = self.summary.sound[level], self.summary.kept[level], self.layout.member
+        level = int(self.layout.controls.level.value)
+        sound, kept, member = self.summary.sound[level], self.summary.kept[level], self.layout.controls.member
         with_fields = set(kept)
         member.options = [(str(i), str(i) if i in with_fields else f"{i} (fields not kept)") for i in sound]
         member.disabled = not sound
@@ -122,16 +122,16 @@ class Page:
 
     def choose_level(self) -> None:
         """Show the same realization at another level."""
-        before = self.layout.member.value
+        before = self.layout.controls.member.value
         self.offer_members()
-        if self.layout.member.value == before:
+        if self.layout.controls.member.value == before:
             self.choose_member()
 
     def choose_member(self) -> None:
         """Read the fields of the chosen member."""
-        if not self.layout.member.value:
+        if not self.layout.controls.member.value:
             return
-        level, index = int(self.layout.level.value), int(self.layout.member.value)
+        level, index = int(self.layout.controls.level.value), int(self.layout.controls.member.value)
         self.layout.busy.text = f"reading realization {index} …"
         self.fields = self.temperature = None
         self.layout.clear()
@@ -180,7 +180,7 @@ class Page:
     def move(self, speed: float, direction: float) -> None:
         """Show a preview at another speed, m/s, and direction, rad."""
         self.speed, self.direction, self._moving = speed, direction, True
-        self.layout.dial.turn(direction)
+        self.layout.controls.dial.turn(direction)
         fields = self.fields
         if fields is not None:
             self.previews.ask(lambda: fields.temperature(speed, direction, preview=True), self.show_preview)
@@ -189,7 +189,9 @@ class Page:
         """Show the whole field at another speed, m/s, and direction, rad."""
         self.move(speed, direction)
         self._setting_controls = True
-        self.layout.show_controls(speed, direction)
+        self.layout.controls.show(speed, direction)
+        for panel in self.layout.curves.values():
+            panel.chosen_speed.location = speed
         self._setting_controls = False
         fields = self.fields
         if fields is not None:
@@ -231,7 +233,7 @@ class Page:
 
     def _limits(self, name: str) -> Ends | None:
         """The limits of the colours: those of the whole cell, or None for those of the view."""
-        return self.limits[name] if self.layout.colours_of.active == 0 else None
+        return self.limits[name] if self.layout.controls.colours_of.active == 0 else None
 
     def draw_maps(self) -> None:
         """Draw the part of the fields that is in view now."""

@@ -69,10 +69,10 @@ def shared(watched):
 def page(shared):
     """A page as it opens."""
     layout = shared.layout
-    layout.colours_of.active = 0
+    layout.controls.colours_of.active = 0
     layout.x_range.update(start=0.0, end=2.0)
     layout.y_range.update(start=0.0, end=2.0)
-    layout.level.value, layout.member.value = "2", "0"
+    layout.controls.level.value, layout.controls.member.value = "2", "0"
     shared.settle(35.0, 0.0)
     shared.say("")
     return shared
@@ -103,11 +103,11 @@ def test_the_page_opens_with_the_fields_and_their_real_limits(page, capped_run):
 
 
 def test_the_slider_shows_the_temperature_at_its_speed(page, capped_run):
-    page.layout.slider.value = -0.5
+    page.layout.controls.slider.value = -0.5
     field = temperature(capped_run, 10.0**-0.5)
     np.testing.assert_array_equal(image(page)["image"][0], as_bytes(field, (field.min(), field.max())))
     page.settle(10.0**-0.5, 0.0)
-    assert page.layout.speed.value == "0.3162"
+    assert page.layout.controls.speed.value == "0.3162"
     bins = page.layout.distribution.bins.data
     contact = field[next(capped_run.fields("pressure"))[1] > 0]
     assert (bins["left"][0], bins["right"][-1]) == pytest.approx((contact.min(), contact.max()), rel=1e-6)
@@ -118,7 +118,7 @@ def test_the_slider_shows_the_temperature_at_its_speed(page, capped_run):
 def test_one_move_replaces_one_source_once(page):
     replaced = []
     page.layout.maps["temperature"].image.on_change("data", lambda attr, old, new: replaced.append(new))
-    page.layout.slider.value = 0.25
+    page.layout.controls.slider.value = 0.25
     assert len(replaced) == 1
 
 
@@ -159,20 +159,20 @@ def test_a_speed_chosen_while_a_member_is_read_is_the_one_that_is_shown(page):
 @pytest.mark.parametrize(("event", "angle"), [(Tap, 90), (PanEnd, 225), (Pan, 30)])
 def test_the_dial_turns_the_sliding_direction(page, capped_run, event, angle):
     x, y = 0.8 * np.cos(np.radians(angle)), 0.8 * np.sin(np.radians(angle))
-    page.turn(event(page.layout.dial.figure, x=x, y=y))
+    page.turn(event(page.layout.controls.dial.figure, x=x, y=y))
     field = temperature(capped_run, 35.0, np.radians(angle))
     np.testing.assert_array_equal(image(page)["image"][0], as_bytes(field, (field.min(), field.max())))
-    tip = page.layout.dial.hand.data
+    tip = page.layout.controls.dial.hand.data
     assert (tip["tip_x"][0], tip["tip_y"][0]) == pytest.approx((x / 0.8, y / 0.8), abs=1e-12)
     if event is not Pan:
-        assert page.layout.angle.value == angle
+        assert page.layout.controls.angle.value == angle
 
 
 def test_speed_and_angle_can_be_written(page, capped_run):
-    page.layout.speed.value = "3.7"
+    page.layout.controls.speed.value = "3.7"
     assert page.temperature.speed == 3.7
-    assert 10**page.layout.slider.value == pytest.approx(3.7, rel=0.03)
-    page.layout.angle.value = -90
+    assert 10**page.layout.controls.slider.value == pytest.approx(3.7, rel=0.03)
+    page.layout.controls.angle.value = -90
     assert page.direction == pytest.approx(1.5 * np.pi)
     field = temperature(capped_run, 3.7, page.direction)
     np.testing.assert_array_equal(image(page)["image"][0], as_bytes(field, (field.min(), field.max())))
@@ -180,10 +180,10 @@ def test_speed_and_angle_can_be_written(page, capped_run):
 
 @pytest.mark.parametrize(("text", "message"), [("fast", "is no number"), ("-1", "positive"), ("nan", "finite")])
 def test_a_wrong_speed_is_refused_in_words(page, text, message):
-    page.layout.speed.value = text
+    page.layout.controls.speed.value = text
     assert message in page.layout.problems.text
     assert page.temperature.speed == 35.0
-    page.layout.speed.value = "20000"  # beyond the slider, and none the less there
+    page.layout.controls.speed.value = "20000"  # beyond the slider, and none the less there
     assert page.temperature.speed == 20000.0
     assert page.layout.problems.text == ""
 
@@ -200,7 +200,7 @@ def test_zoom_is_linked_and_cuts_out_what_is_in_view(page, capped_run, monkeypat
         assert 0.98 <= data["y"][0] <= 1.0
         assert 1.25 <= data["y"][0] + data["dh"][0] <= 1.27
     whole = page.layout.maps["temperature"].scale.high
-    page.layout.colours_of.active = 1  # colours of the view
+    page.layout.controls.colours_of.active = 1  # colours of the view
     part = image(page)
     field = temperature(capped_run, 35.0)
     i, j = round((part["x"][0] + 1 / 128) * 64), round((part["y"][0] + 1 / 128) * 64)
@@ -238,19 +238,19 @@ def test_a_click_reads_off_the_full_field(page, capped_run):
 
 
 def test_fields_that_were_not_kept_say_how_to_keep_them(page):
-    options = dict(page.layout.member.options)
+    options = dict(page.layout.controls.member.options)
     assert options["0"] == "0"
     assert options["3"] == "3 (fields not kept)"
-    page.layout.member.value = "3"
+    page.layout.controls.member.value = "3"
     assert "--keep-fields 4" in page.layout.problems.text
     assert image(page)["image"] == []
-    page.layout.member.value = "0"
+    page.layout.controls.member.value = "0"
     assert page.layout.problems.text == ""
     assert len(image(page)["image"]) == 1
 
 
 def test_another_level_shows_its_own_fields(page, capped_run):
-    page.layout.level.value = "0"
+    page.layout.controls.level.value = "0"
     assert page.fields.level == 0
     field = next(capped_run.fields("temperature", "smoothed", speed=35.0))[1]
     np.testing.assert_array_equal(image(page)["image"][0], as_bytes(field, (field.min(), field.max())))
@@ -277,9 +277,9 @@ def test_a_page_of_an_empty_run_fills_as_members_come(capped_run, opened, tmp_pa
     (folder / "realizations").mkdir()
     page = opened(folder)
     assert page.layout.state.text.startswith("0 of about 6 realizations")
-    assert page.layout.member.disabled
+    assert page.layout.controls.member.disabled
     assert page.layout.curves["flash_temperature"].sources["theory"].data["y"].size > 0
-    page.layout.slider.value = 0.0  # nothing to show yet, and no error
+    page.layout.controls.slider.value = 0.0  # nothing to show yet, and no error
     for index in (0, 1):
         for path in aside.glob(f"L?-{index:06d}.h5"):
             shutil.copy(path, folder / "realizations")
