@@ -7,37 +7,44 @@ import time
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from rich import progress as bars
 
-from roughsim.ensemble.status import clock, count_text, end_known, reached, realizations_needed
+from roughsim.ensemble.run import aimed, run
+from roughsim.ensemble.start import begin
+from roughsim.ensemble.status import clock, count_text, end_known, losses, reached, realizations_needed
+from roughsim.planning.limits import judge
+from roughsim.results.run import Run
+from roughsim.scene import Scene
 from roughsim.show.terminal import PlainConsole
 from roughsim.show.text import warn
 
-if TYPE_CHECKING:
-    from roughsim.results.run import Run
-    from roughsim.scene import Scene
 
-
-class Patient(PlainConsole):
+class PatientConsole(PlainConsole):
     """A console that goes on when its reader is gone: rich itself would end the process, and with it the run."""
 
     def on_broken_pipe(self) -> None:
         """Lose the text."""
 
+    def print_lines(self, *lines: str, style: str | None = None) -> None:
+        """Print lines; what nobody reads any more is lost, and the run goes on."""
+        with suppress(OSError):
+            for line in lines:
+                self.print(line, style=style, soft_wrap=True)
+
 
 class Progress:
     """A bar on a terminal, a line now and then elsewhere; a terminal or file that takes no more stops no run."""
 
-    def __init__(self, console: PlainConsole):
+    def __init__(self, console: PatientConsole):
         self.console = console
         count, left = (bars.TextColumn(text, markup=False) for text in ("{task.description}", "{task.fields[left]}"))
         self.bar = bars.Progress(count, bars.BarColumn(), left, console=console, disable=not console.is_terminal)
         self.task = self.bar.add_task("starting", total=1.0, left="")
         self.began = time.monotonic()
-        self.first: int | None = None
-        self.said = -1
+        self.first: int | None = None  # members that were there before
+        self.printed = -1  # realizations in the line that was printed last
 
     def __enter__(self) -> Self:
         with suppress(OSError):
@@ -51,9 +58,8 @@ class Progress:
             self.bar.stop()
 
     def update(self, run: Run) -> None:
-        """Show where the run stands, and the time left once the end can be told."""
-        count = run.realizations
-        members = len(run.members)
+        """Show where the run stands, and the time left once the end is known."""
+        count, members = run.realizations, len(run.members)
         if self.first is None:
             self.first = members - 1
         needed = realizations_needed(run)
@@ -63,16 +69,15 @@ class Progress:
         text = count_text(run) + reached(run)
         with suppress(OSError):
             self.bar.update(self.task, description=text, completed=min(members / expected, 1.0), left=left)
-            if self.bar.disable and count and count % max(needed // 5, 1) == 0 and count != self.said:
-                self.said = count
-                self.console.print(f"{text}, {left}", soft_wrap=True)
+        # without a bar: five lines in all, and no count twice
+        if self.bar.disable and count and count % max(needed // 5, 1) == 0 and count != self.printed:
+            self.printed = count
+            self.console.print_lines(f"{text}, {left}")
 
     def summary(self, run: Run) -> list[str]:
         """Return what to say at the end."""
         seconds = time.monotonic() - self.began
-        lines = [f"{run.realizations} realizations in {run.folder}, {clock(seconds)}{reached(run)}"]
-        if run.failed:
-            lines.append(f"{run.failed} did not converge and are left out of the means")
+        lines = [f"{run.realizations} realizations in {run.folder}, {clock(seconds)}{reached(run)}", *losses(run)]
         if run.until and not run.target_met:
             lines.append("target not reached: raise --max, or the target, and give the same command again")
         return lines
@@ -80,29 +85,18 @@ class Progress:
 
 def run_shown(scene: Scene, folder: Path, workers: int | None, **options: Any) -> Run:
     """Plan and run a scene as `roughsim.run` does, showing the plan, the progress and the end; all cores for None."""
-    from roughsim.ensemble.run import aimed, run
-    from roughsim.ensemble.start import begin
-    from roughsim.planning.limits import judge
-
-    console = Patient(stderr=True)
+    console = PatientConsole(stderr=True)
     scene = aimed(scene, **options)
     numerics = begin(scene, folder)
-    reasons = (reason for reason in numerics.reasons if reason.choice in ("smoothed", "capped", "elastic"))
-    _show(console, *(reason.value for reason in reasons), style="dim")
+    plan = (reason.value for reason in numerics.reasons if reason.choice in ("smoothed", "capped", "elastic"))
+    console.print_lines(*plan, style="dim")
     for line in judge(scene, numerics).warnings:
         warn(line)
     count = (os.cpu_count() or 1) if workers is None else workers
     with Progress(console) as progress:
         result = run(scene, folder, numerics=numerics, workers=count, observer=progress.update)
-    _show(console, *progress.summary(result))
+    console.print_lines(*progress.summary(result))
     return result
-
-
-def _show(console: PlainConsole, *lines: str, style: str | None = None) -> None:
-    """Print lines; what nobody reads any more is lost, and the run goes on."""
-    with suppress(OSError):
-        for line in lines:
-            console.print(line, style=style, soft_wrap=True)
 
 
 def targets(until: list[str] | None) -> dict[str, float] | None:

@@ -1,24 +1,21 @@
-"""Where a run stands: members, mean ± error, time left, failures."""
+"""Where a run stands, said once for all outputs: realizations, targets, who computes it, time left, what is lost."""
 
 from __future__ import annotations
 
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from roughsim.estimate.stop import LEAST, relative_half_width
+from roughsim.estimate.stop import LEAST, LEAST_FINE, relative_half_width
 from roughsim.results.gaps import damaged_names, left_out
+from roughsim.results.run import Run
 from roughsim.show.units import json_number
 from roughsim.store.processes import writer
 
-if TYPE_CHECKING:
-    from roughsim.results.run import Run
-
-_RECENT = 20  # members over which the pace is measured
+RECENT = 20  # members over which the pace is measured
 
 
 def status_dict(run: Run) -> dict[str, Any]:
     """Return where a run stands as JSON values: counts, targets, means at all speeds, seconds left."""
-    sound = len(run.sound(run.realizations))
     result: dict[str, Any] = {
         "folder": str(run.folder),
         "writer": writer(run.folder),
@@ -34,29 +31,33 @@ def status_dict(run: Run) -> dict[str, Any]:
         "speed": list(run.scene.speeds),
         "estimates": {},
     }
-    if sound:
-        for name in dict.fromkeys((*run.until, "flash_temperature")):
-            found = run.estimate(name)
-            result["estimates"][name] = {
-                "mean": [json_number(float(x)) for x in found.mean],
-                "half_width": [json_number(float(x)) for x in found.half_width],
-                "total_error": [json_number(float(x)) for x in found.total_error],
-                "unknown": list(found.unknown),
-                "bias": [json_number(float(x)) for x in found.bias],
-            }
+    for name in observables_told(run):
+        estimate = run.estimate(name)
+        result["estimates"][name] = {
+            "mean": [json_number(float(x)) for x in estimate.mean],
+            "half_width": [json_number(float(x)) for x in estimate.half_width],
+            "total_error": [json_number(float(x)) for x in estimate.total_error],
+            "unknown": list(estimate.unknown),
+            "bias": [json_number(float(x)) for x in estimate.bias],
+        }
     return result
 
 
 def status_lines(run: Run) -> list[str]:
     """Return where a run stands, for people."""
-    lines = [f"{run.folder}: {run.scene.title or 'untitled'}", state_line(run)]
-    if run.failed:
-        lines.append(f"{run.failed} did not converge and are left out of the means")
-    lines += left_out(run)
-    if run.sound(run.realizations):
-        for name in dict.fromkeys((*run.until, "flash_temperature")):
-            lines += run.estimate(name).explain().splitlines()
-    return lines
+    lines = [f"{run.folder}: {run.scene.title or 'untitled'}", state_line(run), *losses(run)]
+    return lines + [line for name in observables_told(run) for line in run.estimate(name).explain().splitlines()]
+
+
+def observables_told(run: Run) -> list[str]:
+    """Return the observables of the targets and the flash temperature; none before the first sound realization."""
+    return list(dict.fromkeys((*run.until, "flash_temperature"))) if run.sound(run.realizations) else []
+
+
+def losses(run: Run) -> list[str]:
+    """Return a line each on the realizations that failed, are missing or damaged; empty for a whole run."""
+    failed = [f"{run.failed} did not converge and are left out of the means"] if run.failed else []
+    return failed + left_out(run)
 
 
 def state_line(run: Run) -> str:
@@ -79,26 +80,28 @@ def ended(run: Run) -> str:
 
 def realizations_needed(run: Run) -> int:
     """Return how many realizations the targets will take: the half-width falls as 1/√n."""
-    rows = run.sound(run.realizations)
+    sound = len(run.sound(run.realizations))
     if not run.until:
         return run.max_realizations
-    if len(rows) < 4:
-        return min(12, run.max_realizations)
+    if sound < 4:
+        return min(LEAST, run.max_realizations)
     worst = max(relative_half_width(run.values(name)) / goal for name, goal in run.until.items())
+    # a level that only every k-th realization has needs some of them too
     seldom = max(level.every for level in run.numerics.levels)
-    wanted = max(12, 2 * seldom + 1, round(len(rows) * worst**2) if isfinite(worst) else 0, run.realizations)
-    return min(wanted, run.max_realizations)
+    by_scatter = round(sound * worst**2) if isfinite(worst) else 0
+    needed = max(LEAST, (LEAST_FINE - 1) * seldom + 1, by_scatter, run.realizations)
+    return min(needed, run.max_realizations)
 
 
 def count_text(run: Run) -> str:
-    """Return how many realizations are there, and how many the targets take, if that can be told."""
+    """Return how many realizations are there, and how many the targets take, once that is known."""
     if end_known(run):
         return f"{run.realizations} of about {realizations_needed(run)} realizations"
     return f"{run.realizations} realizations; how many the target takes shows after {realizations_needed(run)}"
 
 
 def end_known(run: Run) -> bool:
-    """Whether so many realizations are there that those which the targets take can be told."""
+    """Whether there are enough realizations to say how many the targets take."""
     if not run.until or run.max_realizations <= LEAST:
         return True
     enough = len(run.sound(run.realizations)) >= LEAST
@@ -106,10 +109,10 @@ def end_known(run: Run) -> bool:
 
 
 def seconds_left(run: Run) -> float | None:
-    """Return the time left at the pace of the latest members, s; None while there is no pace or no end to tell."""
+    """Return the time left at the pace of the latest members, s; None while the pace or the end is unknown."""
     if not end_known(run):
         return None
-    written = run.members.latest(_RECENT)
+    written = run.members.latest(RECENT)
     if len(written) < 2 or written[-1] <= written[0]:
         return None
     missing = max(run.numerics.members(realizations_needed(run)) - len(run.members), 0)
@@ -117,15 +120,16 @@ def seconds_left(run: Run) -> float | None:
 
 
 def reached(run: Run) -> str:
-    """Return how near the targets are, in words that follow a count; empty where nothing is to be told."""
+    """Return how near the targets are, in words that follow a count; empty while that is unknown."""
     if not run.until or len(run.sound(run.realizations)) < 4:
         return ""
-    parts = (
-        f"{name} statistical error {100 * relative_half_width(run.values(name)):.2g} % (target {100 * goal:g} %)"
-        for name, goal in run.until.items()
+    widths = {name: relative_half_width(run.values(name)) for name in run.until}
+    if not all(isfinite(width) for width in widths.values()):
+        return ""
+    return ": " + ", ".join(
+        f"{name} statistical error {100 * width:.2g} % (target {100 * run.until[name]:g} %)"
+        for name, width in widths.items()
     )
-    told = ", ".join(parts)
-    return "" if "inf" in told else ": " + told
 
 
 def clock(seconds: float) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.comparison.tables import budget_table, comparison_table
-from roughsim.ensemble.status import clock, ended, reached, seconds_left
+from roughsim.ensemble.status import clock, state_line
 from roughsim.estimate.errors import SOURCES
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.planning.limits import judge
@@ -21,7 +21,6 @@ from roughsim.report.pictures import picture
 from roughsim.scene.numerics import Reason
 from roughsim.show.table import Cell, Column, Table
 from roughsim.show.units import Number
-from roughsim.store.processes import writer
 
 if TYPE_CHECKING:
     from roughsim.comparison.compare import Comparison
@@ -45,18 +44,11 @@ FEW_FAILURES = 20
 
 def header(run: Run) -> Html:
     """Return the title and where the run stands."""
-    if run.target_met or run.realizations >= run.max_realizations:
-        state = f"finished, {ended(run)}{reached(run)}"
-    elif writer(run.folder):
-        left = seconds_left(run)
-        state = "being computed while this was written" + (f", {clock(left)} left" if left is not None else "")
-    else:
-        state = f"not finished{reached(run)}"
-    failed = f", {run.failed} failed and left out of all means" if run.failed else ""
+    failed = f"; {run.failed} did not converge and are left out of the means" if run.failed else ""
     what = "Flash temperature of a sliding rough contact, theory beside simulation."
     parts = [
         tag("h1", run.scene.title or run.folder.resolve().name),
-        tag("p", f"{what} {run.realizations} realizations{failed}; {state}", css="state"),
+        tag("p", f"{what} State when this was written: {state_line(run)}{failed}", css="state"),
     ]
     if run.damaged:
         parts += [

@@ -22,48 +22,36 @@ from roughsim.store.disk import place_hdf5
 
 Array = NDArray[np.float64]
 Quantity = tuple[str, float]  # observable, and Péclet number v/(D q_r); NaN where there is none
-_FORMAT = 1
+FORMAT = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Table:
-    """One table of the map.
+    """One table of the map: points at which quantities were measured."""
 
-    Attributes
-    ----------
-    coordinates : tuple of str
-        What says where a point lies.
-    labels : tuple of str
-        A name per point; empty for most.
-    quantities : tuple of (str, float)
-        Observable and Péclet number.
-    place : ndarray
-        Shape (points, coordinates).
-    value, error : ndarray
-        Measured/theory and its total relative error (95 %), shape (points, quantities); NaN where nothing was measured.
-    """
-
-    coordinates: tuple[str, ...]
-    labels: tuple[str, ...]
+    coordinates: tuple[str, ...]  # what says where a point lies
+    labels: tuple[str, ...]  # a name per point; empty for most
     quantities: tuple[Quantity, ...]
-    place: Array
-    value: Array
-    error: Array
+    place: Array  # (points, coordinates)
+    value: Array  # measured/theory, (points, quantities); NaN where nothing was measured
+    error: Array  # its total relative error, 95 %, (points, quantities)
 
 
 def write_validity(path: Path, tables: Mapping[str, Table], provenance: Mapping[str, Any]) -> None:
-    """Write the tables into one HDF5 file, whole or not at all.
-
-    Raises
-    ------
-    OSError
-        If the disk refuses, naming the path.
-    """
+    """Write the tables into one HDF5 file, whole or not at all; OSError, naming the path, if the disk refuses."""
 
     def fill(file: Any) -> None:
         for name, table in tables.items():
-            _fill(file.create_group(name), table)
-        file.attrs.update(format="roughsim validity map", format_version=_FORMAT, sha256=_digest(tables))
+            group = file.create_group(name)
+            group.attrs["coordinates"] = json.dumps(table.coordinates)
+            group.attrs["labels"] = json.dumps(table.labels)
+            # JSON has no NaN
+            quantities = [[name, None if np.isnan(peclet) else peclet] for name, peclet in table.quantities]
+            group.attrs["quantities"] = json.dumps(quantities)
+            for part in ("place", "value", "error"):
+                data = np.ascontiguousarray(getattr(table, part), dtype="<f8")
+                group.create_dataset(part, data=data, compression="gzip", shuffle=True, fletcher32=True)
+        file.attrs.update(format="roughsim validity map", format_version=FORMAT, sha256=_digest(tables))
         file.attrs["provenance"] = json.dumps(dict(provenance), sort_keys=True)
 
     place_hdf5(path, fill)
@@ -72,41 +60,30 @@ def write_validity(path: Path, tables: Mapping[str, Table], provenance: Mapping[
 def read_validity(path: Path | None = None) -> dict[str, Table]:
     """Read a map, the one that the package ships if `path` is left out.
 
-    Raises
-    ------
-    RecordError
-        If the file is missing, damaged, or of a newer format; the message names it.
+    RecordError, naming the file, if it is missing, damaged, or of a newer format.
     """
     import h5py
 
-    place = Path(str(files("roughsim") / "data" / "validity.h5")) if path is None else path
+    path = Path(str(files("roughsim") / "data" / "validity.h5")) if path is None else path
+    tables = {}
     try:
-        with h5py.File(place, "r", locking=False) as file:
-            if int(file.attrs["format_version"]) > _FORMAT:
-                raise RecordError(f"{place} has a newer format than {_FORMAT}; update roughsim")
-            tables = {name: _table(file[name]) for name in file}
+        with h5py.File(path, "r", locking=False) as file:
+            if int(file.attrs["format_version"]) > FORMAT:
+                raise RecordError(f"{path} has a newer format than {FORMAT}; update roughsim")
+            for name, group in file.items():
+                coordinates, labels, pairs = (
+                    json.loads(group.attrs[k]) for k in ("coordinates", "labels", "quantities")
+                )
+                quantities = tuple((observable, np.nan if peclet is None else peclet) for observable, peclet in pairs)
+                arrays = (group[part][()] for part in ("place", "value", "error"))
+                tables[name] = Table(tuple(coordinates), tuple(labels), quantities, *arrays)
             if _digest(tables) != file.attrs["sha256"]:
                 raise ValueError("its SHA-256 does not match")
     except RecordError:
         raise
     except (OSError, KeyError, ValueError, TypeError) as error:
-        raise RecordError(f"{place} is no readable map of validity ({error}); install roughsim again") from error
+        raise RecordError(f"{path} is no readable map of validity ({error}); install roughsim again") from error
     return tables
-
-
-def _fill(group: Any, table: Table) -> None:
-    group.attrs["coordinates"] = json.dumps(table.coordinates)
-    group.attrs["labels"] = json.dumps(table.labels)
-    group.attrs["quantities"] = json.dumps([[name, None if np.isnan(pe) else pe] for name, pe in table.quantities])
-    for name in ("place", "value", "error"):
-        data = np.ascontiguousarray(getattr(table, name), dtype="<f8")
-        group.create_dataset(name, data=data, compression="gzip", shuffle=True, fletcher32=True)
-
-
-def _table(group: Any) -> Table:
-    quantities = tuple((name, np.nan if pe is None else pe) for name, pe in json.loads(group.attrs["quantities"]))
-    coordinates, labels = (tuple(json.loads(group.attrs[name])) for name in ("coordinates", "labels"))
-    return Table(coordinates, labels, quantities, *(group[name][()] for name in ("place", "value", "error")))
 
 
 def _digest(tables: Mapping[str, Table]) -> str:

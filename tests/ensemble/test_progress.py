@@ -9,7 +9,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.ensemble import progress, status
-from roughsim.ensemble.progress import Patient, Progress
+from roughsim.ensemble.progress import PatientConsole, Progress
 
 
 class Broken(io.StringIO):
@@ -24,7 +24,7 @@ class Broken(io.StringIO):
 
 
 def lines(scene, folder, **options):
-    console, said = Patient(stderr=True), io.StringIO()
+    console, said = PatientConsole(stderr=True), io.StringIO()
     console.file = said
     with Progress(console) as shown:
         rs.run(scene, folder, observer=shown.update, **options)
@@ -67,9 +67,9 @@ def test_no_line_says_infinity(quick, tmp_path, monkeypatch):
     ("number", "terminal"), [(errno.ENOSPC, True), (errno.ENOSPC, False), (errno.EPIPE, True), (errno.EPIPE, False)]
 )
 def test_a_terminal_that_takes_no_more_stops_no_run(quick, tmp_path, monkeypatch, number, terminal):
-    console = Patient(stderr=True)
+    console = PatientConsole(stderr=True)
     console.file = Broken(number)
-    monkeypatch.setattr(Patient, "is_terminal", terminal)
-    monkeypatch.setattr(progress, "Patient", lambda **_: console)
+    monkeypatch.setattr(PatientConsole, "is_terminal", terminal)
+    monkeypatch.setattr(progress, "PatientConsole", lambda **_: console)
     run = progress.run_shown(replace(quick), tmp_path / "run", 1, max_realizations=2)
     assert run.realizations == 2

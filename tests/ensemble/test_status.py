@@ -94,14 +94,16 @@ def test_a_running_run_tells_the_time_left_and_how_near_the_target_is(running, m
     assert lines[0] == f"{running.folder}: small capped"
     near = f"flash_temperature statistical error {100 * width:.2g} % (target {100 * width / 3:g} %)"
     assert lines[1].startswith(f"6 of about 10 realizations: {near}; being computed by process 1 on here, ")
-    assert lines[1].endswith("s left at the latest pace")
+    assert lines[1].endswith(f"{status.clock(status.seconds_left(running))} left at the latest pace")
+    monkeypatch.setattr(status, "writer", lambda _: None)
+    assert f"{near}; not being computed now, " in status.state_line(running)
 
 
 def test_a_finished_run_says_why_it_ended(running, monkeypatch):
     running.max_realizations = 6
     assert status.ended(running).startswith("all realizations are there")
     monkeypatch.setattr(type(running), "target_met", True)
-    assert status.status_lines(running)[1].endswith(f"; finished: {status.ended(running)}")
+    assert status.status_lines(running)[1] == f"6 realizations; finished: {status.ended(running)}"
     assert status.ended(running).startswith("the target of the statistical error is met")
 
 
