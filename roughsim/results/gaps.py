@@ -22,8 +22,8 @@ def gap(run: Run) -> list[str]:
     if not run.missing:
         return []
     return [
-        f"not there: {listed(run.missing)}, lost or being computed now; only the {run.realizations} realizations before "
-        f"count; run the scene again to have them"
+        f"not there: {listed(run.missing)}, lost or being computed now; only the {run.realizations} realizations "
+        f"before count; run the scene again to have them"
     ]
 
 
