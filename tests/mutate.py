@@ -79,6 +79,10 @@ TESTS = {
     "roughsim/comparison/compare.py": "comparison/test_compare.py estimate/test_total_errors.py",
     "roughsim/show/units.py": "show/test_units.py",
     "roughsim/comparison/stress_slope.py": "comparison/test_in_band.py",
+    "roughsim/comparison/trust.py": "comparison/test_validity.py comparison/test_validity_page.py",
+    "roughsim/planning/levels.py": "planning/test_pilot.py planning/test_plan.py",
+    "roughsim/planning/realizations.py": "planning/test_pilot.py planning/test_plan.py",
+    "roughsim/planning/pilot.py": "planning/test_pilot.py",
     "roughsim/estimate/cell_size.py": "estimate/test_cell.py",
     "roughsim/_kernels/active_set.py": (
         "kernels/test_kernels.py contact/test_contact_solver.py contact/test_contact.py contact/test_contact_cases.py"

@@ -22,24 +22,12 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table for people.
+    """A table for people: a cell for each column in every row."""
 
-    Attributes
-    ----------
-    columns : sequence of Column
-        Without any title there is no line of titles.
-    rows : sequence of sequences of str or Number
-        A cell for each column; a Number says its own SI unit and error.
-    title : str
-        Stands above; may be empty.
-    notes : sequence of str
-        Stand below, a sentence or two each: what marks and columns mean, what is missing.
-    """
-
-    columns: Sequence[Column]
+    columns: Sequence[Column]  # without any title there is no line of titles
     rows: Sequence[Row]
-    title: str = ""
-    notes: Sequence[str] = ()
+    title: str = ""  # stands above
+    notes: Sequence[str] = ()  # stand below, a sentence or two each: what marks mean, what is missing
 
     def cells(self, k: int) -> list[str]:
         """Return the text of column k, a line per row; repeats are empty where the column names groups."""

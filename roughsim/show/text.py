@@ -1,6 +1,6 @@
 """What is written to people: text that is not ours commands nothing, and an error is one line.
 
-Titles, paths and messages of other libraries are shown as they are, without what a terminal would obey.
+Titles, paths and messages of other libraries are printed as they are, without what a terminal would obey.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, NoReturn
 
-_LONGEST = 1200  # characters of an error; a path of thousands is cut in its middle
-_ASCII = {
+LONGEST = 1200  # characters of an error; a path of thousands is cut in its middle
+ASCII = {
     "±": "+/-", "×": "x", "µ": "u", "μ": "mu", "°": "deg", "²": "^2", "³": "^3", "⁴": "^4", "₀": "0", "₁": "1",
     "–": "-", "—": "-", "−": "-", "…": "...", "·": "*", "⟨": "<", "⟩": ">", "≤": "<=", "≥": ">=", "≈": "~", "≠": "!=",
     "→": "->", "∞": "inf", "∇": "grad ", "∫": "int ", "√": "sqrt", "′": "'", "’": "'", "“": '"', "”": '"',
@@ -36,17 +36,18 @@ def plain_lines(text: object) -> str:
 
 def print_in_any_language() -> None:
     """Let the streams of this process write what their encoding lacks in ASCII, "+/-" for "±", instead of failing."""
-    codecs.register_error("roughsim.ascii", _in_ascii)
+    codecs.register_error("roughsim.ascii", in_ascii)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="roughsim.ascii")
 
 
-def _in_ascii(error: UnicodeError) -> tuple[str, int]:
+def in_ascii(error: UnicodeError) -> tuple[str, int]:
+    """Return what stands for the letters that an encoding lacks, and where to go on: a handler of encoding errors."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     lacking = error.object[error.start : error.end]
-    return "".join(_ASCII.get(c, c.encode("ascii", "backslashreplace").decode()) for c in lacking), error.end
+    return "".join(ASCII.get(c, c.encode("ascii", "backslashreplace").decode()) for c in lacking), error.end
 
 
 def say(text: str) -> None:
@@ -70,11 +71,11 @@ def warn(text: object) -> None:
 
 def show_warnings_once() -> None:
     """Show Python's warnings without the place in the code, each once: every picture of a report warns again."""
-    shown: set[str] = set()
+    before: set[str] = set()
 
     def show(message: Warning | str, *_: Any, **__: Any) -> None:
-        if str(message) not in shown:
-            shown.add(str(message))
+        if str(message) not in before:
+            before.add(str(message))
             warn(message)
 
     warnings.showwarning = show
@@ -94,34 +95,31 @@ def errors_in_one_line(asked: str) -> Iterator[None]:
     except BrokenPipeError:  # nobody reads on: `| head`
         raise SystemExit(1) from None
     except MemoryError as error:
-        fail(f"out of memory ({_one_line(error)}); lower numerics.levels or the number of workers", 1)
+        fail(f"out of memory ({one_line(error)}); lower numerics.levels or the number of workers", 1)
     except ArithmeticError as error:
         kind = type(error).__name__
-        fail(f"{asked}: {kind} ({_one_line(error)}): a number of it is too large or too small to compute with", 1)
+        fail(f"{asked}: {kind} ({one_line(error)}): a number of it is too large or too small to compute with", 1)
     except (ValueError, TypeError, OSError, RuntimeError, ImportError) as error:
-        fail(_one_line(error), 1)
+        fail(one_line(error), 1)
     except Exception as error:
         if not hasattr(error, "format_message"):  # what the command line says of words that it does not know
             raise
-        said = io.StringIO()
-        error.show(file=said)  # type: ignore[attr-defined]
-        tell(said.getvalue().rstrip("\n"))
+        message = io.StringIO()
+        error.show(file=message)  # type: ignore[attr-defined]
+        tell(message.getvalue().rstrip("\n"))
         raise SystemExit(getattr(error, "exit_code", 2)) from None
     finally:
-        _drop_what_no_stream_takes()
+        # full or closed streams are led to nowhere: Python writes what they hold at its end, and would end with 120
+        for stream in (sys.stdout, sys.stderr):
+            try:
+                if stream is not None:
+                    stream.flush()
+            except OSError:
+                with suppress(OSError):
+                    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def _drop_what_no_stream_takes() -> None:
-    """Lead full or closed streams to nowhere: Python writes what they hold at its end, and would end with 120."""
-    for stream in (sys.stdout, sys.stderr):
-        try:
-            if stream is not None:
-                stream.flush()
-        except OSError:
-            with suppress(OSError):
-                os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
-
-
-def _one_line(error: BaseException) -> str:
+def one_line(error: BaseException) -> str:
+    """Return the message of an error, or its name, on one line; a long one is cut in its middle."""
     text = " ".join(str(error).split()) or type(error).__name__
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST // 2]} … {text[-_LONGEST // 2 :]}"
+    return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} … {text[-LONGEST // 2 :]}"

@@ -43,71 +43,49 @@ class Written(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A number of a table, in SI.
+    """A number of a table, in SI; people read it in the unit of `shown`, which the title of its column or row has."""
 
-    Attributes
-    ----------
-    value : float
-        NaN and inf are written "–".
-    unit : str
-        SI; written in the unit of `shown`, which stands in the title of the column or row.
-    error : float
-        Total, 95 %; 0 where the number has none, as of theory.
-    unknown : sequence of str
-        Parts of the error that no level tells: the rest of it is a lower bound, "208.33 ± ≥0.38".
-    digits : int
-        Significant digits of a number without an error.
-    """
-
-    value: float
-    unit: str = "1"
-    error: float = 0.0
-    unknown: Sequence[str] = ()
-    digits: int = 4
+    value: float  # NaN and inf are written "–"
+    unit: str = "1"  # SI
+    error: float = 0.0  # total, 95 %; 0 where the number has none, as of theory
+    unknown: Sequence[str] = ()  # parts of the error that no level tells: the rest is a lower bound, "208.33 ± ≥0.38"
+    digits: int = 4  # significant, of a number without an error
 
     def written(self) -> Written:
-        """Return its digits in the shown unit."""
+        """Return its digits in the shown unit, and those of its error, both to the second digit of the error."""
         factor = shown(self.unit)[1]
-        return written(self.value * factor, self.error * factor, self.unknown, self.digits)
+        value, error = self.value * factor, self.error * factor
+        if not isfinite(value):
+            return Written("–", "", 0)
+        if error == 0.0 or not isfinite(error):
+            known = error == 0.0 and not (self.unknown and value)
+            return Written(significant(value, self.digits), "" if known else "unknown", 0)
+        at_least = "≥" if self.unknown else ""
+        if abs(value) > 10**MOST_DIGITS * error:
+            return Written(f"{value:.{MOST_DIGITS}g}", f"{at_least}{error:.1e}", 0)
+        # very large and very small numbers share one power of ten with their error: (1.6328 ± 0.0081)e-4
+        large = floor(log10(max(abs(value), error)))
+        power = large if not -3 <= large < 5 else 0
+        value, error = value / 10.0**power, error / 10.0**power
+        places = 1 - int(f"{error:.1e}".partition("e")[2])  # of the error's second digit, once it is rounded
+        value, error = round(value, places), round(error, places)
+        return Written(f"{value:.{max(places, 0)}f}", f"{at_least}{error:.{max(places, 0)}f}", power)
 
     def __str__(self) -> str:
-        return _joined(self.written())
+        value, error, power = self.written()
+        both = f"{value} ± {error}" if error else value
+        return f"({both})e{power}" if power else both
 
 
 def plus_minus(value: float, error: float, unknown: Sequence[str] = ()) -> str:
     """Return a value with its total error in one unit, as "208.33 ± 0.38"; `unknown` as in `Number`."""
-    return _joined(written(value, error, unknown))
-
-
-def written(value: float, error: float, unknown: Sequence[str] = (), digits: int = 4) -> Written:
-    """Return the digits of a value and its error, both to the second digit of the error."""
-    if not isfinite(value):
-        return Written("–", "", 0)
-    if error == 0.0 and not (unknown and value):
-        return Written(significant(value, digits), "", 0)
-    if error == 0.0 or not isfinite(error):
-        return Written(significant(value, digits), "unknown", 0)
-    at_least = "≥" if unknown else ""
-    if abs(value) > 10**MOST_DIGITS * error:
-        return Written(f"{value:.{MOST_DIGITS}g}", f"{at_least}{error:.1e}", 0)
-    # very large and very small numbers share one power of ten: (1.6328 ± 0.0081)e-4
-    large = floor(log10(max(abs(value), error)))
-    power = large if not -3 <= large < 5 else 0
-    value, error = value / 10.0**power, error / 10.0**power
-    places = 1 - int(f"{error:.1e}".partition("e")[2])  # of the error's second digit, once it is rounded
-    value, error = round(value, places), round(error, places)
-    return Written(f"{value:.{max(places, 0)}f}", f"{at_least}{error:.{max(places, 0)}f}", power)
+    return str(Number(value, "1", error, unknown))
 
 
 def significant(value: float, digits: int) -> str:
     """Return a number of some significant digits; up to 99999 without a power of ten, "120" where `g` has 1.2e+02."""
     text = f"{value + 0.0:.{digits}g}"  # + 0.0: no zero is negative
     return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e5 else text
-
-
-def _joined(text: Written) -> str:
-    both = f"{text.value} ± {text.error}" if text.error else text.value
-    return f"({both})e{text.power}" if text.power else both
 
 
 def json_number(value: float) -> float | None:
