@@ -14,11 +14,11 @@ from roughsim.contact import methods
 from roughsim.errors import ResolutionError
 from roughsim.grid import Grid
 from roughsim.scene.messages import as_written, did_you_mean
-from roughsim.scene.quantities import QMax, Quantity, Whole, one_or_list
+from roughsim.scene.quantities import QMax, Quantity, one_or_list, whole
 from roughsim.scene.records import Record, optional_keys
 
 Column = Literal["smoothed", "capped", "elastic"]
-Points = Annotated[int, Whole("1024", at_least=1, at_most=2**31)]
+Points = Annotated[int, whole("1024", 1, 2**31)]
 Length = Annotated[float, Quantity("m", '"4 mm"', above=0)]
 Distance = Annotated[
     float,
@@ -84,7 +84,7 @@ class Level(Record, section="numerics.levels"):
     column: Column
     shape: Annotated[tuple[Points, Points], one_or_list(2)]
     q_max: QMax
-    every: Annotated[int, Whole("1", at_least=1, at_most=1_000_000)] = 1
+    every: Annotated[int, whole("1", 1, 1_000_000)] = 1
 
 
 def read_solver(value: Any) -> str:
@@ -134,8 +134,8 @@ class Numerics(Record, section="numerics"):
     tolerance: Annotated[float, Quantity("", "1e-4", above=0, below=1)] = 1e-4
     precision: Literal["double", "single"] = "double"
     slid_distance: Distance | None = None
-    threads: Annotated[int, Whole("1", at_least=1, at_most=4096)] = 1
-    keep_fields: Annotated[int, Whole("1", at_least=0)] = 1
+    threads: Annotated[int, whole("1", 1, 4096)] = 1
+    keep_fields: Annotated[int, whole("1", 0)] = 1
     reasons: SkipValidation[tuple[Reason, ...]] = field(default=(), compare=False, repr=False)
     forecast: SkipValidation[Forecast | None] = field(default=None, compare=False, repr=False)
     solver: Annotated[str, BeforeValidator(read_solver)] = methods.DEFAULT

@@ -18,7 +18,7 @@ from typing import Annotated, Any, get_args
 from pydantic import GetCoreSchemaHandler, ValidationError, WrapValidator
 from pydantic_core import core_schema
 
-from roughsim.scene.messages import as_written, did_you_mean
+from roughsim.scene.messages import as_written
 
 SMALLEST, LARGEST = 1e-30, 1e30  # no length, pressure or speed of this world is beyond; their products stay numbers
 MEANINGS = {
@@ -36,21 +36,12 @@ MEANINGS = {
 NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([\w%°/*^()·⋅.\-⁻ ]*)")
 
 
-class Reader:
-    """An annotation that reads the value of a key before pydantic checks its type."""
-
-    def __call__(self, value: Any, where: str = "") -> Any:
-        """Return the value as it is kept; `where` is its place within the key, such as "[2]"."""
-        raise NotImplementedError
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        """Let pydantic call the reader first."""
-        return core_schema.no_info_before_validator_function(self, handler(source))
-
-
 @dataclass(frozen=True)
-class Quantity(Reader):
-    """One physical number: its SI unit ("" if it has none), an example as a file would write it, and its limits."""
+class Quantity:
+    """One number: its SI unit ("" if it has none), an example as a file would write it, and its limits.
+
+    As the annotation of a field it reads the value before pydantic checks the type.
+    """
 
     unit: str
     example: str
@@ -59,25 +50,34 @@ class Quantity(Reader):
     below: float = math.inf
     at_most: float = math.inf
     may_be_infinite: bool = False
+    whole: bool = False
     smallest: float = SMALLEST  # size of a number that is not zero
 
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """Let pydantic read the value first."""
+        return core_schema.no_info_before_validator_function(self, handler(source))
+
     def __call__(self, value: Any, where: str = "") -> Any:
-        """Return `value` in SI."""
-        number = self.of_text(value, where) if isinstance(value, str) else self.of_number(value, where)
+        """Return `value` in SI; `where` is its place within the key, such as "[2]"."""
+        as_text = isinstance(value, str) and not self.whole
+        number = self.of_text(value, where) if as_text else self.of_number(value, where)
         limits = self.missed_limits(number)
         if limits:
             raise ValueError(f"{where} = {as_written(value, self.unit)} must be {limits}, for example {self.example}")
         return number
 
     def of_number(self, value: Any, where: str) -> float:
-        """Return a number as a float; one that is too large for that is inf."""
-        if isinstance(value, bool) or not isinstance(value, Real):
+        """Return a number as a float, or as an int if it must be whole; one that is too large is inf."""
+        numbers: Any = Integral if self.whole else Real
+        if isinstance(value, bool) or not isinstance(value, numbers):
             kind = f"a number in {self.unit} or a string with a unit" if self.unit else "a number"
+            kind = "a whole number" if self.whole else kind
             raise ValueError(f"{where} = {as_written(value)} must be {kind}, for example {self.example}")
         try:
-            return float(value)
+            number = float(value)
         except OverflowError:
             return math.inf
+        return int(value) if self.whole else number
 
     def of_text(self, value: str, where: str) -> float:
         """Return the number that a string with a unit stands for, in SI."""
@@ -107,7 +107,7 @@ class Quantity(Reader):
         inside = self.at_least <= number <= self.at_most
         if not inside or number <= self.above or (number >= self.below and not math.isinf(self.below)):
             bounds = {"above": self.above, "at least": self.at_least, "below": self.below, "at most": self.at_most}
-            texts = [f"{word} {limit:g} {self.unit}" for word, limit in bounds.items() if math.isfinite(limit)]
+            texts = [f"{word} {limit:.15g} {self.unit}" for word, limit in bounds.items() if math.isfinite(limit)]
             return " and ".join(text.rstrip() for text in texts)
         if number and not math.isinf(number) and not self.smallest <= abs(number) <= LARGEST:
             size = f"{self.smallest:g} to {LARGEST:g} {self.unit}".rstrip()
@@ -115,37 +115,9 @@ class Quantity(Reader):
         return ""
 
 
-@dataclass(frozen=True)
-class Whole(Reader):
-    """A whole number within limits."""
-
-    example: str
-    at_least: int = 0
-    at_most: int = 2**63 - 1  # what TOML must be able to hold
-
-    def __call__(self, value: Any, where: str = "") -> int:
-        """Return `value` as an int."""
-        if isinstance(value, bool) or not isinstance(value, Integral):
-            raise ValueError(f"{where} = {as_written(value)} must be a whole number, for example {self.example}")
-        if not self.at_least <= int(value) <= self.at_most:
-            limits = f"at least {self.at_least} and at most {self.at_most}"
-            raise ValueError(f"{where} = {as_written(value)} must be {limits}, for example {self.example}")
-        return int(value)
-
-
-@dataclass(frozen=True)
-class Share(Quantity):
-    """The share of heat into the moving body: a number, or the name of one of `rules`."""
-
-    rules: tuple[str, ...] = ()
-
-    def __call__(self, value: Any, where: str = "") -> float | str:
-        """Return the share or the rule's name."""
-        if not isinstance(value, str) or re.match(r"\s*[-+.0-9]", value):
-            return float(super().__call__(value, where))
-        if value not in self.rules:
-            raise ValueError(f" = {as_written(value)} is not known; {did_you_mean(value, self.rules)}")
-        return value
+def whole(example: str, at_least: int, at_most: int = 2**63 - 1) -> Quantity:
+    """Return the annotation of a whole number; TOML holds no larger ones."""
+    return Quantity("", example, at_least=at_least, at_most=at_most, whole=True)
 
 
 KELVIN = Quantity("K", '"300 K"', above=0)
@@ -162,7 +134,7 @@ def one_or_list(count: int = 1) -> WrapValidator:
 
     def read(value: Any, handler: Callable[[Any], Any]) -> Any:
         if isinstance(value, (list, tuple)):
-            if count == 2 != len(value):
+            if count not in (1, len(value)):
                 raise ValueError(f" = {as_written(value)} must be one number or two, along x and y")
             return handler(value)
         try:
@@ -173,9 +145,9 @@ def one_or_list(count: int = 1) -> WrapValidator:
     return WrapValidator(read)
 
 
-def quantity_of(annotation: Any) -> Quantity | Whole | None:
+def quantity_of(annotation: Any) -> Quantity | None:
     """Return the first quantity within an annotated type, such as that of each speed of a tuple."""
-    if isinstance(annotation, (Quantity, Whole)):
+    if isinstance(annotation, Quantity):
         return annotation
     return next((inner for part in get_args(annotation) if (inner := quantity_of(part))), None)
 

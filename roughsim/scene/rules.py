@@ -20,8 +20,8 @@ MAX_ROWS = 1200  # of all tables C(q) of a scene together: written inline they s
 WIDEST_BAND = 1e12  # q_max/q_min; a metre over the size of an atom is 1e10
 
 
-def check_roughness(face: Any) -> None:
-    """Refuse a face whose C(q) is not fixed by its keys, or fixed twice."""
+def check_roughness(face: Any) -> Any:
+    """Return a face; refuse one whose C(q) is not fixed by its keys, or fixed twice."""
     sizes = [key for key in SIZE_KEYS if getattr(face, key) is not None]
     if not sizes:
         raise ValueError("rms_height is missing; give exactly one of rms_height, rms_slope, psd_file and spectrum")
@@ -43,6 +43,7 @@ def check_roughness(face: Any) -> None:
             raise ValueError(f"{key} goes with psd_file only; remove it")
     if sizes[0] in ("rms_height", "rms_slope"):
         check_band(face)
+    return face
 
 
 def check_band(face: Any) -> None:
@@ -68,8 +69,8 @@ def check_band(face: Any) -> None:
         )
 
 
-def check_counterface(counterface: Any) -> None:
-    """Refuse a counterface that is empty, is like the body and not, or has half a material."""
+def check_counterface(counterface: Any) -> Any:
+    """Return a counterface; refuse one that is empty, is like the body and not, or has half a material."""
     keys = [key for key in counterface.known_keys() if getattr(counterface, key, None) is not None]
     if not keys:
         raise ValueError('like is missing; write like = "body", give keys of its own, or leave the section out')
@@ -83,6 +84,7 @@ def check_counterface(counterface: Any) -> None:
         if missing and len(missing) < len(together):
             others = ", ".join(key for key in together if key in keys)
             raise ValueError(f"{missing[0]} is missing beside {others}; give all of {', '.join(together)} or none")
+    return counterface
 
 
 def check_scene(scene: Any) -> None:

@@ -6,6 +6,7 @@ keys in `roughsim.scene.rules`.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
@@ -23,9 +24,8 @@ from roughsim.scene.quantities import (
     QRollOff,
     Quantity,
     RmsHeight,
-    Share,
-    Whole,
     one_or_list,
+    whole,
 )
 from roughsim.scene.records import Record, optional_keys
 from roughsim.scene.spectra import read_spectrum
@@ -34,6 +34,8 @@ WAVENUMBER = Quantity("rad/m", "1e4", above=0)
 PSD = Quantity("", "1e-24", above=0, smallest=1e-100)
 MAX_TEMPERATURES = 100  # of a table over temperature
 CONDUCTIVITY = Quantity("W/(m K)", '"30 W/(m K)"', above=0)
+SHARE = Quantity("", "0.938", above=0, at_most=1)
+SHARE_RULES = ("mean", "total", "all")
 TARGET = Quantity("", '"1 %"', above=0, below=1)
 Rows = tuple[tuple[float, float], ...]
 
@@ -98,6 +100,15 @@ def read_speeds(value: Any, handler: Any) -> tuple[float, ...]:
     return speeds
 
 
+def read_share(value: Any) -> float | str:
+    """Read a share of heat, or the name of a rule."""
+    if not isinstance(value, str) or re.match(r"\s*[-+.0-9]", value):
+        return float(SHARE(value))
+    if value not in SHARE_RULES:
+        raise ValueError(f" = {as_written(value)} is not known; {did_you_mean(value, SHARE_RULES)}")
+    return value
+
+
 def read_targets(value: Any) -> tuple[tuple[str, float], ...]:
     """Read observables and the relative half-width each should reach: a mapping, or pairs as they are kept."""
     if isinstance(value, Mapping):
@@ -147,10 +158,7 @@ class SurfaceSection(Record, section="surface"):
         """Return the keys that a scene file may give; the files named by two of them are read before."""
         return [*super().known_keys(), "psd_file", "topography"]
 
-    @model_validator(mode="after")
-    def _fits(self) -> Self:
-        rules.check_roughness(self)
-        return self
+    _fits = model_validator(mode="after")(rules.check_roughness)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,17 +166,13 @@ class BodySection(Record, section="body"):
     """The moving body, whose temperature is reported."""
 
     youngs_modulus: Annotated[float, Quantity("Pa", '"200 GPa"', above=0)]
-    """E."""
     poisson_ratio: Annotated[float, Quantity("", "0.3", above=-1, at_most=0.5)]
-    """ν."""
     penetration_hardness: Annotated[float, Quantity("Pa", '"1.2 GPa"', above=0)] | None = None
     """σ_P; None is elastic."""
     conductivity: Annotated[Annotated[float, CONDUCTIVITY] | Rows, BeforeValidator(read_conductivity)]
     """κ, or rows (absolute temperature in K, κ), linear between."""
     density: Annotated[float, Quantity("kg/m^3", '"7900 kg/m^3"', above=0)]
-    """ρ."""
     heat_capacity: Annotated[float, Quantity("J/(kg K)", '"500 J/(kg K)"', above=0)]
-    """c."""
     melting_temperature: Annotated[float, Quantity("K", '"1800 K"', above=0)] | None = None
     """Absolute: a contact above it is warned of, and no number depends on it."""
 
@@ -188,10 +192,7 @@ class CounterfaceSection(optional_keys(BodySection), SurfaceSection, section="co
         """Whether the counterface has a roughness of its own keys."""
         return any(getattr(self, key) is not None for key in rules.ROUGHNESS_KEYS)
 
-    @model_validator(mode="after")
-    def _fits(self) -> Self:
-        rules.check_counterface(self)
-        return self
+    _fits = model_validator(mode="after")(rules.check_counterface)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -199,18 +200,14 @@ class SlidingSection(Record, section="sliding"):
     """Load, friction and speed."""
 
     nominal_pressure: Annotated[float, Quantity("Pa", '"90 MPa"', above=0)]
-    """σ₀."""
     friction_coefficient: Annotated[float, Quantity("", "0.11", above=0)]
-    """μ."""
     speed: Annotated[
         tuple[Annotated[float, Quantity("m/s", '"35 m/s"', at_least=0)], ...],
         one_or_list(),
         WrapValidator(read_speeds),
     ]
     """Sliding speeds; one number is a tuple of one."""
-    heat_partition: Annotated[float | str, Share("", "0.938", above=0, at_most=1, rules=("mean", "total", "all"))] = (
-        "all"
-    )
+    heat_partition: Annotated[Annotated[float, SHARE] | str, BeforeValidator(read_share)] = "all"
     """Share of the heat into the moving body, or how it follows from both bodies."""
     duration: Annotated[float, Quantity("s", '"1 ms"', above=0)] | None = None
     """Time since sliding began; None is steady."""
@@ -238,7 +235,7 @@ class TheorySection(Record, section="theory"):
 class EnsembleSection(Record, section="ensemble"):
     """How many realizations, and from which seed."""
 
-    seed: Annotated[int, Whole("1", at_least=0)] = 1
-    max_realizations: Annotated[int, Whole("400", at_least=1, at_most=1_000_000)] = 400
+    seed: Annotated[int, whole("1", 0)] = 1
+    max_realizations: Annotated[int, whole("400", 1, 1_000_000)] = 400
     until: Annotated[tuple[tuple[str, float], ...], BeforeValidator(read_targets)] = (("flash_temperature", 0.01),)
     """Pairs of an observable and the relative 95 % half-width it should reach."""
