@@ -50,14 +50,14 @@ class ResolutionError(RoughsimError, ValueError):
 
 def number(name: str, value: Any, unit: str = "") -> float:
     """Return `value` as a finite float; ValueError or TypeError naming `name` otherwise."""
-    if isinstance(value, (bool, np.bool_, str, bytes)) or np.ndim(value) != 0 or isinstance(value, complex):
-        raise TypeError(f"{name} = {value!r} must be one real number{_in(unit)}")
     try:
+        if isinstance(value, (bool, np.bool_, str, bytes, complex)) or np.ndim(value) != 0:
+            raise TypeError
         result = float(value)
     except (TypeError, ValueError):
-        raise TypeError(f"{name} = {value!r} must be one real number{_in(unit)}") from None
+        raise TypeError(f"{name} = {value!r} must be one real number" + (f" in {unit}" if unit else "")) from None
     if not math.isfinite(result):
-        raise ValueError(f"{name} = {result}{_of(unit)} must be finite")
+        raise ValueError(f"{name} = {result} {unit}".rstrip() + " must be finite")
     return result
 
 
@@ -65,7 +65,7 @@ def positive(name: str, value: Any, unit: str = "") -> float:
     """Return `value` as a finite float > 0; ValueError or TypeError naming `name` otherwise."""
     result = number(name, value, unit)
     if result <= 0.0:
-        raise ValueError(f"{name} = {result:.6g}{_of(unit)} must be positive")
+        raise ValueError(f"{name} = {result:.6g} {unit}".rstrip() + " must be positive")
     return result
 
 
@@ -73,19 +73,15 @@ def not_negative(name: str, value: Any, unit: str = "") -> float:
     """Return `value` as a finite float ≥ 0; ValueError or TypeError naming `name` otherwise."""
     result = number(name, value, unit)
     if result < 0.0:
-        raise ValueError(f"{name} = {result:.6g}{_of(unit)} must not be negative")
+        raise ValueError(f"{name} = {result:.6g} {unit}".rstrip() + " must not be negative")
     return result
 
 
 def real_field(name: str, value: ArrayLike, shape: tuple[int, ...] | None = None) -> NDArray[Any]:
     """Return `value` as a finite real 2-D array: float32 stays, everything else real becomes float64.
 
-    Raises
-    ------
-    TypeError
-        Masked, complex, string or object arrays: data that would be silently changed by a conversion.
-    ValueError
-        Not two-dimensional, not of `shape`, empty, NaN or infinite.
+    TypeError for masked, complex, string and object arrays, which a conversion would silently change; ValueError where
+    it is not two-dimensional, not of `shape`, empty, or holds NaN or infinity.
     """
     if isinstance(value, np.ma.MaskedArray):
         raise TypeError(f"{name} is a masked array; fill or crop the masked points first")
@@ -101,11 +97,3 @@ def real_field(name: str, value: ArrayLike, shape: tuple[int, ...] | None = None
     if not np.isfinite(array).all():
         raise ValueError(f"{name} holds {int((~np.isfinite(array)).sum())} values that are NaN or infinite")
     return array
-
-
-def _of(unit: str) -> str:
-    return f" {unit}" if unit else ""
-
-
-def _in(unit: str) -> str:
-    return f" in {unit}" if unit else ""

@@ -71,43 +71,30 @@ class Grid:
         return min(limits, default=float("inf"))
 
     @property
+    @lru_cache(maxsize=16)  # noqa: B019  (equal grids share the arrays)
     def wavevectors(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(q_x, q_y) of the half spectrum, rad/m, shapes (n_x, 1) and (1, n_y//2 + 1); read-only."""
-        return _wavevectors(self)
+        (nx, ny), (lx, ly) = self.shape, self.lengths
+        qx = 2 * pi / lx * np.rint(np.fft.fftfreq(nx) * nx)[:, None]
+        qy = 2 * pi / ly * np.arange(ny // 2 + 1, dtype=np.float64)[None, :]
+        qx.flags.writeable = qy.flags.writeable = False
+        return qx, qy
 
     @property
+    @lru_cache(maxsize=4)  # noqa: B019
     def wavenumbers(self) -> NDArray[np.float64]:
         """|q| of the half spectrum, rad/m, shape `half_shape`; read-only."""
-        return _wavenumbers(self)
+        q = np.hypot(*self.wavevectors)
+        q.flags.writeable = False
+        return q
 
     @property
+    @lru_cache(maxsize=16)  # noqa: B019
     def multiplicity(self) -> NDArray[np.float64]:
         """Modes of the full plane that each column of the half spectrum stands for: 1 or 2, shape (1, n_y//2 + 1)."""
-        return _multiplicity(self.shape[1])
-
-
-@lru_cache(maxsize=16)
-def _wavevectors(grid: Grid) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    (nx, ny), (lx, ly) = grid.shape, grid.lengths
-    qx = 2 * pi / lx * np.rint(np.fft.fftfreq(nx) * nx)[:, None]
-    qy = 2 * pi / ly * np.arange(ny // 2 + 1, dtype=np.float64)[None, :]
-    return _frozen(qx), _frozen(qy)
-
-
-@lru_cache(maxsize=4)
-def _wavenumbers(grid: Grid) -> NDArray[np.float64]:
-    return _frozen(np.hypot(*grid.wavevectors))
-
-
-@lru_cache(maxsize=16)
-def _multiplicity(ny: int) -> NDArray[np.float64]:
-    counts = np.full((1, ny // 2 + 1), 2.0)
-    counts[0, 0] = 1.0
-    if ny % 2 == 0:
-        counts[0, -1] = 1.0
-    return _frozen(counts)
-
-
-def _frozen(array: NDArray[np.float64]) -> NDArray[np.float64]:
-    array.flags.writeable = False
-    return array
+        counts = np.full((1, self.shape[1] // 2 + 1), 2.0)
+        counts[0, 0] = 1.0
+        if self.shape[1] % 2 == 0:
+            counts[0, -1] = 1.0
+        counts.flags.writeable = False
+        return counts

@@ -206,25 +206,18 @@ def yielded_points(pressure: NDArray[Any], penetration_hardness: float) -> Mask:
 def patch_sizes(mask: Mask, *, periodic: bool = True) -> NDArray[np.int64]:
     """Return the pixels of each connected patch, in no order; `periodic` joins them over the sides of the cell."""
     from scipy import ndimage
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
 
     labels, count = ndimage.label(mask)
     pixels = np.bincount(labels.ravel(), minlength=count + 1)[1:]
     if periodic and count:
-        pixels = np.bincount(_regions(labels, count), weights=pixels)
+        # parts that meet over a side of the cell are one region
+        first, last = np.concatenate((labels[0], labels[:, 0])), np.concatenate((labels[-1], labels[:, -1]))
+        both = (first > 0) & (last > 0)
+        joins = coo_array((np.ones(int(both.sum())), (first[both] - 1, last[both] - 1)), shape=(count, count))
+        pixels = np.bincount(connected_components(joins, directed=False)[1], weights=pixels)
     return pixels.astype(np.int64)
-
-
-def _regions(labels: NDArray[Any], count: int) -> NDArray[Any]:
-    """Number of the region, joined over the sides of the cell, of each labelled part."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    first = np.concatenate((labels[0], labels[:, 0]))
-    last = np.concatenate((labels[-1], labels[:, -1]))
-    both = (first > 0) & (last > 0)
-    joins = coo_array((np.ones(int(both.sum())), (first[both] - 1, last[both] - 1)), shape=(count, count))
-    region: NDArray[Any] = connected_components(joins, directed=False)[1]
-    return region
 
 
 def _sides(first: Mask, second: Mask) -> int:

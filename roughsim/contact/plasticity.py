@@ -106,10 +106,10 @@ def _check_gap(error: Array, contact: Contact, heights: Array, grid: Grid, solid
     rounding = 4 * float(np.finfo(contact.displacement.dtype).eps) * float(np.ptp(contact.displacement))
     rounding += 64 * float(np.finfo(np.float64).eps) * float(np.abs(heights).max())
     limit = 4 * contact.residual * norm / stiffness + rounding * sqrt(error.size)
-    found = float(np.abs(error).max())
-    if found > limit:
+    largest_error = float(np.abs(error).max())
+    if largest_error > limit:
         raise ValueError(
-            f"heights: the gap over the elastic contact varies by {found:.6g} m, but the contact was solved to "
+            f"heights: the gap over the elastic contact varies by {largest_error:.6g} m, but the contact was solved to "
             f"{limit:.6g} m; give the heights, the grid and the solid it was solved with"
         )
 
@@ -155,15 +155,12 @@ def follow_loads(
             f"nominal_pressures = {highest:.6g} Pa exceeds penetration_hardness = {solid.penetration_hardness:.6g} "
             "Pa; no contact can carry it"
         )
-    return _steps(surface, grid, solid, loads, tolerance)
 
+    def steps(surface: NDArray[Any]) -> Iterator[LoadStep]:
+        for load in loads:
+            contact = solve_contact(surface, grid, solid, nominal_pressure=load, tolerance=tolerance)
+            deformation = plastic_deformation(contact, surface, grid, solid)
+            surface = deformation.heights
+            yield LoadStep(contact, deformation)
 
-def _steps(surface: NDArray[Any], grid: Grid, solid: Solid, loads: list[float], tolerance: float) -> Iterator[LoadStep]:
-    for load in loads:
-        contact = solve_contact(surface, grid, solid, nominal_pressure=load, tolerance=tolerance)
-        deformation = plastic_deformation(contact, surface, grid, solid)
-        surface = deformation.heights
-        yield LoadStep(contact, deformation)
-
-
-__all__ = ["LoadStep", "PlasticDeformation", "follow_loads", "plastic_deformation"]
+    return steps(surface)

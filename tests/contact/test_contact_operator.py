@@ -72,9 +72,9 @@ def test_block_by_block_is_the_same_as_in_one_call(shape, dtype, divided, monkey
                 monkeypatch.setattr(operators, name, value)
         operator, extension = Operator(grid, dtype), Extension(grid, dtype)
         for name in {"rows", "columns"}.difference(parts):  # several groups may be left in the one block
-            blocks = operator._row_blocks if name == "rows" else operator._column_blocks
+            blocks = operator.row_blocks if name == "rows" else operator.column_blocks
             blocks[:] = [(0, blocks[-1][1])]
-        assert (len(operator._row_blocks) > 1, len(operator._column_blocks) > 1) == (
+        assert (len(operator.row_blocks) > 1, len(operator.column_blocks) > 1) == (
             "rows" in parts,
             "columns" in parts,
         )

@@ -33,24 +33,22 @@ class Operator:
         self.along, self.across = (np.square(q.ravel()).astype(self.dtype) for q in grid.wavevectors)
         self.factor = self.dtype.type(0.5 / grid.points)
         (rows, columns), half = grid.shape, grid.half_shape[1]
-        self._row_group = _group((rows + 1) // 2, columns, self.dtype)
-        self._row_blocks = _blocks((rows + 1) // 2, columns, self._row_group)
-        self._column_group = _group(half, rows, self.dtype)
-        self._column_blocks = _blocks(half, rows, self._column_group)
+        self.row_group, self.row_blocks = divided((rows + 1) // 2, columns, self.dtype)
+        self.column_group, self.column_blocks = divided(half, rows, self.dtype)
         # columns are transformed where they are, in whole groups, each line beginning at a multiple of ALIGNMENT
-        distance = _rounded_up(rows + PADDING, ALIGNMENT // 8)
-        self._whole = aligned((_rounded_up(half, self._column_group), 2 * distance), self.dtype)
-        self.spectrum = self._whole[:half]
-        self._row_plans = line_plans(self._row_group, columns, (columns + LINE_PADDING,) * 2, self.dtype)
-        self._column_plans = line_plans(self._column_group, rows, (distance, rows + LINE_PADDING), self.dtype)
+        distance = rounded_up(rows + PADDING, ALIGNMENT // 8)
+        self.whole = aligned((rounded_up(half, self.column_group), 2 * distance), self.dtype)
+        self.spectrum = self.whole[:half]
+        self.row_plans = line_plans(self.row_group, columns, (columns + LINE_PADDING,) * 2, self.dtype)
+        self.column_plans = line_plans(self.column_group, rows, (distance, rows + LINE_PADDING), self.dtype)
 
     def comply(self, pressure: NDArray[Any], displacement: NDArray[Any]) -> None:
         """Write S p, mean zero; both arrays may be the same."""
-        self._apply(False, pressure, displacement)
+        self._multiply(False, pressure, displacement)
 
     def stiffen(self, displacement: NDArray[Any], pressure: NDArray[Any]) -> None:
         """Write |q|/2 u, mean zero; both arrays may be the same."""
-        self._apply(True, displacement, pressure)
+        self._multiply(True, displacement, pressure)
 
     def forward(self, field: NDArray[Any]) -> NDArray[Any]:
         """Return the transposed half spectrum (1/N) Σ field·exp(−iq·x), complex; it is a view of the buffer."""
@@ -68,9 +66,9 @@ class Operator:
         """The buffer as complex numbers, shape (columns//2 + 1, rows)."""
         return self.spectrum.view(np.result_type(self.dtype, np.complex64))[:, : self.shape[0]]
 
-    def _apply(self, stiff: bool, source: NDArray[Any], result: NDArray[Any]) -> None:
+    def _multiply(self, stiff: bool, source: NDArray[Any], result: NDArray[Any]) -> None:
         weights = self.along, self.across, self.factor
-        blocks, others = self._row_blocks, self._column_blocks
+        blocks, others = self.row_blocks, self.column_blocks
         if len(blocks) == len(others) == 1 and source.dtype == np.float32:  # one call: each costs more than its work
             rows, columns = (*blocks[0], *self._rows()), (stiff, *others[0], *self._columns(), weights)
             kernels.product(source, result, rows, columns)
@@ -80,54 +78,53 @@ class Operator:
         self._each_row(kernels.rows_backward, result)
 
     def _each_row(self, kernel: Any, field: NDArray[Any]) -> None:
-        run(lambda start, stop: kernel(field, start, stop, *self._rows()), self._row_blocks)
+        run(lambda start, stop: kernel(field, start, stop, *self._rows()), self.row_blocks)
 
     def _each_column(self, kernel: Any, *arguments: Any) -> None:
-        run(lambda start, stop: kernel(start, stop, *self._columns(), *arguments), self._column_blocks)
+        run(lambda start, stop: kernel(start, stop, *self._columns(), *arguments), self.column_blocks)
 
     def _rows(self) -> tuple[Any, ...]:
         """Group, plans and buffers of this Python thread."""
-        group = lines(self._row_group, self.shape[1], self.dtype)
-        return self._row_group, self._row_plans.addresses, group.source_pairs, group.result_pairs, self.spectrum
+        group = lines(self.row_group, self.shape[1], self.dtype)
+        return self.row_group, self.row_plans.addresses, group.source_pairs, group.result_pairs, self.spectrum
 
     def _columns(self) -> tuple[Any, ...]:
-        result = lines(self._column_group, self.shape[0], self.dtype).result_pairs
-        return self._column_group, self._column_plans.addresses, self._whole, result
+        result = lines(self.column_group, self.shape[0], self.dtype).result_pairs
+        return self.column_group, self.column_plans.addresses, self.whole, result
 
 
 class PlainOperator:
     """The same by one two-dimensional transform each way, where compiled code cannot call FFTW."""
 
     def __init__(self, grid: Grid, dtype: Any):
-        self._transform = Transform(grid.shape, dtype)
-        self._half_wavenumbers = 0.5 * grid.wavenumbers
-        self._compliance = np.divide(
-            1.0, self._half_wavenumbers, out=np.zeros(grid.half_shape), where=self._half_wavenumbers > 0.0
+        self.transform, self.half_wavenumbers = Transform(grid.shape, dtype), 0.5 * grid.wavenumbers
+        self.compliance = np.divide(
+            1.0, self.half_wavenumbers, out=np.zeros(grid.half_shape), where=self.half_wavenumbers > 0.0
         )
 
     def comply(self, pressure: NDArray[Any], displacement: NDArray[Any]) -> None:
-        """Write S p, mean zero; both arrays may be the same."""
-        self.forward(pressure).T[...] *= self._compliance
+        """Write S p."""
+        self.forward(pressure).T[...] *= self.compliance
         self.inverse(displacement)
 
     def stiffen(self, displacement: NDArray[Any], pressure: NDArray[Any]) -> None:
-        """Write |q|/2 u, mean zero; both arrays may be the same."""
-        self.forward(displacement).T[...] *= self._half_wavenumbers
+        """Write |q|/2 u."""
+        self.forward(displacement).T[...] *= self.half_wavenumbers
         self.inverse(pressure)
 
     def forward(self, field: NDArray[Any]) -> NDArray[Any]:
-        """Return the transposed half spectrum (1/N) Σ field·exp(−iq·x), complex; it is a view of the buffer."""
-        self._transform.field[...] = field
-        return self._transform.forward().T
+        """Return the transposed half spectrum."""
+        self.transform.field[...] = field
+        return self.transform.forward().T
 
     def inverse(self, field: NDArray[Any]) -> None:
-        """Write the field whose transposed half spectrum the buffer holds."""
-        field[...] = self._transform.inverse()
+        """Write the field of that spectrum."""
+        field[...] = self.transform.inverse()
 
     @property
     def complex_spectrum(self) -> NDArray[Any]:
         """The buffer, shape (columns//2 + 1, rows)."""
-        return self._transform.spectrum.T
+        return self.transform.spectrum.T
 
 
 def half_space(grid: Grid, dtype: Any) -> Operator | PlainOperator:
@@ -146,18 +143,18 @@ def rms_compliance(grid: Grid) -> float:
     return float(np.sqrt(square / grid.points))
 
 
-def _group(count: int, points: int, dtype: np.dtype[Any]) -> int:
-    """How many of so many complex lines are transformed at a time: as many as fit the cache, in groups alike."""
-    wanted = max(CACHED // (2 * dtype.itemsize * points), GROUP)
-    return math.ceil(count / max(round(count / wanted), 1))
+def divided(count: int, points: int, dtype: np.dtype[Any]) -> tuple[int, list[tuple[int, int]]]:
+    """Return how many of `count` complex lines are transformed at a time, and the ranges of lines that make the blocks.
 
-
-def _blocks(count: int, points: int, group: int) -> list[tuple[int, int]]:
-    """Ranges of complex lines, whole groups but for the last, of about `POINTS` reals each."""
+    As many as fit the cache, in groups alike; blocks are whole groups but for the last, of about `POINTS` reals each.
+    """
+    fitting = max(CACHED // (2 * dtype.itemsize * points), GROUP)
+    group = math.ceil(count / max(round(count / fitting), 1))
     number = max(round(2 * count * points / POINTS), 1)
-    size = _rounded_up(math.ceil(count / number), group)
-    return [(first, min(first + size, count)) for first in range(0, count, size)]
+    size = rounded_up(math.ceil(count / number), group)
+    return group, [(first, min(first + size, count)) for first in range(0, count, size)]
 
 
-def _rounded_up(count: int, group: int) -> int:
+def rounded_up(count: int, group: int) -> int:
+    """Return the least multiple of `group` that is not below `count`."""
     return -(-count // group) * group

@@ -150,8 +150,7 @@ class State:
         (p, gap), block, problem = self.flat[:2], self.blocks[0][1], self.problem
         goals = problem.target, min(problem.cap, problem.load * (1.0 + 1e-12))
         known = self.assessment
-        found = kernels.find_offset(block, p, gap, self.law, goals, known.excess, known.inside)
-        self.offset, excess, inside = found
+        self.offset, excess, inside = kernels.find_offset(block, p, gap, self.law, goals, known.excess, known.inside)
         self.assessment = known._replace(excess=excess, inside=inside)
 
     def blurred(self, tolerance: float) -> bool:
@@ -203,8 +202,8 @@ class State:
         """Solve for the shift of the free points that restores the load; None if none does."""
         p, _, free, _, step = self.flat
         goal = self.problem.cap, self.problem.target, accuracy
-        found, shift = kernels.find_shift(self.blocks[0][1], free, p, step, *goal, *sums)
-        return shift if found else None
+        met, shift = kernels.find_shift(self.blocks[0][1], free, p, step, *goal, *sums)
+        return shift if met else None
 
     def balance(self, accuracy: float) -> bool:
         """Shift the free points so that the load holds to this accuracy; return whether any shift does."""
