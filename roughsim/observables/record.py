@@ -44,7 +44,7 @@ class Theory:
     heat_partition: Array  # the share of the moving body, (speeds,); NaN without a second one
     area_fractions: dict[str, float]  # `contact_fraction` and `plastic_fraction`
     correlation_radius: Callable[[float], float]  # of a fraction: the smallest r, m, with g_σ(r) = fraction·g_σ(0)
-    # of weight(q), q in rad/m, smooth in ln q: its sum or integral over the variance of the pressure, Pa² times its unit
+    # of weight(q), smooth in ln q: its sum or integral over the variance of the pressure, Pa² times its unit
     total: Callable[[Callable[[Array], Array]], float]
 
 

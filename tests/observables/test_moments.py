@@ -1,84 +1,15 @@
-"""Moments of a contact and its stress correlation, against closed forms, mode sums and products in real space."""
+"""Moments of a contact, against closed forms, mode sums and products in real space."""
 
 import cmath
-import json
 import warnings
-from dataclasses import dataclass
 from math import inf, nan, pi, sqrt
-from pathlib import Path
 
-import mpmath as mp
 import numpy as np
 import pytest
-from scipy.optimize import brentq
-from scipy.special import ellipk, elliprd, j0
+from moments_cases import ANGULAR, BODY, CELLS, UNIT, Pressed, patches, plane, points
+from scipy.special import ellipk, elliprd
 
 from roughsim import Grid, Sliding, fourier, measure, sliding_temperature
-from roughsim.observables.angular import angular_means
-from roughsim.observables.moments import StressSpectrum
-
-ANGULAR = json.loads((Path(__file__).parents[1] / "reference" / "heat.json").read_text())["angular"]
-BODY = {"friction_coefficient": 0.11, "conductivity": 30.0, "diffusivity": 7.6e-6}
-UNIT = {"friction_coefficient": 1.0, "conductivity": 1.0, "diffusivity": 1.0}
-CELLS = [Grid((16, 16), (1.0, 1.0)), Grid((15, 13), (1.0, 1.0)), Grid((14, 17), (1.0, 1.7)), Grid((12, 10), (2.0, 0.6))]
-
-
-@dataclass
-class Pressed:
-    """A contact made by hand."""
-
-    pressure: np.ndarray
-    contact_fraction: float = 0.25
-    plastic_fraction: float = 0.125
-
-
-def points(grid):
-    return np.meshgrid(*(np.arange(n) * d for n, d in zip(grid.shape, grid.spacing, strict=True)), indexing="ij")
-
-
-def patches(grid, seed=1):
-    """A rough nonnegative field, mostly zero, with power at all wavenumbers."""
-    return np.maximum(np.random.default_rng(seed).standard_normal(grid.shape), 0.3) - 0.3
-
-
-def plane(pressure, grid):
-    """(q_x, q_y, |σ(q)|²) of the whole plane by numpy's transform, without q = 0."""
-    qx, qy = (2 * pi * np.fft.fftfreq(n, d) for n, d in zip(grid.shape, grid.spacing, strict=True))
-    variance = np.abs(np.fft.fft2(pressure) / pressure.size) ** 2
-    variance[0, 0] = 0.0
-    return *np.meshgrid(qx, qy, indexing="ij"), variance
-
-
-# the angular integrals
-
-
-@pytest.mark.parametrize("case", ANGULAR, ids=lambda case: f"a = {case['a']:g}")
-def test_the_angular_means_are_the_integrals_of_the_paper(case):
-    even, odd = angular_means(np.array([case["a"]]))
-    assert even[0] == pytest.approx(2 / pi * case["A"], rel=1e-15)
-    assert odd[0] == pytest.approx(2 / pi * case["B"], rel=1e-15, abs=0)
-
-
-def test_the_angular_means_are_the_elliptic_integrals_everywhere():
-    mp.mp.dps = 60
-    ratios = np.concatenate((np.geomspace(1e-8, 1e8, 65), np.linspace(0.2, 4.0, 40)))
-    even, odd = angular_means(ratios)
-    for i, a in enumerate(ratios):
-        root = (1 + mp.mpf(a) ** 2) ** mp.mpf("0.25")
-        m = (1 - root**-2) / 2
-        a_exact = mp.ellipk(m) / root
-        b_exact = (a_exact - root * (2 * mp.ellipe(m) - mp.ellipk(m))) / mp.mpf(a)
-        assert even[i] == pytest.approx(float(2 / mp.pi * a_exact), rel=1e-15)
-        assert odd[i] == pytest.approx(float(2 / mp.pi * b_exact), rel=1e-15)
-
-
-def test_the_angular_means_keep_their_limits():
-    even, odd = angular_means(np.array([1e-9, 1e150]))
-    np.testing.assert_allclose(even * pi / 2, [pi / 2, 1.8540746773013719e-75], rtol=1e-15)
-    np.testing.assert_allclose(odd * pi / 2, [-1e-9 * pi / 8, -0.8472130847939791e-75], rtol=1e-15)
-
-
-# one wave: closed forms
 
 
 @pytest.mark.parametrize("case", [c for c in ANGULAR if c["a"] > 0], ids=lambda case: f"a = {case['a']:g}")
@@ -256,112 +187,6 @@ def test_all_speeds_take_one_forward_transform(monkeypatch):
     assert len(calls) == 1
 
 
-# the stress correlation
-
-
-@pytest.mark.parametrize(
-    "grid",
-    [
-        Grid((200, 200), (1e-3, 1e-3)),
-        Grid((201, 160), (1.0, 1.0)),
-        Grid((150, 150), (1.0, 2.5)),
-        Grid((6, 7), (1.0, 1.0)),
-    ],
-    ids=lambda grid: f"{grid.shape} {grid.lengths}",
-)
-def test_the_stress_correlation_is_the_mode_sum_to_the_corner_of_the_cell(grid):
-    pressure = patches(grid)
-    seen = measure(Pressed(pressure), grid, Sliding([1.0], **UNIT))
-    qx, qy, variance = plane(pressure, grid)
-    distance = np.linspace(0.0, 0.5 * np.hypot(*grid.lengths), 23)
-    direct = [np.sum(variance * j0(np.hypot(qx, qy) * r)) for r in distance]
-    np.testing.assert_allclose(seen.pressure_correlation(distance), direct, rtol=0, atol=1e-13 * direct[0])
-    assert seen.pressure_variance == pytest.approx(pressure.var(), rel=1e-13)  # Parseval
-
-
-@pytest.mark.parametrize("order", [1, 3, 4, 5, 24, 25, 63, 64])
-def test_the_correlation_of_a_single_wave_is_a_bessel_function(order):
-    grid = Grid((128, 128), (1.0, 1.0))
-    x, y = points(grid)
-    seen = measure(Pressed(1 + np.cos(2 * pi * (order * x + y))), grid, Sliding([1.0], **UNIT))
-    q = 2 * pi * sqrt(order**2 + 1)
-    distance = np.linspace(0.0, sqrt(0.5), 101)
-    np.testing.assert_allclose(seen.pressure_correlation(distance), 0.5 * j0(q * distance), rtol=0, atol=1e-14)
-
-
-def test_spectra_of_one_grid_may_be_averaged():
-    grid = Grid((128, 128), (1.0, 1.0))
-    spectra = [measure(Pressed(patches(grid, seed)), grid, Sliding([1.0], **UNIT)).stress_spectrum for seed in (1, 2)]
-    np.testing.assert_array_equal(spectra[0].wavenumber, spectra[1].wavenumber)
-    assert (np.diff(spectra[0].wavenumber) > 0).all()
-    assert spectra[0].wavenumber.size < 700  # of 8 000 modes
-    mean = StressSpectrum(spectra[0].wavenumber, (spectra[0].variance + spectra[1].variance) / 2, spectra[0].reach)
-    both = [spectrum.pressure_correlation([0.01, 0.3]) for spectrum in spectra]
-    np.testing.assert_allclose(mean.pressure_correlation([0.01, 0.3]), (both[0] + both[1]) / 2, rtol=1e-12)
-
-
-def test_a_long_narrow_cell_keeps_its_few_modes():
-    grid = Grid((4, 5), (1.0, 1e4))
-    pressure = patches(grid)
-    seen = measure(Pressed(pressure), grid, Sliding([1.0], **UNIT))
-    qx, qy, variance = plane(pressure, grid)
-    assert seen.stress_spectrum.wavenumber.size == 8  # of (k_x, k_y) = 0 … 2 each, less q = 0
-    direct = [np.sum(variance * j0(np.hypot(qx, qy) * r)) for r in (1e-3, 1.0, 4e3)]
-    np.testing.assert_allclose(seen.pressure_correlation([1e-3, 1.0, 4e3]), direct, rtol=1e-12)
-
-
-def test_distances_keep_their_shape_and_end_at_half_the_diagonal():
-    grid = Grid((16, 16), (3.0, 4.0))
-    seen = measure(Pressed(patches(grid)), grid, Sliding([1.0], **UNIT))
-    assert seen.pressure_correlation(0.5).shape == ()
-    assert seen.pressure_correlation([[0.5, 2.5]]).shape == (1, 2)
-    for wrong in (2.51, -0.1, nan):
-        with pytest.raises(ValueError, match=r"r = .* m must lie between 0 and half the diagonal of the cell, 2.5 m"):
-            seen.pressure_correlation([0.1, wrong])
-    with pytest.raises(TypeError, match="r has dtype"):
-        seen.pressure_correlation("far")
-
-
-@pytest.mark.parametrize("fraction", [0.0, 0.1, 0.5, 0.999])
-def test_the_radius_of_a_single_wave_inverts_the_bessel_function(fraction):
-    grid = Grid((64, 64), (1e-3, 1e-3))
-    q = 2 * pi * 5 / 1e-3
-    seen = measure(Pressed(1e9 * (1 + np.cos(q * points(grid)[1]))), grid, Sliding([1.0], **BODY))
-    exact = brentq(lambda z: j0(z) - fraction, 0.0, 3.0, xtol=1e-15) / q
-    assert seen.correlation_radius(fraction) == pytest.approx(exact, rel=1e-11)
-
-
-def test_the_radius_is_the_first_crossing_even_if_the_curve_only_dips():
-    # a fine ripple dips below the level far before the slow wave does
-    grid = Grid((256, 256), (1.0, 1.0))
-    x, y = points(grid)
-    slow, fine = 2 * pi, 2 * pi * 100
-    seen = measure(
-        Pressed(2 + sqrt(0.7) * np.cos(slow * x) + sqrt(0.3) * np.cos(fine * y)), grid, Sliding([1.0], **UNIT)
-    )
-
-    def correlation(r):
-        return 0.7 * j0(slow * r) + 0.3 * j0(fine * r)
-
-    dip = 3.8317 / fine
-    for fraction in (correlation(dip) + 1e-5, correlation(dip) + 1e-9):
-        exact = brentq(lambda r, level=fraction: correlation(r) - level, 2.4048 / fine, dip, xtol=1e-16)
-        assert seen.correlation_radius(fraction) == pytest.approx(exact, rel=1e-8)
-
-
-def test_the_radius_solves_its_equation_on_a_rough_field():
-    grid = Grid((128, 128), (1.0, 1.0))
-    smooth = np.fft.ifft2(
-        np.fft.fft2(patches(grid)) * np.exp(-10.0 * np.hypot(*np.meshgrid(*[np.fft.fftfreq(128)] * 2)))
-    )
-    seen = measure(Pressed(smooth.real), grid, Sliding([1.0], **UNIT))
-    for fraction in (0.5, 0.1, 0.0):
-        radius = seen.correlation_radius(fraction)
-        assert seen.pressure_correlation(radius) == pytest.approx(fraction * seen.pressure_variance, abs=1e-12)
-        before = seen.pressure_correlation(np.linspace(0.0, radius * (1 - 1e-9), 300))
-        assert (before > fraction * seen.pressure_variance).all()
-
-
 # nothing to measure, and what is refused
 
 
@@ -427,13 +252,6 @@ def test_sliding_that_is_not_physical_is_refused_by_name(name, value):
 def test_speeds_are_a_sequence_of_numbers(speeds):
     with pytest.raises(TypeError, match="speeds"):
         Sliding(speeds, **UNIT)
-
-
-@pytest.mark.parametrize("fraction", [1.0, -0.1, nan])
-def test_a_fraction_that_is_never_reached_is_refused(fraction):
-    seen = measure(Pressed(np.eye(8)), Grid((8, 8), (1.0, 1.0)), Sliding([1.0], **UNIT))
-    with pytest.raises(ValueError, match="fraction"):
-        seen.correlation_radius(fraction)
 
 
 def test_sliding_keeps_its_speeds_as_a_tuple():

@@ -1,0 +1,122 @@
+"""The correlation of the stress and its radii, against mode sums and Bessel functions."""
+
+from math import nan, pi, sqrt
+
+import numpy as np
+import pytest
+from moments_cases import BODY, UNIT, Pressed, patches, plane, points
+from scipy.optimize import brentq
+from scipy.special import j0
+
+from roughsim import Grid, Sliding, measure
+from roughsim.observables.moments import StressSpectrum
+
+
+@pytest.mark.parametrize(
+    "grid",
+    [
+        Grid((200, 200), (1e-3, 1e-3)),
+        Grid((201, 160), (1.0, 1.0)),
+        Grid((150, 150), (1.0, 2.5)),
+        Grid((6, 7), (1.0, 1.0)),
+    ],
+    ids=lambda grid: f"{grid.shape} {grid.lengths}",
+)
+def test_the_stress_correlation_is_the_mode_sum_to_the_corner_of_the_cell(grid):
+    pressure = patches(grid)
+    seen = measure(Pressed(pressure), grid, Sliding([1.0], **UNIT))
+    qx, qy, variance = plane(pressure, grid)
+    distance = np.linspace(0.0, 0.5 * np.hypot(*grid.lengths), 23)
+    direct = [np.sum(variance * j0(np.hypot(qx, qy) * r)) for r in distance]
+    np.testing.assert_allclose(seen.pressure_correlation(distance), direct, rtol=0, atol=1e-13 * direct[0])
+    assert seen.pressure_variance == pytest.approx(pressure.var(), rel=1e-13)  # Parseval
+
+
+@pytest.mark.parametrize("order", [1, 3, 4, 5, 24, 25, 63, 64])
+def test_the_correlation_of_a_single_wave_is_a_bessel_function(order):
+    grid = Grid((128, 128), (1.0, 1.0))
+    x, y = points(grid)
+    seen = measure(Pressed(1 + np.cos(2 * pi * (order * x + y))), grid, Sliding([1.0], **UNIT))
+    q = 2 * pi * sqrt(order**2 + 1)
+    distance = np.linspace(0.0, sqrt(0.5), 101)
+    np.testing.assert_allclose(seen.pressure_correlation(distance), 0.5 * j0(q * distance), rtol=0, atol=1e-14)
+
+
+def test_spectra_of_one_grid_may_be_averaged():
+    grid = Grid((128, 128), (1.0, 1.0))
+    spectra = [measure(Pressed(patches(grid, seed)), grid, Sliding([1.0], **UNIT)).stress_spectrum for seed in (1, 2)]
+    np.testing.assert_array_equal(spectra[0].wavenumber, spectra[1].wavenumber)
+    assert (np.diff(spectra[0].wavenumber) > 0).all()
+    assert spectra[0].wavenumber.size < 700  # of 8 000 modes
+    mean = StressSpectrum(spectra[0].wavenumber, (spectra[0].variance + spectra[1].variance) / 2, spectra[0].reach)
+    both = [spectrum.pressure_correlation([0.01, 0.3]) for spectrum in spectra]
+    np.testing.assert_allclose(mean.pressure_correlation([0.01, 0.3]), (both[0] + both[1]) / 2, rtol=1e-12)
+
+
+def test_a_long_narrow_cell_keeps_its_few_modes():
+    grid = Grid((4, 5), (1.0, 1e4))
+    pressure = patches(grid)
+    seen = measure(Pressed(pressure), grid, Sliding([1.0], **UNIT))
+    qx, qy, variance = plane(pressure, grid)
+    assert seen.stress_spectrum.wavenumber.size == 8  # of (k_x, k_y) = 0 … 2 each, less q = 0
+    direct = [np.sum(variance * j0(np.hypot(qx, qy) * r)) for r in (1e-3, 1.0, 4e3)]
+    np.testing.assert_allclose(seen.pressure_correlation([1e-3, 1.0, 4e3]), direct, rtol=1e-12)
+
+
+def test_distances_keep_their_shape_and_end_at_half_the_diagonal():
+    grid = Grid((16, 16), (3.0, 4.0))
+    seen = measure(Pressed(patches(grid)), grid, Sliding([1.0], **UNIT))
+    assert seen.pressure_correlation(0.5).shape == ()
+    assert seen.pressure_correlation([[0.5, 2.5]]).shape == (1, 2)
+    for wrong in (2.51, -0.1, nan):
+        with pytest.raises(ValueError, match=r"r = .* m must lie between 0 and half the diagonal of the cell, 2.5 m"):
+            seen.pressure_correlation([0.1, wrong])
+    with pytest.raises(TypeError, match="r has dtype"):
+        seen.pressure_correlation("far")
+
+
+@pytest.mark.parametrize("fraction", [0.0, 0.1, 0.5, 0.999])
+def test_the_radius_of_a_single_wave_inverts_the_bessel_function(fraction):
+    grid = Grid((64, 64), (1e-3, 1e-3))
+    q = 2 * pi * 5 / 1e-3
+    seen = measure(Pressed(1e9 * (1 + np.cos(q * points(grid)[1]))), grid, Sliding([1.0], **BODY))
+    exact = brentq(lambda z: j0(z) - fraction, 0.0, 3.0, xtol=1e-15) / q
+    assert seen.correlation_radius(fraction) == pytest.approx(exact, rel=1e-11)
+
+
+def test_the_radius_is_the_first_crossing_even_if_the_curve_only_dips():
+    # a fine ripple dips below the level far before the slow wave does
+    grid = Grid((256, 256), (1.0, 1.0))
+    x, y = points(grid)
+    slow, fine = 2 * pi, 2 * pi * 100
+    seen = measure(
+        Pressed(2 + sqrt(0.7) * np.cos(slow * x) + sqrt(0.3) * np.cos(fine * y)), grid, Sliding([1.0], **UNIT)
+    )
+
+    def correlation(r):
+        return 0.7 * j0(slow * r) + 0.3 * j0(fine * r)
+
+    dip = 3.8317 / fine
+    for fraction in (correlation(dip) + 1e-5, correlation(dip) + 1e-9):
+        exact = brentq(lambda r, level=fraction: correlation(r) - level, 2.4048 / fine, dip, xtol=1e-16)
+        assert seen.correlation_radius(fraction) == pytest.approx(exact, rel=1e-8)
+
+
+def test_the_radius_solves_its_equation_on_a_rough_field():
+    grid = Grid((128, 128), (1.0, 1.0))
+    smooth = np.fft.ifft2(
+        np.fft.fft2(patches(grid)) * np.exp(-10.0 * np.hypot(*np.meshgrid(*[np.fft.fftfreq(128)] * 2)))
+    )
+    seen = measure(Pressed(smooth.real), grid, Sliding([1.0], **UNIT))
+    for fraction in (0.5, 0.1, 0.0):
+        radius = seen.correlation_radius(fraction)
+        assert seen.pressure_correlation(radius) == pytest.approx(fraction * seen.pressure_variance, abs=1e-12)
+        before = seen.pressure_correlation(np.linspace(0.0, radius * (1 - 1e-9), 300))
+        assert (before > fraction * seen.pressure_variance).all()
+
+
+@pytest.mark.parametrize("fraction", [1.0, -0.1, nan])
+def test_a_fraction_that_is_never_reached_is_refused(fraction):
+    seen = measure(Pressed(np.eye(8)), Grid((8, 8), (1.0, 1.0)), Sliding([1.0], **UNIT))
+    with pytest.raises(ValueError, match="fraction"):
+        seen.correlation_radius(fraction)

@@ -1,0 +1,60 @@
+"""One member from numbers alone: what a worker of an ensemble computes."""
+
+import pickle
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim.pipeline import solve_problem
+from roughsim.realization import level_problem
+
+
+@pytest.fixture(scope="module")
+def capped_numerics(capped_scene):
+    return rs.plan(capped_scene)
+
+
+@pytest.mark.parametrize("level", [0, 1])
+def test_a_problem_that_was_sent_to_a_worker_gives_the_bits_of_realize(capped_scene, capped_numerics, level):
+    problem = replace(level_problem(capped_scene, capped_numerics, level), seed=5, index=3)
+    sent = pickle.loads(pickle.dumps(problem))
+    assert sent == problem
+    solution = solve_problem(sent)
+    member = rs.realize(capped_scene, capped_numerics, seed=5, level=level, index=3)
+    assert (member.level, member.index, member.seed, member.grid) == (level, 3, 5, solution.grid)
+    np.testing.assert_array_equal(solution.heights, member.heights)
+    np.testing.assert_array_equal(solution.contact.pressure, member.contact.pressure)
+    np.testing.assert_array_equal(solution.observables.flash_temperature, member.observables.flash_temperature)
+    assert list(solution.seconds) == ["surface", "contact", "observables"]
+
+
+def test_the_levels_of_a_realization_share_one_random_stream(capped_scene, capped_numerics):
+    problems = [level_problem(capped_scene, capped_numerics, level) for level in range(len(capped_numerics.levels))]
+    assert {problem.stream for problem in problems} == {capped_numerics.stream}
+    assert {problem.seed for problem in problems} == {capped_scene.ensemble.seed}
+
+
+def test_only_capped_contact_has_a_hardness(capped_scene, capped_numerics):
+    for level, asked in enumerate(capped_numerics.levels):
+        hardness = level_problem(capped_scene, capped_numerics, level).solid.penetration_hardness
+        assert hardness == (capped_scene.penetration_hardness if asked.column == "capped" else np.inf)
+
+
+@pytest.mark.parametrize("wrong", [{"seed": -1}, {"level": 99}, {"index": 1.0}, {"seed": True}])
+def test_a_member_that_does_not_exist_is_refused(capped_scene, capped_numerics, wrong):
+    (name,) = wrong
+    with pytest.raises(ValueError, match=f"{name} = .* must be a whole number from 0 to below"):
+        rs.realize(capped_scene, capped_numerics, **{"seed": 1} | wrong)
+
+
+def test_a_worker_needs_neither_scenes_nor_the_theory_nor_the_disk():
+    code = (
+        "import sys, roughsim.pipeline;"
+        "print(sorted({'theory', 'pydantic', 'h5py', 'roughsim.scene', 'roughsim.prediction'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
