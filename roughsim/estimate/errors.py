@@ -41,10 +41,10 @@ class Estimate:
     bias : ndarray
         Value at the finest level minus `mean`; zero where nothing is extrapolated.
     total_error : ndarray
-        Root of the sum of squares of `budget`; what no level tells is left out of it, and `unknown` names it.
+        Root of the sum of squares of the known parts of `budget`; `unknown` names the others.
     budget : dict of str to ndarray
-        The parts by source, keys of `SOURCES`; NaN where no level tells. "scan" is there only where a C(q) was
-        measured on one map, and is NaN: nothing tells it yet.
+        The parts by source, keys of `SOURCES`; NaN where they are unknown. "scan" is a part only where
+        C(q) was measured on one map, and is NaN: it is not known how to estimate it.
     n : int
         Realizations.
     effective_n : ndarray
@@ -77,17 +77,17 @@ class Estimate:
                 f"with all levels; value at the finest level {self.bias[k] * factor:+.2g}"
             )
         sources = [f"{name}: {SOURCES[name]}" for name in self.budget if name not in self.unknown]
-        missing = [f"{name}: unknown, no levels tell; not in these figures" for name in self.unknown]
+        missing = [f"{name}: unknown: no levels show it; not in these figures" for name in self.unknown]
         return "\n".join([f"{self.observable}:", *lines, *self.notes, *sources, *missing])
 
     @property
     def unknown(self) -> tuple[str, ...]:
-        """The parts of `budget` that no level tells, at some speed whose mean is finite; `total_error` is without."""
+        """The unknown parts of `budget`, at some speed whose mean is finite; `total_error` is without them."""
         defined = np.isfinite(self.mean)
         return tuple(name for name, part in self.budget.items() if np.any(np.isnan(part) & defined))
 
     def unknown_at(self, k: int) -> tuple[str, ...]:
-        """The parts of `budget` that no level tells of entry k; none where the mean is exactly zero."""
+        """The unknown parts of `budget` at entry k; none where the mean is exactly zero."""
         return unknown_parts(self.mean, self.budget, k)
 
 
@@ -146,7 +146,7 @@ class Quotient(NamedTuple):
     budget: dict[str, Array]
 
     def unknown_at(self, k: int) -> tuple[str, ...]:
-        """The parts of `budget` that no level shows at entry k."""
+        """The unknown parts of `budget` at entry k."""
         return unknown_parts(self.value, self.budget, k)
 
 
@@ -192,7 +192,7 @@ def quotient(
             "size": np.abs(value) * size,
             "solver": np.abs(value) * 2.0 * tolerance * np.sqrt(len(columns)),
         }
-    if scanned:  # both columns stand on the one C(q), but nothing shows that its error cancels
+    if scanned:  # both columns use the one C(q), but nothing shows that its error cancels
         budget["scan"] = np.full(value.shape, np.nan)
     return Quotient(value, error, total_error(value, budget), budget)
 
