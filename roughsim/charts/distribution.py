@@ -8,22 +8,21 @@ import numpy as np
 
 from roughsim.charts.style import COLOURS, Array, new_figure
 from roughsim.charts.subject import Subject
-from roughsim.heat.statistics import ContactTemperature, contact_temperature
+from roughsim.heat.statistics import contact_temperature
 
 BINS = 80
 POINTS = 2000  # of a line; a contact has up to millions
 
 
-def densities(contact: ContactTemperature) -> tuple[Array, Array, Array]:
-    """Return edges of bins, K, and the densities of the contact area and of its heat between them, % per K."""
-    values = contact.temperatures
-    low, high = float(values[0]), float(values[-1])
+def densities(temperatures: Array, heat: Array) -> tuple[Array, Array, Array]:
+    """Return edges of bins, K, and the densities of the area and of the heat of contact pixels in them, % per K."""
+    low, high = float(temperatures.min()), float(temperatures.max())
     if low == high:  # a bin needs a width
         low, high = low - 0.5, high + 0.5
-    counts, edges = np.histogram(values, BINS, (low, high))
-    heat, _ = np.histogram(values, BINS, (low, high), weights=np.diff(contact.cooler, prepend=0.0))
+    counts, edges = np.histogram(temperatures, BINS, (low, high))
+    heats, _ = np.histogram(temperatures, BINS, (low, high), weights=heat)
     percent = 100.0 / (edges[1] - edges[0])
-    return edges, counts / values.size * percent, heat * percent
+    return edges, counts / temperatures.size * percent, heats / heat.sum() * percent
 
 
 def distribution_chart(subject: Subject, path: Path) -> None:
@@ -43,7 +42,7 @@ def distribution_chart(subject: Subject, path: Path) -> None:
     )
     with new_figure(path, (9.6, 3.9), title) as figure:
         density, hotter = figure.subplots(1, 2)
-        edges, area, heat = densities(contact)
+        edges, area, heat = densities(temperatures, np.diff(contact.cooler, prepend=0.0))
         density.stairs(area, edges, fill=True, color="0.75", label="of the area")
         density.stairs(heat, edges, color=colour, lw=1.2, label="of the heat")
         density.axvline(contact.flash_temperature, color=colour, lw=1.0, ls="--")

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from roughsim import fourier
 from roughsim.charts.distribution import densities
 from roughsim.grid import Grid
-from roughsim.heat.statistics import ContactTemperature, contact_temperature
 
 if TYPE_CHECKING:
     from roughsim.results.run import Run
@@ -21,9 +20,11 @@ PREVIEW = 1024  # points per side that the temperature is computed on while the 
 
 
 class Distribution(NamedTuple):
-    """Temperatures of a contact, and their densities by area and by heat between edges, % per K."""
+    """Temperatures of a contact, K, and their densities by area and by heat between edges, % per K."""
 
-    contact: ContactTemperature
+    flash_temperature: float
+    mean_temperature: float
+    max_temperature: float
     edges: Field
     area: Field
     heat: Field
@@ -73,10 +74,13 @@ class MemberFields:
 
     def distribution(self, temperature: Field) -> Distribution | None:
         """Return how a temperature on the whole grid, K, is distributed over the contact; None without contact."""
-        if not self.pressure.any():
+        touching = self.pressure > 0.0
+        if not touching.any():
             return None
-        contact = contact_temperature(temperature, self.pressure)
-        return Distribution(contact, *densities(contact))
+        # the heat that a pixel sets free is in proportion to its pressure
+        values, heat = temperature[touching].astype(np.float64), self.pressure[touching].astype(np.float64)
+        flash = float(values @ heat / heat.sum())
+        return Distribution(flash, float(values.mean()), float(values.max()), *densities(values, heat))
 
 
 def load_fields(run: Run, level: int, index: int) -> MemberFields:

@@ -192,13 +192,12 @@ class DistributionPanel:
         if distribution is None:
             self.clear("No contact")
             return
-        contact, edges, area, heat = distribution
+        flash, mean, highest, edges, area, heat = distribution
         middle = 0.5 * (edges[1:] + edges[:-1])
         self.bins.data = {"left": edges[:-1], "right": edges[1:], "area": area, "middle": middle, "heat": heat}
-        self.flash.location = contact.flash_temperature
+        self.flash.location = flash
         self.figure.title.text = (
-            f"In the contact: ⟨Tσ⟩/⟨σ⟩ = {contact.flash_temperature:.4g} K (dashed), "
-            f"mean {contact.mean_temperature:.4g} K, highest {contact.max_temperature:.4g} K"
+            f"In the contact: ⟨Tσ⟩/⟨σ⟩ = {flash:.4g} K (dashed), mean {mean:.4g} K, highest {highest:.4g} K"
         )
 
 

@@ -62,9 +62,9 @@ def distribution(temperature, pressure):
 
 def test_the_distribution_has_the_mean_and_the_flash_temperature_of_the_contact():
     found = distribution([[1.0, 2.0], [4.0, 100.0]], [[1.0, 1.0], [2.0, 0.0]])
-    assert found.contact.flash_temperature == pytest.approx((1 + 2 + 8) / 4)
-    assert found.contact.mean_temperature == pytest.approx(7 / 3)
-    assert found.contact.max_temperature == 4.0  # 100 K is outside the contact
+    assert found.flash_temperature == pytest.approx((1 + 2 + 8) / 4)
+    assert found.mean_temperature == pytest.approx(7 / 3)
+    assert found.max_temperature == 4.0  # 100 K is outside the contact
     width = 3.0 / 80
     np.testing.assert_allclose(found.edges, 1.0 + width * np.arange(81))
     places = [0, round(1.0 / width), 79]  # of 1 K, 2 K and 4 K
