@@ -16,8 +16,8 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.estimate.ladder import DOUBT_OF_SHAPE
-from roughsim.planning.pilot import Pilot
-from roughsim.scene.numerics import Column, Level, fast_size
+from roughsim.planning.pilot import Pilot, fast_size
+from roughsim.scene.numerics import Column, Level
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene

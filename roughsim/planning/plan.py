@@ -19,7 +19,7 @@ from roughsim.estimate.stop import LEAST
 from roughsim.planning.levels import Lengths, choose_ladder, scale
 from roughsim.planning.pilot import SCATTER_KNOWN, SOLVES, Pilot, pilot
 from roughsim.planning.realizations import choose_stride, half_width, realizations_for, total_work
-from roughsim.scene.numerics import Forecast, Level, Numerics, Reason
+from roughsim.scene.numerics import DEFAULT_REASONS, Forecast, Level, Numerics, Reason
 from roughsim.show.table import Column, Table
 from roughsim.untrusted import machine_memory
 
@@ -34,14 +34,6 @@ MEMORY_SHARE = 0.8  # of the machine's memory that the largest grid may take
 BYTES_PER_POINT = 120  # peak memory of a solve, measured
 # without a pilot: relative scatter, that of the corrections, and CPU time of a solve over its `work`, s (half to twice)
 GUESSED_SCATTER, GUESSED_CHANGE, GUESSED_PACE = 0.02, 0.003, 1.2e-8
-DEFAULTS = {
-    "tolerance": "relative error of the pressure, below every other error",
-    "precision": "double costs little beside the solve's own transforms",
-    "solver": "the package's own, elastic and capped",
-    "slid_distance": "half the cell: a longer slide would meet its own periodic hot track (fields only)",
-    "threads": "one per realization: realizations run side by side",
-    "keep_fields": "enough to look at; every further one costs disk space",
-}
 
 
 def plan(scene: Scene, target_error: float | None = None) -> Numerics:
@@ -76,16 +68,15 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
     lengths, reason = choose_lengths(scene)
     reasons = [Reason("cell", f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm", reason)]
     if scene.numerics.levels is not None:
-        levels = tuple(Level(level.column, level.shape, level.q_max, level.every) for level in scene.numerics.levels)
-        reasons.append(Reason("levels", level_text(levels), "given in the scene"))
-        numerics = Numerics(levels, lengths)
+        numerics = Numerics(scene.numerics.levels, lengths)
+        reasons.append(Reason("levels", level_text(numerics.levels), "given in the scene"))
     else:
         numerics = chosen_levels(scene, lengths, target_error, stop)
         reasons += numerics.reasons
     # what the scene states takes the place of the defaults
-    stated = {key: getattr(scene.numerics, key) for key in DEFAULTS if getattr(scene.numerics, key) is not None}
+    stated = {key: getattr(scene.numerics, key) for key in DEFAULT_REASONS if getattr(scene.numerics, key) is not None}
     numerics = replace(numerics, **stated)
-    for key, reason in DEFAULTS.items():
+    for key, reason in DEFAULT_REASONS.items():
         value = getattr(numerics, key)
         text = "L/2" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
         reasons.append(Reason(key, text, "given in the scene" if key in stated else reason))

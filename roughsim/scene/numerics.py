@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import field, fields
-from math import ceil, isinf, isnan, sqrt
+from math import isinf, isnan, sqrt
 from typing import Annotated, Any, Literal, NamedTuple, Self, get_args
 
 from pydantic import BeforeValidator, PlainSerializer, SkipValidation, model_validator
@@ -206,18 +206,20 @@ class Numerics(Record, section="numerics"):
         return cls(**{key.name: values[key.name] for key in fields(cls) if key.compare})
 
 
+# why `plan` leaves each of these keys at its default
+DEFAULT_REASONS = {
+    "tolerance": "relative error of the pressure, below every other error",
+    "precision": "double costs little beside the solve's own transforms",
+    "solver": "the package's own, elastic and capped",
+    "slid_distance": "half the cell: a longer slide would meet its own periodic hot track (fields only)",
+    "threads": "one per realization: realizations run side by side",
+    "keep_fields": "enough to look at; every further one costs disk space",
+}
+
+
 @dataclass(frozen=True, kw_only=True)
 class NumericsSection(optional_keys(Numerics), section="numerics"):  # type: ignore[misc, call-arg]
     """What the plan must not choose by itself: the keys of `Numerics`; None leaves a choice to the plan."""
 
 
-def fast_size(points: float) -> int:
-    """Return the next size of the form 2^a·{4, 5, 6} ≥ `points` less 2 %: fast to transform, easy to halve."""
-    wanted = max(8, ceil(0.98 * points))
-    power = 1
-    while 8 * power < wanted:
-        power *= 2
-    return min(k * power for k in (4, 5, 6, 8) if k * power >= wanted)
-
-
-__all__ = ["Column", "Forecast", "Level", "Numerics", "NumericsSection", "Reason", "fast_size"]
+__all__ = ["DEFAULT_REASONS", "Column", "Forecast", "Level", "Numerics", "NumericsSection", "Reason"]

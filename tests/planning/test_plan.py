@@ -8,8 +8,9 @@ import pytest
 
 import roughsim as rs
 from roughsim import plan as _function  # the public name is the function, whatever was imported
+from roughsim.planning.pilot import fast_size
 from roughsim.scene import parse_scene
-from roughsim.scene.numerics import Level, Numerics, fast_size
+from roughsim.scene.numerics import Level, Numerics
 
 WAVE = 2 * pi / 6350
 # q_y, 1/m, where 99 % of the contact has yielded
