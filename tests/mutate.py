@@ -79,7 +79,7 @@ TESTS = {
     "roughsim/comparison/compare.py": "comparison/test_compare.py estimate/test_total_errors.py",
     "roughsim/show/units.py": "show/test_units.py",
     "roughsim/comparison/stress_slope.py": "comparison/test_in_band.py",
-    "roughsim/comparison/trust.py": "comparison/test_validity.py comparison/test_validity_page.py",
+    "roughsim/comparison/trust.py": "comparison/test_trust.py comparison/test_validity_page.py",
     "roughsim/planning/levels.py": "planning/test_pilot.py planning/test_plan.py",
     "roughsim/planning/realizations.py": "planning/test_pilot.py planning/test_plan.py",
     "roughsim/planning/pilot.py": "planning/test_pilot.py",
