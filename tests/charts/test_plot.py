@@ -1,0 +1,104 @@
+"""Pictures of a run: each says what it is of, lies where it is told to, and is refused where it cannot be drawn."""
+
+import numpy as np
+import pytest
+from chart_cases import SPEED
+
+from roughsim.charts import QUANTITIES, plot_run
+from roughsim.charts.style import scaled
+from roughsim.cli import main
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_every_picture_says_what_it_is_of(capped_run, tmp_path, quantity):
+    path = plot_run(capped_run, quantity, tmp_path / "new" / "one.svg")
+    text = path.read_text()
+    assert "small capped" in text
+    assert "capped contact" in text
+    assert ("35 m/s" in text) == (quantity in SPEED)  # the highest speed unless told
+    assert ("realization 0" in text) == (quantity not in ("spectrum", "correlation"))
+    unit = {"heights": "µm", "pressure": "GPa", "heat_flux": "GW/m²", "spectrum": "m⁴", "correlation": "GPa²"}
+    assert unit.get(quantity, ", K") in text
+
+
+@pytest.mark.parametrize(("ending", "start"), [(".png", b"\x89PNG"), (".pdf", b"%PDF"), (".SVG", b"<?xml")])
+def test_the_ending_says_the_format(capped_run, tmp_path, ending, start):
+    assert plot_run(capped_run, "pressure", tmp_path / f"one{ending}").read_bytes().startswith(start)
+
+
+def test_pictures_lie_beside_the_run(capped_run):
+    first = plot_run(capped_run, "heights")
+    assert first == capped_run.folder.resolve().parent / "capped-heights.png"
+    second = plot_run(capped_run, "temperature", realization=0, speed=0.1, column="smoothed")
+    assert second == first.with_name("capped-temperature-smoothed-r0-0.1mps.png")
+    for path in (first, second):
+        assert path.stat().st_size > 10_000
+        path.unlink()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_full_contact_in_an_oblong_cell_is_drawn_too(full_run, tmp_path, quantity):
+    text = plot_run(full_run, quantity, tmp_path / "one.svg").read_text()
+    assert "costs $5 &amp; more $" in text  # a title is no formula
+    assert "elastic contact" in text
+
+
+WRONG = {
+    "quantity": (("gap",), {}, "quantity = 'gap' is no picture; choose one of heights, pressure"),
+    "ending": (("heights", "a.gif"), {}, "must end in .png, .pdf, .svg"),
+    "column": (("heights",), {"column": "elastic"}, "column = 'elastic' is not in this run"),
+    "not kept": (("pressure",), {"realization": 4}, "fields of realization 4 at level 2; .*--keep-fields 5.*index=4"),
+    "a mean": (("correlation",), {"realization": 0}, "mean over all"),
+    "useless speed": (("heights",), {"speed": 1.0}, "speed = 1 m/s: heights does not depend on it"),
+    "at rest": (("temperature",), {"speed": 0.0}, "speed = 0 m/s makes no heat"),
+    "speed": (("profile",), {"speed": np.inf}, "speed = inf m/s must be finite"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_what_cannot_be_drawn_is_refused(capped_run, tmp_path, case, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    words, options, message = WRONG[case]
+    with pytest.raises(ValueError, match=message):
+        plot_run(capped_run, *words, **options)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_command_line_draws_and_complains_in_one_line(capped_run, tmp_path, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["plot", str(capped_run.folder), "profile", "-o", str(tmp_path / "a.png"), "--speed", "-0.1", "-r", "0"])
+    assert ended.value.code == 0
+    assert "picture: " in capsys.readouterr().err
+    assert (tmp_path / "a.png").exists()
+    with pytest.raises(SystemExit) as ended:
+        main(["plot", str(capped_run.folder), "gap"])
+    assert ended.value.code == 1
+    assert capsys.readouterr().err.startswith("roughsim: quantity = 'gap'")
+
+
+def test_the_command_line_takes_zoom_and_side_by_side(capped_run, tmp_path, capsys):
+    words = ["plot", str(capped_run.folder), "temperature", "--zoom", "0:1e-3,5e-4:2e-3", "--side-by-side"]
+    with pytest.raises(SystemExit) as ended:
+        main([*words, "-o", str(tmp_path / "a.pdf")])
+    assert ended.value.code == 0
+    assert (tmp_path / "a.pdf").read_bytes().startswith(b"%PDF")
+    with pytest.raises(SystemExit):
+        main(["plot", str(capped_run.folder), "heights", "--zoom", "1,2"])
+    assert "--zoom 1,2: write X0:X1,Y0:Y1 in m" in capsys.readouterr().err
+
+
+def test_what_is_no_map_has_no_zoom_and_nothing_beside_it(capped_run, tmp_path):
+    for options in ({"zoom": ((0.0, 1e-3), (0.0, 1e-3))}, {"side_by_side": True}):
+        with pytest.raises(ValueError, match="are for maps, and profile is none"):
+            plot_run(capped_run, "profile", tmp_path / "a.png", **options)
+
+
+def test_units_get_the_prefix_that_keeps_numbers_readable():
+    cases = {(3.2e-6, "m"): ("µm", 3.2), (1e-3, "m"): ("mm", 1.0), (999e-9, "m"): ("nm", 999.0), (2.0, "m"): ("m", 2.0)}
+    cases |= {(5e8, "Pa"): ("MPa", 500.0), (1e9, "Pa"): ("GPa", 1.0), (2e9, "W/m^2"): ("GW/m^2", 2.0)}
+    cases |= {(1500.0, "K"): ("K", 1500.0), (0.0, "m"): ("m", 0.0)}
+    for (value, unit), (name, number) in cases.items():
+        factor, shown = scaled(value, unit)
+        assert shown == name
+        assert value * factor == pytest.approx(number, rel=1e-12)
