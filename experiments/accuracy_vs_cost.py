@@ -9,7 +9,6 @@ Costs are CPU seconds of one thread, and the same in FFT pairs timed in the same
 
 from __future__ import annotations
 
-import argparse
 import importlib.util
 import sys
 import time
@@ -18,6 +17,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from script import Command
 
 import roughsim as rs
 from roughsim.bench import bench, bench_chart, front, panels
@@ -26,7 +26,6 @@ from roughsim.results.rows import Rows
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 import contact as solvers
 
-mpl.use("Agg")
 mpl.rcParams.update({"font.size": 9, "axes.titlesize": 9, "axes.titlelocation": "left", "legend.frameon": False})
 PROBLEMS = {"load 0.02": (0.02, np.inf), "load 0.1": (0.1, np.inf), "load 0.1, hardness 0.6": (0.1, 0.6)}
 SOLVERS = {
@@ -141,28 +140,29 @@ def bench_charts(rows, name, scene, numerics, folder, realizations):
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("charts", nargs="*", metavar="CHART", help=f"{', '.join(CHARTS)}; all if left out")
-    options.add_argument("--toy", action="store_true", help="small and quick, to see it work")
-    options.add_argument("--resume", action="store_true", help="keep the rows that are already in data.h5")
-    options.add_argument("--scene", default="steel-1.2GPa", help="a scene, by name or path")
-    options.add_argument("--realizations", type=int, default=None, help="members of the chain and of the moments")
-    options.add_argument("-o", "--output", type=Path, default=Path("runs/accuracy_vs_cost"), help="folder")
-    given = options.parse_args()
-    given.output.mkdir(parents=True, exist_ok=True)
-    if unknown := set(given.charts) - set(CHARTS):
-        options.error(f"{', '.join(unknown)}: choose from {', '.join(CHARTS)}")
-    rows = Rows(given.output / "data.h5", resume=given.resume)
-    points, tolerances = (64, 10.0 ** -np.arange(2.0, 9.0, 3)) if given.toy else (512, 10.0 ** (-np.arange(4, 17) / 2))
-    scene = rs.load_scene("demo" if given.toy else given.scene)
-    numerics = toy_numerics() if given.toy else rs.plan(scene)
-    for chart in given.charts or CHARTS:
+    command = Command(__file__, __doc__)
+    command.add_argument("charts", nargs="*", metavar="CHART", help=f"{', '.join(CHARTS)}; all if left out")
+    command.add_argument("--resume", action="store_true", help="keep the rows that are already in data.h5")
+    command.add_argument("--scene", default="steel-1.2GPa", help="a scene, by name or path")
+    command.add_argument("--realizations", type=int, default=None, help="members of the chain and of the moments")
+    options = command.parse()
+    if unknown := set(options.charts) - set(CHARTS):
+        command.error(f"{', '.join(unknown)}: choose from {', '.join(CHARTS)}")
+    rows = Rows(options.output / "data.h5", resume=options.resume)
+    points, tolerances = (
+        (64, 10.0 ** -np.arange(2.0, 9.0, 3)) if options.toy else (512, 10.0 ** (-np.arange(4, 17) / 2))
+    )
+    scene = rs.load_scene("demo" if options.toy else options.scene)
+    numerics = toy_numerics() if options.toy else rs.plan(scene)
+    for chart in options.charts or CHARTS:
         if chart == "solvers":
             solver_rows(rows, points, tolerances)
-            solver_chart(rows, given.output, points)
+            solver_chart(rows, options.output, points)
             speedups(rows)
         else:
-            bench_charts(rows, chart, scene, numerics, given.output, given.realizations or (4 if given.toy else 16))
+            bench_charts(
+                rows, chart, scene, numerics, options.output, options.realizations or (4 if options.toy else 16)
+            )
 
 
 if __name__ == "__main__":

@@ -11,23 +11,20 @@ statistical error, from the scatter that each steel run has found. --toy takes t
 
 from __future__ import annotations
 
-import argparse
 import resource
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from script import Command
 
 import roughsim as rs
 from roughsim.estimate.ladder import observe
 from roughsim.observables.catalogue import UNITS
 from roughsim.results.run import Run
 from roughsim.scene import parse_scene
-
-mpl.use("Agg")
 
 RANDOM = """
 title = "random {number}"
@@ -193,29 +190,26 @@ def chart(rows: list[Row], path: Path) -> None:
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--toy", action="store_true", help="two quick scenes at 4 %%")
-    options.add_argument("-o", "--output", type=Path, default=Path("runs/budget"), help="folder of the runs")
-    options.add_argument("--workers", type=int, default=1, help="processes")
-    options.add_argument("--only", nargs="*", help="names of scenes, as steel-1.2GPa and random-3")
-    given = options.parse_args()
-    given.output.mkdir(parents=True, exist_ok=True)
-    steels = [] if given.toy else [f"steel-{x}GPa" for x in ("0.5", "1.2", "2.0")]
+    command = Command(__file__, __doc__, "two quick scenes at 4 %")
+    command.add_argument("--workers", type=int, default=1, help="processes")
+    command.add_argument("--only", nargs="*", help="names of scenes, as steel-1.2GPa and random-3")
+    options = command.parse()
+    steels = [] if options.toy else [f"steel-{x}GPa" for x in ("0.5", "1.2", "2.0")]
     scenes = {name: rs.load_scene(name) for name in steels or ["demo"]}
-    scenes |= {f"random-{i}": random_scene(i) for i in ((2,) if given.toy else range(1, 11))}
-    scenes |= {} if given.toy else {f"faces-{i}": two_faces(i) for i in range(1, 11)}
-    scenes = {name: scene for name, scene in scenes.items() if name in (given.only or scenes)}
+    scenes |= {f"random-{i}": random_scene(i) for i in ((2,) if options.toy else range(1, 11))}
+    scenes |= {} if options.toy else {f"faces-{i}": two_faces(i) for i in range(1, 11)}
+    scenes = {name: scene for name, scene in scenes.items() if name in (options.only or scenes)}
     rows, runs = [], {}
     for name, scene in scenes.items():
-        target = 0.04 if given.toy else 0.01 if name in steels else 0.03 if name.startswith("faces") else 0.02
-        row, runs[name] = foretold_and_found(name, scene, target, given.output, given.workers)
+        target = 0.04 if options.toy else 0.01 if name in steels else 0.03 if name.startswith("faces") else 0.02
+        row, runs[name] = foretold_and_found(name, scene, target, options.output, options.workers)
         rows.append(row)
         print(f"{name}: done after {row.wall[1]:.0f} s", flush=True)
     told(rows)
     for name in [name for name in scenes if name in steels or name == "demo"]:
         gains = ", ".join(f"{observable} {value:.2g}" for observable, value in gain(runs[name]).items())
         print(f"{name}, fine levels for few instead of for all: {gains}")
-    chart(rows, given.output / "budget.png")
+    chart(rows, options.output / "budget.png")
 
 
 if __name__ == "__main__":

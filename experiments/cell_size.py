@@ -11,24 +11,21 @@ share no surfaces), and what the theory's sum over the modes of a cell has over 
 
 from __future__ import annotations
 
-import argparse
 import runpy
 from dataclasses import replace
 from itertools import pairwise
 from math import pi
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from script import Command
 
 import roughsim as rs
 from roughsim import prediction
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.scene.numerics import Level, Numerics
 from roughsim.surface.spectrum import TruncatedSpectrum
-
-mpl.use("Agg")
 
 random_scene = runpy.run_path(str(Path(__file__).with_name("budget.py")))["random_scene"]
 COLUMNS = [name for name in OBSERVABLES if name not in ("plastic_fraction", "heat_partition")]
@@ -113,22 +110,20 @@ def chart(found: dict[str, dict[int, dict[str, np.ndarray]]], path: Path) -> Non
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--toy", action="store_true", help="one scene, few realizations")
-    options.add_argument("-o", "--output", type=Path, default=Path("runs/cell_size"), help="folder of the runs")
-    options.add_argument("--only", nargs="*", help="names of scenes")
-    options.add_argument("--error", type=float, default=0.3, help="of T_flash in each cell, %%")
-    options.add_argument("--most", type=int, default=1600, help="realizations of a cell")
-    given = options.parse_args()
+    command = Command(__file__, __doc__, "one scene, few realizations")
+    command.add_argument("--only", nargs="*", help="names of scenes")
+    command.add_argument("--error", type=float, default=0.3, help="of T_flash in each cell, %%")
+    command.add_argument("--most", type=int, default=1600, help="realizations of a cell")
+    options = command.parse()
     every = scenes()
-    names = given.only or (["random 2"] if given.toy else list(every))
-    most = 12 if given.toy else given.most
-    cells = (1, 2) if given.toy else ()
-    found = {name: measured(name, every[name], given.output, given.error / 100, most, cells) for name in names}
+    names = options.only or (["random 2"] if options.toy else list(every))
+    most = 12 if options.toy else options.most
+    cells = (1, 2) if options.toy else ()
+    found = {name: measured(name, every[name], options.output, options.error / 100, most, cells) for name in names}
     print(" " * 25 + "".join(f"{name:>23s}" for name in COLUMNS))
     for name, cells in found.items():
         told(name, cells)
-    chart(found, given.output / "cell_size.png")
+    chart(found, options.output / "cell_size.png")
 
 
 if __name__ == "__main__":

@@ -12,22 +12,19 @@ FOLDER is not computed again. --toy takes two seeds and a shallow reference of a
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass, replace
 from math import pi
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from script import Command
 
 import roughsim as rs
 from roughsim.estimate.cell_size import choose_lengths
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
 from roughsim.scene.numerics import Level, Numerics
-
-mpl.use("Agg")
 
 NAMES = ("flash_temperature", "correlation_radius_50")
 FIRST_SEED, REFERENCE_SEED = 1000, 90001
@@ -161,19 +158,16 @@ def chart(results: dict[str, dict[str, np.ndarray]], path: Path) -> None:
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--toy", action="store_true", help="a small scene, two seeds")
-    options.add_argument("-o", "--output", type=Path, default=Path("runs/covered"), help="folder of the runs")
-    options.add_argument("--only", nargs="*", help="names of scenes")
-    options.add_argument("--seeds", type=int, help="runs of each scene")
-    given = options.parse_args()
-    given.output.mkdir(parents=True, exist_ok=True)
-    chosen = {name: case for name, case in cases(given.toy).items() if name in (given.only or cases(given.toy))}
+    command = Command(__file__, __doc__, "a small scene, two seeds")
+    command.add_argument("--only", nargs="*", help="names of scenes")
+    command.add_argument("--seeds", type=int, help="runs of each scene")
+    options = command.parse()
+    chosen = {name: case for name, case in cases(options.toy).items() if name in (options.only or cases(options.toy))}
     results = {}
     for name, of_name in chosen.items():
-        case = replace(of_name, seeds=given.seeds or of_name.seeds)
-        results[name] = told(name, case, runs(name, case, given.output), reference(name, case, given.output))
-    chart(results, given.output / "covered.png")
+        case = replace(of_name, seeds=options.seeds or of_name.seeds)
+        results[name] = told(name, case, runs(name, case, options.output), reference(name, case, options.output))
+    chart(results, options.output / "covered.png")
 
 
 if __name__ == "__main__":

@@ -8,9 +8,9 @@ per scene. --toy computes a few small realizations, to see the script work.
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import replace
-from pathlib import Path
+
+from script import Command
 
 import roughsim as rs
 from roughsim.show.units import plus_minus
@@ -33,19 +33,17 @@ def toy(scene: rs.Scene) -> rs.Scene:
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--toy", action="store_true", help="small and quick, to see it work")
-    options.add_argument("-o", "--output", type=Path, default=Path("runs/flash_vs_speed"), help="folder of the runs")
-    options.add_argument("--workers", type=int, default=1, help="processes")
-    given = options.parse_args()
+    command = Command(__file__, __doc__)
+    command.add_argument("--workers", type=int, default=1, help="processes")
+    options = command.parse()
 
     print(f"T_flash at {SPEED:g} m/s, K, with the scene's heat share (± total error, 95 %)")
     print(f"{'scene':14}{'theory':>8}{'smoothed':>16}{'capped':>16}{'smoothed/theory':>18}{'capped/smoothed':>18}")
     for name in SCENES:
         scene = rs.load_scene(name)
-        run = rs.run(toy(scene) if given.toy else scene, given.output / name, workers=given.workers)
+        run = rs.run(toy(scene) if options.toy else scene, options.output / name, workers=options.workers)
         comparison = rs.compare(run)
-        comparison.chart(given.output / f"{name}.png")
+        comparison.chart(options.output / f"{name}.png")
         row = next(r for r in comparison.rows if r.observable == "flash_temperature" and r.speed == SPEED)
         cells = [plus_minus(cell.mean, cell.total_error, cell.unknown) for cell in row.columns.values()]
         ratios = [plus_minus(entry.value, entry.total_error, entry.unknown) for entry in row.ratios.values()]

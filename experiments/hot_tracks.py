@@ -11,19 +11,16 @@ a Hertz contact that has the D_flash of the theory: D_flash of capped contact ha
 
 from __future__ import annotations
 
-import argparse
-from pathlib import Path
-
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from scipy.ndimage import uniform_filter
+from script import Command
 
 import roughsim as rs
 from roughsim.heat import hot_spots, uniform_temperature
 from theory import flash, hertz, plasticity
 
-mpl.use("Agg")
 mpl.rcParams.update({"font.size": 9, "axes.titlesize": 9, "figure.constrained_layout.use": True, "savefig.dpi": 150})
 SCENE = rs.load_scene("steel-1.2GPa")
 SPEEDS = {3: 33.9, 5: 34.5}  # the experiment's numbers of its tests; each has a surface of its own
@@ -131,12 +128,8 @@ def macroasperity_chart(heights, fine, grid, folder):
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--toy", action="store_true", help="small and quick, to see it work")
-    options.add_argument("-o", "--output", type=Path, default=Path("runs/hot_tracks"), help="folder of the figures")
-    given = options.parse_args()
-    given.output.mkdir(parents=True, exist_ok=True)
-    points = 64 if given.toy else 1024
+    options = Command(__file__, __doc__).parse()
+    points = 64 if options.toy else 1024
     grid = rs.Grid((points, points), (LENGTH, LENGTH))
     spectrum = SCENE.spectrum.truncated(q_max=grid.nyquist / 2)  # four pixels per shortest wave
     x = (np.arange(points) + 0.5) * grid.spacing[0] - LENGTH / 2
@@ -149,8 +142,8 @@ def main() -> None:
         rise = rs.sliding_temperature(flux, grid, speed=speed, **STEEL)
         rise += uniform_temperature(float(flux.mean()), LENGTH / 2 / speed, **STEEL)
         fields[test] = seen(rise, grid)
-    tracks_chart(fields, grid, given.output)
-    macroasperity_chart(heights, contact, grid, given.output)
+    tracks_chart(fields, grid, options.output)
+    macroasperity_chart(heights, contact, grid, options.output)
 
 
 if __name__ == "__main__":

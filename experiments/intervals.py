@@ -9,19 +9,14 @@ Each trial stops at the first n ≥ 12 whose relative half-width meets the targe
 
 from __future__ import annotations
 
-import argparse
-from pathlib import Path
-
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from script import Command
 
 from roughsim.estimate.errors import estimate
 from roughsim.estimate.ladder import Values, observe
 from roughsim.estimate.stop import first_sufficient
 from roughsim.observables.record import Sample
-
-mpl.use("Agg")
 
 NAME, LIMIT, MOST = "flash_temperature", 10.0, 240
 TARGETS = (0.03, 0.02, 0.015, 0.012, 0.01)
@@ -61,12 +56,8 @@ def coverage(trials: int, target: float, skew: float, seed: int, step: float = 0
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--toy", action="store_true", help="few trials")
-    options.add_argument("-o", "--output", type=Path, default=Path("runs/intervals"), help="folder of the figure")
-    given = options.parse_args()
-    given.output.mkdir(parents=True, exist_ok=True)
-    trials = 40 if given.toy else 5000
+    options = Command(__file__, __doc__, "few trials").parse()
+    trials = 40 if options.toy else 5000
     figure = Figure((5.6, 3.4), layout="constrained")
     axes = figure.subplots()
     axes.axhspan(92.5, 97.0, color="0.93")
@@ -81,7 +72,7 @@ def main() -> None:
         axes.errorbar(100 * np.array(TARGETS), shares, yerr=2 * error, fmt="o-", color=colour, label=words, capsize=2)
     axes.set(xlabel="target: relative half-width (%)", ylabel="intervals that hold the limit (%)", ylim=(90, 100))
     axes.legend(frameon=False)
-    figure.savefig(given.output / "intervals.png", dpi=130)
+    figure.savefig(options.output / "intervals.png", dpi=130)
 
 
 if __name__ == "__main__":

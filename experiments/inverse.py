@@ -11,7 +11,6 @@ T_flash, D_flash and s: the data do not choose among them.
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 from math import pi
 from pathlib import Path
@@ -21,10 +20,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.optimize import linprog, root
 from scipy.special import erf
+from script import Command
 
 from theory import flash, partition, persson, plasticity
 
-mpl.use("Agg")
 mpl.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False})
 mpl.rcParams.update({"figure.constrained_layout.use": True, "savefig.dpi": 130, "savefig.bbox": "tight"})
 
@@ -179,17 +178,13 @@ no trace."""
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--toy", action="store_true", help="coarser wavenumbers, fewer spectra")
-    options.add_argument("-o", "--output", type=Path, default=Path("runs/inverse"), help="folder of the figure")
-    given = options.parse_args()
-    given.output.mkdir(parents=True, exist_ok=True)
-    points = 400 if given.toy else 3000
+    options = Command(__file__, __doc__, "coarser wavenumbers, fewer spectra").parse()
+    points = 400 if options.toy else 3000
     bounds = {name: (bound(name, 1, points), bound(name, -1, points)) for name in SETS}
     print("bounds on gamma for any C(q) that yields fully, from the printed 259 K, 46.58 um, s = 0.938, d = 118 um")
     for name, (low, high) in bounds.items():
         print(f"  {SETS[name]:12} {max(low, 0.0):.3f} ... {high:.3f}")
-    family = [member(m) for m in ((1.0, 2.0) if given.toy else (1.0, 1.5, 2.0, 2.5, 3.0))]
+    family = [member(m) for m in ((1.0, 2.0) if options.toy else (1.0, 1.5, 2.0, 2.5, 3.0))]
     print("one spectrum C ~ q^(-m) for each m has the printed T, D and s; rms height of one face up to 9.4e4 1/m:")
     names = ("gamma", "q_min 1/m", "h_rms um", "T K", "D um", "s", "d um", "r(0.1) um")
     print(f"  {'m':>4}" + "".join(f"{name:>10}" for name in names))
@@ -198,7 +193,7 @@ def main() -> None:
         row = f"{got['h']:10.3f}{got['T']:10.3f}{got['D']:10.3f}{got['s']:10.5f}{got['d']:10.2f}{got['r']:10.1f}"
         print(f"  {spectrum.exponent:4g}{gamma:10.4f}{spectrum.q_min:10.0f}{row}")
     print(FOUND)
-    chart(given.output, bounds, family)
+    chart(options.output, bounds, family)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,6 @@ the temperature dependence of the materials are left out, so the numbers compare
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,11 +19,11 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
+from script import Command
 
 import roughsim as rs
 from theory import classical, flash, persson, plasticity
 
-mpl.use("Agg")
 mpl.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False})
 mpl.rcParams.update({"figure.constrained_layout.use": True, "savefig.dpi": 110, "savefig.bbox": "tight"})
 mpl.rcParams.update({"axes.grid": True, "grid.alpha": 0.25})
@@ -147,15 +146,11 @@ def chart(folder: Path, cases: list[Case], points: int) -> None:
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--toy", action="store_true", help="fewer points")
-    options.add_argument("-o", "--output", type=Path, default=Path("runs/multiscale"), help="folder of the figure")
-    given = options.parse_args()
-    given.output.mkdir(parents=True, exist_ok=True)
+    options = Command(__file__, __doc__, "fewer points").parse()
     cases = [granite(), rubber(), steel()]
     table(cases)
     print(FOUND)
-    chart(given.output, cases, 20 if given.toy else 80)
+    chart(options.output, cases, 20 if options.toy else 80)
 
 
 if __name__ == "__main__":

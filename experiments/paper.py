@@ -8,7 +8,6 @@ here reproduces the paper's printed numbers (with gamma = 0.294; see experiments
 
 from __future__ import annotations
 
-import argparse
 from math import pi, sqrt
 from pathlib import Path
 from typing import Any
@@ -16,11 +15,11 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from script import Command
 
 import roughsim as rs
 from theory import background, flash, hertz, partition, persson, plasticity
 
-mpl.use("Agg")
 mpl.rcParams.update(
     {
         "font.size": 9,
@@ -233,15 +232,11 @@ def table() -> None:
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--toy", action="store_true", help="fewer points")
-    options.add_argument("-o", "--output", type=Path, default=Path("runs/paper"), help="folder of the figures")
-    given = options.parse_args()
-    given.output.mkdir(parents=True, exist_ok=True)
-    points = 60 if given.toy else 300
+    options = Command(__file__, __doc__, "fewer points").parse()
+    points = 60 if options.toy else 300
     for draw in (spectra, correlation, over_speed, maps):
-        draw(given.output, points)
-    worst = areas(given.output, points)
+        draw(options.output, points)
+    worst = areas(options.output, points)
     table()
     print(f"\nA_el + A_pl and the smoothed surface's elastic area differ by at most {100 * worst:.3f} %")
 

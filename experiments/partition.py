@@ -13,18 +13,15 @@ same shape.
 
 from __future__ import annotations
 
-import argparse
-from pathlib import Path
-
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from script import Command
 
 import roughsim as rs
 from roughsim.heat import source_temperature
 
-mpl.use("Agg")
 mpl.rcParams.update({"font.size": 9, "axes.titlesize": 9, "axes.spines.top": False, "axes.spines.right": False})
 mpl.rcParams.update({"legend.frameon": False, "figure.constrained_layout.use": True, "savefig.dpi": 150})
 CASES = {
@@ -95,13 +92,9 @@ def tell(peclets, results, name):
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--toy", action="store_true", help="small and quick, to see it work")
-    options.add_argument("-o", "--output", type=Path, default=Path("runs/partition"), help="folder of the figure")
-    given = options.parse_args()
-    given.output.mkdir(parents=True, exist_ok=True)
-    flux, grid = hertz(6 if given.toy else 32)
-    peclets = np.geomspace(0.1, 1e4, 3 if given.toy else 21)
+    options = Command(__file__, __doc__).parse()
+    flux, grid = hertz(6 if options.toy else 32)
+    peclets = np.geomspace(0.1, 1e4, 3 if options.toy else 21)
     figure = Figure(figsize=(8, 6.8))
     share, flash, hottest, jump = figure.subplots(2, 2).flat
     print(f"{'':42}{'share of the moving body':^33}{'T_flash to pointwise':>22}{'T_max to pointwise':>22}")
@@ -120,7 +113,7 @@ def main() -> None:
     handles = [Line2D([], [], color=c, lw=w, label=name) for name, c, w in zip(CASES, COLOURS, WIDTHS, strict=True)]
     handles += [Line2D([], [], color="k", ls=style, label=rule) for rule, style in STYLES.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=2)
-    figure.savefig(given.output / "partition.png")
+    figure.savefig(options.output / "partition.png")
 
 
 if __name__ == "__main__":

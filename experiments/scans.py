@@ -10,22 +10,20 @@ Needs the extra `topography`.
 
 from __future__ import annotations
 
-import argparse
 import warnings
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from script import Command
 
 import roughsim as rs
 from roughsim import prediction
 from roughsim.scene.sections import SurfaceSection
 from roughsim.surface.topography import read_topography
 
-mpl.use("Agg")
 Q_MIN, Q_MAX, WAVES = 6350.0, 6e5, 4  # rad/m; longest waves on a side of the whole surface
 KINDS = {"self-affine from the longest wave": (Q_MIN, 0.0), "steel, roll-off exponent 1.5": (9.4e4, 1.5)}
 PARTS = (2, 4, 8)  # of the side that are cut out
@@ -71,16 +69,13 @@ def errors(kind, part, points, seeds):
 
 def main():
     """Print the errors, and draw them over the side of the scan."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--toy", action="store_true", help="one scan of each kind")
-    parser.add_argument("-o", "--output", type=Path, default=Path())
-    given = parser.parse_args()
+    options = Command(__file__, __doc__, "one scan of each kind").parse()
     warnings.simplefilter("ignore", ImportWarning)  # SurfaceTopography says that there is no MPI
     figure = Figure(figsize=(5, 3.2), layout="constrained")
     axes = figure.subplots()
     for kind, marker in zip(KINDS, "os", strict=True):
-        for part in PARTS[-1:] if given.toy else PARTS:
-            found = errors(kind, part, 1024, 1 if given.toy else 10)
+        for part in PARTS[-1:] if options.toy else PARTS:
+            found = errors(kind, part, 1024, 1 if options.toy else 10)
             print(f"{kind}, side {WAVES / part:g} longest waves: mean {found.mean():+.0f} %, ", end="")
             print(f"{found.min():+.0f} to {found.max():+.0f} %")
             axes.plot(np.full(found.size, WAVES / part), found, marker, mfc="none", label=kind if part == 8 else None)
@@ -88,8 +83,7 @@ def main():
     axes.set(xlabel="side of the scan, longest waves", ylabel="T_flash of the scan, off by %", xscale="log")
     axes.set_xticks([WAVES / part for part in PARTS], [f"{WAVES / part:g}" for part in PARTS])
     axes.legend(frameon=False)
-    given.output.mkdir(parents=True, exist_ok=True)
-    figure.savefig(given.output / "scans.png", dpi=150)
+    figure.savefig(options.output / "scans.png", dpi=150)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,6 @@ theory.flash on some of them. --toy draws 1000.
 
 from __future__ import annotations
 
-import argparse
 import time
 from math import pi, sqrt
 from pathlib import Path
@@ -20,11 +19,11 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from scipy.special import erf
+from script import Command
 
 import roughsim as rs
 from theory import flash, hardness, partition, plasticity
 
-mpl.use("Agg")
 mpl.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False})
 mpl.rcParams.update({"figure.constrained_layout.use": True, "savefig.dpi": 130, "savefig.bbox": "tight"})
 
@@ -205,15 +204,12 @@ def hot_hardness() -> tuple[float, float]:
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--toy", action="store_true", help="1000 draws")
-    options.add_argument("-o", "--output", type=Path, default=Path("runs/uncertainty"), help="folder of the figure")
-    options.add_argument("--draws", type=int, default=10_000)
-    options.add_argument("--seed", type=int, default=1)
-    given = options.parse_args()
-    given.output.mkdir(parents=True, exist_ok=True)
+    command = Command(__file__, __doc__, "1000 draws")
+    command.add_argument("--draws", type=int, default=10_000)
+    command.add_argument("--seed", type=int, default=1)
+    options = command.parse()
     start = time.perf_counter()
-    sample = draw(1000 if given.toy else given.draws, np.random.default_rng(given.seed))
+    sample = draw(1000 if options.toy else options.draws, np.random.default_rng(options.seed))
     rise = flash_temperature(sample)
     taken = time.perf_counter() - start
     checks = [rise[i] / exact(sample, i) - 1 for i in range(10)]
@@ -230,7 +226,7 @@ def main() -> None:
         print(f"  {NAMES.get(name, 'rule mean -> total'):30} {low:6.1f} ... {high:6.1f}")
     softened, hot = hot_hardness()
     print(f"with an assumed hot hardness (1.2 GPa cold): sigma_P = {softened / 1e9:.2f} GPa at T_flash = {hot:.0f} K")
-    chart(given.output, sample, rise, bars)
+    chart(options.output, sample, rise, bars)
 
 
 if __name__ == "__main__":

@@ -10,17 +10,14 @@ the pressures elastically, which it should to the tolerance of the solver.
 
 from __future__ import annotations
 
-import argparse
-from pathlib import Path
-
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from script import Command
 
 import roughsim as rs
 from theory import plasticity
 
-mpl.use("Agg")
 mpl.rcParams.update({"font.size": 9, "axes.titlesize": 9, "axes.spines.top": False, "axes.spines.right": False})
 mpl.rcParams.update({"legend.frameon": False, "legend.fontsize": 8, "savefig.dpi": 150})
 mpl.rcParams.update({"figure.constrained_layout.use": True, "axes.grid": True, "grid.alpha": 0.25})
@@ -137,31 +134,27 @@ def draw_patches(axis, top, relieved, grid):
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--toy", action="store_true", help="small and quick, to see it work")
-    options.add_argument("-o", "--output", type=Path, default=Path("runs/unloading"), help="folder of the figure")
-    given = options.parse_args()
-    given.output.mkdir(parents=True, exist_ok=True)
-    points = 64 if given.toy else 1024
+    options = Command(__file__, __doc__).parse()
+    points = 64 if options.toy else 1024
     grid = rs.Grid((points, points), (LENGTH, LENGTH))
     spectrum = SCENE.spectrum.truncated(q_max=grid.nyquist / 2)  # four pixels per shortest wave
     heights = rs.synthesize(spectrum, grid, np.random.default_rng(1))
     figure = Figure(figsize=(11, 6.4))
     (way, area, repeat), (profile, psd, patch) = figure.subplots(2, 3)
-    parts = history(heights, grid, 6 if given.toy else 16, 1e-6)
+    parts = history(heights, grid, 6 if options.toy else 16, 1e-6)
     draw_history(way, area, parts)
     top, deformed = next(rs.follow_loads(heights, grid, STEEL, nominal_pressures=[LOAD]))
     relieved = rs.solve_contact(deformed.heights, grid, STEEL, nominal_pressure=10e6)
     draw_profile(profile, heights, deformed, grid)
     q, kept, theory = draw_spectra(psd, heights, deformed, grid)
     draw_patches(patch, top, relieved, grid)
-    tolerances = np.array([1e-2, 1e-6]) if given.toy else 10.0 ** np.arange(-9, -1)
+    tolerances = np.array([1e-2, 1e-6]) if options.toy else 10.0 ** np.arange(-9, -1)
     errors = repeats(heights, grid, tolerances)
     repeat.loglog(tolerances, errors, "o-", color=RED, ms=4, label="found")
     repeat.loglog(tolerances, tolerances, color=GREY, lw=0.8, label="the tolerance itself")
     repeat.set(title="pressures repeat on the deformed surface", xlabel="tolerance", ylabel="relative difference")
     repeat.legend()
-    figure.savefig(given.output / "unloading.png")
+    figure.savefig(options.output / "unloading.png")
     tell(parts, top, deformed, errors / tolerances, (q, kept, theory))
 
 

@@ -11,7 +11,6 @@ points that it was not fitted to. --toy computes a few small points.
 
 from __future__ import annotations
 
-import argparse
 import shutil
 import time
 from concurrent.futures import ProcessPoolExecutor
@@ -20,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from script import Command
 from validity_map import capped, charts, elastic, fit, plastic_charts, report
 from validity_map.tables import capped_tables, elastic_table
 
@@ -123,29 +123,27 @@ def refit(results: dict[str, list[Any]]) -> None:
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--toy", action="store_true", help="few and small points, to see it work")
-    options.add_argument("--resume", action="store_true", help="keep the points that are there")
-    options.add_argument("--refit", action="store_true", help="fit the constants of the calibrated spectrum anew")
-    options.add_argument("-o", "--output", type=Path, default=Path("runs/validity"), help="folder")
-    options.add_argument("--workers", type=int, default=1, help="processes")
-    given = options.parse_args()
+    command = Command(__file__, __doc__, "few and small points, to see it work")
+    command.add_argument("--resume", action="store_true", help="keep the points that are there")
+    command.add_argument("--refit", action="store_true", help="fit the constants of the calibrated spectrum anew")
+    command.add_argument("--workers", type=int, default=1, help="processes")
+    options = command.parse()
 
-    folder = given.output / "points"
-    if not given.resume:
+    folder = options.output / "points"
+    if not options.resume:
         shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True, exist_ok=True)
-    points = toy_map() if given.toy else [*whole_map(), *families(), *fresh()]
-    measured = gather(points, folder, toy=given.toy, workers=given.workers)
+    points = toy_map() if options.toy else [*whole_map(), *families(), *fresh()]
+    measured = gather(points, folder, toy=options.toy, workers=options.workers)
     results = sorted_out(measured)
     plastics = [pair for pair in measured if isinstance(pair[0], capped.CappedPoint)]
     tables = {"elastic": elastic_table(results["grid"]), **capped_tables(plastics)}
-    write_validity(given.output / "validity.h5", tables, report.provenance())
-    if given.refit:
+    write_validity(options.output / "validity.h5", tables, report.provenance())
+    if options.refit:
         refit(results)
     report.show(tables, results, plastics)
-    charts.draw(tables, results, given.output)
-    plastic_charts.draw(tables, plastics, given.output)
+    charts.draw(tables, results, options.output)
+    plastic_charts.draw(tables, plastics, options.output)
 
 
 if __name__ == "__main__":

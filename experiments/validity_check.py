@@ -8,7 +8,6 @@ with a fixed seed, elastic and capped; no point of the map lies at them, and no 
 
 from __future__ import annotations
 
-import argparse
 import warnings
 from math import hypot, isfinite
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from script import Command
 from validity_map import capped
 
 import roughsim as rs
@@ -149,19 +149,17 @@ def draw(rows: list[dict[str, Any]], path: Path) -> None:
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--toy", action="store_true", help="two scenes with few members, to see it work")
-    options.add_argument("-o", "--output", type=Path, default=Path("runs/validity_check"), help="folder")
-    options.add_argument("--workers", type=int, default=1, help="processes")
-    given = options.parse_args()
+    command = Command(__file__, __doc__, "two scenes with few members, to see it work")
+    command.add_argument("--workers", type=int, default=1, help="processes")
+    options = command.parse()
     warnings.simplefilter("ignore", RuntimeWarning)
     places = drawn(12, 12, 4, 4)
-    chosen = [places[1], places[23]] if given.toy else places
+    chosen = [places[1], places[23]] if options.toy else places
     rows = []
     for place in chosen:
         number = places.index(place)
-        scene = scene_at(place, number, target=20.0 if given.toy else 1.5, most=12 if given.toy else 100)
-        run = rs.run(scene, given.output / f"{number}", workers=given.workers)
+        scene = scene_at(place, number, target=20.0 if options.toy else 1.5, most=12 if options.toy else 100)
+        run = rs.run(scene, options.output / f"{number}", workers=options.workers)
         words = ", ".join(f"{name} {x:.3g}" for name, x in place.items() if name != "peclet")
         print(f"{number}: {words}; n = {run.realizations}", flush=True)
         for row in checked(scene, run):
@@ -172,7 +170,7 @@ def main() -> None:
                 f"  {row['observable']:18} {at:10} said {said}, found {measured}{'' if row['holds'] else '   MISSED'}"
             )
             rows.append(row)
-    draw(rows, given.output / "validity_check.png")
+    draw(rows, options.output / "validity_check.png")
     for kind in ("elastic", "capped"):
         for name in OBSERVABLES:
             some = [r for r in rows if (r["kind"], r["observable"]) == (kind, name) and isfinite(r["found"])]

@@ -10,7 +10,6 @@ is a row too, and a cross in a map.
 
 from __future__ import annotations
 
-import argparse
 import importlib.util
 import sys
 import time
@@ -22,6 +21,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from script import Command
 
 import roughsim as rs
 from roughsim.heat import uniform_temperature
@@ -31,7 +31,6 @@ from theory import hertz
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 import contact as solvers
 
-mpl.use("Agg")
 mpl.rcParams.update({"font.size": 9, "axes.titlesize": 9, "axes.titlelocation": "left", "legend.frameon": False})
 TOLERANCE = 1e-6
 LONGEST = 20.0  # CPU seconds of one solve; a solver that takes longer is not asked with finer pixels
@@ -308,18 +307,15 @@ MAPS = {"load": load_map, "roughness": roughness_map, "heat": heat_map}
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("maps", nargs="*", metavar="MAP", help=f"{', '.join(MAPS)}; all if left out")
-    options.add_argument("--toy", action="store_true", help="small and quick, to see it work")
-    options.add_argument("--resume", action="store_true", help="keep the rows that are already in data.h5")
-    options.add_argument("-o", "--output", type=Path, default=Path("runs/where_methods_fail"), help="folder")
-    given = options.parse_args()
-    given.output.mkdir(parents=True, exist_ok=True)
-    if unknown := set(given.maps) - set(MAPS):
-        options.error(f"{', '.join(unknown)}: choose from {', '.join(MAPS)}")
-    rows = Rows(given.output / "data.h5", resume=given.resume)
-    for name in given.maps or MAPS:
-        MAPS[name](rows, given.output, given.toy)
+    command = Command(__file__, __doc__)
+    command.add_argument("maps", nargs="*", metavar="MAP", help=f"{', '.join(MAPS)}; all if left out")
+    command.add_argument("--resume", action="store_true", help="keep the rows that are already in data.h5")
+    options = command.parse()
+    if unknown := set(options.maps) - set(MAPS):
+        command.error(f"{', '.join(unknown)}: choose from {', '.join(MAPS)}")
+    rows = Rows(options.output / "data.h5", resume=options.resume)
+    for name in options.maps or MAPS:
+        MAPS[name](rows, options.output, options.toy)
 
 
 if __name__ == "__main__":
