@@ -15,6 +15,7 @@ import resource
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -23,7 +24,6 @@ from script import Command
 import roughsim as rs
 from roughsim.estimate.ladder import observe
 from roughsim.observables.catalogue import UNITS
-from roughsim.results.run import Run
 from roughsim.scene import parse_scene
 
 RANDOM = """
@@ -121,7 +121,7 @@ def used() -> float:
     return own.ru_utime + own.ru_stime + others.ru_utime + others.ru_stime
 
 
-def foretold_and_found(name: str, scene: rs.Scene, target: float, folder: Path, workers: int) -> tuple[Row, Run]:
+def foretold_and_found(name: str, scene: rs.Scene, target: float, folder: Path, workers: int) -> tuple[Row, Any]:
     numerics = rs.plan(replace(scene, ensemble=replace(scene.ensemble, until={})), target)
     forecast = numerics.forecast
     assert forecast is not None
@@ -138,7 +138,7 @@ def foretold_and_found(name: str, scene: rs.Scene, target: float, folder: Path, 
     return Row(name, (forecast.realizations, found.n), error, (forecast.cpu_seconds, cpu), wall_both, parts), run
 
 
-def gain(run: Run) -> dict[str, float]:
+def gain(run: Any) -> dict[str, float]:
     """Cost of all levels for every realization over that of the best split, at equal statistical error."""
     level = run.numerics.of_column(run.column(None))
     points = [run.numerics.grid(i).points for i in level]

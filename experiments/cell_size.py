@@ -24,7 +24,6 @@ from script import Command
 import roughsim as rs
 from roughsim import prediction
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.scene.numerics import Level, Numerics
 from roughsim.surface.spectrum import TruncatedSpectrum
 
 random_scene = runpy.run_path(str(Path(__file__).with_name("budget.py")))["random_scene"]
@@ -43,11 +42,11 @@ def scenes() -> dict[str, rs.Scene]:
     return {"steel": steel, "plateau": flat, **soft, **some}
 
 
-def numerics(scene: rs.Scene, waves: int, kept: int, longest: float) -> Numerics:
+def numerics(scene: rs.Scene, waves: int, kept: int, longest: float) -> rs.Numerics:
     """Return one level at 4 pixels per shortest wave, the same pixel in every cell."""
     side, column = 4 * kept * waves, "elastic" if scene.elastic else "capped"
     length = waves * longest
-    return Numerics((Level(column, (side, side), kept * 2 * pi / longest),), (length, length))
+    return rs.Numerics((rs.Level(column, (side, side), kept * 2 * pi / longest),), (length, length))
 
 
 def measured(

@@ -24,7 +24,6 @@ import roughsim as rs
 from roughsim.estimate.cell_size import choose_lengths
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
-from roughsim.scene.numerics import Level, Numerics
 
 NAMES = ("flash_temperature", "correlation_radius_50")
 FIRST_SEED, REFERENCE_SEED = 1000, 90001
@@ -66,9 +65,9 @@ def reference(name: str, case: Case, folder: Path) -> dict[str, tuple[np.ndarray
     end, lengths = case.scene.spectrum.breaks[-1], choose_lengths(case.scene)[0]
     column = "elastic" if case.scene.elastic else "capped"
     steps = [end if case.per_wave is None else min(end, 2 * pi * n / (case.per_wave * lengths[0])) for n in case.sides]
-    levels = tuple(Level(column, (n, n), q) for n, q in zip(case.sides, steps, strict=True))
+    levels = tuple(rs.Level(column, (n, n), q) for n, q in zip(case.sides, steps, strict=True))
     samples = [
-        members(case, Numerics(levels, lengths), k, folder / f"{name}-reference-{k}.npz") for k in range(len(levels))
+        members(case, rs.Numerics(levels, lengths), k, folder / f"{name}-reference-{k}.npz") for k in range(len(levels))
     ]
     return {
         observable: chained([OBSERVABLES[observable].of_level(s) for s in samples], samples, observable, case.rest)
@@ -76,7 +75,7 @@ def reference(name: str, case: Case, folder: Path) -> dict[str, tuple[np.ndarray
     }
 
 
-def members(case: Case, numerics: Numerics, level: int, path: Path) -> Sample:
+def members(case: Case, numerics: rs.Numerics, level: int, path: Path) -> Sample:
     """Return the sample of one level, computed or read."""
     if not path.exists():
         seen = [

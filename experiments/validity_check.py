@@ -144,7 +144,7 @@ def draw(rows: list[dict[str, Any]], path: Path) -> None:
         axes.errorbar(said, off, error, fmt="o", ms=3, lw=0.8, color=colour, label=kind)
     axes.axhline(0.0, color="0.3", lw=0.8)
     axes.set(xlabel="the map: theory is high by, %", ylabel="simulation less map, %", title=r"$T_\mathrm{flash}$")
-    axes.legend()
+    figure.legend(loc="outside right upper")  # inside it would hide bars
     figure.savefig(path, dpi=130)
 
 

@@ -19,7 +19,6 @@ import numpy as np
 from scipy.optimize import brentq
 
 import roughsim as rs
-from roughsim.contact.patches import corrected_fractions
 from roughsim.surface.spectrum import TruncatedSpectrum
 from theory import persson, plasticity
 from validity_map import members
@@ -204,7 +203,7 @@ def _capped(point: CappedPoint, q_max: float, pixels: float, seed: Any) -> Cappe
         heights, grid, solid, nominal_pressure=point.pressures["nominal_pressure"], tolerance=1e-4
     )
     stress = members.stress_table(contact.pressure, grid)
-    corrected, yielded = corrected_fractions(contact.pressure, point.hardness)
+    corrected, yielded = rs.corrected_fractions(contact.pressure, point.hardness)
     areas = (contact.contact_fraction, corrected, contact.plastic_fraction, yielded)
     return Capped(stress @ members.kernels(grid), areas, heights, contact)
 

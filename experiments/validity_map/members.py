@@ -16,7 +16,6 @@ from scipy.special import j0
 
 import roughsim as rs
 from roughsim import fourier
-from roughsim.contact.patches import corrected_fractions
 from roughsim.observables.angular import angular_means
 from roughsim.surface.synthesis import mode_variance
 
@@ -104,7 +103,7 @@ def solve(spectrum: Any, grid: rs.Grid, load: float, seed: Any, tolerance: float
     heights = rs.synthesize(spectrum, grid, np.random.default_rng(seed))
     contact = rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=load, tolerance=tolerance)
     stress = stress_table(contact.pressure, grid)
-    corrected, _ = corrected_fractions(contact.pressure)
+    corrected, _ = rs.corrected_fractions(contact.pressure)
     return Member(stress @ kernels(grid), contact.contact_fraction, corrected, stress)
 
 
