@@ -75,7 +75,7 @@ TESTS = {
     "roughsim/prediction/__init__.py": "prediction/test_prediction.py",
     "roughsim/prediction/bodies.py": "prediction/test_prediction.py heat/test_conductivity.py",
     "roughsim/prediction/cut_offs.py": "prediction/test_prediction.py",
-    "roughsim/prediction/views.py": "prediction/test_prediction.py prediction/test_one_theory.py",
+    "roughsim/prediction/integrals.py": "prediction/test_prediction.py prediction/test_one_theory.py",
     "roughsim/comparison/compare.py": "comparison/test_compare.py estimate/test_total_errors.py",
     "roughsim/show/units.py": "show/test_units.py",
     "roughsim/comparison/stress_slope.py": "comparison/test_in_band.py",

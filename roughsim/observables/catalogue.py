@@ -19,10 +19,12 @@ Array = NDArray[np.float64]
 def heat_share(sample: Sample) -> Array:
     """Return influence values of ⟨T_stat⟩/(⟨T_stat⟩ + ⟨T_mov⟩) of a level that `prediction.balanced` has prepared."""
     resting, moving = sample.numbers["resting_flash_temperature"], sample.numbers["flash_temperature"]
-    still, slid = resting.mean(axis=0), moving.mean(axis=0)
-    whole = still + slid
-    change: Array = still / whole + (slid * (resting - still) - still * (moving - slid)) / whole**2
-    return change
+    mean_resting, mean_moving = resting.mean(axis=0), moving.mean(axis=0)
+    both = mean_resting + mean_moving
+    # d[a/(a + b)] = (b da − a db)/(a + b)²
+    change = mean_moving * (resting - mean_resting) - mean_resting * (moving - mean_moving)
+    values: Array = mean_resting / both + change / both**2
+    return values
 
 
 def radius(sample: Sample, fraction: float) -> Array:

@@ -102,6 +102,7 @@ class StressSpectrum:
             raise ValueError(f"fraction = {fraction:.6g} must be ≥ 0 and below 1, the value at r = 0")
         if not self.pressure_variance > 0.0:
             return math.nan
+        # g(r)/g(0) = Σ share·J₀(qr), and the bound C of its curvature
         share = self.variance / self.pressure_variance
         bend = 0.5 * ordered_sum(share, self.wavenumber**2)
         r = 0.0
@@ -110,6 +111,7 @@ class StressSpectrum:
             if excess <= 0.0:
                 return r
             slope = -ordered_sum(share * self.wavenumber, j1(self.wavenumber * r))
+            # the positive root of excess + slope·s − C s²/2 = 0: where the bound meets the target
             step = (slope + math.sqrt(slope**2 + 2 * bend * excess)) / bend
             if step < 1e-14 * self.reach:
                 return r

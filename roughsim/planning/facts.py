@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from roughsim import prediction
 from roughsim.estimate.cell_size import choose_lengths
-from roughsim.prediction.views import integrals
+from roughsim.prediction.integrals import integrals
 from roughsim.show.table import Column, Table
 from roughsim.show.units import json_number
 

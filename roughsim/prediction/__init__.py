@@ -24,7 +24,7 @@ from roughsim.prediction.bodies import (
     theoretical_partition,
 )
 from roughsim.prediction.cut_offs import continuation, follows_theory, predictions, usual_exponent
-from roughsim.prediction.views import area_fractions, heat_history, over_speed, summed_over_modes
+from roughsim.prediction.integrals import area_fractions, heat_history, over_speed, summed_over_modes
 from roughsim.scene import Scene
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.prediction.views import area_fractions, integrals
+from roughsim.prediction.integrals import area_fractions, integrals
 from roughsim.scene import Scene
 
 Array = NDArray[np.float64]

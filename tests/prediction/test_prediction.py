@@ -10,7 +10,7 @@ from scipy.special import erf
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.prediction.views import integrals, summed_over_modes
+from roughsim.prediction.integrals import integrals, summed_over_modes
 from roughsim.surface.spectrum import TruncatedSpectrum
 from theory import flash, partition, persson
 

@@ -70,9 +70,9 @@ def summed_over_modes(scene: Scene, spectrum: Any, grid: Grid) -> Theory:
     share = np.full(speeds.shape, nan)
     if scene.counterface_conducts:  # the balance of the two bodies, both as κT σ₀/μv of the moving one
         history = heat_history(scene, q)
-        still = history.growth @ (stress / q) + history.resting
-        still *= bodies.conductivity / bodies.counter_conductivity
-        share = still / (still + temperature + history.moving)
+        resting = history.growth @ (stress / q) + history.resting
+        resting *= bodies.conductivity / bodies.counter_conductivity
+        share = resting / (resting + temperature + history.moving)
     load = {"effective_modulus": scene.effective_modulus, "nominal_pressure": sliding.nominal_pressure}
     area = float(theory.persson.contact_probability(float(spectrum.breaks[-1]), spectrum, **load))
     return Theory(
@@ -115,9 +115,10 @@ class HeatHistory(NamedTuple):
 
 def heat_history(scene: Scene, q: Array) -> HeatHistory:
     """Return what the time of sliding adds at wavenumbers q of modes, rad/m, (modes,)."""
-    time, bodies, none = scene.sliding.duration, conduction(scene), np.zeros(len(scene.speeds))
+    time, bodies = scene.sliding.duration, conduction(scene)
     if scene.sliding.heat_partition != "total" or time is None:
-        return HeatHistory(np.ones((none.size, q.size)), none, none)
+        zero = np.zeros(len(scene.speeds))
+        return HeatHistory(np.ones((zero.size, q.size)), zero, zero)
     square = scene.sliding.nominal_pressure**2
     moving, resting = (
         np.array([theory.background.temperature(time, heat_flux=square, conductivity=1.0, diffusivity=d) for d in each])
