@@ -139,7 +139,7 @@ def run(
     """
     from dataclasses import replace
 
-    from roughsim.ensemble.progress import run_shown, targets
+    from roughsim.ensemble.progress import run_shown
 
     loaded = rs.load_scene(scene)
     changes: dict[str, Any] = {"threads": threads, "keep_fields": keep_fields}
@@ -147,7 +147,9 @@ def run(
     if changes:
         loaded = replace(loaded, numerics=replace(loaded.numerics, **changes))
     try:
-        result = run_shown(loaded, output, workers, until=targets(until), max_realizations=most)
+        pairs = [text.partition("=") for text in until or ()]
+        targets = {name.strip(): value for name, _, value in pairs} or None
+        result = run_shown(loaded, output, workers, until=targets, max_realizations=most)
     except KeyboardInterrupt:  # caught here: typer would end without a word
         fail("stopped; what was computed is stored, and the same command goes on from there", 130)
     if result.failed > 0.01 * result.realizations:

@@ -117,8 +117,14 @@ WRONG = {
     "no such scene": (("theory", "steal-1.2GPa"), "steel-1.2GPa"),
     "no such file": (("plan", "missing.toml"), "missing.toml"),
     "no such run": (("compare", "missing"), "missing does not exist; start it with"),
-    "bad target": (("run", "demo", "-o", "{tmp}/a", "--until", "flash_temperature=lots"), "write OBSERVABLE=PERCENT"),
-    "unknown observable": (("run", "demo", "-o", "{tmp}/a", "--until", "heat=1%"), "is no observable; choose among"),
+    "bad target": (
+        ("run", "demo", "-o", "{tmp}/a", "--until", "flash_temperature=lots"),
+        'lots" is not a number with a unit; write for example "1 %"',
+    ),
+    "unknown observable": (
+        ("run", "demo", "-o", "{tmp}/a", "--until", "heat=1%"),
+        "ensemble.until.heat is not an observable; ",
+    ),
     "file in the way": (("run", "demo", "-o", "{tmp}/file"), "is a file; name a folder"),
 }
 

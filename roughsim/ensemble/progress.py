@@ -97,18 +97,3 @@ def run_shown(scene: Scene, folder: Path, workers: int | None, **options: Any) -
         result = run(scene, folder, numerics=numerics, workers=count, observer=progress.update)
     console.print_lines(*progress.summary(result))
     return result
-
-
-def targets(until: list[str] | None) -> dict[str, float] | None:
-    """Return what words such as "flash_temperature=1%" ask for, observable → fraction; None for None."""
-    if until is None:
-        return None
-    goals = {}
-    for text in until:
-        name, _, value = text.partition("=")
-        number, percent, _ = value.strip().partition("%")
-        try:
-            goals[name.strip()] = float(number) / (100.0 if percent else 1.0)
-        except ValueError:
-            raise ValueError(f"--until {text}: write OBSERVABLE=PERCENT, for example flash_temperature=1%") from None
-    return goals

@@ -8,15 +8,15 @@ any number of processes may work on one run.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from roughsim.ensemble.start import begin, clear, sweep
 from roughsim.ensemble.tasks import Tasks
 from roughsim.ensemble.workers import Workforce, leave_if_imported, refuse_script_without_file, stopped_by_signals
-from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.folder import open_run
 from roughsim.results.run import Run
 from roughsim.scene import Scene
@@ -104,26 +104,10 @@ def aimed(
     scene: Scene,
     *,
     seed: int | None = None,
-    until: dict[str, float] | None = None,
+    until: Mapping[str, float | str] | None = None,
     max_realizations: int | None = None,
 ) -> Scene:
-    """Return a scene with another seed, targets and end, each as `run` takes it; what is None stays.
-
-    Raises
-    ------
-    ValueError
-        If a target names no observable, or does not lie between 0 and 1.
-    """
-    goals = dict(scene.ensemble.until) if until is None else until
-    for name, goal in goals.items():
-        if name not in OBSERVABLES:
-            raise ValueError(f"until = {name!r} is no observable; choose among {', '.join(OBSERVABLES)}")
-        if not 0.0 < goal < 1.0:
-            raise ValueError(f"until: {name} = {goal!r} must lie between 0 and 1; write 0.01 for 1 %")
-    ensemble = replace(
-        scene.ensemble,
-        seed=scene.ensemble.seed if seed is None else seed,
-        max_realizations=scene.ensemble.max_realizations if max_realizations is None else max_realizations,
-        until=tuple(goals.items()),
-    )
-    return replace(scene, ensemble=ensemble)
+    """Return a scene with another seed, targets and end, checked as in a scene file; what is None stays."""
+    changes: dict[str, Any] = {"seed": seed, "until": until, "max_realizations": max_realizations}
+    changes = {key: value for key, value in changes.items() if value is not None}
+    return replace(scene, ensemble=replace(scene.ensemble, **changes))

@@ -247,9 +247,11 @@ def test_bad_arguments_are_refused_by_name(quick, tmp_path):
             rs.realize(quick, numerics, **({"seed": 1} | {name: value}))
     with pytest.raises(ValueError, match="workers = 0"):
         rs.run(quick, tmp_path / "run", workers=0)
-    with pytest.raises(ValueError, match="until = 'flash' is no observable"):
+    with pytest.raises(ValueError, match='until.flash is not an observable; did you mean "flash_width"'):
         rs.run(quick, tmp_path / "run", until={"flash": 0.1})
-    with pytest.raises(ValueError, match="write 0.01 for 1 %"):
+    with pytest.raises(
+        ValueError, match=r'until.flash_temperature = 1.0 must be above 0 and below 1, for example "1 %"'
+    ):
         rs.run(quick, tmp_path / "run", until={"flash_temperature": 1.0})
     assert not (tmp_path / "run").exists()
 

@@ -123,7 +123,12 @@ def test_what_cannot_be_is_refused_before_planning(quick, tmp_path, monkeypatch,
     else:
         until = {"flash_temperature": 2.0}
     monkeypatch.setattr(start, "plan", lambda *_: pytest.fail("planned"))
-    words = {"foreign": "holds other files", "file": "is a file", "other scene": "friction", "target": "write 0.01"}
+    words = {
+        "foreign": "holds other files",
+        "file": "is a file",
+        "other scene": "friction",
+        "target": "must be above 0 and below 1",
+    }
     with pytest.raises(ValueError, match=words[case]):
         rs.run(scene, place, until=until)
     from roughsim.ensemble.progress import run_shown
