@@ -30,7 +30,8 @@ class Table:
     notes: Sequence[str] = ()  # stand below, a sentence or two each: what marks mean, what is missing
 
     def cells(self, k: int) -> list[str]:
-        """Return the text of column k, a line per row; repeats are empty where the column names groups."""
-        texts = [str(row[k]) for row in self.rows]
-        repeats = [self.columns[k].name and n > 0 and texts[n - 1] == text for n, text in enumerate(texts)]
-        return ["" if repeat else text for text, repeat in zip(texts, repeats, strict=True)]
+        """Return the text of column k, a line per row; in a column of names a name is written once for its group."""
+        texts = [[str(cell) for cell in row[: k + 1]] for row in self.rows]
+        # a group begins anew where a name to the left of it does
+        repeats = [self.columns[k].name and n > 0 and texts[n - 1] == row for n, row in enumerate(texts)]
+        return ["" if repeat else row[k] for row, repeat in zip(texts, repeats, strict=True)]

@@ -76,10 +76,8 @@ def _datasets(file: Any, path: Path, hard_links_only: bool) -> Iterator[tuple[st
             if link == h5l.TYPE_SOFT and not hard_links_only:
                 continue  # the object that it leads to in this file has a hard link too
             if link != h5l.TYPE_HARD:
-                kind = refused.get(link, "a link of an unknown kind")
-                raise RecordError(
-                    f"{path}: {name} is {kind}; only what lies in the file itself is read, and nothing was read"
-                )
+                kind, rule = refused.get(link, "a link of an unknown kind"), "only what lies in the file itself is read"
+                raise RecordError(f"{path}: {name} is {kind}; {rule}, and nothing was read")
             item = h5o.open(group, key)
             address = h5o.get_info(item).addr
             if address in visited:  # hard links may form a cycle

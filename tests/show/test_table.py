@@ -50,3 +50,10 @@ def test_tables_stand_apart_and_lines_do_not(capsys):
     lines = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
     assert lines[:2] == ["line", "Title"]
     assert lines[-3:] == ["", "end", "line"]
+
+
+def test_a_name_is_written_again_where_a_name_to_its_left_is_another():
+    columns = [Column("", name=True), Column("", name=True)]
+    table = Table(columns, [["pressure", "0.18"], ["area", "0.18"], ["area", "0.18"]])
+    assert table.cells(0) == ["pressure", "area", ""]
+    assert table.cells(1) == ["0.18", "0.18", ""]
