@@ -52,6 +52,7 @@ def theory_curves(run: Run) -> dict[str, tuple[Array, Array]]:
     """Return (x, value) of each curve over the whole spectrum; temperatures with the heat share of the scene."""
     scene, r = run.scene, distances(run)
     speeds = np.geomspace(*speed_range(scene), 121)
+    # of all the heat; a temperature of the moving body is in proportion to the share that it takes
     values = prediction.over_speed(scene, speeds)
     share = prediction.heat_partition(scene, speeds)
     lines = {name: (speeds, values[name] * (share if OBSERVABLES[name].heated else 1.0)) for name in OVER_SPEED}

@@ -45,8 +45,9 @@ def part_in_view(grid: Grid, x: Ends, y: Ends, pixels: int = PIXELS) -> Part:
     The point of index i covers (i ± ½)·spacing. Of a view beyond the cell one point stays. Blocks start at multiples of
     their size, so that an image does not shimmer while the view is moved.
     """
-    sides = []
+    sides = []  # along x and y: the points in view, and how many of them make one pixel
     for count, spacing, ends in zip(grid.shape, grid.spacing, (x, y), strict=True):
+        # the first and the last point in view, and the smallest block that needs few enough pixels
         first, last = (int(np.clip(np.floor(end / spacing + 0.5), 0, count - 1)) for end in sorted(ends))
         step = -(-(last + 1 - first) // pixels)
         while -(-(last + 1) // step) - first // step > pixels:  # whole blocks reach beyond the view

@@ -139,7 +139,7 @@ class Layout:
         ends = ((name, indices[[0, -1]], d) for name, indices, d in zip("xy", line[1:], grid.spacing, strict=True))
         self.line_ends.data = {name: indices * d * self.factor for name, indices, d in ends}
         texts = self.line.show(line.distance * self.factor, fields, min(grid.spacing) * self.factor)
-        place = f"x = {x:.5g} {self.unit}, y = {y:.5g} {self.unit}"
+        position = f"x = {x:.5g} {self.unit}, y = {y:.5g} {self.unit}"
         self.values.text = (
-            f"Marked point ({place}), values of the full field: {', '.join(texts)}. Click a map to move it."
+            f"Marked point ({position}), values of the full field: {', '.join(texts)}. Click a map to move it."
         )

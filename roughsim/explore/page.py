@@ -27,9 +27,9 @@ NO_ICON = '{% block preamble %}<link rel="icon" href="data:,">{% endblock %}'  #
 class Page:
     """The page of a run in an empty document of Bokeh."""
 
-    def __init__(self, run: WatchedRun, document: Document):
-        self.run, self.document = run, document
-        scene = run.run.scene
+    def __init__(self, watched: WatchedRun, document: Document):
+        self.watched, self.document = watched, document
+        scene = watched.run.scene
         self.speed = max(scene.speeds) or 1.0
         self.direction = 0.0
         self.fields: MemberFields | None = None
@@ -38,12 +38,12 @@ class Page:
         self.limits: dict[str, Ends] = {}
         self.summary: Summary | None = None
         self._closed = self._moving = self._setting_controls = False
-        self.layout = Layout(run.run, self.speed)
+        self.layout = Layout(watched.run, self.speed)
         self.readings, self.previews, self.images, self.news = (LatestTask(self._deliver, self.say) for _ in range(4))
-        for name, curve in run.theory.items():
+        for name, curve in watched.theory.items():
             self.layout.curves[name].show_theory(*curve)
         self._connect()
-        document.title = f"roughsim: {scene.title or run.run.folder.name}"
+        document.title = f"roughsim: {scene.title or watched.run.folder.name}"
         document.template, document.theme = NO_ICON, THEME
         document.add_root(self.layout.root)
         document.add_periodic_callback(self.look_for_news, PERIOD)
@@ -81,7 +81,7 @@ class Page:
         for worker in (self.readings, self.previews, self.images, self.news):
             worker.close()
         self.fields = self.temperature = None
-        self.run.fields.cache_clear()
+        self.watched.fields.cache_clear()
 
     def say(self, problem: Exception | str) -> None:
         """Show a problem above those of the run; an empty text clears it."""
@@ -92,7 +92,7 @@ class Page:
 
     def look_for_news(self) -> None:
         """Look whether the run has grown."""
-        self.news.ask(lambda: (self.run.summary(), self.run.state()), self.show_news)
+        self.news.ask(lambda: (self.watched.summary(), self.watched.state()), self.show_news)
 
     def show_news(self, news: tuple[Summary, str]) -> None:
         """Show the state of the run, and its curves and texts if it has grown."""
@@ -136,7 +136,7 @@ class Page:
         self.fields = self.temperature = None
         self.layout.clear()
         speed, direction = self.speed, self.direction
-        self.readings.ask(lambda: self.run.fields(level, index).temperature(speed, direction), self.show_member)
+        self.readings.ask(lambda: self.watched.fields(level, index).temperature(speed, direction), self.show_member)
 
     def show_member(self, temperature: Temperature) -> None:
         """Show a member that has been read; the hottest point is marked."""
@@ -203,8 +203,8 @@ class Page:
 
     def show_preview(self, preview: Temperature) -> None:
         """Show the long waves of a temperature, unless the whole field is already shown."""
-        shown = self.temperature
-        if preview.member is self.fields and not (shown is not None and shown.whole and self._is_chosen(shown)):
+        current = self.temperature
+        if preview.member is self.fields and not (current and current.whole and self._is_chosen(current)):
             self.show_temperature(preview)
 
     def show_whole(self, temperature: Temperature) -> None:

@@ -35,24 +35,15 @@ CURVES = {
     "flash_width": ("Hot-spot width", "v", "m/s", "D_flash", "m"),
     "slope_length": ("Slope length", "v", "m/s", "d_flash", "m"),
 }
-THEME = Theme(
-    json={
-        "attrs": {
-            "Plot": {"outline_line_color": None},
-            "Toolbar": {"logo": None, "autohide": True},
-            "Title": {"text_font_size": "12px", "text_font_style": "normal"},
-            "Axis": {"axis_label_text_font_style": "normal", "axis_label_standoff": 2},
-            "Legend": {
-                "label_text_font_size": "11px",
-                "border_line_color": None,
-                "background_fill_alpha": 0.6,
-                "padding": 4,
-                "margin": 4,
-                "spacing": 0,
-            },
-        }
-    }
-)
+LEGEND = {"label_text_font_size": "11px", "border_line_color": None, "background_fill_alpha": 0.6}
+STYLE = {
+    "Plot": {"outline_line_color": None},
+    "Toolbar": {"logo": None, "autohide": True},
+    "Title": {"text_font_size": "12px", "text_font_style": "normal"},
+    "Axis": {"axis_label_text_font_style": "normal", "axis_label_standoff": 2},
+    "Legend": LEGEND | {"padding": 4, "margin": 4, "spacing": 0},
+}
+THEME = Theme(json={"attrs": STYLE})
 
 
 def clear(*sources: ColumnDataSource) -> None:

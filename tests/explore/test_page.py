@@ -264,7 +264,7 @@ def test_curves_show_bands_of_the_total_error_over_the_theory(page, capped_run):
     width = page.layout.curves["flash_width"].sources["smoothed"].data
     np.testing.assert_allclose(width["y"], 1e6 * capped_run.estimate("flash_width", "smoothed").mean[1:])  # µm
     theory = page.layout.curves["pressure_correlation"].sources["theory"].data
-    r, exact = page.run.theory["pressure_correlation"]
+    r, exact = page.watched.theory["pressure_correlation"]
     np.testing.assert_allclose(theory["x"], r * 1e6)  # µm
     np.testing.assert_allclose(theory["y"], exact * 1e-18)  # GPa²
     assert "flash_temperature" in page.layout.budgets["capped"].text
@@ -289,7 +289,7 @@ def test_a_page_of_an_empty_run_fills_as_members_come(capped_run, opened, tmp_pa
     assert len(page.layout.curves["flash_temperature"].sources["capped"].data["y"]) == 2
     assert page.temperature.speed == 1.0
     (folder / "realizations" / "L2-000001.h5").write_bytes(b"")
-    page.run.run = WatchedRun(folder).run
+    page.watched.run = WatchedRun(folder).run
     page.look_for_news()
     assert "L2-000001.h5 is damaged" in page.layout.problems.text
     assert "2 of about 6 realizations" in page.layout.state.text  # as `status` counts
