@@ -24,6 +24,16 @@ def test_the_preview_has_the_waves_of_the_field(shape):
     np.testing.assert_allclose(preview, wave(*places), atol=1e-12)
 
 
+def test_a_preview_of_noise_has_all_waves_below_its_nyquist_wavenumber_and_none_at_it():
+    field = np.random.default_rng(3).normal(size=(64, 48))
+    whole = fourier.forward(field)
+    coarse = fourier.forward(long_waves(field, rs.Grid((32, 32), (3e-3, 2e-3))))
+    for rows in (slice(0, 16), slice(-15, None)):
+        np.testing.assert_allclose(coarse[rows, :16], whole[rows, :16], atol=1e-12)
+    np.testing.assert_allclose(coarse[16], 0.0, atol=1e-12)
+    np.testing.assert_allclose(coarse[:, 16], 0.0, atol=1e-12)
+
+
 def test_long_waves_of_the_previewed_temperature_are_those_of_the_whole(capped_run, monkeypatch):
     # the temperature is linear in the heat, wave by wave
     monkeypatch.setattr(fields, "PREVIEW", 64)
