@@ -215,6 +215,7 @@ def test_it_stops_at_the_first_sufficient_number_of_realizations():
     assert first is not None
     assert half_width(first) <= 0.02 < half_width(first - 1)
     assert first_sufficient(lambda n: [(values_of(rows[:n]), 1e-6)], range(12, 401)) is None
+    assert first_sufficient(lambda n: [(values_of(np.ones((n, 1))), 0.0)], range(12, 20)) == 12  # met exactly
 
 
 def values_of(rows):

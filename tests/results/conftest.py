@@ -1,8 +1,9 @@
-"""A small run with kept fields, and its exported file."""
+"""Small runs: one with kept fields and its exported file, and one of many realizations on two levels."""
 
 from dataclasses import replace
 
 import pytest
+from summary_cases import COUNT
 
 import roughsim as rs
 from roughsim.results.export import export_run
@@ -18,3 +19,14 @@ def kept_run(capped_scene, tmp_path_factory):
 @pytest.fixture(scope="package")
 def file(kept_run, tmp_path_factory):
     return export_run(kept_run, tmp_path_factory.mktemp("files") / "new" / "kept.h5")
+
+
+@pytest.fixture(scope="package")
+def whole(capped_scene, tmp_path_factory):
+    """A run of two levels, the finer one for every second realization."""
+    levels = (
+        {"column": "capped", "shape": [32, 32], "q_max": 2.5e4},
+        {"column": "capped", "shape": [32, 32], "q_max": 4e4, "every": 2},
+    )
+    scene = replace(capped_scene, numerics=replace(capped_scene.numerics, levels=levels, keep_fields=1))
+    return rs.run(scene, tmp_path_factory.mktemp("whole") / "run", max_realizations=COUNT)

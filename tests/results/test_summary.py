@@ -9,30 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from damage_cases import PASSING, without_seal
+from summary_cases import COUNT
 
 import roughsim as rs
-from roughsim.cli import main
-from roughsim.comparison.tables import comparison_table
-from roughsim.ensemble.status import status_dict, status_lines
 from roughsim.estimate.ladder import Values
 from roughsim.estimate.stop import relative_half_width
 from roughsim.estimate.values import values_of
-from roughsim.explore.watched_run import WatchedRun
 from roughsim.results import reader, summary
 from roughsim.store.member_files import check_member, member_path, read_member, write_member
-
-COUNT = 9
-
-
-@pytest.fixture(scope="module")
-def whole(capped_scene, tmp_path_factory):
-    """A run of two levels, the finer one for every second realization."""
-    levels = (
-        {"column": "capped", "shape": [32, 32], "q_max": 2.5e4},
-        {"column": "capped", "shape": [32, 32], "q_max": 4e4, "every": 2},
-    )
-    scene = replace(capped_scene, numerics=replace(capped_scene.numerics, levels=levels, keep_fields=1))
-    return rs.run(scene, tmp_path_factory.mktemp("whole") / "run", max_realizations=COUNT)
 
 
 @pytest.fixture
@@ -271,50 +255,6 @@ def test_members_that_cannot_be_read_now_are_an_error_and_stay_where_they_are(fo
     monkeypatch.undo()
     assert {path.name: path.read_bytes() for path in (folder / "realizations").iterdir()} == before
     assert rs.open_run(folder).realizations == COUNT
-
-
-def test_a_missing_member_in_the_middle_is_named_and_what_follows_is_said(folder):
-    for name in ("L0-000003.h5", "L0-000005.h5", "L1-000004.h5"):
-        (folder / "realizations" / name).unlink()
-    (folder / "realizations" / "mine").mkdir()  # what is somebody's own is left alone
-    (folder / "realizations" / "L0-000099.h5.bak").write_text("mine")
-    run = rs.open_run(folder)
-    assert (run.realizations, run.missing) == (3, ["L0-000003", "L1-000004", "L0-000005"])
-    said = "not there: L0-000003, L1-000004, L0-000005, lost or being computed now; only the 3 realizations before"
-    assert any(line.startswith(said) for line in status_lines(run))
-    assert status_dict(run)["missing"] == run.missing
-    assert any(note.startswith(said) for note in rs.compare(run).notes())
-    assert rs.compare(run).to_dict()["missing"] == run.missing
-    assert any(note.startswith(said) for note in comparison_table(rs.compare(run)).notes)
-
-
-def test_files_and_pages_of_a_run_with_a_gap_are_not_shorter_without_a_word(folder, tmp_path, capsys):
-    (folder / "realizations" / "L0-000003.h5").unlink()
-    for words in (["export", str(folder), "-o", str(tmp_path / "a.h5")], ["plot", str(folder), "spectrum"]):
-        with pytest.raises(SystemExit) as ended:
-            main(words)
-        assert ended.value.code == 0
-        assert "not there: L0-000003, lost or being computed now; only the 3 real" in capsys.readouterr().err
-    assert any("not there: L0-000003" in line for line in WatchedRun(folder).summary().problems)
-
-
-def test_a_whole_run_and_one_that_met_its_target_miss_nothing(folder):
-    run = rs.open_run(folder)
-    assert run.missing == []
-    (folder / "realizations" / "L0-000007.h5").unlink()
-    assert rs.open_run(folder).missing == ["L0-000007"]
-    (folder / "realizations" / "L0-000008.h5").unlink()  # nothing after the gap but a finer level of the last
-    assert rs.open_run(folder).missing == ["L0-000007", "L0-000008"]
-
-
-def test_damaged_members_are_named_and_not_said_to_have_not_converged(folder):
-    path = member_path(folder, 0, 2)
-    path.write_bytes(path.read_bytes()[:-300])
-    run = rs.open_run(folder, damaged="skip")
-    lines = status_lines(run)
-    assert any(line.startswith("damaged and left out of the means: L0-000002; run") for line in lines)
-    assert not any("did not converge" in line for line in lines)
-    assert (status_dict(run)["damaged"], status_dict(run)["failed"]) == (["L0-000002"], 0)
 
 
 def test_members_that_did_not_converge_stand_in_the_summary_too(folder, eager):
