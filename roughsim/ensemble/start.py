@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import re
 import warnings
 from dataclasses import replace
@@ -29,6 +31,11 @@ def begin(scene: Scene, folder: Path, numerics: Numerics | None = None) -> Numer
     Without `numerics` those of the run in the folder count, else those of `plan`. RecordError, before anything is
     planned, if the folder holds other files or another scene, naming the first key that differs.
     """
+    try:
+        os.path.abspath(folder)
+    except FileNotFoundError:
+        reason = "the current directory was deleted; change to another one, or give the whole path of the run folder"
+        raise FileNotFoundError(errno.ENOENT, reason) from None
     state = folder_state(folder)
     if state == "foreign":
         reason = "holds other files; name a new folder" if folder.is_dir() else "is a file; name a folder"

@@ -28,8 +28,13 @@ def describe(folder: Path, description: dict[str, Any], scene: Scene, *, first: 
     """Write what a run is, before anything slow; with `first`, only if no process has: FileExistsError otherwise."""
     (folder / "realizations").mkdir(parents=True, exist_ok=True)
     guarded = {**description, "checksums": {key: checksum(value) for key, value in description.items()}}
-    place_bytes(folder / "run.json", (json.dumps(guarded, indent=1) + "\n").encode(), first=first)
-    place_bytes(folder / "scene.toml", scene.to_toml().encode())  # after it: the process that decides writes both
+    for name, text in (("run.json", json.dumps(guarded, indent=1) + "\n"), ("scene.toml", scene.to_toml())):
+        path = folder / name
+        # what is there already need not be written: a finished run on a disk that takes nothing is opened
+        if first or not path.is_file() or path.read_bytes() != text.encode():
+            place_bytes(
+                path, text.encode(), first=first and name == "run.json"
+            )  # the process that is first writes both
 
 
 def checksum(value: Any) -> str:

@@ -1,5 +1,6 @@
 """What befalls a long run: kills, interrupts, full disks, dying workers. Nothing stored is lost or half done."""
 
+import errno
 import os
 import resource
 import signal
@@ -220,3 +221,25 @@ def test_a_copy_under_another_index_is_refused(quick, tmp_path):
     member_path(run.folder, 0, 2).write_bytes(member_path(run.folder, 0, 1).read_bytes())
     with pytest.raises(rs.RecordError, match=r"L0-000002.h5 is damaged \(it holds level 0, index 1"):
         rs.open_run(run.folder)
+
+
+def test_a_finished_run_on_a_disk_for_reading_only_is_opened(quick, tmp_path, monkeypatch):
+    finished = rs.run(quick, tmp_path / "run", max_realizations=2, until={})
+
+    def refuse(*_, **__):
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    for name in ("replace", "link", "mkdir", "unlink", "rmdir"):
+        monkeypatch.setattr(os, name, refuse)
+    with pytest.warns(RuntimeWarning, match="claims cannot be made in .*Read-only file system"):
+        again = rs.run(quick, finished.folder, max_realizations=2, until={})
+    assert again.realizations == 2
+
+
+def test_a_deleted_current_directory_is_named_before_anything_is_planned(quick, tmp_path, monkeypatch):
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    with pytest.raises(FileNotFoundError, match="the current directory was deleted; change to another one"):
+        rs.run(quick, "run")
+    assert rs.run(quick, tmp_path / "run", max_realizations=1).realizations == 1
