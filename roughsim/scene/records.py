@@ -65,7 +65,7 @@ def key_types(record: Any) -> dict[str, Any]:
 
 
 def quantity(record: Any, key: str) -> Any:
-    """Return the `Quantity` or `Whole` that reads a key of a record; None where it is no number."""
+    """Return the `Quantity` that reads a key of a record; None where it is no number."""
     return quantity_of(key_types(record).get(key))
 
 

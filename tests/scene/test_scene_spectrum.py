@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from types import SimpleNamespace
 from typing import Annotated, Any, Literal
 
 import pytest
@@ -11,7 +12,7 @@ from pydantic.dataclasses import dataclass
 from steel_text import STEEL, approx, refusal, with_counterface
 
 from roughsim.scene import first_difference, parse_scene
-from roughsim.scene.quantities import Quantity
+from roughsim.scene.quantities import QMax, QMin, Quantity
 from roughsim.scene.records import Record
 from roughsim.scene.spectra import INSIDE
 
@@ -62,7 +63,37 @@ class Other(Record):
     hurst: Annotated[float, Quantity("", "2", at_most=3)]
 
 
+@dataclass(frozen=True, kw_only=True)
+class Mine(Record):
+    name: Literal["mine"]
+    psd_at_q_min: Annotated[float, Quantity("m^4", '"1e-22 m^4"', above=0)]
+    q_min: QMin
+    q_max: QMax
+
+    @property
+    def breaks(self):
+        return self.q_min, self.q_max
+
+    def __call__(self, q):
+        return self.psd_at_q_min * (q / self.q_min) ** -3.6
+
+
 def test_a_key_of_a_named_spectrum_may_not_mean_something_else_than_elsewhere(monkeypatch):
     monkeypatch.setitem(INSIDE, "other", f"{__name__}:Other")
     text = named(name="other", **dict.fromkeys(K.keys() - {"name", "hurst"}))
     assert "surface.spectrum.hurst has another unit or other limits than in [surface]" in refusal(text)
+
+
+def test_a_spectrum_of_another_package_is_an_entry_point_and_takes_no_name_of_the_package(monkeypatch):
+    outside = [
+        SimpleNamespace(name="mine", value=f"{__name__}:Mine"),
+        SimpleNamespace(name="k_correlation", value="no"),
+    ]
+    monkeypatch.setattr("roughsim.scene.spectra.entry_points", lambda group: outside * (group == "roughsim.spectra"))
+    text = named(name="mine", psd_at_q_min="1e-22 m^4", hurst=None, rms_height=None, q_roll_off=None)
+    scene = parse_scene(text)
+    assert scene.surface.spectrum == Mine(name="mine", psd_at_q_min=1e-22, q_min=7e3, q_max=9e6)
+    assert parse_scene(scene.to_toml()) == scene
+    assert "surface.spectrum.psd_at_q_min = -1 m^4 must be above 0" in refusal(text.replace('"1e-22 m^4"', "-1"))
+    assert 'did you mean "mine"?' in refusal(text.replace('"mine"', '"mime"'))
+    assert parse_scene(named()).surface.spectrum.name == "k_correlation"
