@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_contact import UNIT, WAVE, WAVE_PRESSURE, assert_solved, rough
+from contact_cases import UNIT, WAVE, WAVE_PRESSURE, assert_solved, rough
 
 import roughsim as rs
 

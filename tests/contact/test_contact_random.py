@@ -4,7 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
-from test_contact import q_plane, violation
+from contact_cases import q_plane, violation
 
 import roughsim as rs
 
