@@ -36,9 +36,9 @@ def refine(start: int, stop: int, coarse: Any, cap: float, p: Any, free: Any) ->
 @kernel()
 def _weights(points: int, coarse: int, i: int) -> Any:
     """The coarse point before fine point i, and the weights of the four around it."""
-    place = i * (coarse / points)
-    cell = int(np.floor(place))
-    f = place - cell
+    position = i * (coarse / points)
+    cell = int(np.floor(position))
+    f = position - cell
     return (
         cell,
         f * (-0.5 + f * (1.0 - 0.5 * f)),

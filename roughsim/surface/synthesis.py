@@ -91,7 +91,7 @@ def synthesize(
     return fourier.inverse(half, grid.shape)
 
 
-class Modes(NamedTuple):
+class DrawnModes(NamedTuple):
     """The independent modes of a surface in the order in which they are drawn."""
 
     kept: NDArray[np.bool_]  # of all modes that are drawn: a Nyquist mode of this grid is two modes of a finer one
@@ -102,7 +102,7 @@ class Modes(NamedTuple):
     deviation: Array  # √variance of one mode of the full plane, m
 
 
-def independent_modes(spectrum: Spectrum, grid: Grid) -> Modes:
+def independent_modes(spectrum: Spectrum, grid: Grid) -> DrawnModes:
     """Find the modes of a surface, one of each conjugate pair, in the order of the shortest wavenumber of their cells.
 
     A cell has variance if q_max lies above that wavenumber, so the modes of a lower q_max come first.
@@ -126,10 +126,10 @@ def independent_modes(spectrum: Spectrum, grid: Grid) -> Modes:
     lone_column = (ky == 0) | (2 * ky == ny)  # columns that hold both a mode and its conjugate
     real = lone_column & (mirror == kx)
     place = kx * half[1] + ky
-    return Modes(kept, place, mirror * half[1] + ky, lone_column & ~real, real, np.sqrt(variance.flat[place]))
+    return DrawnModes(kept, place, mirror * half[1] + ky, lone_column & ~real, real, np.sqrt(variance.flat[place]))
 
 
-kept_modes: Callable[[Any, Grid], Modes] = lru_cache(maxsize=4)(independent_modes)
+kept_modes: Callable[[Any, Grid], DrawnModes] = lru_cache(maxsize=4)(independent_modes)
 
 
 def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:

@@ -155,8 +155,8 @@ def radial_average(psd: Array, grid: Grid, q_max: float) -> TabulatedSpectrum:
     centre = np.exp(np.bincount(which, np.log(q))[filled] / count[filled])
     mean = np.bincount(which, values)[filled] / count[filled]
     exponent = -np.gradient(np.log(mean), np.log(centre))
-    place = np.cumsum(filled)[which] - 1
-    shape = (q / centre[place]) ** -exponent[place]  # of the power law over the bin, 1 at its centre
+    own = np.cumsum(filled)[which] - 1  # the bin of each mode among the filled ones
+    shape = (q / centre[own]) ** -exponent[own]  # of the power law over the bin, 1 at its centre
     level = mean / (np.bincount(which, shape)[filled] / count[filled])
     cell = 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
     return _with_ends(centre, level, float(values.sum()) * cell, q_max)

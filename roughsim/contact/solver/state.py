@@ -149,9 +149,9 @@ class State:
         """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d."""
         (p, gap), block, problem = self.flat[:2], self.blocks[0][1], self.problem
         goals = problem.target, min(problem.cap, problem.load * (1.0 + 1e-12))
-        known = self.assessment
-        self.offset, excess, inside = kernels.find_offset(block, p, gap, self.law, goals, known.excess, known.inside)
-        self.assessment = known._replace(excess=excess, inside=inside)
+        last = self.assessment
+        self.offset, excess, inside = kernels.find_offset(block, p, gap, self.law, goals, last.excess, last.inside)
+        self.assessment = last._replace(excess=excess, inside=inside)
 
     def blurred(self, tolerance: float) -> bool:
         """Whether rounding in the gap now matters for the steps to come."""
