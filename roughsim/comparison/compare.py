@@ -156,17 +156,9 @@ class Comparison:
         }
 
     def chart(self, path: str | Path) -> None:
-        """Draw the comparison: C(q) and C_sm(q), g_σ(r), T_flash(v), D_flash(v), d_flash(v).
+        """Draw C(q) and C_sm(q), g_σ(r), T_flash(v), D_flash(v) and d_flash(v) as .png, .pdf or .svg.
 
-        Parameters
-        ----------
-        path : str or Path
-            Of the picture; its ending says the format (.png, .pdf, .svg).
-
-        Raises
-        ------
-        ValueError
-            If the ending is none of these.
+        ValueError if the ending of `path` is none of these.
         """
         from roughsim.charts import comparison_chart
 

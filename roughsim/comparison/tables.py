@@ -28,18 +28,18 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
     distance = correlation_distances(scene)
     result: dict[str, Any] = {"speed": list(scene.speeds)}
     for name in ("flash_temperature", "flash_gradient", "flash_laplacian"):
-        result[name] = _json_list(values[name] * share)
+        result[name] = json_list(values[name] * share)
     for name in ("flash_width", "slope_length"):
-        result[name] = _json_list(values[name])
+        result[name] = json_list(values[name])
     return result | {
-        "conductivity": _json_list(prediction.conduction(scene).conductivity),
-        "heat_partition": _json_list(share),
-        "heat_partition_theory": _json_list(values["heat_partition"]),
+        "conductivity": json_list(prediction.conduction(scene).conductivity),
+        "heat_partition": json_list(share),
+        "heat_partition_theory": json_list(values["heat_partition"]),
         "contact_fraction": float(values["contact_fraction"][0]),
         "plastic_fraction": float(values["plastic_fraction"][0]),
         "pressure_correlation": {
             "r": distance.tolist(),
-            "value": _json_list(prediction.correlation(scene, distance)),
+            "value": json_list(prediction.correlation(scene, distance)),
         },
     }
 
@@ -50,15 +50,16 @@ def correlation_distances(scene: Scene) -> np.ndarray[Any, np.dtype[np.float64]]
     return np.concatenate([[0.0], np.geomspace(1e-3 * longest, 0.5 * longest, CORRELATION_POINTS - 1)])
 
 
-def _json_list(values: Any) -> list[float | None]:
+def json_list(values: Any) -> list[float | None]:
+    """Return an array as JSON can hold it."""
     return [json_number(float(value)) for value in np.ravel(values)]
 
 
 def theory_table(scene: Scene) -> Table:
     """Return the theory of a scene, a row per speed."""
     values = theory_dict(scene)
-    columns = {name: with_unit(name, UNITS[name]) for name in ("flash_temperature", "flash_gradient")}
-    columns |= {name: with_unit(name, UNITS[name]) for name in ("flash_laplacian", "flash_width", "slope_length")}
+    names = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
+    columns = {name: with_unit(name, UNITS[name]) for name in names}
     if np.isfinite(scene.temperature_range[1]):  # κ(T) differs from speed to speed
         columns["conductivity"] = "κ, W/(m K)"
     columns |= {"heat_partition": "share used", "heat_partition_theory": "share in theory"}
@@ -117,7 +118,7 @@ def comparison_table(comparison: Comparison) -> Table:
     count = f"{comparison.realizations} realizations"
     count += f", {comparison.failed} failed and left out" if comparison.failed else ""
     title = f"{scene.title}: {count}" if scene.title else count
-    notes = (*slope_lines(comparison), *_meanings(comparison), *comparison.notes())
+    notes = (*slope_lines(comparison), *meanings(comparison), *comparison.notes())
     return Table([*columns, Column("note")], rows, title, notes)
 
 
@@ -130,8 +131,8 @@ def slope_lines(comparison: Comparison) -> list[str]:
     ]
 
 
-def _meanings(comparison: Comparison) -> list[str]:
-    """What the columns and marks of a comparison mean."""
+def meanings(comparison: Comparison) -> list[str]:
+    """Return what the columns and marks of a comparison mean, a sentence or two each."""
     marks = {row.note for row in comparison.rows}
     lines = [
         "± total error, 95 %. theory: over the whole spectrum. The ratio to theory is over the same modes: those of "

@@ -70,27 +70,13 @@ class Judgement(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Trust:
-    """What is known of a scene.
+    """What is known of a scene."""
 
-    Attributes
-    ----------
-    source : {"map", "calibrated", "off the map"}
-        The scene lies on the map; or its stress spectrum is within what is calibrated; or nothing is known of it.
-    where : str
-        The place of the scene in words; off the map each coordinate that leaves it, with its value and the map's range.
-    against : str
-        What the theory is high or low against; empty off the map.
-    judgements : tuple of Judgement
-        One per observable and speed.
-    off : tuple of (float, str)
-        Speeds, m/s, without a judgement, and why.
-    """
-
-    source: str
-    where: str
-    against: str = ""
-    judgements: tuple[Judgement, ...] = ()
-    off: tuple[tuple[float, str], ...] = ()
+    source: str  # "map" it lies on; "calibrated", as its stress spectrum is within what that holds for; "off the map"
+    where: str  # its place in words; off the map each coordinate that leaves it, with its value and the map's range
+    against: str = ""  # what the theory is high or low against; empty off the map
+    judgements: tuple[Judgement, ...] = ()  # one per observable and speed
+    off: tuple[tuple[float, str], ...] = ()  # speeds, m/s, without a judgement, and why
 
     def to_dict(self) -> dict[str, Any]:
         """Return JSON values."""

@@ -16,7 +16,7 @@ from roughsim.errors import ConvergenceError
 from roughsim.planning import pilot as stage
 from roughsim.planning.pilot import Pilot
 from roughsim.planning.realizations import half_width as expected_half_width
-from roughsim.planning.realizations import total_work
+from roughsim.planning.realizations import realizations_for, total_work
 from roughsim.scene.numerics import Level, Numerics
 
 plan_module = importlib.import_module("roughsim.planning.plan")
@@ -170,6 +170,13 @@ def test_the_stride_of_fine_levels_is_the_cheapest_power_of_two(monkeypatch, cha
     assert (every == 1) is (change == 1.0)  # levels that scatter thirty times as much as the coarsest gain nothing
 
 
+def test_a_run_too_short_for_three_fine_realizations_solves_every_level_each_time(monkeypatch):
+    scene = rs.load_scene("steel-1.2GPa")
+    monkeypatch.setattr(plan_module, "pilot", lambda *_: SEEN)
+    numerics = rs.plan(replace(scene, ensemble=replace(scene.ensemble, until={}, max_realizations=2)), 0.012)
+    assert {level.every for level in numerics.levels} == {1}
+
+
 def test_what_is_not_extrapolated_has_the_error_of_its_pixel_alone(monkeypatch):
     scene = rs.load_scene("steel-1.2GPa")
     short = replace(scene, surface=replace(scene.surface, q_max=3e5))
@@ -227,6 +234,10 @@ def test_members_are_counted_by_their_stride():
     levels = (Level("elastic", (64, 64), 1e4), Level("elastic", (128, 128), 1e4, every=4))
     assert total_work(levels, 13) == pytest.approx(13 * 64**2.5 + 4 * 128**2.5)  # 13 of one, 4 of the other
     assert Numerics(levels, (1e-3, 1e-3)).members(13) == 17
+
+
+def test_a_goal_that_is_met_at_once_still_takes_three_fine_realizations():
+    assert [realizations_for(0.5, 0.01, 0.001, every) for every in (1, 4, 64)] == [12, 12, 2 * 64 + 1]
 
 
 def test_few_fine_realizations_tell_with_few_degrees_of_freedom():
