@@ -105,6 +105,8 @@ EQUAL: tuple[tuple[str, str], ...] = (
         "contact = float(brentq(excess, start, float(known[-1]), xtol=1e-12 * max(abs(start), 1.0), rtol=1e-14))",
     ),
     ("theory/hardness.py", "if not known[0] <= start <= known[-1]:"),  # at the last temperature both refuse
+    # one place more stays empty
+    ("roughsim/surface/radial.py", "present = np.zeros(square.max() + 1, np.bool_)"),
     # the zeros that reach too far are written over by the next line
     (
         "roughsim/fourier/convolution.py",
