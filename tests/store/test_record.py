@@ -3,6 +3,7 @@
 import h5py
 import numpy as np
 import pytest
+from damage_cases import without_seal
 
 import roughsim as rs
 from roughsim.store.member_files import Member, member_path, read_member, write_member
@@ -104,6 +105,19 @@ def test_truncated_files_are_refused_by_name(folder):
         path.write_bytes(sound[:length])
         with pytest.raises(rs.RecordError, match="L1-000042.h5 is damaged"):
             read_member(path)
+
+
+def test_a_field_of_another_shape_than_the_header_says_is_damaged(folder):
+    write_member(folder, member())
+    path = member_path(folder, 1, 42)
+    path.write_bytes(without_seal(path.read_bytes()))
+    with h5py.File(path, "r+", libver="v110") as file:
+        data, digest = file["pressure"][()], file["pressure"].attrs["sha256"]
+        del file["pressure"]
+        file.create_dataset("pressure", data=data.reshape(30, 40)).attrs["sha256"] = digest  # the same bytes
+    with pytest.raises(rs.RecordError, match="the SHA-256 of its pressure does not match"):
+        read_member(path, with_fields=True)
+    assert read_member(path).kept == ("heights", "pressure")
 
 
 def test_a_newer_format_is_refused(folder):
