@@ -217,7 +217,7 @@ def test_the_websocket_opens_for_the_page_alone(served):
 
 @pytest.mark.slow
 def test_many_visits_make_one_session_which_ends_with_the_last_tab(capped_run, monkeypatch):
-    monkeypatch.setattr(access, "UNUSED", 200)
+    monkeypatch.setattr(access, "UNUSED", 3000)  # ms: the visits of a busy machine lie within it
     monkeypatch.setattr(access, "CHECKS", 50)
     monkeypatch.setattr(access, "PINGS", 100)
     opened = []
