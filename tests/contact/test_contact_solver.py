@@ -12,7 +12,7 @@ from test_contact_operator import compliance
 import roughsim as rs
 from roughsim._kernels import active_set as kernels
 from roughsim.contact.solver import solve
-from roughsim.contact.solver.problem import Problem
+from roughsim.contact.solver.problem import ScaledProblem
 from roughsim.contact.solver.state import REACH, State
 
 
@@ -51,7 +51,7 @@ def test_the_reported_residual_holds_outside_though_steps_are_single(cap, tolera
 def test_loads_that_float32_cannot_hold_are_stepped_in_float64():
     heights, grid = rough()
     for load, kind in ((1e-3, np.float32), (1e-20, np.float64)):
-        assert Problem(heights, 0.0, 1.0, grid, load, np.inf, 100.0).step_type is kind
+        assert ScaledProblem(heights, 0.0, 1.0, grid, load, np.inf, 100.0).step_type is kind
 
 
 @pytest.mark.parametrize("cap", [np.inf, 0.3])
@@ -205,7 +205,7 @@ def test_a_point_near_its_bound_is_judged_by_its_gap_too():
 
 def test_the_worst_point_is_judged_against_the_range_of_its_own_displacement():
     heights, grid = rough()
-    state = State(Problem(heights, 0.0, 1.0, grid, 0.05, np.inf, grid.nyquist / 4))
+    state = State(ScaledProblem(heights, 0.0, 1.0, grid, 0.05, np.inf, grid.nyquist / 4))
     state.pressure[...] = 0.0
     state.pressure[7, 5] = 4096 * 0.05  # the whole load on one point: a displacement far beyond that of the solution
     state.refresh(np.float64)
@@ -235,7 +235,7 @@ def test_a_failed_solve_leaves_no_trace():
 
 def test_a_conjugate_step_lowers_the_energy_and_keeps_the_load():
     heights, grid = rough()
-    problem = Problem(heights, 0.0, 1.0, grid, 0.05, 0.2, 100.0)
+    problem = ScaledProblem(heights, 0.0, 1.0, grid, 0.05, 0.2, 100.0)
     state = State(problem)
     state.pressure[...] = problem.load
     state.refresh(np.float64)
@@ -254,7 +254,7 @@ def test_a_conjugate_step_lowers_the_energy_and_keeps_the_load():
 def test_a_gradient_step_keeps_a_load_that_no_offset_meets(monkeypatch):
     # the offset is of order one: its last digit is worth more than this load
     heights, grid = rough()
-    state, target = State(Problem(heights, 0.0, 1.0, grid, 1e-18, np.inf, 100.0)), 1e-18 * 4096
+    state, target = State(ScaledProblem(heights, 0.0, 1.0, grid, 1e-18, np.inf, 100.0)), 1e-18 * 4096
     state.pressure[...] = 1e-18
     state.gap[...] = 1.0 + np.random.default_rng(8).random(grid.shape)
     state.offset = 1.5
@@ -267,6 +267,6 @@ def test_a_gradient_step_keeps_a_load_that_no_offset_meets(monkeypatch):
 
 def test_a_load_that_no_free_point_can_take_has_no_shift():
     heights, grid = rough()
-    state = State(Problem(heights, 0.0, 1.0, grid, 0.05, np.inf, 100.0))
+    state = State(ScaledProblem(heights, 0.0, 1.0, grid, 0.05, np.inf, 100.0))
     state.pressure[...] = 0.04
     assert state.load_shift((0.04 * 4096, 0), 1e-9) is None

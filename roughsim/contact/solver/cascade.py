@@ -6,7 +6,7 @@ import numpy as np
 
 from roughsim._kernels import active_set as kernels
 from roughsim._kernels.interpolation import refine
-from roughsim.contact.solver.problem import Problem
+from roughsim.contact.solver.problem import ScaledProblem
 from roughsim.contact.solver.solve import solve
 from roughsim.contact.solver.state import NEGLIGIBLE, State
 from roughsim.fourier.blocks import run, spans, total
@@ -15,7 +15,7 @@ COARSE_TOLERANCE = 1e-2  # tighter coarse solves do not help the next level
 CONTINUATION = 0.15  # of κ(gap − d), by which the pressure is continued below zero before it is interpolated
 
 
-def solve_cascade(levels: list[Problem], tolerance: float, max_iterations: int) -> tuple[State, float]:
+def solve_cascade(levels: list[ScaledProblem], tolerance: float, max_iterations: int) -> tuple[State, float]:
     """Solve the levels, listed from the finest; return the finest and the work in its float64 transforms."""
     coarse_tolerance = max(COARSE_TOLERANCE, tolerance)
     finest, work = levels[0], 0.0

@@ -20,7 +20,7 @@ COARSEST = 64  # an axis is halved while it keeps at least this many points
 
 
 @dataclass(frozen=True, slots=True)
-class Problem:
+class ScaledProblem:
     """Minimise ½p·Sp − p·(heights − middle)/unit, 0 ≤ p ≤ cap, mean p = load: dimensionless but for the heights."""
 
     heights: Array
@@ -44,7 +44,7 @@ class Problem:
 
 def dimensionless(
     heights: Array, grid: Grid, effective_modulus: float, nominal_pressure: float, hardness: float
-) -> tuple[Problem, Array, float]:
+) -> tuple[ScaledProblem, Array, float]:
     """Return the problem, the spectrum of its heights, and the unit of its pressures, Pa."""
     low, high = float(heights.min()), float(heights.max())
     middle, side = 0.5 * (high + low), max(grid.lengths)
@@ -57,10 +57,10 @@ def dimensionless(
     highest = float(np.max(unit_grid.wavenumbers.T, initial=0.0, where=power > 1e-12 * power.max()))
     stiffness = 0.5 * max(highest, 2 * np.pi / max(unit_grid.lengths))
     load, cap = nominal_pressure / pressure_unit, hardness / pressure_unit
-    return Problem(heights, middle, unit, unit_grid, load, cap, stiffness), spectrum, pressure_unit
+    return ScaledProblem(heights, middle, unit, unit_grid, load, cap, stiffness), spectrum, pressure_unit
 
 
-def coarser(finest: Problem, spectrum: Array) -> list[Problem]:
+def coarser(finest: ScaledProblem, spectrum: Array) -> list[ScaledProblem]:
     """Return the problem and its spectrally truncated versions, finest first."""
     levels = [finest]
     while True:
@@ -82,7 +82,7 @@ def coarser(finest: Problem, spectrum: Array) -> list[Problem]:
         levels.append(replace(finest, heights=heights, middle=0.0, unit=1.0, grid=grid, stiffness=stiffness))
 
 
-def full_contact(problem: Problem, spectrum: Array) -> tuple[Array, Array] | None:
+def full_contact(problem: ScaledProblem, spectrum: Array) -> tuple[Array, Array] | None:
     """Return pressure and gap where p = load + |q|h/2 keeps to the bounds or the load is the cap; None elsewhere."""
     grid, load = problem.grid, problem.load
     if load == problem.cap:

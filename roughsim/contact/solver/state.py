@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from roughsim._kernels import active_set as kernels
 from roughsim.contact.solver.half_space import half_space, rms_compliance
 from roughsim.contact.solver.preconditioner import Extension
-from roughsim.contact.solver.problem import Problem
+from roughsim.contact.solver.problem import ScaledProblem
 from roughsim.fourier.blocks import run, spans, total
 
 Array = NDArray[Any]
@@ -50,7 +50,7 @@ class Assessment(NamedTuple):
 class State:
     """The fields, buffers and accounts of one solve."""
 
-    def __init__(self, problem: Problem):
+    def __init__(self, problem: ScaledProblem):
         shape, kind = problem.grid.shape, problem.step_type
         self.problem, self.kind = problem, kind
         self.blocks = [(a * shape[1], b * shape[1]) for a, b in spans(*shape)]
