@@ -155,13 +155,18 @@ def pilot_reason(seen: Pilot | None) -> Reason:
 
 def forecast_reasons(forecast: Forecast, scanned: bool) -> list[Reason]:
     """Return the error and the time to expect of a run."""
+
+    def percent(error: float) -> str:  # one realization shows no scatter, one cut-off no bandwidth
+        return f"{100 * error:.2g} %" if isfinite(error) else "unknown"
+
     unknown = isnan(forecast.bandwidth)
-    bandwidth = "unknown" if unknown else f"{100 * forecast.bandwidth:.2g} %"
     parts = (
-        f"expected of the highest T_flash: statistical {100 * forecast.statistical:.2g} %, bandwidth {bandwidth}, "
-        f"pixel {100 * forecast.pixel:.2g} %, size {100 * forecast.size:.2g} %" + ", scan unknown" * scanned
+        f"expected of the highest T_flash: statistical {percent(forecast.statistical)}, bandwidth "
+        f"{percent(forecast.bandwidth)}, pixel {percent(forecast.pixel)}, size {percent(forecast.size)}"
+        + ", scan unknown"
+        * scanned
     )
-    total = f"{100 * forecast.total:.2g} %" + " at q_c: what shorter waves change is unknown" * unknown
+    total = percent(forecast.total) + " at q_c: what shorter waves change is unknown" * unknown
     workers = os.cpu_count() or 1
     duration = (
         f"one per core: {forecast.wall_seconds(workers):.2g} s; {forecast.cpu_seconds:.2g} s of CPU time for all "

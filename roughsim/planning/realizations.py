@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import sqrt
+from math import inf, sqrt
 
 from roughsim.estimate.errors import quantile
 from roughsim.estimate.stop import LEAST, LEAST_FINE
@@ -20,6 +20,8 @@ def half_width(count: int, scatter: float, change: float, every: int) -> float:
     `scatter` is the relative standard deviation of the coarsest level, `change` that of the corrections by the fine
     levels, which are solved for one in `every`.
     """
+    if count == 1:
+        return inf  # one realization shows no scatter
     fine = -(-count // every)
     common, added = scatter**2 / count, change**2 / fine
     doubt = common**2 / (count - 1) + added**2 / max(fine - 1, 1)  # Satterthwaite, as in the estimate

@@ -179,3 +179,11 @@ def test_the_public_name_is_the_function():
     assert callable(_function)
     assert _function is rs.plan
     assert parse_scene
+
+
+def test_a_plan_of_one_realization_says_that_its_scatter_is_unknown():
+    scene = rs.load_scene("demo")
+    once = replace(scene, ensemble=replace(scene.ensemble, max_realizations=1))
+    reasons = {reason.choice: reason for reason in rs.plan(once).reasons}
+    assert reasons["error"].value == "unknown"
+    assert "statistical unknown" in reasons["error"].reason
