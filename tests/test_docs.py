@@ -190,3 +190,12 @@ def test_every_local_link_leads_somewhere():
     for page in PAGES:
         for target in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", page.read_text()):
             assert (page.parent / target).exists(), f"{name(page)} links to {target}"
+
+
+def test_the_files_that_contributors_are_sent_to_exist():
+    page = (ROOT / "CONTRIBUTING.md").read_text()
+    files = {
+        path for path in re.findall(r"`((?:roughsim|theory|tests|docs)/[\w/.]+\.\w+)`", page) if "NAME" not in path
+    }
+    assert len(files) > 15
+    assert [path for path in sorted(files) if not (ROOT / path).exists()] == []
