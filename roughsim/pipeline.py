@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 from threadpoolctl import ThreadpoolController
 
 from roughsim import fourier
-from roughsim.contact import Contact, Solid, methods
+from roughsim.contact import Solid, methods
 from roughsim.grid import Grid
-from roughsim.observables.moments import Moments, Sliding, measure
+from roughsim.observables.moments import Sliding, measure
+from roughsim.observables.record import Measured
 from roughsim.surface.spectrum import Spectrum
 from roughsim.surface.synthesis import synthesize
 
@@ -49,13 +50,10 @@ class Problem:
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Solution:
-    """A surface, its contact, and what was measured of it (all heat in the moving body)."""
+class Solution(Measured):
+    """A surface, its contact, and what was measured of it, with all heat in the moving body."""
 
-    grid: Grid
     heights: NDArray[np.float64]  # of both faces together, shape `grid.shape`, m
-    contact: Contact
-    observables: Moments  # at the speeds of the problem, averaged over directions
     seconds: dict[str, float]  # spent in each stage: surface, contact, observables
 
 

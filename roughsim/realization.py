@@ -20,21 +20,11 @@ _AT_REST = 1e-150  # a speed of zero is measured at this one, m/s: the limits D_
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Realization(Solution):
-    """One member of an ensemble: a surface, its contact, and what was measured of it (all heat in the moving body).
-
-    Attributes
-    ----------
-    level, index, seed : int
-        Which member it is.
-    grid, heights, contact, observables
-        The cell, the heights of both faces together, m, the `Contact`, and the moments at the scene's speeds.
-    seconds : dict of str to float
-        Time spent in each stage.
-    """
+    """One member of an ensemble: a surface, its contact, and what was measured of it at the scene's speeds."""
 
     level: int
     index: int
-    seed: int
+    seed: int  # of the ensemble
 
 
 def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, index: int = 0) -> Realization:

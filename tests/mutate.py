@@ -59,8 +59,7 @@ TESTS = {
     "roughsim/heat/free/partition.py": "heat/test_partition.py",
     "roughsim/heat/free/source.py": "heat/test_source.py",
     "roughsim/heat/statistics.py": "heat/test_heat_statistics.py",
-    "roughsim/observables/moments.py": "observables/test_moments.py",
-    "roughsim/observables/angular.py": "observables/test_angular.py",
+    "roughsim/observables/moments.py": "observables/test_moments.py observables/test_angular.py",
     "roughsim/observables/stress_spectrum.py": "observables/test_stress_spectrum.py observables/test_moments.py",
     "roughsim/scene/model.py": (
         "heat/test_conductivity.py scene/test_scene_bodies.py scene/test_scene.py scene/test_scene_identity.py"

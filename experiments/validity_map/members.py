@@ -16,7 +16,7 @@ from scipy.special import j0
 
 import roughsim as rs
 from roughsim import fourier
-from roughsim.observables.angular import angular_means
+from roughsim.observables.moments import angular_means
 from roughsim.surface.synthesis import mode_variance
 
 PECLET = np.logspace(-3, 3, 7)

@@ -21,8 +21,7 @@ from roughsim.errors import ConvergenceError
 from roughsim.grid import Grid
 from roughsim.heat.free.half_space import half_space_temperature
 from roughsim.heat.periodic import sliding_temperature, uniform_temperature
-from roughsim.observables.angular import angular_means
-from roughsim.observables.moments import Sliding, measure
+from roughsim.observables.moments import Sliding, angular_means, measure
 from roughsim.pipeline import Problem, solve_problem
 from roughsim.realization import level_problem
 from roughsim.surface.synthesis import synthesize

@@ -6,12 +6,13 @@ adds a tuple of records by an entry point of the group "roughsim.observables": N
 
 from __future__ import annotations
 
+from collections import Counter
 from importlib.metadata import entry_points
 
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.observables.record import Observable, Sample, power_of_ratio, ratio
+from roughsim.observables.record import Observable, Sample, ratio
 
 Array = NDArray[np.float64]
 
@@ -94,7 +95,7 @@ TABLE: tuple[Observable, ...] = (
     Observable(
         "flash_width",
         "m",
-        values=lambda s: power_of_ratio(s.numbers["flash_temperature"], -s.numbers["flash_laplacian"], 0.5),
+        values=lambda s: ratio(s.numbers["flash_temperature"], -s.numbers["flash_laplacian"], 0.5),
         theory=lambda theory: theory.over_speed["flash_width"],
         per_speed=True,
         limit=False,
@@ -173,7 +174,6 @@ TABLE: tuple[Observable, ...] = (
 OBSERVABLES = {record.name: record for record in TABLE if not record.only_stored}
 NUMBERS = {record.name: record for record in TABLE if record.stored}  # what the file of each member stores
 UNITS = {name: record.unit for name, record in OBSERVABLES.items()}
-if len({record.name for record in TABLE}) < len(TABLE):
-    names = [record.name for record in TABLE]
-    twice = next(name for name in names if names.count(name) > 1)
-    raise ValueError(f"the observable {twice!r} is defined twice; rename the one of your package")
+for name, count in Counter(record.name for record in TABLE).items():
+    if count > 1:
+        raise ValueError(f"the observable {name!r} is defined twice; rename the one of your package")

@@ -17,36 +17,24 @@ import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike, NDArray
 
 from roughsim import fourier
+from roughsim.contact import Contact
 from roughsim.contact.patches import corrected_fractions
 from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.grid import Grid
 from roughsim.heat.response import responses, unit_vector
-from roughsim.observables.angular import angular_means
 from roughsim.observables.stress_spectrum import StressSpectrum, stress_spectrum
 
 Array = NDArray[np.float64]
-
-
-class SolvedContact(Protocol):
-    """What `measure` asks of a contact."""
-
-    @property
-    def pressure(self) -> NDArray[Any]:
-        """σ, shape `grid.shape`, Pa."""
-
-    @property
-    def contact_fraction(self) -> float:
-        """A/A₀."""
-
-    @property
-    def plastic_fraction(self) -> float:
-        """Share of the cell at the penetration hardness."""
+# K = (π/2) Σ and D = (K−E)/m = (π/4) Σ in powers of the parameter: (½)ₙ²/(1)ₙ² and (½)ₙ(3/2)ₙ/((2)ₙ(1)ₙ)
+_K_SERIES = [math.comb(2 * n, n) ** 2 / 16**n for n in range(10)]
+_D_SERIES = [math.comb(2 * n, n) ** 2 * (2 * n + 1) / (16**n * (n + 1)) for n in range(10)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,47 +102,21 @@ class Sliding:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moments:
-    """Moments of one contact; the arrays run over the speeds of `Sliding`.
+    """Moments of one contact; the arrays run over the speeds of `Sliding`, areas are shares of the cell."""
 
-    Attributes
-    ----------
-    speeds : tuple of float
-        m/s.
-    flash_temperature : ndarray
-        ⟨Tσ⟩/σ₀, K. Eq. (3), steady sliding.
-    flash_gradient : ndarray
-        ⟨∂T σ⟩/σ₀, K/m, the derivative along the sliding velocity: ≤ 0 for either sign of the speed. Eq. (6)
-    flash_laplacian : ndarray
-        ⟨∇²T σ⟩/σ₀, K/m², in the plane of the surface. Eq. (8)
-    flash_width : ndarray
-        D_flash = √(−T/∇²T), m; at rest its limit. Eq. (25)
-    slope_length : ndarray
-        d_flash = −T/T′, m; inf at rest. Eq. (26)
-    resting_flash_temperature : ndarray
-        ⟨Tσ⟩/σ₀, K, of the same heat μσ|v| in a body that does not move under it.
-    contact_fraction, plastic_fraction : float
-        As the contact gives them: shares of the pixels.
-    contact_fraction_corrected, plastic_fraction_corrected : float
-        The same, less what the pixels add along the edges of the contact (`roughsim.contact.patches`).
-    nominal_pressure : float
-        σ₀, the mean pressure, Pa.
-    stress_spectrum : StressSpectrum
-        Variance of the stress by wavenumber.
-    """
-
-    speeds: tuple[float, ...]
-    flash_temperature: Array
-    flash_gradient: Array
-    flash_laplacian: Array
-    flash_width: Array
-    slope_length: Array
-    resting_flash_temperature: Array
-    contact_fraction: float
+    speeds: tuple[float, ...]  # m/s
+    flash_temperature: Array  # ⟨Tσ⟩/σ₀, K, steady sliding. Eq. (3)
+    flash_gradient: Array  # ⟨∂T σ⟩/σ₀, K/m, along the sliding velocity: ≤ 0 for either sign of the speed. Eq. (6)
+    flash_laplacian: Array  # ⟨∇²T σ⟩/σ₀, K/m², in the plane of the surface. Eq. (8)
+    flash_width: Array  # D_flash = √(−T/∇²T), m; at rest its limit. Eq. (25)
+    slope_length: Array  # d_flash = −T/T′, m; inf at rest. Eq. (26)
+    resting_flash_temperature: Array  # ⟨Tσ⟩/σ₀, K, of the same heat μσ|v| in a body that does not move under it
+    contact_fraction: float  # share of the pixels, as the contact gives it; so the plastic one
     plastic_fraction: float
-    contact_fraction_corrected: float
+    contact_fraction_corrected: float  # less what the pixels add along the edges (`roughsim.contact.patches`)
     plastic_fraction_corrected: float
-    nominal_pressure: float
-    stress_spectrum: StressSpectrum
+    nominal_pressure: float  # σ₀, the mean pressure, Pa
+    stress_spectrum: StressSpectrum  # variance of the stress by wavenumber
 
     @property
     def pressure_variance(self) -> float:
@@ -170,13 +132,13 @@ class Moments:
         return self.stress_spectrum.correlation_radius(fraction)
 
 
-def measure(contact: SolvedContact, grid: Grid, sliding: Sliding) -> Moments:
+def measure(contact: Contact, grid: Grid, sliding: Sliding) -> Moments:
     """Measure the moments of one contact at all speeds from one forward transform.
 
     Parameters
     ----------
     contact : Contact
-        Anything with `pressure` (shape `grid.shape`, Pa), `contact_fraction` and `plastic_fraction`.
+        Its `pressure` (shape `grid.shape`, Pa), `contact_fraction` and `plastic_fraction` are read.
     grid : Grid
         Its cell.
     sliding : Sliding
@@ -234,6 +196,27 @@ def measure(contact: SolvedContact, grid: Grid, sliding: Sliding) -> Moments:
             nominal_pressure=mean,
             stress_spectrum=spectrum,
         )
+
+
+def angular_means(ratio: Array) -> tuple[Array, Array]:
+    """Return ((2/π)A(a), (2/π)B(a)) for a = v/(Dq) ≥ 0, dimensionless: A from 1 to 0, B ≤ 0. Eqs. (4), (7)
+
+    With s = (1+a²)^(−1/2) and the parameter m = (1−s)/2 ≤ 1/2 of the complete elliptic integrals,
+
+        A(a) = Re ∫₀^{π/2} (1 − ia cosφ)^(−1/2) dφ        =  √s K(m),
+        B(a) = Re ∫₀^{π/2} i cosφ (1 − ia cosφ)^(−1/2) dφ = −√s · as/(1+s) · [E(m) − (1−m)K(m)]/m.
+    """
+    s = 1.0 / np.hypot(1.0, ratio)
+    slid = s * ratio / (1.0 + s)  # as/(1+s) = √(m/(1−m)), without the cancellation of 1−s
+    slope = np.sqrt(0.5 * (1.0 + s))  # k′ = √(1−m)
+    # a descending Landen step takes m to n² ≤ 0.0295, where ten terms of the series of K and D give 1e-17
+    landen = (slid * slope / (1.0 + slope)) ** 2  # n = (1−k′)/(1+k′) = m/(1+k′)², m = slid²k′²
+    square = landen * landen
+    complete = polyval(square, _K_SERIES)
+    scale = np.sqrt(s) * (1.0 + landen)
+    # [E − (1−m)K]/m = ½(1+n)[K(n²) − n D(n²)] cancels nowhere
+    odd = complete - 0.5 * landen * polyval(square, _D_SERIES)
+    return scale * complete, -0.5 * scale * slid * odd
 
 
 def sums_over_directions(spectrum: StressSpectrum, unseen: Array, sliding: Sliding) -> Array:

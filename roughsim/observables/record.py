@@ -8,32 +8,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # slow to import: who asks for names and units need not wait
+    from roughsim.contact import Contact
     from roughsim.grid import Grid
-    from roughsim.observables.moments import Moments, SolvedContact
+    from roughsim.observables.moments import Moments
 
 Array = NDArray[np.float64]
 
 
-class Measured(Protocol):
-    """What a number is measured of: one solved contact and its moments."""
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Measured:
+    """One solved contact and what was measured of it, with all heat in the moving body."""
 
-    @property
-    def grid(self) -> Grid:
-        """The cell."""
-
-    @property
-    def contact(self) -> SolvedContact:
-        """Pressure and areas."""
-
-    @property
-    def observables(self) -> Moments:
-        """The moments, with all heat in the moving body."""
+    grid: Grid
+    contact: Contact
+    observables: Moments  # at the speeds asked for, averaged over directions
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,20 +43,15 @@ class Theory:
 
 
 class Sample(NamedTuple):
-    """The numbers of one level, a row per realization that has it.
+    """The numbers of one level, a row per realization that has it."""
 
-    `numbers` has arrays (n, speeds) or (n, 1); `wavenumber` (m,), rad/m, and `spectrum` (n, m), Pa², are the radial
-    stress spectra, which hold up to the distance `reach`, m. `side` is the number of points along a side, `rows` (n,)
-    the place of each row among all realizations, ascending.
-    """
-
-    q_max: float
-    side: float
-    rows: NDArray[np.intp]
-    numbers: dict[str, Array]
-    wavenumber: Array
-    spectrum: Array
-    reach: float
+    q_max: float  # the cut-off of the level, rad/m
+    side: float  # points along a side of the cell
+    rows: NDArray[np.intp]  # (n,), the place of each row among all realizations, ascending
+    numbers: dict[str, Array]  # stored ones by name, (n, speeds) or (n, 1)
+    wavenumber: Array  # of the stress spectra, (m,), rad/m
+    spectrum: Array  # (n, m), Pa²
+    reach: float  # the distance up to which the spectra hold, m
 
     def at(self, rows: NDArray[np.intp]) -> Sample:
         """Return the sample of some of its realizations."""
@@ -77,57 +66,29 @@ class Sample(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Observable:
-    """A quantity of a contact. Every run estimates it with its errors and sets it beside the theory.
+    """A quantity of a contact. Every run estimates it with its errors and sets it beside the theory."""
 
-    Parameters
-    ----------
-    name, unit : str
-        Name in files, tables and `until`, and its SI unit.
-    stored : str
-        What exported files say of the number that the file of each member stores; empty: nothing is stored.
-    measure : callable, optional
-        Of a `Measured`: the stored number, or one for each speed. Left out: the attribute of its moments of this name.
-    values : callable, optional
-        Of a `Sample`: influence values (n, speeds) or (n, 1). Left out: the stored number.
-    theory : callable, optional
-        Of a `Theory`, which integrates or sums over the modes of a cell. Left out: the theory says nothing, NaN.
-    only_stored : bool
-        Whether it is stored for the sake of others and neither estimated nor compared.
-    per_speed : bool
-        Whether there is one for each speed of the scene.
-    heated : bool
-        Whether it is proportional to the heat, so that reports multiply it by the share of the moving body.
-    spectra : bool
-        Whether `values` needs the stress spectra of the sample, which are read from disk.
-    at_rest : float, optional
-        The exact value at speed zero, where it is measured at a tiny speed.
-    limit : bool
-        Whether capped contact has a limit in q_c, so that its value may be extrapolated.
-    pixel_orders : (float, float)
-        Order of convergence in the pixel at fixed q_c of elastic and of capped contact; all of the package's own were
-        measured from 2 to 16 pixels per shortest wave. NaN for what turns back: it stays that of the finest grid, and
-        once and a half the change to it counts as error.
-    distance : bool
-        Whether it is a distance in the field: it is extrapolated only where the shortest waves are shorter than it.
-    by_force_balance : bool
-        Whether force balance alone fixes it where all contact has yielded.
-    """
-
-    name: str
-    unit: str
-    stored: str = ""
+    name: str  # in files, tables and `until`
+    unit: str  # SI
+    stored: str = ""  # what exported files say of the number that the file of each member stores; empty: none is stored
+    # of a member: the number to store, or one for each speed; None: the attribute of its moments of this name
     measure: Callable[[Measured], ArrayLike] | None = None
+    # influence values, (realizations, speeds) or (realizations, 1); None: the stored number
     values: Callable[[Sample], Array] | None = None
+    # of a theory that integrates over C(q) or sums over the modes of a cell; None: the theory says nothing, NaN
     theory: Callable[[Theory], ArrayLike] | None = None
-    only_stored: bool = False
-    per_speed: bool = False
-    heated: bool = False
-    spectra: bool = False
-    at_rest: float | None = None
-    limit: bool = True
+    only_stored: bool = False  # for the sake of others: neither estimated nor compared
+    per_speed: bool = False  # one for each speed of the scene
+    heated: bool = False  # proportional to the heat: reports multiply it by the share of the moving body
+    spectra: bool = False  # `values` needs the stress spectra of the sample, which are read from disk
+    at_rest: float | None = None  # the exact value at speed zero, where it is measured at a tiny speed
+    limit: bool = True  # capped contact has a limit in q_c, so that its value may be extrapolated
+    # orders of convergence in the pixel at fixed q_c, of elastic and of capped contact; all here were measured from 2
+    # to 16 pixels per shortest wave. NaN for what turns back: it stays that of the finest grid, and once and a half the
+    # change to it counts as error
     pixel_orders: tuple[float, float] = (2.0, 1.4)
-    distance: bool = False
-    by_force_balance: bool = False
+    distance: bool = False  # in the field: it is extrapolated only where the shortest waves are shorter than it
+    by_force_balance: bool = False  # force balance alone fixes it where all contact has yielded
 
     def of_member(self, measured: Measured) -> Array:
         """Return the number to store of one member, (speeds,) or (1,)."""
@@ -145,16 +106,10 @@ class Observable:
         return np.atleast_1d(self.theory(theory))
 
 
-def power_of_ratio(above: Array, below: Array | float, power: float) -> Array:
+def ratio(above: Array, below: Array, power: float = 1.0) -> Array:
     """Return influence values of (⟨above⟩/⟨below⟩)^power with the pairing of the rows kept; arrays (n, any)."""
-    below = np.broadcast_to(below, above.shape)
     top, bottom = above.mean(axis=0), below.mean(axis=0)
     with np.errstate(all="ignore"):  # what is undefined here is NaN in the end
         value = (top / bottom) ** power
         change: Array = value * (1.0 + power * ((above - top) / top - (below - bottom) / bottom))
     return np.where(np.isfinite(change), change, value)
-
-
-def ratio(above: Array, below: Array) -> Array:
-    """Return influence values of ⟨above⟩/⟨below⟩ with the pairing of the rows kept."""
-    return power_of_ratio(above, below, 1.0)

@@ -12,9 +12,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
+from numpy.polynomial.polynomial import polyfromroots
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import j0, j1
 
@@ -35,20 +36,11 @@ class StressSpectrum:
     Its wavenumbers depend on the grid alone, so spectra of one grid may be averaged entry by entry. All but the longest
     waves are spread over the 24 nodes around them. Single entries may therefore be negative; sums against J₀(qr) and
     against the response of the moving body at any speed are exact to rounding.
-
-    Attributes
-    ----------
-    wavenumber : ndarray
-        q of the entries, rad/m, > 0, increasing.
-    variance : ndarray
-        Share of ⟨σ²⟩ − σ₀² at each, Pa²; sums to g_σ(0).
-    reach : float
-        Half the diagonal of the cell, m: the largest distance that the cell holds and the nodes resolve.
     """
 
-    wavenumber: Array
-    variance: Array
-    reach: float
+    wavenumber: Array  # q of the entries, rad/m, > 0, increasing
+    variance: Array  # share of ⟨σ²⟩ − σ₀² at each, Pa²; sums to g_σ(0)
+    reach: float  # half the diagonal of the cell, m: the largest distance that the cell holds and the nodes resolve
 
     @property
     def pressure_variance(self) -> float:
@@ -56,22 +48,9 @@ class StressSpectrum:
         return float(self.variance.sum())
 
     def pressure_correlation(self, r: ArrayLike) -> Array:
-        """Return g_σ(r) = Σ_q |σ(q)|² J₀(|q|r), Eqs. (1), (2), averaged over directions, without q = 0.
+        """Return g_σ(r) = Σ_q |σ(q)|² J₀(|q|r), Pa², of the shape of r, averaged over directions. Eqs. (1), (2)
 
-        Parameters
-        ----------
-        r : array_like
-            Distances, m, 0 ≤ r ≤ `reach`.
-
-        Returns
-        -------
-        ndarray
-            Pa², of the shape of `r`.
-
-        Raises
-        ------
-        TypeError, ValueError
-            A distance that is not a number, negative, or beyond half the diagonal of the cell.
+        TypeError or ValueError at a distance, m, that is not a number, negative, or beyond `reach`.
         """
         distance = np.asarray(r)
         if distance.dtype.kind not in "iuf":
@@ -91,11 +70,7 @@ class StressSpectrum:
 
         From r the curve cannot fall below its tangent by more than Cs²/2 within s, C = Σ|σ(q)|²q²/2 ≥ |g″|. Each step
         goes to where that bound meets the target: it never steps over a crossing and converges like Newton's method.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If `fraction` is not a number in [0, 1).
+        TypeError or ValueError where `fraction` is not a number in [0, 1).
         """
         fraction = number("fraction", fraction)
         if not 0.0 <= fraction < 1.0:
@@ -120,18 +95,11 @@ class StressSpectrum:
 
 
 def stress_spectrum(amplitude: NDArray[np.complex128], grid: Grid) -> tuple[StressSpectrum, Array]:
-    """Return the spectrum of the stress, and the part of it that an odd derivative does not see, Pa².
+    """Return the spectrum of the stress, and the part of it that an odd derivative does not see, Pa² at each entry.
 
-    A wave at the Nyquist wavenumber of an axis has no derivative along that axis on the points of the grid. Averaged
-    over directions it keeps q_y²/q² (or q_x²/q², or nothing) of its gradient; the rest is the second array, entry by
-    entry.
-
-    Parameters
-    ----------
-    amplitude : ndarray
-        σ(q), shape `grid.half_shape`, Pa.
-    grid : Grid
-        The periodic cell.
+    `amplitude` is σ(q), shape `grid.half_shape`, Pa. A wave at the Nyquist wavenumber of an axis has no derivative
+    along that axis on the points of the grid. Averaged over directions it keeps q_y²/q² (or q_x²/q², or nothing) of its
+    gradient; the rest is not seen.
     """
     nx, ny = grid.shape
     power: Array = amplitude.real**2
@@ -151,9 +119,9 @@ def stress_spectrum(amplitude: NDArray[np.complex128], grid: Grid) -> tuple[Stre
     at_nyquist = np.flatnonzero(lost)
     # both spread over the same entries; the first wavenumber is q = 0
     reach = 0.5 * math.hypot(*grid.lengths)
-    spread = Spread(wavenumber, _NODE_PHASE / reach)
-    unseen = spread(wavenumber[entry[at_nyquist]], lost.ravel()[at_nyquist])
-    return StressSpectrum(spread.wavenumber, spread(wavenumber[1:], variance[1:]), reach), unseen
+    parts = (wavenumber[1:], variance[1:]), (wavenumber[entry[at_nyquist]], lost.ravel()[at_nyquist])
+    entries, (seen, unseen) = compacted(wavenumber, _NODE_PHASE / reach, *parts)
+    return StressSpectrum(entries, seen, reach), unseen
 
 
 def ordered_sum(weight: Array, values: Array) -> float:
@@ -161,55 +129,48 @@ def ordered_sum(weight: Array, values: Array) -> float:
     return float(np.sum(weight * values))
 
 
-class Spread:
-    """Where the variance of each mode goes: to an entry of its own below `split`, else to the nodes around it.
+def compacted(table: Array, spacing: float, *parts: tuple[Array, Array]) -> tuple[Array, list[Array]]:
+    """Return the compact wavenumbers, and of each part (wavenumber, variance) its variance at these.
 
-    `table` holds the wavenumbers of the grid, 0 first. If it is not longer than the nodes, every mode keeps its own.
+    For smooth f the sum of f over the entries equals Σ variance·f(wavenumber). `table` holds the wavenumbers of the
+    grid, 0 first. If it is not longer than the nodes, every mode keeps an entry of its own.
     """
-
-    def __init__(self, table: Array, spacing: float):
-        self.spacing, self.split = spacing, _STENCIL * spacing
-        self.cells = int((table.max() - self.split) / spacing) + 1
-        nodes = spacing * np.arange(_STENCIL // 2 + 1, _STENCIL // 2 + self.cells + _STENCIL)
-        if self.cells < 1 or nodes.size >= table.size:
-            self.split, nodes = math.inf, nodes[:0]
-        self.kept = np.unique(table[1:][table[1:] < self.split])
-        entries = np.concatenate((self.kept, nodes))
-        self.order = np.argsort(entries, kind="stable")
-        self.wavenumber = entries[self.order]
-
-    def __call__(self, wavenumber: Array, variance: Array) -> Array:
-        """Return the entries whose sum against smooth f(entry) equals Σ variance·f(wavenumber)."""
-        low = wavenumber < self.split
-        own = np.searchsorted(self.kept, wavenumber[low])
-        entries = np.bincount(own, variance[low], minlength=self.kept.size)
-        if math.isfinite(self.split):
+    split = _STENCIL * spacing  # modes below it keep entries of their own
+    cells = int((table.max() - split) / spacing) + 1
+    nodes = spacing * np.arange(_STENCIL // 2 + 1, _STENCIL // 2 + cells + _STENCIL)
+    if cells < 1 or nodes.size >= table.size:
+        split, nodes = math.inf, nodes[:0]
+    kept = np.unique(table[1:][table[1:] < split])
+    entries = np.concatenate((kept, nodes))
+    order = np.argsort(entries, kind="stable")
+    variances: list[Array] = []
+    for wavenumber, variance in parts:
+        low = wavenumber < split
+        own = np.bincount(np.searchsorted(kept, wavenumber[low]), variance[low], minlength=kept.size)
+        spread = np.zeros(nodes.size)
+        if nodes.size:
             # the transpose of Lagrange's interpolation, from positions in units of the spacing to nodes −11, −10 …:
             # the moments of the variance about the middle of each cell, times the coefficients of the polynomials
-            position = wavenumber[~low] / self.spacing - _STENCIL
-            cell = np.minimum(position.astype(np.intp), self.cells - 1)
+            position = wavenumber[~low] / spacing - _STENCIL
+            cell = np.minimum(position.astype(np.intp), cells - 1)
             offset = position - cell - 0.5
-            power, moments = variance[~low], np.empty((_STENCIL, self.cells))
+            power, moments = variance[~low], np.empty((_STENCIL, cells))
             for row in moments:
-                row[:] = np.bincount(cell, power, minlength=self.cells)
+                row[:] = np.bincount(cell, power, minlength=cells)
                 power *= offset
-            nodes = np.zeros(self.cells + _STENCIL - 1)
             for j, coefficients in enumerate(lagrange_coefficients()):
-                nodes[j : j + self.cells] += np.einsum("k,kc->c", coefficients, moments)
-            entries = np.concatenate((entries, nodes))
-        return np.asarray(entries[self.order], dtype=np.float64)
+                spread[j : j + cells] += np.einsum("k,kc->c", coefficients, moments)
+        variances.append(np.concatenate((own, spread), dtype=np.float64)[order])
+    return entries[order], variances
 
 
-@lru_cache(maxsize=1)
+@cache
 def lagrange_coefficients() -> Array:
     """Coefficients, by powers of the distance from the middle, of the 24 Lagrange polynomials with nodes ±½, ±3/2 …"""
     nodes = [Fraction(2 * j - _STENCIL + 1, 2) for j in range(_STENCIL)]
     rows = []
     for own in nodes:
-        row = [Fraction(1)]
-        for other in nodes:
-            if other != own:
-                shifted, scaled = [Fraction(0), *row], [*(-other * c for c in row), Fraction(0)]
-                row = [(a + b) / (own - other) for a, b in zip(shifted, scaled, strict=True)]
-        rows.append([float(c) for c in row])
+        others = [node for node in nodes if node != own]
+        exact = polyfromroots(others) / math.prod(own - other for other in others)  # of fractions
+        rows.append([float(coefficient) for coefficient in exact])
     return np.array(rows)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from moments_cases import ANGULAR
 
-from roughsim.observables.angular import angular_means
+from roughsim.observables.moments import angular_means
 
 
 @pytest.mark.parametrize("case", ANGULAR, ids=lambda case: f"a = {case['a']:g}")
