@@ -23,8 +23,7 @@ from matplotlib.ticker import NullLocator
 
 import roughsim as rs
 from roughsim import fourier
-from roughsim.heat import periodic, source_temperature, uniform_temperature
-from roughsim.heat.free import half_space
+from roughsim.heat import half_space, periodic, source_temperature, uniform_temperature
 from theory import hertz
 
 mpl.use("Agg")

@@ -40,9 +40,9 @@ if TYPE_CHECKING:  # for readers of types; at run time names are imported when t
     from roughsim.errors import RoughsimError as RoughsimError
     from roughsim.fourier import set_threads as set_threads
     from roughsim.grid import Grid as Grid
-    from roughsim.heat.free.half_space import half_space_temperature as half_space_temperature
-    from roughsim.heat.free.partition import Body as Body
-    from roughsim.heat.free.partition import partition_heat as partition_heat
+    from roughsim.heat.half_space import half_space_temperature as half_space_temperature
+    from roughsim.heat.partition import Body as Body
+    from roughsim.heat.partition import partition_heat as partition_heat
     from roughsim.heat.periodic import sliding_temperature as sliding_temperature
     from roughsim.observables.moments import Sliding as Sliding
     from roughsim.observables.moments import measure as measure
@@ -72,9 +72,9 @@ _HOME = {
     "contact_patches": "contact.patches",
     "corrected_area": "contact.patches",
     "corrected_fractions": "contact.patches",
-    "Body": "heat.free.partition",
-    "half_space_temperature": "heat.free.half_space",
-    "partition_heat": "heat.free.partition",
+    "Body": "heat.partition",
+    "half_space_temperature": "heat.half_space",
+    "partition_heat": "heat.partition",
     "sliding_temperature": "heat.periodic",
     "Sliding": "observables.moments",
     "measure": "observables.moments",

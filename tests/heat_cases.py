@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from roughsim import sliding_temperature
-from roughsim.heat.free.influence import one_sided_influence
+from roughsim.heat.influence import one_sided_influence
 
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "heat.json").read_text())
 UNIT = {"conductivity": 1.0, "diffusivity": 1.0}

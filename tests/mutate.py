@@ -54,10 +54,9 @@ TESTS = {
     "roughsim/heat/periodic.py": (
         "heat/test_heat.py heat/test_heat_time.py heat/test_heat_symmetry.py heat/test_heat_errors.py"
     ),
-    "roughsim/heat/free/influence.py": "heat/test_half_space.py heat/test_source.py heat/test_partition.py",
-    "roughsim/heat/free/half_space.py": "heat/test_half_space.py",
-    "roughsim/heat/free/partition.py": "heat/test_partition.py",
-    "roughsim/heat/free/source.py": "heat/test_source.py",
+    "roughsim/heat/influence.py": "heat/test_half_space.py heat/test_source.py heat/test_partition.py",
+    "roughsim/heat/half_space.py": "heat/test_half_space.py heat/test_source.py",
+    "roughsim/heat/partition.py": "heat/test_partition.py",
     "roughsim/heat/statistics.py": "heat/test_heat_statistics.py",
     "roughsim/observables/moments.py": "observables/test_moments.py observables/test_angular.py",
     "roughsim/observables/stress_spectrum.py": "observables/test_stress_spectrum.py observables/test_moments.py",

@@ -19,7 +19,7 @@ from roughsim.contact import Contact
 from roughsim.contact.active_set import solve_contact
 from roughsim.errors import ConvergenceError
 from roughsim.grid import Grid
-from roughsim.heat.free.half_space import half_space_temperature
+from roughsim.heat.half_space import half_space_temperature
 from roughsim.heat.periodic import sliding_temperature, uniform_temperature
 from roughsim.observables.moments import Sliding, angular_means, measure
 from roughsim.pipeline import Problem, solve_problem

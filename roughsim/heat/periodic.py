@@ -109,12 +109,8 @@ def sliding_temperature(
     # a uniform flux has only q = 0: exactly nothing is left, whatever the transform rounds
     if flux[0, 0] == flux[-1, -1] and flux.min() == flux.max():
         return np.zeros((*durations.shape, *grid.shape), flux.dtype)
-
-    def response(spread: float, kept: bool) -> Field:
-        build = _kept_response if kept else turned_response
-        return build(grid, drift, depth, spread, flux.dtype.char)
-
-    fields = fields_over_time(flux, diffusivity * durations.ravel(), response, grid.shape, 1 / conductivity)
+    arguments, spreads = (grid, drift, depth, flux.dtype.char), diffusivity * durations.ravel()
+    fields = fields_over_time(flux, spreads, turned_response, arguments, grid.shape, 1 / conductivity)
     laps = abs(speed) * chord / (2 * math.pi * diffusivity)
     if laps > 1.0 and np.isinf(durations).any():
         field = fields[np.isinf(durations).argmax()] * conductivity
@@ -167,16 +163,14 @@ def uniform_temperature(
     return result if instants.ndim else float(result)
 
 
-def turned_response(grid: Grid, drift: tuple[float, float], depth: float, spread: float, precision: str) -> Field:
+@lru_cache(maxsize=2)  # as large as the field: the latest two
+def turned_response(grid: Grid, drift: tuple[float, float], depth: float, precision: str, spread: float) -> Field:
     """κT/q̇ of all modes as `convolution.convolve` takes it, shape (n_y//2 + 1, n_x)."""
     turned: Field = np.empty(grid.half_shape[::-1], np.result_type(precision, np.complex64))
     for rows, response in responses(grid, drift, depth, spread):
         turned[:, rows] = response.T / grid.points
     turned.flags.writeable = False
     return turned
-
-
-_kept_response = lru_cache(maxsize=2)(turned_response)  # as large as the field: the latest two
 
 
 def _durations(speed: float, chord: float, slid_distance: float | None, time: ArrayLike | None) -> NDArray[np.float64]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -121,20 +121,22 @@ def _buried(b: NDArray[np.complex128], a: float) -> NDArray[np.complex128]:
 def fields_over_time(
     flux: Field,
     spreads: NDArray[np.float64],
-    response: Callable[[float, bool], Field],
+    response: Any,
+    arguments: tuple[Any, ...],
     shape: tuple[int, int],
     factor: float,
 ) -> Field:
     """Return one field per entry of `spreads`: one forward transform for all, one inverse each; zero where D t = 0.
 
-    `response(spread, kept)` gives the response as `convolution.convolve` takes it; a single one is kept for later.
+    `response(*arguments, spread)` is what `convolution.convolve` takes; its `lru_cache` keeps that of a single field,
+    but not those of a series, which would fill the memory.
     """
     flowing = np.flatnonzero(spreads > 0.0)
     if spreads.size == flowing.size == 1:
-        return convolution.convolve(flux, response(float(spreads[0]), True), shape, factor)[None]
+        return convolution.convolve(flux, response(*arguments, float(spreads[0])), shape, factor)[None]
     fields = np.zeros((spreads.size, *flux.shape), flux.dtype)
     if flowing.size:
-        series = (response(float(spread), False) for spread in spreads[flowing])
+        series = (response.__wrapped__(*arguments, float(spread)) for spread in spreads[flowing])
         for index, field in zip(flowing, convolution.convolutions(flux, series, shape, factor), strict=True):
             fields[index] = field
     return fields

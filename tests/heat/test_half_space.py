@@ -11,7 +11,7 @@ from heat_cases import pixel_influence
 from roughsim import Grid, half_space_temperature, sliding_temperature
 from roughsim.fourier import convolution
 from roughsim.heat import contact_temperature, uniform_temperature
-from roughsim.heat.free.influence import Axis
+from roughsim.heat.influence import Axis
 from theory import hertz
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "half_space.json").read_text())["pixels"]

@@ -9,7 +9,7 @@ import pytest
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from roughsim import Body, ConvergenceError, Grid, Solid, half_space_temperature, partition_heat, solve_contact
-from roughsim.heat.free import partition
+from roughsim.heat import partition
 from theory import hertz
 
 ONE = Body(conductivity=1.0, diffusivity=1.0)

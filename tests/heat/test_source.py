@@ -10,7 +10,7 @@ from heat_cases import pixel_influence
 
 from roughsim import Grid, half_space_temperature
 from roughsim.heat import source_temperature
-from roughsim.heat.free.influence import Axis, temperature_at
+from roughsim.heat.influence import Axis, temperature_at
 from theory import hertz
 
 REFERENCE = Path(__file__).parents[1] / "reference"

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +21,7 @@ from roughsim import fourier
 from roughsim.errors import ConvergenceError, number, positive
 from roughsim.fourier import convolution
 from roughsim.grid import Grid
-from roughsim.heat.free.half_space import influence_spectrum, padded_shape
+from roughsim.heat.half_space import axes, influence_response, padded_shape
 from roughsim.heat.response import checked_duration, checked_flux
 
 Field = NDArray[Any]
@@ -139,7 +140,7 @@ def partition_heat(
     if pointwise:
         total, scale = spectra[0] + spectra[1], float(np.linalg.norm(full[0][contact]))
         slower = min(abs(body.speed) / body.diffusivity for body in (resting, moving)) * grid.lengths[0]
-        inverse = Inverse(contact, grid, total, slower)
+        inverse = nearly_inverse(contact, grid, total, slower)
         change, residual, applications = close_the_jump(colder - warmer, contact, total, inverse, scale)
         entering = np.zeros(grid.shape)
         entering[contact] = share * flux[contact] + change
@@ -161,8 +162,8 @@ def partition_heat(
 
 def body_spectrum(body: Body, grid: Grid, time: float) -> Field:
     """Return the padded half spectrum that turns the heat flux into a body into its surface temperature."""
-    spread = math.sqrt(body.diffusivity * time)
-    response = influence_spectrum(grid, (body.speed / body.diffusivity, 0.0), 0.0, spread)
+    spread = math.sqrt(body.diffusivity * time) / grid.spacing[0]
+    response = influence_response(*axes(grid, body.speed / body.diffusivity), 0.0, "d", spread)
     spectrum: Field = response * (grid.spacing[0] / body.conductivity)
     return spectrum
 
@@ -177,7 +178,7 @@ def on_contact(values: Field, contact: NDArray[np.bool_], spectrum: Field) -> Fi
 
 
 def close_the_jump(
-    jump: Field, contact: NDArray[np.bool_], total: Field, inverse: Inverse, scale: float
+    jump: Field, contact: NDArray[np.bool_], total: Field, inverse: Callable[[Field], Field], scale: float
 ) -> tuple[Field, float, int]:
     """Return the change of flux whose S₁ + S₂ (`total`) is the jump of temperature, its residual, and the work.
 
@@ -194,7 +195,7 @@ def close_the_jump(
 
     shape = jump.size, jump.size
     operator = LinearOperator(shape, matvec=temperature_jump, dtype=np.float64)
-    preconditioner = LinearOperator(shape, matvec=inverse.apply, dtype=np.float64)
+    preconditioner = LinearOperator(shape, matvec=inverse, dtype=np.float64)
     change, _ = gmres(operator, jump, rtol=0.0, atol=_TOLERANCE * scale, restart=_RESTART, maxiter=3, M=preconditioner)
     residual = float(np.linalg.norm(jump - on_contact(change, contact, total))) / scale
     if not residual <= _TOLERANCE:
@@ -207,34 +208,32 @@ def close_the_jump(
     return change, residual, applications
 
 
-class Inverse:
-    """Nearly the inverse of a convolution that is cut to the contact: it preconditions the iteration.
+def nearly_inverse(contact: NDArray[np.bool_], grid: Grid, spectrum: Field, slower: float) -> Callable[[Field], Field]:
+    """Return nearly the inverse of a convolution that is cut to the contact: it preconditions the iteration.
 
     That inverse is the one of the whole plane between an extension off the contact and its transpose. The pyramid of
     the contact solve stands in for the extension that would make it exact; zeros in its place cost twice the steps.
     `slower` is v L/D of the slower body.
     """
+    from roughsim.contact.solver.preconditioner import Extension
 
-    def __init__(self, contact: NDArray[np.bool_], grid: Grid, spectrum: Field, slower: float):
-        from roughsim.contact.solver.preconditioner import Extension
+    shape = padded_shape(grid.shape)
+    extension = Extension(Grid(shape, (shape[0] * grid.spacing[0], shape[1] * grid.spacing[1])), np.float64)
+    response = np.ascontiguousarray((1 / spectrum).T)
+    free, still = np.zeros(shape, np.int8), np.zeros(shape)
+    free[: contact.shape[0], : contact.shape[1]] = contact
+    # Lines along sliding part from each other when both bodies are fast: less of the extension is kept then. The
+    # numbers come from trials with Hertz and rough contacts; they change the steps, never the result.
+    weight = np.where(free > 0, 1.0, max(0.6, 1.0 - 0.1 * math.log10(1.0 + slower)))
 
-        self.shape = padded_shape(grid.shape)
-        padded = Grid(self.shape, (self.shape[0] * grid.spacing[0], self.shape[1] * grid.spacing[1]))
-        self.response = np.ascontiguousarray((1 / spectrum).T)
-        self.free, self.still = np.zeros(self.shape, np.int8), np.zeros(self.shape)
-        self.free[: contact.shape[0], : contact.shape[1]] = contact
-        # Lines along sliding part from each other when both bodies are fast: less of the extension is kept then. The
-        # numbers come from trials with Hertz and rough contacts; they change the steps, never the result.
-        self.weight = np.where(self.free > 0, 1.0, max(0.6, 1.0 - 0.1 * math.log10(1.0 + slower)))
-        self.extension = Extension(padded, np.float64)
-
-    def apply(self, values: Field) -> Field:
-        """Return nearly the flux on the contact pixels whose temperature there is `values`."""
-        contact, field = self.free.view(bool), np.zeros(self.shape)
-        field[contact] = values
-        self.extension.extend(self.free, field)
-        field *= self.weight
-        field = fourier.inverse(fourier.forward(field) * self.response, self.shape) * self.weight
-        self.extension.transpose(self.free, field, self.still, self.still)
-        result: Field = field[contact]
+    def flux(temperatures: Field) -> Field:
+        field = np.zeros(shape)
+        field[free.view(bool)] = temperatures
+        extension.extend(free, field)
+        field *= weight
+        field = fourier.inverse(fourier.forward(field) * response, shape) * weight
+        extension.transpose(free, field, still, still)
+        result: Field = field[free.view(bool)]
         return result
+
+    return flux

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -165,9 +165,9 @@ def _panels(x: Axis, y: Axis, depth: float, end: float) -> Iterator[tuple[float,
     low = min(depth / 13 if depth > 0.0 else min(x.start, y.start), last)  # e^(−13²/4) = 4e-19
     if depth == 0.0 and low > 0.0:
         yield 0.0, low
-    passages = [Passages(axis) for axis in (x, y) if axis.drift]
+    passages = [_passages(axis) for axis in (x, y) if axis.drift]
     while low < last:
-        high = min([_GROWTH * low, last, *(passage.panel_end(low) for passage in passages)])
+        high = min([_GROWTH * low, last, *(panel_end(low) for panel_end in passages)])
         yield low, high
         low = high
 
@@ -192,20 +192,21 @@ def _slants(axis: Axis, before: int) -> Vector:
     return slants
 
 
-class Passages:
-    """When the edges of pixels at −ka pass over a heated line: at u = √(ka/p), within a few 1/p."""
+def _passages(axis: Axis) -> Callable[[float], float]:
+    """Return the end of a panel, as a function of its start, so that none is wider than the passage of an edge in it.
 
-    def __init__(self, axis: Axis):
-        # distances behind the source, in pixels, at which edges of pixels lie
-        first = 0.0 if axis.averaged else (0.5 - math.copysign(axis.shift, axis.shift * axis.drift)) % 1.0
-        self.width = 1 / abs(axis.drift)
-        self.times = np.sqrt(np.arange(first, axis.count + 1.0) * axis.size * self.width).tolist()
+    Edges of pixels at −ka pass over a heated line at u = √(ka/p), within a few 1/p.
+    """
+    # distances behind the source, in pixels, at which edges of pixels lie
+    first = 0.0 if axis.averaged else (0.5 - math.copysign(axis.shift, axis.shift * axis.drift)) % 1.0
+    width = 1 / abs(axis.drift)
+    margin, times = _REACH * 0.6 * width, np.sqrt(np.arange(first, axis.count + 1.0) * axis.size * width).tolist()
 
-    def panel_end(self, low: float) -> float:
-        """End of a panel that begins at `low`."""
-        margin = _REACH * 0.6 * self.width
-        k = bisect_left(self.times, low - margin * (1 - 1e-9))
-        if k == len(self.times):
+    def panel_end(low: float) -> float:
+        k = bisect_left(times, low - margin * (1 - 1e-9))
+        if k == len(times):
             return math.inf
-        opening = self.times[k] - margin
-        return low + _STEP * self.width if opening <= low * (1 + 1e-12) else opening
+        opening = times[k] - margin
+        return low + _STEP * width if opening <= low * (1 + 1e-12) else float(opening)
+
+    return panel_end
