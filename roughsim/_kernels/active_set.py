@@ -44,15 +44,14 @@ def displacement_range(start: int, stop: int, heights: Any, middle: float, unit:
 
 @kernel(fastmath=REORDER)
 def contact_sum(start: int, stop: int, p: Any, gap: Any) -> Any:
-    """Σ gap where p > 0, their number, and Σ p."""
+    """Σ gap where p > 0, and the number of these points."""
     p, gap = p[start:stop], gap[start:stop]
-    total, count, load = 0.0, 0, 0.0
+    total, count = 0.0, 0
     for i in range(stop - start):
         if p[i] > 0.0:
             total += gap[i]
             count += 1
-        load += p[i]
-    return total, count, load
+    return total, count
 
 
 @kernel(fastmath=REORDER, inline=True)
@@ -280,19 +279,3 @@ def advance(
         total += y
         inside += 1 if x == y else 0
     return total, inside
-
-
-@kernel()
-def balance(start: int, stop: int, free: Any, shift: float, cap: float, p: Any) -> None:
-    """Write p = clip(p + shift on the free points)."""
-    free, p = free[start:stop], p[start:stop]
-    for i in range(stop - start):
-        p[i] = min(max(p[i] + (shift if free[i] else 0.0), 0.0), cap)
-
-
-@kernel()
-def continuation(start: int, stop: int, p: Any, gap: Any, offset: float, stiffness: float, result: Any) -> None:
-    """Write p − κ(gap − d): its positive part is close to the pressure, and it goes on smoothly into the gap."""
-    p, gap, result = p[start:stop], gap[start:stop], result[start:stop]
-    for i in range(stop - start):
-        result[i] = p[i] - stiffness * (gap[i] - offset)

@@ -63,3 +63,14 @@ class Contact:
     residual: float
     iterations: int
     transforms: float
+
+
+def checked_load(name: str, nominal_pressure: float, solid: Solid) -> float:
+    """Return a nominal pressure as a float, Pa; ValueError or TypeError if no contact of the solid can carry it."""
+    load = positive(name, nominal_pressure, "Pa")
+    if load > solid.penetration_hardness:
+        raise ValueError(
+            f"{name} = {load:.6g} Pa exceeds penetration_hardness = {solid.penetration_hardness:.6g} Pa; "
+            "no contact can carry it"
+        )
+    return load

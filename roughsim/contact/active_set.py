@@ -14,11 +14,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roughsim.contact import Contact, Solid
-from roughsim.contact.solver.cascade import solve_cascade
+from roughsim.contact import Contact, Solid, checked_load
 from roughsim.contact.solver.problem import coarser, dimensionless, full_contact
+from roughsim.contact.solver.solve import solve_cascade
 from roughsim.contact.solver.state import State, rounding_floor
-from roughsim.errors import ConvergenceError, number, positive, real_field
+from roughsim.errors import ConvergenceError, number, real_field
 from roughsim.grid import Grid
 
 
@@ -68,12 +68,7 @@ def solve_contact(
     RuntimeWarning
         If the tolerance lies below what rounding allows: the solve stops at that floor.
     """
-    positive("nominal_pressure", nominal_pressure, "Pa")
-    if nominal_pressure > solid.penetration_hardness:
-        raise ValueError(
-            f"nominal_pressure = {nominal_pressure:.6g} Pa exceeds penetration_hardness = "
-            f"{solid.penetration_hardness:.6g} Pa; no contact can carry it"
-        )
+    load = checked_load("nominal_pressure", nominal_pressure, solid)
     if not 0.0 < number("tolerance", tolerance) < 1.0:
         raise ValueError(f"tolerance = {tolerance:.6g} must lie between 0 and 1")
     if max_iterations is not None and (number("max_iterations", max_iterations) < 1 or max_iterations % 1):
@@ -82,7 +77,7 @@ def solve_contact(
         raise ValueError(f'precision = {precision!r} must be "double" or "single"')
     surface = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
     problem, spectrum, pressure_unit = dimensionless(
-        surface, grid, solid.effective_modulus, nominal_pressure, solid.penetration_hardness
+        surface, grid, solid.effective_modulus, load, solid.penetration_hardness
     )
     # where no point lifts off the fields are known; elsewhere they are solved for, coarse grids first
     closed_form = full_contact(problem, spectrum)

@@ -1,14 +1,12 @@
 """The contact solvers that a scene can name: `[numerics] solver = "..."`.
 
-The package's own stand in the table below. A package outside adds one by an entry point of the group
-"roughsim.solvers": NAME = "package.module:function".
+A package outside adds one by an entry point of the group "roughsim.solvers": NAME = "package.module:function".
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from importlib.metadata import entry_points
-from typing import Any, Literal, Protocol
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, Literal, Protocol, cast
 
 from numpy.typing import NDArray
 
@@ -32,22 +30,13 @@ class Solver(Protocol):
         """Return the contact under the nominal pressure; ConvergenceError if the tolerance is not met."""
 
 
-def active_set() -> Solver:
-    """Load the package's own solver: elastic or capped, by a cascade of active sets."""
-    from roughsim.contact.active_set import solve_contact
-
-    return solve_contact
-
-
-# each name with what loads its function: whoever reads the names alone imports no compiled code
-SOLVERS: dict[str, Callable[[], Solver]] = {
-    **{entry.name: entry.load for entry in entry_points(group="roughsim.solvers")},
-    "active_set": active_set,
-}
+# entry points inside and outside alike: whoever reads the names alone imports no compiled code
+DEFAULT, GROUP = "active_set", "roughsim.solvers"
+INSIDE = EntryPoint(DEFAULT, "roughsim.contact.active_set:solve_contact", GROUP)
+SOLVERS = {entry.name: entry for entry in (*entry_points(group=GROUP), INSIDE)}
 NAMES = tuple(sorted(SOLVERS))
-DEFAULT = "active_set"
 
 
 def solver(name: str) -> Solver:
     """Return the solver of a name among `NAMES`."""
-    return SOLVERS[name]()
+    return cast(Solver, SOLVERS[name].load())

@@ -94,12 +94,10 @@ class Patches:
 
     def size_distribution(self) -> SizeDistribution:
         """Return how many patches of which size there are."""
-        bins = np.frexp(self.pixels)[1].astype(np.int64) - 1  # floor of log2, exact
-        size = int(bins.max(initial=-1)) + 1
-        counts = np.bincount(bins, minlength=size).astype(np.int64)
-        areas = np.multiply(np.bincount(bins, self.pixels, size), self.pixel_area, dtype=np.float64)
-        edges = np.multiply(np.exp2(np.arange(size + 1)), self.pixel_area, dtype=np.float64)
-        return SizeDistribution(edges, counts, areas)
+        powers = 2 ** np.arange(int(self.pixels.max(initial=0)).bit_length() + 1)
+        counts, _ = np.histogram(self.pixels, powers)
+        pixels, _ = np.histogram(self.pixels, powers, weights=self.pixels)
+        return SizeDistribution(self.pixel_area * powers.astype(float), counts, self.pixel_area * pixels.astype(float))
 
 
 def contact_patches(mask: ArrayLike, grid: Grid) -> Patches:
@@ -222,11 +220,8 @@ def patch_sizes(mask: Mask, *, periodic: bool = True) -> NDArray[np.int64]:
 
 def _sides(first: Mask, second: Mask) -> int:
     """Number of pixel sides with `first` on one side and `second` on the other, over the sides of the cell too."""
-    total = 0
-    for axis in (0, 1):
-        for one, other in ((first, second), (second, first)):
-            total += int(np.count_nonzero(one & np.roll(other, 1, axis)))
-    return total
+    neighbours = (np.roll(second, shift, axis) for axis in (0, 1) for shift in (1, -1))
+    return sum(int(np.count_nonzero(first & neighbour)) for neighbour in neighbours)
 
 
 def _pixels(mask: ArrayLike, grid: Grid) -> Mask:
@@ -236,6 +231,3 @@ def _pixels(mask: ArrayLike, grid: Grid) -> Mask:
     if pixels.shape != grid.shape:
         raise ValueError(f"mask has shape {pixels.shape}, but the grid has shape {grid.shape}")
     return pixels
-
-
-__all__ = ["Patches", "SizeDistribution", "contact_patches", "corrected_area", "corrected_fractions"]

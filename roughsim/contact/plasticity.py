@@ -18,10 +18,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughsim.contact import Contact, Solid
+from roughsim.contact import Contact, Solid, checked_load
 from roughsim.contact.active_set import solve_contact
 from roughsim.contact.patches import yielded_points
-from roughsim.errors import positive, real_field
+from roughsim.errors import real_field
 from roughsim.grid import Grid
 
 Array = NDArray[np.float64]
@@ -90,28 +90,22 @@ def plastic_deformation(contact: Contact, heights: ArrayLike, grid: Grid, solid:
     gap = real_field("displacement", contact.displacement, grid.shape) - surface
     free = gap[(pressure > 0.0) & ~yielded]
     offset = float(free.mean() if free.size else gap[yielded].max())
-    _check_gap(free - offset, contact, surface, grid, solid)
+    if free.size:
+        # the residual bounds the errors of the gap: κ‖gap − d‖ ≤ residual ‖p‖ over the elastic contact, κ ≥ πE*/L
+        stiffness, largest = pi * solid.effective_modulus / max(grid.lengths), float(pressure.max())
+        norm = largest * sqrt(float(np.square(pressure / largest).sum()))
+        rounding = 4 * float(np.finfo(contact.displacement.dtype).eps) * float(np.ptp(contact.displacement))
+        rounding += 64 * float(np.finfo(np.float64).eps) * float(np.abs(surface).max())
+        limit = 4 * contact.residual * norm / stiffness + rounding * sqrt(free.size)
+        error = float(np.abs(free - offset).max())
+        if error > limit:
+            raise ValueError(
+                f"heights: the gap over the elastic contact varies by {error:.6g} m, but the contact was solved to "
+                f"{limit:.6g} m; give the heights, the grid and the solid it was solved with"
+            )
     displacement = np.where(yielded, np.maximum(offset - gap, 0.0), 0.0)
     volume = float(displacement.mean()) * grid.lengths[0] * grid.lengths[1]
     return PlasticDeformation(displacement, surface - displacement, volume, -offset)
-
-
-def _check_gap(error: Array, contact: Contact, heights: Array, grid: Grid, solid: Solid) -> None:
-    """The residual bounds the errors of the gap: κ‖gap − d‖ ≤ residual ‖p‖ over the elastic contact, κ ≥ πE*/L."""
-    if not error.size:
-        return
-    stiffness = pi * solid.effective_modulus / max(grid.lengths)
-    largest = float(contact.pressure.max())
-    norm = largest * sqrt(float(np.square(contact.pressure / largest).sum()))
-    rounding = 4 * float(np.finfo(contact.displacement.dtype).eps) * float(np.ptp(contact.displacement))
-    rounding += 64 * float(np.finfo(np.float64).eps) * float(np.abs(heights).max())
-    limit = 4 * contact.residual * norm / stiffness + rounding * sqrt(error.size)
-    largest_error = float(np.abs(error).max())
-    if largest_error > limit:
-        raise ValueError(
-            f"heights: the gap over the elastic contact varies by {largest_error:.6g} m, but the contact was solved to "
-            f"{limit:.6g} m; give the heights, the grid and the solid it was solved with"
-        )
 
 
 def follow_loads(
@@ -148,13 +142,7 @@ def follow_loads(
         As `solve_contact`; all loads are checked before the first solve.
     """
     surface = real_field("heights", heights, grid.shape)
-    loads = [positive("nominal_pressures", load, "Pa") for load in nominal_pressures]
-    highest = max(loads, default=0.0)
-    if highest > solid.penetration_hardness:
-        raise ValueError(
-            f"nominal_pressures = {highest:.6g} Pa exceeds penetration_hardness = {solid.penetration_hardness:.6g} "
-            "Pa; no contact can carry it"
-        )
+    loads = [checked_load("nominal_pressures", load, solid) for load in nominal_pressures]
 
     def steps(surface: NDArray[Any]) -> Iterator[LoadStep]:
         for load in loads:

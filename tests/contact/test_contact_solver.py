@@ -270,3 +270,18 @@ def test_a_load_that_no_free_point_can_take_has_no_shift():
     state = State(ScaledProblem(heights, 0.0, 1.0, grid, 0.05, np.inf, 100.0))
     state.pressure[...] = 0.04
     assert state.load_shift((0.04 * 4096, 0), 1e-9) is None
+    assert not state.balance(1e-9)
+    assert np.all(state.pressure == 0.04)
+
+
+def test_balance_moves_the_free_points_alone_and_only_between_the_bounds():
+    heights, grid = rough()
+    state = State(ScaledProblem(heights, 0.0, 1.0, grid, 0.05, 0.12, 100.0))
+    state.pressure[...] = np.random.default_rng(6).uniform(0.0, 0.12, grid.shape)
+    state.free[::2] = 1
+    fixed, before = state.pressure[1::2].copy(), state.pressure[::2].copy()
+    assert state.balance(1e-12)
+    np.testing.assert_array_equal(state.pressure[1::2], fixed)
+    shift = np.median(state.pressure[::2] - before)
+    np.testing.assert_allclose(state.pressure[::2], np.clip(before + shift, 0.0, 0.12), atol=1e-15)
+    assert state.pressure.mean() == pytest.approx(0.05, rel=1e-12)

@@ -1,6 +1,5 @@
-"""The inside of `solve_contact`: one grid after the other, each by conjugate gradients on an active set.
+"""The inside of `solve_contact`: `solve` goes from coarse grids to the finest and iterates on each.
 
-`problem` is what is solved, in its own units, and `cascade` goes from coarse grids to the finest. `solve` iterates on
-one of them, `state` holds its fields. `pivoting` is for problems where clipped steps get nowhere; `preconditioner` and
-`half_space` are the two products of a step.
+`problem` holds what is solved, in its own units; `state` the fields of a solve; `half_space` and `preconditioner` the
+two products of a step. `pivoting` is for problems where clipped steps get nowhere.
 """

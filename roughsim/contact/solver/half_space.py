@@ -44,11 +44,23 @@ class Operator:
 
     def comply(self, pressure: NDArray[Any], displacement: NDArray[Any]) -> None:
         """Write S p, mean zero; both arrays may be the same."""
-        self._multiply(False, pressure, displacement)
+        self.multiply(False, pressure, displacement)
 
     def stiffen(self, displacement: NDArray[Any], pressure: NDArray[Any]) -> None:
         """Write |q|/2 u, mean zero; both arrays may be the same."""
-        self._multiply(True, displacement, pressure)
+        self.multiply(True, displacement, pressure)
+
+    def multiply(self, stiff: bool, source: NDArray[Any], result: NDArray[Any]) -> None:
+        """Write the product with |q|/2 if `stiff`, else with 2/|q|."""
+        weights = self.along, self.across, self.factor
+        blocks, others = self.row_blocks, self.column_blocks
+        if len(blocks) == len(others) == 1 and source.dtype == np.float32:  # one call: each costs more than its work
+            rows, columns = (*blocks[0], *self._rows()), (stiff, *others[0], *self._columns(), weights)
+            kernels.product(source, result, rows, columns)
+            return
+        self._each_row(kernels.rows_forward, source)
+        self._each_column(lambda *block: kernels.columns_product(stiff, *block), weights)
+        self._each_row(kernels.rows_backward, result)
 
     def forward(self, field: NDArray[Any]) -> NDArray[Any]:
         """Return the transposed half spectrum (1/N) Σ field·exp(−iq·x), complex; it is a view of the buffer."""
@@ -66,17 +78,6 @@ class Operator:
         """The buffer as complex numbers, shape (columns//2 + 1, rows)."""
         return self.spectrum.view(np.result_type(self.dtype, np.complex64))[:, : self.shape[0]]
 
-    def _multiply(self, stiff: bool, source: NDArray[Any], result: NDArray[Any]) -> None:
-        weights = self.along, self.across, self.factor
-        blocks, others = self.row_blocks, self.column_blocks
-        if len(blocks) == len(others) == 1 and source.dtype == np.float32:  # one call: each costs more than its work
-            rows, columns = (*blocks[0], *self._rows()), (stiff, *others[0], *self._columns(), weights)
-            kernels.product(source, result, rows, columns)
-            return
-        self._each_row(kernels.rows_forward, source)
-        self._each_column(lambda *block: kernels.columns_product(stiff, *block), weights)
-        self._each_row(kernels.rows_backward, result)
-
     def _each_row(self, kernel: Any, field: NDArray[Any]) -> None:
         run(lambda start, stop: kernel(field, start, stop, *self._rows()), self.row_blocks)
 
@@ -93,7 +94,7 @@ class Operator:
         return self.column_group, self.column_plans.addresses, self.whole, result
 
 
-class PlainOperator:
+class PlainOperator(Operator):
     """The same by one two-dimensional transform each way, where compiled code cannot call FFTW."""
 
     def __init__(self, grid: Grid, dtype: Any):
@@ -102,15 +103,10 @@ class PlainOperator:
             1.0, self.half_wavenumbers, out=np.zeros(grid.half_shape), where=self.half_wavenumbers > 0.0
         )
 
-    def comply(self, pressure: NDArray[Any], displacement: NDArray[Any]) -> None:
-        """Write S p."""
-        self.forward(pressure).T[...] *= self.compliance
-        self.inverse(displacement)
-
-    def stiffen(self, displacement: NDArray[Any], pressure: NDArray[Any]) -> None:
-        """Write |q|/2 u."""
-        self.forward(displacement).T[...] *= self.half_wavenumbers
-        self.inverse(pressure)
+    def multiply(self, stiff: bool, source: NDArray[Any], result: NDArray[Any]) -> None:
+        """Write the product with |q|/2 if `stiff`, else with 2/|q|."""
+        self.forward(source).T[...] *= self.half_wavenumbers if stiff else self.compliance
+        self.inverse(result)
 
     def forward(self, field: NDArray[Any]) -> NDArray[Any]:
         """Return the transposed half spectrum."""
@@ -127,7 +123,7 @@ class PlainOperator:
         return self.transform.spectrum.T
 
 
-def half_space(grid: Grid, dtype: Any) -> Operator | PlainOperator:
+def half_space(grid: Grid, dtype: Any) -> Operator:
     """Return the faster operator that there is."""
     return Operator(grid, dtype) if direct() else PlainOperator(grid, dtype)
 

@@ -1,4 +1,4 @@
-"""The solve on one grid: preconditioned conjugate gradients on the free points, with what to do where they fail.
+"""The solve: from coarse grids to the finest, on each preconditioned conjugate gradients on the free points.
 
 A step is proposed on the free points, shifted so that the load is kept, clipped to the bounds, and taken with its exact
 length. A bad step is replaced by one of projected gradients; where bad steps keep coming, points change sides on solved
@@ -10,12 +10,47 @@ from __future__ import annotations
 import numpy as np
 
 from roughsim._kernels import active_set as kernels
+from roughsim._kernels.interpolation import refine
 from roughsim.contact.solver.half_space import rms_compliance
 from roughsim.contact.solver.pivoting import exchange_points
+from roughsim.contact.solver.problem import ScaledProblem
 from roughsim.contact.solver.state import BEARABLE, NEGLIGIBLE, REACH, State, rounding_floor
+from roughsim.fourier.blocks import run, spans, total
 
+COARSE_TOLERANCE = 1e-2  # tighter coarse solves do not help the next level
+CONTINUATION = 0.15  # of κ(gap − d), by which the pressure is continued below zero before it is interpolated
 LEAST_REACH = 1e-3  # where steps are cut short: points are let go from a bound, and put on it, one by one
 PATIENCE = 30  # iterations without a new best residual after which a solve counts as stalled
+
+
+def solve_cascade(levels: list[ScaledProblem], tolerance: float, max_iterations: int) -> tuple[State, float]:
+    """Solve the levels, listed from the finest; return the finest and the work in its float64 transforms."""
+    finest, work = levels[0], 0.0
+    coarse: State | None = None
+    for problem in reversed(levels):
+        state, final = State(problem), problem is finest
+        if coarse is None:
+            state.pressure[...] = problem.load
+        else:
+            start_from(coarse, state)
+        # single precision is enough for the first gap unless rounding already blurs the coarse solution
+        precise = final and coarse is not None and coarse.assessment.blur > 0.3 * NEGLIGIBLE * tolerance
+        state.refresh(np.float64 if precise else state.kind)
+        solve(state, tolerance if final else max(COARSE_TOLERANCE, tolerance), max_iterations, final=final)
+        work += state.transforms * problem.grid.points / finest.grid.points
+        coarse = state
+    return state, work
+
+
+def start_from(coarse: State, fine: State) -> None:
+    """Set the pressure of a finer grid to the solution of a coarser one, at the load."""
+    # p − κ(gap − d) goes on smoothly below zero, so that the interpolation keeps the edges of the contact
+    rise = CONTINUATION * coarse.problem.stiffness * (coarse.gap - coarse.offset)
+    field = (coarse.pressure - rise).astype(fine.kind)
+    rows = spans(*fine.problem.grid.shape)
+    sums = total(run(lambda a, b: refine(a, b, field, fine.problem.cap, fine.pressure, fine.free), rows))
+    if not fine.balance(1e-12, sums):  # no free point can take the load
+        fine.pressure[...] = fine.problem.load
 
 
 def solve(state: State, tolerance: float, max_iterations: int, *, final: bool) -> None:

@@ -120,7 +120,7 @@ class State:
 
     def begin(self) -> None:
         """Guess the offset of a new start."""
-        gaps, count, _ = self.sums(kernels.contact_sum, *self.flat[:2])
+        gaps, count = self.sums(kernels.contact_sum, *self.flat[:2])
         self.offset = gaps / count
 
     def assess(self, tolerance: float) -> None:
@@ -134,12 +134,8 @@ class State:
                 kernels.classify, p, gap, self.law, self.reach, unit, limit, free, field
             )
             blur = kappa * unit * self.noise * float(np.sqrt(max(count, 1) / norm))
-            residual, size, excess = (
-                float(np.sqrt(square / norm)),
-                float(np.sqrt(norm)) / unit,
-                clipped - problem.target,
-            )
-            self.assessment = Assessment(residual, size, excess, inside, count, above, blur)
+            residual, excess = float(np.sqrt(square / norm)), clipped - problem.target
+            self.assessment = Assessment(residual, float(np.sqrt(norm)) / unit, excess, inside, count, above, blur)
             room = self.room if inside else 0.0  # nothing is free to vary if no point is between the bounds
             if solved or abs(excess) <= max(0.05 * residual * room, 1e-14 * problem.target):
                 return
@@ -205,15 +201,19 @@ class State:
         met, shift = kernels.find_shift(self.blocks[0][1], free, p, step, *goal, *sums)
         return shift if met else None
 
-    def balance(self, accuracy: float) -> bool:
-        """Shift the free points so that the load holds to this accuracy; return whether any shift does."""
+    def balance(self, accuracy: float, sums: tuple[float, int] | None = None) -> bool:
+        """Shift the free points so that the load holds to this accuracy; return whether any shift does.
+
+        `sums` are those of `shifted_sum` at no shift, where they are at hand.
+        """
         p, _, free, _, step = self.flat
         self.step[...] = 0.0
-        shift = self.load_shift(self.sums(kernels.shifted_sum, free, p, step, 0.0, self.problem.cap), accuracy)
+        sums = sums or self.sums(kernels.shifted_sum, free, p, step, 0.0, self.problem.cap)
+        shift = self.load_shift(sums, accuracy)
         if shift is None:
             return False
-        for a, b in self.blocks:
-            kernels.balance(a, b, free, shift, self.problem.cap, p)
+        np.add(self.pressure, shift, out=self.pressure, where=self.free.view(bool))
+        np.clip(self.pressure, 0.0, self.problem.cap, out=self.pressure)
         return True
 
     def move(self, length: float) -> None:
