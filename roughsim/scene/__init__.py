@@ -6,8 +6,8 @@ lower hardness) is in `Scene`'s properties and nowhere else. Every refusal is a 
 """
 
 from roughsim.scene.files import BLANK, bundled_scenes, load_scene, parse_scene, scene_text
-from roughsim.scene.messages import SceneError
 from roughsim.scene.model import Scene, first_difference
+from roughsim.scene.schema import SceneError
 
 __all__ = [
     "BLANK",

@@ -5,14 +5,14 @@ from __future__ import annotations
 import os
 import re
 import tomllib
-from difflib import get_close_matches
 from importlib import resources
+from itertools import product
 from pathlib import Path
 from typing import Any
 
-from roughsim.scene.messages import SceneError, as_written
 from roughsim.scene.model import Scene
-from roughsim.scene.rules import MAX_ROWS, ROUGHNESS_KEYS
+from roughsim.scene.schema import SceneError, as_written, nearest
+from roughsim.scene.sections import ROUGHNESS_KEYS
 from roughsim.show.text import plain
 
 MAX_BYTES = 64 * 1024
@@ -30,9 +30,8 @@ def bundled_scenes() -> tuple[str, ...]:
 def scene_text(name: str) -> str:
     """Return the text of a bundled scene, comments included, or of the form to fill in, "blank"; SceneError else."""
     if name not in (*bundled_scenes(), BLANK):
-        near = get_close_matches(str(name).lower(), {n.lower(): n for n in bundled_scenes()}, n=1)
-        hint = next((f'did you mean "{n}"? ' for n in bundled_scenes() if [n.lower()] == near), "")
-        names = ", ".join(bundled_scenes())
+        near, names = nearest(str(name), bundled_scenes()), ", ".join(bundled_scenes())
+        hint = f'did you mean "{near}"? ' if near else ""
         raise SceneError(
             f"scene {plain(as_written(str(name)))} is not bundled; {hint}bundled are {names}; or give a .toml file"
         )
@@ -58,20 +57,12 @@ def load_scene(name_or_path: str | os.PathLike[str]) -> Scene:
     if not isinstance(name_or_path, (str, os.PathLike)):
         raise TypeError(f"name_or_path = {name_or_path!r} must be the name of a bundled scene or a path")
     name = os.fspath(name_or_path)
-    if isinstance(name_or_path, str) and not is_path(name):
-        return parse_scene(scene_text(name), source=name)
-    path = Path(name)
-    return parse_scene(read_text(path, "scene file", MAX_BYTES), source=name, folder=path.parent)
-
-
-def is_path(name: str) -> bool:
-    """Return whether a text names a file rather than a bundled scene."""
-    if name.endswith(".toml") or os.sep in name or "/" in name:
-        return True
-    try:
-        return name not in bundled_scenes() and Path(name).exists()
-    except (OSError, ValueError):  # too long for a path, or with a null in it
-        return False
+    looks_like_a_path = not isinstance(name_or_path, str) or name.endswith(".toml") or os.sep in name or "/" in name
+    # os.path.exists is false, and never raises, for a text too long for a path or with a null in it
+    if looks_like_a_path or (name not in bundled_scenes() and os.path.exists(name)):
+        path = Path(name)
+        return parse_scene(read_text(path, "scene file", MAX_BYTES), source=name, folder=path.parent)
+    return parse_scene(scene_text(name), source=name)
 
 
 def parse_scene(text: str, *, source: str = "scene", folder: Path | None = None) -> Scene:
@@ -111,8 +102,8 @@ def read_text(path: Path, what: str, limit: int) -> str:
     name = plain(str(path))
     try:
         if not path.exists():
-            near = get_close_matches(path.name.removesuffix(".toml"), bundled_scenes(), n=1)
-            hint = f', or use the bundled scene "{near[0]}"' if near else ""
+            near = nearest(path.name.removesuffix(".toml"), bundled_scenes())
+            hint = f', or use the bundled scene "{near}"' if near else ""
             raise FileNotFoundError(f"{what} {name} does not exist; check the path{hint}")
         if not path.is_file():
             raise SceneError(f"{what} {name} is a folder or a device; give the path of a file")
@@ -134,67 +125,54 @@ def read_text(path: Path, what: str, limit: int) -> str:
 def with_tables(content: dict[str, Any], folder: Path | None) -> dict[str, Any]:
     """Return the content with each `psd_file` and `topography` replaced by its table C(q): files count by content."""
     result = dict(content)
-    for name in ("surface", "counterface"):
-        section = content.get(name)
-        for key, read in (("topography", measured_psd), ("psd_file", stored_psd)):
-            if isinstance(section, dict) and key in section:
-                rest = {other: value for other, value in section.items() if other != key}
-                result[name] = rest | read(section[key], f"{name}.{key}", rest, folder)
-                break
+    for name, key in product(("surface", "counterface"), ("topography", "psd_file")):
+        section = result.get(name)
+        if isinstance(section, dict) and key in section:
+            result[name] = with_table(section, name, key, folder)
     return result
 
 
-def measured_psd(value: Any, key: str, others: dict[str, Any], folder: Path | None) -> dict[str, Any]:
+def with_table(section: dict[str, Any], name: str, key: str, folder: Path | None) -> dict[str, Any]:
+    """Return a section whose `key` names a file beside the scene, with the C(q) of that file in place of it."""
+    rest = {other: value for other, value in section.items() if other != key}
+    what, example = ("map", "scan.x3p") if key == "topography" else ("table", "psd.csv")
+    for other in rest:
+        if other == "psd" or (key == "topography" and other in (*ROUGHNESS_KEYS, "psd_file")):
+            raise SceneError(f"{name}.{other} does not go with {name}.{key}, whose {what} fixes C(q); remove one")
+    value = section[key]
+    given = f"{name}.{key} = {as_written(value)}"
+    if not isinstance(value, str) or not value:
+        raise SceneError(f'{given} must be the path of a file, for example "{example}"')
+    if folder is None:
+        raise SceneError(f"{given} needs a scene file to lie beside; write the table as psd = [[q, C], ...]")
+    try:
+        return rest | (measured_psd(folder / value) if key == "topography" else {"psd": stored_psd(folder / value)})
+    except (OSError, ValueError, ImportError) as error:
+        raise SceneError(f"{given}: {error}") from None
+
+
+def measured_psd(path: Path) -> dict[str, Any]:
     """Return the keys that stand for the C(q) of a measured map."""
     from roughsim.surface.topography import read_topography
 
-    for other in others:
-        if other in (*ROUGHNESS_KEYS, "psd_file"):
-            rival = f"{key.partition('.')[0]}.{other}"
-            raise SceneError(f"{rival} does not go with {key}, whose map fixes C(q); remove one of the two")
-    path = path_beside(value, key, '"scan.x3p"', folder)
-    try:
-        spectrum = read_topography(path).spectrum
-    except (OSError, ValueError, ImportError) as error:
-        raise SceneError(f"{key} = {as_written(value)}: {error}") from None
+    spectrum = read_topography(path).spectrum
     rows = [[float(q), float(psd)] for q, psd in zip(spectrum.q, spectrum.psd, strict=True)]
     return {"psd": rows, "psd_convention": "persson", "psd_source": "scan"}
 
 
-def stored_psd(value: Any, key: str, others: dict[str, Any], folder: Path | None) -> dict[str, Any]:
+def stored_psd(path: Path) -> list[list[float]]:
     """Return the rows of a text file of two columns, q in rad/m and C in m⁴."""
-    if "psd" in others:
-        raise SceneError(f"{key} and {key.replace('psd_file', 'psd')} are both given; keep exactly one")
-    path = path_beside(value, key, '"psd.csv"', folder)
-    key = f"{key} = {as_written(value)}"
-    try:
-        text = read_text(path, "the table", MAX_TABLE_BYTES)
-    except (SceneError, FileNotFoundError) as error:
-        raise SceneError(f"{key}: {error}") from None
+    text = read_text(path, "the table", MAX_TABLE_BYTES)
     lines = [(number, line.split("#")[0].strip()) for number, line in enumerate(text.splitlines(), start=1)]
     lines = [(number, line) for number, line in lines if line]
     if lines and not re.match(r"[-+.0-9]", lines[0][1]):
         lines = lines[1:]  # the names of the columns
-    if len(lines) > MAX_ROWS:
-        limit = f"above the limit of {MAX_ROWS}; average C over bins of log q"
-        raise SceneError(f"{key} has {len(lines)} rows, {limit}")
     rows = []
     for number, line in lines:
         try:
             q, psd = (float(entry) for entry in re.split(r"\s*[,;\s]\s*", line))
         except ValueError:
             fault = f"{as_written(line)} must be two numbers, q in rad/m and C in m⁴"
-            raise SceneError(f"{key}, line {number}: {fault}") from None
+            raise SceneError(f"line {number}: {fault}") from None
         rows.append([q, psd])
-    return {"psd": rows}
-
-
-def path_beside(value: Any, key: str, example: str, folder: Path | None) -> Path:
-    """Return the path of a file that a scene names, which lies beside the scene."""
-    if not isinstance(value, str) or not value:
-        raise SceneError(f"{key} = {as_written(value)} must be the path of a file, for example {example}")
-    if folder is None:
-        raise SceneError(
-            f"{key} = {as_written(value)} needs a scene file to lie beside; write the table as psd = [[q, C], ...]"
-        )
-    return folder / value
+    return rows

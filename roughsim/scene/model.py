@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 from pydantic import BeforeValidator, model_validator
 from pydantic.dataclasses import dataclass
 from pydantic_core import to_jsonable_python
 
-from roughsim.scene import rules
-from roughsim.scene.messages import SceneError, as_written
 from roughsim.scene.numerics import NumericsSection
-from roughsim.scene.records import Record
+from roughsim.scene.schema import Record, SceneError, as_written, scene_toml
 from roughsim.scene.sections import (
+    MAX_ROWS,
     BodySection,
     CounterfaceSection,
     EnsembleSection,
@@ -24,10 +23,8 @@ from roughsim.scene.sections import (
     TheorySection,
     read_title,
 )
-from roughsim.scene.toml import scene_toml
-
-if TYPE_CHECKING:
-    from roughsim.surface.spectrum import Face, SumSpectrum
+from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
+from roughsim.surface.spectrum import Face, SumSpectrum, TruncatedSpectrum
 
 NOT_IDENTITY = {"ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"} | {
     f"{face}.{key}"
@@ -41,8 +38,8 @@ class Conduction(NamedTuple):
 
     conductivity: float
     diffusivity: float
-    counter_conductivity: float | None
-    counter_diffusivity: float | None
+    counter_conductivity: float | None = None
+    counter_diffusivity: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,8 +70,10 @@ class Scene(Record, section=""):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        rules.check_scene(self)
-        rules.check_derived(self, map(diffusivities, self.bodies))
+        check_load_and_heat(self)
+        check_background(self)
+        check_lists(self)
+        check_derived(self)
         return self
 
     @property
@@ -125,7 +124,7 @@ class Scene(Record, section=""):
     @property
     def counterface_conducts(self) -> bool:
         """Whether there is a second body that takes up heat."""
-        return self.resting_body is not None and self.resting_body.conductivity is not None
+        return len(self.bodies) == 2 and self.bodies[1].conductivity is not None
 
     @property
     def temperature_range(self) -> tuple[float, float]:
@@ -148,8 +147,8 @@ class Scene(Record, section=""):
                 f"temperature = {as_written(temperature, 'K')} must lie between {low:g} K and {high:g} K, where the "
                 "tables of conductivity are given"
             )
-        bodies = [conduction_of(body, temperature) for body in self.bodies]
-        return Conduction(*bodies[0], *(bodies[1] if self.counterface_conducts else (None, None)))
+        bodies = (body for body in self.bodies if body.conductivity is not None)
+        return Conduction(*(number for body in bodies for number in conduction_of(body, temperature)))
 
     @property
     def speeds(self) -> tuple[float, ...]:
@@ -159,12 +158,9 @@ class Scene(Record, section=""):
     @property
     def bodies(self) -> tuple[BodySection | CounterfaceSection, ...]:
         """The moving body, and the resting one if there is one."""
-        return (self.body,) if self.resting_body is None else (self.body, self.resting_body)
-
-    @property
-    def resting_body(self) -> BodySection | CounterfaceSection | None:
-        """The resting body's material."""
-        return self.body if self.counterface is not None and self.counterface.like else self.counterface
+        if self.counterface is None:
+            return (self.body,)
+        return self.body, self.body if self.counterface.like else self.counterface
 
     def identity(self) -> dict[str, Any]:
         """Return what makes this scene this one: physics, numerics and seed as dotted key → JSON value.
@@ -203,26 +199,15 @@ def first_difference(a: Scene | Mapping[str, Any], b: Scene | Mapping[str, Any])
 
 
 def conduction_of(body: BodySection | CounterfaceSection, temperature: float | None) -> tuple[float, float]:
-    """Return κ, W/(m K), and D, m²/s, of a body; κ is linear between the rows of a table."""
-    kappa, density, capacity = body.conductivity, body.density, body.heat_capacity
-    if kappa is None or density is None or capacity is None:
-        return math.nan, math.nan
+    """Return κ, W/(m K), and D, m²/s, of a body that conducts; κ is linear between the rows of a table."""
+    kappa = body.conductivity
     if isinstance(kappa, tuple):
         kappa = float(np.interp(temperature or 0.0, *np.array(kappa).T))
-    return kappa, kappa / (density * capacity)
-
-
-def diffusivities(body: BodySection | CounterfaceSection) -> tuple[float, ...]:
-    """Return D of a body, m²/s, at each temperature of its table; empty if it is insulating."""
-    rows = body.conductivity if isinstance(body.conductivity, tuple) else ((None, body.conductivity),)
-    return tuple(conduction_of(body, temperature)[1] for temperature, kappa in rows if kappa is not None)
+    return kappa, kappa / (body.density * body.heat_capacity)
 
 
 def face_spectrum(face: SurfaceSection | CounterfaceSection) -> Face:
     """Return C(q) of one face, m⁴, in Persson's convention."""
-    from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
-    from roughsim.surface.spectrum import TruncatedSpectrum
-
     if face.spectrum is not None:
         return TruncatedSpectrum(face.spectrum)
     if face.psd is not None:
@@ -234,3 +219,79 @@ def face_spectrum(face: SurfaceSection | CounterfaceSection) -> Face:
     if face.rms_height is not None:
         return SelfAffineSpectrum.from_rms_height(face.rms_height, **shape)
     return SelfAffineSpectrum.from_rms_slope(face.rms_slope, **shape)  # type: ignore[arg-type]
+
+
+def check_load_and_heat(scene: Scene) -> None:
+    """Refuse a load that no contact can carry, and a rule of heat partition without a second body that conducts."""
+    load, hardness = scene.sliding.nominal_pressure, scene.penetration_hardness
+    if load > hardness:
+        softer = "body" if scene.body.penetration_hardness == hardness else "counterface"
+        raise ValueError(
+            f"sliding.nominal_pressure = {load:.6g} Pa exceeds {softer}.penetration_hardness = {hardness:.6g} Pa, "
+            "which no contact can carry; lower the pressure or raise the hardness"
+        )
+    rule = scene.sliding.heat_partition
+    if rule in ("mean", "total") and not scene.counterface_conducts:
+        missing = "[counterface]" if scene.counterface is None else "counterface.conductivity"
+        raise ValueError(
+            f'sliding.heat_partition = "{rule}" shares the heat with a second body, but {missing} is missing; add it '
+            '(like = "body" for the same material), or write "all" or a number'
+        )
+
+
+def check_background(scene: Scene) -> None:
+    """Refuse a background temperature that is missing, needed for nothing, or outside the tables κ(T)."""
+    low, high = scene.temperature_range
+    kelvin = scene.sliding.background_temperature
+    if kelvin is None:
+        if high < math.inf:
+            raise ValueError(
+                "sliding.background_temperature is missing; a conductivity that is a table over temperature needs it: "
+                'add for example background_temperature = "300 K"'
+            )
+        return
+    background = f"sliding.background_temperature = {kelvin:g} K"
+    if min(high, scene.melting_temperature) == math.inf:
+        raise ValueError(
+            f"{background} goes with a conductivity that is a table over temperature, or with a melting_temperature; "
+            "remove it"
+        )
+    if not low <= kelvin <= high:
+        raise ValueError(
+            f"{background} must lie between {low:g} K and {high:g} K, where the tables of conductivity are given; "
+            "extend them"
+        )
+
+
+def check_lists(scene: Scene) -> None:
+    """Refuse tables C(q) that are too long together, and levels of capped contact in an elastic scene."""
+    rows = sum(len(face.psd or ()) for face in (scene.surface, scene.counterface) if face is not None)
+    if rows > MAX_ROWS:
+        raise ValueError(
+            f"counterface.psd and surface.psd together have {rows} rows, above the limit of {MAX_ROWS}; average C over "
+            "bins of log q"
+        )
+    for number, level in enumerate(scene.numerics.levels or ()):
+        if scene.elastic and level.column != "elastic":
+            raise ValueError(
+                f'numerics.levels[{number}].column = "{level.column}" needs a body.penetration_hardness; add it or '
+                'write "elastic"'
+            )
+
+
+def check_derived(scene: Scene) -> None:
+    """Refuse lawful numbers whose products are not: roughness, modulus, and D at all temperatures of its table."""
+    try:
+        derived = [
+            ("rms height", scene.spectrum.rms_height, "m"),
+            ("rms slope", scene.spectrum.rms_slope, ""),
+            ("effective modulus", scene.effective_modulus, "Pa"),
+        ]
+        for name, body in zip(("diffusivity", "diffusivity of the counterface"), scene.bodies, strict=False):
+            rows = body.conductivity if isinstance(body.conductivity, tuple) else ((None, body.conductivity),)
+            derived += [(name, conduction_of(body, kelvin)[1], "m²/s") for kelvin, kappa in rows if kappa is not None]
+    except (ArithmeticError, ValueError) as error:
+        raise ValueError(f"surface or body: numbers beyond what can be computed with ({error}); check them") from None
+    for name, value, unit in derived:
+        if not 0.0 < value < math.inf:
+            raise ValueError(f"surface or body: the {name} becomes {value:.6g} {unit}; check the numbers it is made of")

@@ -13,9 +13,7 @@ from pydantic_core import to_jsonable_python
 from roughsim.contact import methods
 from roughsim.errors import ResolutionError
 from roughsim.grid import Grid
-from roughsim.scene.messages import as_written, did_you_mean
-from roughsim.scene.quantities import QMax, Quantity, one_or_list, whole
-from roughsim.scene.records import Record, optional_keys
+from roughsim.scene.schema import QMax, Quantity, Record, as_written, did_you_mean, one_or_list, optional_keys, whole
 
 Column = Literal["smoothed", "capped", "elastic"]
 Points = Annotated[int, whole("1024", 1, 2**31)]
@@ -25,7 +23,7 @@ Distance = Annotated[
     Quantity("m", '"2 mm"', above=0, may_be_infinite=True),
     PlainSerializer(lambda distance: "inf" if isinf(distance) else distance),  # JSON has no inf
 ]
-LEVELS_EXAMPLE = '[{ column = "capped", shape = 1024, q_max = "4e5 1/m" }]'
+START_SECONDS = 3.0  # until processes have loaded what they need
 
 
 class Reason(NamedTuple):
@@ -34,9 +32,6 @@ class Reason(NamedTuple):
     choice: str
     value: str
     reason: str
-
-
-START_SECONDS = 3.0  # until processes have loaded what they need
 
 
 class Forecast(NamedTuple):
@@ -97,7 +92,8 @@ def read_solver(value: Any) -> str:
 def read_levels(value: Any) -> Any:
     """Refuse what is no list of levels, or an empty one."""
     if not isinstance(value, (list, tuple)) or not value:
-        raise ValueError(f" = {as_written(value)} must be a list of at least one level, for example {LEVELS_EXAMPLE}")
+        example = '[{ column = "capped", shape = 1024, q_max = "4e5 1/m" }]'
+        raise ValueError(f" = {as_written(value)} must be a list of at least one level, for example {example}")
     return value
 
 
@@ -220,6 +216,3 @@ DEFAULT_REASONS = {
 @dataclass(frozen=True, kw_only=True)
 class NumericsSection(optional_keys(Numerics), section="numerics"):  # type: ignore[misc, call-arg]
     """What the plan must not choose by itself: the keys of `Numerics`; None leaves a choice to the plan."""
-
-
-__all__ = ["DEFAULT_REASONS", "Column", "Forecast", "Level", "Numerics", "NumericsSection", "Reason"]

@@ -1,7 +1,6 @@
 """The sections of a scene file: each key once, with its unit, its limits and what it means.
 
-A key that may be left out is then None. The section [numerics] is in `roughsim.scene.numerics`, rules that join several
-keys in `roughsim.scene.rules`.
+A key that may be left out is then None. The section [numerics] is in `roughsim.scene.numerics`.
 """
 
 from __future__ import annotations
@@ -14,20 +13,23 @@ from pydantic import BeforeValidator, WrapValidator, model_validator
 from pydantic.dataclasses import dataclass
 
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.scene import rules
-from roughsim.scene.messages import SceneError, as_written, did_you_mean
-from roughsim.scene.quantities import (
+from roughsim.scene.schema import (
     KELVIN,
     Hurst,
     QMax,
     QMin,
     QRollOff,
     Quantity,
+    Record,
     RmsHeight,
+    SceneError,
+    as_written,
+    did_you_mean,
     one_or_list,
+    optional_keys,
+    quantity,
     whole,
 )
-from roughsim.scene.records import Record, optional_keys
 from roughsim.scene.spectra import read_spectrum
 
 WAVENUMBER = Quantity("rad/m", "1e4", above=0)
@@ -38,14 +40,20 @@ SHARE = Quantity("", "0.938", above=0, at_most=1)
 SHARE_RULES = ("mean", "total", "all")
 TARGET = Quantity("", '"1 %"', above=0, below=1)
 Rows = tuple[tuple[float, float], ...]
+SELF_AFFINE_KEYS = ("hurst", "q_min", "q_roll_off", "q_max", "roll_off_exponent")
+SIZE_KEYS = ("rms_height", "rms_slope", "psd", "spectrum")  # one of them says how rough a face is
+ROUGHNESS_KEYS = (*SIZE_KEYS, "psd_convention", "psd_source", *SELF_AFFINE_KEYS)
+THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
+MAX_ROWS = 1200  # of all tables C(q) of a scene together: written inline they still fit into 64 KiB
+WIDEST_BAND = 1e12  # q_max/q_min; a metre over the size of an atom is 1e10
 
 
 def read_psd(value: Any) -> Rows:
     """Read a table C(q) of rows [q, C]: q in rad/m rising, C in m⁴ positive."""
     example = "[[1e4, 1e-24], [1e5, 1e-27]]"
-    if not isinstance(value, (list, tuple)) or not 2 <= len(value) <= rules.MAX_ROWS:
+    if not isinstance(value, (list, tuple)) or not 2 <= len(value) <= MAX_ROWS:
         size = f"{len(value)} rows" if isinstance(value, (list, tuple)) else as_written(value)
-        raise ValueError(f" = {size}: a table C(q) has 2 to {rules.MAX_ROWS} rows [q, C]; average C over bins of log q")
+        raise ValueError(f" = {size}: a table C(q) has 2 to {MAX_ROWS} rows [q, C]; average C over bins of log q")
     rows: list[tuple[float, float]] = []
     for i, row in enumerate(value):
         if not isinstance(row, (list, tuple)) or len(row) != 2 or any(isinstance(entry, str) for entry in row):
@@ -130,6 +138,73 @@ def read_title(value: Any) -> str:
     return value
 
 
+def check_roughness(face: Any) -> Any:
+    """Return a face; refuse one whose C(q) is not fixed by its keys, or fixed twice."""
+    sizes = [key for key in SIZE_KEYS if getattr(face, key) is not None]
+    if not sizes:
+        raise ValueError("rms_height is missing; give exactly one of rms_height, rms_slope, psd_file and spectrum")
+    if len(sizes) > 1:
+        first, second = (key.replace("psd", "psd_file") for key in sizes[:2])
+        raise ValueError(f"{first} and {second} are both given; keep exactly one")
+    if sizes[0] in ("psd", "spectrum"):
+        what = "psd_file, whose table fixes C(q)" if face.psd else "spectrum, which has keys of its own"
+        for key in SELF_AFFINE_KEYS:
+            if getattr(face, key) is not None:
+                value = as_written(getattr(face, key), quantity(type(face), key).unit)
+                raise ValueError(f"{key} = {value} does not go with {what}; remove it")
+    if face.psd and face.psd_convention is None:
+        raise ValueError(
+            'psd_convention is missing; a table needs "persson" or "surfacetopography" (whose C is 4π² larger)'
+        )
+    for key in ("psd_convention", "psd_source"):
+        if not face.psd and getattr(face, key) is not None:
+            raise ValueError(f"{key} goes with psd_file only; remove it")
+    if sizes[0] in ("rms_height", "rms_slope"):
+        check_band(face)
+    return face
+
+
+def check_band(face: Any) -> None:
+    """Refuse a self-affine C(q) whose wavenumbers are missing or out of order."""
+    for key in ("hurst", "q_min", "q_max"):
+        if getattr(face, key) is None:
+            raise ValueError(f"{key} is missing; write for example {key} = {quantity(type(face), key).example}")
+    q_min, q_max = f"q_min = {face.q_min:.6g} rad/m", f"q_max = {face.q_max:.6g} rad/m"
+    if face.q_min >= face.q_max:
+        raise ValueError(f"{q_min} must be below {q_max}; change one of the two")
+    if face.q_max > WIDEST_BAND * face.q_min:
+        raise ValueError(
+            f"{q_max} must be at most {WIDEST_BAND:g} times {q_min}: beyond, integrals over the spectrum are lost in "
+            "rounding; raise q_min or lower q_max"
+        )
+    if face.q_roll_off is not None and not face.q_min <= face.q_roll_off <= face.q_max:
+        raise ValueError(
+            f"q_roll_off = {face.q_roll_off:.6g} rad/m must lie between {q_min} and {q_max}; change it or leave it out"
+        )
+    if face.roll_off_exponent and face.q_roll_off is None:
+        raise ValueError(
+            f"roll_off_exponent = {face.roll_off_exponent:g} needs q_roll_off; add it or leave the exponent out"
+        )
+
+
+def check_counterface(counterface: Any) -> Any:
+    """Return a counterface; refuse one that is empty, is like the body and not, or has half a material."""
+    keys = [key for key in counterface.known_keys() if getattr(counterface, key, None) is not None]
+    if not keys:
+        raise ValueError('like is missing; write like = "body", give keys of its own, or leave the section out')
+    if counterface.like and len(keys) > 1:
+        other = next(key for key in keys if key != "like")
+        raise ValueError(f'{other} does not go with like = "body", which fixes it; remove one of the two')
+    if counterface.rough:
+        check_roughness(counterface)
+    for together in (("youngs_modulus", "poisson_ratio"), THERMAL_KEYS):
+        missing = [key for key in together if key not in keys]
+        if missing and len(missing) < len(together):
+            others = ", ".join(key for key in together if key in keys)
+            raise ValueError(f"{missing[0]} is missing beside {others}; give all of {', '.join(together)} or none")
+    return counterface
+
+
 @dataclass(frozen=True, kw_only=True)
 class SurfaceSection(Record, section="surface"):
     """The roughness of one face."""
@@ -158,7 +233,7 @@ class SurfaceSection(Record, section="surface"):
         """Return the keys that a scene file may give; the files named by two of them are read before."""
         return [*super().known_keys(), "psd_file", "topography"]
 
-    _fits = model_validator(mode="after")(rules.check_roughness)
+    _fits = model_validator(mode="after")(check_roughness)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -190,9 +265,9 @@ class CounterfaceSection(optional_keys(BodySection), SurfaceSection, section="co
     @property
     def rough(self) -> bool:
         """Whether the counterface has a roughness of its own keys."""
-        return any(getattr(self, key) is not None for key in rules.ROUGHNESS_KEYS)
+        return any(getattr(self, key) is not None for key in ROUGHNESS_KEYS)
 
-    _fits = model_validator(mode="after")(rules.check_counterface)
+    _fits = model_validator(mode="after")(check_counterface)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,7 @@ from roughsim import cli
 from roughsim.comparison.tables import theory_dict
 from roughsim.planning.limits import judge
 from roughsim.scene import SceneError, bundled_scenes, parse_scene, scene_text
-from roughsim.scene.quantities import Quantity
+from roughsim.scene.schema import Quantity
 from roughsim.scene.sections import SlidingSection
 
 EXTREMES = ("0", "-0.0", "-1", "5e-324", "1e-300", "1e-30", "1e-15", "1e15", "1e30", "1e300", "1.7e308", "-1e300")

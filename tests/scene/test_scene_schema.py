@@ -11,7 +11,7 @@ from steel_text import STEEL
 import roughsim as rs
 from roughsim.scene import SceneError, parse_scene
 from roughsim.scene.numerics import NumericsSection
-from roughsim.scene.records import quantity
+from roughsim.scene.schema import quantity
 from roughsim.scene.sections import BodySection, CounterfaceSection, SurfaceSection
 
 LEVEL = rs.Level("capped", (64, 32), 5e4)

@@ -12,8 +12,7 @@ from pydantic.dataclasses import dataclass
 from steel_text import STEEL, approx, refusal, with_counterface
 
 from roughsim.scene import first_difference, parse_scene
-from roughsim.scene.quantities import QMax, QMin, Quantity
-from roughsim.scene.records import Record
+from roughsim.scene.schema import QMax, QMin, Quantity, Record
 from roughsim.scene.spectra import INSIDE
 
 K = {"name": "k_correlation", "rms_height": 4e-7, "hurst": 0.7, "q_min": 7e3, "q_roll_off": 2e4, "q_max": 9e6}

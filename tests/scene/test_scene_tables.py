@@ -44,14 +44,14 @@ def test_the_longest_tables_still_fit_into_a_scene_file(tmp_path):
     ("content", "words"),
     [
         ("1e4 3e-23", "surface.psd = 1 rows"),
-        ("1e4 3e-23\n1e5", 'surface.psd_file = "psd.txt", line 2: "1e5" must be two numbers'),
+        ("1e4 3e-23\n1e5", 'surface.psd_file = "psd.txt": line 2: "1e5" must be two numbers'),
         ("1e4 3e-23\n1e5 x", "line 2"),
         ("1e4 3e-23\n1e4 1e-24", "surface.psd[1] has q = 10000.0 rad/m after 10000.0 rad/m; q must rise"),
         ("1e4 3e-23\n1e5 -1e-24", "surface.psd[1] C = -1e-24 must be above 0"),
         ("0 3e-23\n1e5 1e-24", "surface.psd[0] q = 0.0 rad/m must be above 0 rad/m"),
         ("1e4 nan\n1e5 1e-24", "surface.psd[0] C = nan must be finite"),
         ("", "surface.psd = 0 rows"),
-        ("\n".join(f"{i} 1" for i in range(1, 1300)), "has 1299 rows, above the limit of 1200"),
+        ("\n".join(f"{i} 1" for i in range(1, 1300)), "surface.psd = 1299 rows: a table C(q) has 2 to 1200 rows"),
     ],
 )
 def test_a_table_that_is_no_spectrum_is_refused(tmp_path, content, words):
@@ -69,7 +69,9 @@ def test_a_table_that_is_not_there_is_refused_by_name(tmp_path):
         load_scene(tmp_path / "s.toml")
     assert "surface.psd_file" in refusal(table_scene('psd_file = "psd.txt"'))
     assert "surface.psd_file" in refusal(table_scene("psd_file = 3"))
-    assert "psd_file and surface.psd are both given" in refusal(table_scene('psd_file = "a"\npsd = [[1, 2], [2, 3]]'))
+    assert "surface.psd does not go with surface.psd_file" in refusal(
+        table_scene('psd_file = "a"\npsd = [[1, 2], [2, 3]]')
+    )
 
 
 def test_a_table_must_state_its_convention_and_excludes_the_self_affine_keys():

@@ -11,8 +11,7 @@ from importlib.metadata import entry_points
 from pkgutil import resolve_name
 from typing import Any
 
-from roughsim.scene.messages import SceneError, as_written, did_you_mean
-from roughsim.scene.records import SECTIONS, quantity
+from roughsim.scene.schema import SECTIONS, SceneError, as_written, did_you_mean, quantity
 
 GROUP = "roughsim.spectra"
 INSIDE = {"k_correlation": "roughsim.scene.spectra.k_correlation:Spectrum"}

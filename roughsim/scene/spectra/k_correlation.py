@@ -12,8 +12,7 @@ import numpy as np
 from pydantic import model_validator
 from pydantic.dataclasses import dataclass
 
-from roughsim.scene.quantities import Hurst, QMax, QMin, QRollOff, RmsHeight
-from roughsim.scene.records import Record
+from roughsim.scene.schema import Hurst, QMax, QMin, QRollOff, Record, RmsHeight
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,346 @@
+"""How the keys of a scene are read, refused and written.
+
+A section is a `Record`, whose fields are its keys; a number is annotated with its unit and limits, as in
+``Annotated[float, Quantity("Pa", ...)]``. Numbers are SI; strings carry a unit ("0.90 um") and are converted by pint in
+decimal arithmetic, so that "0.90 um" is exactly 9e-7. Inside, a refusal is a ValueError whose text continues the key:
+``" = 3 Pa must be ..."``; what leaves a record is a `SceneError` of one line.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, fields, is_dataclass, make_dataclass
+from decimal import Decimal
+from difflib import get_close_matches
+from functools import lru_cache
+from numbers import Integral, Real
+from typing import Annotated, Any, ClassVar, TypeVar, get_args, get_type_hints
+
+from pydantic import ConfigDict, GetCoreSchemaHandler, ValidationError, WrapValidator
+from pydantic_core import core_schema
+
+from roughsim.errors import RoughsimError
+from roughsim.show.text import plain
+
+SMALLEST, LARGEST = 1e-30, 1e30  # no length, pressure or speed of this world is beyond; their products stay numbers
+MEANINGS = {
+    "": "a dimensionless number",
+    "m": "a length",
+    "rad/m": "a wavenumber",
+    "Pa": "a pressure",
+    "W/(m K)": "a conductivity",
+    "kg/m^3": "a density",
+    "J/(kg K)": "a specific heat capacity",
+    "m/s": "a speed",
+    "s": "a time",
+    "K": "an absolute temperature",
+}
+NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([\w%°/*^()·⋅.\-⁻ ]*)")
+Made = TypeVar("Made")
+SECTIONS: dict[str, type[Record]] = {}  # by their names in a scene file; "" is the scene itself
+
+
+class SceneError(RoughsimError, ValueError):
+    """A scene cannot be used; the message is one line that names the key and says what to do."""
+
+
+def as_written(value: Any, unit: str = "") -> str:
+    """Return a value as the scene file would write it, short and on one line, with its SI unit if it is a number."""
+    if isinstance(value, str):
+        return shortened(json.dumps(value, ensure_ascii=False))
+    if isinstance(value, bool):
+        return str(value).lower()
+    try:
+        text = repr(value)
+    except ValueError:  # Python prints no whole number of more than 4300 digits
+        return "a number of thousands of digits"
+    return shortened(f"{text} {unit}" if unit and isinstance(value, (int, float)) else text)
+
+
+def shortened(text: str) -> str:
+    """Return the first 80 characters."""
+    return text if len(text) <= 80 else text[:77] + "..."
+
+
+def nearest(word: str, names: Iterable[str]) -> str | None:
+    """Return the name that a misspelt word may stand for, upper and lower case alike."""
+    by_lower = {name.lower(): name for name in names}
+    near = get_close_matches(word.lower(), by_lower, n=1, cutoff=0.6)
+    return by_lower[near[0]] if near else None
+
+
+def did_you_mean(word: str, names: Iterable[str]) -> str:
+    """Return ``did you mean "..."?``, or the list of the names where none is near."""
+    names = list(names)
+    near = nearest(word, names)
+    return f'did you mean "{near}"?' if near else f"the choice is {', '.join(names)}"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One number: its SI unit ("" if it has none), an example as a file would write it, and its limits.
+
+    As the annotation of a field it reads the value before pydantic checks the type.
+    """
+
+    unit: str
+    example: str
+    above: float = -math.inf
+    at_least: float = -math.inf
+    below: float = math.inf
+    at_most: float = math.inf
+    may_be_infinite: bool = False
+    whole: bool = False
+    smallest: float = SMALLEST  # size of a number that is not zero
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        """Let pydantic read the value first."""
+        return core_schema.no_info_before_validator_function(self, handler(source))
+
+    def __call__(self, value: Any, where: str = "") -> Any:
+        """Return `value` in SI; `where` is its place within the key, such as "[2]"."""
+        as_text = isinstance(value, str) and not self.whole
+        number = self.of_text(value, where) if as_text else self.of_number(value, where)
+        limits = self.missed_limits(number)
+        if limits:
+            raise ValueError(f"{where} = {as_written(value, self.unit)} must be {limits}, for example {self.example}")
+        return number
+
+    def of_number(self, value: Any, where: str) -> float:
+        """Return a number as a float, or as an int if it must be whole; one that is too large is inf."""
+        numbers: Any = Integral if self.whole else Real
+        if isinstance(value, bool) or not isinstance(value, numbers):
+            kind = f"a number in {self.unit} or a string with a unit" if self.unit else "a number"
+            kind = "a whole number" if self.whole else kind
+            raise ValueError(f"{where} = {as_written(value)} must be {kind}, for example {self.example}")
+        try:
+            number = float(value)
+        except OverflowError:
+            return math.inf
+        return int(value) if self.whole else number
+
+    def of_text(self, value: str, where: str) -> float:
+        """Return the number that a string with a unit stands for, in SI."""
+        match = NUMBER_AND_UNIT.fullmatch(value) if len(value) <= 100 else None
+        key = f"{where} = {as_written(value)}"
+        if match is None:
+            raise ValueError(f"{key} is not a number with a unit; write for example {self.example}")
+        number, name = match[1], match[2].strip()
+        if self.unit and not name:
+            raise ValueError(f'{key} has no unit; write "{number} {self.unit}" or the number {number}')
+        expected = f"{MEANINGS.get(self.unit, f'a quantity in {self.unit}')} is expected, for example {self.example}"
+        try:
+            unit = unit_registry().parse_units(name)
+        except Exception:  # pint fails in a dozen ways, from AssertionError to TokenError
+            raise ValueError(f"{key}: the unit {as_written(name)} is not known; {expected}") from None
+        if unit.dimensionality != unit_registry().parse_units(self.unit).dimensionality:
+            raise ValueError(f"{key} has the dimension {unit.dimensionality}; {expected}")
+        try:
+            return float(unit_registry().Quantity(Decimal(number), unit).to(self.unit).magnitude)
+        except Exception:  # decimal overflow, units with an offset, logarithmic units
+            raise ValueError(f"{key} cannot be turned into {self.unit}; {expected}") from None
+
+    def missed_limits(self, number: float) -> str:
+        """Return what a number must be and is not, "" if nothing."""
+        if math.isnan(number) or (math.isinf(number) and not self.may_be_infinite):
+            return "finite"
+        inside = self.at_least <= number <= self.at_most
+        if not inside or number <= self.above or (number >= self.below and not math.isinf(self.below)):
+            bounds = {"above": self.above, "at least": self.at_least, "below": self.below, "at most": self.at_most}
+            texts = [f"{word} {limit:.15g} {self.unit}" for word, limit in bounds.items() if math.isfinite(limit)]
+            return " and ".join(text.rstrip() for text in texts)
+        if number and not math.isinf(number) and not self.smallest <= abs(number) <= LARGEST:
+            size = f"{self.smallest:g} to {LARGEST:g} {self.unit}".rstrip()
+            return f"of a size from {size}; check the exponent and the unit"
+        return ""
+
+
+@lru_cache(maxsize=1)
+def unit_registry() -> Any:
+    """Return pint's units, made when the first string with a unit is read."""
+    import pint  # loading it and its definitions costs more than the rest of a scene
+
+    return pint.UnitRegistry(non_int_type=Decimal)
+
+
+def whole(example: str, at_least: int, at_most: int = 2**63 - 1) -> Quantity:
+    """Return the annotation of a whole number; TOML holds no larger ones."""
+    return Quantity("", example, at_least=at_least, at_most=at_most, whole=True)
+
+
+KELVIN = Quantity("K", '"300 K"', above=0)
+# keys that several records have
+RmsHeight = Annotated[float, Quantity("m", '"0.90 um"', above=0)]
+Hurst = Annotated[float, Quantity("", "0.8", at_least=0, at_most=1)]
+QMin = Annotated[float, Quantity("rad/m", '"6350 1/m"', above=0)]
+QRollOff = Annotated[float, Quantity("rad/m", '"9.4e4 1/m"', above=0)]
+QMax = Annotated[float, Quantity("rad/m", '"4.15e7 1/m"', above=0)]
+
+
+def one_or_list(count: int = 1) -> WrapValidator:
+    """Return the annotation of a tuple that may be written as one value, which then stands for `count` of them."""
+
+    def read(value: Any, handler: Callable[[Any], Any]) -> Any:
+        if isinstance(value, (list, tuple)):
+            if count not in (1, len(value)):
+                raise ValueError(f" = {as_written(value)} must be one number or two, along x and y")
+            return handler(value)
+        try:
+            return handler((value,) * count)
+        except ValidationError as error:  # without the index of the value, which nobody wrote
+            raise error.errors()[0]["ctx"]["error"] from None
+
+    return WrapValidator(read)
+
+
+class RecordType(type):
+    """Makes the constructor of a record raise `SceneError` of one line in place of pydantic's findings."""
+
+    def __call__(cls: type[Made], *args: Any, **values: Any) -> Made:
+        """Return a checked record."""
+        try:
+            return super().__call__(*args, **values)  # type: ignore[misc, no-any-return]
+        except ValidationError as error:
+            details = error.errors(include_url=False)
+        # an unknown key goes first, for it often explains a missing one
+        detail = next((d for d in details if d["type"] == "unexpected_keyword_argument"), details[0])
+        cause = detail.get("ctx", {}).get("error")
+        raise cause if isinstance(cause, RoughsimError) else SceneError(plain(one_line(detail, cls)))
+
+
+class Record(metaclass=RecordType):
+    """A frozen pydantic dataclass whose fields are keys of a scene; ``section="..."`` names the section it is."""
+
+    __pydantic_config__ = ConfigDict(extra="forbid")
+    section: ClassVar[str] = ""
+
+    def __init_subclass__(cls, section: str | None = None) -> None:
+        if section is not None:
+            cls.section = section
+            SECTIONS[section] = cls
+
+    @classmethod
+    def known_keys(cls) -> list[str]:
+        """Return the keys that a scene file may give."""
+        return [field.name for field in fields(cls)]  # type: ignore[arg-type]
+
+
+def optional_keys(record: type[Record]) -> Any:
+    """Return a base class with the keys of another record, each of which may be left out: it is then None."""
+    hints = key_types(record)
+    keys = [(field.name, hints[field.name] | None, None) for field in fields(record) if field.compare]  # type: ignore[arg-type]
+    return make_dataclass(f"Optional{record.__name__}", keys, bases=(Record,), frozen=True, kw_only=True)
+
+
+@lru_cache(maxsize=64)
+def key_types(record: Any) -> dict[str, Any]:
+    """Return the annotated type of each key of a record."""
+    return get_type_hints(record, include_extras=True)
+
+
+def quantity(record: Any, key: str) -> Any:
+    """Return the first `Quantity` in the type of a key, such as that of each speed of a list; None if there is none."""
+    parts = [key_types(record).get(key)]
+    while parts and not isinstance(parts[0], Quantity):
+        parts = [*get_args(parts[0]), *parts[1:]]
+    return parts[0] if parts else None
+
+
+def one_line(detail: Any, record: Any) -> str:
+    """Return one of pydantic's findings in a record as a sentence: the key, its value, the limit and what to do."""
+    location, kind, value = detail["loc"], detail["type"], as_written(detail["input"])
+    if location and location[0] in range(len(record.known_keys())):  # given by its position
+        location = (record.known_keys()[location[0]], *location[1:])
+    path = (record.section, *location) if record.section else location
+    key, holder = dotted(path), dotted(path[:-1])
+    # the record in which the key stands: this one, or a section within it
+    inner = record if len(location) == 1 else SECTIONS.get(re.sub(r"\[\d+\]", "", holder), record)
+    if kind == "value_error":  # of our own checks: its text goes on after the key of a value, or begins with a key
+        text = str(detail["ctx"]["error"])
+        return f"{key}.{text}" if key and text[0] not in " .[" else key + text
+    if kind == "unexpected_keyword_argument":
+        return f"{key} = {value} is not a key of a scene; {where_known(str(path[-1]), inner)}"
+    if kind == "dataclass_type":
+        return f"{key} = {value} must be a section: a line [{key}] with its keys below"
+    if kind == "missing":
+        return missing(key, holder, inner)
+    if kind == "literal_error":
+        words = re.findall(r"'(.*?)'", detail["ctx"]["expected"])
+        return f"{key} = {value} is not known; {did_you_mean(str(detail['input']), words)}"
+    return f"{key} = {value} " + ("must be a list" if kind == "tuple_type" else f"cannot be used: {detail['msg']}")
+
+
+def missing(key: str, holder: str, record: Any) -> str:
+    """Return that a key or section is missing, and how a scene file would write it."""
+    if key in SECTIONS:
+        return f"section [{key}] is missing; `roughsim new` writes a complete scene to start from"
+    name = key.rpartition(".")[2]
+    number, words = quantity(record, name), get_args(key_types(record)[name])  # words of a Literal
+    example = f"{name} = {number.example if number else json.dumps(words[0])}"
+    return f"{key} is missing; write for example {example}" + (f" in [{holder}]" if holder else "")
+
+
+def where_known(word: str, record: Any) -> str:
+    """Return where an unknown key may have been meant to go: a near name here, its own section, or all names here."""
+    hint = did_you_mean(word, record.known_keys())
+    if hint.startswith("did you mean"):
+        return hint
+    order = (*SECTIONS[""].known_keys(), *SECTIONS)
+    section = next((name for name in order if name in SECTIONS and name and word in SECTIONS[name].known_keys()), None)
+    return f"it belongs in [{section}]" if section else hint
+
+
+def dotted(path: tuple[int | str, ...]) -> str:
+    """Return a path as a scene file writes it: ``numerics.levels[0].shape``."""
+    text = ""
+    for part in path:
+        if isinstance(part, int):
+            text += f"[{part}]"
+        else:
+            text += ("." if text else "") + (part if re.fullmatch(r"[A-Za-z0-9_.-]+", part) else as_written(part))
+    return shortened(text)
+
+
+def scene_toml(scene: Any) -> str:
+    """Return a scene as a scene file, exact to the last bit: SI numbers, their units as comments, tables inline."""
+    blocks = [f"title = {literal(scene.title)}"] if scene.title else []
+    for name, section in values_of(scene).items():
+        if name != "title":
+            lines = [key_line(section, key, value) for key, value in values_of(section).items()]
+            blocks.append("\n".join([f"[{name}]", *lines]))
+    return "\n\n".join(blocks) + "\n"
+
+
+def values_of(record: Any) -> dict[str, Any]:
+    """Return the keys of a record that are not left out, with their values."""
+    values = {field.name: getattr(record, field.name) for field in fields(record)}
+    return {key: value for key, value in values.items() if value is not None}
+
+
+def key_line(section: Any, key: str, value: Any) -> str:
+    """Return the line or lines of a key."""
+    unit = getattr(quantity(type(section), key), "unit", "")
+    if key == "psd":
+        rows = "".join(f"{literal(row)},\n" for row in value)
+        return f"psd = [  # q in rad/m, C in m⁴\n{rows}]"
+    if key == "until":
+        value = dict(value)
+    if key == "conductivity" and isinstance(value, tuple):
+        temperatures, values = zip(*value, strict=True)
+        value, unit = {"temperature": temperatures, "value": values}, "K, W/(m K)"
+    return f"{key} = {literal(value)}" + (f"  # {unit}" if unit else "")
+
+
+def literal(value: Any) -> str:
+    """Return a value as TOML: records and mappings are tables on one line, tuples are lists."""
+    if is_dataclass(value):
+        value = values_of(value)
+    if isinstance(value, dict):
+        inside = ", ".join(f"{key} = {literal(entry)}" for key, entry in value.items())
+        return f"{{ {inside} }}" if inside else "{}"
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(literal, value))}]"
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
