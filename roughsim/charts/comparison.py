@@ -5,22 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from roughsim import prediction
 from roughsim.charts.spectra import draw_correlation, draw_psd
 from roughsim.charts.style import COLOURS, MARKERS, THEORY, band, new_figure
 from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.results.run import Run
 from roughsim.show.text import plain
 from roughsim.show.units import shown
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from roughsim.results.run import Run
-
 
 # over speed: observable → words, label, and SI unit
 DRAWN = {
@@ -55,8 +53,6 @@ def comparison_chart(run: Run, rows: Sequence[Any], path: Path) -> None:
 
 def draw_over_speed(axes: Axes, run: Run, rows: Sequence[Any], observable: str) -> None:
     """Draw an observable over the speed: theory, theory up to q_c where it differs, and each column with its error."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
     rows = [row for row in rows if row.observable == observable and row.speed]
     speed = np.array([row.speed for row in rows])
     if speed.size == 0:  # only at rest
@@ -89,8 +85,6 @@ def draw_over_speed(axes: Axes, run: Run, rows: Sequence[Any], observable: str) 
 
 def draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
     """Write what lines and bands mean, and what the run is."""
-    from matplotlib.lines import Line2D
-
     axes.set_axis_off()
     meanings = {
         "smoothed": r"smoothed: elastic contact on $C_\mathrm{sm}$",

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from math import ceil, inf, log10, nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import NullFormatter
 
 from roughsim.charts.style import new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 # Okabe & Ito without yellow, then greys and dark shades; the markers tell them apart as well
 HUES = (
@@ -66,7 +65,8 @@ def error_over_cost_chart(
         for axis in axes[len(panels) :]:
             axis.remove()
         # one legend for all where the methods are the same everywhere
-        if all(methods(points) == methods(next(iter(panels.values()))) for points in panels.values()):
+        methods = [list(dict.fromkeys(p.method for p in points)) for points in panels.values()]
+        if all(names == methods[0] for names in methods):
             handles, columns = axes[0].get_legend_handles_labels(), 3 if across > 1 else 2
             figure.legend(*handles, ncols=columns, fontsize=6.5, loc="outside lower center")
         else:
@@ -76,9 +76,7 @@ def error_over_cost_chart(
 
 def draw_panel(axis: Axes, points: Sequence[Point], doubt: float) -> None:
     """Draw a line for each method, the front behind them, and a star where the plan stands."""
-    from matplotlib.ticker import NullFormatter
-
-    for k, method in enumerate(methods(points)):
+    for k, method in enumerate(dict.fromkeys(p.method for p in points)):
         line = sorted((p for p in points if p.method == method and p.error > 0.0), key=lambda p: p.pairs)
         style: dict[str, Any] = {"color": HUES[k % 12], "marker": SHAPES[k % 12], "ms": 3.5, "lw": 0.9}
         axis.plot([p.pairs for p in line], [p.error for p in line], label=method, **style)
@@ -106,8 +104,3 @@ def draw_panel(axis: Axes, points: Sequence[Point], doubt: float) -> None:
         above.set_xlabel("CPU s", fontsize=7)
         above.tick_params(labelsize=7)
         above.spines["top"].set_visible(True)
-
-
-def methods(points: Sequence[Point]) -> list[str]:
-    """Return the methods of some points, in their order."""
-    return list(dict.fromkeys(point.method for point in points))

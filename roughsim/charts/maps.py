@@ -3,64 +3,56 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import Colormap, LinearSegmentedColormap, to_hex
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from matplotlib.patches import Rectangle
+from matplotlib.patheffects import withStroke
+from scipy.ndimage import fourier_gaussian
 
 from roughsim import fourier
 from roughsim.charts.style import Array, new_figure, scaled
 from roughsim.charts.subject import FIELDS, Subject
 from roughsim.errors import number
+from roughsim.grid import Grid
 from roughsim.results.fields import DERIVED_UNITS
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.colors import Colormap
-    from matplotlib.figure import Figure
-
-    from roughsim.grid import Grid
-
 Zoom = tuple[tuple[float, float], tuple[float, float]]  # ends along x and along y, m
+Window = tuple[slice, slice]  # points of a grid along x and along y
 LEAST = 8  # points along a side of a picture
 ENLARGED = 192  # points per side of the enlarged part
 OUTLINE = "#7fdbff"
 
 
-class Window(NamedTuple):
-    """A part of the points of a grid."""
-
-    x: slice
-    y: slice
-
-
 def map_chart(subject: Subject, name: str, path: Path, zoom: Zoom | None = None) -> None:
     """Draw a field in colours; a cell of many points is enlarged beside it where it is hottest, or pressed hardest."""
-    from matplotlib.patches import Rectangle
-
     field, pressure, grid = subject.field(name), subject.field("pressure"), subject.grid
     window, hot = window_of(grid, zoom), name == "temperature"
     enlarged = busiest_part(field if hot else averaged(pressure)) if zoom is None else None
-    factor, unit = scaled(float(np.abs(field[window]).max()), FIELDS[name].unit)
+    title, symbol, si_unit = FIELDS[name]
+    factor, unit = scaled(float(np.abs(field[window]).max()), si_unit)
     field *= factor
-    colours, panels = colour_range(name, field[window]), 1 if enlarged is None else 2
-    size = 4.6 * panels + 0.6, 3.9 * height_over_width(grid, window) + 1.25
-    with new_figure(path, size, subject.title(FIELDS[name].title)) as figure:
-        axes = list(figure.subplots(1, panels, squeeze=False)[0])
-        image = draw_field(axes[0], field, grid, window, colours)
+    colours, windows = colour_range(name, field[window]), [window] if enlarged is None else [window, enlarged]
+    size = 4.6 * len(windows) + 0.6, 3.9 * height_over_width(grid, window) + 1.25
+    with new_figure(path, size, subject.title(title)) as figure:
+        panels = list(figure.subplots(1, len(windows), squeeze=False)[0])
+        for axes, part in zip(panels, windows, strict=True):
+            # the contact is outlined where it is seen largest
+            image = draw_field(axes, field, grid, part, colours, pressure if hot and part is windows[-1] else None)
         if enlarged is not None:
             # a frame on the whole cell shows what is enlarged
             metres = scaled(max(grid.lengths), "m")[0]
-            corner = enlarged.x.start * grid.spacing[0] * metres, enlarged.y.start * grid.spacing[1] * metres
+            corner = enlarged[0].start * grid.spacing[0] * metres, enlarged[1].start * grid.spacing[1] * metres
             sides = (ENLARGED * d * metres for d in grid.spacing)
-            axes[0].add_patch(Rectangle(corner, *sides, fill=False, ec="1.0" if hot else "0.2", lw=0.8))
-            draw_field(axes[1], field, grid, enlarged, colours)
-            axes[1].set_title("enlarged", fontsize=8, color="0.3")
-        if hot:
-            outline_contact(axes[-1], pressure, grid, enlarged or window)
-        for panel in axes:
-            scale_bar(panel)
-        sliding_arrow(axes[0], subject.speed)
-        colour_bar(figure, image, axes, f"{FIELDS[name].symbol}, {unit}", "right")
+            panels[0].add_patch(Rectangle(corner, *sides, fill=False, ec="1.0" if hot else "0.2", lw=0.8))
+            panels[1].set_title("enlarged", fontsize=8, color="0.3")
+        sliding_arrow(panels[0], subject.speed)
+        colour_bar(figure, image, panels, f"{symbol}, {unit}", "right")
 
 
 def side_by_side_chart(subject: Subject, third: str, path: Path, zoom: Zoom | None = None) -> None:
@@ -70,14 +62,14 @@ def side_by_side_chart(subject: Subject, third: str, path: Path, zoom: Zoom | No
     size = 3.9 * len(names), 3.3 * height_over_width(grid, window) + 1.35
     with new_figure(path, size, subject.title(f"Heights, pressure and {third.replace('_', ' ')}")) as figure:
         for axes, name in zip(figure.subplots(1, len(names)), names, strict=True):
-            field = subject.field(name)
-            factor, unit = scaled(float(np.abs(field[window]).max()), FIELDS[name].unit)
+            field, (_, symbol, si_unit) = subject.field(name), FIELDS[name]
+            factor, unit = scaled(float(np.abs(field[window]).max()), si_unit)
             field *= factor
-            image = draw_field(axes, field, grid, window, colour_range(name, field[window]))
-            if name != "pressure" and zoom is not None:  # on a whole cell they would hide what they enclose
-                outline_contact(axes, pressure, grid, window, "0.0" if name == "heights" else OUTLINE)
-            scale_bar(axes)
-            colour_bar(figure, image, axes, f"{FIELDS[name].symbol}, {unit}", "bottom")
+            # on a whole cell the outlines would hide what they enclose
+            outlined = pressure if name != "pressure" and zoom is not None else None
+            colours, edge = colour_range(name, field[window]), "0.0" if name == "heights" else OUTLINE
+            image = draw_field(axes, field, grid, window, colours, outlined, edge)
+            colour_bar(figure, image, axes, f"{symbol}, {unit}", "bottom")
             if name in DERIVED_UNITS:
                 sliding_arrow(axes, subject.speed)
 
@@ -88,7 +80,7 @@ def window_of(grid: Grid, zoom: Zoom | None) -> Window:
     ValueError if an end lies outside the cell, or fewer than 8 points lie between two ends.
     """
     if zoom is None:
-        return Window(slice(0, grid.shape[0]), slice(0, grid.shape[1]))
+        return slice(0, grid.shape[0]), slice(0, grid.shape[1])
     sides = []
     for axis, ends, count, length in zip("xy", zoom, grid.shape, grid.lengths, strict=True):
         low, high = (number("zoom", end, "m") for end in ends)
@@ -103,7 +95,7 @@ def window_of(grid: Grid, zoom: Zoom | None) -> Window:
                 f"at least {LEAST} make a picture"
             )
         sides.append(slice(first, last))
-    return Window(*sides)
+    return sides[0], sides[1]
 
 
 def busiest_part(field: Array) -> Window | None:
@@ -111,16 +103,14 @@ def busiest_part(field: Array) -> Window | None:
     if min(field.shape) < 2 * ENLARGED:
         return None
     peak = np.unravel_index(int(field.argmax()), field.shape)
-    starts = [int(np.clip(at - ENLARGED // 2, 0, n - ENLARGED)) for at, n in zip(peak, field.shape, strict=True)]
-    return Window(*(slice(start, start + ENLARGED) for start in starts))
+    x, y = (int(np.clip(at - ENLARGED // 2, 0, n - ENLARGED)) for at, n in zip(peak, field.shape, strict=True))
+    return slice(x, x + ENLARGED), slice(y, y + ENLARGED)
 
 
 def averaged(pressure: Array) -> Array:
     """Return the pressure averaged over about an enlarged part, whose peak is where most contact is."""
-    kx, ky = (np.fft.fftfreq(pressure.shape[0])[:, None], np.fft.rfftfreq(pressure.shape[1])[None, :])
-    # the transform of a Gaussian whose width is a quarter of the enlarged part
-    weight = np.exp(-2.0 * (0.25 * np.pi * ENLARGED) ** 2 * (kx**2 + ky**2) / 4)
-    smooth: Array = fourier.inverse(fourier.forward(pressure) * weight, pressure.shape)
+    spectrum = fourier_gaussian(fourier.forward(pressure), ENLARGED / 8, n=pressure.shape[1])
+    smooth: Array = fourier.inverse(spectrum, pressure.shape)
     return smooth
 
 
@@ -130,48 +120,46 @@ def height_over_width(grid: Grid, window: Window) -> float:
     return float(min(max(height / width, 0.3), 3.0))
 
 
-def draw_field(axes: Axes, field: Array, grid: Grid, window: Window, colours: dict[str, Any]) -> Any:
-    """Draw one image; points are centred on their coordinates, axis 0 of the field is x."""
-    edges = [((s.start - 0.5) * d, (s.stop - 0.5) * d) for s, d in zip(window, grid.spacing, strict=True)]
-    factor, unit = scaled(max(abs(edge) for pair in edges for edge in pair), "m")
-    extent = tuple(edge * factor for pair in edges for edge in pair)
-    image = axes.imshow(field[window].T, origin="lower", extent=extent, **colours)
+def draw_field(
+    axes: Axes,
+    field: Array,
+    grid: Grid,
+    window: Window,
+    colours: dict[str, Any],
+    pressure: Array | None = None,
+    edge: str = OUTLINE,
+) -> AxesImage:
+    """Draw a field with a scale bar, and where a pressure is handed in, the edges of its contact."""
+    # points are centred on their coordinates; axis 0 of the field is x
+    ends = [((s.start - 0.5) * d, (s.stop - 0.5) * d) for s, d in zip(window, grid.spacing, strict=True)]
+    factor, unit = scaled(max(abs(end) for pair in ends for end in pair), "m")
+    left, right, bottom, top = (end * factor for pair in ends for end in pair)
+    image = axes.imshow(field[window].T, origin="lower", extent=(left, right, bottom, top), **colours)
     for side in axes.spines.values():
         side.set_visible(True)
         side.set_linewidth(0.5)
     axes.set(xlabel=f"$x$, {unit}", ylabel=f"$y$, {unit}")
     axes.tick_params(direction="out")
+    if pressure is not None:
+        contact = (pressure[window] > 0.0).astype(float)
+        if contact.min() < contact.max():
+            x, y = (np.arange(s.start, s.stop) * d * factor for s, d in zip(window, grid.spacing, strict=True))
+            axes.contour(x, y, contact.T, levels=[0.5], colors=edge, linewidths=0.5)
+    scale_bar(axes, unit)
     return image
 
 
-def outline_contact(axes: Axes, pressure: Array, grid: Grid, window: Window, colour: str = OUTLINE) -> None:
-    """Draw the edges of the contact, where there is any edge."""
-    contact = (pressure[window] > 0.0).astype(float)
-    if contact.min() == contact.max():
-        return
-    factor, _ = scaled(max((s.stop - 0.5) * d for s, d in zip(window, grid.spacing, strict=True)), "m")
-    x, y = (np.arange(s.start, s.stop) * d * factor for s, d in zip(window, grid.spacing, strict=True))
-    axes.contour(x, y, contact.T, levels=[0.5], colors=colour, linewidths=0.5)
-
-
-def scale_bar(axes: Axes) -> None:
-    """Draw a bar of a round length, about a fifth of the width, with its length; legible on any colour."""
-    from matplotlib.patheffects import withStroke
-
-    unit = axes.get_xlabel().rpartition(" ")[2]
+def scale_bar(axes: Axes, unit: str) -> None:
+    """Draw a bar of 1, 2 or 5 times a power of ten, about a fifth of the width, with its length, on any colour."""
     left, right = axes.get_xlim()
-    length = round_length(0.22 * (right - left))
+    longest = 0.22 * (right - left)
+    power = 10.0 ** np.floor(np.log10(longest) + 1e-12)
+    length = float(max(k for k in (1, 2, 5) if k * power <= longest * (1 + 1e-9)) * power)
     x, transform = left + 0.04 * (right - left), axes.get_xaxis_transform()
     halo = [withStroke(linewidth=3.0, foreground="white")]
     axes.plot([x, x + length], [0.045, 0.045], transform=transform, color="black", lw=2.0, path_effects=halo)
     style: Any = {"ha": "center", "va": "bottom", "fontsize": 8, "path_effects": halo}
     axes.text(x + length / 2, 0.06, f"{length:g} {unit}", transform=transform, **style)
-
-
-def round_length(length: float) -> float:
-    """Return the largest of 1, 2, 5 times a power of ten that is not above a length."""
-    power = 10.0 ** np.floor(np.log10(length) + 1e-12)
-    return float(max(k for k in (1, 2, 5) if k * power <= length * (1 + 1e-9)) * power)
 
 
 def sliding_arrow(axes: Axes, speed: float | None) -> None:
@@ -201,9 +189,6 @@ def colour_range(name: str, field: Array) -> dict[str, Any]:
 
 def colour_map(name: str) -> Colormap:
     """Return the colours of a field, even in lightness for every eye; the smallest pressure (0) is white."""
-    from matplotlib import colormaps
-    from matplotlib.colors import LinearSegmentedColormap
-
     if name in ("heights", "temperature"):
         return colormaps["RdBu_r" if name == "heights" else "inferno"]
     shades = colormaps["magma_r"](np.linspace(0.03, 0.9, 255))
@@ -212,6 +197,4 @@ def colour_map(name: str) -> Colormap:
 
 def palette(name: str) -> list[str]:
     """Return the 256 colours of a field as "#rrggbb", for screens."""
-    from matplotlib.colors import to_hex
-
     return [to_hex(colour) for colour in colour_map(name)(np.arange(256))]

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from roughsim.charts.distribution import distribution_chart
 from roughsim.charts.maps import Zoom, map_chart, side_by_side_chart
-from roughsim.charts.profile import profile_chart
 from roughsim.charts.spectra import correlation_chart, spectrum_chart
 from roughsim.charts.style import check_ending
 from roughsim.charts.subject import FIELDS, choose_subject
+from roughsim.charts.temperature import distribution_chart, profile_chart
 from roughsim.results.fields import DERIVED_UNITS
-
-if TYPE_CHECKING:
-    from roughsim.results.run import Run
+from roughsim.results.run import Run
 
 CURVES = {
     "distribution": distribution_chart,

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from roughsim import fourier, prediction
 from roughsim.charts.style import COLOURS, MARKERS, THEORY, Array, band, half_width, new_figure
 from roughsim.charts.subject import Subject
 from roughsim.estimate.errors import quantile, spread
+from roughsim.grid import Grid
+from roughsim.results.run import Run
+from roughsim.scene import Scene
 from roughsim.surface.radial import modes_between
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from roughsim.grid import Grid
-    from roughsim.results.run import Run
-    from roughsim.scene import Scene
 
 WIDTH = 0.06  # of the Gaussian in ln q that spectra are averaged with
 

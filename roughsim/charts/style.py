@@ -7,19 +7,19 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from math import floor, log10
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.text import Text
+from matplotlib.ticker import EngFormatter
 from numpy.typing import NDArray
 
 from roughsim.estimate.errors import quantile
-from roughsim.show.text import plain
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from roughsim.results.run import Run
+from roughsim.results.run import Run
 
 Array = NDArray[np.float64]
 THEORY = "#222222"
@@ -52,13 +52,8 @@ def check_ending(path: Path) -> None:
 def new_figure(path: Path, size: tuple[float, float], title: str = "") -> Iterator[Figure]:
     """Give an empty figure of a size in inches, in the style of all; what is drawn in it is then written to `path`."""
     check_ending(path)
-    import matplotlib as mpl
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=size, layout="constrained")
-        FigureCanvasAgg(figure)
         if title:
             figure.suptitle(title, fontsize=9, x=0.01, ha="left")
         yield figure
@@ -67,9 +62,6 @@ def new_figure(path: Path, size: tuple[float, float], title: str = "") -> Iterat
 
 def save(figure: Figure, path: Path) -> None:
     """Write a figure; letters that its font lacks are named in one warning."""
-    from matplotlib.font_manager import FontProperties, findfont, get_font
-    from matplotlib.text import Text
-
     path.parent.mkdir(parents=True, exist_ok=True)
     font = get_font(findfont(FontProperties()))
     letters = {letter for text in figure.findobj(Text) for letter in text.get_text() if letter.isprintable()}
@@ -78,11 +70,6 @@ def save(figure: Figure, path: Path) -> None:
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font")
         figure.savefig(path, dpi=160)
-
-
-def without_formulas(text: str) -> str:
-    """Return text that a chart draws letter by letter: no formula, no control character."""
-    return plain(text).replace("$", r"\$")
 
 
 def band(axes: Axes, x: Array, mean: Array, error: Array, colour: str) -> None:
@@ -100,8 +87,6 @@ def half_width(run: Run, column: str | None, standard_error: Array) -> Array:
 
 def scaled(largest: float, unit: str) -> tuple[float, str]:
     """Return the factor to a unit with an SI prefix in which `largest` lies between 1 and 1000, and that unit."""
-    from matplotlib.ticker import EngFormatter
-
     if not largest > 0.0 or unit == "K":
         return 1.0, unit
     power = min(max(3 * floor(log10(largest) / 3), -12), 12)

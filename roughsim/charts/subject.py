@@ -4,30 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from textwrap import shorten
-from typing import TYPE_CHECKING, NamedTuple
 
-from roughsim.charts.style import Array, without_formulas
+from roughsim.charts.style import Array
 from roughsim.errors import number
+from roughsim.grid import Grid
 from roughsim.results.fields import DERIVED_UNITS
+from roughsim.results.run import Run
+from roughsim.show.text import plain
 
-if TYPE_CHECKING:
-    from roughsim.grid import Grid
-    from roughsim.results.run import Run
-
-
-class FieldLabel(NamedTuple):
-    """The words above a map of a field, its symbol, and its unit."""
-
-    title: str
-    symbol: str
-    unit: str
-
-
+# field → the words above a map of it, its symbol, and its unit
 FIELDS = {
-    "heights": FieldLabel("Composite heights", "$h$", "m"),
-    "pressure": FieldLabel("Contact pressure", r"$\sigma$", "Pa"),
-    "temperature": FieldLabel("Temperature above the mean of the cell", "$T$", "K"),
-    "heat_flux": FieldLabel("Frictional heat of both bodies", r"$\mu\sigma v$", "W/m²"),
+    "heights": ("Composite heights", "$h$", "m"),
+    "pressure": ("Contact pressure", r"$\sigma$", "Pa"),
+    "temperature": ("Temperature above the mean of the cell", "$T$", "K"),
+    "heat_flux": ("Frictional heat of both bodies", r"$\mu\sigma v$", "W/m²"),
 }
 NEEDS_SPEED = (*DERIVED_UNITS, "distribution", "profile")
 
@@ -60,7 +50,7 @@ class Subject:
             which.append(f"realization {self.index}")
         if self.speed is not None:
             which.append(f"$v$ = {self.speed:g} m/s")
-        scene = without_formulas(shorten(self.run.scene.title, 90, placeholder=" …"))
+        scene = plain(shorten(self.run.scene.title, 90, placeholder=" …")).replace("$", r"\$")  # a title is no formula
         return "\n".join(line for line in (scene, what, ", ".join(which)) if line)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim import fourier
-from roughsim.charts.distribution import densities
+from roughsim.charts.temperature import densities
 from roughsim.grid import Grid
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from bokeh.plotting import figure
 from bokeh.themes import Theme
 
 from roughsim.charts.maps import palette
-from roughsim.charts.profile import COLOUR_OF
 from roughsim.charts.style import COLOURS, THEORY, scaled
+from roughsim.charts.temperature import COLOUR_OF
 from roughsim.explore.curves import CORRELATION, Curve
 from roughsim.explore.fields import Distribution, Field
 from roughsim.explore.images import Image

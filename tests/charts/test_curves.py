@@ -7,15 +7,15 @@ from matplotlib.figure import Figure
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.charts import plot_run, profile, spectra
+from roughsim.charts import plot_run, spectra, temperature
 from roughsim.charts.style import COLOURS
 
 
 def test_the_distribution_chart_has_the_shares_of_the_contact(capped_run, drawn):
     plot_run(capped_run, "distribution", speed=35.0)
-    temperature = next(capped_run.fields("temperature", speed=35.0))[1].astype(float)
+    field = next(capped_run.fields("temperature", speed=35.0))[1].astype(float)
     pressure = next(capped_run.fields("pressure"))[1].astype(float)
-    values, weights = temperature[pressure > 0], pressure[pressure > 0]
+    values, weights = field[pressure > 0], pressure[pressure > 0]
     density, hotter = drawn[0].axes
     for patch, mean in zip(density.patches, (values.mean(), np.average(values, weights=weights)), strict=True):
         heights, edges, _ = patch.get_data()
@@ -41,9 +41,9 @@ def test_the_line_of_the_theory_has_the_heat_share_of_its_points(capped_run, dra
 
 def test_the_profile_runs_along_x_through_the_hottest_point(capped_run):
     one = subject(capped_run, speed=35.0)
-    hottest, across, lines = profile.lines_through_hottest_point(one)
-    temperature = next(capped_run.fields("temperature", speed=35.0))[1]
-    assert temperature[hottest, across] == temperature.max() == lines["temperature"].max()
+    hottest, across, lines = temperature.lines_through_hottest_point(one)
+    field = next(capped_run.fields("temperature", speed=35.0))[1]
+    assert field[hottest, across] == field.max() == lines["temperature"].max()
     np.testing.assert_array_equal(lines["pressure"], next(capped_run.fields("pressure"))[1][:, across])
 
 
@@ -97,7 +97,7 @@ def test_the_measured_stress_spectrum_sums_to_the_measured_variance(capped_run):
 
 def test_profiles_show_their_values(capped_run, drawn):
     plot_run(capped_run, "profile", speed=35.0)
-    _, _, lines = profile.lines_through_hottest_point(subject(capped_run, speed=35.0))
+    _, _, lines = temperature.lines_through_hottest_point(subject(capped_run, speed=35.0))
     factors = {"heights": 1e6, "pressure": 1e-9, "temperature": 1.0}
     for axes, (name, factor) in zip(drawn[0].axes, factors.items(), strict=True):
         x, values = axes.lines[0].get_data()

@@ -15,7 +15,7 @@ def test_axis_0_is_x_and_points_stand_at_their_coordinates():
     field = np.zeros((6, 4))
     field[5, 1] = 1.0
     axes = Figure().subplots()
-    image = maps.draw_field(axes, field, rs.Grid((6, 4), (12e-6, 12e-6)), maps.Window(slice(0, 6), slice(0, 4)), {})
+    image = maps.draw_field(axes, field, rs.Grid((6, 4), (12e-6, 12e-6)), (slice(0, 6), slice(0, 4)), {})
     assert image.get_array()[1, 5] == 1.0  # rows are y
     assert image.origin == "lower"
     left, right, bottom, top = image.get_extent()  # in µm; half a point beyond the first and the last
@@ -119,11 +119,11 @@ def test_fields_stand_side_by_side_over_one_part(capped_run, drawn, third):
     assert [len(axes.collections) for axes in panels] == [1, 0, 1]  # contact is outlined but where it is all there is
 
 
-def test_contact_is_outlined_where_it_is(full_run):
+def test_contact_is_outlined_where_it_is():
     grid, pressure = rs.Grid((40, 30), (4e-3, 6e-3)), np.zeros((40, 30))
     pressure[10:20, 5:8] = 1.0
     axes = Figure().subplots()
-    maps.outline_contact(axes, pressure, grid, maps.Window(slice(8, 30), slice(2, 20)))
+    maps.draw_field(axes, pressure, grid, (slice(8, 30), slice(2, 20)), {}, pressure)
     (lines,) = axes.collections
     corners = np.vstack([path.vertices for path in lines.get_paths()])
     # between the last point without contact and the first with it: x = 9.5 … 19.5 of 0.1 mm, y = 4.5 … 7.5 of 0.2 mm
@@ -134,14 +134,15 @@ def test_contact_is_outlined_where_it_is(full_run):
 def test_a_scale_bar_is_as_long_as_it_says():
     axes = Figure().subplots()
     axes.set(xlabel="$x$, µm", xlim=(100.0, 340.0))
-    maps.scale_bar(axes)
+    maps.scale_bar(axes, "µm")
     x = axes.lines[0].get_xdata()
     assert axes.texts[0].get_text() == "50 µm"
     assert x[1] - x[0] == 50.0
     assert axes.get_xlim() == (100.0, 340.0)  # an axis does not grow for its bar
-    lengths = {0.9: 0.5, 1.0: 1.0, 1.99: 1.0, 2.0: 2.0, 4.9: 2.0, 52.0: 50.0, 1e-3: 1e-3}
-    for given, found in lengths.items():
-        assert maps.round_length(given) == pytest.approx(found, rel=1e-12)
+    for longest, length in {0.9: 0.5, 1.0: 1.0, 1.99: 1.0, 2.0: 2.0, 4.9: 2.0, 52.0: 50.0, 1e-3: 1e-3}.items():
+        axes.set_xlim(0.0, longest / 0.22)
+        maps.scale_bar(axes, "µm")
+        assert np.ptp(axes.lines[-1].get_xdata()) == pytest.approx(length, rel=1e-12)
 
 
 @pytest.mark.parametrize("speed", [35.0, -35.0])
