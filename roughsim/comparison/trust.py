@@ -259,10 +259,10 @@ def judgements(scene: Scene, table: Table, logs: Array, error: Array, within: di
 def by_calibration(scene: Scene, table: Table, reason: str) -> Trust:
     """Judge by the calibrated stress spectrum; `reason` says why the map does not."""
     try:
-        true = prediction.calibrated(scene)
+        true, band = prediction.calibrated(scene)
     except ValueError as error:
         return Trust("off the map", f"{reason}; calibrated spectrum: {str(error).split(';')[0]}")
-    band, (off, within) = prediction.calibration_error(), split_speeds(scene, table)
+    off, within = split_speeds(scene, table)
     own, rows = prediction.predictions(scene), []
     for name, values in true.items():
         single = name == "pressure_variance"

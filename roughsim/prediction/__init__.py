@@ -15,16 +15,17 @@ import theory
 from roughsim.grid import Grid
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
-from roughsim.prediction.bodies import (
-    conduction,
-    heat_partition,
-    pressure_arguments,
-    smoothed_spectrum,
-    stress_arguments,
-    theoretical_partition,
-)
-from roughsim.prediction.cut_offs import continuation, follows_theory, predictions, usual_exponent
-from roughsim.prediction.integrals import area_fractions, heat_history, over_speed, summed_over_modes
+from roughsim.prediction.bodies import conduction as conduction
+from roughsim.prediction.bodies import heat_partition as heat_partition
+from roughsim.prediction.bodies import pressure_arguments, stress_arguments
+from roughsim.prediction.bodies import smoothed_spectrum as smoothed_spectrum
+from roughsim.prediction.cut_offs import continuation as continuation
+from roughsim.prediction.cut_offs import follows_theory as follows_theory
+from roughsim.prediction.cut_offs import predictions as predictions
+from roughsim.prediction.cut_offs import usual_exponent as usual_exponent
+from roughsim.prediction.integrals import area_fractions as area_fractions
+from roughsim.prediction.integrals import heat_history, summed_over_modes
+from roughsim.prediction.integrals import over_speed as over_speed
 from roughsim.scene import Scene
 
 Array = NDArray[np.float64]
@@ -55,34 +56,25 @@ def stress_spectrum(scene: Scene, q: Array) -> Array:
 def mode_sums(scene: Scene, spectrum: Any, grid: Grid) -> dict[str, Array]:
     """Return every observable summed over the modes of a grid instead of integrated: what a simulation can see.
 
-    Eqs. (2), (4), (7) and (9) with ∫ d²q C replaced by the sum over mode variances. `spectrum` is the one that the
-    surfaces are drawn from, up to their q_c.
+    `spectrum` is the one that the surfaces are drawn from, up to their q_c.
     """
     view = summed_over_modes(scene, spectrum, grid)
     return {name: record.of_theory(view, len(scene.speeds)) for name, record in OBSERVABLES.items()}
 
 
-def calibrated(scene: Scene) -> dict[str, Array]:
-    """Return T_flash, T′, D_flash, d_flash and g_σ(0) by the calibrated stress spectrum of an elastic scene.
+def calibrated(scene: Scene) -> tuple[dict[str, Array], float]:
+    """Return T_flash, T′, D_flash, d_flash and g_σ(0) by the calibrated stress spectrum, and their relative error band.
 
-    Raises
-    ------
-    ValueError
-        If the scene lies outside what is calibrated.
+    ValueError if the scene lies outside what is calibrated: elastic contact within a range of loads and C(q).
     """
+    from theory.calibrated import ERROR_BAND
+
     load, modulus = scene.sliding.nominal_pressure, scene.effective_modulus
     spectrum = theory.persson.calibrated_spectrum(scene.spectrum, effective_modulus=modulus, nominal_pressure=load)
     names = ("flash_temperature", "flash_gradient", "flash_width", "slope_length")
     result = over_speed(scene, np.array(scene.speeds), stress_spectrum=spectrum, names=names)
     variance = float(theory.persson.pressure_correlation(0.0, stress_spectrum=spectrum))
-    return result | {"pressure_variance": np.array([variance])}
-
-
-def calibration_error() -> float:
-    """Return the relative error band of `calibrated`."""
-    from theory.calibrated import ERROR_BAND
-
-    return ERROR_BAND
+    return result | {"pressure_variance": np.array([variance])}, ERROR_BAND
 
 
 def hertz_like(scene: Scene) -> tuple[float, float, float]:
@@ -104,34 +96,11 @@ def balanced(scene: Scene, sample: Sample) -> Sample:
     resting, moving = sample.numbers["resting_flash_temperature"], sample.numbers["flash_temperature"]
     if scene.sliding.heat_partition == "total":
         steady = sample.spectrum / sample.wavenumber
-        history = heat_history(scene, sample.wavenumber)
+        growth, moving_background, resting_background = heat_history(scene, sample.wavenumber)
         rate = resting / steady.sum(axis=1, keepdims=True)  # μv/κσ₀, also at rest
-        resting = rate * (steady @ history.growth.T + history.resting)
-        moving = moving + rate * history.moving
+        resting = rate * (steady @ growth.T + resting_background)
+        moving = moving + rate * moving_background
     bodies = conduction(scene)
     resting = resting * (bodies.conductivity / bodies.counter_conductivity)
     common = {"resting_flash_temperature": resting, "flash_temperature": moving}
     return sample._replace(numbers=sample.numbers | common)
-
-
-__all__ = [
-    "area_fractions",
-    "balanced",
-    "calibrated",
-    "calibration_error",
-    "conduction",
-    "continuation",
-    "correlation",
-    "follows_theory",
-    "heat_partition",
-    "hertz_like",
-    "mode_sums",
-    "over_speed",
-    "predictions",
-    "smoothed_spectrum",
-    "stress_arguments",
-    "stress_spectrum",
-    "theoretical_partition",
-    "usual_exponent",
-    "yield_wavenumber",
-]

@@ -59,19 +59,16 @@ def smoothed_spectrum(scene: Scene) -> Any:
 
 
 class Conductions(NamedTuple):
-    """κ, W/(m K), and D, m²/s, of both bodies at each speed: as records, and as read-only arrays (speeds,).
+    """κ, W/(m K), and D, m²/s, of both bodies as arrays (speeds,); those of an insulating counterface hold NaN."""
 
-    The arrays of an insulating counterface hold NaN.
-    """
-
-    each: tuple[Conduction, ...]
+    each: tuple[Conduction, ...]  # the same as a record for each speed
     conductivity: Array
     diffusivity: Array
     counter_conductivity: Array
     counter_diffusivity: Array
 
     def groups(self) -> Iterator[tuple[list[int], Conduction]]:
-        """Yield the indices of the speeds that go with one and the same conduction, and that."""
+        """Yield the indices of the speeds that share a conduction, and that conduction."""
         indices: dict[Conduction, list[int]] = {}
         for k, bodies in enumerate(self.each):
             indices.setdefault(bodies, []).append(k)
@@ -86,20 +83,15 @@ def conduction(scene: Scene, speeds: ArrayLike | None = None) -> Conductions:
 
     The speeds, m/s, ≥ 0, if None, are those of the scene. SceneError if the contact gets hotter than a table goes.
     """
-    return _conduction(scene, scene.speeds if speeds is None else tuple(np.ravel(speeds).astype(np.float64).tolist()))
-
-
-@lru_cache(maxsize=64)
-def _conduction(scene: Scene, speeds: tuple[float, ...]) -> Conductions:
+    speed: list[float] = np.ravel(scene.speeds if speeds is None else speeds).tolist()
     if scene.temperature_range[1] == inf:
-        each = (scene.conduction(),) * len(speeds)
+        each = (scene.conduction(),) * len(speed)
     else:
-        each = tuple(scene.conduction(contact_temperature(scene, speed)) for speed in speeds)
-    columns = np.array(list(zip(*each, strict=True)), dtype=np.float64)  # None becomes NaN
-    columns.flags.writeable = False
-    return Conductions(each, *columns)
+        each = tuple(scene.conduction(contact_temperature(scene, v)) for v in speed)
+    return Conductions(each, *np.array(list(zip(*each, strict=True)), dtype=np.float64))  # None becomes NaN
 
 
+@lru_cache(maxsize=1024)
 def contact_temperature(scene: Scene, speed: float) -> float:
     """Return T₀ + 0.75 s T_flash, K, with the conductivities that both bodies have at that temperature."""
     high, spectrum = scene.temperature_range[1], smoothed_spectrum(scene)
@@ -120,26 +112,17 @@ def contact_temperature(scene: Scene, speed: float) -> float:
     return result
 
 
-def heat_partition(scene: Scene, speeds: ArrayLike | None = None) -> Array:
-    """Return the share that temperatures are reported with, per speed: a number, 1, or the theory's rule.
+def heat_partition(
+    scene: Scene, speeds: ArrayLike | None = None, *, rule: float | str | None = None, spectrum: Any = None
+) -> Array:
+    """Return the moving body's share of the heat at each speed, m/s: those of the scene if None.
 
-    The speeds, m/s, if None, are those of the scene.
+    `rule` is a number, "all" (1), or the theory's "mean" or "total", NaN without a second body; None is that of the
+    scene, with which temperatures are reported. `spectrum` stands for the whole C_sm if given.
     """
-    return shares(scene, speeds, scene.sliding.heat_partition, smoothed_spectrum(scene))
-
-
-def theoretical_partition(scene: Scene, spectrum: Any = None) -> Array:
-    """Return the theory's share per speed, "total" where the scene says so, else "mean"; NaN without a second body.
-
-    `spectrum` stands for the whole C_sm if given.
-    """
-    rule = "total" if scene.sliding.heat_partition == "total" else "mean"
-    return shares(scene, None, rule, smoothed_spectrum(scene) if spectrum is None else spectrum)
-
-
-def shares(scene: Scene, speeds: ArrayLike | None, rule: float | str, spectrum: Any) -> Array:
-    """Return a share at each speed, m/s, with the conductivities that go with it."""
     speed = np.asarray(scene.speeds if speeds is None else speeds, np.float64)
+    rule = scene.sliding.heat_partition if rule is None else rule
+    spectrum = smoothed_spectrum(scene) if spectrum is None else spectrum
     result = np.empty(speed.shape)
     for indices, bodies in conduction(scene, speed).groups():
         result[indices] = share_of(scene, rule, speed[indices], spectrum, bodies)

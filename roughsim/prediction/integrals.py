@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import inf, nan, pi
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +17,7 @@ import theory
 from roughsim.grid import Grid
 from roughsim.observables.record import Theory
 from roughsim.observables.stress_spectrum import StressSpectrum
-from roughsim.prediction.bodies import (
-    conduction,
-    heat_arguments,
-    smoothed_spectrum,
-    stress_arguments,
-    theoretical_partition,
-)
+from roughsim.prediction.bodies import conduction, heat_arguments, heat_partition, smoothed_spectrum, stress_arguments
 from roughsim.scene import Scene
 from roughsim.surface.radial import modes_where
 from roughsim.surface.spectrum import TruncatedSpectrum
@@ -38,6 +32,7 @@ def integrals(scene: Scene, q_max: float = inf) -> Theory:
     """Return the theory over the whole spectrum, or up to `q_max`, rad/m."""
     whole, stress = smoothed_spectrum(scene), stress_arguments(scene)
     spectrum = TruncatedSpectrum(whole, q_max) if q_max < inf else whole
+    rule = "total" if scene.sliding.heat_partition == "total" else "mean"
 
     def total(weight: Callable[[Array], Array]) -> float:  # 2π ∫ q |σ_q|² weight(q) dq, Eq. (2)
         density = theory.persson.stress_density(spectrum, None, **stress)
@@ -45,7 +40,7 @@ def integrals(scene: Scene, q_max: float = inf) -> Theory:
 
     return Theory(
         over_speed=over_speed(scene, np.array(scene.speeds), spectrum),
-        heat_partition=theoretical_partition(scene, spectrum),
+        heat_partition=heat_partition(scene, rule=rule, spectrum=spectrum),
         area_fractions=area_fractions(scene, q_max),
         correlation_radius=lambda fraction: float(theory.persson.correlation_radius(fraction, spectrum, **stress)),
         total=total,
@@ -53,7 +48,7 @@ def integrals(scene: Scene, q_max: float = inf) -> Theory:
 
 
 def summed_over_modes(scene: Scene, spectrum: Any, grid: Grid) -> Theory:
-    """Return the same with ∫ d²q C replaced by the sum over the mode variances of a grid: what a simulation can see.
+    """Return the theory with ∫ d²q C in Eqs. (2), (4), (7) and (9) replaced by the sum over mode variances of a grid.
 
     `spectrum` is the one that the surfaces are drawn from, up to their q_c.
     """
@@ -69,10 +64,10 @@ def summed_over_modes(scene: Scene, spectrum: Any, grid: Grid) -> Theory:
     flash = rate * temperature, rate * gradient, rate * laplacian, np.sqrt(-temperature / laplacian), slope_length
     share = np.full(speeds.shape, nan)
     if scene.counterface_conducts:  # the balance of the two bodies, both as κT σ₀/μv of the moving one
-        history = heat_history(scene, q)
-        resting = history.growth @ (stress / q) + history.resting
+        growth, moving_background, resting_background = heat_history(scene, q)
+        resting = growth @ (stress / q) + resting_background
         resting *= bodies.conductivity / bodies.counter_conductivity
-        share = resting / (resting + temperature + history.moving)
+        share = resting / (resting + temperature + moving_background)
     load = {"effective_modulus": scene.effective_modulus, "nominal_pressure": sliding.nominal_pressure}
     area = float(theory.persson.contact_probability(float(spectrum.breaks[-1]), spectrum, **load))
     return Theory(
@@ -101,30 +96,22 @@ def mode_stress(scene: Scene, spectrum: Any, grid: Grid) -> tuple[Array, Array]:
     return q, (0.5 * scene.effective_modulus * q) ** 2 * roughness
 
 
-class HeatHistory(NamedTuple):
-    """What the time of sliding adds to the balance of the two bodies, at each speed.
+def heat_history(scene: Scene, q: Array) -> tuple[Array, Array, Array]:
+    """Return what the time of sliding adds to the balance of the two bodies at each speed; q (modes,) in rad/m.
 
-    `growth` (speeds, modes) is the part of the steady temperature that the resting body has reached; `moving` and
-    `resting` (speeds,) are the backgrounds κT₀ σ₀/μv, Pa² m. Where time plays no part they are 1, 0 and 0.
+    First the part of the steady temperature that the resting body has reached, (speeds, modes), then the backgrounds
+    κT₀ σ₀/μv of the moving and of the resting body, Pa² m, (speeds,). Where time plays no part they are 1, 0 and 0.
     """
-
-    growth: Array
-    moving: Array
-    resting: Array
-
-
-def heat_history(scene: Scene, q: Array) -> HeatHistory:
-    """Return what the time of sliding adds at wavenumbers q of modes, rad/m, (modes,)."""
     time, bodies = scene.sliding.duration, conduction(scene)
     if scene.sliding.heat_partition != "total" or time is None:
         zero = np.zeros(len(scene.speeds))
-        return HeatHistory(np.ones((zero.size, q.size)), zero, zero)
+        return np.ones((zero.size, q.size)), zero, zero
     square = scene.sliding.nominal_pressure**2
     moving, resting = (
         np.array([theory.background.temperature(time, heat_flux=square, conductivity=1.0, diffusivity=d) for d in each])
         for each in (bodies.diffusivity, bodies.counter_diffusivity)
     )
-    return HeatHistory(erf(q * np.sqrt(bodies.counter_diffusivity * time)[:, None]), moving, resting)
+    return erf(q * np.sqrt(bodies.counter_diffusivity * time)[:, None]), moving, resting
 
 
 def over_speed(

@@ -10,6 +10,7 @@ from scipy.special import erf
 
 import roughsim as rs
 from roughsim import prediction
+from roughsim.prediction.bodies import stress_arguments
 from roughsim.prediction.integrals import integrals, summed_over_modes
 from roughsim.surface.spectrum import TruncatedSpectrum
 from theory import flash, partition, persson
@@ -80,12 +81,12 @@ def test_the_total_temperatures_of_two_different_bodies_agree_in_theory_and_over
 
 def test_without_a_conducting_counterface_there_is_no_theoretical_share(capped_scene):
     alone = replace(sliding(capped_scene, heat_partition="all"), counterface=None)
-    assert np.isnan(prediction.theoretical_partition(alone)).all()
+    assert np.isnan(prediction.predictions(alone)["heat_partition"]).all()
 
 
 def test_bodies_of_different_conductivity_share_by_it_at_rest(full_scene):
     # both at rest: s = κ₁/(κ₁ + κ₂) with κ₁ = 30 of the moving, κ₂ = 15 of the resting body
-    assert prediction.theoretical_partition(full_scene)[0] == pytest.approx(2 / 3, rel=1e-9)
+    assert prediction.predictions(full_scene)["heat_partition"][0] == pytest.approx(2 / 3, rel=1e-9)
 
 
 def test_a_cut_surface_that_yields_at_once_has_the_stress_of_the_whole_one(capped_scene):
@@ -94,7 +95,7 @@ def test_a_cut_surface_that_yields_at_once_has_the_stress_of_the_whole_one(cappe
     smoothed = prediction.smoothed_spectrum(soft)
     assert smoothed.breaks[-3] / smoothed.breaks[0] - 1 < 1e-9
     cut = TruncatedSpectrum(smoothed, 1.5 * smoothed.breaks[0])
-    stress = prediction.stress_arguments(soft)
+    stress = stress_arguments(soft)
     whole, part = (float(persson.pressure_correlation(0.0, each, **stress)) for each in (smoothed, cut))
     assert part == pytest.approx(whole, rel=1e-11)
     assert prediction.predictions(soft)["flash_width"] == pytest.approx(1 / soft.surface.q_min, rel=1e-9)
