@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from math import degrees, log10
-from typing import TYPE_CHECKING
 
 from bokeh import models
 from bokeh.layouts import column, row
 
 from roughsim.charts.style import scaled
 from roughsim.explore import panels
-from roughsim.explore.curves import speed_range
-
-if TYPE_CHECKING:
-    from roughsim.explore.fields import Field
-    from roughsim.explore.line import Line
-    from roughsim.grid import Grid
-    from roughsim.results.run import Run
+from roughsim.explore.fields import Field, Line
+from roughsim.explore.watched_run import speed_range
+from roughsim.grid import Grid
+from roughsim.results.run import Run
 
 SIDE = 336  # pixels of the screen along the longer side of a map: three fit side by side on a small one
 STEPS = 40  # of the slider in a decade of speed
@@ -89,7 +85,7 @@ class Layout:
         self.maps = {
             name: panels.MapPanel(name, self.unit, (ranges[0], ranges[1]), (size[0], size[1])) for name in panels.FIELDS
         }
-        self.point, self.line_ends = (models.ColumnDataSource({"x": [], "y": []}) for _ in range(2))
+        self.point, self.line_ends = (panels.empty_source("x", "y") for _ in range(2))
         for panel in self.maps.values():
             panel.figure.line("x", "y", source=self.line_ends, color=panels.MARK, line_alpha=0.7, line_dash="dashed")
             cross = {"marker": "circle_cross", "size": 13, "color": panels.MARK, "fill_alpha": 0, "line_width": 2}

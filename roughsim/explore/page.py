@@ -3,25 +3,60 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from math import atan2, degrees, radians
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from bokeh.document import Document
 
 from roughsim.errors import positive
-from roughsim.explore.background import LatestTask
-from roughsim.explore.fields import Field, MemberFields, Temperature
-from roughsim.explore.images import Ends, Image, image_of
+from roughsim.explore.fields import (
+    Ends,
+    Field,
+    Image,
+    MemberFields,
+    Temperature,
+    image_of,
+    line_through,
+    nearest_point,
+)
 from roughsim.explore.layout import Layout
-from roughsim.explore.line import line_through, nearest_point
 from roughsim.explore.panels import THEME
 from roughsim.explore.watched_run import Summary, WatchedRun
-
-if TYPE_CHECKING:
-    from bokeh.document import Document
+from roughsim.grid import Grid
 
 PERIOD = 2000  # ms between looks for new members
 NO_ICON = '{% block preamble %}<link rel="icon" href="data:,">{% endblock %}'  # or browsers ask for one by another path
+
+
+class LatestTask:
+    """A thread that does the latest of its tasks; a task that has not begun when the next one comes is dropped.
+
+    `deliver` takes a function without arguments and calls it in the thread of the page. There `failed` is called with
+    the error of a task.
+    """
+
+    def __init__(self, deliver: Callable[[Callable[[], None]], None], failed: Callable[[BaseException], None]):
+        self.deliver, self.failed = deliver, failed
+        self.pool = ThreadPoolExecutor(1)
+        self.latest: Future[Any] = Future()
+
+    def ask(self, work: Callable[[], Any], show: Callable[[Any], None]) -> None:
+        """Do `work` in the thread, then `show` its result in the thread of the page."""
+
+        def done(future: Future[Any]) -> None:
+            if not future.cancelled():
+                error = future.exception()
+                self.deliver(lambda: self.failed(error) if error else show(future.result()))
+
+        self.latest.cancel()  # without effect on a task that has begun
+        self.latest = self.pool.submit(work)
+        self.latest.add_done_callback(done)
+
+    def close(self) -> None:
+        """End the thread; what it is doing is finished, what waits is dropped."""
+        self.pool.shutdown(wait=False, cancel_futures=True)
 
 
 class Page:
@@ -35,7 +70,7 @@ class Page:
         self.fields: MemberFields | None = None
         self.temperature: Temperature | None = None
         self.point: tuple[int, int] | None = None
-        self.limits: dict[str, Ends] = {}
+        self.maps: dict[str, tuple[Field, Grid, Ends]] = {}  # with the lowest and the highest value
         self.summary: Summary | None = None
         self._closed = self._moving = self._setting_controls = False
         self.layout = Layout(watched.run, self.speed)
@@ -80,10 +115,10 @@ class Page:
         self._closed = True
         for worker in (self.readings, self.previews, self.images, self.news):
             worker.close()
-        self.fields = self.temperature = None
+        self.fields, self.temperature, self.maps = None, None, {}
         self.watched.fields.cache_clear()
 
-    def say(self, problem: Exception | str) -> None:
+    def say(self, problem: BaseException | str) -> None:
         """Show a problem above those of the run; an empty text clears it."""
         lines = [str(problem)] if str(problem) else []
         self.layout.problems.text = "\n".join([*lines, *(self.summary.problems if self.summary else [])])
@@ -133,20 +168,23 @@ class Page:
             return
         level, index = int(self.layout.controls.level.value), int(self.layout.controls.member.value)
         self.layout.busy.text = f"reading realization {index} …"
-        self.fields = self.temperature = None
+        self.fields, self.temperature, self.maps = None, None, {}
         self.layout.clear()
         speed, direction = self.speed, self.direction
         self.readings.ask(lambda: self.watched.fields(level, index).temperature(speed, direction), self.show_member)
 
     def show_member(self, temperature: Temperature) -> None:
         """Show a member that has been read; the hottest point is marked."""
-        self.fields = temperature.member
-        highest = float(np.abs(self.fields.heights).max())
-        self.limits = {"heights": (-highest, highest), "pressure": limits_of(self.fields.pressure)}
-        i, j = np.unravel_index(int(temperature.field.argmax()), temperature.field.shape)
-        self.point = int(i), int(j)
+        self.fields, self.temperature, field = temperature.member, temperature, temperature.field
+        heights, pressure, grid = self.fields.heights, self.fields.pressure, self.fields.grid
+        highest = float(np.abs(heights).max())
+        self.maps = {
+            "heights": (heights, grid, (-highest, highest)),
+            "pressure": (pressure, grid, (float(pressure.min()), float(pressure.max()))),
+            "temperature": (field, grid, (float(field.min()), float(field.max()))),
+        }
+        self.point = divmod(int(field.argmax()), field.shape[1])
         self.say("")
-        self.temperature, self.limits["temperature"] = temperature, limits_of(temperature.field)
         self.draw_maps()
         if self._is_chosen(temperature):
             self.show_whole(temperature)
@@ -195,7 +233,7 @@ class Page:
         self._setting_controls = False
         fields = self.fields
         if fields is not None:
-            self.layout.busy.text = "" if fields.preview_is_whole else "computing the whole field …"
+            self.layout.busy.text = "" if fields.preview_grid == fields.grid else "computing the whole field …"
             self.readings.ask(lambda: fields.temperature(speed, direction), self.show_whole)
 
     def _is_chosen(self, temperature: Temperature) -> bool:
@@ -218,41 +256,29 @@ class Page:
 
     def show_temperature(self, temperature: Temperature) -> None:
         """Replace the temperature map."""
-        self.temperature = temperature
-        self.limits["temperature"] = limits_of(temperature.field)
-        self.show_image(
-            "temperature", image_of(temperature.field, temperature.grid, self._view(), self._limits("temperature"))
-        )
+        self.temperature, field = temperature, temperature.field
+        self.maps["temperature"] = field, temperature.grid, (float(field.min()), float(field.max()))
+        self.show_image("temperature", self.image_in_view("temperature")())
 
     # maps and points
 
-    def _view(self) -> tuple[Ends, Ends]:
-        """The ends of what is in view along x and y, m."""
-        x, y, factor = self.layout.x_range, self.layout.y_range, self.layout.factor
-        return (x.start / factor, x.end / factor), (y.start / factor, y.end / factor)
-
-    def _limits(self, name: str) -> Ends | None:
-        """The limits of the colours: those of the whole cell, or None for those of the view."""
-        return self.limits[name] if self.layout.controls.colours_of.active == 0 else None
+    def image_in_view(self, name: str) -> Callable[[], Image]:
+        """Return what makes the image of a map as it is in view now, in any thread."""
+        (field, grid, limits), factor = self.maps[name], self.layout.factor
+        x, y = ((axis.start / factor, axis.end / factor) for axis in (self.layout.x_range, self.layout.y_range))
+        of_cell = self.layout.controls.colours_of.active == 0
+        return lambda: image_of(field, grid, (x, y), limits if of_cell else None)
 
     def draw_maps(self) -> None:
         """Draw the part of the fields that is in view now."""
-        fields, temperature, view = self.fields, self.temperature, self._view()
-        if fields is None or temperature is None:
-            return
-        maps = {
-            "heights": (fields.heights, fields.grid, view, self._limits("heights")),
-            "pressure": (fields.pressure, fields.grid, view, self._limits("pressure")),
-            "temperature": (temperature.field, temperature.grid, view, self._limits("temperature")),
-        }
+        maps, images = dict(self.maps), {name: self.image_in_view(name) for name in self.maps}
 
-        def show(images: dict[str, Image]) -> None:
-            for name, image in images.items():
-                # a temperature that has been replaced meanwhile is left out
-                if fields is self.fields and (name != "temperature" or temperature is self.temperature):
+        def show(drawn: dict[str, Image]) -> None:
+            for name, image in drawn.items():
+                if self.maps.get(name) is maps[name]:  # a field that has been replaced meanwhile is left out
                     self.show_image(name, image)
 
-        self.images.ask(lambda: {name: image_of(*of_field) for name, of_field in maps.items()}, show)
+        self.images.ask(lambda: {name: draw() for name, draw in images.items()}, show)
 
     def show_image(self, name: str, image: Image) -> None:
         """Show the image of a field on its map."""
@@ -279,8 +305,3 @@ class Page:
         maps = {"heights": fields.heights, "pressure": fields.pressure, "temperature": whole}
         along = {name: field[line.i, line.j].astype(np.float64) for name, field in maps.items()}
         self.layout.show_line(fields.grid, point, line, along)
-
-
-def limits_of(field: Field) -> Ends:
-    """Return the lowest and the highest value."""
-    return float(field.min()), float(field.max())

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from math import cos, pi, sin
+from math import cos, sin
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColorBar, ColumnDataSource, CrosshairTool, LinearColorMapper, Range1d, Span
+from bokeh.models import Arrow, ColorBar, ColumnDataSource, CrosshairTool, LinearColorMapper, NormalHead, Range1d, Span
 from bokeh.plotting import figure
 from bokeh.themes import Theme
 
 from roughsim.charts.maps import palette
 from roughsim.charts.style import COLOURS, THEORY, scaled
 from roughsim.charts.temperature import COLOUR_OF
-from roughsim.explore.curves import CORRELATION, Curve
-from roughsim.explore.fields import Distribution, Field
-from roughsim.explore.images import Image
-from roughsim.show.units import shown
+from roughsim.explore.fields import Distribution, Field, Image
+from roughsim.explore.watched_run import CORRELATION, Curve
+from roughsim.show.units import shown, with_unit
 
 MARK = "#00b7c7"  # seen on white, blue, red and black alike
 HEAT = COLOUR_OF["temperature"]
-
-
 # title of the map, letter, SI unit
 FIELDS = {
     "heights": ("Composite heights", "h", "m"),
@@ -44,6 +41,11 @@ STYLE = {
     "Legend": LEGEND | {"padding": 4, "margin": 4, "spacing": 0},
 }
 THEME = Theme(json={"attrs": STYLE})
+
+
+def empty_source(*names: str) -> ColumnDataSource:
+    """Return a source of data whose columns are empty."""
+    return ColumnDataSource({name: [] for name in names})
 
 
 def clear(*sources: ColumnDataSource) -> None:
@@ -70,7 +72,7 @@ class MapPanel:
             name=name,
         )
         self.figure.grid.visible = False
-        self.image = ColumnDataSource({key: [] for key in ("image", "x", "y", "dw", "dh")})
+        self.image = empty_source("image", "x", "y", "dw", "dh")
         colours = palette(name)
         # bytes 0…255 are sent; the bar beside them has the real limits
         mapper, keys = LinearColorMapper(palette=colours, low=0, high=255), {key: key for key in self.image.data}
@@ -104,25 +106,20 @@ class Dial:
         self.figure.scatter([1, 0, -1, 0], [0, 1, 0, -1], size=4, color="#888888")
         names = {"text": ["x", "y"], "text_font_size": "11px", "text_align": "center", "text_baseline": "middle"}
         self.figure.text([1.28, 0.0], [0.0, 1.28], **names)
-        self.hand = ColumnDataSource({key: [] for key in ("x", "y", "tip_x", "tip_y", "angle")})
-        self.direction: float | None = None
-        self.turn(0.0)
-        self.figure.line("x", "y", source=self.hand, line_width=3, color=HEAT)
-        self.figure.scatter("tip_x", "tip_y", angle="angle", marker="triangle", size=13, color=HEAT, source=self.hand)
+        head = NormalHead(size=13, fill_color=HEAT, line_color=HEAT)
+        self.hand = Arrow(x_start=0, y_start=0, x_end=1, y_end=0, end=head, line_width=3, line_color=HEAT)
+        self.figure.add_layout(self.hand)
 
     def turn(self, direction: float) -> None:
         """Point the hand along a direction, rad."""
-        if self.direction != direction:
-            self.direction, x, y = direction, cos(direction), sin(direction)
-            hand = {"x": [0.0, 0.86 * x], "y": [0.0, 0.86 * y], "tip_x": [x] * 2, "tip_y": [y] * 2}
-            self.hand.data = hand | {"angle": [direction - pi / 2] * 2}
+        self.hand.update(x_end=cos(direction), y_end=sin(direction))
 
 
 class LinePanels:
     """Heights, pressure and temperature on a line through the marked point; contact is shaded."""
 
     def __init__(self, unit: str) -> None:
-        self.source = ColumnDataSource({name: [] for name in ("distance", *FIELDS, "contact", "width")})
+        self.source = empty_source("distance", *FIELDS, "contact", "width")
         self.figures: list[Any] = []
         for name in FIELDS:
             last = name == "temperature"
@@ -164,7 +161,7 @@ class DistributionPanel:
     def __init__(self) -> None:
         tools = "xpan,xwheel_zoom,reset"
         self.figure = figure(width=560, height=374, tools=tools, x_axis_label="T, K", name="distribution")
-        self.bins = ColumnDataSource({"left": [], "right": [], "area": [], "middle": [], "heat": []})
+        self.bins = empty_source("left", "right", "area", "middle", "heat")
         self.flash = Span(location=None, dimension="height", line_color=HEAT, line_dash="dashed", line_width=2)
         self.figure.add_layout(self.flash)
         grey = {"color": "#bbbbbb", "line_color": None, "legend_label": "of the contact area"}
@@ -197,17 +194,17 @@ class CurvePanel:
 
     def __init__(self, name: str, columns: tuple[str, ...], speed: float):
         title, x, x_si, y, y_si = CURVES[name]
-        (x_unit, self.x_factor), (y_unit, self.factor) = shown(x_si), shown(y_si)
+        self.x_factor, self.factor = shown(x_si)[1], shown(y_si)[1]
         self.over_speed = name != CORRELATION
         kind = "log" if self.over_speed else "linear"
-        axes = {"x_axis_label": f"{x}, {x_unit}", "y_axis_label": f"{y}, {y_unit}"}
+        axes = {"x_axis_label": with_unit(x, x_si), "y_axis_label": with_unit(y, y_si)}
         axes |= {"x_axis_type": kind, "y_axis_type": kind}
         self.figure = figure(title=title, width=330, height=270, tools="pan,wheel_zoom,box_zoom,reset", **axes)
-        self.sources = {"theory": ColumnDataSource({"x": [], "y": []})}
+        self.sources = {"theory": empty_source("x", "y")}
         line = {"color": THEORY, "line_width": 1.5, "legend_label": "theory"}
         self.figure.line("x", "y", source=self.sources["theory"], **line)
         for column in columns:
-            source = self.sources[column] = ColumnDataSource({"x": [], "y": [], "low": [], "high": []})
+            source = self.sources[column] = empty_source("x", "y", "low", "high")
             style = {"source": source, "color": COLOURS[column], "legend_label": column}
             self.figure.varea("x", "low", "high", alpha=0.3, **style)
             self.figure.line("x", "y", **style)

@@ -38,7 +38,7 @@ def test_long_waves_of_the_previewed_temperature_are_those_of_the_whole(capped_r
     # the temperature is linear in the heat, wave by wave
     monkeypatch.setattr(fields, "PREVIEW", 64)
     member = load_fields(capped_run, 2, 0)
-    assert not member.preview_is_whole
+    assert member.preview_grid != member.grid
     for speed, direction in ((0.1, 0.0), (35.0, 0.7), (100.0, -2.0)):
         whole = member.temperature(speed, direction).field
         preview = member.temperature(speed, direction, preview=True).field
@@ -50,7 +50,7 @@ def test_long_waves_of_the_previewed_temperature_are_those_of_the_whole(capped_r
 
 def test_the_temperature_of_the_page_is_that_of_the_run(capped_run):
     member = load_fields(capped_run, 2, 0)
-    assert member.preview_is_whole
+    assert member.preview_grid == member.grid
     for speed, direction in ((0.1, 0.0), (35.0, 1.2)):
         index, field = next(capped_run.fields("temperature", speed=speed, direction=direction))
         assert index == 0
@@ -67,7 +67,7 @@ def distribution(temperature, pressure):
     """The distribution of a temperature over the contact of a member with a pressure."""
     field = np.asarray(pressure, dtype=float)
     grid = rs.Grid(field.shape, (1.0, 1.0))
-    return MemberFields(None, 0, 0, grid, field, field, grid, field).distribution(np.asarray(temperature, dtype=float))
+    return MemberFields(None, grid, field, field, grid, field).distribution(np.asarray(temperature, dtype=float))
 
 
 def test_the_distribution_has_the_mean_and_the_flash_temperature_of_the_contact():

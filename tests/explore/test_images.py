@@ -5,7 +5,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.charts.maps import palette
-from roughsim.explore.images import PIXELS, as_bytes, block_means, box_of, image_of, part_in_view
+from roughsim.explore.fields import PIXELS, as_bytes, block_means, image_of, part_in_view
 
 GRID = rs.Grid((12, 10), (6e-3, 2e-3))  # spacing 0.5 mm and 0.2 mm
 FIELD = np.random.default_rng(1).normal(size=GRID.shape)
@@ -19,7 +19,7 @@ def test_a_view_of_few_points_shows_every_point():
     part = part_in_view(GRID, *everything(GRID))
     assert part.step == (1, 1)
     np.testing.assert_array_equal(block_means(FIELD, part), FIELD)
-    assert box_of(GRID, part) == pytest.approx((-0.25e-3, -0.1e-3, 6e-3, 2e-3))  # points are centred
+    assert part.box == pytest.approx((-0.25e-3, -0.1e-3, 6e-3, 2e-3))  # points are centred
 
 
 def test_an_averaged_view_holds_the_means_of_blocks():
@@ -35,7 +35,7 @@ def test_an_averaged_view_holds_the_means_of_blocks():
 def test_blocks_that_do_not_divide_the_cell_keep_their_places():
     part = part_in_view(GRID, *everything(GRID), pixels=3)
     assert part.step == (4, 4)  # 10 = 4 + 4 + 2
-    image, box = block_means(FIELD, part), box_of(GRID, part)
+    image, box = block_means(FIELD, part), part.box
     assert image[1, 2] == pytest.approx(FIELD[4:8, 8:10].mean(), rel=1e-12)
     assert box[3] == pytest.approx(12 * 0.2e-3)  # the last block reaches beyond the cell: no block is squeezed
 
@@ -47,7 +47,7 @@ def test_a_part_covers_its_view_with_few_pixels_on_a_fixed_raster(seed):
     grid = rs.Grid(shape, (4e-3, 3e-3))
     ends = [tuple(rng.uniform(-0.2, 1.2, 2) * length) for length in grid.lengths]
     part = part_in_view(grid, *ends)
-    box = box_of(grid, part)
+    box = part.box
     for axis in (0, 1):
         side, step, d = part[axis], part.step[axis], grid.spacing[axis]
         count = -(-(side.stop - side.start) // step)
@@ -79,7 +79,7 @@ def test_an_image_has_the_limits_that_it_is_given_or_its_own():
     image = image_of(FIELD, GRID, everything(GRID), None)
     assert image.limits == (FIELD.min(), FIELD.max())
     assert (image.pixels.min(), image.pixels.max()) == (0, 255)
-    assert image.box == box_of(GRID, part_in_view(GRID, *everything(GRID)))
+    assert image.box == part_in_view(GRID, *everything(GRID)).box
     wide = image_of(FIELD, GRID, everything(GRID), (-10.0, 10.0))
     assert wide.limits == (-10.0, 10.0)
     np.testing.assert_array_equal(wide.pixels, as_bytes(FIELD, (-10.0, 10.0)))

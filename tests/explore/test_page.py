@@ -4,12 +4,13 @@ import shutil
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
+from threading import Event
 
 import numpy as np
 import pytest
 
-from roughsim.explore import fields, images
-from roughsim.explore.images import as_bytes
+from roughsim.explore import fields
+from roughsim.explore.fields import as_bytes
 from roughsim.explore.watched_run import WatchedRun
 
 pytest.importorskip("bokeh")
@@ -19,7 +20,7 @@ from bokeh.models import Div, PreText
 
 from roughsim.explore import page as page_module
 from roughsim.explore.layout import Layout
-from roughsim.explore.page import Page
+from roughsim.explore.page import LatestTask, Page
 
 
 class Now:
@@ -162,8 +163,8 @@ def test_the_dial_turns_the_sliding_direction(page, capped_run, event, angle):
     page.turn(event(page.layout.controls.dial.figure, x=x, y=y))
     field = temperature(capped_run, 35.0, np.radians(angle))
     np.testing.assert_array_equal(image(page)["image"][0], as_bytes(field, (field.min(), field.max())))
-    tip = page.layout.controls.dial.hand.data
-    assert (tip["tip_x"][0], tip["tip_y"][0]) == pytest.approx((x / 0.8, y / 0.8), abs=1e-12)
+    hand = page.layout.controls.dial.hand
+    assert (hand.x_end, hand.y_end) == pytest.approx((x / 0.8, y / 0.8), abs=1e-12)
     if event is not Pan:
         assert page.layout.controls.angle.value == angle
 
@@ -212,8 +213,8 @@ def test_zoom_is_linked_and_cuts_out_what_is_in_view(page, capped_run, monkeypat
 
 
 def test_a_coarse_view_says_that_it_is_averaged(page, monkeypatch):
-    original = images.part_in_view
-    monkeypatch.setattr(images, "part_in_view", lambda *a: original(*a, pixels=32))
+    original = fields.part_in_view
+    monkeypatch.setattr(fields, "part_in_view", lambda *a: original(*a, pixels=32))
     page.draw_maps()
     for one in page.layout.maps.values():
         assert "averaged view, 4 × 4" in one.figure.title.text
@@ -251,7 +252,6 @@ def test_fields_that_were_not_kept_say_how_to_keep_them(page):
 
 def test_another_level_shows_its_own_fields(page, capped_run):
     page.layout.controls.level.value = "0"
-    assert page.fields.level == 0
     field = next(capped_run.fields("temperature", "smoothed", speed=35.0))[1]
     np.testing.assert_array_equal(image(page)["image"][0], as_bytes(field, (field.min(), field.max())))
 
@@ -284,7 +284,8 @@ def test_a_page_of_an_empty_run_fills_as_members_come(capped_run, opened, tmp_pa
         for path in aside.glob(f"L?-{index:06d}.h5"):
             shutil.copy(path, folder / "realizations")
         page.look_for_news()
-    assert page.fields.index == 0
+    assert page.layout.controls.member.value == "0"
+    assert len(image(page)["image"]) == 1
     assert "2 of about 6 realizations" in page.layout.state.text
     assert len(page.layout.curves["flash_temperature"].sources["capped"].data["y"]) == 2
     assert page.temperature.speed == 1.0
@@ -307,3 +308,31 @@ def test_a_title_is_text_and_never_html(watched):
         assert len(texts) > 4
         assert all(place.disable_math for place in (*texts, *layout.root.select({"type": PreText})))
         assert all(place.render_as_text for place in texts)
+
+
+def test_only_the_latest_of_many_tasks_is_done():
+    shown, failures = [], []
+    latest = LatestTask(lambda show: show(), failures.append)
+    started, go = Event(), Event()
+
+    def slow():
+        started.set()
+        go.wait(5)
+        return "first"
+
+    latest.ask(slow, shown.append)
+    started.wait(5)
+    for k in range(20):
+        latest.ask(lambda k=k: k, shown.append)
+    go.set()
+    latest.pool.shutdown(wait=True)
+    assert shown == ["first", 19]  # what had begun is shown, what waited is dropped but for the last
+    assert failures == []
+
+
+def test_a_failing_task_is_reported():
+    failures = []
+    latest = LatestTask(lambda show: show(), failures.append)
+    latest.ask(lambda: 1 / 0, print)
+    latest.pool.shutdown(wait=True)
+    assert isinstance(failures[0], ZeroDivisionError)

@@ -2,13 +2,11 @@
 
 import os
 import shutil
-from threading import Event
 
 import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim.explore.background import LatestTask
 from roughsim.explore.watched_run import WatchedRun
 from roughsim.show.units import plus_minus
 from roughsim.store.claims import Claims
@@ -141,31 +139,3 @@ def test_the_last_members_are_remembered(capped_run):
     run.fields(1, 0)
     run.fields(0, 0)
     assert run.fields(2, 0) is not first
-
-
-def test_only_the_latest_of_many_tasks_is_done():
-    shown, failures = [], []
-    latest = LatestTask(lambda show: show(), failures.append)
-    started, go = Event(), Event()
-
-    def slow():
-        started.set()
-        go.wait(5)
-        return "first"
-
-    latest.ask(slow, shown.append)
-    started.wait(5)
-    for k in range(20):
-        latest.ask(lambda k=k: k, shown.append)
-    go.set()
-    latest._pool.shutdown(wait=True)
-    assert shown == ["first", 19]  # what had begun is shown, what waited is dropped but for the last
-    assert failures == []
-
-
-def test_a_failing_task_is_reported():
-    failures = []
-    latest = LatestTask(lambda show: show(), failures.append)
-    latest.ask(lambda: 1 / 0, print)
-    latest._pool.shutdown(wait=True)
-    assert isinstance(failures[0], ZeroDivisionError)
