@@ -74,12 +74,13 @@ TESTS = {
     "roughsim/prediction/bodies.py": "prediction/test_prediction.py heat/test_conductivity.py",
     "roughsim/prediction/cut_offs.py": "prediction/test_prediction.py",
     "roughsim/prediction/integrals.py": "prediction/test_prediction.py prediction/test_one_theory.py",
-    "roughsim/comparison/compare.py": "comparison/test_compare.py estimate/test_total_errors.py",
+    "roughsim/comparison/compare.py": (
+        "comparison/test_compare.py comparison/test_in_band.py estimate/test_total_errors.py"
+    ),
     "roughsim/show/units.py": "show/test_units.py",
-    "roughsim/comparison/stress_slope.py": "comparison/test_in_band.py",
     "roughsim/comparison/trust.py": "comparison/test_trust.py comparison/test_validity_page.py",
     "roughsim/planning/levels.py": "planning/test_pilot.py planning/test_plan.py",
-    "roughsim/planning/realizations.py": "planning/test_pilot.py planning/test_plan.py",
+    "roughsim/planning/plan.py": "planning/test_pilot.py planning/test_plan.py",
     "roughsim/planning/pilot.py": "planning/test_pilot.py",
     "roughsim/estimate/cell_size.py": "estimate/test_cell.py",
     "roughsim/_kernels/active_set.py": (

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import copysign, hypot, inf, isfinite, isnan, nan
+from math import copysign, hypot, inf, isfinite, isnan, log, nan
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,17 +18,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim import prediction
-from roughsim.comparison.stress_slope import Slope, stress_slope
 from roughsim.estimate.cell_size import size_error
-from roughsim.estimate.errors import Quotient, quotient
+from roughsim.estimate.errors import Quotient, quantile, quotient, spread
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.gaps import left_out
 from roughsim.results.run import Run
-from roughsim.show.units import json_number
+from roughsim.show.units import json_value
+from roughsim.surface.radial import modes_between
 from roughsim.surface.spectrum import TruncatedSpectrum
 
 Array = NDArray[np.float64]
 NOTICED = 0.02  # relative difference of two theories that a note names
+BIN_WIDTH, LEAST_BINS = 0.12, 12  # of the stress spectrum, in ln q; how many make a band that has a slope
 
 
 class Cell(NamedTuple):
@@ -59,6 +60,17 @@ class Ratio(NamedTuple):
         return 0.0 if abs(self.value - 1.0) <= 1e-9 else copysign(inf, self.value - 1.0)
 
 
+class Slope(NamedTuple):
+    """d ln|σ_q|²/d ln q of a column from `low` to `high`, rad/m; `error` is statistical, 95 %."""
+
+    column: str
+    low: float
+    high: float
+    measured: float
+    error: float
+    theory: float
+
+
 @dataclass(frozen=True, slots=True)
 class Row:
     """One observable at one speed (None where there is none): theory, the measured columns, and their ratios.
@@ -85,13 +97,13 @@ class Row:
         return abs(self.theory_at_cut_off - whole) > NOTICED * abs(whole)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the row as JSON values, with an entry for each column and ratio."""
+        """Return the row with an entry for each column and ratio."""
         names = ("observable", "speed", "theory", "theory_full_spectrum")
-        result = json_values({name: getattr(self, name) for name in names})
-        result |= {name: json_values(cell._asdict()) for name, cell in self.columns.items()}
+        result: dict[str, Any] = {name: getattr(self, name) for name in names}
+        result |= {name: cell._asdict() for name, cell in self.columns.items()}
         for name, ratio in self.ratios.items():
             head = {"value": ratio.value, "standard_error": ratio.standard_error, "z": ratio.z}
-            result[name] = json_values(head | {"total_error": ratio.total_error, "unknown": ratio.unknown})
+            result[name] = head | {"total_error": ratio.total_error, "unknown": ratio.unknown}
         return result | {"note": self.note}
 
 
@@ -111,17 +123,14 @@ class Comparison:
     @property
     def unknown(self) -> tuple[str, ...]:
         """The parts of the errors that no level of the run tells, of some column or ratio."""
-        parts: dict[str, None] = {}
+        entries: list[Cell | Ratio] = []
         for row in self.rows:
-            for cell in row.columns.values():
-                parts |= dict.fromkeys(cell.unknown)
-            for ratio in row.ratios.values():
-                parts |= dict.fromkeys(ratio.unknown)
-        return tuple(parts)
+            entries += [*row.columns.values(), *row.ratios.values()]
+        return tuple(dict.fromkeys(part for entry in entries for part in entry.unknown))
 
     def notes(self) -> tuple[str, ...]:
         """Say what is missing, and why measured values and the theory beside them differ in what they include."""
-        q_c, q_max = finest(self.run, self.run.numerics.columns[0])[1], self.run.scene.spectrum.breaks[-1]
+        q_c, q_max = finest(self.run)[1], self.run.scene.spectrum.breaks[-1]
         notes = left_out(self.run)
         if cut := self.farthest("theory_at_cut_off", "theory_full_spectrum"):
             notes.append(
@@ -147,13 +156,14 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the table as JSON values; NaN and infinity become None."""
-        return {
+        result: dict[str, Any] = {
             "realizations": self.realizations,
             "failed": self.failed,
             "missing": self.run.missing,
             "rows": [row.to_dict() for row in self.rows],
-            "stress_slopes": [json_values(slope._asdict()) for slope in self.slopes],
+            "stress_slopes": [slope._asdict() for slope in self.slopes],
         }
+        return {key: json_value(value) for key, value in result.items()}
 
     def chart(self, path: str | Path) -> None:
         """Draw C(q) and C_sm(q), g_σ(r), T_flash(v), D_flash(v) and d_flash(v) as .png, .pdf or .svg.
@@ -193,48 +203,34 @@ def compare(run: Run) -> Comparison:
 def rows_of(run: Run) -> Iterator[Row]:
     """Give a row for each observable and speed."""
     # the theory three times: over the modes of the finest grid, integrated up to its q_c, and over the whole spectrum
-    level, q_c = finest(run, run.numerics.columns[0])
+    level, q_c = finest(run)
     drawn = TruncatedSpectrum(prediction.smoothed_spectrum(run.scene), q_c)
     summed = prediction.mode_sums(run.scene, drawn, run.numerics.grid(level))
     cut, whole = prediction.predictions(run.scene, q_c), prediction.predictions(run.scene)
-    balanced = not run.scene.elastic and isfinite(
-        prediction.yield_wavenumber(run.scene)
-    )  # all contact yields in the end
+    plastic = not run.scene.elastic
+    all_yields = plastic and isfinite(prediction.yield_wavenumber(run.scene))
     for observable, record in OBSERVABLES.items():
         measured = {name: run.estimate(observable, name) for name in run.numerics.columns}
         ratios = ratios_of(run, observable, summed[observable], cut[observable])
         share = run.heat_partition if record.heated else np.ones(len(run.scene.speeds))
-        unknown_limit = np.any([np.isnan(estimate.budget["bandwidth"]) for estimate in measured.values()], axis=0)
+        no_limit = np.any([np.isnan(estimate.budget["bandwidth"]) for estimate in measured.values()], axis=0)
+        no_limit |= plastic and not record.limit  # plastic patches have steep edges
         for k, speed in enumerate(run.scene.speeds if record.per_speed else (None,)):
-            note = "at q_c" if unknown_limit[k] else ""
-            if not run.scene.elastic and not record.limit:  # plastic patches have steep edges
-                note = "at q_c"
-            if balanced and record.by_force_balance:
-                note = "identity"
-            cells = {}
+            at_modes, up_to_cut, full = (float(values[observable][k] * share[k]) for values in (summed, cut, whole))
+            cells, quotients = {}, {}
             for name, e in measured.items():
-                errors = float(e.standard_error[k]), float(e.bias[k]), float(e.total_error[k])
-                cells[name] = Cell(float(e.mean[k]), *errors, e.unknown_at(k))
-            quotients = {
-                name: Ratio(float(q.value[k]), float(q.standard_error[k]), float(q.total_error[k]), q.unknown_at(k))
-                for name, q in ratios.items()
-            }
-            yield Row(
-                observable,
-                record.unit,
-                speed,
-                float(summed[observable][k] * share[k]),
-                float(cut[observable][k] * share[k]),
-                float(whole[observable][k] * share[k]),
-                cells,
-                quotients,
-                note,
-            )
+                mean, error, bias, total = (float(x[k]) for x in (e.mean, e.standard_error, e.bias, e.total_error))
+                cells[name] = Cell(mean, error, bias, total, e.unknown_at(k))
+            for name, q in ratios.items():
+                value, error, total = (float(x[k]) for x in (q.value, q.standard_error, q.total_error))
+                quotients[name] = Ratio(value, error, total, q.unknown_at(k))
+            note = "identity" if all_yields and record.by_force_balance else "at q_c" if no_limit[k] else ""
+            yield Row(observable, record.unit, speed, at_modes, up_to_cut, full, cells, quotients, note)
 
 
-def finest(run: Run, column: str) -> tuple[int, float]:
-    """Return the number of the finest level of a column, and its cut-off, rad/m."""
-    level = run.numerics.of_column(column)[-1]
+def finest(run: Run) -> tuple[int, float]:
+    """Return the number of the finest level of the first column, and its cut-off, rad/m."""
+    level = run.numerics.of_column(run.numerics.columns[0])[-1]
     return level, run.numerics.levels[level].q_max
 
 
@@ -256,7 +252,39 @@ def ratios_of(run: Run, observable: str, summed: Array, integral: Array) -> dict
     return result
 
 
-def json_values(values: dict[str, Any]) -> dict[str, Any]:
-    """Return a record as JSON can hold it: NaN and infinity are None, tuples are lists."""
-    plain = ((key, list(value) if isinstance(value, tuple) else value) for key, value in values.items())
-    return {key: json_number(value) if isinstance(value, float) else value for key, value in plain}
+def stress_slope(run: Run, column: str | None = None) -> Slope | None:
+    """Return the slope of |σ_q|² at the finest level of a column; the run needs two sound realizations.
+
+    With C ∝ q^(−2−2H) full contact has |σ_q|² ∝ q^(−2H). Where contact is lost P ∝ 1/√G ∝ q^(H−1), so that the theory's
+    slope tends to −(1 + H) in a long band. What a finite pixel changes of slopes is not in their error.
+
+    The band goes from the last kink of C(q) to q_c, or to where contact has yielded. None where it is too short to have
+    a slope, as in steels that yield below q_roll_off.
+    """
+    name, scene = run.column(column), run.scene
+    level = run.numerics.of_column(name)[-1]
+    low, high = scene.spectrum.breaks[-2], run.numerics.levels[level].q_max
+    if not scene.elastic:
+        high = min(high, prediction.yield_wavenumber(scene))
+    bins = int(log(high / low) / BIN_WIDTH)
+    if bins < LEAST_BINS:
+        return None
+    # how many modes of the plane lie in each bin of ln q, and their mean ln q
+    edges = np.linspace(log(low), log(high), 1 + bins)
+    sample, grid = run.samples(name)[-1], run.numerics.grid(level)
+    modes = modes_between(grid)
+    log_q, many = np.log(modes.wavenumber), modes.multiplicity
+    count, sums = (np.histogram(log_q, edges, weights=weights)[0] for weights in (many, many * log_q))
+    filled = count > 0.0
+    center = sums[filled] / count[filled]
+    # least squares of ln|σ_q|² over ln q: the slope is a weighted sum; to first order so is its scatter
+    x = center - center.mean()
+    weights = x / (x @ x)
+    area = count[filled] * 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
+    spectra = [np.histogram(np.log(sample.wavenumber), edges, weights=row)[0] for row in sample.spectrum]
+    rows = np.stack(spectra)[:, filled] / area
+    mean = rows.mean(axis=0)
+    error, freedom = spread((rows / mean @ weights)[:, None])
+    predicted = np.log(prediction.stress_spectrum(scene, np.exp(center)))
+    half_width = float(error[0] * quantile(freedom[0]))
+    return Slope(name, low, high, float(weights @ np.log(mean)), half_width, float(weights @ predicted))

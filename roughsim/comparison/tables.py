@@ -2,72 +2,53 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import nan
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
 from roughsim import prediction
 from roughsim.comparison.compare import Comparison
+from roughsim.comparison.trust import Trust
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
+from roughsim.results.run import Run
+from roughsim.scene import Scene
 from roughsim.show.table import Column, Row, Table
-from roughsim.show.units import Number, json_number, plus_minus, with_unit
-
-if TYPE_CHECKING:
-    from roughsim.comparison.trust import Trust
-    from roughsim.results.run import Run
-    from roughsim.scene import Scene
+from roughsim.show.units import Number, json_value, plus_minus, with_unit
 
 CORRELATION_POINTS = 65
+HEATED = ("flash_temperature", "flash_gradient", "flash_laplacian")
+WIDTHS = ("flash_width", "slope_length")
+
+
+def theory_values(scene: Scene) -> dict[str, Any]:
+    """Return the theory over the whole spectrum: arrays over speed, temperatures with the share used, and areas."""
+    values, share = prediction.predictions(scene), prediction.heat_partition(scene)
+    result: dict[str, Any] = {"speed": scene.speeds} | {name: values[name] * share for name in HEATED}
+    result |= {name: values[name] for name in WIDTHS}
+    result |= {"conductivity": prediction.conduction(scene).conductivity, "heat_partition": share}
+    result["heat_partition_theory"] = values["heat_partition"]
+    return result | {name: float(values[name][0]) for name in ("contact_fraction", "plastic_fraction")}
 
 
 def theory_dict(scene: Scene) -> dict[str, Any]:
-    """Return the theory over the whole spectrum as JSON values, temperatures with the share used."""
-    values, share = prediction.predictions(scene), prediction.heat_partition(scene)
-    distance = correlation_distances(scene)
-    result: dict[str, Any] = {"speed": list(scene.speeds)}
-    for name in ("flash_temperature", "flash_gradient", "flash_laplacian"):
-        result[name] = json_list(values[name] * share)
-    for name in ("flash_width", "slope_length"):
-        result[name] = json_list(values[name])
-    return result | {
-        "conductivity": json_list(prediction.conduction(scene).conductivity),
-        "heat_partition": json_list(share),
-        "heat_partition_theory": json_list(values["heat_partition"]),
-        "contact_fraction": float(values["contact_fraction"][0]),
-        "plastic_fraction": float(values["plastic_fraction"][0]),
-        "pressure_correlation": {
-            "r": distance.tolist(),
-            "value": json_list(prediction.correlation(scene, distance)),
-        },
-    }
-
-
-def correlation_distances(scene: Scene) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Return the distances r at which g_σ is tabulated, m: 0, then evenly in log r up to half the longest wave."""
+    """Return the theory over the whole spectrum as JSON values, with g_σ(r) at 0 and up to half the longest wave."""
     longest = 2 * np.pi / scene.spectrum.breaks[0]
-    return np.concatenate([[0.0], np.geomspace(1e-3 * longest, 0.5 * longest, CORRELATION_POINTS - 1)])
-
-
-def json_list(values: Any) -> list[float | None]:
-    """Return an array as JSON can hold it."""
-    return [json_number(float(value)) for value in np.ravel(values)]
+    distance = np.concatenate([[0.0], np.geomspace(1e-3 * longest, 0.5 * longest, CORRELATION_POINTS - 1)])
+    correlation = {"r": distance, "value": prediction.correlation(scene, distance)}
+    values = theory_values(scene) | {"pressure_correlation": correlation}
+    return {key: json_value(value) for key, value in values.items()}
 
 
 def theory_table(scene: Scene) -> Table:
     """Return the theory of a scene, a row per speed."""
-    values = theory_dict(scene)
-    names = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
-    columns = {name: with_unit(name, UNITS[name]) for name in names}
+    values = theory_values(scene)
+    columns = {name: with_unit(name, UNITS[name]) for name in HEATED + WIDTHS}
     if np.isfinite(scene.temperature_range[1]):  # κ(T) differs from speed to speed
         columns["conductivity"] = "κ, W/(m K)"
     columns |= {"heat_partition": "share used", "heat_partition_theory": "share in theory"}
     rows: list[Row] = [
-        (
-            f"{speed:g}",
-            *(Number(nan if values[x][k] is None else values[x][k], UNITS.get(x, "1")) for x in columns),
-        )
+        (f"{speed:g}", *(Number(float(values[name][k]), UNITS.get(name, "1")) for name in columns))
         for k, speed in enumerate(scene.speeds)
     ]
     areas = (f"{name} {values[name]:.4g}" for name in ("contact_fraction", "plastic_fraction"))
@@ -118,33 +99,27 @@ def comparison_table(comparison: Comparison) -> Table:
     count = f"{comparison.realizations} realizations"
     count += f", {comparison.failed} failed and left out" if comparison.failed else ""
     title = f"{scene.title}: {count}" if scene.title else count
-    notes = (*slope_lines(comparison), *meanings(comparison), *comparison.notes())
-    return Table([*columns, Column("note")], rows, title, notes)
+    return Table([*columns, Column("note")], rows, title, [*meanings(comparison), *comparison.notes()])
 
 
-def slope_lines(comparison: Comparison) -> list[str]:
-    """Return a line for the slope of the stress spectrum in the band of each column that has one."""
-    return [
-        f"slope of |σ_q|² from {slope.low:.3g} to {slope.high:.3g} rad/m: {slope.column} "
-        f"{plus_minus(slope.measured, slope.error)} (statistical, 95 %), theory {slope.theory:.2f}"
-        for slope in comparison.slopes
-    ]
-
-
-def meanings(comparison: Comparison) -> list[str]:
-    """Return what the columns and marks of a comparison mean, a sentence or two each."""
-    marks = {row.note for row in comparison.rows}
-    lines = [
+def meanings(comparison: Comparison) -> Iterator[str]:
+    """Give the slopes of the stress spectrum, and what the columns and marks of a comparison mean."""
+    for slope in comparison.slopes:
+        yield (
+            f"slope of |σ_q|² from {slope.low:.3g} to {slope.high:.3g} rad/m: {slope.column} "
+            f"{plus_minus(slope.measured, slope.error)} (statistical, 95 %), theory {slope.theory:.2f}"
+        )
+    yield (
         "± total error, 95 %. theory: over the whole spectrum. The ratio to theory is over the same modes: those of "
         "the cell, up to q_c."
-    ]
+    )
     if comparison.unknown:
-        lines.append(f"≥: no level of the run tells the whole error ({', '.join(comparison.unknown)}).")
+        yield f"≥: no level of the run tells the whole error ({', '.join(comparison.unknown)})."
+    marks = {row.note for row in comparison.rows}
     if "identity" in marks:
-        lines.append("identity: fixed by force balance, no agreement.")
+        yield "identity: fixed by force balance, no agreement."
     if "at q_c" in marks:
-        lines.append("at q_c: no limit in the cut-off, or none that the run can tell; no agreement.")
-    return lines
+        yield "at q_c: no limit in the cut-off, or none that the run can tell; no agreement."
 
 
 def budget_table(run: Run, column: str, speeds: Sequence[int] | None = None) -> Table:

@@ -8,7 +8,7 @@ from typing import Any
 from roughsim.estimate.stop import LEAST, LEAST_FINE, relative_half_width
 from roughsim.results.gaps import damaged_names, left_out
 from roughsim.results.run import Run
-from roughsim.show.units import json_number
+from roughsim.show.units import json_value
 from roughsim.store.processes import writer
 
 RECENT = 20  # members over which the pace is measured
@@ -31,15 +31,10 @@ def status_dict(run: Run) -> dict[str, Any]:
         "speed": list(run.scene.speeds),
         "estimates": {},
     }
+    parts = ("mean", "half_width", "total_error", "unknown", "bias")
     for name in observables_told(run):
         estimate = run.estimate(name)
-        result["estimates"][name] = {
-            "mean": [json_number(float(x)) for x in estimate.mean],
-            "half_width": [json_number(float(x)) for x in estimate.half_width],
-            "total_error": [json_number(float(x)) for x in estimate.total_error],
-            "unknown": list(estimate.unknown),
-            "bias": [json_number(float(x)) for x in estimate.bias],
-        }
+        result["estimates"][name] = {part: json_value(getattr(estimate, part)) for part in parts}
     return result
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from math import inf, isinf, pi
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +13,9 @@ from numpy.typing import NDArray
 from roughsim import prediction
 from roughsim.estimate.cell_size import choose_lengths
 from roughsim.prediction.integrals import integrals
+from roughsim.scene import Scene
 from roughsim.show.table import Column, Table
-from roughsim.show.units import json_number
-
-if TYPE_CHECKING:
-    from roughsim.scene import Scene
+from roughsim.show.units import json_value
 
 Array = NDArray[np.float64]
 ROOM = 293.0  # K, where no background temperature is given
@@ -51,8 +49,8 @@ class Facts:
 
     def to_dict(self) -> dict[str, Any]:
         """Return JSON values in SI; NaN and inf as None."""
-        values = ((key, np.asarray(value)) for key, value in asdict(self).items())
-        return {k: [json_number(x) for x in v.tolist()] if v.ndim else json_number(float(v)) for k, v in values}
+        values: dict[str, Any] = json_value(asdict(self))
+        return values
 
     def table(self) -> Table:
         """Return name, value and meaning of each for people."""

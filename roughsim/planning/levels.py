@@ -9,18 +9,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import hypot, inf, isfinite, nan, pi
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from roughsim import prediction
 from roughsim.estimate.ladder import DOUBT_OF_SHAPE
 from roughsim.planning.pilot import Pilot, fast_size
+from roughsim.scene import Scene
 from roughsim.scene.numerics import Column, Level
-
-if TYPE_CHECKING:
-    from roughsim.scene import Scene
 
 Lengths = tuple[float, float]  # of the cell, m
 ELASTIC_SIDE, CAPPED_SIDE = 2048, 4096  # points per side of the finest grids of a plan; beyond, C(q) is cut
@@ -35,19 +34,16 @@ SLOW_FALL = 0.75  # exponent below which three rungs do not tell it well: H = 0.
 UNFITTED_DOUBT, SLOW_DOUBT, FITTED_DOUBT = 1.0, 0.5, 0.12  # share of the remainder beyond the top that is in doubt
 UNCUT_PIXEL = 0.6  # of the pilot's change, what the pixel leaves where all of C(q) is solved; falls as 1/√q_c
 
-# what is expected without a pilot, relative: about what pilots of steel say
+# errors that are expected without a pilot, relative: about what pilots of steel say
 GUESSED_BANDWIDTH, GUESSED_PIXEL = 0.005, 0.002  # of capped contact
 GUESSED_CHANGE, GUESSED_CUT_PIXEL = 0.01, 0.003  # of elastic contact at half the pixel; of a scene that no grid holds
 
 
 class Rung(NamedTuple):
-    """A level whose stride is still open: q_max in rad/m, pixels per shortest wave, and why it is there."""
+    """A level, and why it is there."""
 
-    column: Column
-    q_max: float
-    pixels: int
+    level: Level
     reason: str
-    corrects: bool = True  # solved for every k-th realization, as a correction to the first of its column
 
 
 class Ladder(NamedTuple):
@@ -57,19 +53,10 @@ class Ladder(NamedTuple):
     bandwidth: float
     pixel: float
 
-    def levels(self, lengths: Lengths, every: int) -> tuple[Level, ...]:
-        """Return the rungs as levels, each on the next larger grid of a fast transform; corrections have the stride."""
-        result = []
-        for rung in self.rungs:
-            x, y = (fast_size(rung.pixels * rung.q_max * length / (2 * pi)) for length in lengths)
-            result.append(Level(rung.column, (x, y), rung.q_max, every if rung.corrects else 1))
-        return tuple(result)
-
-
-def choose_ladder(scene: Scene, lengths: Lengths, target: float, pilot: Pilot | None) -> Ladder:
-    """Return the lowest ladder that keeps bandwidth and pixel within their share of the target, or the highest."""
-    build = elastic_ladder if scene.elastic else capped_ladder
-    return build(scene, lengths, target, pilot)
+    def levels(self, every: int) -> tuple[Level, ...]:
+        """Return the levels; those that correct the first of their column are solved for one realization in `every`."""
+        first = {rung.level.column: rung.level for rung in reversed(self.rungs)}
+        return tuple(a if a is first[a.column] else replace(a, every=every) for a, _ in self.rungs)
 
 
 def highest_cut_off(lengths: Lengths, side: int) -> float:
@@ -77,7 +64,7 @@ def highest_cut_off(lengths: Lengths, side: int) -> float:
     return side * 2 * pi / (PIXELS * max(lengths))
 
 
-def scale(scene: Scene) -> tuple[float, str]:
+def yield_scale(scene: Scene) -> tuple[float, str]:
     """Return q_y, or q_max where the theory's contact does not yield before, and what to call it."""
     q_yield = prediction.yield_wavenumber(scene)
     if isfinite(q_yield):
@@ -91,26 +78,24 @@ def elastic_ladder(scene: Scene, lengths: Lengths, target: float, pilot: Pilot |
     q_max = scene.spectrum.breaks[-1]
     if q_max > highest_cut_off(lengths, ELASTIC_SIDE) / 2:  # the partner has half the pixel
         first = f"the whole of C(q), to {q_max:.3g} rad/m, is more than a grid holds"
-        return Ladder(cut_rungs(scene, "elastic", lengths, first), *cut_errors(scene, "elastic", lengths, pilot))
+        return cut_ladder(scene, ("elastic",), lengths, pilot, first)
     # the error of the pixel is of second order: a third of what half the pixel changes is left, then a quarter of that
     change = GUESSED_CHANGE if pilot is None else pilot.pixel
     fine = change / 3 > SYSTEMATIC * target
     pixels, pixel_error = (2 * PIXELS, change / 12) if fine else (PIXELS, change / 3)
-    return Ladder(pair("elastic", q_max, pixels, f"{pixels} pixels per shortest wave"), 0.0, pixel_error)
+    return Ladder(pair("elastic", lengths, q_max, pixels, f"{pixels} pixels per shortest wave"), 0.0, pixel_error)
 
 
 def capped_ladder(scene: Scene, lengths: Lengths, target: float, pilot: Pilot | None) -> Ladder:
     """Return the smoothed surface on two grids, and a ladder of capped contact up to 8, 16 or 32 q_y."""
     q_max = scene.spectrum.breaks[-1]
-    q_yield, where = scale(scene)
+    q_yield, where = yield_scale(scene)
     limit = highest_cut_off(lengths, CAPPED_SIDE)
     smoothed_top = min(SMOOTHED_TOP * q_yield, q_max)
     if smoothed_top > limit / 2:  # both columns up to the same cut-offs
-        first = f"yields beyond any grid ({where})"
-        columns: tuple[Column, Column] = ("smoothed", "capped")
-        rungs = [rung for column in columns for rung in cut_rungs(scene, column, lengths, first)]
-        return Ladder(rungs, *cut_errors(scene, "capped", lengths, pilot))
-    smoothed = pair("smoothed", smoothed_top, PIXELS, f"{SMOOTHED_TOP:g} × {where}; {PIXELS} pixels per shortest wave")
+        return cut_ladder(scene, ("smoothed", "capped"), lengths, pilot, f"yields beyond any grid ({where})")
+    whole = f"{SMOOTHED_TOP:g} × {where}; {PIXELS} pixels per shortest wave"
+    smoothed = pair("smoothed", lengths, smoothed_top, PIXELS, whole)
     for factor in CAPPED_TOPS:
         top = min(factor * q_yield, q_max, limit)
         exponent = prediction.usual_exponent(scene, top)
@@ -121,11 +106,11 @@ def capped_ladder(scene: Scene, lengths: Lengths, target: float, pilot: Pilot | 
     height = f"{top / q_yield:.3g} q_y"
     if top >= q_max:
         whole = f"all of C(q), {height}, at {PIXELS} pixels per shortest wave"
-        return Ladder([*smoothed, *pair("capped", top, PIXELS, whole)], *errors)
+        return Ladder([*smoothed, *pair("capped", lengths, top, PIXELS, whole)], *errors)
     first = f"{top / 4 / q_yield:.3g} q_y at {PIXELS} pixels per shortest wave"
     last = height + (f": the limit of {CAPPED_SIDE} points per side" if top == limit else "")
     last += ": how that falls, T∞ + c q_c^(−p)"
-    return Ladder([*smoothed, *climb("capped", top, first, last, halved=(4, 2))], *errors)
+    return Ladder([*smoothed, *climb("capped", lengths, top, first, last, halved=(4, 2))], *errors)
 
 
 def capped_errors(top: float, cut: bool, pilot: Pilot | None, exponent: float, doubt: float) -> tuple[float, float]:
@@ -142,48 +127,59 @@ def capped_errors(top: float, cut: bool, pilot: Pilot | None, exponent: float, d
     return doubt * remainder, pilot.pixel * pilot.q_max / top
 
 
-def pair(column: Column, q_c: float, pixels: int, reason: str) -> list[Rung]:
+def rung(column: Column, lengths: Lengths, q_c: float, pixels: int, reason: str) -> Rung:
+    """Return a level on the next larger grid of a fast transform, with so many pixels per shortest wave."""
+    x, y = (fast_size(pixels * q_c * length / (2 * pi)) for length in lengths)
+    return Rung(Level(column, (x, y), q_c), reason)
+
+
+def pair(column: Column, lengths: Lengths, q_c: float, pixels: int, reason: str) -> list[Rung]:
     """Return one cut-off on two grids."""
     finer = "half the pixel: shows the error of the pixel, which is taken off"
-    return [Rung(column, q_c, pixels, reason, corrects=False), Rung(column, q_c, 2 * pixels, finer)]
+    return [rung(column, lengths, q_c, pixels, reason), rung(column, lengths, q_c, 2 * pixels, finer)]
 
 
-def climb(column: Column, top: float, first: str, last: str, *, halved: tuple[int, ...]) -> list[Rung]:
+def climb(
+    column: Column, lengths: Lengths, top: float, first: str, last: str, *, halved: tuple[int, ...]
+) -> list[Rung]:
     """Return three cut-offs, top/4, top/2 and top, those of `halved` also at half the pixel."""
     rungs = []
     for part, reason in ((4, first), (2, "twice the q_c: what shorter waves change"), (1, last)):
-        rungs.append(Rung(column, top / part, PIXELS, reason, corrects=part < 4))
+        rungs.append(rung(column, lengths, top / part, PIXELS, reason))
         if part in halved:
-            rungs.append(Rung(column, top / part, 2 * PIXELS, "half the pixel: shows the error of the pixel"))
+            finer = "half the pixel: shows the error of the pixel"
+            rungs.append(rung(column, lengths, top / part, 2 * PIXELS, finer))
     return rungs
 
 
-def cut_rungs(scene: Scene, column: Column, lengths: Lengths, first: str) -> list[Rung]:
-    """Return the rungs of a column whose C(q) no grid holds; the last reason says what is known of the remainder."""
+def cut_ladder(scene: Scene, columns: tuple[Column, ...], lengths: Lengths, pilot: Pilot | None, first: str) -> Ladder:
+    """Return three cut-offs of each column where no grid holds C(q), and the errors of T_flash in the last column."""
     q_max = scene.spectrum.breaks[-1]
     top = min(highest_cut_off(lengths, ELASTIC_SIDE), q_max)
-    last = f"C(q) cut at q_c = {top:.3g} rad/m (q_max = {q_max:.3g})" if top < q_max else "all of C(q)"
-    if top >= q_max:
-        last += ": nothing is left out"
-    elif prediction.follows_theory(scene, column, top):
-        last += ": what is left to q_max follows the theory's shape, scaled by the last step"
-    else:
-        last += ": what is left to q_max is unknown: the contact yields at shorter waves than any grid holds"
-    return climb(column, top, f"{first}; {PIXELS} pixels per shortest wave", last, halved=(4,))
-
-
-def cut_errors(scene: Scene, column: Column, lengths: Lengths, pilot: Pilot | None) -> tuple[float, float]:
-    """Return bandwidth and pixel error to expect of T_flash at the hottest speed, where no grid holds C(q)."""
-    top, end = highest_cut_off(lengths, ELASTIC_SIDE), scene.spectrum.breaks[-1]
+    rungs = []
+    for column in columns:
+        last = "all of C(q): nothing is left out"
+        if top < q_max:
+            last = f"C(q) cut at q_c = {top:.3g} rad/m (q_max = {q_max:.3g}): what is left to q_max "
+            if prediction.follows_theory(scene, column, top):
+                last += "follows the theory's shape, scaled by the last step"
+            else:
+                last += "is unknown: the contact yields at shorter waves than any grid holds"
+        rungs += climb(column, lengths, top, f"{first}; {PIXELS} pixels per shortest wave", last, halved=(4,))
     pixel = GUESSED_CUT_PIXEL if pilot is None else pilot.pixel / 3  # second order, as in elastic contact
-    if top >= end:
-        return 0.0, pixel
+    return Ladder(rungs, cut_bandwidth(scene, columns[-1], top, pilot), pixel)
+
+
+def cut_bandwidth(scene: Scene, column: Column, top: float, pilot: Pilot | None) -> float:
+    """Return the relative error to expect of the highest T_flash by a cut at `top`; NaN where it is unknown."""
+    if top >= scene.spectrum.breaks[-1]:
+        return 0.0
     if not prediction.follows_theory(scene, column, top):
-        return nan, pixel
+        return nan
     temperatures = prediction.predictions(scene, inf)["flash_temperature"]
     hottest = int(np.argmax(temperatures))
     if not temperatures[hottest]:  # at rest, at every speed of the scene
-        return 0.0, pixel
+        return 0.0
 
     def theory(q: float) -> float:
         return float(prediction.predictions(scene, q)["flash_temperature"][hottest])
@@ -192,4 +188,4 @@ def cut_errors(scene: Scene, column: Column, lengths: Lengths, pilot: Pilot | No
     if pilot is not None:  # as much more than in the theory as the pilot's step
         step = theory(pilot.q_max) - theory(pilot.q_max / 2)
         remainder = pilot.step * (theory(inf) - theory(top)) / step
-    return DOUBT_OF_SHAPE * remainder, pixel
+    return DOUBT_OF_SHAPE * remainder

@@ -11,7 +11,6 @@ import warnings
 from dataclasses import dataclass
 from functools import lru_cache
 from math import ceil, inf, pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +18,8 @@ from numpy.typing import NDArray
 from roughsim.contact import methods
 from roughsim.errors import ConvergenceError
 from roughsim.realization import realize
+from roughsim.scene import Scene
 from roughsim.scene.numerics import Column, Level, Numerics
-
-if TYPE_CHECKING:
-    from roughsim.scene import Scene
 
 Array = NDArray[np.float64]
 SOLVES = 12  # of each level: scatter is then known to a fifth, one standard error
@@ -47,10 +44,10 @@ class Pilot:
 
 def work(points: float) -> float:
     """Return how the time of a solve grows with its points: per point as √(points per side), on 512² to 3072²."""
-    growth: float = points**1.25
-    return growth
+    return float(points**1.25)
 
 
+@lru_cache(maxsize=32)
 def pilot(scene: Scene, column: Column, lengths: tuple[float, float], q_max: float) -> Pilot | None:
     """Measure T_flash at a few low cut-offs; None where a solve did not converge.
 
@@ -58,25 +55,17 @@ def pilot(scene: Scene, column: Column, lengths: tuple[float, float], q_max: flo
     4 pixels per wave.
     """
     cut = min(q_max, POINTS * 2 * pi / (4 * max(lengths)))
-    sides = tuple(fast_size(max(2.0 * LEAST_POINTS, 4 * cut * length / (2 * pi))) for length in lengths)
-    half, full = (tuple(max(LEAST_POINTS, side // part) for side in sides) for part in (2, 1))
+    x, y = (fast_size(max(2.0 * LEAST_POINTS, 4 * cut * length / (2 * pi))) for length in lengths)
     levels = (
-        Level(column, (half[0], half[1]), cut / 2),
-        Level(column, (full[0], full[1]), cut),  # twice the cut-off at the same pixels per wave
-        Level(column, (full[0], full[1]), cut / 2),  # half the pixel at the same cut-off
+        Level(column, (x // 2, y // 2), cut / 2),
+        Level(column, (x, y), cut),  # twice the cut-off at the same pixels per wave
+        Level(column, (x, y), cut / 2),  # half the pixel at the same cut-off
     )
+    numerics = Numerics(levels, lengths, solver=scene.numerics.solver or methods.DEFAULT)
     try:
-        return measure(scene, Numerics(levels, lengths, solver=scene.numerics.solver or methods.DEFAULT))
+        (coarse, quick), (fine, seconds), (finer, other) = (flash_temperatures(scene, numerics, k) for k in range(3))
     except ConvergenceError:
         return None
-
-
-@lru_cache(maxsize=32)
-def measure(scene: Scene, numerics: Numerics) -> Pilot:
-    """Solve the three levels of a pilot: at q_max/2, at q_max, and at q_max/2 with half the pixel."""
-    coarse, quick = flash_temperatures(scene, numerics, 0)
-    fine, seconds = flash_temperatures(scene, numerics, 1)
-    finer, other = flash_temperatures(scene, numerics, 2)
     mean = fine.mean(axis=0)
     hottest = int(np.argmax(mean))
     limit = float((2.0 * fine - coarse).mean(axis=0)[hottest])  # of first order in 1/q_c
@@ -88,7 +77,7 @@ def measure(scene: Scene, numerics: Numerics) -> Pilot:
         step=abs(float(steps.mean())),
         pixel=abs(float(pixels.mean())),
         change_scatter=max(float(change.std(ddof=1)) for change in (steps, pixels)),
-        q_max=numerics.levels[1].q_max,
+        q_max=cut,
         pace=pace(numerics, quick, min(seconds, other)),
     )
 
@@ -114,7 +103,4 @@ def flash_temperatures(scene: Scene, numerics: Numerics, level: int) -> tuple[Ar
 def fast_size(points: float) -> int:
     """Return the next size of the form 2^a·{4, 5, 6} ≥ `points` less 2 %: fast to transform, easy to halve."""
     least = max(8, ceil(0.98 * points))
-    power = 1
-    while 8 * power < least:
-        power *= 2
-    return min(k * power for k in (4, 5, 6, 8) if k * power >= least)
+    return min(k << a for a in range(1, least.bit_length()) for k in (4, 5, 6) if k << a >= least)

@@ -1,30 +1,27 @@
 """From a scene to its numerics: the cheapest grids and tolerances that meet the asked-for error, each with its reason.
 
-`levels` has the rules of cut-offs and grids, `realizations` how many solves a target takes. Here they are put together,
-what the scene fixes takes their place, and all is said in words.
+`levels` has the rules of cut-offs and grids. Here is how many realizations a target takes, and for every how many of
+them the fine levels are solved. What the scene fixes takes the place of what the rules choose.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from math import hypot, isfinite, isnan, sqrt
-from typing import TYPE_CHECKING
+from math import hypot, inf, isfinite, isnan, sqrt
 
 from roughsim import prediction
 from roughsim.errors import ResolutionError, number
 from roughsim.estimate.cell_size import choose_lengths, size_error
-from roughsim.estimate.stop import LEAST
-from roughsim.planning.levels import Lengths, choose_ladder, scale
-from roughsim.planning.pilot import SCATTER_KNOWN, SOLVES, Pilot, pilot
-from roughsim.planning.realizations import choose_stride, half_width, realizations_for, total_work
+from roughsim.estimate.errors import quantile
+from roughsim.estimate.stop import LEAST, LEAST_FINE
+from roughsim.planning.levels import Ladder, Lengths, capped_ladder, elastic_ladder, yield_scale
+from roughsim.planning.pilot import SCATTER_KNOWN, SOLVES, Pilot, pilot, work
+from roughsim.scene import Scene
 from roughsim.scene.numerics import DEFAULT_REASONS, Forecast, Level, Numerics, Reason
 from roughsim.show.table import Column, Table
 from roughsim.untrusted import machine_memory
-
-if TYPE_CHECKING:
-    from roughsim.scene import Scene
 
 TARGET = 0.01  # relative error in all where neither the caller nor the scene states one
 LEAST_SHARE = 0.1  # of the squared target, left to the scatter however large the systematic errors are
@@ -34,6 +31,7 @@ MEMORY_SHARE = 0.8  # of the machine's memory that the largest grid may take
 BYTES_PER_POINT = 120  # peak memory of a solve, measured
 # without a pilot: relative scatter, that of the corrections, and CPU time of a solve over its `work`, s (half to twice)
 GUESSED_SCATTER, GUESSED_CHANGE, GUESSED_PACE = 0.02, 0.003, 1.2e-8
+STRIDES = tuple(2**k for k in range(10))  # powers of two, so that all fine levels share their realizations
 
 
 def plan(scene: Scene, target_error: float | None = None) -> Numerics:
@@ -69,6 +67,10 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
     reasons = [Reason("cell", f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm", reason)]
     if scene.numerics.levels is not None:
         numerics = Numerics(scene.numerics.levels, lengths)
+        kind, columns = ("elastic", ("elastic",)) if scene.elastic else ("capped", ("smoothed", "capped"))
+        for column in numerics.columns:
+            if column not in columns:
+                raise ValueError(f'column = "{column}" does not fit {kind} scene; use {" or ".join(columns)}')
         reasons.append(Reason("levels", level_text(numerics.levels), "given in the scene"))
     else:
         numerics = chosen_levels(scene, lengths, target_error, stop)
@@ -88,7 +90,6 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
         reasons.append(
             Reason("conductivity", f"{text} W/(m K)", "of the moving body at T₀ + 0.75 T_flash of the theory")
         )
-    check_columns(scene, numerics)
     return replace(numerics, reasons=(*reasons, memory_reason(numerics)))
 
 
@@ -101,9 +102,9 @@ def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | N
     """Return levels and forecast with their reasons; `stop` is the statistical target where that is fixed."""
     top = scene.spectrum.breaks[-1]
     if not scene.elastic:
-        top = min(top, PILOT_TOP * scale(scene)[0])
+        top = min(top, PILOT_TOP * yield_scale(scene)[0])
     seen = pilot(scene, "elastic" if scene.elastic else "capped", lengths, top)
-    ladder = choose_ladder(scene, lengths, target, seen)
+    ladder = (elastic_ladder if scene.elastic else capped_ladder)(scene, lengths, target, seen)
     # the scatter may take what the systematic errors leave of the target
     size = size_error(scene, lengths)
     systematic = hypot(0.0 if isnan(ladder.bandwidth) else ladder.bandwidth, ladder.pixel, size)
@@ -114,8 +115,8 @@ def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | N
         change = CORRECTIONS * seen.change_scatter
     # the worst speed decides how many realizations are solved, the hottest what the forecast says
     most = scene.ensemble.max_realizations
-    every = choose_stride(ladder, lengths, goal, scatter, change, most)
-    levels = ladder.levels(lengths, every)
+    every = choose_stride(ladder, goal, scatter, change, most)
+    levels = ladder.levels(every)
     needed = realizations_for(goal, scatter, change, every)
     count = min(needed, most)
     statistical = half_width(count, hot_scatter, change, every)
@@ -141,6 +142,44 @@ def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | N
     return Numerics(levels, lengths, forecast=forecast, reasons=tuple(reasons))
 
 
+def half_width(count: int, scatter: float, change: float, every: int) -> float:
+    """Return the relative 95 % half-width of a mean after `count` realizations.
+
+    `scatter` is the relative standard deviation of the coarsest level, `change` that of the corrections by the fine
+    levels, which are solved for one in `every`.
+    """
+    if count == 1:
+        return inf  # one realization shows no scatter
+    fine = -(-count // every)
+    common, added = scatter**2 / count, change**2 / fine
+    doubt = common**2 / (count - 1) + added**2 / max(fine - 1, 1)  # Satterthwaite, as in the estimate
+    freedom = min((common + added) ** 2 / doubt, count - 1.0) if doubt > 0.0 else count - 1.0
+    return float(quantile(freedom)) * sqrt(common + added)
+
+
+def realizations_for(goal: float, scatter: float, change: float, every: int) -> int:
+    """Return how many realizations bring the half-width to the goal; above 50 in steps of 2 %."""
+    count = max(LEAST, (LEAST_FINE - 1) * every + 1)
+    while half_width(count, scatter, change, every) > goal and count < 1_000_000_000:
+        count += max(1, count // 50)
+    return count
+
+
+def choose_stride(ladder: Ladder, goal: float, scatter: float, change: float, most: int) -> int:
+    """Return the cheapest stride of the fine levels that leaves three fine realizations of the `most` allowed."""
+    cost: dict[int, float] = {}
+    for every in STRIDES:
+        count = realizations_for(goal, scatter, change, every)  # all that the goal takes, allowed or not
+        if every == 1 or (LEAST_FINE - 1) * every < min(count, most):
+            cost[every] = total_work(ladder.levels(every), count)
+    return min(cost, key=cost.__getitem__)
+
+
+def total_work(levels: Iterable[Level], count: int) -> float:
+    """Return the `work` of all solves of so many realizations."""
+    return sum(work(level.shape[0] * level.shape[1]) * -(-count // level.every) for level in levels)
+
+
 def pilot_reason(seen: Pilot | None) -> Reason:
     """Return what the pilot has measured."""
     if seen is None:
@@ -163,8 +202,7 @@ def forecast_reasons(forecast: Forecast, scanned: bool) -> list[Reason]:
     parts = (
         f"expected of the highest T_flash: statistical {percent(forecast.statistical)}, bandwidth "
         f"{percent(forecast.bandwidth)}, pixel {percent(forecast.pixel)}, size {percent(forecast.size)}"
-        + ", scan unknown"
-        * scanned
+        f"{', scan unknown' * scanned}"
     )
     total = percent(forecast.total) + " at q_c: what shorter waves change is unknown" * unknown
     workers = os.cpu_count() or 1
@@ -187,14 +225,6 @@ def level_text(levels: Sequence[Level]) -> str:
         for level in levels
     )
     return "; ".join(texts)
-
-
-def check_columns(scene: Scene, numerics: Numerics) -> None:
-    """Refuse levels of a column that the scene does not have."""
-    kind, allowed = ("elastic", ("elastic",)) if scene.elastic else ("capped", ("smoothed", "capped"))
-    for level in numerics.levels:
-        if level.column not in allowed:
-            raise ValueError(f'column = "{level.column}" does not fit {kind} scene; use {" or ".join(allowed)}')
 
 
 def memory_reason(numerics: Numerics) -> Reason:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import floor, isfinite, log10
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 # SI unit → unit that people read, and the factor between them; a unit that is not here is shown as it is
 SHOWN = {
@@ -88,6 +88,12 @@ def significant(value: float, digits: int) -> str:
     return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e5 else text
 
 
-def json_number(value: float) -> float | None:
-    """Return a number as JSON can hold it: NaN and infinity are None."""
-    return value if isfinite(value) else None
+def json_value(value: Any) -> Any:
+    """Return numbers, arrays, lists and dicts as JSON can hold them: NaN and infinity are None."""
+    if hasattr(value, "tolist"):  # an array or a number of NumPy
+        value = value.tolist()
+    if isinstance(value, dict):
+        return {key: json_value(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [json_value(entry) for entry in value]
+    return None if isinstance(value, float) and not isfinite(value) else value

@@ -15,8 +15,8 @@ from roughsim import prediction
 from roughsim.errors import ConvergenceError
 from roughsim.planning import pilot as stage
 from roughsim.planning.pilot import Pilot
-from roughsim.planning.realizations import half_width as expected_half_width
-from roughsim.planning.realizations import realizations_for, total_work
+from roughsim.planning.plan import half_width as expected_half_width
+from roughsim.planning.plan import realizations_for, total_work
 from roughsim.scene.numerics import Level, Numerics
 
 plan_module = importlib.import_module("roughsim.planning.plan")
