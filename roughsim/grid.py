@@ -1,11 +1,12 @@
-"""The periodic grid: points in real space, modes in Fourier space."""
+"""The periodic grid: points in real space, modes in Fourier space, and which modes share a wavenumber |q|."""
 
 from __future__ import annotations
 
 import operator
 from dataclasses import dataclass
 from functools import lru_cache
-from math import pi
+from math import inf, pi
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +69,7 @@ class Grid:
     def nyquist(self) -> float:
         """Highest wavenumber that every direction resolves, rad/m; an axis of one point does not count."""
         limits = [pi * n / length for n, length in zip(self.shape, self.lengths, strict=True) if n > 1]
-        return min(limits, default=float("inf"))
+        return min(limits, default=inf)
 
     @property
     @lru_cache(maxsize=16)  # noqa: B019  (equal grids share the arrays)
@@ -98,3 +99,55 @@ class Grid:
             counts[0, -1] = 1.0
         counts.flags.writeable = False
         return counts
+
+
+class Modes(NamedTuple):
+    """Some modes of the half spectrum of a grid, flattened.
+
+    `chosen` says which, shape `half_shape`; `wavenumber` (modes,) is |q| of each, rad/m; `multiplicity` (modes,) is how
+    many modes of the full plane each stands for, 1 or 2.
+    """
+
+    chosen: NDArray[np.bool_]
+    wavenumber: NDArray[np.float64]
+    multiplicity: NDArray[np.float64]
+
+
+def modes_where(grid: Grid, chosen: NDArray[np.bool_]) -> Modes:
+    """Return the modes where `chosen`, shape `half_shape`, is true."""
+    return Modes(chosen, grid.wavenumbers[chosen], np.broadcast_to(grid.multiplicity, grid.half_shape)[chosen])
+
+
+def modes_between(grid: Grid, low: float = 0.0, high: float = inf) -> Modes:
+    """Return all modes but q = 0 from `low` to `high`, rad/m, the ends included to rounding."""
+    q = grid.wavenumbers
+    return modes_where(grid, (q > 0.0) & (q >= low * (1 - 1e-9)) & (q <= high * (1 + 1e-9)))
+
+
+def quarter_plane(power: NDArray[np.float64], grid: Grid) -> NDArray[np.float64]:
+    """Return the sum over the four modes (±q_x, ±q_y), shape (n_x//2 + 1, n_y//2 + 1).
+
+    `power` of the half spectrum, shape `half_shape`, is written over.
+    """
+    nx = grid.shape[0]
+    power *= grid.multiplicity
+    quarter = power[: nx // 2 + 1]
+    quarter[1 : (nx + 1) // 2] += power[: nx // 2 : -1]  # row −i onto row i
+    return quarter
+
+
+@lru_cache(maxsize=2)
+def distinct_wavenumbers(grid: Grid) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    """Return the |q| of the quarter plane, rad/m, 0 first, and the entry of each of its modes, flattened.
+
+    In a square cell many modes share k_x² + k_y²; in any other each mode has an entry of its own.
+    """
+    nx, ny = (n // 2 + 1 for n in grid.shape)
+    qx, qy = (np.abs(q) for q in grid.wavevectors)
+    if grid.lengths[0] != grid.lengths[1]:
+        return np.hypot(qx[:nx], qy).ravel(), np.arange(nx * ny)
+    square = (np.arange(nx)[:, None] ** 2 + np.arange(ny)[None, :] ** 2).ravel()
+    present = np.zeros(square.max() + 1, np.bool_)
+    present[square] = True
+    entry = (np.cumsum(present) - 1)[square]
+    return 2 * pi / grid.lengths[0] * np.sqrt(np.flatnonzero(present).astype(np.float64)), entry

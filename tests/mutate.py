@@ -38,10 +38,9 @@ TESTS = {
     "theory/hertz/limits.py": "theory/test_theory_hertz.py",
     "theory/hertz/moments.py": "theory/test_theory_hertz.py",
     "theory/hertz/maximum.py": "theory/test_theory_hertz.py",
-    "roughsim/grid.py": "test_grid.py",
+    "roughsim/grid.py": "test_grid.py test_modes.py observables/test_moments.py",
     "roughsim/surface/spectrum.py": "surface/test_spectrum.py surface/test_spectrum_refused.py",
     "roughsim/surface/power_laws.py": "surface/test_spectrum.py surface/test_spectrum_refused.py",
-    "roughsim/surface/radial.py": "surface/test_radial.py observables/test_moments.py",
     "roughsim/surface/synthesis.py": "surface/test_surface.py surface/test_draws.py",
     "roughsim/fourier/convolution.py": "heat/test_half_space.py heat/test_partition.py",
     "roughsim/contact/patches.py": "contact/test_patches.py",
@@ -105,7 +104,7 @@ EQUAL: tuple[tuple[str, str], ...] = (
     ),
     ("theory/hardness.py", "if not known[0] <= start <= known[-1]:"),  # at the last temperature both refuse
     # one place more stays empty
-    ("roughsim/surface/radial.py", "present = np.zeros(square.max() + 1, np.bool_)"),
+    ("roughsim/grid.py", "present = np.zeros(square.max() + 1, np.bool_)"),
     # the zeros that reach too far are written over by the next line
     (
         "roughsim/fourier/convolution.py",

@@ -13,10 +13,9 @@ from roughsim import fourier, prediction
 from roughsim.charts.style import COLOURS, MARKERS, THEORY, Array, band, half_width, new_figure
 from roughsim.charts.subject import Subject
 from roughsim.estimate.errors import quantile, spread
-from roughsim.grid import Grid
+from roughsim.grid import Grid, modes_between
 from roughsim.results.run import Run
 from roughsim.scene import Scene
-from roughsim.surface.radial import modes_between
 
 WIDTH = 0.06  # of the Gaussian in ln q that spectra are averaged with
 
@@ -123,7 +122,7 @@ def sum_near(grid: Grid, q: Array, values: Array, ends: tuple[float, float]) -> 
     step = WIDTH / 16
     bins = np.rint(np.log(modes.wavenumber) / step).astype(np.intp)
     first = int(bins.min())
-    sums = modes.sums(bins - first, values[modes.chosen])
+    sums = np.bincount(bins - first, modes.multiplicity * values[modes.chosen])
     result: Array = weights(q, np.exp(step * (first + np.arange(sums.size)))) @ sums
     return result
 

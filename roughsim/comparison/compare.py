@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from roughsim import prediction
 from roughsim.estimate.cell_size import size_error
 from roughsim.estimate.errors import Quotient, quantile, quotient, spread
+from roughsim.grid import modes_between
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.gaps import left_out
 from roughsim.results.run import Run
 from roughsim.show.units import json_value
-from roughsim.surface.radial import modes_between
 from roughsim.surface.spectrum import TruncatedSpectrum
 
 Array = NDArray[np.float64]

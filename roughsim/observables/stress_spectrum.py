@@ -20,8 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import j0, j1
 
 from roughsim.errors import number
-from roughsim.grid import Grid
-from roughsim.surface.radial import distinct_wavenumbers, quarter_plane
+from roughsim.grid import Grid, distinct_wavenumbers, quarter_plane
 
 Array = NDArray[np.float64]
 

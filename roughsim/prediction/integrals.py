@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 from scipy.special import erf
 
 import theory
-from roughsim.grid import Grid
+from roughsim.grid import Grid, modes_where
 from roughsim.observables.record import Theory
 from roughsim.observables.stress_spectrum import StressSpectrum
 from roughsim.prediction.bodies import conduction, heat_arguments, heat_partition, smoothed_spectrum, stress_arguments
 from roughsim.scene import Scene
-from roughsim.surface.radial import modes_where
 from roughsim.surface.spectrum import TruncatedSpectrum
 from roughsim.surface.synthesis import mean_over_cells, mode_variance
 
@@ -92,7 +91,7 @@ def mode_stress(scene: Scene, spectrum: Any, grid: Grid) -> tuple[Array, Array]:
     weights = weight(q)[ring]
     near = grid.wavenumbers < spectrum.breaks[0] + _NEAR * 2 * pi / min(grid.lengths)
     weights[near[modes.chosen]] = mean_over_cells(weight, spectrum, grid, near & modes.chosen)
-    roughness = modes.sums(ring, variance[modes.chosen] * weights)
+    roughness = np.bincount(ring, modes.multiplicity * (variance[modes.chosen] * weights))
     return q, (0.5 * scene.effective_modulus * q) ** 2 * roughness
 
 

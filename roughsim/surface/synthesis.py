@@ -75,7 +75,8 @@ def synthesize(
     # the modes of a spectrum that cannot change are kept: of a frozen record, or of a cut of one
     whole = getattr(spectrum, "whole", spectrum)
     frozen = is_dataclass(whole) and vars(type(whole))["__dataclass_params__"].frozen
-    modes = (kept_modes if frozen else independent_modes)(spectrum, grid)
+    find_modes: Callable[..., DrawnModes] = independent_modes if frozen else independent_modes.__wrapped__
+    modes = find_modes(spectrum, grid)
     count, real = modes.kept.size, modes.real
     if amplitudes == "gaussian":
         normal = rng.standard_normal((count, 2))[modes.kept]
@@ -102,8 +103,9 @@ class DrawnModes(NamedTuple):
     deviation: Array  # √variance of one mode of the full plane, m
 
 
+@lru_cache(maxsize=4)
 def independent_modes(spectrum: Spectrum, grid: Grid) -> DrawnModes:
-    """Find the modes of a surface, one of each conjugate pair, in the order of the shortest wavenumber of their cells.
+    """Return the modes of a surface, one of each conjugate pair, in order of the shortest wavenumber of their cells.
 
     A cell has variance if q_max lies above that wavenumber, so the modes of a lower q_max come first.
     """
@@ -129,9 +131,6 @@ def independent_modes(spectrum: Spectrum, grid: Grid) -> DrawnModes:
     return DrawnModes(kept, place, mirror * half[1] + ky, lone_column & ~real, real, np.sqrt(variance.flat[place]))
 
 
-kept_modes: Callable[[Any, Grid], DrawnModes] = lru_cache(maxsize=4)(independent_modes)
-
-
 def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
     """Return ∫ C d²q over the Fourier cell of each mode: its variance on the full plane, m², shape `grid.half_shape`.
 
@@ -154,11 +153,11 @@ def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
             RuntimeWarning,
             stacklevel=3,
         )
-    rows = np.arange(grid.shape[0])
     with np.errstate(invalid="ignore"):  # an infinite C(q) times an empty part of a cell: refused below
         quadrant = _quadrant(spectrum, grid)
     if not ((quadrant >= 0) & np.isfinite(quadrant)).all():
         raise ValueError(f"spectrum = {spectrum!r} must give C(q) finite and ≥ 0 between its breaks")
+    rows = np.arange(grid.shape[0])
     return quadrant[np.minimum(rows, grid.shape[0] - rows)]
 
 
@@ -228,11 +227,9 @@ def _smooth_cells(spectrum: Spectrum, kx: Index, ky: Index, steps: Steps) -> Arr
 
 def _polar_cells(psd: Callable[[Array], Any], breaks: Sequence[float], kx: Index, ky: Index, steps: Steps) -> Array:
     """∫ q C(q) θ(q) dq, θ the angle of the circle q inside the cell: exact at sharp ends, in pieces between kinks."""
-    parts = [slice(start, start + 4096) for start in range(0, kx.size, 4096)]
-    return np.concatenate([np.zeros(0), *(_polar_chunk(psd, breaks, kx[part], ky[part], steps) for part in parts)])
-
-
-def _polar_chunk(psd: Callable[[Array], Any], breaks: Sequence[float], kx: Index, ky: Index, steps: Steps) -> Array:
+    if kx.size > 4096:  # a few cells at a time: the work arrays stay small
+        parts = [slice(start, start + 4096) for start in range(0, kx.size, 4096)]
+        return np.concatenate([_polar_cells(psd, breaks, kx[part], ky[part], steps) for part in parts])
     # a cell on an axis is twice its half in the quadrant
     x0, x1 = np.maximum(kx - 0.5, 0) * steps[0], (kx + 0.5) * steps[0]
     y0, y1 = np.maximum(ky - 0.5, 0) * steps[1], (ky + 0.5) * steps[1]

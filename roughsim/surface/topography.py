@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from importlib import import_module
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -64,7 +63,7 @@ def read_topography(path: str | Path) -> Topography:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ImportWarning)  # it says that there is no MPI
-            library: Any = import_module("SurfaceTopography")
+            import SurfaceTopography  # type: ignore[import-not-found,import-untyped,unused-ignore]
     except ImportError:
         raise ImportError("SurfaceTopography is not installed; type: pip install 'roughsim[topography]'") from None
     if not place.exists():
@@ -72,7 +71,7 @@ def read_topography(path: str | Path) -> Topography:
     try:
         check_measured_file(place)
         with open(place, "rb") as stream:  # some of its readers would leave the file open
-            reader = library.open_topography(stream)
+            reader = SurfaceTopography.open_topography(stream)
             _check_channel(place, reader.default_channel)
             measured = reader.topography()
         return _prepared(place, measured.to_unit("m"))
@@ -192,20 +191,14 @@ def encoded(heights: NDArray[Any], grid: Grid, ending: str) -> bytes:
     """
     if ending not in ENDINGS:
         raise ValueError(f"ending = {ending!r} is no format of a surface; use {' or '.join(ENDINGS)}")
-    data = np.asarray(heights, dtype=np.float64)
+    data, stream = np.asarray(heights, dtype=np.float64), BytesIO()
     if data.shape != grid.shape:
         raise ValueError(f"heights has shape {data.shape}, but the grid has {grid.shape}")
-    if ending == ".nc":
-        return _netcdf(data, grid)
-    stream = BytesIO()
-    np.save(stream, data, allow_pickle=False)
-    return stream.getvalue()
-
-
-def _netcdf(heights: Array, grid: Grid) -> bytes:
+    if ending == ".npy":
+        np.save(stream, data, allow_pickle=False)
+        return stream.getvalue()
     from scipy.io import netcdf_file
 
-    stream = BytesIO()
     file = netcdf_file(stream, "w", version=2)
     for axis, points, length in zip("xy", grid.shape, grid.lengths, strict=True):
         file.createDimension(axis, points)
@@ -214,7 +207,7 @@ def _netcdf(heights: Array, grid: Grid) -> bytes:
         variable.length = np.float64(length)  # a bare float would be stored in single precision
         variable.periodic, variable.unit, variable.units = 1, "m", "m"
     variable = file.createVariable("heights", "d", ("x", "y"))
-    variable[:] = heights
+    variable[:] = data
     variable.unit = variable.units = "m"
     file.flush()
     content = stream.getvalue()
