@@ -13,9 +13,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from script import Command
 
-from roughsim.estimate.errors import estimate
+from roughsim.estimate.errors import LEAST, estimate, relative_half_width
 from roughsim.estimate.ladder import Values, observe
-from roughsim.estimate.stop import first_sufficient
 from roughsim.observables.record import Sample
 
 NAME, LIMIT, MOST = "flash_temperature", 10.0, 240
@@ -43,7 +42,7 @@ def trial(rng: np.random.Generator, target: float, skew: float, step: float) -> 
     def seen(n: int) -> Values:
         return observe(NAME, [level(base[:n], 1.0, 1), level(middle[:n], 2.0, 4), level(top[:n], 4.0, 4)], capped=True)
 
-    stop = first_sufficient(lambda n: [(seen(n), target)], range(12, MOST + 1)) or MOST
+    stop = next((n for n in range(LEAST, MOST) if relative_half_width(seen(n)) <= target), MOST)
     found = estimate(NAME, seen(stop))
     return bool(abs(found.mean[0] - LIMIT) <= found.half_width[0]), stop
 

@@ -8,8 +8,7 @@ from textwrap import shorten
 from roughsim.charts.style import Array
 from roughsim.errors import number
 from roughsim.grid import Grid
-from roughsim.results.fields import DERIVED_UNITS
-from roughsim.results.run import Run
+from roughsim.results.run import DERIVED_UNITS, Run
 from roughsim.show.text import plain
 
 # field → the words above a map of it, its symbol, and its unit

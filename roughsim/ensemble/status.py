@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isfinite
 from typing import Any
 
-from roughsim.estimate.stop import LEAST, LEAST_FINE, relative_half_width
+from roughsim.estimate.errors import LEAST, LEAST_FINE, relative_half_width
 from roughsim.results.gaps import damaged_names, left_out
 from roughsim.results.run import Run
 from roughsim.show.units import json_value

@@ -1,8 +1,9 @@
-"""Means with all their errors: statistical, bandwidth, pixel, finite size, solver."""
+"""Means with all their errors (statistical, bandwidth, pixel, finite size, solver), and when a run may stop."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,8 @@ from roughsim.observables.record import ratio
 from roughsim.show.units import plus_minus, shown
 
 Array = NDArray[np.float64]
+LEAST = 12  # realizations before a run may stop: below, the scatter itself is too uncertain
+LEAST_FINE = 3  # of these with the finest level: two can agree by chance
 
 SOURCES = {
     "statistical": "half-width of the 95 % interval: Student t, wider by 1/f for runs that stop where scatter is low",
@@ -267,3 +270,14 @@ def half_width(error: Array, freedom: Array) -> Array:
     """Return the half-width of the 95 % interval of a mean; its standard error without degrees of freedom."""
     with np.errstate(invalid="ignore"):
         return np.where(freedom > 0.0, error * quantile(freedom), error)
+
+
+def relative_half_width(values: Values) -> float:
+    """Return the relative 95 % half-width of the mean at the worst speed; infinite below `LEAST_FINE` finest levels."""
+    with_finest = np.count_nonzero(values.group == values.group.max())
+    if with_finest < min(LEAST_FINE, len(values.group)):
+        return inf
+    half = half_width(*spread(values.extrapolated, values.base, values.group))
+    mean = np.abs(values.extrapolated.mean(axis=0))
+    relative = np.divide(half, mean, out=np.zeros_like(half), where=half > 0.0)
+    return float(relative.max())

@@ -14,8 +14,7 @@ from math import hypot, inf, isfinite, isnan, sqrt
 from roughsim import prediction
 from roughsim.errors import ResolutionError, number
 from roughsim.estimate.cell_size import choose_lengths, size_error
-from roughsim.estimate.errors import quantile
-from roughsim.estimate.stop import LEAST, LEAST_FINE
+from roughsim.estimate.errors import LEAST, LEAST_FINE, quantile
 from roughsim.planning.levels import Ladder, Lengths, capped_ladder, elastic_ladder, yield_scale
 from roughsim.planning.pilot import SCATTER_KNOWN, SOLVES, Pilot, pilot, work
 from roughsim.scene import Scene

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,7 @@ from roughsim.observables.catalogue import NUMBERS
 from roughsim.results.members import Members
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
-from roughsim.store.member_files import FIELD_UNITS, member_path, read_field, read_member
+from roughsim.store.member_files import FIELD_UNITS, member_path, read_field
 
 Array = NDArray[Any]
 DESCRIPTIONS = {
@@ -29,11 +28,12 @@ DESCRIPTIONS = {
 
 
 class Stored:
-    """Arrays of many files as one, (file, ...): each is read when it is asked for; NaN where there is no file."""
+    """A kept field of many files as one array, (file, x, y): each is read when it is asked for."""
 
-    def __init__(self, paths: list[Path | None], shape: tuple[int, ...], read: Callable[[Path], Array], kind: str):
-        self.paths, self.read = paths, read
-        self.shape, self.dtype = (len(paths), *shape), np.dtype(kind)
+    dtype = np.dtype("<f4")
+
+    def __init__(self, paths: list[Path], name: str, shape: tuple[int, int]):
+        self.paths, self.name, self.shape = paths, name, (len(paths), *shape)
 
     def __iter__(self) -> Iterator[Array]:
         return map(self.load, self.paths)
@@ -45,14 +45,17 @@ class Stored:
         parts = [self.load(path)[tuple(inside)] for path in self.paths[which]]
         return np.stack(parts) if parts else np.empty((0, *self.shape[1:]), self.dtype)[(slice(None), *inside)]
 
-    def load(self, path: Path | None) -> Array:
-        """Return the array of one file; RecordError if it has another shape."""
-        if path is None:
-            return np.full(self.shape[1:], np.nan, self.dtype)
-        values = self.read(path)
-        if values.shape != self.shape[1:]:
-            raise RecordError(f"{path} holds an array of shape {values.shape}, but this run has {self.shape[1:]}")
-        return values
+    def load(self, path: Path) -> Array:
+        """Return the field of one file; errors as `stored_field`."""
+        return stored_field(path, self.name, self.shape[1:])
+
+
+def stored_field(path: Path, name: str, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """Return heights, m, or pressure, Pa, of a member's file; RecordError if it is damaged or of another grid."""
+    values = read_field(path, name)
+    if values.shape != shape:
+        raise RecordError(f"{path} holds {name} of shape {values.shape}, but this run has {shape}: it is not its own")
+    return values
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,30 +123,27 @@ def numbers(members: Members, numerics: Numerics, count: int, heat_partition: Ar
     yield Labelled("iterations", axes[:2], gathered("iterations", np.zeros(shape, np.int64)), description)
 
 
-def spectra(folder: Path, members: Members, numerics: Numerics, count: int) -> Iterator[Labelled]:
-    """Yield the stress spectra of each level, unread but for the first, which has the wavenumbers of all."""
-    for number, level in enumerate(numerics.levels):
-        failed = set(members.failed(number, count).tolist())
-        sound = [index % level.every == 0 and index not in failed for index in range(count)]
-        paths = [member_path(folder, number, index) if sound[index] else None for index in range(count)]
-        first = next((path for path in paths if path), None)
-        if first is None:
+def spectra(members: Members, numerics: Numerics, count: int) -> Iterator[Labelled]:
+    """Yield wavenumbers and stress spectra of each level, NaN where it was not solved or failed."""
+    for number in range(len(numerics.levels)):
+        sound = {index: row for (level, index), row in members.spectra.items() if level == number and index < count}
+        if not sound:
             continue
-        wavenumber = read_member(first).wavenumber
-        axis = f"wavenumber_L{number}"
+        axis, wavenumber = f"wavenumber_L{number}", members.wavenumber[number]
         yield Labelled(axis, (axis,), wavenumber, {"units": "1/m"})
-        stored = Stored(paths, wavenumber.shape, lambda path: read_member(path).spectrum, "<f8")
+        values = np.full((count, len(wavenumber)), np.nan)
+        values[list(sound)] = list(sound.values())
         attributes = level_attributes(numerics, number, "Pa^2", "stress_spectrum")
-        yield Labelled(f"stress_spectrum_L{number}", ("realization", axis), stored, attributes)
+        yield Labelled(f"stress_spectrum_L{number}", ("realization", axis), values, attributes)
 
 
 def fields(folder: Path, numerics: Numerics, kept: list[int]) -> Iterator[Labelled]:
     """Yield the stored fields of the kept realizations, level by level, unread."""
     for number in range(len(numerics.levels) if kept else 0):
-        paths: list[Path | None] = [member_path(folder, number, index) for index in kept]
+        paths = [member_path(folder, number, index) for index in kept]
         for name, unit in FIELD_UNITS.items():
             axes = ("kept_realization", f"x_L{number}", f"y_L{number}")
-            stored = Stored(paths, numerics.grid(number).shape, partial(read_field, name=name), "<f4")
+            stored = Stored(paths, name, numerics.grid(number).shape)
             yield Labelled(f"{name}_L{number}", axes, stored, level_attributes(numerics, number, unit, name))
 
 

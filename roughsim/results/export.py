@@ -157,18 +157,15 @@ def write_arrays(
 
 
 def write_array(file: Any, array: Labelled, bits: int | None) -> Any:
-    """Write one array, stored ones file after file with one in memory at a time; fields are rounded to `bits`."""
+    """Write one array, kept fields file after file with one in memory at a time; these are rounded to `bits`."""
     data, checked = array.data, {"compression": "gzip", "shuffle": True, "fletcher32": True}
     if isinstance(data, Stored):
-        is_field = data.dtype == np.float32
-        chunks = (1, *(min(n, 256) if is_field else n for n in data.shape[1:]))
-        options = {"chunks": chunks, "compression_opts": 4, **checked}
+        options = {"chunks": (1, *(min(n, 256) for n in data.shape[1:])), "compression_opts": 4, **checked}
         dataset = file.create_dataset(array.name, data.shape, data.dtype, **options)
         for row, values in enumerate(data):
-            dataset[row] = rounded(values, bits) if is_field and bits is not None else values
-        if is_field:
-            dataset.attrs["interpretation"] = "image"
-        if is_field and bits is not None:  # netCDF's own word for such rounding
+            dataset[row] = values if bits is None else rounded(values, bits)
+        dataset.attrs["interpretation"] = "image"
+        if bits is not None:  # netCDF's own word for such rounding
             dataset.attrs["_QuantizeBitRoundNumberOfSignificantBits"] = np.int32(bits)
     elif data.dtype.kind == "U":
         dataset = file.create_dataset(array.name, data=data.tolist())

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import calendar
-import time
 from collections.abc import Iterable, Iterator, MutableMapping
-from contextlib import suppress
+from itertools import compress
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -14,21 +12,22 @@ from numpy.typing import NDArray
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.store.member_files import FIELD_UNITS, Member
 
+Array = NDArray[np.float64]
 Key = tuple[int, int]  # level and index
-ABSENT, SOUND, FAILED = 0, 1, 2  # negative: the row comes from a summary, and its file was not seen yet
-TIME_FORMAT = "%Y-%m-%dT%H:%M:%SZ"
+SOUND, FAILED = 1, 2  # states of a row; 0 without a member
 # fields of every table, beside the numbers (NUMBERS) and the seconds of each stage
 PROVENANCE: list[Any] = [
-    ("state", "i1"),
-    ("kept", "i1"),  # a bit for each field of FIELD_UNITS
+    ("state", "i1"),  # negative: the row comes from a summary, and its file was not seen yet
+    ("kept", "?", (len(FIELD_UNITS),)),  # which fields are stored
     ("versions", "i2"),  # index into `Members.versions`
     ("residual", "f8"),
     ("iterations", "i8"),
-    ("written", "f8"),  # s since 1970
+    ("written", "U20"),  # as "2026-01-31T12:00:00Z"
     ("size", "i8"),  # of the file, bytes; 0 where it was not read
     ("changed", "i8"),  # of the file, ns
     ("digest", "u1", (32,)),  # SHA-256 of the file
 ]
+PROVENANCE_NAMES = {name for name, *_ in PROVENANCE}
 
 
 class Stamp(NamedTuple):
@@ -40,16 +39,19 @@ class Stamp(NamedTuple):
 
 
 class Members(MutableMapping[Key, Member]):
-    """Members by (level, index), without their spectra and fields.
+    """Members by (level, index), without their fields.
 
     `every` has the stride of each level's realizations, `lengths` the sides of the cell, m, `speeds` are in m/s. Row r
-    of a table is realization r·every. `failures` says why members failed, `versions` has those of packages.
+    of a table is realization r·every. `spectra` has the stress spectra of sound members, Pa², and `wavenumber` those of
+    each level, rad/m. `failures` says why members failed, `versions` has those of packages.
     """
 
     def __init__(self, every: Iterable[int], lengths: tuple[float, float], speeds: tuple[float, ...]):
         self.every = list(every)
         numbers = [(name, "f8", (len(speeds) if n.per_speed else 1,)) for name, n in NUMBERS.items()]
         self.tables: list[NDArray[Any]] = [np.zeros(0, PROVENANCE + numbers) for _ in self.every]
+        self.spectra: dict[Key, Array] = {}
+        self.wavenumber: dict[int, Array] = {}
         self.versions: list[dict[str, str]] = []
         self.failures: dict[Key, str] = {}
         self._lengths, self._speeds = lengths, speeds
@@ -69,39 +71,42 @@ class Members(MutableMapping[Key, Member]):
                 yield level, row * self.every[level]
 
     def __getitem__(self, key: Key) -> Member:
-        if key not in self:
-            raise KeyError(key)
-        level, index = key
-        row = self.tables[level][index // self.every[level]]
-        measured = {name: row[name].copy() for name in floats(row.dtype) if not np.all(np.isnan(row[name]))}
+        row, failure, nothing = self.row(key), self.failures.get(key, ""), np.empty(0)
+        names = [name for name in row.dtype.names or () if name not in PROVENANCE_NAMES]
+        measured = {name: row[name].copy() for name in names if not np.all(np.isnan(row[name]))}
         provenance = {
             "residual": float(row["residual"]),
             "iterations": int(row["iterations"]),
             "versions": self.versions[row["versions"]],
             "seconds": {name: float(value[0]) for name, value in measured.items() if name not in NUMBERS},
-            "written": "" if np.isnan(row["written"]) else time.strftime(TIME_FORMAT, time.gmtime(row["written"])),
+            "written": str(row["written"]),
         }
-        failure = self.failures.get(key, "")
         return Member(
-            level,
-            index,
+            *key,
             failure,
             {} if failure else {name: value for name, value in measured.items() if name in NUMBERS},
+            nothing if failure else self.wavenumber[key[0]],
+            self.spectra.get(key, nothing),
             lengths=self._lengths,
             speeds=self._speeds,
             provenance=provenance,
-            kept=tuple(name for bit, name in enumerate(FIELD_UNITS) if row["kept"] >> bit & 1),
+            kept=tuple(compress(FIELD_UNITS, row["kept"])),
         )
 
     def __setitem__(self, key: Key, member: Member) -> None:
         self.put(key, member, Stamp())
 
     def __delitem__(self, key: Key) -> None:
-        if key not in self:
-            raise KeyError(key)
-        row = self.tables[key[0]][key[1] // self.every[key[0]]]
+        row = self.row(key)
         row["state"] = row["size"] = 0
         self.failures.pop(key, None)
+
+    def row(self, key: Key) -> np.void:
+        """Return the row of a member, which may be changed; KeyError if there is none."""
+        if key not in self:
+            raise KeyError(key)
+        level, index = key
+        return cast(np.void, self.tables[level][index // self.every[level]])
 
     def put(self, key: Key, member: Member, stamp: Stamp) -> None:
         """Store a member, and what its file was when it was read from it."""
@@ -113,46 +118,55 @@ class Members(MutableMapping[Key, Member]):
         self.failures.pop(key, None)
         if member.failure:
             self.failures[key] = member.failure
-        written = np.nan
-        with suppress(ValueError):
-            written = calendar.timegm(time.strptime(provenance.get("written", ""), TIME_FORMAT))
-        values = {
-            "state": FAILED if member.failure else SOUND,
-            "kept": sum(1 << bit for bit, name in enumerate(FIELD_UNITS) if name in member.kept),
-            "versions": self.versions.index(versions),
-            "residual": provenance.get("residual", np.nan),
-            "iterations": provenance.get("iterations", 0),
-            "written": written,
-            "size": stamp.size,
-            "changed": stamp.changed,
-            "digest": np.frombuffer(stamp.digest, np.uint8),
-        }
+            self.spectra.pop(key, None)
+        else:
+            self.spectra[key] = member.spectrum
+            self.wavenumber.setdefault(level, member.wavenumber)
         row = index // self.every[level]
         table = self.table_for(level, row, seconds)
         table[row] = blank_rows(1, table.dtype)[0]
-        for name, value in {**seconds, **member.numbers, **values}.items():
+        values = {
+            **seconds,
+            **member.numbers,
+            "kept": [name in member.kept for name in FIELD_UNITS],
+            "versions": self.versions.index(versions),
+            "residual": provenance.get("residual", np.nan),
+            "iterations": provenance.get("iterations", 0),
+            "written": provenance.get("written", ""),
+            "size": stamp.size,
+            "changed": stamp.changed,
+            "digest": np.frombuffer(stamp.digest, np.uint8),
+            "state": FAILED if member.failure else SOUND,
+        }
+        for name, value in values.items():
             table[name][row] = value
 
-    def table_for(self, level: int, last_row: int, fields: Iterable[str]) -> NDArray[Any]:
-        """Return the table of a level, made longer and wider if need be; unknown fields are seconds of stages."""
-        table = self.tables[level]
-        if last_row >= len(table):  # twice as long, so that a run of n members copies its rows O(log n) times
-            table = np.concatenate([table, blank_rows(max(64, len(table), last_row + 1 - len(table)), table.dtype)])
-        if new := [name for name in fields if name not in (table.dtype.names or ())]:
-            wider = blank_rows(len(table), np.dtype([*table.dtype.descr, *((name, "f8", (1,)) for name in new)]))
-            for name in table.dtype.names or ():
-                wider[name] = table[name]
-            table = wider
-        self.tables[level] = table
-        return table
+    def table_for(self, level: int, last_row: int, stages: Iterable[str]) -> NDArray[Any]:
+        """Return the table of a level, made longer and wider where it lacks the row or the seconds of a stage."""
+        old = self.tables[level]
+        new = [(name, "f8", (1,)) for name in stages if name not in (old.dtype.names or ())]
+        if last_row >= len(old) or new:
+            # twice as long, so that a run of n members copies its rows O(log n) times
+            rows = max(64, 2 * len(old), last_row + 1) if last_row >= len(old) else len(old)
+            self.tables[level] = blank_rows(rows, np.dtype([*old.dtype.descr, *new]))
+            for name in old.dtype.names or ():
+                self.tables[level][name][: len(old)] = old[name]
+        return self.tables[level]
 
-    def adopt(self, level: int, indices: NDArray[np.int64], columns: dict[str, NDArray[Any]]) -> None:
-        """Take over rows of a summary; each counts only after `confirm` has said that its file was seen."""
-        rows = indices // self.every[level]
-        table = self.table_for(level, int(rows.max(initial=0)), columns)
-        for name, values in columns.items():
-            table[name][rows] = values
-        table["state"][rows] *= -1
+    def adopt(self, level: int, table: NDArray[Any], wavenumber: Array, spectra: Array) -> None:
+        """Take over a level of a summary, with spectra of its sound rows; ValueError, LookupError for another layout.
+
+        Each row counts only after `confirm` has said that its file was seen.
+        """
+        own = self.tables[level].dtype
+        if any(table.dtype[name] != own[name] for name in own.names or ()):
+            raise ValueError("the summary has numbers of other shapes")
+        sound = np.flatnonzero(table["state"] == SOUND) * self.every[level]
+        self.spectra.update(((level, index), row) for index, row in zip(sound.tolist(), spectra, strict=True))
+        if len(sound):
+            self.wavenumber[level] = wavenumber
+        self.tables[level] = table
+        table["state"] *= -1
 
     def adopted(self, level: int, index: int) -> Stamp | None:
         """Return what the file of an adopted row was when the summary was made; None if there is no such row."""
@@ -180,11 +194,6 @@ class Members(MutableMapping[Key, Member]):
         """Return a field of the table at some realizations; numbers (n, speeds) or (n, 1), NaN where there is none."""
         rows: NDArray[Any] = self.tables[level][name][indices // self.every[level]]
         return rows
-
-
-def floats(dtype: np.dtype[Any]) -> list[str]:
-    """Return the fields of a table that are numbers of the member or seconds of its stages."""
-    return [name for name in dtype.names or () if name not in {field[0] for field in PROVENANCE}]
 
 
 def blank_rows(count: int, dtype: np.dtype[Any]) -> NDArray[Any]:

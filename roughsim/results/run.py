@@ -11,25 +11,25 @@ from numpy.typing import NDArray
 from scipy.special import j0
 
 from roughsim import prediction
-from roughsim.errors import RecordError
+from roughsim.errors import RecordError, number
 from roughsim.estimate.cell_size import size_error
-from roughsim.estimate.errors import Estimate, estimate, spread
+from roughsim.estimate.errors import LEAST, Estimate, estimate, relative_half_width, spread
 from roughsim.estimate.ladder import Values
-from roughsim.estimate.stop import LEAST, first_sufficient
 from roughsim.estimate.values import notes_of, values_of
 from roughsim.grid import Grid
+from roughsim.heat.periodic import sliding_temperature
 from roughsim.heat.response import unit_vector
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
 from roughsim.results import arrays
-from roughsim.results.fields import Field, checked_speed, stored_field, temperature_field
-from roughsim.results.members import Members
 from roughsim.results.reader import Reader, identity_of
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.store.member_files import FIELD_UNITS, member_path
 
 Array = NDArray[np.float64]
+Field = NDArray[np.float32]
+DERIVED_UNITS = {"heat_flux": "W/m^2", "temperature": "K"}  # of fields that depend on the speed
 
 
 class Run:
@@ -53,6 +53,10 @@ class Run:
         Share of the heat that temperatures are reported with, per speed.
     reasons : list of [str, str, str]
         Choice, value and reason of everything that the plan chose; empty if the numerics were given.
+    members : Members
+        What was read, by level and index, without fields.
+    damaged : dict of (int, int) to str
+        Level and index of files that could not be used, and why; empty unless opened with ``damaged="skip"``.
     """
 
     def __init__(
@@ -67,18 +71,9 @@ class Run:
         self.heat_partition: Array = np.array(description["heat_partition"])
         self.reasons: list[list[str]] = description["reasons"]
         self._reader = Reader(folder, numerics, scene.speeds, identity_of(description), skip_damaged)
-        self._insufficient: tuple[dict[str, float], int] | None = None  # targets, and how many do not meet them
+        self.members = self._reader.members
+        self.damaged = self._reader.damaged
         self._counted: tuple[int, bool] | None = None  # since the last `refresh`
-
-    @property
-    def members(self) -> Members:
-        """What was read, by level and index, without spectra and fields."""
-        return self._reader.members
-
-    @property
-    def damaged(self) -> dict[tuple[int, int], str]:
-        """Level and index of files that could not be used, and why; empty unless opened with ``damaged="skip"``."""
-        return self._reader.damaged
 
     @property
     def missing(self) -> list[str]:
@@ -118,23 +113,19 @@ class Run:
 
     def _stop(self, rows: list[int]) -> int | None:
         """How many of the sound realizations meet the targets first; what was insufficient once is not tried again."""
-        if self._insufficient is None or self._insufficient[0] != self.until:
-            known = self._reader.known_insufficient(rows, self.until)
-            self._insufficient = dict(self.until), max(LEAST - 1, known)
-        insufficient = self._insufficient[1]
+        insufficient = max(LEAST - 1, self._reader.insufficient(rows, self.until))
         if insufficient >= len(rows):
             return None
         column = self.column(None)
         samples = {name: self.samples(column, rows, spectra=OBSERVABLES[name].spectra) for name in self.until}
 
-        def targets(count: int) -> Iterator[tuple[Values, float]]:
-            for name, goal in self.until.items():
-                yield values_of(self.scene, column, name, [sample.first(count) for sample in samples[name]]), goal
+        def width(name: str, count: int) -> float:
+            first = [sample.first(count) for sample in samples[name]]
+            return relative_half_width(values_of(self.scene, column, name, first))
 
-        stop = first_sufficient(targets, range(insufficient + 1, len(rows) + 1))
-        insufficient = len(rows) if stop is None else stop - 1
-        self._insufficient = dict(self.until), insufficient
-        self._reader.remember_insufficient(insufficient, rows, self.until)
+        counts = range(insufficient + 1, len(rows) + 1)
+        stop = next((n for n in counts if all(width(name, n) <= goal for name, goal in self.until.items())), None)
+        self._reader.remember_insufficient(rows[: None if stop is None else stop - 1], self.until)
         return stop
 
     @property
@@ -162,7 +153,7 @@ class Run:
     ) -> list[Sample]:
         """Return the numbers of a column's levels, coarsest first, over the realizations that count (or `rows`).
 
-        The stress spectra are read from disk, or left empty without `spectra`.
+        The stress spectra are empty without `spectra`.
         """
         indices = np.array(self.sound(self.realizations) if rows is None else rows, np.int64)
         levels = self.numerics.of_column(self.column(column))
@@ -235,7 +226,7 @@ class Run:
         """Return the sound realizations that count and whose fields are stored at a level."""
         sound = np.array(self.sound(self.realizations), np.int64)
         sound = sound[sound % self.numerics.levels[level].every == 0]
-        return [int(index) for index in sound[self.members.column(level, "kept", sound) > 0]]
+        return [int(index) for index in sound[self.members.column(level, "kept", sound).all(axis=1)]]
 
     def not_kept(self, level: int, index: int | None = None) -> ValueError:
         """Return the error that says how to get the fields of a realization, or, without an index, of any."""
@@ -280,7 +271,7 @@ class Run:
         RecordError
             If a file is damaged.
         """
-        checked_speed(name, speed)
+        check_field(name, speed)
         unit_vector(direction)
         level = self.numerics.of_column(self.column(column))[-1]
         indices = self.kept(level)
@@ -290,20 +281,28 @@ class Run:
 
     def field(self, level: int, index: int, name: str, *, speed: float | None = None, direction: float = 0.0) -> Field:
         """Return one field of one kept realization; name, speed and direction as in `fields`."""
-        speed = checked_speed(name, speed) or 0.0
+        check_field(name, speed)
         path, grid = member_path(self.folder, level, index), self.numerics.grid(level)
-        if name in FIELD_UNITS:
-            return stored_field(path, name, grid.shape)
-        flux = stored_field(path, "pressure", grid.shape)
+        if speed is None:
+            return arrays.stored_field(path, name, grid.shape)
+        flux = arrays.stored_field(path, "pressure", grid.shape)
         flux *= np.float32(self.scene.sliding.friction_coefficient * abs(speed))
         return flux if name == "heat_flux" else self.temperature(flux, grid, speed, direction)
 
     def temperature(self, flux: Field, grid: Grid, speed: float, direction: float = 0.0) -> Field:
         """Return the temperature, K, that the frictional heat of both bodies (W/m², on any grid of the cell) leaves."""
-        slid, share = self.numerics.slid_distance, self.heat_share(speed)
-        return temperature_field(
-            flux, grid, self.scene, speed=speed, direction=direction, slid_distance=slid, share=share
+        moving = prediction.conduction(self.scene, (abs(speed),)).each[0]
+        temperature: Field = sliding_temperature(
+            flux,
+            grid,
+            speed=speed,
+            conductivity=moving.conductivity,
+            diffusivity=moving.diffusivity,
+            direction=direction,
+            slid_distance=self.numerics.slid_distance,
         )
+        temperature *= np.float32(self.heat_share(speed))
+        return temperature
 
     def heat_share(self, speed: float) -> float:
         """Return the share of the heat that temperatures are reported with, at any speed, m/s."""
@@ -314,16 +313,15 @@ class Run:
     def arrays(self) -> tuple[list[arrays.Labelled], dict[str, Any]]:
         """Return all numbers and kept fields as labelled arrays, and title, scene, numerics, seed and versions."""
         self._sound_rows()
-        numerics, count = self.numerics, self.realizations
-        kept = sorted(set.intersection(*(set(self.kept(level)) for level in range(len(numerics.levels)))))
+        kept = sorted(set.intersection(*(set(self.kept(level)) for level in range(len(self.numerics.levels)))))
         labelled = [
-            *arrays.coordinates(numerics, self.scene.speeds, count, kept),
-            *arrays.numbers(self.members, numerics, count, self.heat_partition),
-            *arrays.spectra(self.folder, self.members, numerics, count),
-            *arrays.fields(self.folder, numerics, kept),
+            *arrays.coordinates(self.numerics, self.scene.speeds, self.realizations, kept),
+            *arrays.numbers(self.members, self.numerics, self.realizations, self.heat_partition),
+            *arrays.spectra(self.members, self.numerics, self.realizations),
+            *arrays.fields(self.folder, self.numerics, kept),
         ]
         versions = next(iter(self.members.values())).provenance["versions"]
-        return labelled, arrays.origin(self.scene, numerics, self.seed, versions, self.folder.resolve().name)
+        return labelled, arrays.origin(self.scene, self.numerics, self.seed, versions, self.folder.resolve().name)
 
     def to_xarray(self) -> Any:
         """Return all numbers of all members, and the kept fields, as an `xarray.Dataset`.
@@ -341,3 +339,15 @@ class Run:
             If the run has no sound realization yet.
         """
         return arrays.to_dataset(*self.arrays())
+
+
+def check_field(name: str, speed: float | None) -> None:
+    """Refuse an unknown field, a missing or a useless speed, ValueError."""
+    if name not in (*FIELD_UNITS, *DERIVED_UNITS):
+        raise ValueError(f"name = {name!r} is no field; choose one of {', '.join((*FIELD_UNITS, *DERIVED_UNITS))}")
+    if name in DERIVED_UNITS:
+        if speed is None:
+            raise ValueError(f"speed is missing: {name} depends on it; give speed= in m/s")
+        number("speed", speed, "m/s")
+    elif speed is not None:
+        raise ValueError(f"speed = {speed!r} m/s: {name} does not depend on it; leave it out")

@@ -11,7 +11,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.ensemble import status
-from roughsim.estimate.stop import relative_half_width
+from roughsim.estimate.errors import relative_half_width
 from roughsim.store.member_files import member_path
 
 

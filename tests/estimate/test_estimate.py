@@ -5,8 +5,8 @@ import pytest
 from scipy import special, stats
 
 from roughsim.estimate import errors as est
+from roughsim.estimate.errors import relative_half_width
 from roughsim.estimate.ladder import NO_LIMIT, Values, fitted_exponent, observe
-from roughsim.estimate.stop import first_sufficient, relative_half_width
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample, ratio
 
@@ -202,20 +202,19 @@ def test_a_part_is_unknown_where_no_level_tells_but_not_where_the_mean_itself_is
     np.testing.assert_allclose(found.total_error[1], np.hypot(found.half_width[1], 0.01 * found.mean[1]), rtol=1e-12)
 
 
-def test_it_stops_at_the_first_sufficient_number_of_realizations():
+def test_the_relative_half_width_of_a_run_that_may_stop_is_of_its_worst_speed():
     rng = np.random.default_rng(4)
     rows = 10.0 + rng.standard_normal((400, 2)) * [0.5, 1.0]
-    first = first_sufficient(lambda n: [(values_of(rows[:n]), 0.02)], range(12, 401))
+    first = next(n for n in range(12, 401) if relative_half_width(values_of(rows[:n])) <= 0.02)
 
     def half_width(count):
         part = rows[:count]
         quantile = stats.t.ppf(0.975, count - 1) * np.sqrt((count + 1) / (count - 1))
         return (quantile * stats.sem(part, axis=0) / part.mean(axis=0)).max()
 
-    assert first is not None
     assert half_width(first) <= 0.02 < half_width(first - 1)
-    assert first_sufficient(lambda n: [(values_of(rows[:n]), 1e-6)], range(12, 401)) is None
-    assert first_sufficient(lambda n: [(values_of(np.ones((n, 1))), 0.0)], range(12, 20)) == 12  # met exactly
+    assert relative_half_width(values_of(rows)) > 1e-6
+    assert relative_half_width(values_of(np.ones((12, 1)))) == 0.0
 
 
 def values_of(rows):

@@ -12,10 +12,11 @@ from damage_cases import PASSING, without_seal
 from summary_cases import COUNT
 
 import roughsim as rs
+from roughsim.estimate.errors import relative_half_width
 from roughsim.estimate.ladder import Values
-from roughsim.estimate.stop import relative_half_width
 from roughsim.estimate.values import values_of
 from roughsim.results import reader, summary
+from roughsim.results.members import Members, Stamp
 from roughsim.store.member_files import check_member, member_path, read_member, write_member
 
 
@@ -31,6 +32,11 @@ def eager(monkeypatch):
     opened, true = [], reader.member_of
     monkeypatch.setattr(reader, "member_of", lambda path, content: opened.append(path.name) or true(path, content))
     return opened
+
+
+def empty_members(run, speeds):
+    """A table without members for as many speeds."""
+    return Members([level.every for level in run.numerics.levels], run.numerics.lengths, speeds)
 
 
 def bits(run):
@@ -138,25 +144,31 @@ def test_no_flipped_byte_of_a_summary_is_believed(folder, eager):
     rs.open_run(folder)
     path = folder / summary.NAME
     sound = path.read_bytes()
-    identity = rs.open_run(folder)._reader.summary_key
-    assert summary.read_summary(folder, identity) is not None
+    run = rs.open_run(folder)
+
+    def read():
+        return summary.read_summary(folder, run._reader.summary_key, empty_members(run, run.scene.speeds))
+
+    assert read() is not None
     for place in np.linspace(0, len(sound) - 1, 60, dtype=int):
         broken = bytearray(sound)
         broken[place] ^= 1 << (place % 8)
         path.write_bytes(broken)
-        assert summary.read_summary(folder, identity) is None
+        assert read() is None
     path.unlink()
     path.mkdir()
-    assert summary.read_summary(folder, identity) is None
+    assert read() is None
     assert rs.open_run(folder).realizations == COUNT  # and it cannot be written either
 
 
 def test_a_summary_of_another_layout_is_as_none(folder, whole, eager):
-    run = rs.open_run(folder)._reader.summary_key
-    sound = summary.read_summary(folder, run)
-    for block in sound.blocks:
-        block.columns["flash_temperature"] = block.columns["flash_temperature"][:, :1].repeat(5, axis=1)
-    summary.write_summary(folder, run, sound)
+    run = rs.open_run(folder)
+    other = empty_members(run, run.scene.speeds * 2)
+    for key, member in run.members.items():
+        numbers = {name: values.repeat(2 if len(values) > 1 else 1) for name, values in member.numbers.items()}
+        other.put(key, replace(member, numbers=numbers), Stamp(size=1))
+    summary.write_summary(folder, run._reader.summary_key, other, {})
+    assert summary.read_summary(folder, run._reader.summary_key, empty_members(run, run.scene.speeds * 2)) == {}
     eager.clear()
     assert bits(rs.open_run(folder)) == bits(whole)
     assert len(eager) == COUNT + 5
@@ -172,12 +184,11 @@ def test_a_folder_that_takes_no_files_is_read_all_the_same(folder, whole, eager,
 
 
 def test_what_did_not_suffice_is_not_tried_again_unless_targets_members_or_code_change(folder, eager, monkeypatch):
-    from roughsim.estimate import stop
     from roughsim.results import run as module
 
     monkeypatch.setattr(module, "LEAST", 2)
-    tried, true = [], stop.relative_half_width
-    monkeypatch.setattr(stop, "relative_half_width", lambda values: tried.append(len(values.base)) or true(values))
+    tried, true = [], module.relative_half_width
+    monkeypatch.setattr(module, "relative_half_width", lambda values: tried.append(len(values.base)) or true(values))
 
     def counts(goal):
         tried.clear()
