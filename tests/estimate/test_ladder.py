@@ -1,6 +1,6 @@
 """Ladders of levels: corrections from few realizations, the limit in q_c, the pixel, and what an interval is worth."""
 
-import runpy
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,8 @@ from roughsim.estimate import errors as est
 from roughsim.estimate.ladder import observe
 from roughsim.observables.record import Sample
 
-coverage = runpy.run_path(str(Path(__file__).parents[2] / "experiments" / "intervals.py"))["coverage"]
+sys.path.insert(0, str(Path(__file__).parents[2] / "experiments"))
+from intervals import coverage
 
 
 def test_a_fine_level_of_few_realizations_corrects_the_coarse_one():
