@@ -20,7 +20,7 @@ from roughsim.charts.style import Array, new_figure, scaled
 from roughsim.charts.subject import FIELDS, Subject
 from roughsim.errors import number
 from roughsim.grid import Grid
-from roughsim.results.run import DERIVED_UNITS
+from roughsim.results.arrays import DERIVED_UNITS
 
 Zoom = tuple[tuple[float, float], tuple[float, float]]  # ends along x and along y, m
 Window = tuple[slice, slice]  # points of a grid along x and along y

@@ -9,7 +9,8 @@ from roughsim.charts.spectra import correlation_chart, spectrum_chart
 from roughsim.charts.style import check_ending
 from roughsim.charts.subject import FIELDS, choose_subject
 from roughsim.charts.temperature import distribution_chart, profile_chart
-from roughsim.results.run import DERIVED_UNITS, Run
+from roughsim.results.arrays import DERIVED_UNITS
+from roughsim.results.run import Run
 
 CURVES = {
     "distribution": distribution_chart,

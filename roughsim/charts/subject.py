@@ -8,7 +8,8 @@ from textwrap import shorten
 from roughsim.charts.style import Array
 from roughsim.errors import number
 from roughsim.grid import Grid
-from roughsim.results.run import DERIVED_UNITS, Run
+from roughsim.results.arrays import DERIVED_UNITS
+from roughsim.results.run import Run
 from roughsim.show.text import plain
 
 # field → the words above a map of it, its symbol, and its unit

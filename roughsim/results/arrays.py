@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.errors import RecordError
+from roughsim.errors import RecordError, number
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.results.members import Members
 from roughsim.scene import Scene
@@ -20,6 +20,7 @@ from roughsim.scene.numerics import Numerics
 from roughsim.store.member_files import FIELD_UNITS, member_path, read_field
 
 Array = NDArray[Any]
+DERIVED_UNITS = {"heat_flux": "W/m^2", "temperature": "K"}  # of fields that depend on the speed
 DESCRIPTIONS = {
     "heights": "composite heights",
     "pressure": "contact pressure, positive in compression",
@@ -48,6 +49,18 @@ class Stored:
     def load(self, path: Path) -> Array:
         """Return the field of one file; errors as `stored_field`."""
         return stored_field(path, self.name, self.shape[1:])
+
+
+def check_field(name: str, speed: float | None) -> None:
+    """Refuse an unknown field, a missing or a useless speed, ValueError."""
+    if name not in (*FIELD_UNITS, *DERIVED_UNITS):
+        raise ValueError(f"name = {name!r} is no field; choose one of {', '.join((*FIELD_UNITS, *DERIVED_UNITS))}")
+    if name in DERIVED_UNITS:
+        if speed is None:
+            raise ValueError(f"speed is missing: {name} depends on it; give speed= in m/s")
+        number("speed", speed, "m/s")
+    elif speed is not None:
+        raise ValueError(f"speed = {speed!r} m/s: {name} does not depend on it; leave it out")
 
 
 def stored_field(path: Path, name: str, shape: tuple[int, ...]) -> NDArray[np.float32]:

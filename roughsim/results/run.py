@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.special import j0
 
 from roughsim import prediction
-from roughsim.errors import RecordError, number
+from roughsim.errors import RecordError
 from roughsim.estimate.cell_size import size_error
 from roughsim.estimate.errors import LEAST, Estimate, estimate, relative_half_width, spread
 from roughsim.estimate.ladder import Values
@@ -25,11 +25,10 @@ from roughsim.results import arrays
 from roughsim.results.reader import Reader, identity_of
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
-from roughsim.store.member_files import FIELD_UNITS, member_path
+from roughsim.store.member_files import member_path
 
 Array = NDArray[np.float64]
 Field = NDArray[np.float32]
-DERIVED_UNITS = {"heat_flux": "W/m^2", "temperature": "K"}  # of fields that depend on the speed
 
 
 class Run:
@@ -271,7 +270,7 @@ class Run:
         RecordError
             If a file is damaged.
         """
-        check_field(name, speed)
+        arrays.check_field(name, speed)
         unit_vector(direction)
         level = self.numerics.of_column(self.column(column))[-1]
         indices = self.kept(level)
@@ -281,7 +280,7 @@ class Run:
 
     def field(self, level: int, index: int, name: str, *, speed: float | None = None, direction: float = 0.0) -> Field:
         """Return one field of one kept realization; name, speed and direction as in `fields`."""
-        check_field(name, speed)
+        arrays.check_field(name, speed)
         path, grid = member_path(self.folder, level, index), self.numerics.grid(level)
         if speed is None:
             return arrays.stored_field(path, name, grid.shape)
@@ -339,15 +338,3 @@ class Run:
             If the run has no sound realization yet.
         """
         return arrays.to_dataset(*self.arrays())
-
-
-def check_field(name: str, speed: float | None) -> None:
-    """Refuse an unknown field, a missing or a useless speed, ValueError."""
-    if name not in (*FIELD_UNITS, *DERIVED_UNITS):
-        raise ValueError(f"name = {name!r} is no field; choose one of {', '.join((*FIELD_UNITS, *DERIVED_UNITS))}")
-    if name in DERIVED_UNITS:
-        if speed is None:
-            raise ValueError(f"speed is missing: {name} depends on it; give speed= in m/s")
-        number("speed", speed, "m/s")
-    elif speed is not None:
-        raise ValueError(f"speed = {speed!r} m/s: {name} does not depend on it; leave it out")
