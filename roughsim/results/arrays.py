@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from roughsim.errors import RecordError, number
 from roughsim.observables.catalogue import NUMBERS
-from roughsim.results.members import Members
+from roughsim.results.members import SOUND, Members
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.store.member_files import FIELD_UNITS, member_path, read_field
@@ -97,10 +97,10 @@ def coordinates(numerics: Numerics, speeds: tuple[float, ...], count: int, kept:
     if not kept:
         return
     yield Labelled("kept_realization", ("kept_realization",), np.array(kept), {"units": "1"})
-    for number in range(len(levels)):
-        grid = numerics.grid(number)
+    for level in range(len(levels)):
+        grid = numerics.grid(level)
         for axis, points, step in zip("xy", grid.shape, grid.spacing, strict=True):
-            name = f"{axis}_L{number}"
+            name = f"{axis}_L{level}"
             yield Labelled(name, (name,), np.arange(points) * step, {"units": "m"})
 
 
@@ -110,8 +110,8 @@ def numbers(members: Members, numerics: Numerics, count: int, heat_partition: Ar
     rows = [np.arange(0, count, level.every) for level in levels]
 
     def gathered(name: str, blank: Array) -> Array:
-        for number, indices in enumerate(rows):
-            blank[number, indices] = members.column(number, name, indices).reshape(len(indices), *blank.shape[2:])
+        for level, indices in enumerate(rows):
+            blank[level, indices] = members.column(level, name, indices).reshape(len(indices), *blank.shape[2:])
         return blank
 
     share = {"units": "1", "description": "share of the heat that the temperatures are of"}
@@ -126,9 +126,7 @@ def numbers(members: Members, numerics: Numerics, count: int, heat_partition: Ar
             values *= heat_partition
             attributes["comment"] = "of the share heat_partition of the heat"
         yield Labelled(name, axes[: values.ndim], values, attributes)
-    converged = np.zeros(shape, np.int8)
-    for number, indices in enumerate(rows):
-        converged[number, indices] = ~np.isin(indices, members.failed(number, count))
+    converged = (gathered("state", np.zeros(shape, np.int8)) == SOUND).astype(np.int8)
     description = {"units": "1", "description": "1 where the contact converged, else 0"}
     yield Labelled("converged", axes[:2], converged, description)
     description = {"units": "1", "description": "of the contact solve"}
@@ -138,33 +136,32 @@ def numbers(members: Members, numerics: Numerics, count: int, heat_partition: Ar
 
 def spectra(members: Members, numerics: Numerics, count: int) -> Iterator[Labelled]:
     """Yield wavenumbers and stress spectra of each level, NaN where it was not solved or failed."""
-    for number in range(len(numerics.levels)):
-        sound = {index: row for (level, index), row in members.spectra.items() if level == number and index < count}
+    for level in range(len(numerics.levels)):
+        sound = {index: row for (of, index), row in members.spectra.items() if of == level and index < count}
         if not sound:
             continue
-        axis, wavenumber = f"wavenumber_L{number}", members.wavenumber[number]
+        axis, wavenumber = f"wavenumber_L{level}", members.wavenumber[level]
         yield Labelled(axis, (axis,), wavenumber, {"units": "1/m"})
         values = np.full((count, len(wavenumber)), np.nan)
         values[list(sound)] = list(sound.values())
-        attributes = level_attributes(numerics, number, "Pa^2", "stress_spectrum")
-        yield Labelled(f"stress_spectrum_L{number}", ("realization", axis), values, attributes)
+        attributes = level_attributes(numerics, level, "Pa^2", "stress_spectrum")
+        yield Labelled(f"stress_spectrum_L{level}", ("realization", axis), values, attributes)
 
 
 def fields(folder: Path, numerics: Numerics, kept: list[int]) -> Iterator[Labelled]:
     """Yield the stored fields of the kept realizations, level by level, unread."""
-    for number in range(len(numerics.levels) if kept else 0):
-        paths = [member_path(folder, number, index) for index in kept]
+    for level in range(len(numerics.levels) if kept else 0):
+        paths = [member_path(folder, level, index) for index in kept]
         for name, unit in FIELD_UNITS.items():
-            axes = ("kept_realization", f"x_L{number}", f"y_L{number}")
-            stored = Stored(paths, name, numerics.grid(number).shape)
-            yield Labelled(f"{name}_L{number}", axes, stored, level_attributes(numerics, number, unit, name))
+            axes = ("kept_realization", f"x_L{level}", f"y_L{level}")
+            stored = Stored(paths, name, numerics.grid(level).shape)
+            yield Labelled(f"{name}_L{level}", axes, stored, level_attributes(numerics, level, unit, name))
 
 
-def level_attributes(numerics: Numerics, number: int, unit: str, name: str) -> dict[str, Any]:
+def level_attributes(numerics: Numerics, level: int, unit: str, name: str) -> dict[str, Any]:
     """Return unit and description of an array, and the level that it is of."""
-    level = numerics.levels[number]
-    description = {"units": unit, "description": DESCRIPTIONS[name]}
-    return description | {"column": level.column, "level": number, "q_max": level.q_max}
+    column, q_max = numerics.levels[level].column, numerics.levels[level].q_max
+    return {"units": unit, "description": DESCRIPTIONS[name], "column": column, "level": level, "q_max": q_max}
 
 
 def origin(scene: Scene, numerics: Numerics, seed: int, versions: dict[str, str], name: str) -> dict[str, Any]:
