@@ -71,12 +71,11 @@ def level_problem(scene: Scene, numerics: Numerics, level: int) -> Problem:
             spectrum: Spectrum = TruncatedSpectrum(prediction.smoothed_spectrum(scene), q_max)
         else:
             spectrum = scene.spectrum.truncated(q_max=q_max)
-        hardness = {"penetration_hardness": scene.penetration_hardness} if column == "capped" else {}
         bodies = prediction.conduction(scene)
         return Problem(
             spectrum=spectrum,
             grid=numerics.grid(level),
-            solid=Solid(scene.effective_modulus, **hardness),
+            solid=Solid(scene.effective_modulus, scene.penetration_hardness if column == "capped" else np.inf),
             nominal_pressure=scene.sliding.nominal_pressure,
             sliding=Sliding(
                 speeds=[speed or _AT_REST for speed in scene.speeds],

@@ -6,7 +6,7 @@ mean is the observable and whose scatter gives its error. Ratios of observables 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -34,9 +34,9 @@ class Measured:
 class Theory:
     """What an observable may ask of the theory of a scene; all the heat goes into the moving body."""
 
-    over_speed: dict[str, Array]  # T_flash, T′, ∇²T, D_flash and d_flash by name, (speeds,)
-    heat_partition: Array  # the share of the moving body, (speeds,); NaN without a second one
-    area_fractions: dict[str, float]  # `contact_fraction` and `plastic_fraction`
+    # by the names of the observables: T_flash, T′, ∇²T, D_flash, d_flash and the share of the moving body (NaN without
+    # a second one), each (speeds,), and the contact and the plastic share of the area
+    values: Mapping[str, ArrayLike]
     correlation_radius: Callable[[float], float]  # of a fraction: the smallest r, m, with g_σ(r) = fraction·g_σ(0)
     # of weight(q), smooth in ln q: its sum or integral over the variance of the pressure, Pa² times its unit
     total: Callable[[Callable[[Array], Array]], float]
@@ -75,7 +75,7 @@ class Observable:
     measure: Callable[[Measured], ArrayLike] | None = None
     # influence values, (realizations, speeds) or (realizations, 1); None: the stored number
     values: Callable[[Sample], Array] | None = None
-    # of a theory that integrates over C(q) or sums over the modes of a cell; None: the theory says nothing, NaN
+    # of a theory that integrates over C(q) or sums over the modes of a cell; None: its value of this name, or NaN
     theory: Callable[[Theory], ArrayLike] | None = None
     only_stored: bool = False  # for the sake of others: neither estimated nor compared
     per_speed: bool = False  # one for each speed of the scene
@@ -100,10 +100,9 @@ class Observable:
         return sample.numbers[self.name] if self.values is None else self.values(sample)
 
     def of_theory(self, theory: Theory, speeds: int) -> Array:
-        """Return what a view of the theory says at so many speeds, (speeds,) or (1,); NaN where it says nothing."""
-        if self.theory is None:
-            return np.full(speeds if self.per_speed else 1, np.nan)
-        return np.atleast_1d(self.theory(theory))
+        """Return what the theory says at so many speeds, (speeds,) or (1,); NaN where it says nothing."""
+        nothing = np.full(speeds if self.per_speed else 1, np.nan)
+        return np.atleast_1d(theory.values.get(self.name, nothing) if self.theory is None else self.theory(theory))
 
 
 def ratio(above: Array, below: Array, power: float = 1.0) -> Array:

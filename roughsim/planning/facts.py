@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from roughsim import prediction
 from roughsim.estimate.cell_size import choose_lengths
-from roughsim.prediction.integrals import integrals
 from roughsim.scene import Scene
 from roughsim.show.table import Column, Table
 from roughsim.show.units import json_value
@@ -86,11 +85,10 @@ class Facts:
 @lru_cache(maxsize=8)
 def facts(scene: Scene) -> Facts:
     """Return what follows from a scene; ValueError, ArithmeticError or RuntimeError where its theory has no value."""
-    theory, spectrum, load = integrals(scene), scene.spectrum, scene.sliding.nominal_pressure
+    theory, spectrum, load = prediction.predictions(scene), scene.spectrum, scene.sliding.nominal_pressure
     speeds, lengths = np.array(scene.speeds), choose_lengths(scene)[0]
     share = prediction.heat_partition(scene)
-    radius = theory.correlation_radius(0.5)
-    contact = theory.area_fractions["contact_fraction"]
+    radius, contact = float(theory["correlation_radius_50"][0]), float(theory["contact_fraction"][0])
     yields = inf if scene.elastic else prediction.yield_wavenumber(scene)
     gentle = spectrum if YIELDED * yields >= spectrum.breaks[-1] else spectrum.truncated(q_max=YIELDED * yields)
     return Facts(
@@ -110,7 +108,7 @@ def facts(scene: Scene) -> Facts:
         speed=speeds,
         peclet_number=speeds * radius / prediction.conduction(scene).diffusivity,
         heat_partition=share,
-        flash_temperature=share * theory.over_speed["flash_temperature"],
+        flash_temperature=share * theory["flash_temperature"],
         background_temperature=scene.sliding.background_temperature or ROOM,
         melting_temperature=scene.melting_temperature,
     )

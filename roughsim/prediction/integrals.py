@@ -37,10 +37,10 @@ def integrals(scene: Scene, q_max: float = inf) -> Theory:
         density = theory.persson.stress_density(spectrum, None, **stress)
         return float(density.weighted() @ weight(density.wavenumber()))
 
+    temperatures = over_speed(scene, np.array(scene.speeds), spectrum)
+    share = heat_partition(scene, rule=rule, spectrum=spectrum)
     return Theory(
-        over_speed=over_speed(scene, np.array(scene.speeds), spectrum),
-        heat_partition=heat_partition(scene, rule=rule, spectrum=spectrum),
-        area_fractions=area_fractions(scene, q_max),
+        {**temperatures, "heat_partition": share, **area_fractions(scene, q_max)},
         correlation_radius=lambda fraction: float(theory.persson.correlation_radius(fraction, spectrum, **stress)),
         total=total,
     )
@@ -69,10 +69,9 @@ def summed_over_modes(scene: Scene, spectrum: Any, grid: Grid) -> Theory:
         share = resting / (resting + temperature + moving_background)
     load = {"effective_modulus": scene.effective_modulus, "nominal_pressure": sliding.nominal_pressure}
     area = float(theory.persson.contact_probability(float(spectrum.breaks[-1]), spectrum, **load))
+    temperatures = dict(zip(OVER_SPEED, flash, strict=True))
     return Theory(
-        over_speed=dict(zip(OVER_SPEED, flash, strict=True)),
-        heat_partition=share,
-        area_fractions=area_fractions(scene) | {"contact_fraction": area},
+        {**temperatures, "heat_partition": share, **area_fractions(scene), "contact_fraction": area},
         correlation_radius=StressSpectrum(q, stress, 0.5 * float(np.hypot(*grid.lengths))).correlation_radius,
         total=lambda weight: float(stress @ weight(q)),
     )

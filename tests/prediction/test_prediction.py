@@ -151,7 +151,7 @@ def test_totals_over_the_modes_of_a_cell_are_those_of_its_moments():
     grid = rs.Grid((128, 128), (4e-3, 4e-3))
     sums = summed_over_modes(steel, TruncatedSpectrum(prediction.smoothed_spectrum(steel), 9e4), grid)
     rate = steel.sliding.friction_coefficient * 1e-9 / (steel.body.conductivity * steel.sliding.nominal_pressure)
-    assert sums.over_speed["flash_temperature"][0] == pytest.approx(rate * sums.total(lambda q: 1 / q), rel=1e-9, abs=0)
+    assert sums.values["flash_temperature"][0] == pytest.approx(rate * sums.total(lambda q: 1 / q), rel=1e-9, abs=0)
 
 
 def test_a_hertz_contact_as_wide_as_the_theory_at_the_highest_speed():
