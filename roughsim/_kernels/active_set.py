@@ -32,17 +32,6 @@ def subtract_heights(start: int, stop: int, heights: Any, middle: float, unit: f
 
 
 @kernel(fastmath=REORDER)
-def displacement_range(start: int, stop: int, heights: Any, middle: float, unit: float, gap: Any) -> Any:
-    """Lowest and highest displacement, gap + (heights − middle)/unit."""
-    heights, gap = heights[start:stop], gap[start:stop]
-    low, high = np.inf, -np.inf
-    for i in range(stop - start):
-        u = gap[i] + (heights[i] - middle) / unit
-        low, high = min(low, u), max(high, u)
-    return low, high
-
-
-@kernel(fastmath=REORDER)
 def contact_sum(start: int, stop: int, p: Any, gap: Any) -> Any:
     """Σ gap where p > 0, and the number of these points."""
     p, gap = p[start:stop], gap[start:stop]
@@ -79,13 +68,16 @@ def find_offset(block: int, p: Any, gap: Any, law: Any, goals: Any, excess: floa
     target, enough = goals
     low, high, bracketed, last = -np.inf, np.inf, False, False
     for _ in range(200):
+        # the sum rises with d: the sign of the excess says on which side of the solution d is
         if excess > 0.0:
             high = min(high, offset)
         else:
             low = max(low, offset)
+        # Newton: only points between the bounds answer to d, each by κ
         proposal = offset - excess / (stiffness * inside) if inside > 0 else np.nan
         if not low < proposal < high:
             if not bracketed:
+                # at `least` no point carries pressure, at `most` each carries `enough`: the solution lies between
                 least, most = np.inf, -np.inf
                 for i in range(p.size):
                     least = min(least, gap[i] - p[i] / stiffness)
@@ -96,6 +88,7 @@ def find_offset(block: int, p: Any, gap: Any, law: Any, goals: Any, excess: floa
             if not (excess < -1e-9 * target and high < np.inf):
                 break
             proposal, last = high, True  # no number meets a tiny load: rather exceed it
+        # block by block, as all sums of the solve: the same bits however many threads there are
         offset, clipped, inside = proposal, 0.0, 0
         for start in range(0, p.size, block):
             part, number = clipped_sum(start, min(start + block, p.size), p, gap, (offset, stiffness, cap))
@@ -123,6 +116,7 @@ def classify(
     near_bound = reach * limit
     total, inside, square, norm, count, above = 0.0, 0, 0.0, 0.0, 0, 0
     for i in range(stop - start):
+        # the residual: how far the pressure is from its own projection onto the bounds
         r = gap[i] - offset
         x = p[i] - stiffness * r
         y = min(max(x, 0.0), cap)
@@ -133,6 +127,7 @@ def classify(
         m *= unit
         square += m * m
         norm += (p[i] * unit) * (p[i] * unit)
+        # the active set, by a shorter step: a point near its bound stays free for longer
         near = p[i] - reach * stiffness * r
         is_free = (near > 0.0) & (near < cap)
         free[i] = 1 if is_free else 0
@@ -156,6 +151,7 @@ def propose(
         if free[i]:
             c = beta * change[i] - alpha * z[i]
         else:
+            # pressed beyond the flat it goes to the cap, else to zero; at exactly d it goes where it carries already
             r = gap[i] - offset
             c = (cap if r < 0.0 or (r == 0.0 and p[i] > 0.0) else 0.0) - p[i]
         change[i] = c
@@ -189,6 +185,7 @@ def find_shift(
     """
     shift, low, high = 0.0, -np.inf, np.inf
     excess = clipped - target
+    # Newton on a sum that rises with the shift, as in `find_offset`; without a bracket no bisection can help
     for _ in range(100):
         if abs(excess) <= accuracy * target:
             return True, shift
@@ -270,10 +267,12 @@ def advance(
     top = cap * (1.0 - ROUNDING)
     for i in range(stop - start):
         x = p[i] + length * step[i]
+        # the step was rounded when it was stored: what should have met a bound misses it by that
         x = 0.0 if x <= slack * p[i] else x
         x = cap if x >= top - slack * length * step[i] else x
         p[i] = x
         gap[i] += length * response[i]
+        # the load of the clipped pressure at the old offset, from which the new one is guessed
         x -= stiffness * (gap[i] - offset)
         y = min(max(x, 0.0), cap)
         total += y

@@ -1,10 +1,10 @@
 """Loops of the push–pull pyramid: the extension of a field from the free points to the plane, and its transpose.
 
 Weights are 1 on the free points. A parent cell has the weight min(1, Σ/3) and the weighted mean of its (up to) four
-children; on the way back u = w v + (1 − w)·(bilinear interpolation of the parents), periodic. The finest level has
-loops of its own: its weights are the bytes of the free set and its field is zero off the free points. Above it, level
-l lies at starts[l] in flat arrays and has the shape shapes[l]. Where only one axis is halved, which the shapes say, a
-parent has two children and the weight min(1, Σ/`WHOLE`), and the interpolation is linear: `_push_one`, `_gather_one`.
+children; on the way back u = w v + (1 − w)·(bilinear interpolation of the parents), periodic. The weights of the finest
+level are the bytes of the free set, and its field is zero off the free points. Above it, level l lies at starts[l] in
+flat arrays and has the shape shapes[l]. Where only one axis is halved, which the shapes say, a parent has two children
+and the weight min(1, Σ/`WHOLE`), and the interpolation is linear: `_push_one`, `_gather_one`.
 """
 
 from __future__ import annotations
@@ -25,9 +25,10 @@ def push_finest(start: int, stop: int, free: Any, field: Any, weight: Any, value
     one, third, zero = field.dtype.type(1.0), field.dtype.type(1.0 / 3.0), field.dtype.type(0.0)
     for i in range(start, stop, 2):
         k = min(i + 1, field.shape[0] - 1)
-        second = field.dtype.type(1.0) if k > i else zero  # an odd last row has no partner
+        second = one if k > i else zero  # an odd last row has no partner
         bit = np.int8(1) if k > i else np.int8(0)
         row = i // 2
+        # free points are counted as integers, and the field needs no weights: it is zero elsewhere
         for j in range(columns // 2):
             a, b = 2 * j, 2 * j + 1
             count = field.dtype.type(free[i, a] + free[i, b] + bit * (free[k, a] + free[k, b]))
@@ -36,7 +37,7 @@ def push_finest(start: int, stop: int, free: Any, field: Any, weight: Any, value
             inverse[row, j] = share
             value[row, j] = total * share
             weight[row, j] = min(one, count * third)
-        if columns % 2:
+        if columns % 2:  # an odd last column likewise
             j, a = columns // 2, columns - 1
             count = field.dtype.type(free[i, a] + bit * free[k, a])
             share = one / max(count, one) if count > zero else zero
@@ -45,65 +46,16 @@ def push_finest(start: int, stop: int, free: Any, field: Any, weight: Any, value
             weight[row, j] = min(one, count * third)
 
 
-@kernel()
-def pull_finest(start: int, stop: int, free: Any, parent: Any, field: Any) -> None:
-    """Write the bilinear interpolation of the parents onto the points that are not free."""
-    columns, parents = field.shape[1], parent.shape[1]
-    blended = np.empty(parents + 2, parent.dtype)
-    big, small = parent.dtype.type(0.75), parent.dtype.type(0.25)
-    for i in range(start, stop):
-        near, side = _parents(i, parent.shape[0], True)
-        for j in range(parents):
-            blended[j + 1] = big * parent[near, j] + small * parent[side, j]
-        blended[0], blended[parents + 1] = blended[parents], blended[1]
-        for j in range(columns // 2):
-            a, b = 2 * j, 2 * j + 1
-            middle = big * blended[j + 1]
-            left, right = middle + small * blended[j], middle + small * blended[j + 2]
-            field[i, a] = field[i, a] if free[i, a] else left
-            field[i, b] = field[i, b] if free[i, b] else right
-        if columns % 2 and not free[i, columns - 1]:
-            field[i, columns - 1] = big * blended[parents] + small * blended[parents - 1]
-
-
-@kernel()
-def gather_finest(start: int, stop: int, free: Any, source: Any, parent: Any) -> None:
-    """Fill the parent rows start … stop − 1 with the transpose of the bilinear part."""
-    rows, columns = source.shape
-    parents = parent.shape[1]
-    line = np.zeros(2 * parents + 2, source.dtype)
-    big, small, zero = source.dtype.type(0.75), source.dtype.type(0.25), source.dtype.type(0.0)
-    for i in range(start, stop):
-        line[:] = zero
-        for k in range(4):
-            row = _neighbour(2 * i - 1 + k, rows, parent.shape[0])
-            if row >= 0:
-                weight = small if k in (0, 3) else big
-                for j in range(columns):
-                    line[j + 1] += zero if free[row, j] else weight * source[row, j]
-        _collect(line, parent[i])
-
-
 @kernel(fastmath=REORDER)
 def scatter_finest(
     start: int, stop: int, free: Any, parent: Any, inverse: Any, step: Any, response: Any, field: Any
 ) -> Any:
     """Write what reaches the free points, zero elsewhere; return ⟨field, response⟩ and ⟨step, response⟩ over them."""
-    columns = field.shape[1]
-    cross, own = 0.0, 0.0
-    zero = field.dtype.type(0.0)
-    shares = np.empty(parent.shape[1], field.dtype)
+    cross, own, zero = 0.0, 0.0, field.dtype.type(0.0)
     for i in range(start, stop):
-        for j in range(shares.size):
-            shares[j] = inverse[i // 2, j] * parent[i // 2, j]
-        for j in range(columns // 2):
-            a, b = 2 * j, 2 * j + 1
-            field[i, a] = field[i, a] + shares[j] if free[i, a] else zero
-            field[i, b] = field[i, b] + shares[j] if free[i, b] else zero
-        if columns % 2:
-            a = columns - 1
-            field[i, a] = field[i, a] + shares[columns // 2] if free[i, a] else zero
-        for j in range(columns):
+        # the products of a row are summed while the row is in the cache
+        scatter(i, i + 1, free, parent, inverse, field)
+        for j in range(field.shape[1]):
             cross += field[i, j] * response[i, j]
             own += step[i, j] * response[i, j] if free[i, j] else zero
     return cross, own
@@ -114,43 +66,46 @@ def extend(rows: Any, bottom: int, free: Any, field: Any, parents: Any, pyramid:
     """Extend at all levels: the rows start … stop − 1 of level 0, and above them `extend_coarse` of the pyramid."""
     push_finest(rows[0], rows[1], free, field, *parents)
     extend_coarse(bottom, *pyramid)
-    pull_finest(rows[0], rows[1], free, parents[1], field)
+    pull(rows[0], rows[1], free, parents[1], field)
 
 
 @kernel()
 def extend_coarse(bottom: int, shapes: Any, starts: Any, weights: Any, inverses: Any, values: Any) -> None:
     """Push from the level `bottom` to the top and pull back to it."""
     top = len(shapes) - 1
+    # up: the mean of the children; both axes are halved at nearly all levels, which has a loop of its own
     for level in range(bottom, top):
-        upper = level + 1
         weight, value = _level(weights, shapes, starts, level), _level(values, shapes, starts, level)
-        parents = _level(weights, shapes, starts, upper), _level(values, shapes, starts, upper)
-        inverse = _level(inverses, shapes, starts, upper)
+        above = level + 1
+        parent_weight, parent_value = _level(weights, shapes, starts, above), _level(values, shapes, starts, above)
+        inverse = _level(inverses, shapes, starts, above)
         if _both(shapes, level):
-            _push(weight, value, parents[0], parents[1], inverse)
+            _push(weight, value, parent_weight, parent_value, inverse)
         else:
-            _push_one(weight, value, parents[0], parents[1], inverse)
+            _push_one(weight, value, parent_weight, parent_value, inverse)
+    # down: what the free points leave open comes from the level above
     for level in range(top - 1, bottom - 1, -1):
         weight, value = _level(weights, shapes, starts, level), _level(values, shapes, starts, level)
         parent = _level(values, shapes, starts, level + 1)
-        _pull(weight, parent, value)
+        pull(0, weight.shape[0], weight, parent, value)
 
 
 @kernel()
 def transpose_coarse(bottom: int, shapes: Any, starts: Any, weights: Any, inverses: Any, sources: Any) -> None:
     """Gather from the level `bottom` to the top and scatter back to it: the transpose of `extend_coarse`."""
     top = len(shapes) - 1
+    # the transposes of the steps down, in reverse order, then those of the steps up
     for level in range(bottom, top):
         weight, source = _level(weights, shapes, starts, level), _level(sources, shapes, starts, level)
         parent = _level(sources, shapes, starts, level + 1)
         if _both(shapes, level):
-            _gather(weight, source, parent)
+            gather(0, parent.shape[0], weight, source, parent)
         else:
             _gather_one(weight, source, parent)
     for level in range(top - 1, bottom - 1, -1):
         weight, source = _level(weights, shapes, starts, level), _level(sources, shapes, starts, level)
         parent, inverse = _level(sources, shapes, starts, level + 1), _level(inverses, shapes, starts, level + 1)
-        _scatter(weight, parent, inverse, source)
+        scatter(0, weight.shape[0], weight, parent, inverse, source)
 
 
 @kernel()
@@ -162,6 +117,7 @@ def _both(shapes: Any, level: int) -> bool:
 
 @kernel()
 def _level(flat: Any, shapes: Any, starts: Any, level: int) -> Any:
+    """The field of a level, a view of the flat array."""
     rows, columns = shapes[level, 0], shapes[level, 1]
     return flat[starts[level] : starts[level] + rows * columns].reshape((rows, columns))
 
@@ -172,7 +128,7 @@ def _push(weight: Any, value: Any, parent_weight: Any, parent_value: Any, parent
     one, third, zero = value.dtype.type(1.0), value.dtype.type(1.0 / 3.0), value.dtype.type(0.0)
     for i in range(parent_weight.shape[0]):
         k = min(2 * i + 1, rows - 1)
-        second = one if k > 2 * i else zero
+        second = one if k > 2 * i else zero  # an odd last row has no partner
         for j in range(columns // 2):
             a, b = 2 * j, 2 * j + 1
             wa, wb, wc, wd = weight[2 * i, a], weight[2 * i, b], second * weight[k, a], second * weight[k, b]
@@ -192,88 +148,76 @@ def _push(weight: Any, value: Any, parent_weight: Any, parent_value: Any, parent
 
 
 @kernel()
-def _pull(weight: Any, parent: Any, value: Any) -> None:
-    """Write w v + (1 − w)·(interpolation of the parents)."""
+def pull(start: int, stop: int, weight: Any, parent: Any, value: Any) -> None:
+    """Write w v + (1 − w)·(interpolation of the parents) in the rows start … stop − 1."""
     rows, columns = weight.shape
-    parents = parent.shape[1]
+    parents, kind = parent.shape[1], parent.dtype.type
     high, wide = rows > parent.shape[0], columns > parents
     blended = np.empty(parents + 2, parent.dtype)  # a parent more, periodic, at each end
-    one, big, small = parent.dtype.type(1.0), parent.dtype.type(0.75), parent.dtype.type(0.25)
-    for i in range(rows):
+    one, big, small = kind(1.0), kind(0.75), kind(0.25)
+    for i in range(start, stop):
+        # interpolate across the rows first: one line of parents, from which the children of the row are read
         near, side = _parents(i, parent.shape[0], high)
         for j in range(parents):
             blended[j + 1] = big * parent[near, j] + small * parent[side, j]
         blended[0], blended[parents + 1] = blended[parents], blended[1]
         if not wide:
             for j in range(columns):
-                value[i, j] = weight[i, j] * value[i, j] + (one - weight[i, j]) * blended[j + 1]
+                w = kind(weight[i, j])
+                value[i, j] = w * value[i, j] + (one - w) * blended[j + 1]
             continue
+        # then along the row: the left child leans on the parent to the left, the right one on that to the right
         for j in range(columns // 2):
             a, b = 2 * j, 2 * j + 1
-            wa, wb, middle = weight[i, a], weight[i, b], big * blended[j + 1]
+            wa, wb, middle = kind(weight[i, a]), kind(weight[i, b]), big * blended[j + 1]
             value[i, a] = wa * value[i, a] + (one - wa) * (middle + small * blended[j])
             value[i, b] = wb * value[i, b] + (one - wb) * (middle + small * blended[j + 2])
         if columns % 2:
-            a = columns - 1
-            wa = weight[i, a]
-            value[i, a] = wa * value[i, a] + (one - wa) * (big * blended[parents] + small * blended[parents - 1])
+            a, w = columns - 1, kind(weight[i, columns - 1])
+            value[i, a] = w * value[i, a] + (one - w) * (big * blended[parents] + small * blended[parents - 1])
 
 
 @kernel()
-def _gather(weight: Any, source: Any, parent: Any) -> None:
-    rows, columns = source.shape
-    parents = parent.shape[1]
-    line = np.zeros(2 * parents + 2, source.dtype)
-    one, big, small = source.dtype.type(1.0), source.dtype.type(0.75), source.dtype.type(0.25)
-    for i in range(parent.shape[0]):
+def gather(start: int, stop: int, weight: Any, source: Any, parent: Any) -> None:
+    """Fill the parent rows start … stop − 1 with the transpose of the bilinear part of `pull`."""
+    (rows, columns), (high, wide) = source.shape, parent.shape
+    kind = source.dtype.type
+    line = np.zeros(2 * wide + 2, source.dtype)
+    one, big, small = kind(1.0), kind(0.75), kind(0.25)
+    for i in range(start, stop):
+        # sum the four child rows that lean on this parent row
         line[:] = 0.0
         for k in range(4):
-            row = _neighbour(2 * i - 1 + k, rows, parent.shape[0])
-            if row >= 0:
+            row = (2 * i - 1 + k) % (2 * high)
+            if row < rows:  # the doubled parents have one row more than an odd number of children
                 share = small if k in (0, 3) else big
                 for j in range(columns):
-                    line[j + 1] += share * (one - weight[row, j]) * source[row, j]
-        _collect(line, parent[i])
+                    line[j + 1] += share * (one - kind(weight[row, j])) * source[row, j]
+        # and likewise along the row: child j of the doubled parents is at line[j + 1]
+        line[0], line[2 * wide + 1] = line[2 * wide], line[1]
+        for j in range(wide):
+            parent[i, j] = big * (line[2 * j + 1] + line[2 * j + 2]) + small * (line[2 * j] + line[2 * j + 3])
 
 
 @kernel()
-def _scatter(weight: Any, parent: Any, inverse: Any, source: Any) -> None:
-    """Write w (source + what the parent has for its children): the transpose of the push."""
+def scatter(start: int, stop: int, weight: Any, parent: Any, inverse: Any, source: Any) -> None:
+    """Write w (source + what the parent has for its children) in the rows start … stop − 1: the push transposed."""
     rows, columns = source.shape
-    high, wide = rows > parent.shape[0], columns > parent.shape[1]
-    shares = np.empty(parent.shape[1], source.dtype)
-    for i in range(rows):
+    kind, high, wide = source.dtype.type, rows > parent.shape[0], columns > parent.shape[1]
+    for i in range(start, stop):
         k = i // 2 if high else i
-        for j in range(shares.size):
-            shares[j] = inverse[k, j] * parent[k, j]
         if not wide:
             for j in range(columns):
-                source[i, j] = weight[i, j] * (source[i, j] + shares[j])
+                source[i, j] = kind(weight[i, j]) * (source[i, j] + inverse[k, j] * parent[k, j])
             continue
+        # both children of a parent at once; an odd last column is an only child
         for j in range(columns // 2):
-            a, b = 2 * j, 2 * j + 1
-            source[i, a] = weight[i, a] * (source[i, a] + shares[j])
-            source[i, b] = weight[i, b] * (source[i, b] + shares[j])
+            a, b, share = 2 * j, 2 * j + 1, inverse[k, j] * parent[k, j]
+            source[i, a] = kind(weight[i, a]) * (source[i, a] + share)
+            source[i, b] = kind(weight[i, b]) * (source[i, b] + share)
         if columns % 2:
-            a = columns - 1
-            source[i, a] = weight[i, a] * (source[i, a] + shares[columns // 2])
-
-
-@kernel()
-def _neighbour(row: int, rows: int, parents: int) -> int:
-    """The child row at `row` of the periodic doubled parents; −1 if there is none (an odd number of rows)."""
-    row %= 2 * parents
-    return row if row < rows else -1
-
-
-@kernel()
-def _collect(line: Any, parent: Any) -> None:
-    """Transpose the interpolation along a row; child j of the doubled parents is at line[j + 1]."""
-    parents = parent.size
-    big, small = parent.dtype.type(0.75), parent.dtype.type(0.25)
-    line[0], line[2 * parents + 1] = line[2 * parents], line[1]
-    for j in range(parents):
-        parent[j] = big * (line[2 * j + 1] + line[2 * j + 2]) + small * (line[2 * j] + line[2 * j + 3])
+            j, a = columns // 2, columns - 1
+            source[i, a] = kind(weight[i, a]) * (source[i, a] + inverse[k, j] * parent[k, j])
 
 
 @kernel()
@@ -286,6 +230,7 @@ def _push_one(weight: Any, value: Any, parent_weight: Any, parent_value: Any, pa
     totals[columns], sums[columns] = zero, zero  # the partner of an odd last column
     for i in range(parent_weight.shape[0]):
         first, second = (2 * i, 2 * i + 1) if high else (i, rows)
+        # sum across the rows if they are halved, then along the row if it is
         for j in range(columns):
             totals[j] = weight[first, j]
             sums[j] = weight[first, j] * value[first, j]
@@ -294,9 +239,9 @@ def _push_one(weight: Any, value: Any, parent_weight: Any, parent_value: Any, pa
                 totals[j] += weight[second, j]
                 sums[j] += weight[second, j] * value[second, j]
         for j in range(parent_weight.shape[1]):
-            total, mean = (
-                (totals[2 * j] + totals[2 * j + 1], sums[2 * j] + sums[2 * j + 1]) if wide else (totals[j], sums[j])
-            )
+            total, mean = totals[j], sums[j]
+            if wide:
+                total, mean = totals[2 * j] + totals[2 * j + 1], sums[2 * j] + sums[2 * j + 1]
             inverse = one / total if total > zero else zero
             parent_inverse[i, j] = inverse
             parent_value[i, j] = mean * inverse
@@ -312,6 +257,7 @@ def _gather_one(weight: Any, source: Any, parent: Any) -> None:
     parent[:, :] = 0.0
     line = np.empty(columns, source.dtype)
     for i in range(rows):
+        # three quarters go to the parent, a quarter to the parent beside it, along the axis that is halved
         near, side = _parents(i, parent.shape[0], high)
         for j in range(columns):
             line[j] = (one - weight[i, j]) * source[i, j]

@@ -20,8 +20,10 @@ def refine(start: int, stop: int, coarse: Any, cap: float, p: Any, free: Any) ->
     fine = np.empty(columns, coarse.dtype)
     total, count = 0.0, 0
     for i in range(start, stop):
+        # one line across the coarse rows, then along that line: fewer products than from 16 points at once
         _across(coarse, i, rows, line)
         _along(line, fine)
+        # what the continuation left below zero is without contact
         for j in range(columns):
             x = fine[j]
             inside = x > 0.0
@@ -66,11 +68,12 @@ def _along(line: Any, fine: Any) -> None:
     if size == points:
         fine[:] = line
     elif points == 2 * size and size > 2:
+        # twice as fine, as nearly always: every other point is a coarse one, and those between have the same weights
         outer, inner = kind(-0.0625), kind(0.5625)
         for j in range(1, size - 2):
             fine[2 * j] = line[j]
             fine[2 * j + 1] = outer * (line[j - 1] + line[j + 2]) + inner * (line[j] + line[j + 1])
-        for j in (0, size - 2, size - 1):
+        for j in (0, size - 2, size - 1):  # neighbours beyond the ends are at the other end
             fine[2 * j] = line[j]
             near = line[j] + line[(j + 1) % size]
             fine[2 * j + 1] = outer * (line[(j - 1) % size] + line[(j + 2) % size]) + inner * near

@@ -68,6 +68,7 @@ def columns_product(
 ) -> None:
     """Transform the columns, multiply by factor · q/2 or factor · 2/q, and transform back."""
     for first in range(start, stop, group):
+        # a column is multiplied while it is in the cache, and never written out between its two transforms
         line = spectrum[first:].ctypes.data
         transform(plans[0], plans[1], line, result.ctypes.data)
         count = min(group, stop - first)
@@ -91,18 +92,15 @@ def columns_forward(start: int, stop: int, group: int, plans: Any, spectrum: Any
     """Transform the columns in place, and multiply by the factor."""
     for first in range(start, stop, group):
         transform(plans[0], plans[1], spectrum[first:].ctypes.data, result.ctypes.data)
-        for r in range(group):
-            for i in range(result.shape[1]):
-                spectrum[first + r, i] = factor * result[r, i]
+        spectrum[first : first + group, : result.shape[1]] = factor * result[:group]
 
 
 @kernel()
 def columns_backward(start: int, stop: int, group: int, plans: Any, spectrum: Any, result: Any) -> None:
     """Transform the columns back, in place."""
     for first in range(start, stop, group):
-        for r in range(group):
-            for i in range(result.shape[1]):
-                result[r, i] = spectrum[first + r, i]
+        # the plan goes from the buffer to the columns, as in `columns_product`
+        result[:group] = spectrum[first : first + group, : result.shape[1]]
         transform(plans[0], plans[2], result.ctypes.data, spectrum[first:].ctypes.data)
 
 
@@ -116,7 +114,7 @@ def pack(field: Any, first: int, lines: Any) -> None:
             for j in range(columns):
                 lines[r, 2 * j] = field[i, j]
                 lines[r, 2 * j + 1] = field[i + 1, j]
-        elif i < rows:
+        elif i < rows:  # an odd last row has no partner
             for j in range(columns):
                 lines[r, 2 * j] = field[i, j]
                 lines[r, 2 * j + 1] = 0.0
@@ -141,6 +139,7 @@ def unpack(lines: Any, first: int, rows: int, field: Any) -> None:
 def split(lines: Any, points: int, first: int, count: int, spectrum: Any) -> None:
     """Separate the transforms of the two rows of each line: twice the half spectrum, transposed."""
     for k in range(spectrum.shape[0]):
+        # with rows x and y as x + iy the transform Z has X = (Z(k) + Z*(−k))/2 and Y = (Z(k) − Z*(−k))/2i
         a, b = 2 * k, 2 * (points - k if k else 0)
         for r in range(count):
             zr, zi, wr, wi = lines[r, a], lines[r, a + 1], lines[r, b], lines[r, b + 1]
@@ -156,7 +155,7 @@ def join(spectrum: Any, first: int, count: int, points: int, lines: Any) -> None
     """Undo `split` but for the factor 2: half spectra of two rows to the full spectrum of one complex line."""
     for k in range(spectrum.shape[0]):
         a, b = 2 * k, 2 * (points - k)
-        single = k == 0 or a == points
+        single = k == 0 or a == points  # k = −k: both spectra are real there
         for r in range(count):
             c = 2 * first + 4 * r
             x, y, u, v = spectrum[k, c], spectrum[k, c + 1], spectrum[k, c + 2], spectrum[k, c + 3]
@@ -190,7 +189,7 @@ def comply(lines: Any, first: int, count: int, weights: Any) -> None:
     twice = lines.dtype.type(2.0) * factor
     for r in range(count):
         other = across[first + r]
-        for i in range(1 if other == 0 else 0, along.size):
+        for i in range(1 if other == 0 else 0, along.size):  # q = 0 is left out: its weight has no limit
             weight = twice / np.sqrt(along[i] + other)
             lines[r, 2 * i] *= weight
             lines[r, 2 * i + 1] *= weight

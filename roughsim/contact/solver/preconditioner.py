@@ -48,7 +48,7 @@ class Extension:
             return
         run(lambda a, b: kernels.push_finest(a, b, free, field, *self.parents), self.rows)
         kernels.extend_coarse(self.bottom, *self.pyramid)
-        run(lambda a, b: kernels.pull_finest(a, b, free, self.parents[1], field), self.rows)
+        run(lambda a, b: kernels.pull(a, b, free, self.parents[1], field), self.rows)
 
     def transpose(
         self, free: NDArray[np.int8], field: NDArray[Any], step: NDArray[Any], response: NDArray[Any]
@@ -62,7 +62,7 @@ class Extension:
             kernels.transpose_coarse(self.bottom, *self.pyramid)
             np.multiply(self.parents[1], free, out=field)
             return float(np.sum(field * response, dtype=float)), float(np.sum(free * step * response, dtype=float))
-        run(lambda a, b: kernels.gather_finest(a, b, free, field, self.parents[1]), self.parent_rows)
+        run(lambda a, b: kernels.gather(a, b, free, field, self.parents[1]), self.parent_rows)
         kernels.transpose_coarse(self.bottom, *self.pyramid)
         parents = self.parents[1], self.parents[2]
         task = lambda a, b: kernels.scatter_finest(a, b, free, *parents, step, response, field)  # noqa: E731

@@ -112,10 +112,14 @@ class State:
 
     def range_shrank(self) -> bool:
         """Measure the range of the displacement anew; worst points are judged against it."""
-        problem, old = self.problem, self.range
-        scale = problem.heights.ravel(), problem.middle, problem.unit
-        parts = run(lambda a, b: kernels.displacement_range(a, b, *scale, self.flat[1]), self.blocks)
-        self.range = max(part[1] for part in parts) - min(part[0] for part in parts)
+        problem, heights, gap, old = self.problem, self.problem.heights.ravel(), self.flat[1], self.range
+
+        def extremes(a: int, b: int) -> tuple[float, float]:
+            displacement = gap[a:b] + (heights[a:b] - problem.middle) / problem.unit
+            return float(displacement.min()), float(displacement.max())
+
+        lows, highs = zip(*run(extremes, self.blocks), strict=True)
+        self.range = max(highs) - min(lows)
         return self.range < 0.9 * old
 
     def begin(self) -> None:
