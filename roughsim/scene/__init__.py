@@ -5,17 +5,11 @@ named included; ``dataclasses.replace`` checks again. The physics of two bodies 
 lower hardness) is in `Scene`'s properties and nowhere else. Every refusal is a `SceneError` of one line.
 """
 
-from roughsim.scene.files import BLANK, bundled_scenes, load_scene, parse_scene, scene_text
-from roughsim.scene.model import Scene, first_difference
-from roughsim.scene.schema import SceneError
-
-__all__ = [
-    "BLANK",
-    "Scene",
-    "SceneError",
-    "bundled_scenes",
-    "first_difference",
-    "load_scene",
-    "parse_scene",
-    "scene_text",
-]
+from roughsim.scene.files import BLANK as BLANK
+from roughsim.scene.files import bundled_scenes as bundled_scenes
+from roughsim.scene.files import load_scene as load_scene
+from roughsim.scene.files import parse_scene as parse_scene
+from roughsim.scene.files import scene_text as scene_text
+from roughsim.scene.model import Scene as Scene
+from roughsim.scene.model import first_difference as first_difference
+from roughsim.scene.schema import SceneError as SceneError

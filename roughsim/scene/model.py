@@ -70,9 +70,7 @@ class Scene(Record, section=""):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        check_load_and_heat(self)
-        check_background(self)
-        check_lists(self)
+        check_scene(self)
         check_derived(self)
         return self
 
@@ -221,8 +219,8 @@ def face_spectrum(face: SurfaceSection | CounterfaceSection) -> Face:
     return SelfAffineSpectrum.from_rms_slope(face.rms_slope, **shape)  # type: ignore[arg-type]
 
 
-def check_load_and_heat(scene: Scene) -> None:
-    """Refuse a load that no contact can carry, and a rule of heat partition without a second body that conducts."""
+def check_scene(scene: Scene) -> None:
+    """Refuse sections that do not go together."""
     load, hardness = scene.sliding.nominal_pressure, scene.penetration_hardness
     if load > hardness:
         softer = "body" if scene.body.penetration_hardness == hardness else "counterface"
@@ -237,6 +235,19 @@ def check_load_and_heat(scene: Scene) -> None:
             f'sliding.heat_partition = "{rule}" shares the heat with a second body, but {missing} is missing; add it '
             '(like = "body" for the same material), or write "all" or a number'
         )
+    check_background(scene)
+    rows = sum(len(face.psd or ()) for face in (scene.surface, scene.counterface) if face is not None)
+    if rows > MAX_ROWS:
+        raise ValueError(
+            f"counterface.psd and surface.psd together have {rows} rows, above the limit of {MAX_ROWS}; average C over "
+            "bins of log q"
+        )
+    for number, level in enumerate(scene.numerics.levels or ()):
+        if scene.elastic and level.column != "elastic":
+            raise ValueError(
+                f'numerics.levels[{number}].column = "{level.column}" needs a body.penetration_hardness; add it or '
+                'write "elastic"'
+            )
 
 
 def check_background(scene: Scene) -> None:
@@ -261,22 +272,6 @@ def check_background(scene: Scene) -> None:
             f"{background} must lie between {low:g} K and {high:g} K, where the tables of conductivity are given; "
             "extend them"
         )
-
-
-def check_lists(scene: Scene) -> None:
-    """Refuse tables C(q) that are too long together, and levels of capped contact in an elastic scene."""
-    rows = sum(len(face.psd or ()) for face in (scene.surface, scene.counterface) if face is not None)
-    if rows > MAX_ROWS:
-        raise ValueError(
-            f"counterface.psd and surface.psd together have {rows} rows, above the limit of {MAX_ROWS}; average C over "
-            "bins of log q"
-        )
-    for number, level in enumerate(scene.numerics.levels or ()):
-        if scene.elastic and level.column != "elastic":
-            raise ValueError(
-                f'numerics.levels[{number}].column = "{level.column}" needs a body.penetration_hardness; add it or '
-                'write "elastic"'
-            )
 
 
 def check_derived(scene: Scene) -> None:

@@ -13,7 +13,7 @@ from pydantic_core import to_jsonable_python
 from roughsim.contact import methods
 from roughsim.errors import ResolutionError
 from roughsim.grid import Grid
-from roughsim.scene.schema import QMax, Quantity, Record, as_written, did_you_mean, one_or_list, optional_keys, whole
+from roughsim.scene.schema import QMax, Quantity, Record, as_written, one_or_list, optional_keys, whole
 
 Column = Literal["smoothed", "capped", "elastic"]
 Points = Annotated[int, whole("1024", 1, 2**31)]
@@ -37,7 +37,7 @@ class Reason(NamedTuple):
 class Forecast(NamedTuple):
     """What a plan expects of the highest T_flash in the column that the run is judged by: relative errors; the cost.
 
-    `statistical` is the 95 % half-width at `realizations`; `bandwidth` is NaN where no level tells it. `cpu_seconds`
+    `statistical` is the 95 % half-width at `realizations`; `bandwidth` is NaN where no level shows it. `cpu_seconds`
     is of one thread on the machine of the plan.
     """
 
@@ -80,13 +80,6 @@ class Level(Record, section="numerics.levels"):
     shape: Annotated[tuple[Points, Points], one_or_list(2)]
     q_max: QMax
     every: Annotated[int, whole("1", 1, 1_000_000)] = 1
-
-
-def read_solver(value: Any) -> str:
-    """Read the name of a contact solver."""
-    if value not in methods.NAMES:
-        raise ValueError(f" = {as_written(value)} is not known; {did_you_mean(str(value), methods.NAMES)}")
-    return str(value)
 
 
 def read_levels(value: Any) -> Any:
@@ -134,7 +127,7 @@ class Numerics(Record, section="numerics"):
     keep_fields: Annotated[int, whole("1", 0)] = 1
     reasons: SkipValidation[tuple[Reason, ...]] = field(default=(), compare=False, repr=False)
     forecast: SkipValidation[Forecast | None] = field(default=None, compare=False, repr=False)
-    solver: Annotated[str, BeforeValidator(read_solver)] = methods.DEFAULT
+    solver: Literal[methods.NAMES] = methods.DEFAULT  # type: ignore[valid-type]
 
     @model_validator(mode="after")
     def _fits(self) -> Self:

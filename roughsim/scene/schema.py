@@ -104,10 +104,19 @@ class Quantity:
         """Return `value` in SI; `where` is its place within the key, such as "[2]"."""
         as_text = isinstance(value, str) and not self.whole
         number = self.of_text(value, where) if as_text else self.of_number(value, where)
-        limits = self.missed_limits(number)
-        if limits:
-            raise ValueError(f"{where} = {as_written(value, self.unit)} must be {limits}, for example {self.example}")
-        return number
+        bounds = {"above": self.above, "at least": self.at_least, "below": self.below, "at most": self.at_most}
+        below = number < self.below or math.isinf(self.below)
+        if math.isnan(number) or (math.isinf(number) and not self.may_be_infinite):
+            limits = "finite"
+        elif not (self.at_least <= number <= self.at_most and self.above < number and below):
+            texts = [f"{word} {limit:.15g} {self.unit}" for word, limit in bounds.items() if math.isfinite(limit)]
+            limits = " and ".join(text.rstrip() for text in texts)
+        elif number and not math.isinf(number) and not self.smallest <= abs(number) <= LARGEST:
+            size = f"{self.smallest:g} to {LARGEST:g} {self.unit}".rstrip()
+            limits = f"of a size from {size}; check the exponent and the unit"
+        else:
+            return number
+        raise ValueError(f"{where} = {as_written(value, self.unit)} must be {limits}, for example {self.example}")
 
     def of_number(self, value: Any, where: str) -> float:
         """Return a number as a float, or as an int if it must be whole; one that is too large is inf."""
@@ -142,20 +151,6 @@ class Quantity:
             return float(unit_registry().Quantity(Decimal(number), unit).to(self.unit).magnitude)
         except Exception:  # decimal overflow, units with an offset, logarithmic units
             raise ValueError(f"{key} cannot be turned into {self.unit}; {expected}") from None
-
-    def missed_limits(self, number: float) -> str:
-        """Return what a number must be and is not, "" if nothing."""
-        if math.isnan(number) or (math.isinf(number) and not self.may_be_infinite):
-            return "finite"
-        inside = self.at_least <= number <= self.at_most
-        if not inside or number <= self.above or (number >= self.below and not math.isinf(self.below)):
-            bounds = {"above": self.above, "at least": self.at_least, "below": self.below, "at most": self.at_most}
-            texts = [f"{word} {limit:.15g} {self.unit}" for word, limit in bounds.items() if math.isfinite(limit)]
-            return " and ".join(text.rstrip() for text in texts)
-        if number and not math.isinf(number) and not self.smallest <= abs(number) <= LARGEST:
-            size = f"{self.smallest:g} to {LARGEST:g} {self.unit}".rstrip()
-            return f"of a size from {size}; check the exponent and the unit"
-        return ""
 
 
 @lru_cache(maxsize=1)
@@ -285,12 +280,10 @@ def missing(key: str, holder: str, record: Any) -> str:
 
 def where_known(word: str, record: Any) -> str:
     """Return where an unknown key may have been meant to go: a near name here, its own section, or all names here."""
-    hint = did_you_mean(word, record.known_keys())
-    if hint.startswith("did you mean"):
-        return hint
     order = (*SECTIONS[""].known_keys(), *SECTIONS)
-    section = next((name for name in order if name in SECTIONS and name and word in SECTIONS[name].known_keys()), None)
-    return f"it belongs in [{section}]" if section else hint
+    homes = [name for name in order if name and name in SECTIONS and word in SECTIONS[name].known_keys()]
+    keys = record.known_keys()
+    return f"it belongs in [{homes[0]}]" if homes and not nearest(word, keys) else did_you_mean(word, keys)
 
 
 def dotted(path: tuple[int | str, ...]) -> str:

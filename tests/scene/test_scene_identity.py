@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import pickle
+from dataclasses import fields
 
 import pytest
 from steel_text import STEEL, changed, table_scene, with_counterface
 
 from roughsim.scene import bundled_scenes, first_difference, parse_scene, scene_text
+from roughsim.scene.schema import SECTIONS
 
 
 def variants() -> list[str]:
@@ -83,3 +85,66 @@ def test_identity_does_not_depend_on_writing_out_a_default():
     bare = changed('q_roll_off = "9.4e4 1/m"', "", changed("roll_off_exponent = 1.5", ""))
     full = changed('"9.4e4 1/m"', '"6350 1/m"', changed("roll_off_exponent = 1.5", "roll_off_exponent = 0"))
     assert first_difference(parse_scene(bare), parse_scene(full)) is None
+
+
+SELF_AFFINE = "hurst = 0.8\nq_min = 1e3\nq_roll_off = 1e4\nq_max = 1e6\nroll_off_exponent = 1"
+BODY = "melting_temperature = 1500\n" + "\n".join(
+    line
+    for line in STEEL[STEEL.index("[body]") : STEEL.index("[counterface]")].splitlines()[1:]
+    if not line.startswith("conductivity")
+)
+TABLE = "conductivity = { temperature = [300, 900], value = [50, 30] }\n"
+TABLE_FACE = 'psd = [[1e4, 3.1e-23], [1e5, 7e-27]]\npsd_convention = "persson"\npsd_source = "scan"'
+NAMED_FACE = (
+    'spectrum = { name = "k_correlation", rms_height = 1e-7, hurst = 0.7, q_min = 1e3, q_roll_off = 1e4, q_max = 1e6 }'
+)
+NUMERICS = """[numerics]
+levels = [{ column = "capped", shape = 64, q_max = 1e4 }]
+lengths = 0.01
+tolerance = 1e-3
+precision = "single"
+slid_distance = inf
+threads = 2
+keep_fields = 3
+solver = "active_set"
+"""
+REST = """[sliding]
+nominal_pressure = 1e6
+friction_coefficient = 0.1
+speed = [1, 2]
+heat_partition = "total"
+duration = 1
+background_temperature = 300
+[theory]
+gamma = 0.3
+[ensemble]
+seed = 4
+max_realizations = 5
+until = { flash_width = 0.02 }
+"""
+FACES = (f"rms_height = 1e-7\n{SELF_AFFINE}", f"rms_slope = 0.1\n{SELF_AFFINE}", TABLE_FACE, NAMED_FACE)
+# what a run may change and stay the same run, or what changes no number
+LEFT_OUT = {"ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"} | {
+    *("surface.psd_source", "counterface.psd_source", "body.melting_temperature", "counterface.melting_temperature")
+}
+
+
+def test_identity_leaves_out_no_key_but_those_that_change_no_number():
+    scenes = [
+        parse_scene(f"[surface]\n{face}\n[body]\n{BODY}{TABLE}[counterface]\n{face}\n{BODY}{TABLE}{REST}{NUMERICS}")
+        for face in FACES
+    ]
+    scenes.append(parse_scene(f'[surface]\n{FACES[0]}\n[body]\n{BODY}{TABLE}[counterface]\nlike = "body"\n{REST}'))
+    seen = set()
+    for scene in scenes:
+        sections = {name: getattr(scene, name) for name in SECTIONS[""].known_keys() if name != "title"}
+        stated = {
+            f"{name}.{field.name}"
+            for name, section in sections.items()
+            for field in fields(section)
+            if getattr(section, field.name) is not None
+        }
+        assert {*scene.identity()} == stated - LEFT_OUT
+        seen |= stated
+    every = {f"{name}.{field.name}" for name in sections for field in fields(SECTIONS[name])}
+    assert seen == every  # so that a new key is tried here

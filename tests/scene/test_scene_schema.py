@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pickle
+import re
+import tomllib
 from dataclasses import FrozenInstanceError, fields, replace
 
 import pytest
@@ -11,7 +13,7 @@ from steel_text import STEEL
 import roughsim as rs
 from roughsim.scene import SceneError, parse_scene
 from roughsim.scene.numerics import NumericsSection
-from roughsim.scene.schema import quantity
+from roughsim.scene.schema import SECTIONS, did_you_mean, nearest, quantity
 from roughsim.scene.sections import BodySection, CounterfaceSection, SurfaceSection
 
 LEVEL = rs.Level("capped", (64, 32), 5e4)
@@ -77,3 +79,68 @@ def test_wrong_levels_and_numerics_are_refused_as_in_a_scene(make, words):
     with pytest.raises(SceneError) as refused:
         make()
     assert words in str(refused.value)
+
+
+POSITIVE = ([1e-9], [0, -1])
+WHOLE = [1.5, 1.0, "1", True]
+# key → SI unit, numbers that are accepted, numbers and texts that are not
+LIMITS = {
+    "surface.rms_height": ("m", *POSITIVE),
+    "surface.rms_slope": ("", *POSITIVE),
+    "surface.hurst": ("", [0, 1], [-0.001, 1.001]),
+    "surface.q_min": ("rad/m", *POSITIVE),
+    "surface.q_roll_off": ("rad/m", *POSITIVE),
+    "surface.q_max": ("rad/m", *POSITIVE),
+    "surface.roll_off_exponent": ("", [0, 4], [-0.001, 4.001]),
+    "body.youngs_modulus": ("Pa", *POSITIVE),
+    "body.poisson_ratio": ("", [-0.999, 0.5], [-1, 0.501]),
+    "body.penetration_hardness": ("Pa", *POSITIVE),
+    "body.conductivity": ("W/(m K)", *POSITIVE),
+    "body.density": ("kg/m^3", *POSITIVE),
+    "body.heat_capacity": ("J/(kg K)", *POSITIVE),
+    "body.melting_temperature": ("K", *POSITIVE),
+    "sliding.nominal_pressure": ("Pa", *POSITIVE),
+    "sliding.friction_coefficient": ("", *POSITIVE),
+    "sliding.speed": ("m/s", [0, 1e5], [-1e-9]),
+    "sliding.heat_partition": ("", [1e-9, 1], [0, 1.001]),
+    "sliding.duration": ("s", *POSITIVE),
+    "sliding.background_temperature": ("K", *POSITIVE),
+    "theory.gamma": ("", [0, 1], [-0.001, 1.001]),
+    "ensemble.seed": ("", [0, 2**63 - 1], [-1, 2**63, *WHOLE]),
+    "ensemble.max_realizations": ("", [1, 10**6], [0, 10**6 + 1, *WHOLE]),
+    "numerics.lengths": ("m", *POSITIVE),
+    "numerics.tolerance": ("", [1e-9, 0.999], [0, 1]),
+    "numerics.slid_distance": ("m", [1e-9, float("inf")], [0, -float("inf")]),
+    "numerics.threads": ("", [1, 4096], [0, 4097, *WHOLE]),
+    "numerics.keep_fields": ("", [0, 2**63 - 1], [-1, *WHOLE]),
+    "numerics.levels.shape": ("", [1, 2**31], [0, 2**31 + 1, *WHOLE]),
+    "numerics.levels.q_max": ("rad/m", *POSITIVE),
+    "numerics.levels.every": ("", [1, 10**6], [0, 10**6 + 1, *WHOLE]),
+}
+
+
+@pytest.mark.parametrize("key", LIMITS)
+def test_each_number_has_its_si_unit_and_its_limits(key):
+    section, _, name = key.rpartition(".")
+    reads, (unit, accepted, refused) = quantity(SECTIONS[section], name), LIMITS[key]
+    assert reads.unit == unit
+    assert [reads(value) for value in accepted] == accepted
+    for value in refused:
+        with pytest.raises(ValueError, match=rf"must be .*{re.escape(unit)}"):
+            reads(value)
+    assert reads(tomllib.loads(f"x = {reads.example}")["x"]) > 0
+
+
+def test_the_limits_of_every_number_of_a_scene_are_tried():
+    assert {*LIMITS} == {
+        f"{section}.{key}"
+        for section, record in SECTIONS.items()
+        for key in record.known_keys()
+        if section != "counterface" and quantity(record, key) is not None  # a counterface has those of surface and body
+    }
+
+
+def test_a_misspelt_word_stands_for_the_nearest_name_if_three_fifths_are_alike():
+    assert did_you_mean("HurXX", ["hurst", "q_max"]) == 'did you mean "hurst"?'  # 2·3 letters of 5 + 5
+    assert did_you_mean("hurxxx", ["hurst", "q_max"]) == "the choice is hurst, q_max"  # 2·3 of 6 + 5
+    assert nearest("steel-1", ["steel-22", "Steel-1.2"]) == "Steel-1.2"

@@ -13,14 +13,8 @@ from typing import Any
 
 from roughsim.scene.schema import SECTIONS, SceneError, as_written, did_you_mean, quantity
 
-GROUP = "roughsim.spectra"
 INSIDE = {"k_correlation": "roughsim.scene.spectra.k_correlation:Spectrum"}
 EXAMPLE = '{ name = "k_correlation", rms_height = "0.90 um", ... }'
-
-
-def spectra() -> dict[str, str]:
-    """Return where the record of each spectrum is, as "module:name"; a name of the package cannot be taken."""
-    return {entry.name: entry.value for entry in entry_points(group=GROUP)} | INSIDE
 
 
 def read_spectrum(value: Any) -> Any:
@@ -28,10 +22,12 @@ def read_spectrum(value: Any) -> Any:
     name = value.get("name") if isinstance(value, Mapping) else getattr(value, "name", None)
     if not isinstance(name, str):
         raise ValueError(f" = {as_written(value)} must be a table with a name, for example spectrum = {EXAMPLE}")
-    known = INSIDE if name in INSIDE else spectra()  # what is installed is looked through only where it may matter
-    if name not in known:
-        raise ValueError(f".name = {as_written(name)} is no spectrum; {did_you_mean(name, known)}")
-    record = resolve_name(known[name])
+    homes = INSIDE  # its names come first, so that no other package replaces a spectrum of this one
+    if name not in INSIDE:
+        homes = {entry.name: entry.value for entry in entry_points(group="roughsim.spectra")} | INSIDE
+    if name not in homes:
+        raise ValueError(f".name = {as_written(name)} is no spectrum; {did_you_mean(name, homes)}")
+    record = resolve_name(homes[name])
     if isinstance(value, record):
         return value
     surface = SECTIONS["surface"]

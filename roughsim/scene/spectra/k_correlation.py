@@ -43,12 +43,9 @@ class Spectrum(Record):
 
     def __call__(self, q: Any) -> Any:
         """Return C(q), m⁴, between the ends."""
-        plateau = self.rms_height**2 / (pi * self.q_roll_off**2 * self._share)
-        return plateau * (1.0 + (np.asarray(q) / self.q_roll_off) ** 2) ** (-1.0 - self.hurst)
-
-    @property
-    def _share(self) -> float:
-        """∫ (1 + x)^(−1−H) dx between the ends, x = (q/q_r)²."""
-        low, high = (log1p((q / self.q_roll_off) ** 2) for q in self.breaks)
+        # ∫ (1 + x)^(−1−H) dx between the ends, x = (q/q_r)²
+        low, high = (log1p((end / self.q_roll_off) ** 2) for end in self.breaks)
         span = high - low
-        return exp(-self.hurst * low) * (-expm1(-self.hurst * span) / self.hurst if self.hurst else span)
+        share = exp(-self.hurst * low) * (-expm1(-self.hurst * span) / self.hurst if self.hurst else span)
+        plateau = self.rms_height**2 / (pi * self.q_roll_off**2 * share)
+        return plateau * (1.0 + (np.asarray(q) / self.q_roll_off) ** 2) ** (-1.0 - self.hurst)
