@@ -144,8 +144,7 @@ def run(
     loaded = rs.load_scene(scene)
     changes: dict[str, Any] = {"threads": threads, "keep_fields": keep_fields}
     changes = {key: value for key, value in changes.items() if value is not None}
-    if changes:
-        loaded = replace(loaded, numerics=replace(loaded.numerics, **changes))
+    loaded = replace(loaded, numerics=replace(loaded.numerics, **changes))
     try:
         pairs = [text.partition("=") for text in until or ()]
         targets = {name.strip(): value for name, _, value in pairs} or None
@@ -220,12 +219,10 @@ def explore(
     """Look at a run in the web browser: fields at any speed, curves. It may still be computed."""
     from roughsim.explore import explore as serve
 
-    serve(
-        run,
-        port=port,
-        browser=browser,
-        announce=lambda address: tell(f"page: {address} (this computer only; Ctrl-C ends it)"),
-    )
+    def announce(address: str) -> None:
+        tell(f"page: {address} (this computer only; Ctrl-C ends it)")
+
+    serve(run, port=port, browser=browser, announce=announce)
 
 
 @app.command()

@@ -6,8 +6,7 @@ import os
 import time
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 from rich import progress as bars
 
@@ -46,17 +45,6 @@ class Progress:
         self.first: int | None = None  # members that were there before
         self.printed = -1  # realizations in the line that was printed last
 
-    def __enter__(self) -> Self:
-        with suppress(OSError):
-            self.bar.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        with suppress(OSError):
-            self.bar.stop()
-
     def update(self, run: Run) -> None:
         """Show where the run stands, and the time left once the end is known."""
         count, members = run.realizations, len(run.members)
@@ -74,14 +62,6 @@ class Progress:
             self.printed = count
             self.console.print_lines(f"{text}, {left}")
 
-    def summary(self, run: Run) -> list[str]:
-        """Return what to say at the end."""
-        seconds = time.monotonic() - self.began
-        lines = [f"{run.realizations} realizations in {run.folder}, {clock(seconds)}{reached(run)}", *losses(run)]
-        if run.until and not run.target_met:
-            lines.append("target not reached: raise --max, or the target, and give the same command again")
-        return lines
-
 
 def run_shown(scene: Scene, folder: Path, workers: int | None, **options: Any) -> Run:
     """Plan and run a scene as `roughsim.run` does, showing the plan, the progress and the end; all cores for None."""
@@ -93,7 +73,17 @@ def run_shown(scene: Scene, folder: Path, workers: int | None, **options: Any) -
     for line in judge(scene, numerics).warnings:
         warn(line)
     count = (os.cpu_count() or 1) if workers is None else workers
-    with Progress(console) as progress:
+    progress = Progress(console)
+    try:
+        with suppress(OSError):
+            progress.bar.start()
         result = run(scene, folder, numerics=numerics, workers=count, observer=progress.update)
-    console.print_lines(*progress.summary(result))
+    finally:
+        with suppress(OSError):
+            progress.bar.stop()
+    duration = clock(time.monotonic() - progress.began)
+    console.print_lines(f"{result.realizations} realizations in {result.folder}, {duration}{reached(result)}")
+    console.print_lines(*losses(result))
+    if result.until and not result.target_met:
+        console.print_lines("target not reached: raise --max, or the target, and give the same command again")
     return result

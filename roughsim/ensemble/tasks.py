@@ -45,24 +45,18 @@ class Sent:
     again: bool = False
 
 
+@dataclass(slots=True, eq=False)
 class Tasks:
-    """The members of a run that are still to do, in order; `check` raises an interrupt that was lost."""
+    """The members of a run that are still to do, in order."""
 
-    def __init__(
-        self,
-        scene: Scene,
-        numerics: Numerics,
-        folder: Path,
-        run: Run,
-        claims: Claims,
-        check: Callable[[], None],
-        observer: Callable[[Run], None] | None = None,
-    ):
-        self.scene, self.numerics, self.folder, self.run = scene, numerics, folder, run
-        self.claims, self.check, self.observer = claims, check, observer
-        self.longest = 0.0  # s from handing a member out until it came back
-        # the members of a realization in this order: the largest grid takes longest
-        self._levels = sorted(range(len(numerics.levels)), key=lambda i: -numerics.grid(i).points)
+    scene: Scene
+    numerics: Numerics
+    folder: Path
+    run: Run
+    claims: Claims
+    check: Callable[[], None]  # raises an interrupt that was lost
+    observer: Callable[[Run], None] | None = None
+    longest: float = 0.0  # s from handing a member out until it came back
 
     def complete(self, force: Workforce) -> None:
         """Work through the tasks until the targets are met or all members are there, whoever computes them.
@@ -126,8 +120,8 @@ class Tasks:
     def _next(self) -> Task | None:
         """Claim the first member, index by index and the largest grid first, that is not there and nobody computes."""
         for index in range(self.run.realizations, self.run.max_realizations):
-            levels = self.numerics.of_index(index)
-            for task in ((level, index) for level in self._levels if level in levels):
+            levels = sorted(self.numerics.of_index(index), key=lambda level: -self.numerics.grid(level).points)
+            for task in ((level, index) for level in levels):
                 if not self.is_stored(task) and self.claims.take(member_name(*task)):
                     if not self.is_stored(task):
                         return task

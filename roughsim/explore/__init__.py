@@ -1,7 +1,7 @@
 """A local page to look at a run: fields, temperatures at any speed and direction, curves over the theory.
 
-`fields`, `images`, `line`, `curves` and `watched_run` compute without Bokeh. `panels` and `layout` are what is on the
-page, `page` is what happens when it is used, `server` and `access` bring it to the browser. Needs the extra `explore`.
+`fields` and `watched_run` compute without Bokeh. `panels` and `layout` are what is on the page, `page` is what happens
+when it is used, `server` and `access` bring it to the browser. Needs the extra `explore`.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 
 def explore(
@@ -21,6 +22,16 @@ def explore(
     """
     if find_spec("bokeh") is None:
         raise ImportError("the page needs Bokeh, which is not installed: pip install 'roughsim[explore]'")
-    from roughsim.explore.server import serve
+    from roughsim.explore import server
 
-    serve(folder, port, browser=browser, announce=announce)
+    started, address = server.start(folder, port)
+    announce(address)
+    with TemporaryDirectory(prefix="roughsim-") as private:
+        if browser:
+            import webbrowser
+
+            # all users see the words that a program is started with: a file that none of them can read has the secret
+            door = Path(private, "page.html")
+            door.write_text(f'<meta http-equiv="refresh" content="0; url={address}">\n', encoding="utf-8")
+            started.io_loop.add_callback(webbrowser.open, door.as_uri())
+        started.run_until_shutdown()

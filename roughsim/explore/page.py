@@ -6,6 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from math import atan2, degrees, radians
 from typing import Any
+from weakref import ref
 
 import numpy as np
 from bokeh.document import Document
@@ -40,7 +41,7 @@ class LatestTask:
     def __init__(self, deliver: Callable[[Callable[[], None]], None], failed: Callable[[BaseException], None]):
         self.deliver, self.failed = deliver, failed
         self.pool = ThreadPoolExecutor(1)
-        self.latest: Future[Any] = Future()
+        self.latest: Callable[[], Future[Any] | None] = lambda: None
 
     def ask(self, work: Callable[[], Any], show: Callable[[Any], None]) -> None:
         """Do `work` in the thread, then `show` its result in the thread of the page."""
@@ -50,9 +51,11 @@ class LatestTask:
                 error = future.exception()
                 self.deliver(lambda: self.failed(error) if error else show(future.result()))
 
-        self.latest.cancel()  # without effect on a task that has begun
-        self.latest = self.pool.submit(work)
-        self.latest.add_done_callback(done)
+        if (waiting := self.latest()) is not None:
+            waiting.cancel()  # without effect on a task that has begun
+        future = self.pool.submit(work)
+        self.latest = ref(future)  # weak: a result may hold fields of many megabytes
+        future.add_done_callback(done)
 
     def close(self) -> None:
         """End the thread; what it is doing is finished, what waits is dropped."""

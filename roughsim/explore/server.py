@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import gc
 import socket
-from collections.abc import Callable
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from bokeh.application import Application
@@ -66,18 +64,3 @@ def start(folder: str | Path, port: int | None = None) -> tuple[BaseServer, str]
         return server, f"http://{ADDRESS}:{number}{server.prefix}/"
     taken = f"port = {port} is" if port else f"ports {FIRST_PORT} to {FIRST_PORT + PORTS_TRIED - 1} are"
     raise OSError(refusal.errno, f"{taken} not free on {ADDRESS}; choose another with --port")
-
-
-def serve(folder: str | Path, port: int | None, *, browser: bool, announce: Callable[[str], None]) -> None:
-    """Serve the page until interrupted; `announce` is called with its address."""
-    server, address = start(folder, port)
-    announce(address)
-    with TemporaryDirectory(prefix="roughsim-") as private:
-        if browser:
-            import webbrowser
-
-            # all users see the words that a program is started with: a file that none of them can read has the secret
-            door = Path(private, "page.html")
-            door.write_text(f'<meta http-equiv="refresh" content="0; url={address}">\n', encoding="utf-8")
-            server.io_loop.add_callback(webbrowser.open, door.as_uri())
-        server.run_until_shutdown()

@@ -26,8 +26,7 @@ class Broken(io.StringIO):
 def lines(scene, folder, **options):
     console, said = PatientConsole(stderr=True), io.StringIO()
     console.file = said
-    with Progress(console) as shown:
-        rs.run(scene, folder, observer=shown.update, **options)
+    rs.run(scene, folder, observer=Progress(console).update, **options)
     return said.getvalue().splitlines()
 
 

@@ -21,7 +21,7 @@ pytest.importorskip("bokeh")
 from bokeh.util import token as jwt
 from tornado.ioloop import IOLoop
 
-from roughsim.explore import access, server
+from roughsim.explore import access, explore, server
 
 METHODS = ("GET", "HEAD", "POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE")
 WIDENING = {
@@ -300,7 +300,7 @@ def test_the_browser_is_started_with_a_file_that_others_cannot_read(capped_run, 
 
     monkeypatch.setattr("webbrowser.open", opened)
     monkeypatch.setattr(server, "start", lambda *_: (Stops, "http://127.0.0.1:5006/secret/"))
-    server.serve(capped_run.folder, None, browser=True, announce=lambda address: None)
+    explore(capped_run.folder, announce=lambda address: None)
     assert seen["others"] == 0
     assert 'url=http://127.0.0.1:5006/secret/"' in seen["text"]
     assert not seen["path"].exists()

@@ -15,7 +15,7 @@ pytest.importorskip("bokeh")
 from tornado.ioloop import IOLoop
 
 from roughsim.errors import RecordError
-from roughsim.explore import server
+from roughsim.explore import explore, server
 
 # where a port is taken tornado leaves the socket that it could not bind to the collector
 pytestmark = pytest.mark.filterwarnings("ignore:unclosed <socket:ResourceWarning")
@@ -97,7 +97,7 @@ def test_the_page_is_served_with_its_own_scripts_until_it_is_stopped(loop, cappe
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     told = []
     try:
-        server.serve(capped_run.folder, None, browser=True, announce=told.append)
+        explore(capped_run.folder, announce=told.append)
     finally:
         for number, handler in handlers.items():
             signal.signal(number, handler)
