@@ -15,9 +15,10 @@ import pytest
 from damage_cases import member, without_seal
 
 import roughsim as rs
+from roughsim import untrusted
 from roughsim.store import member_files
 from roughsim.store.member_files import check_member, member_path, read_member, write_member
-from roughsim.untrusted import ChildEndedError, call_in_child, check_measured_file, child_process
+from roughsim.untrusted import ChildEndedError, call_in_child, check_measured_file
 
 SPIN = (re.match, "(a+)+$", "a" * 60 + "b")  # in C, for years
 
@@ -62,7 +63,7 @@ def test_an_interrupt_comes_through_and_the_next_answer_is_not_that_of_the_last_
 
 
 def test_a_process_that_cannot_be_had_is_no_damage(monkeypatch, tmp_path):
-    monkeypatch.setattr(child_process, "_children", {})
+    monkeypatch.setattr(untrusted, "_children", {})
     monkeypatch.setattr(sys, "executable", "/bin/false")
     path = old_member(tmp_path)
     with pytest.raises(OSError, match="did not start") as told:
@@ -76,8 +77,8 @@ def test_a_script_without_a_guard_may_read_old_files_and_leaves_no_process(tmp_p
     script = tmp_path / "script.py"
     script.write_text(
         "from pathlib import Path\nfrom roughsim.store.member_files import read_member\n"
-        "from roughsim.untrusted import child_process\n"
-        f"print(read_member(Path({str(path)!r})).index, *(h.pid for h in child_process._children.values()))\n"
+        "from roughsim import untrusted\n"
+        f"print(read_member(Path({str(path)!r})).index, *(h.pid for h in untrusted._children.values()))\n"
     )
     environment = {**os.environ, "PYTHONPATH": str(Path(rs.__file__).parents[1])}
     said = subprocess.run([sys.executable, script], env=environment, capture_output=True, text=True, check=True)
@@ -152,7 +153,7 @@ def test_a_topography_on_which_the_library_spins_is_refused_by_name(tmp_path, mo
     def ended(*_, **__):
         raise ChildEndedError("the library did not come back in 5 s of computing")
 
-    monkeypatch.setattr("roughsim.untrusted.checks.call_in_child", ended)
+    monkeypatch.setattr("roughsim.untrusted.call_in_child", ended)
     with pytest.raises(rs.RecordError, match="scan.h5 cannot be read: the library did not come back"):
         check_measured_file(path)
 
@@ -164,9 +165,7 @@ def test_64_zeroed_bytes_anywhere_in_a_file_of_an_instrument_end_in_an_answer(tm
         file["surface"] = np.random.default_rng(0).random((16, 16))
         file.create_dataset("more/mask", data=np.zeros((40, 40)), chunks=(10, 10), compression="gzip")
         file["more"].attrs["text"] = "made by hand"
-    monkeypatch.setattr(
-        "roughsim.untrusted.checks.call_in_child", lambda *given, seconds: call_in_child(*given, seconds=0.4)
-    )
+    monkeypatch.setattr("roughsim.untrusted.call_in_child", lambda *given, seconds: call_in_child(*given, seconds=0.4))
     ends = []
     for broken in zeroed(path.read_bytes()):
         path.write_bytes(broken)

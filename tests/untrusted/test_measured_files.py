@@ -10,7 +10,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.surface.topography import read_topography
-from roughsim.untrusted import check_hdf5, check_measured_file, checks, machine_memory
+from roughsim.untrusted import check_hdf5, check_measured_file, machine_memory
 
 
 def test_other_hdf5_files_may_hold_text_and_soft_links_but_lead_nowhere(tmp_path, secret):
@@ -61,7 +61,7 @@ def test_a_zip_that_unpacks_beyond_memory_is_refused(tmp_path, monkeypatch):
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("bindata/data.bin", bytes(4_000_000))
     assert path.stat().st_size < 10_000
-    monkeypatch.setattr(checks, "machine_memory", lambda: 6e6)
+    monkeypatch.setattr("roughsim.untrusted.machine_memory", lambda: 6e6)
     with pytest.raises(rs.RecordError, match="unpacks to 0.004 GB, above half of the machine's memory"):
         check_measured_file(path)
 
