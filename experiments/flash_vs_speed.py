@@ -13,7 +13,7 @@ from dataclasses import replace
 from script import Command
 
 import roughsim as rs
-from roughsim.show.units import plus_minus
+from roughsim.show.units import Number
 
 SCENES = ("steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa")
 SPEED = 35.0
@@ -45,8 +45,8 @@ def main() -> None:
         comparison = rs.compare(run)
         comparison.chart(options.output / f"{name}.png")
         row = next(r for r in comparison.rows if r.observable == "flash_temperature" and r.speed == SPEED)
-        cells = [plus_minus(cell.mean, cell.total_error, cell.unknown) for cell in row.columns.values()]
-        ratios = [plus_minus(entry.value, entry.total_error, entry.unknown) for entry in row.ratios.values()]
+        cells = [str(Number(cell.mean, "K", cell.total_error, cell.unknown)) for cell in row.columns.values()]
+        ratios = [str(Number(entry.value, "1", entry.total_error, entry.unknown)) for entry in row.ratios.values()]
         print(f"{name:14}{row.theory_full_spectrum:8.1f}{cells[0]:>16}{cells[1]:>16}{ratios[0]:>18}{ratios[1]:>18}")
 
 

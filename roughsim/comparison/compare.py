@@ -115,8 +115,6 @@ class Comparison:
     """
 
     run: Run
-    realizations: int
-    failed: int
     rows: tuple[Row, ...]
     slopes: tuple[Slope, ...] = ()
 
@@ -157,8 +155,8 @@ class Comparison:
     def to_dict(self) -> dict[str, Any]:
         """Return the table as JSON values; NaN and infinity become None."""
         result: dict[str, Any] = {
-            "realizations": self.realizations,
-            "failed": self.failed,
+            "realizations": self.run.realizations,
+            "failed": self.run.failed,
             "missing": self.run.missing,
             "rows": [row.to_dict() for row in self.rows],
             "stress_slopes": [slope._asdict() for slope in self.slopes],
@@ -197,7 +195,7 @@ def compare(run: Run) -> Comparison:
     if sound < 2:
         raise ValueError(f"{run.folder} has {sound} sound realizations; a comparison needs at least 2, let it run on")
     slopes = (stress_slope(run, column) for column in run.numerics.columns)
-    return Comparison(run, run.realizations, run.failed, tuple(rows_of(run)), tuple(s for s in slopes if s is not None))
+    return Comparison(run, tuple(rows_of(run)), tuple(s for s in slopes if s is not None))
 
 
 def rows_of(run: Run) -> Iterator[Row]:

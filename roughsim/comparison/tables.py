@@ -14,7 +14,7 @@ from roughsim.observables.catalogue import OBSERVABLES, UNITS
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.show.table import Column, Row, Table
-from roughsim.show.units import Number, json_value, plus_minus, with_unit
+from roughsim.show.units import Number, json_value, with_unit
 
 CORRELATION_POINTS = 65
 HEATED = ("flash_temperature", "flash_gradient", "flash_laplacian")
@@ -81,7 +81,7 @@ def trust_table(known: Trust) -> Table:
 
 def comparison_table(comparison: Comparison) -> Table:
     """Return the comparison, a row per observable and speed."""
-    first, scene = comparison.rows[0], comparison.run.scene
+    first, run, title = comparison.rows[0], comparison.run, comparison.run.scene.title
     ratios = (name.replace("_over_", "/") + " (same modes)" * name.endswith("_over_theory") for name in first.ratios)
     columns = [Column("observable", name=True)]
     columns += [Column(title, number=True) for title in ("m/s", "theory", *first.columns, *ratios)]
@@ -96,19 +96,17 @@ def comparison_table(comparison: Comparison) -> Table:
         )
         for row in comparison.rows
     ]
-    count = f"{comparison.realizations} realizations"
-    count += f", {comparison.failed} failed and left out" if comparison.failed else ""
-    title = f"{scene.title}: {count}" if scene.title else count
+    count = f"{run.realizations} realizations" + (f", {run.failed} failed and left out" if run.failed else "")
+    title = f"{title}: {count}" if title else count
     return Table([*columns, Column("note")], rows, title, [*meanings(comparison), *comparison.notes()])
 
 
 def meanings(comparison: Comparison) -> Iterator[str]:
     """Give the slopes of the stress spectrum, and what the columns and marks of a comparison mean."""
     for slope in comparison.slopes:
-        yield (
-            f"slope of |σ_q|² from {slope.low:.3g} to {slope.high:.3g} rad/m: {slope.column} "
-            f"{plus_minus(slope.measured, slope.error)} (statistical, 95 %), theory {slope.theory:.2f}"
-        )
+        band = f"slope of |σ_q|² from {slope.low:.3g} to {slope.high:.3g} rad/m"
+        measured = Number(slope.measured, error=slope.error)
+        yield f"{band}: {slope.column} {measured} (statistical, 95 %), theory {slope.theory:.2f}"
     yield (
         "± total error, 95 %. theory: over the whole spectrum. The ratio to theory is over the same modes: those of "
         "the cell, up to q_c."

@@ -10,40 +10,29 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import inf, isfinite, log, nan
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PchipInterpolator, RegularGridInterpolator
 
 from roughsim import prediction
+from roughsim.scene import Scene
 from roughsim.store.validity_map import Table, read_validity
 from roughsim.surface.power_laws import SelfAffineSpectrum
 
-if TYPE_CHECKING:
-    from roughsim.scene import Scene
-
 Array = NDArray[np.float64]
 GAMMA = 0.45  # of the theory in the map
-
-
-class Coordinate(NamedTuple):
-    """How a coordinate of the map is called, and what counts as one step in it: a factor, or else a difference."""
-
-    words: str
-    factor: float | None = None
-    difference: float = nan
-
-
+# how a coordinate of the map is called, and the factor that is one step in it; of roll_off_exponent the difference
 COORDINATES = {
-    "load": Coordinate("load p/(E*h')", 3.0),
-    "hurst": Coordinate("H", 1.4),
-    "bandwidth": Coordinate("q_max/q_roll_off", 2.0),
-    "plateau": Coordinate("q_roll_off/q_min", 2.0),
-    "low_exponent": Coordinate("roll_off_exponent", difference=0.75),
-    "share": Coordinate("pressure/hardness", 2.5),
-    "yields": Coordinate("q_y/q_roll_off", 2.0),
-    "depth": Coordinate("q_max/q_y"),
+    "load": ("load p/(E*h')", 3.0),
+    "hurst": ("H", 1.4),
+    "bandwidth": ("q_max/q_roll_off", 2.0),
+    "plateau": ("q_roll_off/q_min", 2.0),
+    "low_exponent": ("roll_off_exponent", 0.75),
+    "share": ("pressure/hardness", 2.5),
+    "yields": ("q_y/q_roll_off", 2.0),
+    "depth": ("q_max/q_y", nan),
 }
 DEPTH = (0.3, 1.05)  # T_flash nears its limit as q_max^−(0.3 + 1.05 H): between slow and fast sliding on all ladders
 NEAR = 0.1  # steps: how far a scene may be from a coordinate that the map has at one value only
@@ -53,6 +42,10 @@ UNSEEN = 0.01  # missed halfway between the only two q_y/q_roll_off: for H = 0.8
 NOT_SELF_AFFINE = (
     "C(q) is not self-affine (a table, the sum of two different faces, or another law), and has no place on the map"
 )
+
+
+class OffMapError(Exception):
+    """Why a scene has no place on the map."""
 
 
 class Judgement(NamedTuple):
@@ -91,23 +84,22 @@ def trust(scene: Scene, tables: dict[str, Table] | None = None) -> Trust:
     `tables` is the map by "elastic" and "capped", the one that the package ships if left out.
     """
     table = (read_validity() if tables is None else tables)["elastic" if scene.elastic else "capped"]
-    place = place_of(scene)
-    ratios = NOT_SELF_AFFINE if place is None else look_up(table, place)
-    if place is not None and not isinstance(ratios, str):
-        words = ", ".join(f"{COORDINATES[name].words} {place[name]:.3g}" for name in table.coordinates)
-        against = f"the simulation extrapolated to q_max = {scene.spectrum.breaks[-1]:.3g} rad/m"
-        off, within = split_speeds(scene, table)
-        return Trust("map", words, against, tuple(judgements(scene, table, *ratios, within)), off)
-    if not scene.elastic:
-        return Trust("off the map", str(ratios))
-    return by_calibration(scene, table, str(ratios))
+    try:
+        place = coordinates(scene)
+        ratios = look_up(table, place)
+    except OffMapError as reason:
+        return by_calibration(scene, table, str(reason)) if scene.elastic else Trust("off the map", str(reason))
+    words = ", ".join(f"{COORDINATES[name][0]} {place[name]:.3g}" for name in table.coordinates)
+    against = f"the simulation extrapolated to q_max = {scene.spectrum.breaks[-1]:.3g} rad/m"
+    off, within = split_speeds(scene, table)
+    return Trust("map", words, against, tuple(judgements(scene, table, *ratios, within)), off)
 
 
-def place_of(scene: Scene) -> dict[str, float] | None:
-    """Return the coordinates of a scene; None where C(q) is not self-affine."""
+def coordinates(scene: Scene) -> dict[str, float]:
+    """Return the coordinates of a scene; OffMapError where C(q) is not self-affine."""
     spectrum = scene.spectrum
     if not isinstance(spectrum, SelfAffineSpectrum):
-        return None
+        raise OffMapError(NOT_SELF_AFFINE)
     load, roll_off = scene.sliding.nominal_pressure, spectrum.q_roll_off
     result = {
         "load": load / (scene.effective_modulus * spectrum.rms_slope),
@@ -137,10 +129,11 @@ def split_speeds(scene: Scene, table: Table) -> tuple[tuple[tuple[float, str], .
     off: list[tuple[float, str]] = []
     within: dict[int, float] = {}
     for k, (speed, pe) in enumerate(zip(scene.speeds, peclet.tolist(), strict=True)):
-        if why := outside("Péclet number", pe, min(known), max(known)):
-            off += [(speed, f"{why[:-1]} of v/(D q_roll_off))")] if speed else []  # at rest there is no heat to judge
-        else:
+        why = outside("Péclet number", pe, min(known), max(known))
+        if not why:
             within[k] = pe
+        elif speed:  # at rest there is no heat to judge
+            off.append((speed, f"{why[:-1]} of v/(D q_roll_off))"))
     return tuple(off), within
 
 
@@ -152,8 +145,8 @@ def outside(name: str, x: float, low: float, high: float) -> str:
     return f"{name} {x:.4g} {side} (map: {low:.4g} to {high:.4g})"
 
 
-def look_up(table: Table, place: dict[str, float]) -> tuple[Array, Array] | str:
-    """Return ln(measured/theory) and its error at a place, by quantity; or why the map has none there.
+def look_up(table: Table, place: dict[str, float]) -> tuple[Array, Array]:
+    """Return ln(measured/theory) and its error at a place, by quantity; OffMapError where the map has none.
 
     A labelled point, such as a steel, is a map of its own; its other coordinates are those of the scene, or nearly so.
     """
@@ -168,12 +161,12 @@ def look_up(table: Table, place: dict[str, float]) -> tuple[Array, Array] | str:
         reason = "; ".join(filter(None, (off_axis(name, place[name], axis) for name, axis in axes.items())))
         if not reason:
             return interpolated(table, rows[np.lexsort(table.place[rows][:, ::-1].T)], axes, place)
-    return reason
+    raise OffMapError(reason)
 
 
 def off_axis(name: str, x: float, axis: Array) -> str:
     """Say how a coordinate leaves the map; empty where it does not."""
-    words = COORDINATES[name].words
+    words = COORDINATES[name][0]
     if name == "yields" and not isfinite(x):
         return ""
     if name == "depth" and x == 0.0:
@@ -186,14 +179,14 @@ def off_axis(name: str, x: float, axis: Array) -> str:
 
 def scaled(name: str, x: float, hurst: float = nan) -> float:
     """Return a coordinate in steps, in which ln(measured/theory) is nearly linear."""
-    factor = COORDINATES[name].factor
+    step = COORDINATES[name][1]
     if name == "depth":
         return -float(x ** -(DEPTH[0] + DEPTH[1] * hurst))
-    if factor is None:
-        return x / COORDINATES[name].difference
+    if name == "low_exponent":
+        return x / step
     if name == "share":  # full contact, 1, is as far as none
-        return log(x / (1.0 - x)) / log(factor)
-    return log(x) / log(factor) if x > 0.0 else -inf
+        x /= 1.0 - x
+    return log(x) / log(step) if x > 0.0 else -inf
 
 
 def interpolated(table: Table, rows: Any, axes: dict[str, Array], place: dict[str, float]) -> tuple[Array, Array]:

@@ -13,7 +13,7 @@ from scipy.special import stdtrit  # Student's t; importing scipy.stats takes a 
 from roughsim.estimate.ladder import Values
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import ratio
-from roughsim.show.units import plus_minus, shown
+from roughsim.show.units import Number, shown
 
 Array = NDArray[np.float64]
 LEAST = 12  # realizations before a run may stop: below, the scatter itself is too uncertain
@@ -74,7 +74,7 @@ class Estimate:
         for k, mean in enumerate(self.mean):
             known = {name: part[k] * factor for name, part in self.budget.items() if np.isfinite(part[k])}
             parts = ", ".join(f"{name} {part:.2g}" for name, part in known.items())
-            value = plus_minus(mean * factor, self.total_error[k] * factor, self.unknown_at(k))
+            value = Number(mean, self.unit, self.total_error[k], self.unknown_at(k))
             lines.append(
                 f"{value} {unit}".rstrip() + f": {parts}; n = {self.n} realizations, worth {self.effective_n[k]:.3g} "
                 f"with all levels; value at the finest level {self.bias[k] * factor:+.2g}"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
 from functools import lru_cache
 from math import inf, isinf, pi
 from typing import Any
@@ -22,34 +21,42 @@ STEEP = 0.5  # rms slope: the model has surfaces of small slope
 YIELDED = 32.0  # q_y: shorter waves touch at the hardness alone, and their slope changes nothing
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class Facts:
-    """What follows from a scene, in SI; arrays over its speeds."""
+    """What follows from a scene, in SI; arrays over its speeds. Nothing is changed later.
 
-    rms_height: float  # of both faces together, as all of the roughness
-    rms_slope: float
-    rms_slope_before_yield: float  # of the waves up to 32 q_y; of all where q_y is inf
-    longest_wave: float  # 2π/q_min
-    shortest_wave: float  # 2π/q_max
-    pressure_over_hardness: float  # σ₀/σ_P; 0 of elastic contact
-    pressure_over_modulus: float  # σ₀/E*
-    contact_fraction: float  # A/A₀ of the theory
-    contact_pressure: float  # its mean, σ₀A₀/A
-    yield_wavenumber: float  # q_y; inf of elastic contact, or where C(q) ends before
-    hot_spot_radius: float  # r over which the pressure of the theory is correlated by one half
-    hot_spots: float  # contact area of a cell over πr²
-    cell: tuple[float, float]  # its sides
-    speed: Array
-    peclet_number: Array  # vr/D
-    heat_partition: Array  # share used
-    flash_temperature: Array  # of the theory with that share, K above the background
-    background_temperature: float  # absolute; `ROOM` if the scene gives none
-    melting_temperature: float  # absolute; inf if the scene gives none
+    ValueError, ArithmeticError or RuntimeError where its theory has no value.
+    """
+
+    def __init__(self, scene: Scene):
+        theory, spectrum, load = prediction.predictions(scene), scene.spectrum, scene.sliding.nominal_pressure
+        self.rms_height = spectrum.rms_height  # of both faces together, as all of the roughness
+        self.rms_slope = spectrum.rms_slope
+        yields = inf if scene.elastic else prediction.yield_wavenumber(scene)
+        gentle = spectrum if YIELDED * yields >= spectrum.breaks[-1] else spectrum.truncated(q_max=YIELDED * yields)
+        self.rms_slope_before_yield = gentle.rms_slope  # of the waves up to 32 q_y; of all where q_y is inf
+        self.longest_wave = 2 * pi / spectrum.breaks[0]
+        self.shortest_wave = 2 * pi / spectrum.breaks[-1]
+        self.pressure_over_hardness = load / scene.penetration_hardness  # σ₀/σ_P; 0 of elastic contact
+        self.pressure_over_modulus = load / scene.effective_modulus  # σ₀/E*
+        self.contact_fraction = contact = float(theory["contact_fraction"][0])  # A/A₀ of the theory
+        self.contact_pressure = load / contact if contact > 0.0 else inf  # its mean, σ₀A₀/A
+        self.yield_wavenumber = yields  # q_y; inf of elastic contact, or where C(q) ends before
+        # over this distance the pressure of the theory is correlated by one half
+        self.hot_spot_radius = radius = float(theory["correlation_radius_50"][0])
+        lengths = choose_lengths(scene)[0]
+        self.hot_spots = contact * lengths[0] * lengths[1] / (pi * radius**2)  # contact area of a cell over πr²
+        self.cell = lengths  # its sides
+        self.speed = np.array(scene.speeds)
+        self.peclet_number = self.speed * radius / prediction.conduction(scene).diffusivity  # vr/D
+        self.heat_partition = prediction.heat_partition(scene)  # share used
+        # of the theory with that share, K above the background
+        self.flash_temperature = self.heat_partition * theory["flash_temperature"]
+        self.background_temperature = scene.sliding.background_temperature or ROOM  # absolute
+        self.melting_temperature = scene.melting_temperature  # absolute; inf if the scene gives none
 
     def to_dict(self) -> dict[str, Any]:
         """Return JSON values in SI; NaN and inf as None."""
-        values: dict[str, Any] = json_value(asdict(self))
-        return values
+        return {name: json_value(value) for name, value in vars(self).items()}
 
     def table(self) -> Table:
         """Return name, value and meaning of each for people."""
@@ -82,36 +89,7 @@ class Facts:
         return Table([Column("", name=True), Column("", name=True), Column("")], rows)
 
 
-@lru_cache(maxsize=8)
-def facts(scene: Scene) -> Facts:
-    """Return what follows from a scene; ValueError, ArithmeticError or RuntimeError where its theory has no value."""
-    theory, spectrum, load = prediction.predictions(scene), scene.spectrum, scene.sliding.nominal_pressure
-    speeds, lengths = np.array(scene.speeds), choose_lengths(scene)[0]
-    share = prediction.heat_partition(scene)
-    radius, contact = float(theory["correlation_radius_50"][0]), float(theory["contact_fraction"][0])
-    yields = inf if scene.elastic else prediction.yield_wavenumber(scene)
-    gentle = spectrum if YIELDED * yields >= spectrum.breaks[-1] else spectrum.truncated(q_max=YIELDED * yields)
-    return Facts(
-        rms_height=spectrum.rms_height,
-        rms_slope=spectrum.rms_slope,
-        rms_slope_before_yield=gentle.rms_slope,
-        longest_wave=2 * pi / spectrum.breaks[0],
-        shortest_wave=2 * pi / spectrum.breaks[-1],
-        pressure_over_hardness=load / scene.penetration_hardness,
-        pressure_over_modulus=load / scene.effective_modulus,
-        contact_fraction=contact,
-        contact_pressure=load / contact if contact > 0.0 else inf,
-        yield_wavenumber=yields,
-        hot_spot_radius=radius,
-        hot_spots=contact * lengths[0] * lengths[1] / (pi * radius**2),
-        cell=lengths,
-        speed=speeds,
-        peclet_number=speeds * radius / prediction.conduction(scene).diffusivity,
-        heat_partition=share,
-        flash_temperature=share * theory["flash_temperature"],
-        background_temperature=scene.sliding.background_temperature or ROOM,
-        melting_temperature=scene.melting_temperature,
-    )
+facts = lru_cache(maxsize=8)(Facts)
 
 
 def range_text(values: Array) -> str:

@@ -6,20 +6,18 @@ The table at the end of docs/limits.md has the same limits.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import inf, isfinite, nan, pi, sqrt
-from typing import TYPE_CHECKING, Any, NamedTuple
+from math import inf, isfinite, nan, pi, prod, sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from roughsim import prediction
 from roughsim.planning.facts import STEEP, YIELDED, Facts, facts
 from roughsim.planning.levels import CAPPED_SIDE, ELASTIC_SIDE
+from roughsim.scene import Scene
+from roughsim.scene.numerics import Numerics
+from roughsim.scene.sections import BodySection, CounterfaceSection
 from roughsim.show.table import Table
-
-if TYPE_CHECKING:
-    from roughsim.scene import Scene
-    from roughsim.scene.numerics import Numerics
-    from roughsim.scene.sections import BodySection, CounterfaceSection
 
 Lines = Iterator[str]
 ATOM = 0.3e-9  # m: shorter waves are no continuum
@@ -130,11 +128,10 @@ def roughness_lines(scene: Scene) -> Lines:
 
 def body_lines(scene: Scene) -> Lines:
     """Properties that no solid has, and sliding as fast as sound, of each body that the scene states."""
-    bodies: dict[str, BodySection | CounterfaceSection] = {"body": scene.body}
-    if scene.counterface is not None and not scene.counterface.like:
-        bodies["counterface"] = scene.counterface
     speed = max(scene.speeds)
-    for name, body in bodies.items():
+    for name, body in (("body", scene.body), ("counterface", scene.counterface)):
+        if body is None:
+            continue
         for quantity, value in properties(body):
             low, high, unit = USUAL[quantity]
             if not low <= value <= high:
@@ -165,8 +162,7 @@ def properties(body: BodySection | CounterfaceSection) -> Iterator[tuple[str, fl
     strange = False
     for name in ("youngs_modulus", "density", "heat_capacity", "conductivity"):
         stated = getattr(body, name)
-        values = [row[1] for row in stated] if isinstance(stated, tuple) else [stated] if stated is not None else []
-        for value in values:
+        for value in [row[1] for row in stated] if isinstance(stated, tuple) else [stated] * (stated is not None):
             strange |= not USUAL[name][0] <= value <= USUAL[name][1]
             yield name, value
             if name == "conductivity" and not strange and body.density and body.heat_capacity:
@@ -193,15 +189,12 @@ def load_lines(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines:
             "stiff solids yield before; give a penetration_hardness, or check the units of roughness and pressure"
         )
     side = ELASTIC_SIDE if scene.elastic else CAPPED_SIDE
-    shape, grid = (side, side), "the finest grid of a plan"
-    if numerics is not None:
-        shape, grid = max((level.shape for level in numerics.levels), key=lambda s: s[0] * s[1]), "the finest grid"
-    pixels = known.contact_fraction * (shape[0] * shape[1])
+    shapes = [level.shape for level in numerics.levels] if numerics else [(side, side)]
+    (x, y), grid = max(shapes, key=prod), "the finest grid" + " of a plan" * (numerics is None)
+    pixels = known.contact_fraction * (x * y)
     contact = f"{pressure} makes contact on {known.contact_fraction:.2g} of the area"
     if pixels < LEAST_PIXELS:
-        yield (
-            f"{contact}, {pixels:.2g} pixels of {grid}, {shape[0]} × {shape[1]}, below {LEAST_PIXELS:g}; check its unit"
-        )
+        yield (f"{contact}, {pixels:.2g} pixels of {grid}, {x} × {y}, below {LEAST_PIXELS:g}; check its unit")
     elif known.hot_spots < 1.0:
         yield (
             f"{contact}, {known.hot_spots:.2g} of one hot spot of the theory in a cell of {1e3 * known.cell[0]:.3g} "

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 # SI unit → unit that people read, and the factor between them; a unit that is not here is shown as it is
 SHOWN = {
-    "K": ("K", 1.0),
     "K/m": ("K/mm", 1e-3),
     "K/m^2": ("K/µm²", 1e-12),
     "W/m^2": ("W/m²", 1.0),
@@ -75,11 +74,6 @@ class Number:
         value, error, power = self.written()
         both = f"{value} ± {error}" if error else value
         return f"({both})e{power}" if power else both
-
-
-def plus_minus(value: float, error: float, unknown: Sequence[str] = ()) -> str:
-    """Return a value with its total error in one unit, as "208.33 ± 0.38"; `unknown` as in `Number`."""
-    return str(Number(value, "1", error, unknown))
 
 
 def significant(value: float, digits: int) -> str:

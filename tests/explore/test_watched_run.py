@@ -8,7 +8,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.explore.watched_run import WatchedRun
-from roughsim.show.units import plus_minus
+from roughsim.show.units import Number
 from roughsim.store.claims import Claims
 
 
@@ -24,7 +24,7 @@ def test_the_budget_names_every_observable_with_the_numbers_of_the_estimate(capp
         assert name in text
     flash = capped_run.estimate("flash_temperature", "capped")
     row = next(line for line in text.splitlines() if line.split()[:1] == ["35"])
-    assert plus_minus(flash.mean[2], flash.total_error[2], flash.unknown_at(2)) in row
+    assert str(Number(flash.mean[2], "K", flash.total_error[2], flash.unknown_at(2))) in row
 
 
 def test_the_state_counts_and_says_that_the_run_is_finished(capped_run):

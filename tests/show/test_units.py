@@ -2,7 +2,7 @@
 
 import pytest
 
-from roughsim.show.units import Number, plus_minus, shown, with_unit
+from roughsim.show.units import Number, shown, with_unit
 
 WRITTEN = {
     (208.334, 0.384): "208.33 ± 0.38",
@@ -25,13 +25,13 @@ WRITTEN = {
 
 @pytest.mark.parametrize(("given", "told"), WRITTEN.items())
 def test_a_value_and_its_error_end_at_the_second_digit_of_the_error(given, told):
-    assert plus_minus(*given) == told
+    assert str(Number(given[0], "1", given[1])) == told
 
 
 def test_an_error_with_an_unknown_part_is_a_lower_bound():
-    assert plus_minus(208.334, 0.384, ["bandwidth"]) == "208.33 ± ≥0.38"
-    assert plus_minus(208.334, 0.0, ["bandwidth"]) == "208.3 ± unknown"
-    assert plus_minus(0.0, 0.0, ["bandwidth"]) == "0"  # at rest nothing heats
+    assert str(Number(208.334, "1", 0.384, ["bandwidth"])) == "208.33 ± ≥0.38"
+    assert str(Number(208.334, "1", 0.0, ["bandwidth"])) == "208.3 ± unknown"
+    assert str(Number(0.0, "1", 0.0, ["bandwidth"])) == "0"  # at rest nothing heats
 
 
 def test_units_of_tables_are_those_of_figures():
@@ -44,7 +44,7 @@ def test_units_of_tables_are_those_of_figures():
 
 
 def test_no_zero_is_negative():
-    assert plus_minus(-0.0, 0.0) == "0"
+    assert str(Number(-0.0, "1", 0.0)) == "0"
 
 
 def test_a_number_of_a_table_is_written_in_the_unit_of_the_tables():
