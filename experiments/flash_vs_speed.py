@@ -13,7 +13,7 @@ from dataclasses import replace
 from script import Command
 
 import roughsim as rs
-from roughsim.show.units import Number
+from roughsim.show.table import Number
 
 SCENES = ("steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa")
 SPEED = 35.0

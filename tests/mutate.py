@@ -75,7 +75,7 @@ TESTS = {
     "roughsim/comparison/compare.py": (
         "comparison/test_compare.py comparison/test_in_band.py estimate/test_total_errors.py"
     ),
-    "roughsim/show/units.py": "show/test_units.py",
+    "roughsim/show/table.py": "show/test_units.py show/test_table.py",
     "roughsim/comparison/trust.py": "comparison/test_trust.py comparison/test_validity_page.py",
     "roughsim/planning/levels.py": "planning/test_pilot.py planning/test_plan.py",
     "roughsim/planning/plan.py": "planning/test_pilot.py planning/test_plan.py",

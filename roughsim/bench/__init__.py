@@ -21,8 +21,7 @@ from roughsim.charts import error_over_cost_chart
 from roughsim.charts.error_over_cost import Point, front
 from roughsim.planning.plan import plan
 from roughsim.results.rows import Rows
-from roughsim.show.table import Column, Row, Table
-from roughsim.show.units import Number
+from roughsim.show.table import Column, Number, Row, Table
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene

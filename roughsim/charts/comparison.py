@@ -17,8 +17,8 @@ from roughsim.charts.spectra import draw_correlation, draw_psd
 from roughsim.charts.style import COLOURS, MARKERS, THEORY, band, new_figure
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.run import Run
+from roughsim.show.table import shown
 from roughsim.show.text import plain
-from roughsim.show.units import shown
 
 # over speed: observable → words, label, and SI unit
 DRAWN = {

@@ -24,7 +24,7 @@ from roughsim.grid import modes_between
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.gaps import left_out
 from roughsim.results.run import Run
-from roughsim.show.units import json_value
+from roughsim.show.table import json_value
 from roughsim.surface.spectrum import TruncatedSpectrum
 
 Array = NDArray[np.float64]

@@ -13,8 +13,7 @@ from roughsim.comparison.trust import Trust
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
 from roughsim.results.run import Run
 from roughsim.scene import Scene
-from roughsim.show.table import Column, Row, Table
-from roughsim.show.units import Number, json_value, with_unit
+from roughsim.show.table import Column, Number, Row, Table, json_value, with_unit
 
 CORRELATION_POINTS = 65
 HEATED = ("flash_temperature", "flash_gradient", "flash_laplacian")

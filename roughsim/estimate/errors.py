@@ -13,7 +13,7 @@ from scipy.special import stdtrit  # Student's t; importing scipy.stats takes a 
 from roughsim.estimate.ladder import Values
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import ratio
-from roughsim.show.units import Number, shown
+from roughsim.show.table import Number, shown
 
 Array = NDArray[np.float64]
 LEAST = 12  # realizations before a run may stop: below, the scatter itself is too uncertain

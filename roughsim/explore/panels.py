@@ -15,7 +15,7 @@ from roughsim.charts.style import COLOURS, THEORY, scaled
 from roughsim.charts.temperature import COLOUR_OF
 from roughsim.explore.fields import Distribution, Field, Image
 from roughsim.explore.watched_run import CORRELATION, Curve
-from roughsim.show.units import shown, with_unit
+from roughsim.show.table import shown, with_unit
 
 MARK = "#00b7c7"  # seen on white, blue, red and black alike
 HEAT = COLOUR_OF["temperature"]

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from roughsim import prediction
 from roughsim.estimate.cell_size import choose_lengths
 from roughsim.scene import Scene
-from roughsim.show.table import Column, Table
-from roughsim.show.units import json_value
+from roughsim.show.table import Column, Table, json_value
 
 Array = NDArray[np.float64]
 ROOM = 293.0  # K, where no background temperature is given

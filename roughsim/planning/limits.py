@@ -194,7 +194,7 @@ def load_lines(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines:
     pixels = known.contact_fraction * (x * y)
     contact = f"{pressure} makes contact on {known.contact_fraction:.2g} of the area"
     if pixels < LEAST_PIXELS:
-        yield (f"{contact}, {pixels:.2g} pixels of {grid}, {x} × {y}, below {LEAST_PIXELS:g}; check its unit")
+        yield f"{contact}, {pixels:.2g} pixels of {grid}, {x} × {y}, below {LEAST_PIXELS:g}; check its unit"
     elif known.hot_spots < 1.0:
         yield (
             f"{contact}, {known.hot_spots:.2g} of one hot spot of the theory in a cell of {1e3 * known.cell[0]:.3g} "

@@ -6,8 +6,7 @@ import re
 from html import escape
 from itertools import groupby
 
-from roughsim.show.table import Cell, Table
-from roughsim.show.units import Number
+from roughsim.show.table import Cell, Number, Table
 
 
 class Html(str):

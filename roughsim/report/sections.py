@@ -19,8 +19,7 @@ from roughsim.planning.plan import plan_table
 from roughsim.report.markup import Html, bullets, digits, html_table, joined, tag
 from roughsim.report.pictures import picture
 from roughsim.scene.numerics import Reason
-from roughsim.show.table import Cell, Column, Table
-from roughsim.show.units import Number
+from roughsim.show.table import Cell, Column, Number, Table
 
 if TYPE_CHECKING:
     from roughsim.comparison.compare import Comparison

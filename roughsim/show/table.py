@@ -1,11 +1,80 @@
-"""One record of a table. It is made once; the terminal, plain text and HTML render the same titles, cells and notes."""
+"""Tables, and the numbers in them: made once, rendered by the terminal, as plain text and as HTML.
+
+Every ± is a total error that holds with 95 %. Value and error both end at the second digit of the error.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import floor, isfinite, log10
+from typing import Any, NamedTuple
 
-from roughsim.show.units import Number
+# SI unit → unit that people read, and the factor between them; a unit that is not here is shown as it is
+SHOWN = {
+    "K/m": ("K/mm", 1e-3),
+    "K/m^2": ("K/µm²", 1e-12),
+    "W/m^2": ("W/m²", 1.0),
+    "m": ("µm", 1e6),
+    "1": ("", 1.0),
+    "Pa^2": ("GPa²", 1e-18),
+}
+MOST_DIGITS = 6  # of a value that are worth printing
+
+
+def shown(unit: str) -> tuple[str, float]:
+    """Return the unit that tables and figures show in place of an SI unit, and the factor between them."""
+    return SHOWN.get(unit, (unit, 1.0))
+
+
+def with_unit(name: str, unit: str) -> str:
+    """Return a name with the shown form of its SI unit: "slope_length, µm"."""
+    return f"{name}, {text}" if (text := shown(unit)[0]) else name
+
+
+class Written(NamedTuple):
+    """The digits of a value and its error, both in units of 10^power; `error` is empty where there is none."""
+
+    value: str
+    error: str
+    power: int
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number of a table, in SI; people read it in the unit of `shown`, which the title of its column or row has."""
+
+    value: float  # NaN and inf are written "–"
+    unit: str = "1"  # SI
+    error: float = 0.0  # total, 95 %; 0 where the number has none, as of theory
+    unknown: Sequence[str] = ()  # parts of the error that no level tells: the rest is a lower bound, "208.33 ± ≥0.38"
+    digits: int = 4  # significant, of a number without an error
+
+    def written(self) -> Written:
+        """Return its digits in the shown unit, and those of its error, both to the second digit of the error."""
+        factor = shown(self.unit)[1]
+        value, error = self.value * factor, self.error * factor
+        if not isfinite(value):
+            return Written("–", "", 0)
+        if error == 0.0 or not isfinite(error):
+            known = error == 0.0 and not (self.unknown and value)
+            return Written(significant(value, self.digits), "" if known else "unknown", 0)
+        at_least = "≥" if self.unknown else ""
+        if abs(value) > 10**MOST_DIGITS * error:
+            return Written(f"{value:.{MOST_DIGITS}g}", f"{at_least}{error:.1e}", 0)
+        # very large and very small numbers share one power of ten with their error: (1.6328 ± 0.0081)e-4
+        large = floor(log10(max(abs(value), error)))
+        power = large if not -3 <= large < 5 else 0
+        value, error = value / 10.0**power, error / 10.0**power
+        places = 1 - int(f"{error:.1e}".partition("e")[2])  # of the error's second digit, once it is rounded
+        value, error = round(value, places), round(error, places)
+        return Written(f"{value:.{max(places, 0)}f}", f"{at_least}{error:.{max(places, 0)}f}", power)
+
+    def __str__(self) -> str:
+        value, error, power = self.written()
+        both = f"{value} ± {error}" if error else value
+        return f"({both})e{power}" if power else both
+
 
 Cell = str | Number
 Row = Sequence[Cell]
@@ -35,3 +104,20 @@ class Table:
         # a group begins anew where a name to the left of it does
         repeats = [self.columns[k].name and n > 0 and texts[n - 1] == row for n, row in enumerate(texts)]
         return ["" if repeat else row[k] for row, repeat in zip(texts, repeats, strict=True)]
+
+
+def significant(value: float, digits: int) -> str:
+    """Return a number of some significant digits; up to 99999 without a power of ten, "120" where `g` has 1.2e+02."""
+    text = f"{value + 0.0:.{digits}g}"  # + 0.0: no zero is negative
+    return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e5 else text
+
+
+def json_value(value: Any) -> Any:
+    """Return numbers, arrays, lists and dicts as JSON can hold them: NaN and infinity are None."""
+    if hasattr(value, "tolist"):  # an array or a number of NumPy
+        value = value.tolist()
+    if isinstance(value, dict):
+        return {key: json_value(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [json_value(entry) for entry in value]
+    return None if isinstance(value, float) and not isfinite(value) else value

@@ -59,10 +59,8 @@ class PlainConsole(Console):
             grid.add_row(*row)
         if table.title:
             self.print(table.title, style="italic")
-        width, self.width = (
-            self.width,
-            max(self.width, self.measure(grid, options=self.options.update(max_width=WIDEST)).minimum),
-        )
+        least = self.measure(grid, options=self.options.update(max_width=WIDEST)).minimum
+        width, self.width = self.width, max(self.width, least)
         self.print(grid)
         self.width = width
         for note in table.notes:

@@ -8,7 +8,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.explore.watched_run import WatchedRun
-from roughsim.show.units import Number
+from roughsim.show.table import Number
 from roughsim.store.claims import Claims
 
 

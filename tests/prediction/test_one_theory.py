@@ -14,7 +14,7 @@ from roughsim.estimate import cell_size
 from roughsim.report import sections
 from roughsim.report.markup import digits, tag
 from roughsim.scene import parse_scene
-from roughsim.show.units import Number
+from roughsim.show.table import Number
 from roughsim.surface.spectrum import TruncatedSpectrum
 
 # two faces with different C(q), 2 µm rough, and a load so light that contact is lost within the first waves

@@ -15,8 +15,7 @@ from roughsim.cli import main
 from roughsim.report import page, report_run
 from roughsim.report.markup import digits, html_table, tag, text
 from roughsim.scene import parse_scene
-from roughsim.show.table import Column, Table
-from roughsim.show.units import Number
+from roughsim.show.table import Column, Number, Table
 from roughsim.store.member_files import member_path
 
 EMPTY = {"meta", "img", "br", "hr", "link", "input"}

@@ -3,9 +3,8 @@
 import pytest
 
 from roughsim.show import terminal
-from roughsim.show.table import Column, Table
+from roughsim.show.table import Column, Number, Table
 from roughsim.show.terminal import PlainConsole, table_text
-from roughsim.show.units import Number
 
 COLUMNS = (Column("observable", name=True), Column("value, µm (of all)", number=True), Column("because"))
 ROWS = (

@@ -2,7 +2,7 @@
 
 import pytest
 
-from roughsim.show.units import Number, shown, with_unit
+from roughsim.show.table import Number, shown, with_unit
 
 WRITTEN = {
     (208.334, 0.384): "208.33 ± 0.38",
