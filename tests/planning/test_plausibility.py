@@ -127,6 +127,19 @@ def test_the_facts_are_those_of_the_scene(full_scene, capped_scene):
     assert any(line.startswith("contact on 1 of the area") for line in judge(full_scene).warnings)
 
 
+def test_the_facts_for_people_are_in_the_units_that_they_say(steel):
+    rows = {name: f"{value} {meaning}" for name, value, meaning in facts(steel).table().rows}
+    # two faces of 0.9 µm; 2π/6350 1/m to 2π/4.15e7 1/m; the cell has four of the longest waves
+    assert rows["rms height"] == "1.27 µm of both faces together, in waves of 0.989 mm to 0.151 µm"
+    assert rows["hot spots"].endswith(" µm in a cell of 3.96 mm × 3.96 mm")
+    radius = float(re.search(r"of radius (\S+) µm", rows["hot spots"])[1]) * 1e-6
+    slow, fast = (float(f"{v * radius / (30 / (7900 * 500)):.2g}") for v in (1e-3, 100))
+    low, high = map(float, re.match(r"(\S+) … (\S+) vr/D .*, at 0.001 … 100 m/s$", rows["Péclet number"]).groups())
+    assert (low, high) == pytest.approx((slow, fast), rel=0.02)
+    shortest = facts(steel).to_dict()["shortest_wave"]
+    assert shortest == pytest.approx(2 * math.pi / 4.15e7)
+
+
 def test_contact_of_less_than_a_spot_or_a_pixel_is_told_for_the_grid_in_use(steel):
     light = replace(steel, sliding=replace(steel.sliding, nominal_pressure=5e5, heat_partition=0.5))
     light = replace(light, numerics=replace(light.numerics, lengths=(4e-3, 4e-3)))
