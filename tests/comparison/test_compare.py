@@ -181,6 +181,17 @@ def test_what_measured_values_and_theory_do_not_have_in_common_is_told_with_its_
     assert notes(0.0, 0.0, 0.0) == notes(np.nan, np.nan, np.nan) == ()  # at rest, or without a theory
 
 
+def test_the_speed_at_which_two_theories_differ_most_is_named(table):
+    rows = [row for row in table.rows if row.observable == "flash_temperature" and row.speed]
+    theories = {"theory": 1.0, "theory_at_cut_off": 1.0}
+    slow, fast = (
+        replace(row, **theories, theory_full_spectrum=whole) for row, whole in zip(rows, (1.25, 2.0), strict=True)
+    )
+    for order in ((slow, fast), (fast, slow)):
+        (note,) = replace(table, rows=order).notes()
+        assert f"1 instead of 2 K (flash_temperature at {fast.speed:g} m/s)" in note
+
+
 def test_z_counts_standard_errors_from_one():
     assert Ratio(1.3, 0.1).z == pytest.approx(3.0)
     assert Ratio(1.0, 0.0).z == 0.0

@@ -116,6 +116,7 @@ def test_off_the_elastic_map_no_number_is_borrowed_and_the_coordinate_is_named(p
         ({"hurst": 0.9}, "H 0.9 above 0.8 (map: 0.3 to 0.8)"),
         ({"depth": 3.0}, "q_max/q_y 3 below 4 (map: 4 to inf)"),
         ({"plateau": 4.0}, "q_roll_off/q_min 4, the map has only 2"),
+        ({"plateau": 2.2}, "q_roll_off/q_min 2.2, the map has only 2"),  # 0.14 steps: more than is near
         ({"low_exponent": 1.0}, "roll_off_exponent 1, the map has only 0"),
     ],
 )
@@ -146,6 +147,16 @@ def test_a_speed_beyond_the_map_is_named_and_gets_no_number(source):
     table = trust_table(known)
     assert any("486.076 m/s is off the map: Péclet number 3200 above 1000" in note for note in table.notes)
     assert [off["speed"] for off in known.to_dict()["off"]] == [1e-4 * unit, 3200 * unit]
+
+
+def test_the_peclet_number_of_a_table_is_that_of_its_mean_wavenumber():
+    # C constant from 1e4 to 3e4 rad/m: ∫ q C dq / ∫ C dq = 2e4 rad/m
+    base, unit = scene(), 2e4 * 30 / (7900 * 500)
+    surface = type(base.surface)(psd=((1e4, 1e-26), (3e4, 1e-26)), psd_convention="persson")
+    fast = replace(base, surface=surface, sliding=replace(base.sliding, speed=(0.1 * unit, 3200 * unit)))
+    off, within = look_up.split_speeds(fast, read_validity()["elastic"])
+    assert [why for _, why in off] == ["Péclet number 3200 above 1000 (map: 0.001 to 1000 of v/(D q_roll_off))"]
+    assert within == {0: pytest.approx(0.1, rel=1e-5)}
 
 
 # found by ensembles on ladders up to q_max with up to 16 pixels per shortest wave: theory/measured - 1 in %, T_flash

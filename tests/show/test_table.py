@@ -56,3 +56,4 @@ def test_a_name_is_written_again_where_a_name_to_its_left_is_another():
     table = Table(columns, [["pressure", "0.18"], ["area", "0.18"], ["area", "0.18"]])
     assert table.cells(0) == ["pressure", "area", ""]
     assert table.cells(1) == ["0.18", "0.18", ""]
+    assert Table(columns, [["area", "1"], ["area", "1"]]).cells(0) == ["area", ""]  # all rows are of one group
