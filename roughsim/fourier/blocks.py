@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from roughsim.fourier.library import get_threads
+from roughsim.fourier.plans import get_threads
 
 POINTS = 1 << 18  # in a block: small enough for the cache, large enough for two threads to gain
 _pools: dict[tuple[int, int], ThreadPoolExecutor] = {}

@@ -1,27 +1,152 @@
-"""Real two-dimensional transforms, lines and rows, with plans that are kept.
+"""Real transforms of planes, rows and lines by FFTW: its functions, its threads, and plans that are kept.
 
 Plans are made with FFTW_ESTIMATE, so the same machine and versions always give the same bits. Each Python thread
 has plans of its own (a plan object of pyfftw owns its buffers), but for `LinePlans`, which are FFTW's own, called by
-address from compiled loops.
+address from compiled loops. Without pyfftw, scipy.fft takes over; this is announced once and `backend()` names it for
+the records.
 """
 
 from __future__ import annotations
 
 import ctypes
+import operator
 import os
+import threading
+import warnings
 import weakref
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache, lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy.fft
 from numpy.typing import DTypeLike, NDArray
 
-from roughsim.fourier import library
+try:
+    import pyfftw
+except ImportError:  # the wheel of pyfftw bundles GPL code; some sites do without it
+    pyfftw = None
+    warnings.warn("pyfftw is not installed: scipy.fft takes over, slower", RuntimeWarning, stacklevel=2)
 
 ALIGNMENT = 64  # bytes, of what is handed to FFTW by address
 PADDING = 8  # complex numbers between lines, so that equal places do not all fall onto the same part of the cache
 _ESTIMATE = 1 << 6 | 1 << 0  # FFTW_ESTIMATE, FFTW_DESTROY_INPUT
+_WORD, _INT = ctypes.c_void_p, ctypes.c_int
+_SIDE = [_WORD, _WORD, _INT, _INT]  # address, embedding, stride, distance
+_SIGNATURES: dict[str, tuple[list[Any], Any]] = {
+    "plan_many_dft": ([_INT, _WORD, _INT, *_SIDE, *_SIDE, _INT, ctypes.c_uint], _WORD),
+    "plan_with_nthreads": ([_INT], None),
+    "make_planner_thread_safe": ([], None),
+    "execute_dft": ([_WORD, _WORD, _WORD], None),
+    "destroy_plan": ([_WORD], None),
+}
+state = threading.local()  # plans and buffers of each Python thread
+_threads = 1
+_threaded = False  # whether FFTW has been asked for threads of its own
+_orphaned = False  # whether they were lost in a fork: what waits for them waits for ever
+planning = threading.RLock()  # the number of threads of the next plan belongs to the process
+
+
+def set_threads(count: int) -> None:
+    """Set the number of threads of every later transform in this process.
+
+    Raises
+    ------
+    ValueError
+        If `count` is not a whole number ≥ 1.
+    """
+    global _threads  # noqa: PLW0603  (process-wide by contract)
+    try:
+        whole = 0 if isinstance(count, bool) else operator.index(count)
+    except TypeError:
+        whole = 0
+    if whole < 1:
+        raise ValueError(f"threads = {count!r} must be a whole number ≥ 1")
+    _threads = whole
+
+
+def get_threads() -> int:
+    """Return the number of threads that transforms use in this process."""
+    return _threads
+
+
+def plan_threads() -> int:
+    """Return how many threads FFTW may plan for."""
+    global _threaded  # noqa: PLW0603
+    if _threads > 1 and _orphaned:
+        warnings.warn(
+            f"this process was forked from one with threads of FFTW, which do not survive that: transforms use one "
+            f"thread, not {_threads}; start worker processes by spawn or forkserver",
+            RuntimeWarning,
+            stacklevel=4,
+        )
+        return 1
+    _threaded = _threaded or _threads > 1
+    return _threads
+
+
+def forget_plans() -> None:
+    """Forget in a forked process the plans of its parent, whose threads are gone."""
+    global _orphaned, planning  # noqa: PLW0603
+    planning = threading.RLock()
+    _orphaned = _orphaned or (_threaded and pyfftw is not None)
+    state.__dict__.clear()
+
+
+if hasattr(os, "register_at_fork"):  # there is no fork elsewhere
+    # wait for plans in the making: their threads are gone in the child, and FFTW's planner would stay locked there
+    os.register_at_fork(
+        before=lambda: planning.acquire(),  # noqa: PLW0108  (each fork makes a new lock)
+        after_in_parent=lambda: planning.release(),  # noqa: PLW0108
+        after_in_child=forget_plans,
+    )
+
+
+def backend() -> str:
+    """Name the library that computes the transforms, with its version."""
+    if pyfftw is not None:
+        return f"pyfftw {pyfftw.__version__}" + ("" if direct() else ", out of reach of compiled code")
+    return f"scipy.fft {scipy.__version__}"
+
+
+@cache
+def direct() -> bool:
+    """Whether compiled loops can call FFTW: find its functions, and have its planners wait for each other."""
+    if pyfftw is None:
+        return False
+    if None in [function(f"{prefix}_{name}") for prefix in ("fftw", "fftwf") for name in _SIGNATURES]:
+        warnings.warn(
+            "compiled code cannot reach the FFTW of pyfftw: contact solves and convolutions are slower",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+        return False
+    for prefix in ("fftw", "fftwf"):
+        function(f"{prefix}_make_planner_thread_safe")()
+    return True
+
+
+@cache
+def function(name: str) -> Any:
+    """Return a function of the FFTW that pyfftw has loaded; None if there is none."""
+    for path in libraries():
+        try:
+            library = ctypes.CDLL(str(path))
+        except OSError:  # of that name, but no library
+            continue
+        if hasattr(library, name):
+            function = library[name]
+            function.argtypes, function.restype = _SIGNATURES[name.split("_", 1)[1]]
+            return function
+    return None
+
+
+def libraries() -> list[Path]:
+    """Where FFTW may be: pyfftw's extension module, which mostly gives all it is linked with, or files beside it."""
+    module = Path(pyfftw.pyfftw.__file__)
+    folders = module.parent, module.parent.with_name("pyfftw.libs")
+    return [module, *sorted(path for folder in folders for path in folder.glob("*fftw3*"))]
 
 
 def aligned(shape: tuple[int, int], dtype: Any) -> NDArray[Any]:
@@ -35,10 +160,10 @@ def aligned(shape: tuple[int, int], dtype: Any) -> NDArray[Any]:
 
 def thread_cache(kind: str, key: Any, make: Callable[[], Any], *, most: int) -> Any:
     """Return what this Python thread made for the key before, or make it; the latest few of a kind are kept."""
-    cache = library.state.__dict__.setdefault(kind, {})
+    cache = state.__dict__.setdefault(kind, {})
     if key not in cache:
         if len(cache) >= most:
-            with library.planning:  # a plan ends with its owner
+            with planning:  # a plan ends with its owner
                 cache.pop(next(iter(cache)))
         cache[key] = make()
     return cache[key]
@@ -62,18 +187,18 @@ class Transform:
         # columns are read from the spectra of rows: padding keeps them apart in the cache
         width = half if plane else half + PADDING - 1
         self.spectrum = aligned((shape[0], width), np.result_type(real, np.complex64))[:, :half]
-        if library.pyfftw is not None:
+        if pyfftw is not None:
             self.plan()
 
     def plan(self) -> None:
         """Make the plans of this process; those with threads do not survive a fork."""
         flags = ("FFTW_ESTIMATE",) if self.scale else ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT")
-        options = {"axes": self.axes, "flags": flags, "threads": library.plan_threads()}
+        options = {"axes": self.axes, "flags": flags, "threads": plan_threads()}
         self.process = os.getpid()
-        with library.planning:
+        with planning:
             self.plans = (
-                library.pyfftw.FFTW(self.field, self.spectrum, **options),
-                library.pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options),
+                pyfftw.FFTW(self.field, self.spectrum, **options),
+                pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options),
             )
 
     def execute(self, plan: int) -> None:
@@ -84,10 +209,8 @@ class Transform:
 
     def forward(self) -> NDArray[Any]:
         """Transform `field` into `spectrum` and return the latter."""
-        if library.pyfftw is None:
-            from scipy import fft
-
-            self.spectrum[...] = fft.rfftn(self.field, axes=self.axes, workers=library.get_threads())
+        if pyfftw is None:
+            self.spectrum[...] = scipy.fft.rfftn(self.field, axes=self.axes, workers=get_threads())
         else:
             self.execute(0)
         if self.scale is not None:
@@ -96,12 +219,10 @@ class Transform:
 
     def inverse(self) -> NDArray[Any]:
         """Transform `spectrum` into `field` and return the latter; `spectrum` is destroyed."""
-        if library.pyfftw is None:
-            from scipy import fft
-
+        if pyfftw is None:
             points = [self.field.shape[axis] for axis in self.axes]
-            self.field[...] = fft.irfftn(
-                self.spectrum, s=points, axes=self.axes, norm="forward", workers=library.get_threads()
+            self.field[...] = scipy.fft.irfftn(
+                self.spectrum, s=points, axes=self.axes, norm="forward", workers=get_threads()
             )
         else:
             self.execute(1)
@@ -110,7 +231,7 @@ class Transform:
 
 def transform(shape: tuple[int, int], dtype: DTypeLike, axes: tuple[int, ...] = (0, 1)) -> Transform:
     """Return a `Transform` that belongs to this Python thread; its buffers are large, so few are kept."""
-    key = shape, np.dtype(dtype).char, library.get_threads()
+    key = shape, np.dtype(dtype).char, get_threads()
     make = lambda: Transform(shape, dtype, axes=axes)  # noqa: E731
     result: Transform = thread_cache(f"transforms over {axes}", key, make, most=4 if axes == (0, 1) else 2)
     return result
@@ -130,14 +251,14 @@ class LinePlans:
         source, result = (aligned((count, distance), kind) for distance in distances)
         near, far = ((a.ctypes.data, None, 1, d) for a, d in zip((source, result), distances, strict=True))
         prefix = "fftwf" if kind == np.complex64 else "fftw"
-        make, destroy = library.function(f"{prefix}_plan_many_dft"), library.function(f"{prefix}_destroy_plan")
+        make, destroy = function(f"{prefix}_plan_many_dft"), function(f"{prefix}_destroy_plan")
         common = 1, ctypes.byref(ctypes.c_int(points)), count
-        with library.planning:
-            library.function(f"{prefix}_plan_with_nthreads")(1)
+        with planning:
+            function(f"{prefix}_plan_with_nthreads")(1)
             self.forward = make(*common, *near, *far, -1, _ESTIMATE)
             self.backward = make(*common, *far, *near, +1, _ESTIMATE)
-        self.execute = library.function(f"{prefix}_execute_dft")
-        self.addresses = ctypes.cast(self.execute, library.WORD).value, self.forward, self.backward
+        self.execute = function(f"{prefix}_execute_dft")
+        self.addresses = ctypes.cast(self.execute, _WORD).value, self.forward, self.backward
         weakref.finalize(self, destroy_plans, destroy, self.forward, self.backward).atexit = False
         if not (self.forward and self.backward):
             raise MemoryError(f"FFTW has no plan for {count} lines of {points} points: not enough memory")
@@ -151,7 +272,7 @@ def line_plans(count: int, points: int, distances: tuple[int, int], dtype: Any) 
 
 def destroy_plans(destroy: Callable[[int | None], None], *plans: int | None) -> None:
     """Hand plans back to FFTW."""
-    with library.planning:
+    with planning:
         for plan in plans:
             if plan:
                 destroy(plan)
@@ -172,23 +293,19 @@ class Lines:
         self.source_pairs, self.result_pairs = (buffer.view(dtype) for buffer in padded)  # contiguous, for kernels
         self._ends = self.source.ctypes.data, self.result.ctypes.data
         distances = points + PADDING, points + PADDING
-        self.plans = line_plans(count, points, distances, np.dtype(dtype)) if library.direct() else None
+        self.plans = line_plans(count, points, distances, np.dtype(dtype)) if direct() else None
 
     def forward(self) -> None:
         """Transform `source` into `result`."""
         if self.plans is None:
-            from scipy import fft
-
-            self.result[...] = fft.fft(self.source, axis=1)
+            self.result[...] = scipy.fft.fft(self.source, axis=1)
         else:
             self.plans.execute(self.plans.forward, *self._ends)
 
     def backward(self) -> None:
         """Transform `result` into `source`."""
         if self.plans is None:
-            from scipy import fft
-
-            self.source[...] = fft.ifft(self.result, axis=1, norm="forward")
+            self.source[...] = scipy.fft.ifft(self.result, axis=1, norm="forward")
         else:
             self.plans.execute(self.plans.backward, *self._ends[::-1])
 

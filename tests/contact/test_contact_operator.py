@@ -106,7 +106,7 @@ def test_without_fftw_in_reach_of_compiled_code_the_fields_are_the_same_and_it_i
         import sys, warnings
         import numpy as np
         from roughsim import fourier
-        fourier.library.libraries = lambda: []
+        fourier.plans.libraries = lambda: []
         import roughsim as rs
         heights = np.random.default_rng(0).standard_normal((40, 36))
         with warnings.catch_warnings(record=True) as caught:

@@ -9,7 +9,7 @@ import threading
 import pytest
 
 from roughsim import fourier
-from roughsim.fourier import library
+from roughsim.fourier import plans
 
 FORK = """
     import os, signal, sys, warnings
@@ -54,7 +54,7 @@ def test_a_forked_process_transforms_on_though_the_threads_of_its_parent_are_gon
 FORK_WHILE_PLANNING = """
     import os, signal, sys, threading, time
     from roughsim import fourier
-    from roughsim.fourier import library, plans
+    from roughsim.fourier import plans
     begun, ready, kept = threading.Event(), threading.Event(), threading.local()
 
     def keep():
@@ -64,7 +64,7 @@ FORK_WHILE_PLANNING = """
         time.sleep(10)
 
     def plan():
-        with library.planning:
+        with plans.planning:
             begun.set()
             time.sleep(0.2)
 
@@ -100,7 +100,7 @@ def test_a_fork_waits_for_the_plan_another_thread_is_making():
 
 def test_threads_that_fftw_once_had_are_known_to_be_lost_in_a_fork(monkeypatch):
     for name, value in (("_threaded", True), ("_orphaned", False), ("state", threading.local()), ("planning", None)):
-        monkeypatch.setattr(library, name, value)
+        monkeypatch.setattr(plans, name, value)
     assert fourier.get_threads() == 1
-    library.forget_plans()
-    assert library._orphaned == (library.pyfftw is not None)
+    plans.forget_plans()
+    assert plans._orphaned == (plans.pyfftw is not None)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from roughsim import fourier
-from roughsim.fourier import convolution, library, plans
+from roughsim.fourier import convolution, plans
 
 SIZES = [1, 2, 3, 4, 5, 7, 8, 61, 64]
 SHAPES = [
@@ -141,7 +141,7 @@ def test_a_transform_that_owns_its_buffers(shape):
 @pytest.mark.parametrize("shape", [(8, 6), (5, 5), (1, 1)])
 def test_rows_are_transformed_each_by_itself_and_unscaled(monkeypatch, package, shape):
     if package == "scipy":
-        monkeypatch.setattr(library, "pyfftw", None)
+        monkeypatch.setattr(plans, "pyfftw", None)
     rows = fourier.Transform(shape, axes=(1,))
     rows.field[...] = field_of(shape)
     expected = np.fft.rfft(field_of(shape), axis=1)
@@ -201,8 +201,8 @@ def test_scipy_takes_over_without_pyfftw_and_says_so():
 )
 def test_a_padded_convolution_is_the_sum_over_the_field(monkeypatch, package, shape, padded):
     if package == "scipy":
-        monkeypatch.setattr(library, "pyfftw", None)
-        monkeypatch.setattr(library, "state", threading.local())
+        monkeypatch.setattr(plans, "pyfftw", None)
+        monkeypatch.setattr(plans, "state", threading.local())
     field, kernel = (np.random.default_rng(k).random(n) for k, n in enumerate((shape, padded)))
     expected = np.zeros(shape)
     for i, j in np.ndindex(shape):
@@ -243,19 +243,19 @@ def test_plans_of_lines_lead_between_lines_at_any_distance_and_end_with_their_ow
 
 @pytest.mark.skipif(not fourier.direct(), reason="FFTW is out of reach of compiled code")
 def test_a_plan_that_fftw_cannot_make_is_refused(monkeypatch):
-    genuine = library.function
+    genuine = plans.function
     none = lambda name: (lambda *_: None) if "plan_many" in name else genuine(name)  # noqa: E731
-    monkeypatch.setattr(library, "function", none)
+    monkeypatch.setattr(plans, "function", none)
     with pytest.raises(MemoryError, match="no plan for 3 lines of 8 points"):
         plans.LinePlans(3, 8, (16, 24), np.float32)
 
 
-@pytest.mark.skipif(library.pyfftw is None, reason="there is no FFTW")
+@pytest.mark.skipif(plans.pyfftw is None, reason="there is no FFTW")
 @pytest.mark.parametrize("missing", ["fftw_make_planner_thread_safe", "fftwf_execute_dft"])
 def test_fftw_in_one_precision_is_out_of_reach(monkeypatch, missing):
-    monkeypatch.setattr(library, "function", lambda name: None if name == missing else list)
+    monkeypatch.setattr(plans, "function", lambda name: None if name == missing else list)
     with pytest.warns(RuntimeWarning, match="compiled code cannot reach the FFTW"):
-        assert not library.direct.__wrapped__()
+        assert not plans.direct.__wrapped__()
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.complex64])
@@ -277,15 +277,15 @@ def test_memory_for_fftw_begins_there_wherever_the_system_puts_it(monkeypatch, s
 
 @pytest.mark.skipif(not fourier.direct(), reason="FFTW is out of reach of compiled code")
 def test_fftw_is_found_beside_an_extension_module_that_does_not_give_it():
-    beside = library.libraries()[1:]
+    beside = plans.libraries()[1:]
     if not beside:
         pytest.skip("this FFTW belongs to the system")
     code = f"""
         import pathlib, sys
         from roughsim import fourier
-        from roughsim.fourier import library, plans
+        from roughsim.fourier import plans
         beside = [pathlib.Path(name) for name in {[str(path) for path in beside]}]
-        library.libraries = lambda: beside
+        plans.libraries = lambda: beside
         assert fourier.direct()
         plans.Lines(2, 8).forward()
     """
@@ -293,11 +293,11 @@ def test_fftw_is_found_beside_an_extension_module_that_does_not_give_it():
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.skipif(library.pyfftw is None, reason="there is no FFTW")
+@pytest.mark.skipif(plans.pyfftw is None, reason="there is no FFTW")
 def test_a_file_beside_that_is_no_library_is_passed_over(monkeypatch, tmp_path):
     (tmp_path / "fftw3.txt").write_text("no library")
-    monkeypatch.setattr(library, "libraries", lambda: [tmp_path / "fftw3.txt"])
-    assert library.function.__wrapped__("fftw_execute_dft") is None
+    monkeypatch.setattr(plans, "libraries", lambda: [tmp_path / "fftw3.txt"])
+    assert plans.function.__wrapped__("fftw_execute_dft") is None
 
 
 def test_plans_are_made_from_many_python_threads_at_a_time():
