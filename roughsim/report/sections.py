@@ -36,6 +36,7 @@ RATIOS = {
     "smoothed_over_theory": "tests the weight W(q) of the theory",
     "capped_over_smoothed": "tests the plastic smoothing, Eq. (27); γ drops out",
     "elastic_over_theory": "tests the weight W(q) of the theory",
+    "capped_over_theory": "tests weight and smoothing together: no smoothed surfaces were computed",
 }
 FEW_ROWS = 6  # of a table C(q) in the text of the scene
 FEW_FAILURES = 20
