@@ -21,7 +21,7 @@ from script import Command
 
 import roughsim as rs
 from roughsim.bench import bench, bench_chart, front, panels
-from roughsim.results.rows import Rows
+from roughsim.store.rows import Rows
 
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 import contact as solvers

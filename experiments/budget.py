@@ -1,10 +1,10 @@
-"""The error budget, foretold and found: three steels, ten random scenes, ten of two faces, and what levels are worth.
+"""The error budget, predicted and found: three steels, ten random scenes, ten of two faces, and what levels are worth.
 
     python experiments/budget.py [--toy] [-o FOLDER] [--workers N] [--only NAME ...]
 
 Each scene is planned for a total error of T_flash (1 % for the steels, 2 % for the random ones, 3 % for those of two
 faces with different C(q), one of them with 2 µm), run until the statistical error that the plan names, and set beside
-what the plan foretold: realizations, error in all, CPU and wall time. Then the gain of solving fine levels for few
+what the plan predicted: realizations, error in all, CPU and wall time. Then the gain of solving fine levels for few
 realizations, by observable: the cost of all levels for every realization over that of the best split at equal
 statistical error, from the scatter that each steel run has found. --toy takes two quick scenes at 4 %.
 """
@@ -105,7 +105,7 @@ def two_faces(number: int) -> rs.Scene:
 
 @dataclass(frozen=True)
 class Row:
-    """What was foretold of a scene, and what was found."""
+    """What was predicted of a scene, and what was found."""
 
     name: str
     realizations: tuple[int, int]
@@ -121,7 +121,7 @@ def used() -> float:
     return own.ru_utime + own.ru_stime + others.ru_utime + others.ru_stime
 
 
-def foretold_and_found(name: str, scene: rs.Scene, target: float, folder: Path, workers: int) -> tuple[Row, Any]:
+def predicted_and_found(name: str, scene: rs.Scene, target: float, folder: Path, workers: int) -> tuple[Row, Any]:
     numerics = rs.plan(replace(scene, ensemble=replace(scene.ensemble, until={})), target)
     forecast = numerics.forecast
     assert forecast is not None
@@ -166,7 +166,7 @@ def told(rows: list[Row]) -> None:
             f"{row.name:14s}{n[0]:>5d}/{n[1]:<4d}{100 * error[0]:>9.2f}/{100 * error[1]:<6.2f} %"
             f"{cpu[0]:>9.1f}/{cpu[1]:<7.1f}{wall[0]:>6.1f}/{wall[1]:<7.1f}   {parts}"
         )
-    print("foretold/found; the total error is of the highest T_flash; CPU includes starting the workers")
+    print("predicted/found; the total error is of the highest T_flash; CPU includes starting the workers")
 
 
 def chart(rows: list[Row], path: Path) -> None:
@@ -184,7 +184,7 @@ def chart(rows: list[Row], path: Path) -> None:
             steel = row.name.startswith("steel")
             axes.plot(*pair, "o" if steel else "s", ms=6, mfc="#d55e00" if steel else "#0072b2", mec="white")
         axes.set(xscale="log", yscale="log", xlim=(low, high), ylim=(low, high))
-        axes.set(xlabel=f"{title}, foretold", ylabel=f"{title}, found")
+        axes.set(xlabel=f"{title}, predicted", ylabel=f"{title}, found")
         axes.legend(frameon=False, loc="upper left")
     figure.savefig(path, dpi=130)
 
@@ -202,7 +202,7 @@ def main() -> None:
     rows, runs = [], {}
     for name, scene in scenes.items():
         target = 0.04 if options.toy else 0.01 if name in steels else 0.03 if name.startswith("faces") else 0.02
-        row, runs[name] = foretold_and_found(name, scene, target, options.output, options.workers)
+        row, runs[name] = predicted_and_found(name, scene, target, options.output, options.workers)
         rows.append(row)
         print(f"{name}: done after {row.wall[1]:.0f} s", flush=True)
     told(rows)

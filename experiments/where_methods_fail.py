@@ -25,7 +25,7 @@ from script import Command
 
 import roughsim as rs
 from roughsim.heat import uniform_temperature
-from roughsim.results.rows import Rows
+from roughsim.store.rows import Rows
 from theory import hertz
 
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))

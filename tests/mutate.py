@@ -65,8 +65,8 @@ TESTS = {
     "roughsim/observables/record.py": "estimate/test_estimate.py",
     "roughsim/observables/catalogue.py": "estimate/test_estimate.py",
     "roughsim/scene/spectra/k_correlation.py": "surface/test_spectrum.py",
-    "roughsim/estimate/ladder.py": "estimate/test_ladder.py estimate/test_pixel.py estimate/test_continuation.py",
-    "roughsim/estimate/values.py": "estimate/test_continuation.py estimate/test_total_errors.py",
+    "roughsim/estimate/ladder.py": "estimate/test_ladder.py estimate/test_pixel.py estimate/test_continuation.py "
+    "estimate/test_total_errors.py",
     "roughsim/estimate/errors.py": "estimate/test_estimate.py estimate/test_ladder.py estimate/test_total_errors.py",
     "roughsim/prediction/__init__.py": "prediction/test_prediction.py",
     "roughsim/prediction/bodies.py": "prediction/test_prediction.py heat/test_conductivity.py",

@@ -20,8 +20,8 @@ from roughsim.bench.stages import contact, cpu_seconds, heat, moments, surface, 
 from roughsim.charts import error_over_cost_chart
 from roughsim.charts.error_over_cost import Point, front
 from roughsim.planning.plan import plan
-from roughsim.results.rows import Rows
 from roughsim.show.table import Column, Number, Row, Table
+from roughsim.store.rows import Rows
 
 if TYPE_CHECKING:
     from roughsim.scene import Scene

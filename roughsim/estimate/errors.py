@@ -234,7 +234,12 @@ def spread(values: Array, base: Array | None = None, group: NDArray[np.intp] | N
             weight, freedom = np.count_nonzero(rows) / n**2, np.count_nonzero(rows) - 1
             if freedom == 0:
                 return np.full(shape, np.inf), np.zeros(shape)
-            along, beside = split_scatter(base[rows], added[rows], common)
+            # the scatter of base + added along base, whose own is `common`, and the rest of it
+            own, other = base[rows].std(axis=0, ddof=1), added[rows].std(axis=0, ddof=1)
+            product = ((base[rows] - base[rows].mean(axis=0)) * (added[rows] - added[rows].mean(axis=0))).sum(axis=0)
+            correlation = np.divide(product / freedom, own * other, out=np.zeros(shape), where=own * other > 0.0)
+            correlation = np.clip(correlation, -1.0, 1.0)
+            along, beside = common + correlation * other, np.sqrt(1.0 - correlation**2) * other
             shared = shared + weight * (along**2 - common**2)
             rest = rest + weight * beside**2
             doubt = doubt + weight**2 * (beside**4 + 2.0 * (along * beside) ** 2) / freedom
@@ -243,15 +248,6 @@ def spread(values: Array, base: Array | None = None, group: NDArray[np.intp] | N
         rounding = 1e-12 * np.abs(values).max(axis=0)
         error: Array = np.where(np.sqrt(n * variance) <= rounding, 0.0, np.sqrt(variance))
     return error, np.minimum(worth, n - 1.0)
-
-
-def split_scatter(base: Array, added: Array, common: Array) -> tuple[Array, Array]:
-    """Return the standard deviations of base + added along base, whose own is `common`, and of the rest of it."""
-    own, other = base.std(axis=0, ddof=1), added.std(axis=0, ddof=1)
-    product = ((base - base.mean(axis=0)) * (added - added.mean(axis=0))).sum(axis=0) / (len(base) - 1)
-    correlation = np.divide(product, own * other, out=np.zeros_like(own), where=own * other > 0.0)
-    correlation = np.clip(correlation, -1.0, 1.0)
-    return common + correlation * other, np.sqrt(1.0 - correlation**2) * other
 
 
 def quantile(freedom: Array | float) -> Array:

@@ -32,9 +32,7 @@ def describe(folder: Path, description: dict[str, Any], scene: Scene, *, first: 
         path = folder / name
         # what is there already need not be written: a finished run on a disk that takes nothing is opened
         if first or not path.is_file() or path.read_bytes() != text.encode():
-            place_bytes(
-                path, text.encode(), first=first and name == "run.json"
-            )  # the process that is first writes both
+            place_bytes(path, text.encode(), first=first and name == "run.json")  # who is first writes both
 
 
 def checksum(value: Any) -> str:
@@ -87,18 +85,15 @@ def read_description(folder: Path) -> dict[str, Any]:
         raise RecordError(f"{path} is damaged ({error})") from error
     check_format(path, version)
     if "checksums" in description:
-        refuse_changes(path, description, checksums if isinstance(checksums, dict) else {})
+        values = {key: checksum(value) for key, value in description.items() if key != "checksums"}
+        expected = checksums if isinstance(checksums, dict) else {}
+        for key in dict.fromkeys((*expected, *values)):
+            if key not in values or expected.get(key) != values[key]:
+                raise RecordError(
+                    f"{key} in {path} was changed since the run wrote it; put the old value back, or give the scene "
+                    f"that you want to a new folder"
+                )
     return description
-
-
-def refuse_changes(path: Path, description: dict[str, Any], checksums: dict[str, str]) -> None:
-    """Refuse a description of which a value is not what was written, RecordError naming it."""
-    for key in dict.fromkeys((*checksums, *description)):
-        if key != "checksums" and (key not in description or checksums.get(key) != checksum(description[key])):
-            raise RecordError(
-                f"{key} in {path} was changed since the run wrote it; put the old value back, or give the scene that "
-                f"you want to a new folder"
-            )
 
 
 def open_run(folder: str | Path, *, damaged: Literal["refuse", "skip"] = "refuse") -> Run:

@@ -14,8 +14,7 @@ from roughsim import prediction
 from roughsim.errors import RecordError
 from roughsim.estimate.cell_size import size_error
 from roughsim.estimate.errors import LEAST, Estimate, estimate, relative_half_width, spread
-from roughsim.estimate.ladder import Values
-from roughsim.estimate.values import notes_of, values_of
+from roughsim.estimate.ladder import Values, notes_of, values_of
 from roughsim.grid import Grid
 from roughsim.heat.periodic import sliding_temperature
 from roughsim.heat.response import unit_vector

@@ -13,7 +13,7 @@ from roughsim import cli
 from roughsim.bench import STAGES, Point, bench, bench_chart, bench_dict, front, panels
 from roughsim.bench.chain import KNOWN
 from roughsim.errors import RecordError
-from roughsim.results.rows import Rows
+from roughsim.store.rows import Rows
 
 
 def point(error, seconds, method="a"):

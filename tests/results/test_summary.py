@@ -13,8 +13,7 @@ from summary_cases import COUNT
 
 import roughsim as rs
 from roughsim.estimate.errors import relative_half_width
-from roughsim.estimate.ladder import Values
-from roughsim.estimate.values import values_of
+from roughsim.estimate.ladder import Values, values_of
 from roughsim.results import reader, summary
 from roughsim.results.members import Members, Stamp
 from roughsim.store.member_files import check_member, member_path, read_member, write_member

@@ -25,9 +25,7 @@ class Rows:
 
     def __init__(self, path: str | Path | None, *, resume: bool = False):
         self.path = None if path is None else Path(path)
-        self._tables: Tables = {}
-        if resume and self.path is not None and self.path.exists():
-            self._tables = read_tables(self.path)
+        self._tables = read_tables(self.path) if resume and self.path is not None and self.path.exists() else {}
 
     def __getitem__(self, table: str) -> dict[str, Row]:
         """The rows of a table by name."""
@@ -44,23 +42,22 @@ class Rows:
         self._tables.setdefault(table, {}).update(rows)
         if self.path is not None:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            place_hdf5(self.path, lambda file: fill(file, self._tables), track_order=True)
+            place_hdf5(self.path, self._fill, track_order=True)
 
-
-def fill(file: Any, tables: Tables) -> None:
-    """Write a group per table and a dataset per column; what a row lacks is empty or NaN."""
-    file.attrs["content"] = CONTENT
-    for table, rows in tables.items():
-        group = file.create_group(table, track_order=True)
-        group.create_dataset("name", data=list(rows), dtype=h5py.string_dtype())
-        for column in dict.fromkeys(key for row in rows.values() for key in row):
-            is_text = any(isinstance(row.get(column), str) for row in rows.values())
-            values = [row.get(column, "" if is_text else np.nan) for row in rows.values()]
-            group.create_dataset(column, data=values, dtype=h5py.string_dtype() if is_text else "f8")
+    def _fill(self, file: Any) -> None:
+        """Write a group per table and a dataset per column; what a row lacks is empty or NaN."""
+        file.attrs["content"] = CONTENT
+        for table, rows in self._tables.items():
+            group = file.create_group(table, track_order=True)
+            group.create_dataset("name", data=list(rows), dtype=h5py.string_dtype())
+            for column in dict.fromkeys(key for row in rows.values() for key in row):
+                is_text = any(isinstance(row.get(column), str) for row in rows.values())
+                values = [row.get(column, "" if is_text else np.nan) for row in rows.values()]
+                group.create_dataset(column, data=values, dtype=h5py.string_dtype() if is_text else "f8")
 
 
 def read_tables(path: Path) -> Tables:
-    """Return what `fill` wrote; RecordError if the file is another or no HDF5."""
+    """Return the rows of a file; RecordError if it holds others or is no HDF5."""
     tables: Tables = {}
     try:
         with h5py.File(path, "r", locking=False) as file:
