@@ -3,12 +3,15 @@
 import pickle
 import subprocess
 import sys
+from contextlib import nullcontext
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import roughsim as rs
+from roughsim import pipeline
 from roughsim.pipeline import solve_problem
 from roughsim.realization import level_problem
 
@@ -30,6 +33,32 @@ def test_a_problem_that_was_sent_to_a_worker_gives_the_bits_of_realize(capped_sc
     np.testing.assert_array_equal(solution.contact.pressure, member.contact.pressure)
     np.testing.assert_array_equal(solution.observables.flash_temperature, member.observables.flash_temperature)
     assert list(solution.seconds) == ["surface", "contact", "observables"]
+
+
+def test_each_stage_gets_what_the_problem_says(capped_scene, capped_numerics, monkeypatch):
+    problem = replace(
+        level_problem(capped_scene, capped_numerics, 0), seed=5, index=3, tolerance=1e-3, precision="single", threads=3
+    )
+    used = []
+
+    def solver(name):
+        used.append(name)
+        return rs.solve_contact
+
+    pools = SimpleNamespace(limit=lambda limits: used.append(limits) or nullcontext())
+    monkeypatch.setattr(pipeline.methods, "solver", solver)
+    monkeypatch.setattr(pipeline, "linear_algebra", lambda: pools)
+    solution = solve_problem(replace(problem, solver="another"))
+    assert used == [3, "another"]
+    # the same by hand, with the stream that the docstring of the problem promises
+    stream = np.random.default_rng(np.random.SeedSequence(5, spawn_key=(problem.stream, 3)))
+    heights = rs.synthesize(problem.spectrum, problem.grid, stream)
+    asked = {"nominal_pressure": problem.nominal_pressure, "tolerance": 1e-3, "precision": "single"}
+    contact = rs.solve_contact(heights, problem.grid, problem.solid, **asked)
+    np.testing.assert_array_equal(solution.heights, heights)
+    np.testing.assert_array_equal(solution.contact.pressure, contact.pressure)
+    assert (solution.contact.residual, solution.contact.pressure.dtype) == (contact.residual, np.float32)
+    assert all(0.0 < seconds < 60.0 for seconds in solution.seconds.values())
 
 
 def test_the_levels_of_a_realization_share_one_random_stream(capped_scene, capped_numerics):

@@ -9,7 +9,7 @@ import pytest
 from moments_cases import ANGULAR, BODY, CELLS, UNIT, Pressed, patches, plane, points
 from scipy.special import ellipk, elliprd
 
-from roughsim import Grid, Sliding, fourier, measure, sliding_temperature
+from roughsim import Grid, Sliding, corrected_fractions, fourier, measure, sliding_temperature
 
 
 @pytest.mark.parametrize("case", [c for c in ANGULAR if c["a"] > 0], ids=lambda case: f"a = {case['a']:g}")
@@ -132,6 +132,18 @@ def test_the_compact_spectrum_sums_every_moment_exactly(grid):
         np.testing.assert_allclose(actual, exact, rtol=1e-13)
     resting = np.sum(variance / q) * np.abs(speeds) / pressure.mean()
     np.testing.assert_allclose(seen.resting_flash_temperature, resting, rtol=1e-13)
+
+
+@pytest.mark.parametrize("hardness", [inf, 1.0])
+def test_the_corrected_areas_are_those_of_the_pressure_up_to_its_rounding_below_zero(hardness):
+    grid = CELLS[0]
+    pressure = np.minimum(patches(grid), hardness)
+    rounded = np.where(pressure == 0.0, -1e-12, pressure)
+    contact = Pressed(rounded, (pressure > 0.0).mean(), (pressure == hardness).mean())
+    seen = measure(contact, grid, Sliding([1.0], **UNIT))
+    expected = corrected_fractions(pressure, hardness)
+    assert (seen.contact_fraction_corrected, seen.plastic_fraction_corrected) == expected
+    assert (expected[1] > 0.0) == (hardness == 1.0)
 
 
 # limits in the speed
