@@ -181,14 +181,17 @@ def test_the_theory_up_to_a_cut_off_is_that_of_a_surface_that_ends_there(hardnes
 
 
 def test_yielded_contact_falls_the_slower_the_rougher_its_short_waves():
-    def falls(hurst, end=2e6, **changes):
+    def falls(hurst, end=2e6, q_c=3e5):
         spectrum = rs.SelfAffineSpectrum.from_rms_height(1e-6, hurst=hurst, q_min=1e4, q_roll_off=2e4, q_max=end)
-        return prediction.usual_exponent(SimpleNamespace(spectrum=spectrum, **changes), 3e5)
+        return prediction.usual_exponent(SimpleNamespace(spectrum=spectrum), q_c)
 
     assert falls(0.3) == pytest.approx(0.3 + 1.05 * 0.3, rel=1e-9)
     assert falls(0.0) == pytest.approx(0.3, rel=1e-9)
     assert falls(0.8) == 1.0
     assert falls(0.3, end=3e5) == 1.0  # nothing follows
+    # H is that of the next sixteen-fold of q: flat for a factor 2, then q^−3.2 for a factor 8, is H = 0.2
+    assert falls(0.6, q_c=1e4) == pytest.approx(0.3 + 1.05 * 0.2, rel=1e-9)
+    assert falls(0.3, q_c=1e4) == pytest.approx(0.3, rel=1e-9)  # less than none counts as none
 
 
 def test_who_yields_beyond_the_cut_off_does_not_follow_the_theory_and_who_has_yielded_falls():

@@ -1,0 +1,40 @@
+"""A record of an observable: what the theory says of it, the rows of a sample, and ratios of means."""
+
+import numpy as np
+import pytest
+
+from roughsim.observables.record import Observable, Sample, Theory, ratio
+
+THEORY = Theory({"slope_length": np.array([1.0, 2.0, 3.0])}, correlation_radius=lambda f: 10.0 * f, total=lambda w: 0.0)
+
+
+def test_the_theory_of_an_observable_is_its_own_or_the_value_of_its_name_or_nothing():
+    own = Observable("own", "m", theory=lambda theory: theory.correlation_radius(0.5))
+    np.testing.assert_array_equal(own.of_theory(THEORY, 3), [5.0])
+    np.testing.assert_array_equal(Observable("slope_length", "m").of_theory(THEORY, 3), [1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(Observable("other", "m").of_theory(THEORY, 3), [np.nan])
+    np.testing.assert_array_equal(Observable("other", "m", per_speed=True).of_theory(THEORY, 3), [np.nan] * 3)
+
+
+def test_part_of_a_sample_keeps_numbers_and_spectra_of_its_realizations_together():
+    rows, numbers, spectra = np.array([0, 2, 4, 5]), np.arange(8.0).reshape(4, 2), np.arange(12.0).reshape(4, 3)
+    sample = Sample(1e5, 64.0, rows, {"flash_temperature": numbers}, np.arange(3.0), spectra, 1e-3)
+    for part, chosen in (
+        (sample.at(np.array([5, 3, 2])), [1, 3]),
+        (sample.first(4), [0, 1]),
+        (sample.first(5), [0, 1, 2]),
+    ):
+        np.testing.assert_array_equal(part.rows, rows[chosen])
+        np.testing.assert_array_equal(part.numbers["flash_temperature"], numbers[chosen])
+        np.testing.assert_array_equal(part.spectrum, spectra[chosen])
+        assert (part.q_max, part.side, part.reach) == (1e5, 64.0, 1e-3)
+
+
+def test_a_ratio_of_means_has_its_value_also_where_its_scatter_is_undefined():
+    below = np.array([[1.0], [3.0]])
+    np.testing.assert_array_equal(ratio(np.zeros((2, 1)), below), [[0.0], [0.0]])
+    np.testing.assert_array_equal(ratio(below, np.zeros((2, 1))), [[np.inf], [np.inf]])
+    # d(√(a/b)) = √(a/b)/2 · (da/a − db/b)
+    assert ratio(below, np.array([[4.0], [4.0]]), 0.5).ravel() == pytest.approx(
+        [np.sqrt(0.5) * x for x in (0.75, 1.25)]
+    )
