@@ -62,7 +62,7 @@ TESTS = {
     "roughsim/scene/model.py": (
         "heat/test_conductivity.py scene/test_scene_bodies.py scene/test_scene.py scene/test_scene_identity.py"
     ),
-    "roughsim/observables/record.py": "observables/test_record.py estimate/test_estimate.py",
+    "roughsim/observables/record.py": "observables/test_observable_record.py estimate/test_estimate.py",
     "roughsim/observables/catalogue.py": "estimate/test_estimate.py",
     "roughsim/scene/spectra/k_correlation.py": "surface/test_spectrum.py",
     "roughsim/estimate/ladder.py": "estimate/test_ladder.py estimate/test_pixel.py estimate/test_continuation.py "

@@ -69,8 +69,11 @@ class Reader:
 
     def refresh(self, most: int) -> None:
         """Read the members that have come since, of at most so many realizations; damaged ones again."""
-        while self.damaged:
-            (level, index), _ = self.damaged.popitem()
+        again = set(self.damaged)
+        if self._skip_damaged:  # a page stays open for days: a file that changed since it was read is read again
+            again |= {key for key in self.members if self.changed(*key)}
+        self.damaged.clear()
+        for level, index in again:
             del self.members[level, index]
             self.available = min(self.available, index)
         while self.available < most and all(
@@ -108,6 +111,15 @@ class Reader:
             self.damaged[level, index] = str(error)
             self.members[level, index] = Member(level, index, failure=str(error))
         return True
+
+    def changed(self, level: int, index: int) -> bool:
+        """Whether the file of a member that was read has another size or time of change since; not if it is gone."""
+        row = self.members.row((level, index))
+        try:
+            status = os.stat(member_path(self.folder, level, index))
+        except FileNotFoundError:
+            return False
+        return bool((status.st_size, status.st_mtime_ns) != (row["size"], row["changed"]))
 
     def sample(self, level: int, indices: NDArray[np.int64], *, with_spectra: bool) -> Sample:
         """Return the numbers of a level, and its stress spectra or none, over those realizations that have it."""
