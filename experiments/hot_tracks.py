@@ -26,7 +26,7 @@ SCENE = rs.load_scene("steel-1.2GPa")
 SPEEDS = {3: 33.9, 5: 34.5}  # the experiment's numbers of its tests; each has a surface of its own
 HOLE, RESOLUTION, MICRON = 1e-3, 4e-6, 1e6
 LENGTH, PRESSURE, FRICTION, SHARE = 4e-3, 90e6, 0.11, 0.938
-STEEL = {"conductivity": 30.0, "diffusivity": SCENE.diffusivity}
+STEEL = {"conductivity": 30.0, "diffusivity": SCENE.conduction().diffusivity}
 MAGNIFICATION, Q_MIN = 4, 6350.0
 
 
