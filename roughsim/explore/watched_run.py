@@ -15,7 +15,6 @@ from roughsim import prediction
 from roughsim.charts.style import half_width
 from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import state_line
-from roughsim.errors import RecordError
 from roughsim.explore.fields import load_fields
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.folder import open_run
@@ -88,16 +87,12 @@ class WatchedRun:
             self.run.refresh()
             members = len(self.run.members), tuple(self.run.damaged)
             if before != members:
-                try:
-                    self._latest = members, summarized(self.run)
-                except RecordError:  # a file was damaged after it had been read
-                    self.run = open_run(self.run.folder, damaged="skip")
-                    self._latest = members, summarized(self.run)
+                self._latest = members, summarized(self.run)
             return self._latest[1]
 
 
 def summarized(run: Run) -> Summary:
-    """Return a run at this moment; RecordError if a member cannot be read any more."""
+    """Return a run at this moment."""
     problems = [f"{text}. The other realizations are shown." for text in run.damaged.values()] + gap(run)
     if run.failed:
         problems.append(f"{run.failed} realizations did not converge and are left out of the means")

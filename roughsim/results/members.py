@@ -176,9 +176,10 @@ class Members(MutableMapping[Key, Member]):
         size, changed, digest = (table[name][row] for name in Stamp._fields)
         return Stamp(int(size), int(changed), digest.tobytes())
 
-    def confirm(self, level: int, index: int) -> None:
-        """Let an adopted row count: its file is the one that the summary was made of."""
-        self.tables[level]["state"][index // self.every[level]] *= -1
+    def confirm(self, level: int, index: int, changed: int) -> None:
+        """Let an adopted row count: its file is the one that the summary was made of, be it copied; `changed` in ns."""
+        row = self.tables[level][index // self.every[level]]
+        row["state"], row["changed"] = -row["state"], changed
 
     def latest(self, count: int) -> list[float]:
         """Return when the latest files were written, s since 1970, in order; of members read from files only."""

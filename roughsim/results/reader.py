@@ -92,7 +92,7 @@ class Reader:
             status = os.stat(path)
             stamp = self.members.adopted(level, index)
             if stamp is not None and unchanged(path, status, stamp):
-                self.members.confirm(level, index)
+                self.members.confirm(level, index, status.st_mtime_ns)
                 return True
             content = read_bytes(path)
             member = member_of(path, content)

@@ -102,6 +102,9 @@ def test_copied_members_keep_their_summary(folder, tmp_path, eager):
     eager.clear()
     copy = shutil.copytree(folder, tmp_path / "copy", copy_function=shutil.copy)  # with other times
     assert rs.open_run(copy).realizations == COUNT
+    watched = rs.open_run(copy, damaged="skip")
+    watched.refresh()  # the times of the copies are no change
+    assert watched.realizations == COUNT
     assert eager == []
 
 
