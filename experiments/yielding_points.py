@@ -1,0 +1,183 @@
+"""Fresh contacts that yield, drawn by chance, to test a law of their stress spectrum that was fitted to others.
+
+    python experiments/yielding_points.py [--draw] [--toy] [-o FOLDER]
+
+The list was drawn and committed before any of the contacts was solved, and before the last fit of the law. Contact is
+elastic and perfectly plastic, 0 ≤ p ≤ σ_P, with H in 0.3 … 1, σ₀/σ_P in 0.005 … 0.6 and a plateau of C(q) of q_r/q_min
+in 1 … 16. Let q_y be, as in the map of validity, where roughness must be seen up to for 1 % of the contact to stay
+elastic, by the theory. Kind A has yielded altogether under roughness without end, q_y/q_r in 0.25 … 8. Kind B has
+yielded too, and C(q) ends at q_max = 1 … 10 q_y. Kind C has yielded in part where C(q) ends, at q_max/q_r in 1 … 32.
+
+H and A_pl/A of kind C are drawn uniformly, the rest log-uniformly: one point of a kind in each of as many equal strata,
+in random order. Only q_r/q_min, and q_y/q_r of kind B, are drawn until a grid holds all waves, q_min lies well below
+q_y or q_max, and q_max is not below q_r. `--draw` writes the list anew.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from math import exp, inf, log, sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.optimize import brentq
+from script import Command
+
+import roughsim as rs
+from theory import plasticity
+
+SEED = 20261123
+LIST = Path(__file__).parent / "reference" / "yielding_points.json"
+COUNTS = {"A": 14, "B": 6, "C": 12}
+HURST, SHARE, PLATEAU = (0.3, 1.0), (0.005, 0.6), (1.0, 16.0)
+YIELDS, DEPTH, END = (0.25, 8.0), (1.0, 10.0), (1.0, 32.0)  # q_y/q_r of A and B, q_max/q_y of B, q_max/q_r of C
+YIELDED = (0.12, 0.93)  # A_pl/A of C by the theory: contacts yield somewhat later
+ELASTIC = 0.01  # A_el/A at q_y
+ROOM = {"A": 64.0, "B": 256.0, "C": 256.0}  # the most waves along a side: of q_y for A, of q_max for B and C
+WIDTH = 2.0  # the least q_y/q_min of A and B, and q_max/q_min of C
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One contact in units of E* = 1 and q_r = 1, with C(q_r) = 1: C = 1 from 1/plateau to 1, and q^(−2−2H) beyond."""
+
+    name: str  # kind A, B or C, and a number
+    hurst: float
+    share: float  # σ₀/σ_P
+    plateau: float  # q_r/q_min
+    q_max: float  # over q_r; infinite for kind A
+    yields: float  # q_y/q_r of A and B, NaN for C
+    yielded: float  # A_pl/A by the theory where C(q) ends; for A as at q_y
+    hardness: float  # σ_P/E*
+
+    @property
+    def kind(self) -> str:
+        """A, B or C."""
+        return self.name[0]
+
+    @property
+    def load(self) -> float:
+        """σ₀/E*."""
+        return self.share * self.hardness
+
+    @property
+    def periods(self) -> float:
+        """Waves of q_r along a side of the cell: it holds two of the longest waves or more."""
+        return periods(self.plateau)
+
+    def spectrum(self, q_max: float | None = None) -> rs.SelfAffineSpectrum:
+        """Return C(q) up to its own end, which kind A has not, or up to `q_max`."""
+        return roughness(self.hurst, self.plateau, self.q_max if q_max is None else q_max)
+
+
+def periods(plateau: float) -> float:
+    """Return the waves of q_r along a side of the cell."""
+    return max(8.0, 2.0 * plateau)
+
+
+def roughness(hurst: float, plateau: float, q_max: float) -> rs.SelfAffineSpectrum:
+    """Return C(q) with C(q_r) = 1 and q_r = 1."""
+    return rs.SelfAffineSpectrum(1.0, hurst, 1.0 / plateau, 1.0, q_max)
+
+
+def hardness_at(share: float, elastic: float, spectrum: rs.SelfAffineSpectrum) -> float:
+    """Return σ_P/E* with which, by the theory, this share of the contact is elastic at the end of `spectrum`."""
+
+    def excess(log_g: float) -> float:
+        _, still, plastic = plasticity.area_fractions(exp(log_g), share, 1.0)
+        return float(still / (still + plastic)) - elastic
+
+    g = exp(brentq(excess, log(1e-6), log(10.0)))
+    return sqrt(spectrum.moment(2.0) / 8.0 / g)  # G = (π/4) E*² ∫ q³ C dq, an eighth of the square of the slope
+
+
+def drawn() -> list[Contact]:
+    """Draw all contacts; each kind has random numbers of its own."""
+    return [contact for kind, count in COUNTS.items() for contact in _drawn(kind, count)]
+
+
+def _drawn(kind: str, count: int) -> list[Contact]:
+    rng = np.random.default_rng([SEED, ord(kind)])
+
+    def strata(low: float, high: float) -> Any:
+        """One number in each of `count` equal strata, in random order."""
+        return low + (high - low) * (rng.permutation(count) + rng.uniform(size=count)) / count
+
+    def between(low: float, high: float) -> float:
+        return _rounded(exp(rng.uniform(log(low), log(high))))
+
+    hursts, shares, targets = strata(*HURST), np.exp(strata(*np.log(SHARE))), strata(*YIELDED)
+    reaches = np.exp(strata(*np.log({"A": YIELDS, "B": DEPTH, "C": END}[kind])))
+    contacts = []
+    for k in range(count):
+        hurst, share, reach = (_rounded(x[k]) for x in (hursts, shares, reaches))
+        while True:
+            plateau, seen = between(*PLATEAU), between(*YIELDS) if kind == "B" else reach
+            q_max = {"A": inf, "B": _rounded(reach * seen), "C": reach}[kind]
+            waves = periods(plateau) * (seen if kind == "A" else q_max)
+            if waves <= ROOM[kind] and seen * plateau >= WIDTH and q_max >= 1.0:
+                break
+        yielded = _rounded(targets[k]) if kind == "C" else 1.0 - ELASTIC
+        hardness = hardness_at(share, 1.0 - yielded, roughness(hurst, plateau, seen))
+        yields = float("nan") if kind == "C" else seen
+        contacts.append(
+            Contact(f"{kind}{k + 1:02d}", hurst, share, plateau, q_max, yields, yielded, _rounded(hardness, 7))
+        )
+    return contacts
+
+
+def _rounded(value: float, digits: int = 4) -> float:
+    return float(f"{value:.{digits}g}")
+
+
+def write(contacts: list[Contact], path: Path) -> None:
+    """Write the list as JSON, null for what is infinite or not there."""
+    rows = [
+        json.dumps({key: x if isinstance(x, str) or np.isfinite(x) else None for key, x in asdict(contact).items()})
+        for contact in contacts
+    ]
+    path.write_text("[\n" + ",\n".join(rows) + "\n]\n")
+
+
+def points() -> list[Contact]:
+    """Return the committed list."""
+    rows = json.loads(LIST.read_text())
+    return [
+        Contact(**{key: (inf if key == "q_max" else float("nan")) if x is None else x for key, x in row.items()})
+        for row in rows
+    ]
+
+
+def draw(contacts: list[Contact], path: Path) -> None:
+    """Where the contacts lie: H and how far the roughness is seen over σ₀/σ_P."""
+    figure = Figure(figsize=(7.0, 3.0), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for kind, colour in zip(COUNTS, ("#0072b2", "#d55e00", "#009e73"), strict=True):
+        some = [contact for contact in contacts if contact.kind == kind]
+        shares = [contact.share for contact in some]
+        left.scatter(shares, [contact.hurst for contact in some], s=12, color=colour, label=kind)
+        seen = [contact.q_max if kind == "C" else contact.yields for contact in some]
+        right.scatter(shares, seen, s=12, color=colour)
+    left.set(xscale="log", xlabel=r"$\sigma_0/\sigma_P$", ylabel="H")
+    right.set(xscale="log", yscale="log", xlabel=r"$\sigma_0/\sigma_P$", ylabel=r"$q_y/q_r$, or $q_{max}/q_r$ of C")
+    figure.legend(loc="outside upper center", ncols=3)
+    figure.savefig(path, dpi=130)
+
+
+def main() -> None:
+    command = Command(__file__, __doc__)
+    command.add_argument("--draw", action="store_true", help="write the list of contacts anew")
+    options = command.parse()
+    if options.draw:
+        write(drawn(), LIST)
+    contacts = points()
+    for contact in contacts:
+        print(contact)
+    draw(contacts, options.output / "yielding_points.png")
+
+
+if __name__ == "__main__":
+    main()
