@@ -68,10 +68,8 @@ TESTS = {
     "roughsim/estimate/ladder.py": "estimate/test_ladder.py estimate/test_pixel.py estimate/test_continuation.py "
     "estimate/test_total_errors.py",
     "roughsim/estimate/errors.py": "estimate/test_estimate.py estimate/test_ladder.py estimate/test_total_errors.py",
-    "roughsim/prediction/__init__.py": "prediction/test_prediction.py",
+    "roughsim/prediction/__init__.py": "prediction/test_prediction.py prediction/test_one_theory.py",
     "roughsim/prediction/bodies.py": "prediction/test_prediction.py heat/test_conductivity.py",
-    "roughsim/prediction/cut_offs.py": "prediction/test_prediction.py",
-    "roughsim/prediction/integrals.py": "prediction/test_prediction.py prediction/test_one_theory.py",
     "roughsim/comparison/compare.py": (
         "comparison/test_compare.py comparison/test_in_band.py estimate/test_total_errors.py"
     ),

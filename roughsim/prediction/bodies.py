@@ -23,22 +23,19 @@ from roughsim.scene.model import Conduction
 Array = NDArray[np.float64]
 
 
+def load_arguments(scene: Scene) -> dict[str, float]:
+    """Return E* and σ₀ as arguments of the theory."""
+    return {"effective_modulus": scene.effective_modulus, "nominal_pressure": scene.sliding.nominal_pressure}
+
+
 def pressure_arguments(scene: Scene) -> dict[str, float]:
     """Return E*, σ₀ and σ_P as arguments of the theory."""
-    return {
-        "effective_modulus": scene.effective_modulus,
-        "nominal_pressure": scene.sliding.nominal_pressure,
-        "penetration_hardness": scene.penetration_hardness,
-    }
+    return load_arguments(scene) | {"penetration_hardness": scene.penetration_hardness}
 
 
 def stress_arguments(scene: Scene) -> dict[str, Any]:
     """Return E*, σ₀ and γ as arguments of the theory."""
-    return {
-        "effective_modulus": scene.effective_modulus,
-        "nominal_pressure": scene.sliding.nominal_pressure,
-        "gamma": scene.theory.gamma,
-    }
+    return load_arguments(scene) | {"gamma": scene.theory.gamma}
 
 
 def heat_arguments(scene: Scene, bodies: Conduction) -> dict[str, float]:

@@ -66,6 +66,17 @@ def test_the_error_holds_all_that_a_straight_line_over_the_peclet_number_misses(
         assert judgement.error == pytest.approx((100 + judgement.percent) * np.hypot(0.02, missed), rel=1e-6)
 
 
+def test_the_maps_own_error_is_taken_at_the_peclet_number_of_each_speed():
+    table = simple_map()["elastic"]
+    flat = replace(table, value=np.ones(table.value.shape), error=np.ones((27, 1)) * [0.01, 0.02, 0.05, 0.07])
+    known = {judgement.speed: judgement for judgement in trust(scene(), {"elastic": flat}).judgements}
+    assert known[None].error == pytest.approx(7.0, rel=1e-9)
+    for speed, first, second, low in ((0.1, 0.01, 0.02, -3), (35.0, 0.02, 0.05, 0)):
+        place = (np.log10(speed * 7900 * 500 / 30 / 2e4) - low) / 3  # between two of 10^-3, 1 and 10^3
+        assert 0.05 < place < 0.95
+        assert known[speed].error == pytest.approx(100 * (first + place * (second - first)), rel=1e-9)
+
+
 def test_a_scene_beside_what_the_map_has_at_one_value_only_pays_for_the_step():
     near = scene(0.05, 0.7, 10.0)
     near = replace(near, surface=replace(near.surface, q_min=2e4 / 2.1))  # q_roll_off/q_min = 2.1 where the map has 2

@@ -67,6 +67,22 @@ def test_a_pilot_tells_scatter_step_and_pixel(monkeypatch):
     assert low.q_max == pytest.approx(cut / 2)
 
 
+def test_the_coarsest_grid_of_a_pilot_has_eight_points_per_side_however_low_the_cut_off(monkeypatch):
+    shapes = []
+
+    def realize(scene, numerics, *, level, index, **_):
+        shapes.append(numerics.levels[level].shape)
+        return SimpleNamespace(observables=SimpleNamespace(flash_temperature=temperatures(index, level)))
+
+    monkeypatch.setattr(stage, "realize", realize)
+    scene = replace(rs.load_scene("steel-1.2GPa"), title="pilot of one wave")
+    stage.pilot(scene, "capped", (4 * WAVE, 8 * WAVE), 2 * pi / (8 * WAVE))
+    assert list(dict.fromkeys(shapes)) == [(8, 8), (16, 16)]
+    shapes.clear()
+    stage.pilot(scene, "capped", (4 * WAVE, 8 * WAVE), 6 * 2 * pi / (8 * WAVE))  # 24 points along the longer side
+    assert list(dict.fromkeys(shapes)) == [(8, 12), (16, 24)]
+
+
 def test_the_pace_is_that_of_large_grids():
     levels = (Level("capped", (128, 128), 1e4), Level("capped", (256, 256), 2e4))
     numerics = Numerics(levels, (1e-3, 1e-3))

@@ -10,8 +10,8 @@ from scipy.special import erf
 
 import roughsim as rs
 from roughsim import prediction
+from roughsim.prediction import integrals, summed_over_modes
 from roughsim.prediction.bodies import stress_arguments
-from roughsim.prediction.integrals import integrals, summed_over_modes
 from roughsim.surface.spectrum import TruncatedSpectrum
 from theory import flash, partition, persson
 
@@ -207,3 +207,27 @@ def test_who_yields_beyond_the_cut_off_does_not_follow_the_theory_and_who_has_yi
     found = prediction.continuation(rubber, "elastic", (2e4, 4e4), "flash_temperature")
     assert found.shape == (3, 5)
     assert np.all(np.diff(found, axis=0) > 0)
+
+
+@pytest.mark.parametrize(
+    ("now", "at_the_end", "follows"),
+    [
+        (0.5, 0.599, True),
+        (0.5, 0.601, None),
+        (0.88, 0.985, None),
+        (0.95, 0.985, True),  # the rest yields little by little
+        (0.989, 1.0, True),
+        (0.991, 1.0, False),
+        (0.0, 0.0, True),
+    ],
+)
+def test_contact_has_yielded_from_99_percent_on_and_follows_the_theory_while_less_than_a_tenth_is_added(
+    monkeypatch, now, at_the_end, follows
+):
+    def areas(scene, q_max=np.inf):
+        return {"contact_fraction": 0.2, "plastic_fraction": 0.2 * (now if q_max < np.inf else at_the_end)}
+
+    monkeypatch.setattr(prediction, "area_fractions", areas)
+    rock = rs.load_scene("granite")
+    assert prediction.follows_theory.__wrapped__(rock, "capped", 4e5) is follows
+    assert prediction.follows_theory.__wrapped__(rock, "smoothed", 4e5) is True
