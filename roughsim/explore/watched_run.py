@@ -15,6 +15,7 @@ from roughsim import prediction
 from roughsim.charts.style import half_width
 from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import state_line
+from roughsim.errors import RecordError
 from roughsim.explore.fields import load_fields
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.folder import open_run
@@ -87,7 +88,11 @@ class WatchedRun:
             self.run.refresh()
             members = len(self.run.members), tuple(self.run.damaged)
             if before != members:
-                self._latest = members, summarized(self.run)
+                try:
+                    self._latest = members, summarized(self.run)
+                except (RecordError, FileNotFoundError):  # a file was damaged or moved after it had been read
+                    self.run = open_run(self.run.folder, damaged="skip")
+                    self._latest = (len(self.run.members), tuple(self.run.damaged)), summarized(self.run)
             return self._latest[1]
 
 

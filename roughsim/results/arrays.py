@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from roughsim.errors import RecordError, number
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.results.members import SOUND, Members
+from roughsim.results.reader import Reader
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.store.member_files import FIELD_UNITS, member_path, read_field
@@ -134,16 +135,17 @@ def numbers(members: Members, numerics: Numerics, count: int, heat_partition: Ar
     yield Labelled("iterations", axes[:2], gathered("iterations", np.zeros(shape, np.int64)), description)
 
 
-def spectra(members: Members, numerics: Numerics, count: int) -> Iterator[Labelled]:
+def spectra(reader: Reader, count: int) -> Iterator[Labelled]:
     """Yield wavenumbers and stress spectra of each level, NaN where it was not solved or failed."""
-    for level in range(len(numerics.levels)):
-        sound = {index: row for (of, index), row in members.spectra.items() if of == level and index < count}
-        if not sound:
+    numerics = reader.numerics
+    for level, every in enumerate(reader.members.every):
+        sound = np.setdiff1d(np.arange(0, count, every), reader.members.failed(level, count))
+        if not sound.size:
             continue
-        axis, wavenumber = f"wavenumber_L{level}", members.wavenumber[level]
+        axis, (wavenumber, rows) = f"wavenumber_L{level}", reader.spectra(level, sound)
         yield Labelled(axis, (axis,), wavenumber, {"units": "1/m"})
         values = np.full((count, len(wavenumber)), np.nan)
-        values[list(sound)] = list(sound.values())
+        values[sound] = rows
         attributes = level_attributes(numerics, level, "Pa^2", "stress_spectrum")
         yield Labelled(f"stress_spectrum_L{level}", ("realization", axis), values, attributes)
 

@@ -26,31 +26,37 @@ PROVENANCE: list[Any] = [
     ("size", "i8"),  # of the file, bytes; 0 where it was not read
     ("changed", "i8"),  # of the file, ns
     ("digest", "u1", (32,)),  # SHA-256 of the file
+    ("spectrum_start", "i8"),  # where the stress spectrum lies in the file, bytes; -1 where it was not found
+    ("spectrum_check", "u4"),  # CRC-32 of its bytes
 ]
 PROVENANCE_NAMES = {name for name, *_ in PROVENANCE}
 
 
 class Stamp(NamedTuple):
-    """What a member's file was when it was read: size in bytes, time of the last change in ns, and SHA-256."""
+    """What a member's file was when it was read: size in bytes, time of the last change in ns, and SHA-256.
+
+    And where its stress spectrum lies, in bytes, with the CRC-32 of it; −1 where it was not found.
+    """
 
     size: int = 0
     changed: int = 0
     digest: bytes = bytes(32)
+    spectrum_start: int = -1
+    spectrum_check: int = 0
 
 
 class Members(MutableMapping[Key, Member]):
-    """Members by (level, index), without their fields.
+    """Members by (level, index), without their stress spectra and fields: about 1 kB each.
 
     `every` has the stride of each level's realizations, `lengths` the sides of the cell, m, `speeds` are in m/s. Row r
-    of a table is realization r·every. `spectra` has the stress spectra of sound members, Pa², and `wavenumber` those of
-    each level, rad/m. `failures` says why members failed, `versions` has those of packages.
+    of a table is realization r·every. `wavenumber` has that of the stress spectra of each level, rad/m. `failures` says
+    why members failed, `versions` has those of packages.
     """
 
     def __init__(self, every: Iterable[int], lengths: tuple[float, float], speeds: tuple[float, ...]):
         self.every = list(every)
         numbers = [(name, "f8", (len(speeds) if n.per_speed else 1,)) for name, n in NUMBERS.items()]
         self.tables: list[NDArray[Any]] = [np.zeros(0, PROVENANCE + numbers) for _ in self.every]
-        self.spectra: dict[Key, Array] = {}
         self.wavenumber: dict[int, Array] = {}
         self.versions: list[dict[str, str]] = []
         self.failures: dict[Key, str] = {}
@@ -71,7 +77,7 @@ class Members(MutableMapping[Key, Member]):
                 yield level, row * self.every[level]
 
     def __getitem__(self, key: Key) -> Member:
-        row, failure, nothing = self.row(key), self.failures.get(key, ""), np.empty(0)
+        row, failure = self.row(key), self.failures.get(key, "")
         names = [name for name in row.dtype.names or () if name not in PROVENANCE_NAMES]
         measured = {name: row[name].copy() for name in names if not np.all(np.isnan(row[name]))}
         provenance = {
@@ -85,8 +91,6 @@ class Members(MutableMapping[Key, Member]):
             *key,
             failure,
             {} if failure else {name: value for name, value in measured.items() if name in NUMBERS},
-            nothing if failure else self.wavenumber[key[0]],
-            self.spectra.get(key, nothing),
             lengths=self._lengths,
             speeds=self._speeds,
             provenance=provenance,
@@ -118,9 +122,7 @@ class Members(MutableMapping[Key, Member]):
         self.failures.pop(key, None)
         if member.failure:
             self.failures[key] = member.failure
-            self.spectra.pop(key, None)
-        else:
-            self.spectra[key] = member.spectrum
+        elif member.wavenumber.size:
             self.wavenumber.setdefault(level, member.wavenumber)
         row = index // self.every[level]
         table = self.table_for(level, row, seconds)
@@ -133,8 +135,7 @@ class Members(MutableMapping[Key, Member]):
             "residual": provenance.get("residual", np.nan),
             "iterations": provenance.get("iterations", 0),
             "written": provenance.get("written", ""),
-            "size": stamp.size,
-            "changed": stamp.changed,
+            **stamp._asdict(),
             "digest": np.frombuffer(stamp.digest, np.uint8),
             "state": FAILED if member.failure else SOUND,
         }
@@ -153,17 +154,15 @@ class Members(MutableMapping[Key, Member]):
                 self.tables[level][name][: len(old)] = old[name]
         return self.tables[level]
 
-    def adopt(self, level: int, table: NDArray[Any], wavenumber: Array, spectra: Array) -> None:
-        """Take over a level of a summary, with spectra of its sound rows; ValueError, LookupError for another layout.
+    def adopt(self, level: int, table: NDArray[Any], wavenumber: Array) -> None:
+        """Take over a level of a summary; ValueError, LookupError for another layout.
 
         Each row counts only after `confirm` has said that its file was seen.
         """
         own = self.tables[level].dtype
         if any(table.dtype[name] != own[name] for name in own.names or ()):
             raise ValueError("the summary has numbers of other shapes")
-        sound = np.flatnonzero(table["state"] == SOUND) * self.every[level]
-        self.spectra.update(((level, index), row) for index, row in zip(sound.tolist(), spectra, strict=True))
-        if len(sound):
+        if wavenumber.size:
             self.wavenumber[level] = wavenumber
         self.tables[level] = table
         table["state"] *= -1
@@ -173,8 +172,8 @@ class Members(MutableMapping[Key, Member]):
         row, table = index // self.every[level], self.tables[level]
         if row >= len(table) or table["state"][row] >= 0:
             return None
-        size, changed, digest = (table[name][row] for name in Stamp._fields)
-        return Stamp(int(size), int(changed), digest.tobytes())
+        stamp = {name: table[name][row] for name in Stamp._fields}
+        return Stamp(**stamp | {"digest": stamp["digest"].tobytes()})
 
     def confirm(self, level: int, index: int, changed: int) -> None:
         """Let an adopted row count: its file is the one that the summary was made of, be it copied; `changed` in ns."""

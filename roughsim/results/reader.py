@@ -9,6 +9,7 @@ import stat
 from functools import cache
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +29,11 @@ from roughsim.store.member_files import (
     member_of,
     member_path,
     read_seal,
+    read_spectrum,
     seal_of,
 )
 
+Array = NDArray[np.float64]
 SMALL = 1 << 16  # bytes: such a file is checked as a whole, also where its size and time are those of the summary
 # the summary is written anew after so many new members, and after this share of all
 LEAST_NEW, SHARE_NEW = 64, 0.1
@@ -69,11 +72,8 @@ class Reader:
 
     def refresh(self, most: int) -> None:
         """Read the members that have come since, of at most so many realizations; damaged ones again."""
-        again = set(self.damaged)
-        if self._skip_damaged:  # a page stays open for days: a file that changed since it was read is read again
-            again |= {key for key in self.members if self.changed(*key)}
-        self.damaged.clear()
-        for level, index in again:
+        while self.damaged:
+            (level, index), _ = self.damaged.popitem()
             del self.members[level, index]
             self.available = min(self.available, index)
         while self.available < most and all(
@@ -101,7 +101,10 @@ class Reader:
                 raise RecordError(
                     f"{path} is of another run: its scene, seed or numerics differ; move it out of the folder"
                 )
-            self.members.put((level, index), member, Stamp(len(content), status.st_mtime_ns, digest_of(path, content)))
+            spectrum = member.spectrum.astype("<f8").tobytes()
+            place = content.find(spectrum), crc32(spectrum)
+            stamp = Stamp(len(content), status.st_mtime_ns, digest_of(path, content), *place)
+            self.members.put((level, index), member, stamp)
             self._unsaved += 1
         except FileNotFoundError:
             return False
@@ -112,24 +115,27 @@ class Reader:
             self.members[level, index] = Member(level, index, failure=str(error))
         return True
 
-    def changed(self, level: int, index: int) -> bool:
-        """Whether the file of a member that was read has another size or time of change since; not if it is gone."""
-        row = self.members.row((level, index))
-        try:
-            status = os.stat(member_path(self.folder, level, index))
-        except FileNotFoundError:
-            return False
-        return bool((status.st_size, status.st_mtime_ns) != (row["size"], row["changed"]))
-
     def sample(self, level: int, indices: NDArray[np.int64], *, with_spectra: bool) -> Sample:
         """Return the numbers of a level, and its stress spectra or none, over those realizations that have it."""
         q_max, side = self.numerics.levels[level].q_max, float(self.numerics.levels[level].shape[0])
         rows = np.flatnonzero(indices % self.members.every[level] == 0)
         numbers = {name: self.members.column(level, name, indices[rows]) for name in NUMBERS}
-        wavenumber = self.members.wavenumber[level] if with_spectra else np.empty(0)
-        spectra = [self.members.spectra[level, index] for index in indices[rows].tolist()] if with_spectra else []
-        stress = np.array(spectra).reshape(len(rows), len(wavenumber))
-        return Sample(q_max, side, rows, numbers, wavenumber, stress, 0.5 * float(np.hypot(*self.numerics.lengths)))
+        nothing = np.empty(0), np.empty((len(rows), 0))
+        wavenumber, spectra = self.spectra(level, indices[rows]) if with_spectra else nothing
+        return Sample(q_max, side, rows, numbers, wavenumber, spectra, 0.5 * float(np.hypot(*self.numerics.lengths)))
+
+    def spectra(self, level: int, indices: NDArray[np.int64]) -> tuple[Array, Array]:
+        """Return the wavenumbers of a level, rad/m, and the stress spectra of sound members, Pa², from their files.
+
+        RecordError or OSError if a file was damaged or moved after its numbers had been read.
+        """
+        wavenumber = self.members.wavenumber[level]
+        spectra = np.empty((len(indices), len(wavenumber)))
+        starts, checks = (self.members.column(level, f"spectrum_{name}", indices) for name in ("start", "check"))
+        for row, index, start, check in zip(spectra, indices.tolist(), starts.tolist(), checks.tolist(), strict=True):
+            path = member_path(self.folder, level, index)
+            row[:] = read_spectrum(path, start, len(wavenumber), check)
+        return wavenumber, spectra
 
     def save(self) -> None:
         """Write the summary of all that was read."""

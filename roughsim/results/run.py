@@ -315,7 +315,7 @@ class Run:
         labelled = [
             *arrays.coordinates(self.numerics, self.scene.speeds, self.realizations, kept),
             *arrays.numbers(self.members, self.numerics, self.realizations, self.heat_partition),
-            *arrays.spectra(self.members, self.numerics, self.realizations),
+            *arrays.spectra(self._reader, self.realizations),
             *arrays.fields(self.folder, self.numerics, kept),
         ]
         versions = next(iter(self.members.values())).provenance["versions"]

@@ -1,8 +1,8 @@
 """A file beside the members with what estimates need of thousands of them: it saves time and decides nothing.
 
 Each of its rows counts only while the member's file has the same digest. A summary that is missing, damaged or of
-another run is ignored. Layout: a line that names the format, a line of JSON, for each level its table, wavenumbers and
-spectra as NumPy's .npy files, and the SHA-256 of all that.
+another run is ignored. Layout: a line that names the format, a line of JSON, for each level its table and wavenumbers
+as NumPy's .npy files, and the SHA-256 of all that.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 
 from roughsim.errors import RecordError
-from roughsim.results.members import SOUND, Members
+from roughsim.results.members import Members
 from roughsim.store.disk import place_bytes, read_bytes
 
 NAME = "summary.bin"
-FORMAT_LINE = b"roughsim summary 2\n"
+FORMAT_LINE = b"roughsim summary 3\n"
 HASH_BYTES = 32
 
 
@@ -41,7 +41,7 @@ def read_summary(folder: Path, run: str, members: Members) -> dict[str, Any] | N
         if header["run"] != run:
             return None
         for level in range(len(members.tables)):
-            members.adopt(level, *(np.load(file) for _ in ("table", "wavenumber", "spectra")))
+            members.adopt(level, *(np.load(file) for _ in ("table", "wavenumber")))
         members.versions = header["versions"]
         members.failures = {(level, index): reason for level, index, reason in header["failures"]}
         return dict(header["stop"])
@@ -56,13 +56,12 @@ def write_summary(folder: Path, run: str, members: Members, stop: dict[str, Any]
     header = {"run": run, "versions": members.versions, "failures": failures, "stop": stop}
     file = BytesIO()
     file.write(FORMAT_LINE + json.dumps(header).encode() + b"\n")
-    for level, every in enumerate(members.every):
-        seen = (members.tables[level]["state"] > 0) & (members.tables[level]["size"] > 0)
-        table = members.tables[level][: np.max(np.flatnonzero(seen), initial=-1) + 1].copy()
+    for level, rows in enumerate(members.tables):
+        seen = (rows["state"] > 0) & (rows["size"] > 0)
+        table = rows[: np.max(np.flatnonzero(seen), initial=-1) + 1].copy()
         table["state"][~seen[: len(table)]] = 0
-        spectra = [members.spectra[level, row * every] for row in np.flatnonzero(table["state"] == SOUND).tolist()]
-        for array in (table, members.wavenumber.get(level, np.empty(0)), np.array(spectra)):
-            np.save(file, array)
+        np.save(file, table)
+        np.save(file, members.wavenumber.get(level, np.empty(0)))
     content = file.getbuffer()
     with suppress(OSError):
         place_bytes(folder / NAME, content, hashlib.sha256(content).digest())

@@ -102,8 +102,13 @@ def test_a_file_damaged_while_the_page_is_open_is_named(empty):
     assert run.summary().sound[2] == [0, 2, 3]
     path = folder / "realizations" / "L2-000002.h5"
     path.write_bytes(path.read_bytes()[::-1])  # of the same size
+    arrive(folder, aside, 4)
     assert any("L2-000002.h5 is damaged" in problem for problem in run.summary().problems)
-    assert run.summary().sound[2] == [0, 3]
+    assert run.summary().sound[2] == [0, 3, 4]
+    (folder / "realizations" / "L2-000003.h5").unlink()
+    arrive(folder, aside, 5)
+    assert "not there: L2-000003" in run.summary().problems[-1]
+    assert run.summary().sound[2] == [0]
 
 
 def test_a_deleted_folder_is_said_in_a_line_and_what_was_read_stays(copied):

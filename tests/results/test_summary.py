@@ -3,6 +3,7 @@
 import builtins
 import errno
 import os
+import pickle
 import shutil
 from dataclasses import replace
 
@@ -70,6 +71,24 @@ def test_a_member_that_came_or_changed_since_is_read_and_wins(folder, whole, eag
     expected = true.numbers["flash_temperature"] * np.where(np.arange(COUNT) == 3, 2.0, 1.0)[:, None]
     np.testing.assert_array_equal(found.numbers["flash_temperature"], expected)
     np.testing.assert_array_equal(found.spectrum, true.spectrum * np.where(np.arange(COUNT) == 3, 3.0, 1.0)[:, None])
+
+
+def test_a_reader_holds_no_spectrum_of_50_or_500_realizations(folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "fsync", lambda handle: None)
+    wavenumber, spectrum = np.geomspace(1e3, 1e5, 5000), np.random.default_rng(2).random(5000)
+    held = {}
+    for count in (50, 500):
+        other = shutil.copytree(folder, tmp_path / str(count), ignore=shutil.ignore_patterns("L*"))
+        for level, every in ((0, 1), (1, 2)):
+            one = replace(read_member(member_path(folder, level, 0)), wavenumber=wavenumber)
+            for index in range(0, count, every):
+                write_member(other, replace(one, index=index, spectrum=spectrum + index))
+        run = rs.open_run(other)
+        run.max_realizations = count
+        run.refresh()
+        np.testing.assert_array_equal(run.samples()[0].spectrum, spectrum + np.arange(count)[:, None])
+        held[count] = len(pickle.dumps(run._reader))
+    assert held[500] - held[50] < 1000 * 1.5 * 450  # rows of numbers; their spectra take 40 kB each
 
 
 @pytest.mark.parametrize("small", [0, 1 << 16])
