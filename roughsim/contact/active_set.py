@@ -34,6 +34,10 @@ def solve_contact(
 ) -> Contact:
     """Solve for the contact pressure.
 
+    TypeError or ValueError, before any work, for an argument that is not what it must be; ConvergenceError, with
+    residual, iterations and the best pressure, if the tolerance is not met. A RuntimeWarning if the tolerance lies
+    below what rounding allows: the solve stops at that floor.
+
     Parameters
     ----------
     heights : array_like
@@ -55,18 +59,6 @@ def solve_contact(
     -------
     Contact
         The fields and how good they are.
-
-    Raises
-    ------
-    ConvergenceError
-        If the tolerance is not met; it carries residual, iterations and the best pressure.
-    TypeError, ValueError
-        Naming the argument, its value and its limit, before any work.
-
-    Warns
-    -----
-    RuntimeWarning
-        If the tolerance lies below what rounding allows: the solve stops at that floor.
     """
     load = checked_load("nominal_pressure", nominal_pressure, solid)
     if not 0.0 < number("tolerance", tolerance) < 1.0:

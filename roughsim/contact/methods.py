@@ -5,30 +5,11 @@ A package outside adds one by an entry point of the group "roughsim.solvers": NA
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, Literal, Protocol, cast
+from typing import cast
 
-from numpy.typing import NDArray
-
-from roughsim.contact import Contact, Solid
-from roughsim.grid import Grid
-
-
-class Solver(Protocol):
-    """What a solver is called with; `solve_contact` says what the arguments are."""
-
-    def __call__(
-        self,
-        heights: NDArray[Any],
-        grid: Grid,
-        solid: Solid,
-        *,
-        nominal_pressure: float,
-        tolerance: float,
-        precision: Literal["double", "single"],
-    ) -> Contact:
-        """Return the contact under the nominal pressure; ConvergenceError if the tolerance is not met."""
-
+from roughsim.contact import Contact
 
 # entry points inside and outside alike: whoever reads the names alone imports no compiled code
 DEFAULT, GROUP = "active_set", "roughsim.solvers"
@@ -37,6 +18,6 @@ SOLVERS = {entry.name: entry for entry in (*entry_points(group=GROUP), INSIDE)}
 NAMES = tuple(sorted(SOLVERS))
 
 
-def solver(name: str) -> Solver:
-    """Return the solver of a name among `NAMES`."""
-    return cast(Solver, SOLVERS[name].load())
+def solver(name: str) -> Callable[..., Contact]:
+    """Return the solver of a name among `NAMES`, to be called as `solve_contact`, the limit of iterations left out."""
+    return cast(Callable[..., Contact], SOLVERS[name].load())

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,23 +28,12 @@ EDGE_SHARE = (math.pi - 1 + math.log(2)) / 24  # pixels by which each side of a 
 RESOLVED = 4  # pixels: the size of a smaller patch is a number of the grid
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SizeDistribution:
-    """Patches by size, in bins that double: 1, 2–3, 4–7, … pixels.
+class SizeDistribution(NamedTuple):
+    """Patches by size, in bins that double: 1, 2–3, 4–7, … pixels."""
 
-    Attributes
-    ----------
-    edges : ndarray
-        Bounds of the bins, m², shape (n + 1,).
-    counts : ndarray
-        Number of patches in each bin, shape (n,).
-    areas : ndarray
-        Their area together, m², shape (n,).
-    """
-
-    edges: Array
-    counts: NDArray[np.int64]
-    areas: Array
+    edges: Array  # bounds of the bins, m², shape (n + 1,)
+    counts: NDArray[np.int64]  # number of patches in each bin, shape (n,)
+    areas: Array  # their area together, m², shape (n,)
 
     @property
     def density(self) -> Array:
@@ -54,18 +43,10 @@ class SizeDistribution:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Patches:
-    """The connected patches of a set of pixels.
+    """The connected patches of a set of pixels."""
 
-    Attributes
-    ----------
-    pixels : ndarray of int
-        Pixels of each, largest first.
-    pixel_area : float
-        m².
-    """
-
-    pixels: NDArray[np.int64]
-    pixel_area: float
+    pixels: NDArray[np.int64]  # of each patch, largest first
+    pixel_area: float  # m²
 
     @property
     def count(self) -> int:
@@ -103,24 +84,10 @@ class Patches:
 def contact_patches(mask: ArrayLike, grid: Grid) -> Patches:
     """Return the connected patches of a set of pixels; pixels join by their sides, also over the sides of the cell.
 
-    Parameters
-    ----------
-    mask : array_like of bool
-        Shape `grid.shape`: `contact.pressure > 0`, or the yielded points.
-    grid : Grid
-        The pixels.
-
-    Returns
-    -------
-    Patches
-        Their sizes; none for an empty contact, one for full contact.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `mask` is not boolean or not of `grid.shape`.
+    `mask` is of bool and shape `grid.shape`, for example `contact.pressure > 0`; TypeError or ValueError otherwise. An
+    empty contact has no patches, full contact has one.
     """
-    return Patches(np.sort(patch_sizes(_pixels(mask, grid)))[::-1], math.prod(grid.spacing))
+    return Patches(patch_sizes(_pixels(mask, grid)), math.prod(grid.spacing))
 
 
 def corrected_area(mask: ArrayLike, grid: Grid) -> float:
@@ -130,19 +97,9 @@ def corrected_area(mask: ArrayLike, grid: Grid) -> float:
     each side is taken of the pixel's width across it. It is meant for edges of all directions alike (rough contact);
     one straight along a row of pixels errs by 1/6 pixel instead. And it is meant for pressures that fall to zero as a
     root, as on any smooth surface: a surface that has yielded and is pressed again has steep edges, whose pixels add
-    less.
+    less. For a capped contact there is `corrected_fractions`.
 
-    Parameters
-    ----------
-    mask : array_like of bool
-        Shape `grid.shape`, the points with p > 0. For a capped contact see `corrected_fractions`.
-    grid : Grid
-        The periodic cell.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `mask` is not boolean or not of `grid.shape`.
+    `mask` is of bool and shape `grid.shape`, true at the points with p > 0; TypeError or ValueError otherwise.
     """
     pixels = _pixels(mask, grid)
     return float(pixels.sum() - EDGE_SHARE * _sides(pixels, ~pixels)) * math.prod(grid.spacing)
@@ -155,22 +112,9 @@ def corrected_fractions(pressure: ArrayLike, penetration_hardness: float = math.
     edge with yielded contact they take as much from the yielded. A side between no contact and yielded contact has no
     elastic strip that the grid could see, and is not corrected: what has yielded altogether keeps A = σ₀/σ_P.
 
-    Parameters
-    ----------
-    pressure : array_like
-        p of the whole periodic cell, 0 ≤ p ≤ σ_P, Pa.
-    penetration_hardness : float, optional
-        σ_P, Pa. Left out: elastic.
-
-    Returns
-    -------
-    (contact_fraction, plastic_fraction) : float
-        0 ≤ plastic ≤ contact ≤ 1.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `pressure` is no finite real field or leaves its bounds, or the hardness is not positive.
+    `pressure` is p of the whole periodic cell, 0 ≤ p ≤ σ_P, Pa; `penetration_hardness` is σ_P, Pa, left out: elastic.
+    The result keeps 0 ≤ plastic ≤ contact ≤ 1. TypeError or ValueError if `pressure` is no finite real field or leaves
+    its bounds, or the hardness is not positive.
     """
     field = real_field("pressure", pressure)
     yielded = yielded_points(field, penetration_hardness)
@@ -182,13 +126,7 @@ def corrected_fractions(pressure: ArrayLike, penetration_hardness: float = math.
 
 
 def yielded_points(pressure: NDArray[Any], penetration_hardness: float) -> Mask:
-    """Return where p = σ_P, in the precision of the field.
-
-    Raises
-    ------
-    ValueError
-        If a pressure is negative or exceeds σ_P: it belongs to another solid.
-    """
+    """Return where p = σ_P, in the precision of the field; ValueError for pressures that no such solid carries."""
     if penetration_hardness != math.inf:
         positive("penetration_hardness", penetration_hardness, "Pa")
     limit = pressure.dtype.type(penetration_hardness)
@@ -202,7 +140,7 @@ def yielded_points(pressure: NDArray[Any], penetration_hardness: float) -> Mask:
 
 
 def patch_sizes(mask: Mask, *, periodic: bool = True) -> NDArray[np.int64]:
-    """Return the pixels of each connected patch, in no order; `periodic` joins them over the sides of the cell."""
+    """Return the pixels of each connected patch, largest first; `periodic` joins them over the sides of the cell."""
     from scipy import ndimage
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -215,7 +153,7 @@ def patch_sizes(mask: Mask, *, periodic: bool = True) -> NDArray[np.int64]:
         both = (first > 0) & (last > 0)
         joins = coo_array((np.ones(int(both.sum())), (first[both] - 1, last[both] - 1)), shape=(count, count))
         pixels = np.bincount(connected_components(joins, directed=False)[1], weights=pixels)
-    return pixels.astype(np.int64)
+    return np.sort(pixels.astype(np.int64))[::-1]
 
 
 def _sides(first: Mask, second: Mask) -> int:

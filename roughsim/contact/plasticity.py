@@ -29,24 +29,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlasticDeformation:
-    """What a contact has deformed for good.
+    """What a contact has deformed for good."""
 
-    Attributes
-    ----------
-    displacement : ndarray
-        w ≥ 0, shape `grid.shape`, m, away from the flat: what is left when the load is gone.
-    heights : ndarray
-        The deformed surface, heights − w, m.
-    volume : float
-        ∫ w, m³; times σ_P it is the plastic work, J.
-    flat_height : float
-        Where the flat lies under load, m, on the scale of the heights; heights that it passes are pressed down.
-    """
-
-    displacement: Array
-    heights: Array
-    volume: float
-    flat_height: float
+    displacement: Array  # w ≥ 0, shape `grid.shape`, m, away from the flat: what is left when the load is gone
+    heights: Array  # the deformed surface, heights − w, m
+    volume: float  # ∫ w, m³; times σ_P it is the plastic work, J
+    flat_height: float  # where the flat lies under load, m, on the scale of the heights; higher ones are pressed down
 
 
 class LoadStep(NamedTuple):
@@ -59,28 +47,12 @@ class LoadStep(NamedTuple):
 def plastic_deformation(contact: Contact, heights: ArrayLike, grid: Grid, solid: Solid) -> PlasticDeformation:
     """Return what a solved contact has deformed for good; nothing if it is elastic.
 
-    Parameters
-    ----------
-    contact : Contact
-        From `solve_contact`.
-    heights : array_like
-        The heights it was solved with, shape `grid.shape`, m.
-    grid : Grid
-        Its cell.
-    solid : Solid
-        Its solid.
+    `heights`, shape `grid.shape`, m, `grid` and `solid` are those that `solve_contact` got. The displacement is known
+    to the tolerance of that solve. Without any elastic contact the flat may lie anywhere between the lowest yielded
+    point and the highest free one: the smallest displacement is taken.
 
-    Returns
-    -------
-    PlasticDeformation
-        Its displacement is known to the tolerance of the solve. Without any elastic contact the flat may lie anywhere
-        between the lowest yielded point and the highest free one: the smallest displacement is taken.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Fields that are not finite, real and of `grid.shape`, pressures beyond the hardness, or heights whose gap is
-        not constant over the elastic contact: then they, or the cell, are not those of the contact.
+    TypeError or ValueError for fields that are not finite, real and of `grid.shape`, for pressures beyond the hardness,
+    and for heights whose gap is not constant over the elastic contact: they, or the cell, are not those of the contact.
     """
     surface = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
     pressure = real_field("pressure", contact.pressure, grid.shape)
@@ -116,30 +88,12 @@ def follow_loads(
     nominal_pressures: Sequence[float],
     tolerance: float = 1e-6,
 ) -> Iterator[LoadStep]:
-    """Press a surface with one load after another, each on what the loads before have left of it.
+    """Press the surface of a `solid` with one load after another, each on what the loads before have left of it.
 
-    Parameters
-    ----------
-    heights : array_like
-        The new surface, shape `grid.shape`, m.
-    grid : Grid
-        The periodic cell.
-    solid : Solid
-        E* and σ_P.
-    nominal_pressures : sequence of float
-        σ₀ of each step, Pa, rising or falling.
-    tolerance : float, optional
-        Of each solve.
-
-    Yields
-    ------
-    LoadStep
-        `contact`, and the `deformation` that this step adds; `deformation.heights` is the surface after it.
-
-    Raises
-    ------
-    ConvergenceError, TypeError, ValueError
-        As `solve_contact`; all loads are checked before the first solve.
+    `heights` are those of the new surface, shape `grid.shape`, m; `nominal_pressures` σ₀ of each step, Pa, rising or
+    falling; `tolerance` that of each solve. Yields each step's `contact`, and the `deformation` that it adds, whose
+    `heights` are the surface after it. Errors are those of `solve_contact`; all loads are checked before the first
+    solve.
     """
     surface = real_field("heights", heights, grid.shape)
     loads = [checked_load("nominal_pressures", load, solid) for load in nominal_pressures]

@@ -49,13 +49,7 @@ planning = threading.RLock()  # the number of threads of the next plan belongs t
 
 
 def set_threads(count: int) -> None:
-    """Set the number of threads of every later transform in this process.
-
-    Raises
-    ------
-    ValueError
-        If `count` is not a whole number ≥ 1.
-    """
+    """Set the number of threads of all later transforms in this process; ValueError unless `count` is whole and ≥ 1."""
     global _threads  # noqa: PLW0603  (process-wide by contract)
     try:
         whole = 0 if isinstance(count, bool) else operator.index(count)
@@ -324,13 +318,7 @@ def forward(field: NDArray[Any]) -> NDArray[Any]:
 
 
 def inverse(spectrum: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
-    """Return the real field f(x) = Σ_q f(q) exp(+iq·x) of `shape` from its half spectrum.
-
-    Raises
-    ------
-    ValueError
-        If the half spectrum does not belong to `shape`.
-    """
+    """Return the real field f(x) = Σ_q f(q) exp(+iq·x) of `shape` from its half spectrum; ValueError if of another."""
     half = (shape[0], shape[1] // 2 + 1)
     if spectrum.shape != half:  # it would be broadcast
         raise ValueError(f"spectrum has shape {spectrum.shape}, but a field of shape {shape} needs {half}")

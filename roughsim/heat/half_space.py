@@ -44,6 +44,8 @@ def half_space_temperature(
 ) -> Field:
     """Return the temperature that a sliding heat source leaves in a half-space, with no heat outside the grid.
 
+    TypeError or ValueError for an argument of the wrong kind, not finite or out of its range.
+
     Parameters
     ----------
     heat_flux : array_like
@@ -52,10 +54,8 @@ def half_space_temperature(
         The pixels; here the cell is not periodic.
     speed : float
         Speed of the source through the body, m/s; a negative speed is the opposite direction.
-    conductivity : float
-        κ, W/(m K).
-    diffusivity : float
-        D, m²/s.
+    conductivity, diffusivity : float
+        κ, W/(m K); D, m²/s.
     direction : float
         Angle of sliding, radians from axis 0 towards axis 1.
     time : float or array_like
@@ -68,11 +68,6 @@ def half_space_temperature(
     ndarray
         T above the body's temperature far away, K, at the centres of the pixels, shape `grid.shape` or
         `(len(time), *grid.shape)`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        An argument of the wrong kind, not finite or out of its range.
     """
     flux = real_field("heat_flux", heat_flux, grid.shape)
     drift = number("speed", speed, "m/s") / positive("diffusivity", diffusivity, "m²/s")
@@ -112,24 +107,12 @@ def influence_response(x: Axis, y: Axis, depth: float, precision: str, spread: f
 
 @dataclass(frozen=True, slots=True)
 class SourceTemperature:
-    """Temperatures of a source, K above that of the body far away.
+    """Temperatures of a source, K above that of the body far away."""
 
-    Attributes
-    ----------
-    flash_temperature : float
-        Σ T q̇/Σ q̇ with T the mean over each pixel: exact for heat that is constant over each pixel.
-    mean_temperature : float
-        Mean over the contact area.
-    max_temperature : float
-        The highest of all points of the surface, not of the centres of pixels alone.
-    hottest_point : (float, float)
-        Where that is, m from the centre of the pixel (0, 0).
-    """
-
-    flash_temperature: float
-    mean_temperature: float
-    max_temperature: float
-    hottest_point: tuple[float, float]
+    flash_temperature: float  # Σ T q̇/Σ q̇ with T the mean over each pixel: exact for heat constant over each pixel
+    mean_temperature: float  # mean over the contact area
+    max_temperature: float  # the highest of all points of the surface, not of the centres of pixels alone
+    hottest_point: tuple[float, float]  # where that is, m from the centre of the pixel (0, 0)
 
 
 def source_temperature(
@@ -146,26 +129,10 @@ def source_temperature(
 ) -> SourceTemperature:
     """Return T_flash, T_av and T_max of a sliding source on the free half-space, no heat outside the grid.
 
-    Parameters
-    ----------
-    heat_flux : array_like
-        Heat entering the body, shape `grid.shape`, W/m², ≥ 0: the mean over each pixel.
-    grid, speed, conductivity, diffusivity, direction, depth
-        As in `half_space_temperature`.
-    time : float
-        Time since the start from rest, s, > 0; inf is the steady state.
-    covered : array_like, optional
-        Share of each pixel that belongs to the contact, 0 to 1, for `mean_temperature`. Default: `heat_flux` > 0.
-
-    Returns
-    -------
-    SourceTemperature
-        NaN, with a RuntimeWarning, if there is no heat.
-
-    Raises
-    ------
-    TypeError, ValueError
-        An argument of the wrong kind, not finite or out of its range.
+    The arguments are those of `half_space_temperature`, with `heat_flux` ≥ 0 and one `time` > 0. For the mean over the
+    contact area `covered`, shape `grid.shape`, is the share of each pixel that belongs to the contact, 0 to 1; left
+    out: where `heat_flux` > 0. All is NaN, with a RuntimeWarning, if there is no heat. TypeError or ValueError for an
+    argument of the wrong kind, not finite or out of its range.
     """
     flux = checked_flux(heat_flux, grid.shape)
     weights = (flux > 0.0 if covered is None else real_field("covered", covered, grid.shape)).astype(np.float64)

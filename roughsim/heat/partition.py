@@ -33,17 +33,14 @@ _RESTART = 40  # applications of the operator; 8 to 14 are usual
 class Body:
     """A half-space that the contact slides over.
 
+    TypeError or ValueError for a value that is not one finite number, and for κ or D ≤ 0.
+
     Parameters
     ----------
     conductivity, diffusivity : float
         κ, W/(m K); D, m²/s.
     speed : float
         Speed of the contact through this body along axis 0, m/s, of either sign.
-
-    Raises
-    ------
-    TypeError, ValueError
-        A value that is not one finite number, or κ or D ≤ 0.
     """
 
     conductivity: float
@@ -58,43 +55,26 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class Partition:
-    """The heat of a contact, shared between two bodies.
+    """The heat of a contact, shared between two bodies."""
 
-    Attributes
-    ----------
-    moving_share : float
-        Share of all the heat that enters the moving body.
-    heat_flux : ndarray
-        Heat entering the moving body, W/m². Pointwise it is singular at the edges of the contact.
-    temperature : ndarray
-        Temperature of the surface of the moving body, K, shape `grid.shape`.
-    flash_temperature, max_temperature : float
-        T_flash = Σ T q̇/Σ q̇ with the whole heat as weight, and the highest T of the contact, K.
-    mean_share : float
-        The share by the one-number rule.
-    mismatch : float
-        Largest |T₁ − T₂| on the contact under the one-number rule, over the highest T that it gives there.
-    residual : float
-        ‖T₁ − T₂‖/‖T₁ with all the heat‖ on the contact; 0 for the one-number rule, which does not iterate.
-    applications : int
-        Times that the operator S₁ + S₂ was applied.
-    """
-
-    moving_share: float
-    heat_flux: Field
-    temperature: Field
-    flash_temperature: float
-    max_temperature: float
-    mean_share: float
-    mismatch: float
-    residual: float
-    applications: int
+    moving_share: float  # share of all the heat that enters the moving body
+    heat_flux: Field  # entering the moving body, W/m²; pointwise it is singular at the edges of the contact
+    temperature: Field  # of the surface of the moving body, K, shape `grid.shape`
+    flash_temperature: float  # Σ T q̇/Σ q̇ with the whole heat as weight, K
+    max_temperature: float  # the highest of the contact, K
+    mean_share: float  # the share by the one-number rule
+    mismatch: float  # largest |T₁ − T₂| on the contact under the one-number rule, over the highest T it gives there
+    residual: float  # ‖T₁ − T₂‖/‖T₁ with all the heat‖ on the contact; 0 for the one-number rule: nothing iterates
+    applications: int  # times that the operator S₁ + S₂ was applied
 
 
 def partition_heat(
     heat_flux: ArrayLike, grid: Grid, *, moving: Body, resting: Body, pointwise: bool = True, time: float = math.inf
 ) -> Partition:
     """Share the frictional heat between two bodies on the free half-space.
+
+    TypeError or ValueError for an argument of the wrong kind, not finite or out of its range; ConvergenceError where
+    the two temperatures do not agree to 1e-8 within three rounds of 40 applications of their operator.
 
     Parameters
     ----------
@@ -113,13 +93,6 @@ def partition_heat(
     -------
     Partition
         NaN everywhere, with a RuntimeWarning, if there is no contact.
-
-    Raises
-    ------
-    TypeError, ValueError
-        An argument of the wrong kind, not finite or out of its range.
-    ConvergenceError
-        The two temperatures do not agree to 1e-8 within three rounds of 40 applications.
     """
     flux, duration = checked_flux(heat_flux, grid.shape), checked_duration(time)
     if not flux.any():

@@ -57,7 +57,9 @@ def sliding_temperature(
 
     The source has slid a finite distance since it started from rest, or, with `slid_distance` = inf, for ever. The
     waves at the Nyquist wavenumber of an axis run both ways along it, so their response is the mean of both: real
-    where they lie along the sliding direction.
+    where they lie along the sliding direction. TypeError or ValueError for an argument of the wrong kind, not finite
+    or out of its range, or for both `time` and `slid_distance`. A RuntimeWarning for the steady kernel with
+    v L/(2πD) > 1, L the chord of the cell along sliding: the field is biased by the periodic cell.
 
     Parameters
     ----------
@@ -67,10 +69,8 @@ def sliding_temperature(
         The periodic cell.
     speed : float
         Speed of the source through the body, m/s; a negative speed is the opposite direction.
-    conductivity : float
-        κ, W/(m K).
-    diffusivity : float
-        D, m²/s.
+    conductivity, diffusivity : float
+        κ, W/(m K); D, m²/s.
     direction : float
         Angle of sliding, radians from axis 0 towards axis 1.
     slid_distance : float, optional
@@ -85,16 +85,6 @@ def sliding_temperature(
     -------
     ndarray
         T, K, shape `grid.shape` or `(len(time), *grid.shape)`, without its mean (q = 0).
-
-    Raises
-    ------
-    TypeError, ValueError
-        An argument of the wrong kind, not finite or out of its range; both `time` and `slid_distance`.
-
-    Warns
-    -----
-    RuntimeWarning
-        For the steady kernel with v L/(2πD) > 1, L the chord: the field is biased by the periodic cell.
     """
     flux = real_field("heat_flux", heat_flux, grid.shape)
     speed = number("speed", speed, "m/s")
@@ -131,24 +121,9 @@ def uniform_temperature(
 ) -> Any:
     """Return the q = 0 term: T₀(z, t) = 2 q̇ √(Dt)/κ ierfc(z/2√(Dt)) of a uniform flux into a half-space.
 
-    Parameters
-    ----------
-    mean_flux : float
-        Mean heat flux into the body, W/m².
-    time : float or array_like
-        Time since the start, s, ≥ 0 and finite: it grows without limit.
-    conductivity, diffusivity, depth : float
-        κ, W/(m K); D, m²/s; z ≥ 0, m.
-
-    Returns
-    -------
-    float or ndarray
-        T₀, K, of the shape of `time`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        An argument of the wrong kind, not finite or out of its range.
+    `mean_flux` is the mean heat flux into the body, W/m²; `time` that since the start, s, ≥ 0 and finite, one number or
+    an array: the result, K, has its shape. κ is in W/(m K), D in m²/s, `depth` is z ≥ 0, m. TypeError or ValueError for
+    an argument of the wrong kind, not finite or out of its range.
     """
     flux = number("mean_flux", mean_flux, "W/m²")
     conductivity = positive("conductivity", conductivity, "W/(m K)")

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughsim.contact.patches import RESOLVED, patch_sizes
+from roughsim.contact.patches import Patches, patch_sizes
 from roughsim.errors import ConvergenceError, number, positive, real_field
 from roughsim.grid import Grid
 from roughsim.heat.response import checked_flux
@@ -26,44 +26,13 @@ _STEPS = 100  # of the fixed point
 
 @dataclass(frozen=True, slots=True)
 class ContactTemperature:
-    """Temperatures of the contact, K above the background of the field.
+    """Temperatures of the contact, K above the background of the field."""
 
-    Attributes
-    ----------
-    flash_temperature, mean_temperature, max_temperature : float
-        Weighted by the heat; by area; the highest of a pixel.
-    temperatures : ndarray
-        Those of all contact pixels, ascending.
-    cooler : ndarray
-        Share of the heat that is set free at each of `temperatures` or below.
-    """
-
-    flash_temperature: float
-    mean_temperature: float
-    max_temperature: float
-    temperatures: Vector
-    cooler: Vector
-
-
-@dataclass(frozen=True, slots=True)
-class HotSpots:
-    """Connected regions hotter than a threshold.
-
-    Attributes
-    ----------
-    areas : ndarray
-        Area of each, m², largest first.
-    unresolved : int
-        How many have fewer than 4 pixels.
-    """
-
-    areas: Vector
-    unresolved: int
-
-    @property
-    def count(self) -> int:
-        """Number of hot spots."""
-        return self.areas.size
+    flash_temperature: float  # mean weighted by the heat
+    mean_temperature: float  # mean over the area
+    max_temperature: float  # the highest of a pixel
+    temperatures: Vector  # of all contact pixels, ascending
+    cooler: Vector  # share of the heat that is set free at each of `temperatures` or below
 
 
 def contact_temperature(temperature: ArrayLike, heat_flux: ArrayLike) -> ContactTemperature:
@@ -94,15 +63,13 @@ def share_above(
     return float((values > excess).mean()) if values.size else math.nan
 
 
-def hot_spots(temperature: ArrayLike, grid: Grid, threshold: float, *, periodic: bool = True) -> HotSpots:
-    """Return the regions hotter than a threshold, K; pixels are joined by their sides.
+def hot_spots(temperature: ArrayLike, grid: Grid, threshold: float, *, periodic: bool = True) -> Patches:
+    """Return the regions hotter than a threshold, K, largest first; pixels are joined by their sides.
 
     `periodic` also joins them over the sides of the cell; False is for fields of the free half-space.
     """
-    field = real_field("temperature", temperature, grid.shape)
-    sizes = np.sort(patch_sizes(field > number("threshold", threshold, "K"), periodic=periodic))[::-1]
-    areas = np.multiply(sizes, math.prod(grid.spacing), dtype=np.float64)
-    return HotSpots(areas, int((sizes < RESOLVED).sum()))
+    hot = real_field("temperature", temperature, grid.shape) > number("threshold", threshold, "K")
+    return Patches(patch_sizes(hot, periodic=periodic), math.prod(grid.spacing))
 
 
 def profiles(temperature: ArrayLike, grid: Grid, point: tuple[int, int] | None = None) -> tuple[Vector, Vector]:

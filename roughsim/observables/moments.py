@@ -41,6 +41,8 @@ _D_SERIES = [math.comb(2 * n, n) ** 2 * (2 * n + 1) / (16**n * (n + 1)) for n in
 class Sliding:
     """How a contact slides: what turns its pressure into heat.
 
+    TypeError or ValueError for an entry of the wrong kind, not finite or out of its range.
+
     Parameters
     ----------
     speeds : sequence of float
@@ -54,11 +56,6 @@ class Sliding:
     direction : float, optional
         Angle of sliding, radians from axis 0 towards axis 1. None: the mean over all directions, for isotropic
         roughness.
-
-    Raises
-    ------
-    TypeError, ValueError
-        An entry of the wrong kind, not finite or out of its range.
     """
 
     speeds: Sequence[float]
@@ -135,29 +132,12 @@ class Moments:
 def measure(contact: Contact, grid: Grid, sliding: Sliding) -> Moments:
     """Measure the moments of one contact at all speeds from one forward transform.
 
-    Parameters
-    ----------
-    contact : Contact
-        Its `pressure` (shape `grid.shape`, Pa), `contact_fraction` and `plastic_fraction` are read.
-    grid : Grid
-        Its cell.
-    sliding : Sliding
-        Speeds, friction and the body.
+    Of `contact` the pressure (shape `grid.shape`, Pa) and the fractions of contact and plastic contact are read;
+    `sliding` says speeds, friction and the body. Returns the moments of steady sliding; for one direction they are
+    those of the steady periodic field, hot tracks included.
 
-    Returns
-    -------
-    Moments
-        Steady sliding. For one direction the moments are those of the steady periodic field, hot tracks included.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If the pressure is not a finite real field of `grid.shape`, or has no positive mean though it is not zero.
-
-    Warns
-    -----
-    RuntimeWarning
-        If there is no contact: temperatures, width and length are then NaN.
+    TypeError or ValueError if the pressure is not a finite real field of `grid.shape`, or has no positive mean though
+    it is not zero. A RuntimeWarning if there is no contact: temperatures, width and length are then NaN.
     """
     pressure = real_field("pressure", contact.pressure, grid.shape).astype(np.float64, copy=False)
     mean = float(pressure.mean())

@@ -39,6 +39,10 @@ def synthesize(
 ) -> Array:
     """Draw a surface whose modes have the variance ∫C d²q over their Fourier cells.
 
+    ResolutionError if C(q) reaches beyond the Nyquist wavenumber; TypeError or ValueError if `rng` is no generator,
+    `amplitudes` is neither word, or C(q) is negative or not finite. A RuntimeWarning if C(q) begins below the lowest
+    mode of the cell: that part is left out.
+
     Parameters
     ----------
     spectrum : Spectrum
@@ -55,18 +59,6 @@ def synthesize(
     -------
     ndarray
         Heights, shape `grid.shape`, m, with mean zero.
-
-    Raises
-    ------
-    ResolutionError
-        If C(q) reaches beyond the Nyquist wavenumber.
-    TypeError, ValueError
-        If `rng` is no generator or `amplitudes` is neither word, or if C(q) is negative or not finite.
-
-    Warns
-    -----
-    RuntimeWarning
-        If C(q) begins below the lowest mode of the cell: that part is left out.
     """
     if not isinstance(rng, np.random.Generator):
         raise TypeError(f"rng = {rng!r} must be a numpy Generator; make one with np.random.default_rng(seed)")

@@ -30,24 +30,12 @@ _FIRST_BINS = 5  # over which the exponent at the lowest wavenumbers is fitted
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Topography:
-    """A measured map, detrended.
+    """A measured map, detrended."""
 
-    Attributes
-    ----------
-    heights : ndarray
-        m, shape `grid.shape`, without mean and, if not periodic, without tilt.
-    grid : Grid
-        Its points and lengths.
-    periodic : bool
-        Whether it goes on at its edges; else its spectrum is taken under a window.
-    spectrum : TabulatedSpectrum
-        C(q) in Persson's convention, m⁴, averaged over directions.
-    """
-
-    heights: Array
-    grid: Grid
-    periodic: bool
-    spectrum: TabulatedSpectrum
+    heights: Array  # m, shape `grid.shape`, without mean and, if not periodic, without tilt
+    grid: Grid  # its points and lengths
+    periodic: bool  # whether it goes on at its edges; else its spectrum is taken under a window
+    spectrum: TabulatedSpectrum  # C(q) in Persson's convention, m⁴, averaged over directions
 
 
 def read_topography(path: str | Path) -> Topography:
