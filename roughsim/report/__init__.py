@@ -8,9 +8,9 @@ from string import Template
 from typing import TYPE_CHECKING
 
 from roughsim.comparison.compare import compare
+from roughsim.comparison.tables import comparison_table
 from roughsim.report import sections
-from roughsim.report.markup import joined, tag, text
-from roughsim.report.pictures import figures
+from roughsim.report.markup import html_table, joined, tag, text
 from roughsim.store.disk import place_bytes
 
 if TYPE_CHECKING:
@@ -38,14 +38,14 @@ def page(run: Run) -> str:
     """Return the page of a run as HTML."""
     try:
         comparison = compare(run)
-        result, table = sections.answer(comparison), sections.comparison_section(comparison)
+        result, table = sections.answer(comparison), html_table(comparison_table(comparison))
     except ValueError as error:  # fewer than two sound realizations
         result = table = tag("p", f"There is nothing to compare yet: {error}", css="warning")
     parts = {
         "Result": result,
         "Comparison": table,
         "Errors": sections.errors_section(run),
-        "Pictures": figures(run),
+        "Pictures": sections.figures_section(run),
         "Plan": sections.plan_section(run),
         "Scene": sections.scene_section(run),
         "Provenance": sections.provenance_section(run),

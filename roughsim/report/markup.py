@@ -7,6 +7,7 @@ from html import escape
 from itertools import groupby
 
 from roughsim.show.table import Cell, Number, Table
+from roughsim.show.text import plain_lines
 
 
 class Html(str):
@@ -19,10 +20,7 @@ def text(value: object) -> Html:
     """Return a value as HTML: escaped, without control characters, unless it is HTML already."""
     if isinstance(value, Html):
         return value
-    printable = "".join(
-        c if c.isprintable() or c in "\n\t\N{NO-BREAK SPACE}" else "\N{REPLACEMENT CHARACTER}" for c in str(value)
-    )
-    return Html(escape(printable, quote=True))
+    return Html(escape(plain_lines(value)))
 
 
 def tag(name: str, *inside: object, **attributes: str) -> Html:

@@ -4,20 +4,25 @@ from __future__ import annotations
 
 import re
 import time
+from base64 import b64encode
 from collections import Counter
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from roughsim import prediction
-from roughsim.comparison.tables import budget_table, comparison_table
+from roughsim.charts import plot_run
+from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import clock, state_line
 from roughsim.estimate.errors import SOURCES
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.planning.limits import judge
 from roughsim.planning.plan import plan_table
-from roughsim.report.markup import Html, bullets, digits, html_table, joined, tag
-from roughsim.report.pictures import picture
+from roughsim.report.markup import Html, bullets, digits, html_table, joined, tag, text
 from roughsim.scene.numerics import Reason
 from roughsim.show.table import Cell, Column, Number, Table
 
@@ -29,7 +34,7 @@ if TYPE_CHECKING:
 COLUMNS = {
     "theory": "theory over the whole spectrum",
     "smoothed": "smoothed: elastic contact on the smoothed spectrum",
-    "capped": "capped: contact of the surface, p\N{NO-BREAK SPACE}≤\N{NO-BREAK SPACE}hardness",
+    "capped": "capped: contact of the surface, p ≤ hardness",
     "elastic": "elastic contact of the surface",
 }
 RATIOS = {
@@ -37,6 +42,19 @@ RATIOS = {
     "capped_over_smoothed": "tests the plastic smoothing, Eq. (27); γ drops out",
     "elastic_over_theory": "tests the weight W(q) of the theory",
     "capped_over_theory": "tests weight and smoothing together: no smoothed surfaces were computed",
+}
+KINDS = {".svg": "image/svg+xml", ".png": "image/png"}
+# quantity of `plot_run` → format and caption; fields of many points are points, curves are lines
+PICTURES = {
+    "temperature": (
+        ".png",
+        "Temperature above the mean of the cell at the highest speed, recomputed from the stored pressure: hot tracks "
+        "behind the contacts.",
+    ),
+    "pressure": (".png", "Contact pressure."),
+    "heights": (".png", "Composite heights of both faces."),
+    "profile": (".svg", "Heights, pressure and temperature along the sliding direction through the hottest point."),
+    "spectrum": (".svg", "Power spectra of the kept heights and of the stress."),
 }
 FEW_ROWS = 6  # of a table C(q) in the text of the scene
 FEW_FAILURES = 20
@@ -90,11 +108,6 @@ def answer(comparison: Comparison) -> Html:
     )
 
 
-def comparison_section(comparison: Comparison) -> Html:
-    """Return the whole table of theory beside simulation."""
-    return html_table(comparison_table(comparison))
-
-
 def errors_section(run: Run) -> Html:
     """Return each mean at the highest speed with the parts of its error, and what was done about the cut-off."""
     if not run.sound(run.realizations):
@@ -113,6 +126,31 @@ def errors_section(run: Run) -> Html:
         parts += [tag("h3", COLUMNS[column]), html_table(budget_table(run, column, [fastest]))]
         parts.append(bullets(*notes, css="plain note"))
     return joined(*parts)
+
+
+def figures_section(run: Run) -> Html:
+    """Return the pictures of the first kept realization, and why others cannot be drawn."""
+    if not run.sound(run.realizations):
+        return tag("p", "There is no sound realization to draw yet.")
+    parts: list[Html] = []
+    reasons: dict[str, list[str]] = {}  # with the quantities that are not shown for it
+    for quantity, (ending, caption) in PICTURES.items():
+        try:
+            parts.append(picture(partial(plot_run, run, quantity), ending, caption))
+        except (ValueError, OSError) as error:  # not kept, at rest, or damaged
+            reasons.setdefault(str(error), []).append(quantity)
+    lines = (f"Not shown: {', '.join(quantities)}. Reason: {reason}" for reason, quantities in reasons.items())
+    return joined(*parts, *(tag("p", line, css="warning") for line in lines))
+
+
+def picture(draw: Callable[[Path], object], ending: str, caption: str) -> Html:
+    """Return a figure that `draw` writes to a path, as an image inside the page."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / f"picture{ending}"
+        draw(path)
+        content = b64encode(path.read_bytes()).decode()
+    image = Html(f'<img alt="{text(caption)}" src="data:{KINDS[ending]};base64,{content}">')
+    return tag("figure", image, tag("figcaption", caption))
 
 
 def plan_section(run: Run) -> Html:

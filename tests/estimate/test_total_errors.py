@@ -17,7 +17,7 @@ from roughsim.estimate import errors as est
 from roughsim.estimate.ladder import Values
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.report import sections
-from roughsim.report.markup import tag
+from roughsim.report.markup import html_table
 from roughsim.scene.numerics import Level, Numerics
 from roughsim.show.terminal import table_text
 
@@ -100,9 +100,8 @@ def test_the_table_prints_the_total_errors_of_ratios(partial):
         assert cells[n] == as_printed(ratio.value, relative * ratio.value, np.isnan(systematic).any())
 
 
-def test_the_page_prints_total_errors(partial, monkeypatch):
-    monkeypatch.setattr(sections, "picture", lambda draw, ending, caption: tag("figure", caption))
-    page = sections.comparison_section(rs.compare(partial)) + sections.errors_section(partial)
+def test_the_page_prints_total_errors(partial):
+    page = html_table(comparison_table(rs.compare(partial))) + sections.errors_section(partial)
     shown = set(re.findall(r">([^<>]+ ± [^<>]+)</td>", page))
     assert {text.replace("-", "−") for text in expected(partial, UNITS)} <= shown
 

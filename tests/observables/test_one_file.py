@@ -30,7 +30,7 @@ import dataclasses, json
 from pathlib import Path
 import h5py, roughsim as rs
 from roughsim.results.export import export_run
-from roughsim.report.sections import comparison_section, errors_section
+from roughsim.report.sections import errors_section, html_table
 from roughsim.comparison.tables import comparison_table
 from roughsim.show.terminal import table_text
 
@@ -41,7 +41,7 @@ run = rs.run(scene, "out")
 found = rs.open_run("out").estimate("stress_length")
 table = rs.compare(rs.open_run("out"))
 Path("table.txt").write_text(table_text(comparison_table(table)))
-Path("report.html").write_text(errors_section(run) + comparison_section(table))
+Path("report.html").write_text(errors_section(run) + html_table(comparison_table(table)))
 export_run(run, "out.h5")
 with h5py.File("out.h5") as file:
     stored = file["pressure_variance_over_q"]
