@@ -4,7 +4,7 @@
 
 Charts: solvers (contact solvers on three problems; the peers too where installed, `pip install 'roughsim[peers]'`),
 and those of `roughsim bench` for a scene: contact, stages (surface, heat, moments, theory), chain. All by default.
-Costs are CPU seconds of one thread, and the same in FFT pairs timed in the same run. Everything lies in data.h5.
+Costs are CPU seconds of one thread, and the same in FFT pairs timed in the same run. Everything lies in data.json.
 """
 
 from __future__ import annotations
@@ -142,13 +142,13 @@ def bench_charts(rows, name, scene, numerics, folder, realizations):
 def main() -> None:
     command = Command(__file__, __doc__)
     command.add_argument("charts", nargs="*", metavar="CHART", help=f"{', '.join(CHARTS)}; all if left out")
-    command.add_argument("--resume", action="store_true", help="keep the rows that are already in data.h5")
+    command.add_argument("--resume", action="store_true", help="keep the rows that are already in data.json")
     command.add_argument("--scene", default="steel-1.2GPa", help="a scene, by name or path")
     command.add_argument("--realizations", type=int, default=None, help="members of the chain and of the moments")
     options = command.parse()
     if unknown := set(options.charts) - set(CHARTS):
         command.error(f"{', '.join(unknown)}: choose from {', '.join(CHARTS)}")
-    rows = Rows(options.output / "data.h5", resume=options.resume)
+    rows = Rows(options.output / "data.json", resume=options.resume)
     points, tolerances = (
         (64, 10.0 ** -np.arange(2.0, 9.0, 3)) if options.toy else (512, 10.0 ** (-np.arange(4, 17) / 2))
     )

@@ -4,7 +4,7 @@
 
 Maps: load (contact over load and hardness), roughness (contact over H, bandwidth and pixels per shortest wave), both
 for the other solvers too where they are installed (`pip install 'roughsim[peers]'`), and heat (T_flash of a Hertz
-contact over the Péclet number and the box, three kernels). All by default. Every solve is a row of data.h5; a failure
+contact over the Péclet number and the box, three kernels). All by default. Every solve is a row of data.json; a failure
 is a row too, and a cross in a map.
 """
 
@@ -309,11 +309,11 @@ MAPS = {"load": load_map, "roughness": roughness_map, "heat": heat_map}
 def main() -> None:
     command = Command(__file__, __doc__)
     command.add_argument("maps", nargs="*", metavar="MAP", help=f"{', '.join(MAPS)}; all if left out")
-    command.add_argument("--resume", action="store_true", help="keep the rows that are already in data.h5")
+    command.add_argument("--resume", action="store_true", help="keep the rows that are already in data.json")
     options = command.parse()
     if unknown := set(options.maps) - set(MAPS):
         command.error(f"{', '.join(unknown)}: choose from {', '.join(MAPS)}")
-    rows = Rows(options.output / "data.h5", resume=options.resume)
+    rows = Rows(options.output / "data.json", resume=options.resume)
     for name in options.maps or MAPS:
         MAPS[name](rows, options.output, options.toy)
 

@@ -144,7 +144,7 @@ def memory_bytes() -> float | None:
 
 def claims_below(folder: Path) -> Iterator[dict[str, Any]]:
     """Give the runs, up to two levels down, that processes work on or have left."""
-    from roughsim.store.processes import writer
+    from roughsim.store.claims import writer
 
     for path in sorted({*folder.glob("claims"), *folder.glob("*/claims"), *folder.glob("*/*/claims")}):
         if (path.parent / "run.json").exists():

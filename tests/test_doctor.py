@@ -9,8 +9,7 @@ import pytest
 
 import roughsim as rs
 from roughsim import cli, doctor
-from roughsim.store.claims import Claims
-from roughsim.store.processes import process_space
+from roughsim.store.claims import Claims, process_space
 
 
 def told(capsys, *words):
@@ -94,13 +93,14 @@ def test_missing_pyfftw_is_told_and_does_without(monkeypatch, tmp_path):
 
 def test_runs_below_are_named_with_who_computes_them_or_who_is_gone(monkeypatch, tmp_path):
     monkeypatch.setattr(doctor, "CHECKS", {})
+    monkeypatch.setattr("roughsim.store.claims.RENEWAL", 0.2)
     for name in ("one", "deep/two", "other"):
         (tmp_path / name / "claims").mkdir(parents=True)
         if name != "other":
             (tmp_path / name / "run.json").write_text("{}")
     gone = {"host": "here", "pid": 2**22 + 1, "space": process_space()}
     (tmp_path / "deep" / "two" / "claims" / "process-here-1").write_text("0\n" + json.dumps(gone))
-    with Claims(tmp_path / "one", renewal=0.02):
+    with Claims(tmp_path / "one"):
         found = {os.path.basename(one["folder"]): one for one in doctor.examine(tmp_path)["claims"]}
     assert set(found) == {"one", "two"}
     assert str(os.getpid()) in found["one"]["writer"]

@@ -9,7 +9,7 @@ from roughsim.estimate.errors import LEAST, LEAST_FINE, relative_half_width
 from roughsim.results.gaps import damaged_names, left_out
 from roughsim.results.run import Run
 from roughsim.show.table import json_value
-from roughsim.store.processes import writer
+from roughsim.store.claims import writer
 
 RECENT = 20  # members over which the pace is measured
 

@@ -22,9 +22,9 @@ ARRAY = """
 import sys, time
 import roughsim as rs
 from roughsim.ensemble import members, tasks
-from roughsim.store import claims, processes
+from roughsim.store import claims
 
-claims.LEASE, processes.RENEWAL, tasks.PAUSE = 3.0, 0.2, 0.05
+claims.LEASE, claims.RENEWAL, tasks.PAUSE = 3.0, 0.2, 0.05
 genuine = members.solve_problem
 members.solve_problem = lambda problem: (time.sleep(0.1), genuine(problem))[1]  # so that kills come in the middle
 rs.run(rs.load_scene(sys.argv[1]), sys.argv[2], max_realizations=int(sys.argv[3]), until={})

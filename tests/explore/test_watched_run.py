@@ -56,7 +56,8 @@ def test_an_empty_run_shows_its_scene_and_theory(empty):
     assert summary is run.summary()
 
 
-def test_a_growing_run_is_followed(empty):
+def test_a_growing_run_is_followed(empty, monkeypatch):
+    monkeypatch.setattr("roughsim.store.claims.RENEWAL", 0.2)
     folder, aside = empty
     run = WatchedRun(folder)
     before = run.summary()
@@ -65,7 +66,7 @@ def test_a_growing_run_is_followed(empty):
     assert one is not before
     assert one.kept[2] == [0]
     assert np.isinf(one.measured["capped"]["flash_temperature"].error).all()  # one realization has no scatter
-    with Claims(folder, renewal=0.02):
+    with Claims(folder):
         assert f"being computed by process {os.getpid()}" in run.state()
     arrive(folder, aside, 1)
     assert run.summary().sound[2] == [0, 1]

@@ -10,10 +10,9 @@ import pytest
 
 import roughsim as rs
 from roughsim.ensemble import start, tasks
-from roughsim.store import claims, processes
-from roughsim.store.claims import Claims
+from roughsim.store import claims
+from roughsim.store.claims import Claims, process_space, writer
 from roughsim.store.member_files import member_path, read_member
-from roughsim.store.processes import process_space, working, writer
 
 ONE, TWO = "L0-000000", "L0-000001"
 
@@ -22,7 +21,7 @@ ONE, TWO = "L0-000000", "L0-000001"
 def soon(monkeypatch):
     """Short times, so that a process that is gone is noticed in a test."""
     monkeypatch.setattr(claims, "LEASE", 0.3)
-    monkeypatch.setattr(processes, "RENEWAL", 0.03)
+    monkeypatch.setattr(claims, "RENEWAL", 0.03)
     monkeypatch.setattr(tasks, "PAUSE", 0.01)
 
 
@@ -48,8 +47,8 @@ def test_a_member_is_taken_by_one_process_until_it_gives_it_up(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_process_that_gives_signs_of_life_keeps_its_claims_longer_than_a_lease(tmp_path):
-    with Claims(tmp_path, renewal=0.02) as mine, Claims(tmp_path, lease=0.3) as other:
+def test_a_process_that_gives_signs_of_life_keeps_its_claims_longer_than_a_lease(tmp_path, soon):
+    with Claims(tmp_path) as mine, Claims(tmp_path) as other:
         mine.take(ONE)
         end = time.monotonic() + 0.7
         while time.monotonic() < end:
@@ -57,27 +56,29 @@ def test_a_process_that_gives_signs_of_life_keeps_its_claims_longer_than_a_lease
             time.sleep(0.02)
 
 
-def test_a_silent_process_loses_its_claims_after_a_lease_on_the_clock_of_the_reader(tmp_path):
+def test_a_silent_process_loses_its_claims_after_a_lease_on_the_clock_of_the_reader(tmp_path, soon):
     silent(tmp_path)
     began = time.monotonic()
-    with Claims(tmp_path, lease=0.2) as mine:
+    with Claims(tmp_path) as mine:
         assert not mine.take(ONE)
         while not mine.take(ONE):
             time.sleep(0.01)
-        assert time.monotonic() - began >= 0.2
-        assert (tmp_path / "claims" / ONE).read_text() == mine.signs.name
+        assert time.monotonic() - began >= 0.3
+        assert (tmp_path / "claims" / ONE).read_text() == mine.name
     assert list(tmp_path.iterdir()) == []  # what the silent one left is gone too
 
 
 @pytest.mark.parametrize("moment", [0.0, 1e9, 1e10], ids=["1970", "2001", "2286"])
-def test_the_times_of_files_count_for_nothing(tmp_path, moment):
+def test_the_times_of_files_count_for_nothing(tmp_path, moment, monkeypatch):
     # a server or another machine may have any clock
     silent(tmp_path)
     for path in (tmp_path / "claims").iterdir():
         os.utime(path, (moment, moment))
-    with Claims(tmp_path, lease=60.0) as mine:
+    with Claims(tmp_path) as mine:
         assert not mine.take(ONE)
-    with Claims(tmp_path, renewal=0.02) as other, Claims(tmp_path, lease=0.2) as mine:
+    monkeypatch.setattr(claims, "LEASE", 0.2)
+    monkeypatch.setattr(claims, "RENEWAL", 0.02)
+    with Claims(tmp_path) as other, Claims(tmp_path) as mine:
         other.take(TWO)
         end = time.monotonic() + 0.4
         while time.monotonic() < end:
@@ -87,14 +88,14 @@ def test_the_times_of_files_count_for_nothing(tmp_path, moment):
             time.sleep(0.02)
 
 
-def test_a_container_that_starts_again_with_the_same_host_and_number_is_another_process(tmp_path):
+def test_a_container_that_starts_again_with_the_same_host_and_number_is_another_process(tmp_path, soon):
     # its number is that of the dead one: it lives, so only silence tells
     with Claims(tmp_path) as before:
-        host = before.signs.name.rsplit("-", 2)[0]
+        host = before.name.rsplit("-", 2)[0]
     silent(tmp_path, f"{host}-{os.getpid()}-ab", host=host, pid=os.getpid(), space=process_space())
-    with Claims(tmp_path, lease=0.2) as mine:
+    with Claims(tmp_path) as mine:
         assert not mine.take(ONE)
-        time.sleep(0.25)
+        time.sleep(0.35)
         assert mine.take(ONE)
 
 
@@ -113,28 +114,28 @@ def test_the_same_number_in_another_container_says_nothing(tmp_path):
         assert not mine.take(ONE)
 
 
-def test_a_suspended_process_that_was_taken_for_gone_removes_no_claim_of_its_heir(tmp_path):
+def test_a_suspended_process_that_was_taken_for_gone_removes_no_claim_of_its_heir(tmp_path, soon):
     suspended = Claims(tmp_path)
     suspended.folder.mkdir()
-    suspended.signs.sign(0)  # and no thread that goes on
+    suspended.sign(0)  # and no thread that goes on
     assert suspended.take(ONE)
-    with Claims(tmp_path, lease=0.1) as heir:
-        time.sleep(0.12)
+    with Claims(tmp_path) as heir:
+        time.sleep(0.35)
         assert heir.take(ONE)
         suspended.release(ONE)
-        assert names(tmp_path) == sorted([ONE, f"process-{heir.signs.name}", f"process-{suspended.signs.name}"])
-        suspended.signs.sign(1)  # it lives after all
+        assert names(tmp_path) == sorted([ONE, f"process-{heir.name}", f"process-{suspended.name}"])
+        suspended.sign(1)  # it lives after all
         assert not suspended.take(ONE)
-    assert names(tmp_path) == [f"process-{suspended.signs.name}"]
+    assert names(tmp_path) == [f"process-{suspended.name}"]
 
 
 @pytest.mark.parametrize("content", ["", "x" * 5000, "../../etc/passwd", "\0\1\2"])
-def test_a_claim_that_names_no_process_is_stale_after_a_lease(tmp_path, content):
+def test_a_claim_that_names_no_process_is_stale_after_a_lease(tmp_path, content, soon):
     (tmp_path / "claims").mkdir()
     (tmp_path / "claims" / ONE).write_text(content)
-    with Claims(tmp_path, lease=0.1) as mine:
+    with Claims(tmp_path) as mine:
         assert not mine.take(ONE)
-        time.sleep(0.12)
+        time.sleep(0.35)
         assert mine.take(ONE)
 
 
@@ -149,7 +150,7 @@ def test_where_claims_cannot_be_made_the_run_goes_on_and_says_so_once(quick, tmp
 
 def test_a_folder_that_goes_and_a_full_disk_cost_claims_only(tmp_path, monkeypatch):
     with Claims(tmp_path) as mine:
-        (tmp_path / "claims" / f"process-{mine.signs.name}").unlink()
+        (tmp_path / "claims" / f"process-{mine.name}").unlink()
         (tmp_path / "claims").rmdir()
         assert mine.take(ONE)
 
@@ -163,7 +164,7 @@ def test_a_folder_that_goes_and_a_full_disk_cost_claims_only(tmp_path, monkeypat
 
 
 def test_working_counts_those_that_give_signs_of_life(tmp_path, soon):
-    assert working(tmp_path) == []
+    assert writer(tmp_path) is None
     silent(tmp_path)
     assert writer(tmp_path) is None
     with Claims(tmp_path):

@@ -14,7 +14,7 @@ import roughsim as rs
 from roughsim.cli import main
 from roughsim.ensemble import tasks
 from roughsim.results.export import export_run
-from roughsim.store import claims, processes
+from roughsim.store import claims
 from roughsim.store.member_files import member_path, read_field, read_member
 from roughsim.untrusted import machine_memory
 
@@ -162,7 +162,7 @@ def test_a_pipe_is_refused_and_does_not_block(folder):
 
 def test_claims_from_elsewhere_neither_block_nor_crash(folder, quick, monkeypatch):
     monkeypatch.setattr(claims, "LEASE", 0.1)
-    monkeypatch.setattr(processes, "RENEWAL", 0.02)
+    monkeypatch.setattr(claims, "RENEWAL", 0.02)
     monkeypatch.setattr(tasks, "PAUSE", 0.01)
     place = folder / "claims"
     place.mkdir()
@@ -171,10 +171,10 @@ def test_claims_from_elsewhere_neither_block_nor_crash(folder, quick, monkeypatc
     (place / "process-folder").mkdir()
     (place / "L0-000003").write_text("../../../etc/passwd")
     for name, pid in (("a", 10**30), ("b", "x"), ("c", None), ("d", [1]), ("e", -1), ("\x1b[31m", 1)):
-        told = {"host": "\x1b[31m", "pid": pid, "space": processes.process_space()}
+        told = {"host": "\x1b[31m", "pid": pid, "space": claims.process_space()}
         (place / f"process-{name}").write_text("0\n" + json.dumps(told))
     (place / "letter.txt").write_text("dear")
-    assert processes.writer(folder) is None
+    assert claims.writer(folder) is None
     assert rs.run(quick, folder, max_realizations=4).realizations == 4
     assert (place / "letter.txt").read_text() == "dear"
 
