@@ -6,7 +6,8 @@ The list was drawn and committed before any of the contacts was solved, and befo
 elastic and perfectly plastic, 0 ≤ p ≤ σ_P, with H in 0.3 … 1, σ₀/σ_P in 0.005 … 0.6 and a plateau of C(q) of q_r/q_min
 in 1 … 16. Let q_y be, as in the map of validity, where roughness must be seen up to for 1 % of the contact to stay
 elastic, by the theory. Kind A has yielded altogether under roughness without end, q_y/q_r in 0.25 … 8. Kind B has
-yielded too, and C(q) ends at q_max = 1 … 10 q_y. Kind C has yielded in part where C(q) ends, at q_max/q_r in 1 … 32.
+yielded too, and C(q) ends at q_max = 1 … 10 q_y. Kind C has yielded in part where C(q) ends, at q_max/q_r in 1 … 32:
+its hardness aims at A_pl/A in 0.1 … 0.9, by pilots.
 
 H and A_pl/A of kind C are drawn uniformly, the rest log-uniformly: one point of a kind in each of as many equal strata,
 in random order. Only q_r/q_min, and q_y/q_r of kind B, are drawn until a grid holds all waves, q_min lies well below
@@ -34,7 +35,7 @@ LIST = Path(__file__).parent / "reference" / "yielding_points.json"
 COUNTS = {"A": 14, "B": 6, "C": 12}
 HURST, SHARE, PLATEAU = (0.3, 1.0), (0.005, 0.6), (1.0, 16.0)
 YIELDS, DEPTH, END = (0.25, 8.0), (1.0, 10.0), (1.0, 32.0)  # q_y/q_r of A and B, q_max/q_y of B, q_max/q_r of C
-YIELDED = (0.12, 0.93)  # A_pl/A of C by the theory: contacts yield somewhat later
+YIELDED, SOONER = (0.08, 0.97), 7.0  # A_pl/A of C aimed at; A_pl/A_el is so much larger by the theory (pilots of C)
 ELASTIC = 0.01  # A_el/A at q_y
 ROOM = {"A": 64.0, "B": 256.0, "C": 256.0}  # the most waves along a side: of q_y for A, of q_max for B and C
 WIDTH = 2.0  # the least q_y/q_min of A and B, and q_max/q_min of C
@@ -120,7 +121,8 @@ def _drawn(kind: str, count: int) -> list[Contact]:
             waves = periods(plateau) * (seen if kind == "A" else q_max)
             if waves <= ROOM[kind] and seen * plateau >= WIDTH and q_max >= 1.0:
                 break
-        yielded = _rounded(targets[k]) if kind == "C" else 1.0 - ELASTIC
+        odds = SOONER * targets[k] / (1.0 - targets[k])
+        yielded = _rounded(odds / (1.0 + odds)) if kind == "C" else 1.0 - ELASTIC
         hardness = hardness_at(share, 1.0 - yielded, roughness(hurst, plateau, seen))
         yields = float("nan") if kind == "C" else seen
         contacts.append(
