@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 from math import inf, nan
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.stats import t as student
@@ -98,7 +98,7 @@ def _at_depth(point: capped.CappedPoint, raw: Any, depth: float) -> tuple[Any, A
     factors = [f for f in sorted(_cutoff(name) for name in raw if name.startswith("capped")) if f <= depth]
     logs, errors = [], []
     for quantity in CAPPED_QUANTITIES:
-        first, steps, scatter = _chain([raw[f"capped{f:g}"] for f in factors], quantity)
+        first, steps, scatter = chain([_linearised(raw[f"capped{f:g}"], quantity) for f in factors])
         pixels, doubt = _pixels(raw, quantity, depth)
         logs.append(first + float(steps.sum()) + pixels - theory[quantity])
         errors.append(float(np.hypot(np.linalg.norm(scatter[-1]), doubt)))
@@ -112,7 +112,7 @@ def _pixels(raw: Any, quantity: tuple[str, int], depth: float) -> tuple[float, f
         fine = raw[f"finer{pixels}-{rung:g}"]
         coarse = raw[f"capped{rung:g}"][: fine.shape[0]]
         each = _linearised(fine, quantity) - _linearised(coarse, quantity)
-        return float(each.mean()), _half_width(each)
+        return float(each.mean()), half_width(each)
 
     measured = [rung for rung, many in capped.FINER.items() if len(many) > 1]
     rung = min(depth, measured[-1])
@@ -148,7 +148,7 @@ def _linearised(functionals: Any, quantity: tuple[str, int]) -> Any:
 
 def _mean(functionals: Any, quantity: tuple[str, int]) -> tuple[float, float]:
     members = _linearised(functionals, quantity)
-    return float(members.mean()), _half_width(members)
+    return float(members.mean()), half_width(members)
 
 
 def limit(raw: Any, quantity: tuple[str, int], yields: float = 1.0) -> tuple[float, float]:
@@ -161,26 +161,42 @@ def limit(raw: Any, quantity: tuple[str, int], yields: float = 1.0) -> tuple[flo
     """
     factors = sorted(_cutoff(name) for name in raw if name.startswith("capped"))
     rungs = [raw[f"capped{factor:g}"] for factor in factors]
-    first, steps, scatter = _chain(rungs, quantity)
-    _, slow, _ = _chain(rungs, ("flash_temperature", 0))
-    place = factors[-1] * yields / PECLET[quantity[1]] if quantity[0] == "flash_temperature" else 0.0
-    slow = slow if quantity[0] == "flash_temperature" else steps
-    value = _end(steps, slow, place)
-    slopes = np.array([_end(steps + unit, slow + unit, place) - value for unit in 1e-5 * np.eye(steps.size)]) / 1e-5
+    levels, slow, place = [_linearised(rung, quantity) for rung in rungs], None, 0.0
+    if quantity[0] == "flash_temperature":
+        slow = [_linearised(rung, ("flash_temperature", 0)) for rung in rungs]
+        place = factors[-1] * yields / PECLET[quantity[1]]
+    end = ladder_end(levels, slow, place)
+    return end.value, float(np.hypot(np.linalg.norm(end.scatter), end.doubt))
+
+
+class LadderEnd(NamedTuple):
+    """Where a ladder goes to: ln Q, its 95 % errors from the scatter of each rung, its doubt, ln Q of the last rung."""
+
+    value: float
+    scatter: Any
+    doubt: float
+    last: float
+
+
+def ladder_end(levels: list[Any], slow: list[Any] | None = None, place: float = 0.0) -> LadderEnd:
+    """Return the end of a ladder from ln Q of the members of each rung; `slow`: T_flash at rest, `place` as `_end`."""
+    first, steps, scatter = chain(levels)
+    resting = steps if slow is None else chain(slow)[1]
+    value = _end(steps, resting, place)
+    slopes = np.array([_end(steps + unit, resting + unit, place) - value for unit in 1e-5 * np.eye(steps.size)]) / 1e-5
     total = scatter[0] + slopes @ np.diff(scatter, axis=0)
     rest = value - steps.sum()
     doubt = UNTRIED * rest
     if steps.size > 2:
-        doubt = np.hypot(value - _end(steps[:-1], slow[:-1], place / 2), REST_DOUBT * rest)
-    return first + value, float(np.hypot(np.linalg.norm(total), doubt))
+        doubt = np.hypot(value - _end(steps[:-1], resting[:-1], place / 2), REST_DOUBT * rest)
+    return LadderEnd(first + value, total, float(abs(doubt)), first + float(steps.sum()))
 
 
-def _chain(rungs: list[Any], quantity: tuple[str, int]) -> tuple[float, Any, Any]:
+def chain(levels: list[Any]) -> tuple[float, Any, Any]:
     """Return ln Q of the first rung, the steps to the others, and their 95 % errors by independent causes."""
-    levels, steps = [_linearised(rung, quantity) for rung in rungs], np.empty(len(rungs) - 1)
-    scatter = np.zeros((len(rungs), len(rungs)))
-    first, scatter[0, 0] = _mean(rungs[0], quantity)
-    here = first
+    steps, scatter = np.empty(len(levels) - 1), np.zeros((len(levels), len(levels)))
+    first = here = float(levels[0].mean())
+    scatter[0, 0] = half_width(levels[0])
     for k, (coarse, fine) in enumerate(pairwise(levels)):
         steps[k], slope, own = _step(coarse[: fine.size], fine, here)
         scatter[k + 1] = (1.0 + slope) * scatter[k]
@@ -214,7 +230,7 @@ def _last(steps: Any) -> tuple[float, float]:
     return float(last), float(np.clip(last / before, LONGEST, SHORTEST)) if before != 0.0 else LONGEST
 
 
-def _half_width(members: Any) -> float:
+def half_width(members: Any) -> float:
     return float(student.ppf(0.975, members.size - 1) * members.std(ddof=1) / np.sqrt(members.size))
 
 
