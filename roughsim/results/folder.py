@@ -14,7 +14,7 @@ from roughsim import prediction
 from roughsim.errors import RecordError
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.run import Run
-from roughsim.scene import Scene, first_difference, parse_scene
+from roughsim.scene import Scene, parse_scene
 from roughsim.scene.numerics import Numerics
 from roughsim.store.disk import is_temporary, place_bytes, read_bytes
 from roughsim.store.member_files import check_format
@@ -146,8 +146,9 @@ def refuse_impossible(description: dict[str, Any], scene: Scene, numerics: Numer
             raise ValueError(f"run.json: until = {name!r}, {goal!r} is no observable with a goal between 0 and 1")
     if not all(len(reason) == 3 and all(isinstance(word, str) for word in reason) for reason in description["reasons"]):
         raise ValueError("run.json: reasons must be lists of choice, value and reason")
-    if description["scene"] != scene.identity():
-        key = (first_difference(description["scene"], scene.identity()) or ["a key"])[0]
+    stored, written = description["scene"], scene.identity()
+    if stored != written:
+        key = next((key for key in stored | written if stored.get(key) != written.get(key)), "a key")
         raise ValueError(f"run.json and scene.toml are of different scenes: {key} differs; put back what was edited")
     most = max(level.shape[0] * level.shape[1] for level in numerics.levels)
     if 8.0 * most > 0.5 * machine_memory():

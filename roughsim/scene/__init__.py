@@ -11,5 +11,4 @@ from roughsim.scene.files import load_scene as load_scene
 from roughsim.scene.files import parse_scene as parse_scene
 from roughsim.scene.files import scene_text as scene_text
 from roughsim.scene.model import Scene as Scene
-from roughsim.scene.model import first_difference as first_difference
 from roughsim.scene.schema import SceneError as SceneError

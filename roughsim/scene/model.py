@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
@@ -181,19 +180,6 @@ class Scene(Record, section=""):
     def to_toml(self) -> str:
         """Return a scene file that `load_scene` reads back to an equal scene, tables C(q) written inline."""
         return scene_toml(self)
-
-
-def first_difference(a: Scene | Mapping[str, Any], b: Scene | Mapping[str, Any]) -> tuple[str, Any, Any] | None:
-    """Return the first dotted key in which two scenes, or two identities, differ, with its value in `a` and in `b`.
-
-    A value is None where the key is absent. Identities are what `Scene.identity` returned, possibly through JSON.
-    """
-    first = a.identity() if isinstance(a, Scene) else a
-    second = b.identity() if isinstance(b, Scene) else b
-    for key in dict.fromkeys((*first, *second)):
-        if first.get(key) != second.get(key):
-            return key, first.get(key), second.get(key)
-    return None
 
 
 def conduction_of(body: BodySection | CounterfaceSection, temperature: float | None) -> tuple[float, float]:

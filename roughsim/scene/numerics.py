@@ -181,7 +181,7 @@ class Numerics(Record, section="numerics"):
         """Return what these numerics are as JSON values, without the reasons and what does not change a number."""
         values: dict[str, Any] = to_jsonable_python(self, exclude={"reasons", "forecast"})
         if self.slid_distance is not None:
-            values["slid_distance"] = repr(self.slid_distance)  # as text: JSON has no inf
+            values["slid_distance"] = str(values["slid_distance"])  # as in all runs so far
         if self.solver == methods.DEFAULT:
             del values["solver"]  # absent in older runs
         return values

@@ -12,7 +12,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, fields, is_dataclass, make_dataclass
+from dataclasses import asdict, dataclass, fields, make_dataclass
 from decimal import Decimal
 from difflib import get_close_matches
 from functools import lru_cache
@@ -26,18 +26,6 @@ from roughsim.errors import RoughsimError
 from roughsim.show.text import plain
 
 SMALLEST, LARGEST = 1e-30, 1e30  # no length, pressure or speed of this world is beyond; their products stay numbers
-MEANINGS = {
-    "": "a dimensionless number",
-    "m": "a length",
-    "rad/m": "a wavenumber",
-    "Pa": "a pressure",
-    "W/(m K)": "a conductivity",
-    "kg/m^3": "a density",
-    "J/(kg K)": "a specific heat capacity",
-    "m/s": "a speed",
-    "s": "a time",
-    "K": "an absolute temperature",
-}
 NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([\w%°/*^()·⋅.\-⁻ ]*)")
 Made = TypeVar("Made")
 SECTIONS: dict[str, type[Record]] = {}  # by their names in a scene file; "" is the scene itself
@@ -140,7 +128,8 @@ class Quantity:
         number, name = match[1], match[2].strip()
         if self.unit and not name:
             raise ValueError(f'{key} has no unit; write "{number} {self.unit}" or the number {number}')
-        expected = f"{MEANINGS.get(self.unit, f'a quantity in {self.unit}')} is expected, for example {self.example}"
+        kind = f"a quantity in {self.unit}" if self.unit else "a dimensionless number"
+        expected = f"{kind} is expected, for example {self.example}"
         try:
             unit = unit_registry().parse_units(name)
         except Exception:  # pint fails in a dozen ways, from AssertionError to TokenError
@@ -300,22 +289,16 @@ def dotted(path: tuple[int | str, ...]) -> str:
 def scene_toml(scene: Any) -> str:
     """Return a scene as a scene file, exact to the last bit: SI numbers, their units as comments, tables inline."""
     blocks = [f"title = {literal(scene.title)}"] if scene.title else []
-    for name, section in values_of(scene).items():
-        if name != "title":
-            lines = [key_line(section, key, value) for key, value in values_of(section).items()]
+    for name, section in asdict(scene).items():
+        if isinstance(section, dict):
+            lines = [key_line(name, key, value) for key, value in section.items() if value is not None]
             blocks.append("\n".join([f"[{name}]", *lines]))
     return "\n\n".join(blocks) + "\n"
 
 
-def values_of(record: Any) -> dict[str, Any]:
-    """Return the keys of a record that are not left out, with their values."""
-    values = {field.name: getattr(record, field.name) for field in fields(record)}
-    return {key: value for key, value in values.items() if value is not None}
-
-
-def key_line(section: Any, key: str, value: Any) -> str:
+def key_line(section: str, key: str, value: Any) -> str:
     """Return the line or lines of a key."""
-    unit = getattr(quantity(type(section), key), "unit", "")
+    unit = getattr(quantity(SECTIONS[section], key), "unit", "")
     if key == "psd":
         rows = "".join(f"{literal(row)},\n" for row in value)
         return f"psd = [  # q in rad/m, C in m⁴\n{rows}]"
@@ -328,12 +311,9 @@ def key_line(section: Any, key: str, value: Any) -> str:
 
 
 def literal(value: Any) -> str:
-    """Return a value as TOML: records and mappings are tables on one line, tuples are lists."""
-    if is_dataclass(value):
-        value = values_of(value)
+    """Return a value as TOML: mappings are tables on one line, tuples are lists."""
     if isinstance(value, dict):
-        inside = ", ".join(f"{key} = {literal(entry)}" for key, entry in value.items())
-        return f"{{ {inside} }}" if inside else "{}"
+        return f"{{ {', '.join(f'{key} = {literal(entry)}' for key, entry in value.items() if entry is not None)} }}"
     if isinstance(value, tuple):
         return f"[{', '.join(map(literal, value))}]"
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)

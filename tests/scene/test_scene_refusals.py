@@ -14,8 +14,8 @@ from roughsim.scene import SceneError, bundled_scenes, parse_scene, scene_text
 
 PRESSURE = '"90 MPa"'
 REFUSED = [
-    (PRESSURE, '"90 MPaa"', 'sliding.nominal_pressure = "90 MPaa": the unit "MPaa" is not known; a pressure'),
-    (PRESSURE, '"90 m/s"', 'sliding.nominal_pressure = "90 m/s" has the dimension [length] / [time]; a pressure'),
+    (PRESSURE, '"90 MPaa"', 'sliding.nominal_pressure = "90 MPaa": the unit "MPaa" is not known; a quantity in Pa'),
+    (PRESSURE, '"90 m/s"', 'sliding.nominal_pressure = "90 m/s" has the dimension [length] / [time]; a quantity in Pa'),
     (PRESSURE, '"90"', 'sliding.nominal_pressure = "90" has no unit; write "90 Pa" or the number 90'),
     (PRESSURE, '"35 degC"', "sliding.nominal_pressure"),
     (PRESSURE, '"9,0 MPa"', "sliding.nominal_pressure"),

@@ -72,7 +72,10 @@ def test_what_is_stored_of_numerics_stays_what_it_was():
             lambda: rs.Numerics((LEVEL,), 1, tolerence=3),
             "numerics.tolerence = 3 is not a key of a scene; did you mean",
         ),
-        (lambda: rs.Numerics((LEVEL,), (1, "1 s")), 'numerics.lengths[1] = "1 s" has the dimension [time]; a length'),
+        (
+            lambda: rs.Numerics((LEVEL,), (1, "1 s")),
+            'numerics.lengths[1] = "1 s" has the dimension [time]; a quantity in m',
+        ),
     ],
 )
 def test_wrong_levels_and_numerics_are_refused_as_in_a_scene(make, words):
