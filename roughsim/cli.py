@@ -262,10 +262,11 @@ def bench(
 ) -> None:
     """Measure error and cost of the ways to compute a scene. The choice of the plan is marked.
 
-    Stages: surface, contact, heat, moments, theory, chain.
+    Stages: contact (tolerance, precision, pixel), chain (levels and realizations of the ensemble).
     """
-    from roughsim.bench import STAGES, bench_chart, bench_dict, bench_tables
+    from roughsim.bench import STAGES, bench_dict, bench_tables
     from roughsim.bench import bench as measure
+    from roughsim.charts import error_over_cost_chart
 
     points = measure(rs.load_scene(scene), stages=stage or STAGES, realizations=realizations)
     if as_json:
@@ -273,7 +274,7 @@ def bench(
     else:
         print_parts(*bench_tables(points))
     if chart is not None:
-        bench_chart(points, chart)
+        error_over_cost_chart(points, chart)
         tell(f"picture: {chart}")
 
 

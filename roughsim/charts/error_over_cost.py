@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from math import ceil, inf, log10, nan
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,6 +20,7 @@ HUES = (
 )  # fmt: skip
 SHAPES = "os^Dv<>PXphd"
 ACROSS = 3  # panels side by side
+PAIR_SIDE = 512  # points per side of the transforms that costs are compared with
 
 
 class Point(NamedTuple):
@@ -32,7 +33,16 @@ class Point(NamedTuple):
     error: float
     seconds: float  # CPU time of one thread
     chosen: bool = False  # whether the plan computes it so
-    pairs: float = nan  # the same cost in pairs of transforms
+    pairs: float = nan  # the same cost in pairs of real transforms of `PAIR_SIDE`² points
+    doubt: float = 0.0  # how well the truth itself is known, relative; it is part of the error
+
+
+def panels(points: Iterable[Point]) -> dict[str, list[Point]]:
+    """Return the points of each chart: one per stage and observable."""
+    result: dict[str, list[Point]] = {}
+    for point in points:
+        result.setdefault(f"{point.stage}: {point.observable}", []).append(point)
+    return result
 
 
 def front(points: Sequence[Point]) -> list[Point]:
@@ -45,36 +55,32 @@ def front(points: Sequence[Point]) -> list[Point]:
     return result
 
 
-def error_over_cost_chart(
-    panels: Mapping[str, Sequence[Point]], path: Path, *, doubt: Mapping[str, float], pair: str
-) -> None:
-    """Draw error over cost, a panel for each title.
-
-    `doubt` says how well the truth itself is known, relative; it is part of every error. `pair` names the unit of cost.
-    """
-    across = 2 if len(panels) == 4 else min(len(panels), ACROSS)
-    down = ceil(len(panels) / across)
+def error_over_cost_chart(points: Iterable[Point], path: Path) -> None:
+    """Draw error over cost into one picture: a panel per stage and observable, the front, and the plan's choice."""
+    charts = panels(points)
+    across = 2 if len(charts) == 4 else min(len(charts), ACROSS)
+    down = ceil(len(charts) / across)
     with new_figure(path, (3.4 * across + 0.5, 3.7 * down)) as figure:
         axes = figure.subplots(down, across, squeeze=False).ravel()
-        for axis, (title, points) in zip(axes, panels.items(), strict=False):
-            draw_panel(axis, points, doubt.get(title, 0.0))
+        for axis, (title, group) in zip(axes, charts.items(), strict=False):
+            draw_panel(axis, group)
             axis.set_title(title)
-            axis.set_xlabel(f"cost, {pair}")
+            axis.set_xlabel(f"cost, FFT pairs of {PAIR_SIDE}²")
         for axis in axes[::across]:
             axis.set_ylabel("relative error")
-        for axis in axes[len(panels) :]:
+        for axis in axes[len(charts) :]:
             axis.remove()
         # one legend for all where the methods are the same everywhere
-        methods = [list(dict.fromkeys(p.method for p in points)) for points in panels.values()]
+        methods = [list(dict.fromkeys(p.method for p in group)) for group in charts.values()]
         if all(names == methods[0] for names in methods):
             handles, columns = axes[0].get_legend_handles_labels(), 3 if across > 1 else 2
             figure.legend(*handles, ncols=columns, fontsize=6.5, loc="outside lower center")
         else:
-            for axis in axes[: len(panels)]:
+            for axis in axes[: len(charts)]:
                 axis.legend(ncols=2, fontsize=6.5, loc="upper center", bbox_to_anchor=(0.5, -0.2))
 
 
-def draw_panel(axis: Axes, points: Sequence[Point], doubt: float) -> None:
+def draw_panel(axis: Axes, points: Sequence[Point]) -> None:
     """Draw a line for each method, the front behind them, and a star where the plan stands."""
     for k, method in enumerate(dict.fromkeys(p.method for p in points)):
         line = sorted((p for p in points if p.method == method and p.error > 0.0), key=lambda p: p.pairs)
@@ -92,8 +98,8 @@ def draw_panel(axis: Axes, points: Sequence[Point], doubt: float) -> None:
         change(limits[0] / 10**lacking, limits[1] * 10**lacking)
     # narrow panels have room for labels at powers of ten alone
     axis.xaxis.set_minor_formatter(NullFormatter())
-    if doubt > 0.0:
-        axis.axhline(doubt, color="0.6", lw=0.8, ls="--", zorder=-1, label="doubt about the limit itself")
+    if points[0].doubt > 0.0:
+        axis.axhline(points[0].doubt, color="0.6", lw=0.8, ls="--", zorder=-1, label="doubt about the limit itself")
     if timed := [p for p in points if p.pairs > 0.0]:
         # a second axis, above, in CPU seconds
         rate = float(np.median([p.seconds / p.pairs for p in timed]))

@@ -158,15 +158,6 @@ def calibrated(scene: Scene) -> tuple[dict[str, Array], float]:
     return result | {"pressure_variance": np.array([variance])}, ERROR_BAND
 
 
-def hertz_like(scene: Scene) -> tuple[float, float, float]:
-    """Return R, m, and vR/D of the fast Hertz contact with the theory's D_flash, and its T_flash in q̇₁R/κ."""
-    speed = max(scene.speeds)
-    width = float(over_speed(scene, np.array([speed]), names=("flash_width",))["flash_width"][0])
-    radius = width / theory.hertz.FAST.flash_width
-    peclet = speed * radius / float(conduction(scene, [speed]).diffusivity[0])
-    return radius, peclet, float(theory.hertz.flash_temperature(peclet))
-
-
 # Up to each cut-off of a ladder: the shape by which a run is continued to q_max. Contact that does not yield goes on
 # rising with the cut-off as the theory does, if not by as much: its steps from one cut-off to the next, over those of
 # the theory, change slowly. Contact that has yielded falls with the cut-off, and the theory knows nothing of it. In

@@ -1,18 +1,16 @@
-"""Error over cost: the front, the law of the realizations, the rows in their file, and the command."""
+"""Error over cost: the front, the tolerance, the law of the realizations, and the command."""
 
 import json
 from dataclasses import replace
-from math import inf, nan
+from math import nan
 
 import numpy as np
 import pytest
 
 import roughsim as rs
 from roughsim import cli
-from roughsim.bench import STAGES, Point, bench, bench_chart, bench_dict, front, panels
-from roughsim.bench.chain import KNOWN
-from roughsim.errors import RecordError
-from roughsim.store.rows import Rows
+from roughsim.bench import bench, bench_dict
+from roughsim.charts.error_over_cost import Point, error_over_cost_chart, front, panels
 
 
 def point(error, seconds, method="a"):
@@ -50,15 +48,6 @@ def test_a_failure_is_never_on_the_front_and_is_shown_as_no_number():
 # the stages
 
 
-def test_surfaces_of_fixed_amplitudes_have_their_rms_height_and_gaussian_ones_scatter():
-    scene, numerics = small()
-    points = bench(scene, numerics=numerics, stages=["surface"], realizations=4)
-    fixed, gaussian = ([p.error for p in points if p.method.startswith(kind)] for kind in ("fixed", "gaussian"))
-    assert max(fixed) < 1e-6
-    assert min(gaussian) > 1e-3
-    assert [p.setting.split(",")[0] for p in points if p.chosen] == ["4.04 longest waves"]
-
-
 def test_tighter_tolerances_cost_more_and_err_less():
     scene, numerics = small()
     points = bench(scene, numerics=numerics, stages=["contact"], realizations=4)
@@ -71,40 +60,19 @@ def test_tighter_tolerances_cost_more_and_err_less():
     assert pixels[0] == max(pixels)
 
 
-def test_heat_and_theory_meet_the_exact_values_of_others():
-    scene, numerics = small()
-    points = bench(scene, numerics=numerics, stages=["heat", "theory"], realizations=4)
-    kernels = {p.method: p.error for p in points if p.setting.startswith("64 pixels")}
-    assert kernels["periodic, from rest"] < 1e-3
-    assert kernels["free half-space"] < 1e-3
-    assert kernels["periodic, steady"] > 1.0  # hot tracks
-    ours, gauss = ([p.error for p in points if p.method == m] for m in ("package theory", "Gauss points"))
-    assert ours[0] < 1e-9
-    assert gauss[-1] < 1e-12 < gauss[0]
-
-
-def test_the_mean_over_directions_scatters_less_than_one_direction():
-    scene, numerics = small()
-    points = bench(scene, numerics=numerics, stages=["moments"], realizations=4)
-    error = {p.method: p.error for p in points}
-    assert error["mean over directions"] < error["field from rest"] < error["1 direction, steady"]
-    assert error["1 direction, steady"] == pytest.approx(error["steady field"], rel=0.05)
-
-
 # the chain
 
 
 def test_the_error_of_the_chain_falls_with_the_root_of_the_realizations_to_bias_and_doubt():
     scene, numerics = small()
     points = bench(scene, numerics=numerics, stages=["chain"], realizations=6)
-    doubt = {p.observable: p.error for p in points if p.method == KNOWN}
-    for title, group in panels(points).items():
+    for group in panels(points).values():
         for method in {p.method for p in group}:
             line = {int(p.setting.split()[0]): p.error for p in group if p.method == method}
             assert list(line.values()) == sorted(line.values(), reverse=True)
             floor = line[64] ** 2 - (line[16] ** 2 - line[64] ** 2) / 3  # error² = floor + s²/n
             assert line[256] == pytest.approx(np.sqrt(floor + (line[64] ** 2 - floor) / 4), rel=1e-9)
-            least = doubt[title.removeprefix("chain: ")]
+            least = group[0].doubt
             assert floor >= least**2 * (1 - 1e-9)
             if "all of them" in method:  # against itself there is no bias
                 assert floor == pytest.approx(least**2, rel=1e-6, abs=1e-15)
@@ -119,60 +87,20 @@ def test_few_fine_members_cost_what_their_number_says():
     assert cost["the plan's levels, fine ones 1 in 2", 8] == pytest.approx(coarse + fine / 2)
 
 
-# the file
-
-
-def test_rows_come_back_as_they_were_and_are_not_computed_again(tmp_path):
-    rows = Rows(tmp_path / "deep" / "data.json")
-    first = rows.once("maps", "σ/E* = 1", lambda: {"error": 1e-3, "why": ""})
-    rows.once("maps", "failed", lambda: {"error": nan, "why": "stalled", "more": inf})
-    again = Rows(tmp_path / "deep" / "data.json", resume=True)
-    assert again.once("maps", "σ/E* = 1", lambda: pytest.fail("computed again")) == first == {"error": 1e-3, "why": ""}
-    assert list(again["maps"]) == ["σ/E* = 1", "failed"]
-    assert again["maps"]["failed"]["why"] == "stalled"
-    assert np.isnan(again["maps"]["failed"]["error"])
-    assert again["maps"]["failed"]["more"] == inf
-    assert [path.name for path in (tmp_path / "deep").iterdir()] == ["data.json"]  # nothing half-written beside it
-    assert not Rows(tmp_path / "deep" / "data.json")["maps"]  # written anew without resume
-
-
-def test_a_row_that_fails_leaves_the_others_whole(tmp_path):
-    rows = Rows(tmp_path / "data.json")
-    rows.once("maps", "one", lambda: {"error": 1.0})
-    with pytest.raises(ZeroDivisionError):
-        rows.once("maps", "two", lambda: {"error": 1 / 0})
-    assert list(Rows(tmp_path / "data.json", resume=True)["maps"]) == ["one"]
-
-
-def test_files_that_hold_no_rows_are_refused(tmp_path):
-    for content in ('{"x": 1.0}', '{"rows of roughsim": 1.0}', "[]", "no JSON", "\x89HDF"):
-        (tmp_path / "other").write_text(content, "latin-1")
-        with pytest.raises(RecordError, match="holds no rows"):
-            Rows(tmp_path / "other", resume=True)
-
-
-def test_a_stage_in_the_file_is_not_measured_again(tmp_path, monkeypatch):
-    scene, numerics = small()
-    first = bench(scene, numerics=numerics, stages=["surface"], realizations=4, rows=Rows(tmp_path / "data.json"))
-    monkeypatch.setitem(STAGES, "surface", lambda *_: pytest.fail("measured again"))
-    rows = Rows(tmp_path / "data.json", resume=True)
-    assert bench(scene, numerics=numerics, stages=["surface"], realizations=4, rows=rows) == first
-
-
 # the outside
 
 
 def test_the_chart_is_a_picture(tmp_path):
-    bench_chart([point(0.5 / k, k, method) for k in (1.0, 2.0) for method in "ab"], tmp_path / "chart.png")
+    error_over_cost_chart([point(0.5 / k, k, method) for k in (1.0, 2.0) for method in "ab"], tmp_path / "chart.png")
     assert (tmp_path / "chart.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_the_command_prints_the_front_and_the_choice_of_the_plan(capsys):
     with pytest.raises(SystemExit) as ended:
-        cli.main(["bench", "demo", "--stage", "surface", "--realizations", "4"])
+        cli.main(["bench", "demo", "--stage", "contact", "--realizations", "4"])
     out = capsys.readouterr().out
     assert ended.value.code == 0
-    assert "surface: rms height" in out
+    assert "contact: T_flash, any pixel" in out
     assert "plan" in out
 
 

@@ -154,16 +154,6 @@ def test_totals_over_the_modes_of_a_cell_are_those_of_its_moments():
     assert sums.values["flash_temperature"][0] == pytest.approx(rate * sums.total(lambda q: 1 / q), rel=1e-9, abs=0)
 
 
-def test_a_hertz_contact_as_wide_as_the_theory_at_the_highest_speed():
-    steel = rs.load_scene("steel-1.2GPa")
-    speed = max(steel.speeds)
-    width = prediction.predictions(steel)["flash_width"][steel.speeds.index(speed)]
-    radius, peclet, flash_temperature = prediction.hertz_like(steel)
-    assert width / radius == pytest.approx(4 / 9, rel=1e-12)  # D_flash of fast Hertz contacts
-    assert peclet == pytest.approx(speed * radius * 7900 * 500 / 30.0, rel=1e-12)
-    assert flash_temperature == pytest.approx(0.7438575075933 / np.sqrt(peclet), rel=0.02)
-
-
 @pytest.mark.parametrize("hardness", [None, 10e9])
 def test_the_theory_up_to_a_cut_off_is_that_of_a_surface_that_ends_there(hardness):
     rock = rs.load_scene("granite")
