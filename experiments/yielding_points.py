@@ -1,22 +1,32 @@
 """Fresh contacts that yield, drawn by chance, to test a law of their stress spectrum that was fitted to others.
 
-    python experiments/yielding_points.py [--draw] [--toy] [-o FOLDER]
+    python experiments/yielding_points.py [--draw] [--solve] [--toy] [-o FOLDER]
 
-The list was drawn and committed before any of the contacts was solved, and before the last fit of the law. Contact is
-elastic and perfectly plastic, 0 ≤ p ≤ σ_P, with H in 0.3 … 1, σ₀/σ_P in 0.005 … 0.6 and a plateau of C(q) of q_r/q_min
-in 1 … 16. Let q_y be, as in the map of validity, where roughness must be seen up to for 1 % of the contact to stay
-elastic, by the theory. Kind A has yielded altogether under roughness without end, q_y/q_r in 0.25 … 8. Kind B has
-yielded too, and C(q) ends at q_max = 1 … 10 q_y. Kind C has yielded in part where C(q) ends, at q_max/q_r in 1 … 32:
-its hardness aims at A_pl/A in 0.1 … 0.9, by pilots.
+The list was drawn before the last fit of the law. Contact is elastic and perfectly plastic, 0 ≤ p ≤ σ_P, with H in 0.3
+… 1, σ₀/σ_P in 0.005 … 0.6 and a plateau of C(q) of q_r/q_min in 1 … 16. Let q_y be, as in the map of validity, where
+roughness must be seen up to for 1 % of the contact to stay elastic, by the theory. Kind A has yielded altogether under
+roughness without end, q_y/q_r in 0.25 … 8. Kind B has yielded too, and C(q) ends at q_max = 1 … 10 q_y. Both were
+committed before any was solved. Kind C has yielded in part where C(q) ends, at q_max/q_r in 1 … 32. Its hardness aims
+at A_pl/A in 0.1 … 0.9; it was corrected once, after pilots of a few members that looked at this share alone.
 
 H and A_pl/A of kind C are drawn uniformly, the rest log-uniformly: one point of a kind in each of as many equal strata,
 in random order. Only q_r/q_min, and q_y/q_r of kind B, are drawn until a grid holds all waves, q_min lies well below
 q_y or q_max, and q_max is not below q_r. `--draw` writes the list anew.
+
+`--solve` solves what is not there yet, the kinds in turn and the quick ones first, into reference/yielding_measured: a
+file for each contact, written whole. `measured()` reads them; validity_map/yielding.py says how they were solved. Units
+are those of `Contact`, with μ = κ = D = 1: a speed is the Péclet number v/(D q_r), and "flash_temperature" is ⟨Tσ⟩, so
+that theory.flash gives it with friction_coefficient = nominal_pressure. Every quantity has "value" and relative errors:
+"error" is the total one (95 %), made of "standard_error" (68 %), "ladder" (what cut-offs or pixels leave open) and
+"size" (of the cell). "bias" is how far the finest rung lies from the value. "contact_fraction", "yielded_fraction",
+"pressure_variance" are one number; "correlation" is g_σ(r) over "r"; "spectrum" is |σ_q|² over "q" on the finest rung,
+as a density in the plane of q, with its statistical error (95 %).
 """
 
 from __future__ import annotations
 
 import json
+import time
 from dataclasses import asdict, dataclass
 from math import exp, inf, log, sqrt
 from pathlib import Path
@@ -26,18 +36,21 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 from script import Command
+from validity_map import yielding
 
 import roughsim as rs
 from theory import plasticity
 
 SEED = 20261123
 LIST = Path(__file__).parent / "reference" / "yielding_points.json"
+MEASURED = LIST.parent / "yielding_measured"
 COUNTS = {"A": 14, "B": 6, "C": 12}
 HURST, SHARE, PLATEAU = (0.3, 1.0), (0.005, 0.6), (1.0, 16.0)
 YIELDS, DEPTH, END = (0.25, 8.0), (1.0, 10.0), (1.0, 32.0)  # q_y/q_r of A and B, q_max/q_y of B, q_max/q_r of C
 YIELDED, SOONER = (0.08, 0.97), 7.0  # A_pl/A of C aimed at; A_pl/A_el is so much larger by the theory (pilots of C)
 ELASTIC = 0.01  # A_el/A at q_y
 ROOM = {"A": 64.0, "B": 256.0, "C": 256.0}  # the most waves along a side: of q_y for A, of q_max for B and C
+TARGET, MOST_EFFORT = 0.015, 9 * yielding.EFFORT  # error of T_flash at the worst speed; the most that is done for it
 WIDTH = 2.0  # the least q_y/q_min of A and B, and q_max/q_min of C
 
 
@@ -169,15 +182,69 @@ def draw(contacts: list[Contact], path: Path) -> None:
     figure.savefig(path, dpi=130)
 
 
+def measured(folder: Path = MEASURED) -> dict[str, dict[str, Any]]:
+    """Return what was measured by the name of the contact: the values, errors and units of the head of this module."""
+    return {path.stem: json.loads(path.read_text()) for path in sorted(folder.glob("*.json"))}
+
+
+def in_turn(contacts: list[Contact]) -> list[Contact]:
+    """Return the contacts in the order in which they are solved: kinds in turn, small grids first."""
+    order = []
+    for kind in COUNTS:
+        some = [contact for contact in contacts if contact.kind == kind]
+        some.sort(key=lambda contact: sum(rung.side**2 * rung.members for rung in yielding.ladder(contact)[1]))
+        order += [((rank + 0.5) / len(some), contact.name, contact) for rank, contact in enumerate(some)]
+    return [contact for *_, contact in sorted(order)]
+
+
+def solve(contact: Contact, folder: Path, *, toy: bool = False) -> dict[str, Any]:
+    """Solve one contact, with more members until its error is small enough, and store it whole."""
+    start, effort = time.process_time(), yielding.EFFORT
+    stream = [SEED, ord(contact.kind), int(contact.name[1:])]
+    while True:
+        large, rungs = yielding.ladder(contact, *((1e4, 1024) if toy else (effort,)))
+        result = yielding.values(contact, rungs, yielding.measure(contact, large, rungs, stream))
+        if toy or max(result["flash_temperature"]["error"]) <= TARGET or effort >= MOST_EFFORT:
+            break
+        effort *= 3.0
+    record = {"name": contact.name, "seconds": time.process_time() - start}
+    record |= {"large": asdict(large), "rungs": [asdict(rung) for rung in rungs]} | result
+    text = json.dumps(_short(record), separators=(",", ":")) + "\n"
+    temporary = folder / f"{contact.name}.tmp"
+    temporary.write_text(text)
+    temporary.replace(folder / f"{contact.name}.json")
+    return record
+
+
+def _short(entry: Any) -> Any:
+    """Return a record with all its numbers to five digits."""
+    if isinstance(entry, dict):
+        return {key: _short(value) for key, value in entry.items()}
+    if isinstance(entry, list):
+        return [_short(value) for value in entry]
+    return _rounded(entry, 5) if isinstance(entry, float) else entry
+
+
 def main() -> None:
-    command = Command(__file__, __doc__)
+    command = Command(__file__, __doc__, "solve one small contact of each kind with few members")
     command.add_argument("--draw", action="store_true", help="write the list of contacts anew")
+    command.add_argument("--solve", action="store_true", help="solve the contacts that have no file yet")
     options = command.parse()
     if options.draw:
         write(drawn(), LIST)
-    contacts = points()
-    for contact in contacts:
-        print(contact)
+    contacts, folder = points(), MEASURED
+    if options.toy:
+        folder = options.output
+    chosen = in_turn(contacts)
+    folder.mkdir(parents=True, exist_ok=True)
+    for contact in (chosen[:3] if options.toy else chosen) if options.solve or options.toy else []:
+        if options.toy or not (folder / f"{contact.name}.json").exists():
+            solve(contact, folder, toy=options.toy)
+            print(f"{contact.name} solved", flush=True)
+    for name, record in measured(folder).items():
+        flash = record["flash_temperature"]
+        errors = ", ".join(f"{100 * flash['error'][k]:.1f}" for k in (0, 3, 6))
+        print(f"{name}: T_flash at Pe 0.001, 1, 1000 to {errors} %; {record['seconds']:.0f} s of CPU")
     draw(contacts, options.output / "yielding_points.png")
 
 
