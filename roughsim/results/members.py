@@ -1,19 +1,32 @@
-"""The members of a run in memory: a table for each level, with a row per realization, however many there are."""
+"""The members of a run in memory: a table for each level, with a row per realization, however many there are.
+
+A summary beside the members has the same tables: it saves time and decides nothing. A row of it counts only while the
+member's file has the same digest. A summary that is missing, damaged or of another run is ignored. Layout: a line of
+JSON, for each level its table and wavenumbers as NumPy's .npy files, and the SHA-256 of all that.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Iterable, Iterator, MutableMapping
+from contextlib import suppress
+from io import BytesIO
 from itertools import compress
-from typing import Any, NamedTuple, cast
+from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.observables.catalogue import NUMBERS
+from roughsim.store.disk import place_bytes, read_bytes
 from roughsim.store.member_files import FIELD_UNITS, Member
 
 Array = NDArray[np.float64]
 Key = tuple[int, int]  # level and index
+SUMMARY = "summary.bin"
+HASH_BYTES = 32
 SOUND, FAILED = 1, 2  # states of a row; 0 without a member
 # fields of every table, beside the numbers (NUMBERS) and the seconds of each stage
 PROVENANCE: list[Any] = [
@@ -25,24 +38,11 @@ PROVENANCE: list[Any] = [
     ("written", "U20"),  # as "2026-01-31T12:00:00Z"
     ("size", "i8"),  # of the file, bytes; 0 where it was not read
     ("changed", "i8"),  # of the file, ns
-    ("digest", "u1", (32,)),  # SHA-256 of the file
-    ("spectrum_start", "i8"),  # where the stress spectrum lies in the file, bytes; -1 where it was not found
+    ("digest", "S64"),  # SHA-256 of the file, hexadecimal
+    ("spectrum_start", "i8"),  # where the stress spectrum lies in the file, bytes
     ("spectrum_check", "u4"),  # CRC-32 of its bytes
 ]
 PROVENANCE_NAMES = {name for name, *_ in PROVENANCE}
-
-
-class Stamp(NamedTuple):
-    """What a member's file was when it was read: size in bytes, time of the last change in ns, and SHA-256.
-
-    And where its stress spectrum lies, in bytes, with the CRC-32 of it; −1 where it was not found.
-    """
-
-    size: int = 0
-    changed: int = 0
-    digest: bytes = bytes(32)
-    spectrum_start: int = -1
-    spectrum_check: int = 0
 
 
 class Members(MutableMapping[Key, Member]):
@@ -98,7 +98,7 @@ class Members(MutableMapping[Key, Member]):
         )
 
     def __setitem__(self, key: Key, member: Member) -> None:
-        self.put(key, member, Stamp())
+        self.put(key, member)
 
     def __delitem__(self, key: Key) -> None:
         row = self.row(key)
@@ -112,8 +112,8 @@ class Members(MutableMapping[Key, Member]):
         level, index = key
         return cast(np.void, self.tables[level][index // self.every[level]])
 
-    def put(self, key: Key, member: Member, stamp: Stamp) -> None:
-        """Store a member, and what its file was when it was read from it."""
+    def put(self, key: Key, member: Member, **file: Any) -> None:
+        """Store a member, and what its file was when it was read: size, changed, digest and place of the spectrum."""
         level, index = key
         provenance, seconds = member.provenance, member.provenance.get("seconds", {})
         versions = provenance.get("versions", {})
@@ -126,17 +126,15 @@ class Members(MutableMapping[Key, Member]):
             self.wavenumber.setdefault(level, member.wavenumber)
         row = index // self.every[level]
         table = self.table_for(level, row, seconds)
-        table[row] = blank_rows(1, table.dtype)[0]
+        table[row] = np.zeros((), table.dtype)
         values = {
+            **{name: np.nan for name in table.dtype.names or () if table[name].dtype.kind == "f"},
             **seconds,
             **member.numbers,
+            **{name: provenance[name] for name in ("residual", "iterations", "written") if name in provenance},
+            **file,
             "kept": [name in member.kept for name in FIELD_UNITS],
             "versions": self.versions.index(versions),
-            "residual": provenance.get("residual", np.nan),
-            "iterations": provenance.get("iterations", 0),
-            "written": provenance.get("written", ""),
-            **stamp._asdict(),
-            "digest": np.frombuffer(stamp.digest, np.uint8),
             "state": FAILED if member.failure else SOUND,
         }
         for name, value in values.items():
@@ -149,36 +147,57 @@ class Members(MutableMapping[Key, Member]):
         if last_row >= len(old) or new:
             # twice as long, so that a run of n members copies its rows O(log n) times
             rows = max(64, 2 * len(old), last_row + 1) if last_row >= len(old) else len(old)
-            self.tables[level] = blank_rows(rows, np.dtype([*old.dtype.descr, *new]))
+            self.tables[level] = np.zeros(rows, [*old.dtype.descr, *new])
             for name in old.dtype.names or ():
                 self.tables[level][name][: len(old)] = old[name]
         return self.tables[level]
 
-    def adopt(self, level: int, table: NDArray[Any], wavenumber: Array) -> None:
-        """Take over a level of a summary; ValueError, LookupError for another layout.
-
-        Each row counts only after `confirm` has said that its file was seen.
-        """
-        own = self.tables[level].dtype
-        if any(table.dtype[name] != own[name] for name in own.names or ()):
-            raise ValueError("the summary has numbers of other shapes")
-        if wavenumber.size:
-            self.wavenumber[level] = wavenumber
-        self.tables[level] = table
-        table["state"] *= -1
-
-    def adopted(self, level: int, index: int) -> Stamp | None:
-        """Return what the file of an adopted row was when the summary was made; None if there is no such row."""
+    def unseen(self, level: int, index: int) -> np.void | None:
+        """Return a row that comes from a summary and whose file was not seen yet, to be changed; else None."""
         row, table = index // self.every[level], self.tables[level]
-        if row >= len(table) or table["state"][row] >= 0:
-            return None
-        stamp = {name: table[name][row] for name in Stamp._fields}
-        return Stamp(**stamp | {"digest": stamp["digest"].tobytes()})
+        return cast(np.void, table[row]) if row < len(table) and table["state"][row] < 0 else None
 
-    def confirm(self, level: int, index: int, changed: int) -> None:
-        """Let an adopted row count: its file is the one that the summary was made of, be it copied; `changed` in ns."""
-        row = self.tables[level][index // self.every[level]]
-        row["state"], row["changed"] = -row["state"], changed
+    def load(self, path: Path, run: str) -> dict[str, Any]:
+        """Let members, of which there are none yet, come from a summary, unseen, and return what `save` got as `stop`.
+
+        Nothing happens, and `stop` is empty, without a summary that is whole, of this run and of these tables.
+        """
+        with suppress(OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError, MemoryError):
+            content = read_bytes(path)
+            file = BytesIO(content)
+            header = json.loads(file.readline())
+            whole = hashlib.sha256(memoryview(content)[:-HASH_BYTES]).digest() == content[-HASH_BYTES:]
+            if not whole or header["run"] != run:
+                return {}
+            levels = [(old, np.load(file), np.load(file)) for old in self.tables]
+            if any(new.dtype[name] != old.dtype[name] for old, new, _ in levels for name in old.dtype.names or ()):
+                return {}
+            failures = {(level, index): reason for level, index, reason in header["failures"]}
+            versions, stop = list(header["versions"]), dict(header["stop"])
+            for _, table, _ in levels:
+                table["state"] *= -1
+            self.tables = [table for _, table, _ in levels]
+            self.wavenumber = {level: q for level, (_, _, q) in enumerate(levels) if q.size}
+            self.versions, self.failures = versions, failures
+            return stop
+        return {}
+
+    def save(self, path: Path, run: str, stop: dict[str, Any]) -> None:
+        """Write a summary of all members that were read from files, whole or not at all; a folder may take no files."""
+        in_file = [key for key in self.failures if key in self and self.row(key)["size"]]
+        failures = [[*key, self.failures[key]] for key in in_file]
+        header = {"run": run, "versions": self.versions, "failures": failures, "stop": stop}
+        file = BytesIO()
+        file.write(json.dumps(header).encode() + b"\n")
+        for level, rows in enumerate(self.tables):
+            seen = (rows["state"] > 0) & (rows["size"] > 0)
+            table = rows[: np.max(np.flatnonzero(seen), initial=-1) + 1].copy()
+            table["state"][~seen[: len(table)]] = 0
+            np.save(file, table)
+            np.save(file, self.wavenumber.get(level, np.empty(0)))
+        content = file.getbuffer()
+        with suppress(OSError):
+            place_bytes(path, content, hashlib.sha256(content).digest())
 
     def latest(self, count: int) -> list[float]:
         """Return when the latest files were written, s since 1970, in order; of members read from files only."""
@@ -194,12 +213,3 @@ class Members(MutableMapping[Key, Member]):
         """Return a field of the table at some realizations; numbers (n, speeds) or (n, 1), NaN where there is none."""
         rows: NDArray[Any] = self.tables[level][name][indices // self.every[level]]
         return rows
-
-
-def blank_rows(count: int, dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Return rows without a member: zeros, NaN for floats."""
-    rows = np.zeros(count, dtype)
-    for name in dtype.names or ():
-        if rows[name].dtype.kind == "f":
-            rows[name] = np.nan
-    return rows

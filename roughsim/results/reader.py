@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from roughsim.errors import RecordError
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.observables.record import Sample
-from roughsim.results.members import Key, Members, Stamp
-from roughsim.results.summary import read_summary, write_summary
+from roughsim.results.members import SUMMARY, Key, Members
 from roughsim.scene.numerics import Numerics
 from roughsim.store.disk import not_readable, read_bytes
 from roughsim.store.member_files import (
@@ -34,8 +33,7 @@ from roughsim.store.member_files import (
 )
 
 Array = NDArray[np.float64]
-SMALL = 1 << 16  # bytes: such a file is checked as a whole, also where its size and time are those of the summary
-# the summary is written anew after so many new members, and after this share of all
+# the summary is written anew after so many new members and looks at the targets, and after this share of all
 LEAST_NEW, SHARE_NEW = 64, 0.1
 
 
@@ -54,21 +52,11 @@ class Reader:
         self.available = 0
         self._identity, self._skip_damaged = identity, skip_damaged
         layout = {name: number.per_speed for name, number in NUMBERS.items()}, list(FIELD_UNITS)
-        self.summary_key = hashlib.sha256(json.dumps((identity, layout), sort_keys=True).encode()).hexdigest()
-        self._unsaved = 0  # members that no summary has yet
-        # the last look at the targets that no number of realizations met, and how many were in the summary's
-        self._insufficient: dict[str, Any] = {}
-        self._insufficient_saved = 0
-
-        def no_members() -> Members:
-            return Members([level.every for level in numerics.levels], numerics.lengths, speeds)
-
-        self.members = no_members()
-        stop = read_summary(folder, self.summary_key, self.members)
-        if stop is None:
-            self.members = no_members()
-        else:
-            self._insufficient, self._insufficient_saved = stop, int(stop.get("count", 0))
+        self.run_key = hashlib.sha256(json.dumps((identity, layout), sort_keys=True).encode()).hexdigest()
+        self.members = Members([level.every for level in numerics.levels], numerics.lengths, speeds)
+        # the last look at the targets that no number of realizations met
+        self._insufficient = self.members.load(folder / SUMMARY, self.run_key)
+        self._news = 0  # members and looks that no summary has yet
 
     def refresh(self, most: int) -> None:
         """Read the members that have come since, of at most so many realizations; damaged ones again."""
@@ -80,8 +68,7 @@ class Reader:
             self.take(level, self.available) for level in self.numerics.of_index(self.available)
         ):
             self.available += 1
-        if self.worth_saving(self._unsaved):
-            self.save()
+        self.save_now_and_then()
 
     def take(self, level: int, index: int) -> bool:
         """Read one member unless it was read before; False if its file is missing."""
@@ -90,9 +77,9 @@ class Reader:
         path = member_path(self.folder, level, index)
         try:
             status = os.stat(path)
-            stamp = self.members.adopted(level, index)
-            if stamp is not None and unchanged(path, status, stamp):
-                self.members.confirm(level, index, status.st_mtime_ns)
+            row = self.members.unseen(level, index)
+            if row is not None and unchanged(path, status, row):
+                row["state"], row["changed"] = -row["state"], status.st_mtime_ns  # a copy has another time
                 return True
             content = read_bytes(path)
             member = member_of(path, content)
@@ -102,10 +89,16 @@ class Reader:
                     f"{path} is of another run: its scene, seed or numerics differ; move it out of the folder"
                 )
             spectrum = member.spectrum.astype("<f8").tobytes()
-            place = content.find(spectrum), crc32(spectrum)
-            stamp = Stamp(len(content), status.st_mtime_ns, digest_of(path, content), *place)
-            self.members.put((level, index), member, stamp)
-            self._unsaved += 1
+            self.members.put(
+                (level, index),
+                member,
+                size=len(content),
+                changed=status.st_mtime_ns,
+                digest=digest_of(path, content),
+                spectrum_start=content.find(spectrum),
+                spectrum_check=crc32(spectrum),
+            )
+            self._news += 1
         except FileNotFoundError:
             return False
         except RecordError as error:
@@ -137,28 +130,25 @@ class Reader:
             row[:] = read_spectrum(path, start, len(wavenumber), check)
         return wavenumber, spectra
 
-    def save(self) -> None:
-        """Write the summary of all that was read."""
-        write_summary(self.folder, self.summary_key, self.members, self._insufficient)
-        self._unsaved, self._insufficient_saved = 0, self._insufficient.get("count", 0)
-
-    def worth_saving(self, news: int) -> bool:
-        """Whether so much is new that the summary is written anew."""
-        return news >= max(LEAST_NEW, SHARE_NEW * len(self.members))
+    def save_now_and_then(self) -> None:
+        """Write the summary anew if enough has come since."""
+        if self._news >= max(LEAST_NEW, SHARE_NEW * len(self.members)):
+            self.members.save(self.folder / SUMMARY, self.run_key, self._insufficient)
+            self._news = 0
 
     def insufficient(self, rows: list[int], until: dict[str, float]) -> int:
         """Return how many of the rows do not meet the targets by an earlier look at the same members; 0 if unknown."""
         count = int(self._insufficient.get("count", 0))
         if not 0 < count <= len(rows) or self._insufficient != self.look(rows[:count], until):
-            self._insufficient, self._insufficient_saved = {}, 0
+            self._insufficient = {}
             return 0
         return count
 
     def remember_insufficient(self, rows: list[int], until: dict[str, float]) -> None:
-        """Remember that no number of these rows meets the targets; now and then it is written into the summary."""
+        """Remember that no number of these rows meets the targets."""
+        self._news += len(rows) - self._insufficient.get("count", 0)
         self._insufficient = self.look(rows, until)
-        if self.worth_saving(len(rows) - self._insufficient_saved):
-            self.save()
+        self.save_now_and_then()
 
     def look(self, rows: list[int], until: dict[str, float]) -> dict[str, Any]:
         """Return what must be the same for an earlier look at the targets to hold: members, targets and code."""
@@ -181,19 +171,18 @@ class Reader:
         return [name for name in expected if name not in stored]
 
 
-def unchanged(path: Path, status: os.stat_result, stamp: Stamp) -> bool:
-    """Whether a file is the one that the summary was made of, by its digest."""
-    if status.st_size != stamp.size or not stat.S_ISREG(status.st_mode):
+def unchanged(path: Path, status: os.stat_result, row: np.void) -> bool:
+    """Whether a file is the one that a row of the summary was made of, by its digest."""
+    if status.st_size != row["size"] or not stat.S_ISREG(status.st_mode):
         return False
-    if status.st_size > SMALL and status.st_mtime_ns == stamp.changed:
-        return read_seal(path) == stamp.digest
-    return digest_of(path, read_bytes(path)) == stamp.digest
+    if status.st_mtime_ns == row["changed"] and read_seal(path) == row["digest"]:
+        return True
+    return digest_of(path, read_bytes(path)) == bytes(row["digest"])
 
 
 def digest_of(path: Path, content: bytes) -> bytes:
     """Return the digest in the seal of a file, or, without a seal, that of its bytes."""
-    sealed = seal_of(path, content)
-    return hashlib.sha256(content).digest() if sealed is None else bytes.fromhex(sealed)
+    return (seal_of(path, content) or hashlib.sha256(content).hexdigest()).encode()
 
 
 def identity_of(description: dict[str, Any]) -> tuple[Any, Any]:

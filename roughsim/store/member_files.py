@@ -97,11 +97,10 @@ def read_spectrum(path: Path, start: int, count: int, check: int) -> Array:
 
     A file of other bytes there is read as a whole; errors as for `read_member`.
     """
-    if start >= 0:
-        with suppress(OSError):
-            spectrum: Array = np.fromfile(path, "<f8", count, offset=start)
-            if crc32(spectrum.data) == check:
-                return spectrum
+    with suppress(OSError):
+        spectrum: Array = np.fromfile(path, "<f8", count, offset=start)
+        if crc32(spectrum.data) == check:
+            return spectrum
     return read_member(path).spectrum
 
 
@@ -162,7 +161,7 @@ def read_seal(path: Path) -> bytes:
             seal = _SEAL.search(file.read())
     except OSError as error:
         raise not_readable(path, error) from error
-    return b"" if seal is None or seal[1].decode() != path.name else bytes.fromhex(seal[4].decode())
+    return b"" if seal is None or seal[1].decode() != path.name else seal[4]
 
 
 def check_format(path: Path, version: int) -> None:

@@ -15,8 +15,8 @@ from summary_cases import COUNT
 import roughsim as rs
 from roughsim.estimate.errors import relative_half_width
 from roughsim.estimate.ladder import Values, values_of
-from roughsim.results import reader, summary
-from roughsim.results.members import Members, Stamp
+from roughsim.results import members, reader
+from roughsim.results.members import SUMMARY, Members
 from roughsim.store.member_files import check_member, member_path, read_member, write_member
 
 
@@ -91,9 +91,7 @@ def test_a_reader_holds_no_spectrum_of_50_or_500_realizations(folder, tmp_path, 
     assert held[500] - held[50] < 1000 * 1.5 * 450  # rows of numbers; their spectra take 40 kB each
 
 
-@pytest.mark.parametrize("small", [0, 1 << 16])
-def test_a_member_damaged_after_the_summary_is_named(folder, eager, small, monkeypatch):
-    monkeypatch.setattr(reader, "SMALL", small)  # whether it is large enough to be told by its last change
+def test_a_member_damaged_after_the_summary_is_named(folder, eager):
     rs.open_run(folder)
     path = member_path(folder, 1, 4)
     content = bytearray(path.read_bytes())
@@ -103,8 +101,7 @@ def test_a_member_damaged_after_the_summary_is_named(folder, eager, small, monke
         rs.open_run(folder)
 
 
-def test_a_large_member_of_the_same_size_and_time_but_another_digest_is_read(folder, eager, monkeypatch):
-    monkeypatch.setattr(reader, "SMALL", 0)
+def test_a_member_of_the_same_size_and_time_but_another_digest_is_read(folder, eager):
     rs.open_run(folder)
     path = member_path(folder, 0, 3)
     one, before = read_member(path), path.stat()
@@ -129,12 +126,12 @@ def test_copied_members_keep_their_summary(folder, tmp_path, eager):
 
 def spoiled(kind, folder, whole, tmp_path):
     """The bytes of a summary that is not the one of this folder as it is."""
-    sound = (folder / summary.NAME).read_bytes()
+    sound = (folder / SUMMARY).read_bytes()
     if kind == "of another run":
         scene = replace(whole.scene, ensemble=replace(whole.scene.ensemble, seed=8))
         other = rs.run(scene, tmp_path / "other", numerics=whole.numerics, max_realizations=COUNT)
         rs.open_run(other.folder)
-        return (other.folder / summary.NAME).read_bytes()
+        return (other.folder / SUMMARY).read_bytes()
     return {"empty": b"", "cut": sound[: len(sound) // 2], "longer": sound + b"\0", "text": b"hello"}[kind]
 
 
@@ -143,12 +140,12 @@ def spoiled(kind, folder, whole, tmp_path):
 )
 def test_a_summary_that_is_none_is_made_anew(folder, whole, tmp_path, eager, kind):
     before = bits(rs.open_run(folder))
-    sound = (folder / summary.NAME).read_bytes()
-    (folder / summary.NAME).write_bytes(spoiled(kind, folder, whole, tmp_path))
+    sound = (folder / SUMMARY).read_bytes()
+    (folder / SUMMARY).write_bytes(spoiled(kind, folder, whole, tmp_path))
     eager.clear()
     assert bits(rs.open_run(folder)) == before
     assert len(eager) == COUNT + 5
-    assert (folder / summary.NAME).read_bytes() == sound
+    assert (folder / SUMMARY).read_bytes() == sound
 
 
 @pytest.mark.slow
@@ -156,29 +153,31 @@ def test_members_of_another_run_with_their_own_summary_are_refused(folder, whole
     scene = replace(whole.scene, ensemble=replace(whole.scene.ensemble, seed=8))
     other = rs.run(scene, tmp_path / "other", numerics=whole.numerics, max_realizations=COUNT)
     shutil.copytree(other.folder / "realizations", folder / "realizations", dirs_exist_ok=True)
-    shutil.copy(other.folder / summary.NAME, folder)
+    shutil.copy(other.folder / SUMMARY, folder)
     with pytest.raises(rs.RecordError, match="L0-000000.h5 is of another run"):
         rs.open_run(folder)
 
 
 def test_no_flipped_byte_of_a_summary_is_believed(folder, eager):
     rs.open_run(folder)
-    path = folder / summary.NAME
+    path = folder / SUMMARY
     sound = path.read_bytes()
     run = rs.open_run(folder)
 
     def read():
-        return summary.read_summary(folder, run._reader.summary_key, empty_members(run, run.scene.speeds))
+        table = empty_members(run, run.scene.speeds)
+        table.load(folder / SUMMARY, run._reader.run_key)
+        return any(rows.size for rows in table.tables)
 
-    assert read() is not None
+    assert read()
     for place in np.linspace(0, len(sound) - 1, 60, dtype=int):
         broken = bytearray(sound)
         broken[place] ^= 1 << (place % 8)
         path.write_bytes(broken)
-        assert read() is None
+        assert not read()
     path.unlink()
     path.mkdir()
-    assert read() is None
+    assert not read()
     assert rs.open_run(folder).realizations == COUNT  # and it cannot be written either
 
 
@@ -187,9 +186,9 @@ def test_a_summary_of_another_layout_is_as_none(folder, whole, eager):
     other = empty_members(run, run.scene.speeds * 2)
     for key, member in run.members.items():
         numbers = {name: values.repeat(2 if len(values) > 1 else 1) for name, values in member.numbers.items()}
-        other.put(key, replace(member, numbers=numbers), Stamp(size=1))
-    summary.write_summary(folder, run._reader.summary_key, other, {})
-    assert summary.read_summary(folder, run._reader.summary_key, empty_members(run, run.scene.speeds * 2)) == {}
+        other.put(key, replace(member, numbers=numbers), size=1)
+    other.save(folder / SUMMARY, run._reader.run_key, {"count": 3})
+    assert empty_members(run, run.scene.speeds * 2).load(folder / SUMMARY, run._reader.run_key) == {"count": 3}
     eager.clear()
     assert bits(rs.open_run(folder)) == bits(whole)
     assert len(eager) == COUNT + 5
@@ -199,9 +198,9 @@ def test_a_folder_that_takes_no_files_is_read_all_the_same(folder, whole, eager,
     def refuse(*_, **__):
         raise PermissionError(errno.EROFS, "Read-only file system")
 
-    monkeypatch.setattr(summary, "place_bytes", refuse)
+    monkeypatch.setattr(members, "place_bytes", refuse)
     assert bits(rs.open_run(folder)) == bits(whole)
-    assert not (folder / summary.NAME).exists()
+    assert not (folder / SUMMARY).exists()
 
 
 def test_what_did_not_suffice_is_not_tried_again_unless_targets_members_or_code_change(folder, eager, monkeypatch):
