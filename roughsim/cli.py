@@ -201,7 +201,7 @@ def plot(
     are computed from the stored pressure.
     """
     from roughsim.charts import plot_run
-    from roughsim.results.gaps import gap
+    from roughsim.results.folder import gap
 
     choices: dict[str, Any] = {"realization": realization, "speed": speed, "column": column}
     choices |= {"zoom": parse_zoom(zoom), "side_by_side": side_by_side}
@@ -243,7 +243,7 @@ def export(
 ) -> None:
     """Write the numbers and the kept fields of a run into one file. It is HDF5 (netCDF-4): .h5, .hdf5 or .nc."""
     from roughsim.results.export import export_run, export_surface
-    from roughsim.results.gaps import gap
+    from roughsim.results.folder import gap
 
     if surface is not None and bits is not None:
         raise ValueError("--bits does not go with --surface, which keeps all digits; leave one of them out")

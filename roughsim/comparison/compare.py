@@ -22,7 +22,7 @@ from roughsim.estimate.cell_size import size_error
 from roughsim.estimate.errors import Quotient, quantile, quotient, spread
 from roughsim.grid import modes_between
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.results.gaps import left_out
+from roughsim.results.folder import left_out
 from roughsim.results.run import Run
 from roughsim.show.table import json_value
 from roughsim.surface.spectrum import TruncatedSpectrum

@@ -6,10 +6,11 @@ from math import isfinite
 from typing import Any
 
 from roughsim.estimate.errors import LEAST, LEAST_FINE, relative_half_width
-from roughsim.results.gaps import damaged_names, left_out
+from roughsim.results.folder import left_out
 from roughsim.results.run import Run
 from roughsim.show.table import json_value
 from roughsim.store.claims import writer
+from roughsim.store.member_files import member_name
 
 RECENT = 20  # members over which the pace is measured
 
@@ -22,7 +23,7 @@ def status_dict(run: Run) -> dict[str, Any]:
         "realizations": run.realizations,
         "failed": run.failed,
         "missing": run.missing,
-        "damaged": damaged_names(run),
+        "damaged": [member_name(*key) for key in run.damaged],
         "needed": realizations_needed(run),
         "target_met": run.target_met,
         "seconds_left": seconds_left(run),

@@ -18,8 +18,7 @@ from roughsim.ensemble.status import state_line
 from roughsim.errors import RecordError
 from roughsim.explore.fields import load_fields
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.results.folder import open_run
-from roughsim.results.gaps import gap
+from roughsim.results.folder import gap, open_run
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.show.terminal import table_text

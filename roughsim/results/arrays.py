@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.errors import RecordError, number
+from roughsim.errors import number
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.results.members import SOUND, Members
 from roughsim.results.reader import Reader
@@ -48,8 +48,8 @@ class Stored:
         return np.stack(parts) if parts else np.empty((0, *self.shape[1:]), self.dtype)[(slice(None), *inside)]
 
     def load(self, path: Path) -> Array:
-        """Return the field of one file; errors as `stored_field`."""
-        return stored_field(path, self.name, self.shape[1:])
+        """Return the field of one file; errors as `read_field`."""
+        return read_field(path, self.name, self.shape[1:])
 
 
 def check_field(name: str, speed: float | None) -> None:
@@ -62,14 +62,6 @@ def check_field(name: str, speed: float | None) -> None:
         number("speed", speed, "m/s")
     elif speed is not None:
         raise ValueError(f"speed = {speed!r} m/s: {name} does not depend on it; leave it out")
-
-
-def stored_field(path: Path, name: str, shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """Return heights, m, or pressure, Pa, of a member's file; RecordError if it is damaged or of another grid."""
-    values = read_field(path, name)
-    if values.shape != shape:
-        raise RecordError(f"{path} holds {name} of shape {values.shape}, but this run has {shape}: it is not its own")
-    return values
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,7 @@
-"""The run folder: what it says of itself, and opening it. It may come from elsewhere: nothing in it is trusted."""
+"""The run folder: what it says of itself, what it lacks, and opening it.
+
+It may come from elsewhere: nothing in it is trusted.
+"""
 
 from __future__ import annotations
 
@@ -17,11 +20,12 @@ from roughsim.results.run import Run
 from roughsim.scene import Scene, parse_scene
 from roughsim.scene.numerics import Numerics
 from roughsim.store.disk import is_temporary, place_bytes, read_bytes
-from roughsim.store.member_files import check_format
+from roughsim.store.member_files import check_format, member_name
 from roughsim.untrusted import machine_memory
 
 BEGUN = {"lock", "claims", "realizations"}  # what a start may have made before run.json
 MOST_BYTES = 1 << 20  # of run.json and scene.toml: a scene has at most 64 KiB
+NAMED = 5  # of many members; the others are counted
 
 
 def describe(folder: Path, description: dict[str, Any], scene: Scene, *, first: bool = False) -> None:
@@ -168,3 +172,25 @@ def refuse_what_does_not_follow(scene: Scene, description: dict[str, Any]) -> No
         stored = description[key]
         if stored != value and not (key == "heat_partition" and np.allclose(stored, value, rtol=1e-9, atol=0.0)):
             raise ValueError(f"{key} in run.json was changed: it is {stored}, and scene.toml gives {value}")
+
+
+def gap(run: Run) -> list[str]:
+    """Return a line on the members that are missing although later ones exist; empty where none is."""
+    if not run.missing:
+        return []
+    return [
+        f"not there: {_listed(run.missing)}, lost or being computed now; only the {run.realizations} realizations "
+        f"before count; run the scene again to have them"
+    ]
+
+
+def left_out(run: Run) -> list[str]:
+    """Return a line each on what is missing and on what is damaged, with what follows; empty for a whole run."""
+    names = _listed([member_name(*key) for key in run.damaged])
+    damaged = [f"damaged and left out of the means: {names}; run the scene again to have them"] if names else []
+    return gap(run) + damaged
+
+
+def _listed(names: list[str]) -> str:
+    """Return the first names, and how many more there are."""
+    return ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")

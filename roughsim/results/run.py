@@ -24,7 +24,7 @@ from roughsim.results import arrays
 from roughsim.results.reader import Reader, identity_of
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
-from roughsim.store.member_files import member_path
+from roughsim.store.member_files import member_path, read_field
 
 Array = NDArray[np.float64]
 Field = NDArray[np.float32]
@@ -282,8 +282,8 @@ class Run:
         arrays.check_field(name, speed)
         path, grid = member_path(self.folder, level, index), self.numerics.grid(level)
         if speed is None:
-            return arrays.stored_field(path, name, grid.shape)
-        flux = arrays.stored_field(path, "pressure", grid.shape)
+            return read_field(path, name, grid.shape)
+        flux = read_field(path, "pressure", grid.shape)
         flux *= np.float32(self.scene.sliding.friction_coefficient * abs(speed))
         return flux if name == "heat_flux" else self.temperature(flux, grid, speed, direction)
 

@@ -86,19 +86,14 @@ def is_temporary(name: str) -> bool:
     return _TEMPORARY.fullmatch(name) is not None
 
 
-def hdf5_bytes(fill: Callable[[Any], None], **options: Any) -> bytes:
+def hdf5_bytes(fill: Callable[[Any], None]) -> bytes:
     """Return the bytes of an HDF5 file that `fill` fills, made in memory: HDF5 never meets a full disk."""
     import h5py
 
     image = io.BytesIO()  # not the core driver: before HDF5 2.0 its images of v110 files have a stale checksum
-    with h5py.File(image, "w", libver="v110", **options) as file:
+    with h5py.File(image, "w", libver="v110") as file:
         fill(file)
     return image.getvalue()
-
-
-def place_hdf5(path: Path, fill: Callable[[Any], None], **options: Any) -> None:
-    """Write an HDF5 file that `fill` fills, with the guarantees of `place_bytes`."""
-    place_bytes(path, hdf5_bytes(fill, **options))
 
 
 def read_bytes(path: Path, most: int | None = None) -> bytes:

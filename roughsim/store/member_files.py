@@ -84,12 +84,14 @@ def read_member(path: Path, *, with_fields: bool = False) -> Member:
     return member_of(path, read_bytes(path), tuple(FIELD_UNITS) if with_fields else ())
 
 
-def read_field(path: Path, name: str) -> NDArray[np.float32]:
-    """Read one kept field of a member's file and check its bytes; errors as for `read_member`."""
-    fields = member_of(path, read_bytes(path), (name,)).fields
-    if name not in fields:
+def read_field(path: Path, name: str, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """Read one kept field of a member's file and check its bytes and shape; errors as for `read_member`."""
+    field = member_of(path, read_bytes(path), (name,)).fields.get(name)
+    if field is None:
         raise damaged(path, f"it has no {name}")
-    return fields[name]
+    if field.shape != shape:
+        raise RecordError(f"{path} holds {name} of shape {field.shape}, but this run has {shape}: it is not its own")
+    return field
 
 
 def read_spectrum(path: Path, start: int, count: int, check: int) -> Array:

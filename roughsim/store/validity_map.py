@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
-from roughsim.store.disk import place_hdf5
+from roughsim.store.disk import hdf5_bytes, place_bytes
 
 Array = NDArray[np.float64]
 Quantity = tuple[str, float]  # observable, and Péclet number v/(D q_r); NaN where there is none
@@ -54,7 +54,7 @@ def write_validity(path: Path, tables: Mapping[str, Table], provenance: Mapping[
         file.attrs.update(format="roughsim validity map", format_version=FORMAT, sha256=_digest(tables))
         file.attrs["provenance"] = json.dumps(dict(provenance), sort_keys=True)
 
-    place_hdf5(path, fill)
+    place_bytes(path, hdf5_bytes(fill))
 
 
 def read_validity(path: Path | None = None) -> dict[str, Table]:

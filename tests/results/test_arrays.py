@@ -35,7 +35,7 @@ def test_xarray_reads_fields_when_they_are_used(kept_run, monkeypatch):
     from roughsim.results import arrays
 
     true, read = arrays.read_field, []
-    monkeypatch.setattr(arrays, "read_field", lambda path, name: read.append(path.name) or true(path, name))
+    monkeypatch.setattr(arrays, "read_field", lambda path, *rest: read.append(path.name) or true(path, *rest))
     data = kept_run.to_xarray()
     assert read == []
     corner = data.pressure_L2.sel(kept_realization=1)[3:9, ::7].values

@@ -78,10 +78,10 @@ def test_the_share_of_other_speeds_is_the_rule_of_the_scene(kept_run, monkeypatc
 
 
 def test_one_field_is_in_memory_at_a_time(kept_run, monkeypatch):
-    from roughsim.results import arrays
+    from roughsim.results import run
 
     read = []
-    monkeypatch.setattr(arrays, "read_field", lambda path, name: read.append(path) or np.zeros((128, 128), np.float32))
+    monkeypatch.setattr(run, "read_field", lambda path, name, shape: read.append(path) or np.zeros(shape, np.float32))
     stream = kept_run.fields("pressure")
     assert read == []
     next(stream)

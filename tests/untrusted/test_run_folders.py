@@ -109,7 +109,7 @@ def test_a_crafted_realization_is_refused_by_name_before_anything_is_read(folder
     monkeypatch.setattr(h5py.Dataset, "__getitem__", lambda self, key: read.append(self.name) or true(self, key))
     for look in (
         read_member,
-        lambda place: read_field(place, "pressure"),
+        lambda place: read_field(place, "pressure", (32, 32)),
         lambda place: rs.open_run(folder),
     ):
         with pytest.raises(rs.RecordError, match=CRAFTED[craft]) as refused:
