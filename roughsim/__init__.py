@@ -57,48 +57,45 @@ if TYPE_CHECKING:  # for readers of types; at run time names are imported when t
     from roughsim.surface.power_laws import TabulatedSpectrum as TabulatedSpectrum
     from roughsim.surface.synthesis import synthesize as synthesize
 
-__version__: str  # made when it is asked for
+__version__: str  # made from the tag when the package was built, and read when it is asked for
 
 _HOME = {
-    "Grid": "grid",
-    "SelfAffineSpectrum": "surface.power_laws",
-    "TabulatedSpectrum": "surface.power_laws",
-    "synthesize": "surface.synthesis",
-    "Solid": "contact",
-    "Contact": "contact",
-    "solve_contact": "contact.active_set",
-    "plastic_deformation": "contact.plasticity",
-    "follow_loads": "contact.plasticity",
-    "contact_patches": "contact.patches",
-    "corrected_area": "contact.patches",
-    "corrected_fractions": "contact.patches",
-    "Body": "heat.partition",
-    "half_space_temperature": "heat.half_space",
-    "partition_heat": "heat.partition",
-    "sliding_temperature": "heat.periodic",
-    "Sliding": "observables.moments",
-    "measure": "observables.moments",
-    "set_threads": "fourier",
-    "Scene": "scene",
-    "load_scene": "scene",
-    "Level": "scene.numerics",
-    "Numerics": "scene.numerics",
-    "plan": "planning.plan",
-    "realize": "realization",
-    "run": "ensemble.run",
-    "open_run": "results.folder",
-    "compare": "comparison.compare",
-    "RoughsimError": "errors",
-    "ConvergenceError": "errors",
-    "RecordError": "errors",
-    "ResolutionError": "errors",
+    name: module
+    for module, names in {
+        "grid": "Grid",
+        "surface.power_laws": "SelfAffineSpectrum TabulatedSpectrum",
+        "surface.synthesis": "synthesize",
+        "contact": "Solid Contact",
+        "contact.active_set": "solve_contact",
+        "contact.plasticity": "plastic_deformation follow_loads",
+        "contact.patches": "contact_patches corrected_area corrected_fractions",
+        "heat.partition": "Body partition_heat",
+        "heat.half_space": "half_space_temperature",
+        "heat.periodic": "sliding_temperature",
+        "observables.moments": "Sliding measure",
+        "fourier": "set_threads",
+        "scene": "Scene load_scene",
+        "scene.numerics": "Level Numerics",
+        "planning.plan": "plan",
+        "realization": "realize",
+        "ensemble.run": "run",
+        "results.folder": "open_run",
+        "comparison.compare": "compare",
+        "errors": "RoughsimError ConvergenceError RecordError ResolutionError",
+    }.items()
+    for name in names.split()
 }
 __all__ = [*_HOME, "__version__"]  # noqa: PLE0604  (the names are strings)
 
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        return _version()
+        from importlib.metadata import PackageNotFoundError, version
+
+        try:
+            return version("roughsim")
+        except PackageNotFoundError:  # it was never built
+            return "0+unknown"
     if name not in _HOME:
         raise AttributeError(f"module 'roughsim' has no attribute {name!r}")
     return getattr(import_module(f"roughsim.{_HOME[name]}"), name)
@@ -106,13 +103,3 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted(__all__)
-
-
-def _version() -> str:
-    """Made from the tag when the package was built; unknown where it never was."""
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version("roughsim")
-    except PackageNotFoundError:
-        return "0+unknown"

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from threadpoolctl import ThreadpoolController
 
 from roughsim import fourier
-from roughsim.contact import Solid, methods
+from roughsim.contact import Solid
+from roughsim.extensions import loaded
 from roughsim.grid import Grid
 from roughsim.observables.moments import Sliding, measure
 from roughsim.observables.record import Measured
@@ -42,7 +43,7 @@ class Problem:
     sliding: Sliding  # speeds, friction and the moving body, which takes up all the heat
     tolerance: float  # of the contact solve
     precision: Literal["double", "single"]  # of the fields of the contact
-    solver: str  # one of `contact.methods.NAMES`
+    solver: str  # a name among the extensions
     seed: int  # of the ensemble
     stream: int  # the level whose stream it is
     index: int = 0  # of the realization
@@ -64,7 +65,7 @@ def solve_problem(problem: Problem) -> Solution:
         marks = [time.perf_counter()]
         heights = synthesize(problem.spectrum, problem.grid, stream)
         marks.append(time.perf_counter())
-        contact = methods.solver(problem.solver)(
+        contact = loaded("solvers", problem.solver)(
             heights,
             problem.grid,
             problem.solid,

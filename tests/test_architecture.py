@@ -15,6 +15,7 @@ ORDER = (
     "show",
     "errors",
     "untrusted",
+    "extensions",
     "grid",
     "_kernels",
     "fourier",

@@ -41,15 +41,15 @@ def test_each_stage_gets_what_the_problem_says(capped_scene, capped_numerics, mo
     )
     used = []
 
-    def solver(name):
-        used.append(name)
+    def loaded(kind, name):
+        used.append((kind, name))
         return rs.solve_contact
 
     pools = SimpleNamespace(limit=lambda limits: used.append(limits) or nullcontext())
-    monkeypatch.setattr(pipeline.methods, "solver", solver)
+    monkeypatch.setattr(pipeline, "loaded", loaded)
     monkeypatch.setattr(pipeline, "linear_algebra", lambda: pools)
     solution = solve_problem(replace(problem, solver="another"))
-    assert used == [3, "another"]
+    assert used == [3, ("solvers", "another")]
     # the same by hand, with the stream that the docstring of the problem promises
     stream = np.random.default_rng(np.random.SeedSequence(5, spawn_key=(problem.stream, 3)))
     heights = rs.synthesize(problem.spectrum, problem.grid, stream)

@@ -7,11 +7,11 @@ adds a tuple of records by an entry point of the group "roughsim.observables": N
 from __future__ import annotations
 
 from collections import Counter
-from importlib.metadata import entry_points
 
 import numpy as np
 from numpy.typing import NDArray
 
+from roughsim.extensions import extensions
 from roughsim.observables.record import Observable, Sample, ratio
 
 Array = NDArray[np.float64]
@@ -157,11 +157,7 @@ TABLE: tuple[Observable, ...] = (
     correlation_radius(50),
     correlation_radius(10),
     correlation_radius(0),
-    *(
-        record
-        for entry in sorted(entry_points(group="roughsim.observables"), key=lambda entry: entry.name)
-        for record in entry.load()
-    ),
+    *(record for entry in extensions("observables").values() for record in entry.load()),
 )
 OBSERVABLES = {record.name: record for record in TABLE if not record.only_stored}
 NUMBERS = {record.name: record for record in TABLE if record.stored}  # what the file of each member stores

@@ -15,11 +15,10 @@ from math import ceil, inf, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.contact import methods
 from roughsim.errors import ConvergenceError
 from roughsim.realization import realize
 from roughsim.scene import Scene
-from roughsim.scene.numerics import Column, Level, Numerics
+from roughsim.scene.numerics import DEFAULT_SOLVER, Column, Level, Numerics
 
 Array = NDArray[np.float64]
 SOLVES = 12  # of each level: scatter is then known to a fifth, one standard error
@@ -61,7 +60,7 @@ def pilot(scene: Scene, column: Column, lengths: tuple[float, float], q_max: flo
         Level(column, (x, y), cut),  # twice the cut-off at the same pixels per wave
         Level(column, (x, y), cut / 2),  # half the pixel at the same cut-off
     )
-    numerics = Numerics(levels, lengths, solver=scene.numerics.solver or methods.DEFAULT)
+    numerics = Numerics(levels, lengths, solver=scene.numerics.solver or DEFAULT_SOLVER)
     try:
         (coarse, quick), (fine, seconds), (finer, other) = (flash_temperatures(scene, numerics, k) for k in range(3))
     except ConvergenceError:

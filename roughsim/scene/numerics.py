@@ -10,8 +10,8 @@ from pydantic import BeforeValidator, PlainSerializer, SkipValidation, model_val
 from pydantic.dataclasses import dataclass
 from pydantic_core import to_jsonable_python
 
-from roughsim.contact import methods
 from roughsim.errors import ResolutionError
+from roughsim.extensions import extensions
 from roughsim.grid import Grid
 from roughsim.scene.schema import QMax, Quantity, Record, as_written, one_or_list, optional_keys, whole
 
@@ -23,6 +23,7 @@ Distance = Annotated[
     Quantity("m", '"2 mm"', above=0, may_be_infinite=True),
     PlainSerializer(lambda distance: "inf" if isinf(distance) else distance),  # JSON has no inf
 ]
+DEFAULT_SOLVER = "active_set"
 START_SECONDS = 3.0  # until processes have loaded what they need
 
 
@@ -105,7 +106,7 @@ class Numerics(Record, section="numerics"):
     precision : {"double", "single"}
         Of the pressure fields.
     solver : str
-        Of the contact: a name of `roughsim.contact.methods`.
+        Of the contact: a name of `roughsim.extensions`.
     slid_distance : float or None
         Distance slid from rest in temperature fields, m; None is half the cell. Moments are steady.
     threads : int
@@ -127,7 +128,7 @@ class Numerics(Record, section="numerics"):
     keep_fields: Annotated[int, whole("1", 0)] = 1
     reasons: SkipValidation[tuple[Reason, ...]] = field(default=(), compare=False, repr=False)
     forecast: SkipValidation[Forecast | None] = field(default=None, compare=False, repr=False)
-    solver: Literal[methods.NAMES] = methods.DEFAULT  # type: ignore[valid-type]
+    solver: Literal[tuple(sorted(extensions("solvers")))] = DEFAULT_SOLVER  # type: ignore[valid-type]
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -182,14 +183,14 @@ class Numerics(Record, section="numerics"):
         values: dict[str, Any] = to_jsonable_python(self, exclude={"reasons", "forecast"})
         if self.slid_distance is not None:
             values["slid_distance"] = str(values["slid_distance"])  # as in all runs so far
-        if self.solver == methods.DEFAULT:
+        if self.solver == DEFAULT_SOLVER:
             del values["solver"]  # absent in older runs
         return values
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> Numerics:
         """Return the numerics that `to_dict` described as `values`."""
-        values = {"solver": methods.DEFAULT} | values
+        values = {"solver": DEFAULT_SOLVER} | values
         if values["slid_distance"] is not None:
             values["slid_distance"] = float(values["slid_distance"])
         return cls(**{key.name: values[key.name] for key in fields(cls) if key.compare})

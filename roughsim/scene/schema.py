@@ -253,7 +253,7 @@ def one_line(detail: Any, record: Any) -> str:
         return missing(key, holder, inner)
     if kind == "literal_error":
         words = re.findall(r"'(.*?)'", detail["ctx"]["expected"])
-        return f"{key} = {value} is not known; {did_you_mean(str(detail['input']), words)}"
+        return f"{key} = {value} is not known; " + did_you_mean(value.strip('"'), words)
     return f"{key} = {value} " + ("must be a list" if kind == "tuple_type" else f"cannot be used: {detail['msg']}")
 
 

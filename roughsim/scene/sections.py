@@ -12,9 +12,11 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, WrapValidator, model_validator
 from pydantic.dataclasses import dataclass
 
+from roughsim.extensions import extensions, loaded
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.scene.schema import (
     KELVIN,
+    SECTIONS,
     Hurst,
     QMax,
     QMin,
@@ -30,7 +32,6 @@ from roughsim.scene.schema import (
     quantity,
     whole,
 )
-from roughsim.scene.spectra import read_spectrum
 
 WAVENUMBER = Quantity("rad/m", "1e4", above=0)
 PSD = Quantity("", "1e-24", above=0, smallest=1e-100)
@@ -65,6 +66,27 @@ def read_psd(value: Any) -> Rows:
                 f"[{i}] has q = {rows[i][0]!r} rad/m after {rows[i - 1][0]!r} rad/m; q must rise, so sort the rows"
             )
     return tuple(rows)
+
+
+def read_spectrum(value: Any) -> Any:
+    """Read a table with the name of a C(q) and its keys: its `Record`, which is callable and has `breaks`."""
+    name = value.get("name") if isinstance(value, Mapping) else getattr(value, "name", None)
+    if not isinstance(name, str):
+        example = 'spectrum = { name = "k_correlation", rms_height = "0.90 um", ... }'
+        raise ValueError(f" = {as_written(value)} must be a table with a name, for example {example}")
+    if name not in (spectra := extensions("spectra")):
+        raise ValueError(f".name = {as_written(name)} is no spectrum; {did_you_mean(name, spectra)}")
+    record = loaded("spectra", name)
+    if isinstance(value, record):
+        return value
+    surface = SECTIONS["surface"]
+    for key in {*record.known_keys()} & {*surface.known_keys()}:
+        if quantity(record, key) != quantity(surface, key):
+            raise ValueError(f".{key} has another unit or other limits than in [surface]; the spectrum must rename it")
+    try:
+        return record(**value)
+    except SceneError as error:
+        raise ValueError(f".{error}") from None  # the record does not know where in the scene it stands
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -226,7 +248,7 @@ class SurfaceSection(Record, section="surface"):
     q_max: QMax | None = None
     roll_off_exponent: Annotated[float, Quantity("", "1.5", at_least=0, at_most=4)] | None = None
     spectrum: Annotated[Any, BeforeValidator(read_spectrum)] | None = None
-    """The record of a C(q) of `roughsim.scene.spectra` with its own keys, in place of all others."""
+    """The record of a C(q) of its own name and keys, in place of all others."""
 
     @classmethod
     def known_keys(cls) -> list[str]:

@@ -92,6 +92,7 @@ REFUSED = [
     ('{ flash_temperature = "1 %" }', "1", "ensemble.until = 1 must name observables"),
     ("tolerance = 1e-4", "tolerance = 1", "numerics.tolerance = 1 must be above 0 and below 1"),
     ("tolerance = 1e-4", 'precision = "half"', 'numerics.precision = "half" is not known'),
+    ("tolerance = 1e-4", "precision = 0x" + "f" * 5000, "numerics.precision = a number of thousands of digits is not"),
     ("tolerance = 1e-4", "lengths = [1, 2, 3]", "numerics.lengths = [1, 2, 3] must be one number or two"),
     ("tolerance = 1e-4", "threads = 0", "numerics.threads = 0"),
     ("tolerance = 1e-4", "levels = []", "numerics.levels = [] must be a list of at least one level"),

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import json
 import math
-from types import SimpleNamespace
+from importlib.metadata import EntryPoint
 from typing import Annotated, Any, Literal
 
 import pytest
 from pydantic.dataclasses import dataclass
 from steel_text import STEEL, approx, refusal, with_counterface
 
+from roughsim.extensions import INSIDE
 from roughsim.scene import parse_scene
 from roughsim.scene.schema import QMax, QMin, Quantity, Record
-from roughsim.scene.spectra import INSIDE
 
 K = {"name": "k_correlation", "rms_height": 4e-7, "hurst": 0.7, "q_min": 7e3, "q_roll_off": 2e4, "q_max": 9e6}
 
@@ -42,7 +42,7 @@ def test_a_named_spectrum_is_doubled_added_and_written_as_others_are():
     [
         (named(name="k_corelation"), 'surface.spectrum.name = "k_corelation" is no spectrum; did you mean "k_correlat'),
         (named(name=None), "surface.spectrum = {'rms_height'"),
-        (named(name="../topography"), f"is no spectrum; the choice is {', '.join(INSIDE)}"),
+        (named(name="../topography"), f"is no spectrum; the choice is {', '.join(INSIDE['spectra'])}"),
         (named(hurst=None), "surface.spectrum.hurst is missing; write for example hurst = 0.8"),
         (named(hurst=1.2), "surface.spectrum.hurst = 1.2 must be at least 0 and at most 1"),
         (named(hrust=0.8), 'surface.spectrum.hrust = 0.8 is not a key of a scene; did you mean "hurst"?'),
@@ -79,17 +79,17 @@ class Mine(Record):
 
 
 def test_a_key_of_a_named_spectrum_may_not_mean_something_else_than_elsewhere(monkeypatch):
-    monkeypatch.setitem(INSIDE, "other", f"{__name__}:Other")
+    monkeypatch.setitem(INSIDE["spectra"], "other", f"{__name__}:Other")
     text = named(name="other", **dict.fromkeys(K.keys() - {"name", "hurst"}))
     assert "surface.spectrum.hurst has another unit or other limits than in [surface]" in refusal(text)
 
 
 def test_a_spectrum_of_another_package_is_an_entry_point_and_takes_no_name_of_the_package(monkeypatch):
     outside = [
-        SimpleNamespace(name="mine", value=f"{__name__}:Mine"),
-        SimpleNamespace(name="k_correlation", value="no"),
+        EntryPoint("mine", f"{__name__}:Mine", "roughsim.spectra"),
+        EntryPoint("k_correlation", "no", "roughsim.spectra"),
     ]
-    monkeypatch.setattr("roughsim.scene.spectra.entry_points", lambda group: outside * (group == "roughsim.spectra"))
+    monkeypatch.setattr("roughsim.extensions.entry_points", lambda group: outside * (group == "roughsim.spectra"))
     text = named(name="mine", psd_at_q_min="1e-22 m^4", hurst=None, rms_height=None, q_roll_off=None)
     scene = parse_scene(text)
     assert scene.surface.spectrum == Mine(name="mine", psd_at_q_min=1e-22, q_min=7e3, q_max=9e6)
