@@ -24,7 +24,7 @@ from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.fourier import convolution
 from roughsim.grid import Grid
 from roughsim.heat.influence import Axis, one_sided_influence, temperature_at
-from roughsim.heat.response import checked_duration, checked_flux, checked_times, fields_over_time, unit_vector
+from roughsim.heat.periodic import checked_duration, checked_flux, checked_times, fields_over_time, unit_vector
 
 Field = NDArray[Any]
 Place = tuple[float, float]  # in pixels from the centre of the first

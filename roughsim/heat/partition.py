@@ -22,7 +22,7 @@ from roughsim.errors import ConvergenceError, number, positive
 from roughsim.fourier import convolution
 from roughsim.grid import Grid
 from roughsim.heat.half_space import axes, influence_response, padded_shape
-from roughsim.heat.response import checked_duration, checked_flux
+from roughsim.heat.periodic import checked_duration, checked_flux
 
 Field = NDArray[Any]
 _TOLERANCE = 1e-8
@@ -188,7 +188,7 @@ def nearly_inverse(contact: NDArray[np.bool_], grid: Grid, spectrum: Field, slow
     the contact solve stands in for the extension that would make it exact; zeros in its place cost twice the steps.
     `slower` is v L/D of the slower body.
     """
-    from roughsim.contact.solver.preconditioner import Extension
+    from roughsim.contact.solver.operators import Extension
 
     shape = padded_shape(grid.shape)
     extension = Extension(Grid(shape, (shape[0] * grid.spacing[0], shape[1] * grid.spacing[1])), np.float64)

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from roughsim.contact.patches import Patches, patch_sizes
 from roughsim.errors import ConvergenceError, number, positive, real_field
 from roughsim.grid import Grid
-from roughsim.heat.response import checked_flux
+from roughsim.heat.periodic import checked_flux
 
 Vector = NDArray[np.float64]
 _STEPS = 100  # of the fixed point

@@ -28,7 +28,7 @@ from roughsim.contact import Contact
 from roughsim.contact.patches import corrected_fractions
 from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.grid import Grid
-from roughsim.heat.response import responses, unit_vector
+from roughsim.heat.periodic import responses, unit_vector
 from roughsim.observables.stress_spectrum import StressSpectrum, stress_spectrum
 
 Array = NDArray[np.float64]

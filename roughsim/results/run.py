@@ -16,8 +16,7 @@ from roughsim.estimate.cell_size import size_error
 from roughsim.estimate.errors import LEAST, Estimate, estimate, relative_half_width, spread
 from roughsim.estimate.ladder import Values, notes_of, values_of
 from roughsim.grid import Grid
-from roughsim.heat.periodic import sliding_temperature
-from roughsim.heat.response import unit_vector
+from roughsim.heat.periodic import sliding_temperature, unit_vector
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
 from roughsim.results import arrays

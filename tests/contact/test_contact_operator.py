@@ -10,9 +10,8 @@ import pytest
 import roughsim as rs
 from roughsim import fourier
 from roughsim._kernels.interpolation import refine
-from roughsim.contact.solver import half_space as operators
-from roughsim.contact.solver.half_space import Operator, PlainOperator, rms_compliance
-from roughsim.contact.solver.preconditioner import Extension
+from roughsim.contact.solver import operators
+from roughsim.contact.solver.operators import Extension, Operator, PlainOperator, rms_compliance
 from roughsim.fourier.blocks import spans
 
 SIZES = [1, 2, 3, 4, 5, 7, 8, 61, 64]

@@ -5,7 +5,6 @@ import pytest
 from contact_cases import WAVE, press
 
 import roughsim as rs
-from roughsim.contact.solver import half_space
 from roughsim.fourier import plans
 from roughsim.scene import parse_scene
 
@@ -85,7 +84,7 @@ def test_an_unlawful_problem_is_refused_by_name_and_value_before_any_transform(n
     def transform(*_, **__):
         pytest.fail("a transform was planned")
 
-    for module, door in ((plans, "Transform"), (plans, "Lines"), (half_space, "lines")):
+    for module, door in ((plans, "Transform"), (plans, "Lines"), (plans, "lines")):
         monkeypatch.setattr(module, door, transform)
     refused, words = UNLAWFUL[name]
     with pytest.raises((TypeError, ValueError), match=words):

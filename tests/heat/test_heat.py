@@ -10,7 +10,7 @@ from heat_cases import REFERENCE, STEEL, UNIT, close, points, steady
 from scipy import special
 
 from roughsim import Grid, sliding_temperature
-from roughsim.heat.response import responses
+from roughsim.heat.periodic import responses
 
 
 @pytest.mark.parametrize("case", REFERENCE["modes"], ids=lambda case: f"drift {case['drift']:g} depth {case['depth']}")

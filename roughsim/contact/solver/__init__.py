@@ -1,5 +1,4 @@
 """The inside of `solve_contact`: `solve` goes from coarse grids to the finest and iterates on each.
 
-`problem` holds what is solved, in its own units; `state` the fields of a solve; `half_space` and `preconditioner` the
-two products of a step. `pivoting` is for problems where clipped steps get nowhere.
+`problem` holds what is solved, in its own units; `state` the fields of a solve; `operators` the two products of a step.
 """

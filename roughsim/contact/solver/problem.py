@@ -1,7 +1,7 @@
 """The contact problem in its own units, on coarser grids, and in closed form where no point lifts off.
 
 Lengths are in units of the longer side of the cell, heights in units of their range, and E* is 1. Spectra are
-transposed half spectra, as the operators of `half_space` hold them.
+transposed half spectra, as `operators` hold them.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.contact.solver.half_space import half_space
+from roughsim.contact.solver.operators import half_space
 from roughsim.grid import Grid
 
 Array = NDArray[Any]

@@ -1,8 +1,13 @@
 """The solve: from coarse grids to the finest, on each preconditioned conjugate gradients on the free points.
 
 A step is proposed on the free points, shifted so that the load is kept, clipped to the bounds, and taken with its exact
-length. A bad step is replaced by one of projected gradients; where bad steps keep coming, points change sides on solved
-linear problems (`pivoting`).
+length. A bad step is replaced by one of projected gradients.
+
+In cells with very unlike sides, or under noise on every point, what clipping does to a step moves the load between
+regions, and long waves answer so strongly that no clipped step lowers the energy. Where bad steps keep coming, the
+primal–dual active set is followed with each of its linear problems solved. Nothing is clipped while the free points are
+fixed; then the points that left their bounds, or pull away from them, change sides (Hintermüller, Ito & Kunisch 2003).
+Where all at once lead in circles, ever fewer change, the worst of them (block pivoting: Júdice & Pires 1994).
 """
 
 from __future__ import annotations
@@ -11,8 +16,7 @@ import numpy as np
 
 from roughsim._kernels import active_set as kernels
 from roughsim._kernels.interpolation import refine
-from roughsim.contact.solver.half_space import rms_compliance
-from roughsim.contact.solver.pivoting import exchange_points
+from roughsim.contact.solver.operators import rms_compliance
 from roughsim.contact.solver.problem import ScaledProblem
 from roughsim.contact.solver.state import BEARABLE, NEGLIGIBLE, REACH, State, rounding_floor
 from roughsim.fourier.blocks import run, spans, total
@@ -20,7 +24,10 @@ from roughsim.fourier.blocks import run, spans, total
 COARSE_TOLERANCE = 1e-2  # tighter coarse solves do not help the next level
 CONTINUATION = 0.15  # of κ(gap − d), by which the pressure is continued below zero before it is interpolated
 LEAST_REACH = 1e-3  # where steps are cut short: points are let go from a bound, and put on it, one by one
-PATIENCE = 30  # iterations without a new best residual after which a solve counts as stalled
+PATIENCE = 30  # iterations without a new best residual after which a solve counts as stalled; exchanges likewise
+LEAST_SHARE = 0.02  # of the points on the wrong side, that change sides at least
+STEPS = 300  # of conjugate gradients on one set of free points
+ENOUGH = (1e-4, 1e-8, 1e-13)  # a step that gains less than this share of the energy gained so far ends them
 
 
 def solve_cascade(levels: list[ScaledProblem], tolerance: float, max_iterations: int) -> tuple[State, float]:
@@ -155,9 +162,75 @@ def descend(state: State) -> None:
 
 
 def exchange(state: State) -> None:
-    """Exchange points between the free set and the bounds, and begin anew from there."""
-    exchange_points(state)
+    """Solve on the free points, ever more accurately, exchange points until none changes sides, and begin anew."""
+    p, cap, free, target = state.pressure, state.problem.cap, state.free.view(bool), state.problem.target
+    p[...] = np.where(free | (p == cap), p, np.where(state.gap < state.offset, cap, 0.0))
+    accuracy, fewest, share, idle = 0, p.size + 1, 1.0, 0
+    while accuracy < len(ENOUGH) and idle < PATIENCE:
+        # restore the load on the free points, beyond the bounds if need be, and compute the gap anew
+        if not free.any():
+            free[...] = True
+        p[free] += (target - p.sum()) / np.count_nonzero(free)
+        state.refresh(np.float64)
+        solve_on_free_points(state, ENOUGH[accuracy])
+        wrong = change_sides(state, share)
+        idle = 0 if wrong < fewest else idle + 1
+        share = min(2.0 * share, 1.0) if wrong < fewest else max(0.5 * share, LEAST_SHARE)
+        fewest = min(fewest, wrong)
+        accuracy += 1 if wrong == 0 else 0
+    # put the pressure within its bounds and under its load
+    np.clip(p, 0.0, cap, out=p)
+    if not state.balance(1e-14):
+        p[...] = state.problem.load
+    state.refresh(np.float64)
     state.failures, state.bearable = 0, 2 * state.bearable
     state.curvature, state.alpha, state.reach = 0.0, 1.0, REACH
     state.step[...] = 0.0
     state.begin()
+
+
+def solve_on_free_points(state: State, enough: float) -> None:
+    """Conjugate gradients on the free points at fixed load, beyond the bounds if need be."""
+    free, gained = state.free.view(bool), 0.0
+    state.step[...] = 0.0
+    state.response[...] = 0.0
+    for _ in range(STEPS if np.count_nonzero(free) > 1 else 0):
+        # turn the last step into the next: preconditioned, without load, and conjugate to the last
+        offset = state.gap[free].mean()
+        np.multiply(state.gap - offset, free, out=state.field, casting="unsafe")
+        state.precondition()
+        own = float(np.sum(state.step * state.response, dtype=float))
+        state.field -= free * state.field[free].mean(dtype=float)
+        beta = float(np.sum(state.field * state.response, dtype=float)) / own if own > 0.0 else 0.0
+        state.step *= max(beta, 0.0)
+        state.step -= state.field
+        slope = float(np.sum(state.step * (state.gap - offset), dtype=float))
+        state.respond()
+        if not slope < 0.0 < state.curvature:
+            break
+        # its length is exact: nothing is clipped here
+        length = -slope / state.curvature
+        state.pressure += length * state.step
+        state.gap += length * state.response
+        state.noise += state.slack * length * state.response_size
+        gained -= 0.5 * slope * length
+        if -0.5 * slope * length <= enough * gained:
+            break
+
+
+def change_sides(state: State, share: float) -> int:
+    """Points beyond a bound go onto it; points that pull away from theirs are set free: the worst, a share of them.
+
+    Return how many were on the wrong side.
+    """
+    p, cap, free, kappa = state.pressure, state.problem.cap, state.free.view(bool), state.problem.stiffness
+    # by how much each point is on the wrong side, a gap as the pressure that it stands for
+    pull = kappa * (state.gap - state.gap[free].mean())
+    wrong = np.where(free, np.maximum(-p, p - cap), np.where(p <= 0.0, -pull, pull) - kappa * state.noise).ravel()
+    places = np.flatnonzero(wrong > 0.0)
+    number, keep = places.size, max(int(share * places.size), 1)
+    if keep < number:
+        places = places[np.argpartition(wrong[places], number - keep)[number - keep :]]
+    free.ravel()[places] ^= True
+    np.clip(p, 0.0, cap, out=p)
+    return number

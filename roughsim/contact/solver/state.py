@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim._kernels import active_set as kernels
-from roughsim.contact.solver.half_space import half_space, rms_compliance
-from roughsim.contact.solver.preconditioner import Extension
+from roughsim.contact.solver.operators import Extension, half_space, rms_compliance
 from roughsim.contact.solver.problem import ScaledProblem
 from roughsim.fourier.blocks import run, spans, total
 

@@ -1,7 +1,14 @@
-"""The elastic half space on a periodic grid: S(q) = 2/|q| and its inverse |q|/2, in blocks that fit the cache.
+"""The two products of a step: with the elastic half space on a periodic grid, and of the preconditioner.
 
-Rows are transformed in pairs (two real rows are one complex line), columns in groups that are multiplied and
-transformed back while they are in the cache: 2–3 times as fast as one two-dimensional transform each way.
+The half space is S(q) = 2/|q| and its inverse |q|/2. Rows are transformed in pairs (two real rows are one complex
+line), columns in groups that are multiplied and transformed back while they are in the cache: 2–3 times as fast as one
+two-dimensional transform each way.
+
+The preconditioner is |q|/2 between a harmonic-like extension and its transpose. The inverse of S restricted to the free
+points F is exactly Eᵀ (E*|q|/2) E, with E the harmonic extension of a field from F to the whole plane (operator
+preconditioning: Steinbach & Wendland 1998, Hiptmair 2006). A push–pull pyramid (Gortler, Grzeszczuk, Szeliski & Cohen
+1996) stands in for E at the cost of a few passes over the field. Its cells are kept as square as they can be: where the
+pixels are oblong, only their shorter side is doubled at first.
 """
 
 from __future__ import annotations
@@ -13,16 +20,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim._kernels import lines as kernels
-from roughsim.fourier import Transform, direct
-from roughsim.fourier.blocks import POINTS, run
-from roughsim.fourier.plans import ALIGNMENT, aligned, line_plans, lines
-from roughsim.fourier.plans import PADDING as LINE_PADDING
+from roughsim._kernels import extension, lines
+from roughsim.fourier import Transform, direct, plans
+from roughsim.fourier.blocks import POINTS, run, spans, total
 from roughsim.grid import Grid
 
 CACHED = 1 << 18  # bytes of one group of lines
 GROUP = 16  # lines at least: shorter pieces of a column are slow to write
 PADDING = 16  # of the rows of the spectrum, so that they do not all fall onto the same places of the cache
+SQUARE = 1.5  # ratio of the sides of a cell of the pyramid up to which both are doubled
 
 
 class Operator:
@@ -35,12 +41,12 @@ class Operator:
         (rows, columns), half = grid.shape, grid.half_shape[1]
         self.row_group, self.row_blocks = divided((rows + 1) // 2, columns, self.dtype)
         self.column_group, self.column_blocks = divided(half, rows, self.dtype)
-        # columns are transformed where they are, in whole groups, each line beginning at a multiple of ALIGNMENT
-        distance = rounded_up(rows + PADDING, ALIGNMENT // 8)
-        self.whole = aligned((rounded_up(half, self.column_group), 2 * distance), self.dtype)
+        # columns are transformed where they are, in whole groups, each line beginning at a multiple of plans.ALIGNMENT
+        distance = rounded_up(rows + PADDING, plans.ALIGNMENT // 8)
+        self.whole = plans.aligned((rounded_up(half, self.column_group), 2 * distance), self.dtype)
         self.spectrum = self.whole[:half]
-        self.row_plans = line_plans(self.row_group, columns, (columns + LINE_PADDING,) * 2, self.dtype)
-        self.column_plans = line_plans(self.column_group, rows, (distance, rows + LINE_PADDING), self.dtype)
+        self.row_plans = plans.line_plans(self.row_group, columns, (columns + plans.PADDING,) * 2, self.dtype)
+        self.column_plans = plans.line_plans(self.column_group, rows, (distance, rows + plans.PADDING), self.dtype)
 
     def comply(self, pressure: NDArray[Any], displacement: NDArray[Any]) -> None:
         """Write S p, mean zero; both arrays may be the same."""
@@ -56,22 +62,22 @@ class Operator:
         blocks, others = self.row_blocks, self.column_blocks
         if len(blocks) == len(others) == 1 and source.dtype == np.float32:  # one call: each costs more than its work
             rows, columns = (*blocks[0], *self._rows()), (stiff, *others[0], *self._columns(), weights)
-            kernels.product(source, result, rows, columns)
+            lines.product(source, result, rows, columns)
             return
-        self._each_row(kernels.rows_forward, source)
-        self._each_column(lambda *block: kernels.columns_product(stiff, *block), weights)
-        self._each_row(kernels.rows_backward, result)
+        self._each_row(lines.rows_forward, source)
+        self._each_column(lambda *block: lines.columns_product(stiff, *block), weights)
+        self._each_row(lines.rows_backward, result)
 
     def forward(self, field: NDArray[Any]) -> NDArray[Any]:
         """Return the transposed half spectrum (1/N) Σ field·exp(−iq·x), complex; it is a view of the buffer."""
-        self._each_row(kernels.rows_forward, field)
-        self._each_column(kernels.columns_forward, self.factor)
+        self._each_row(lines.rows_forward, field)
+        self._each_column(lines.columns_forward, self.factor)
         return self.complex_spectrum
 
     def inverse(self, field: NDArray[Any]) -> None:
         """Write the field whose transposed half spectrum the buffer holds."""
-        self._each_column(kernels.columns_backward)
-        self._each_row(kernels.rows_backward, field)
+        self._each_column(lines.columns_backward)
+        self._each_row(lines.rows_backward, field)
 
     @property
     def complex_spectrum(self) -> NDArray[Any]:
@@ -86,11 +92,11 @@ class Operator:
 
     def _rows(self) -> tuple[Any, ...]:
         """Group, plans and buffers of this Python thread."""
-        group = lines(self.row_group, self.shape[1], self.dtype)
+        group = plans.lines(self.row_group, self.shape[1], self.dtype)
         return self.row_group, self.row_plans.addresses, group.source_pairs, group.result_pairs, self.spectrum
 
     def _columns(self) -> tuple[Any, ...]:
-        result = lines(self.column_group, self.shape[0], self.dtype).result_pairs
+        result = plans.lines(self.column_group, self.shape[0], self.dtype).result_pairs
         return self.column_group, self.column_plans.addresses, self.whole, result
 
 
@@ -154,3 +160,66 @@ def divided(count: int, points: int, dtype: np.dtype[Any]) -> tuple[int, list[tu
 def rounded_up(count: int, group: int) -> int:
     """Return the least multiple of `group` that is not below `count`."""
     return -(-count // group) * group
+
+
+class Extension:
+    """Extension of a field from the free points to the plane, and its exact transpose; buffers included."""
+
+    def __init__(self, grid: Grid, dtype: Any):
+        shapes = _shapes(grid)
+        # level 0 is the caller's free set and field where both axes are halved above it, a copy elsewhere
+        self.bottom = int(len(shapes) > 1 and all(b < a for a, b in zip(*shapes[:2], strict=True)))
+        sizes = [rows * columns for rows, columns in shapes]
+        sizes[0] *= 1 - self.bottom
+        self.starts = np.cumsum([0, *sizes[:-1]])
+        self.pyramid = np.array(shapes), self.starts, *(np.zeros(sum(sizes), dtype) for _ in range(3))
+        weights, inverses, values = self.pyramid[2:]
+        level = slice(self.starts[self.bottom], self.starts[self.bottom] + sizes[self.bottom])
+        self.parents = tuple(flat[level].reshape(shapes[self.bottom]) for flat in (weights, values, inverses))
+        self.rows, self.parent_rows = spans(*grid.shape), spans(*shapes[self.bottom])
+
+    def extend(self, free: NDArray[np.int8], field: NDArray[Any]) -> None:
+        """Fill `field`, zero off the free points, over the whole plane, in place."""
+        if self.bottom == 0:
+            self.parents[0][...], self.parents[1][...] = free, field
+            extension.extend_coarse(self.bottom, *self.pyramid)
+            field[...] = self.parents[1]
+            return
+        if len(self.rows) == 1:  # one call: each costs more than its work on a small grid
+            extension.extend(self.rows[0], self.bottom, free, field, self.parents, self.pyramid)
+            return
+        run(lambda a, b: extension.push_finest(a, b, free, field, *self.parents), self.rows)
+        extension.extend_coarse(self.bottom, *self.pyramid)
+        run(lambda a, b: extension.pull(a, b, free, self.parents[1], field), self.rows)
+
+    def transpose(
+        self, free: NDArray[np.int8], field: NDArray[Any], step: NDArray[Any], response: NDArray[Any]
+    ) -> tuple[float, float]:
+        """Gather `field` from the whole plane onto the free points, in place: the transpose of `extend`.
+
+        Return the products ⟨field, response⟩ and ⟨step, response⟩ over the free points.
+        """
+        if self.bottom == 0:
+            self.parents[1][...] = field
+            extension.transpose_coarse(self.bottom, *self.pyramid)
+            np.multiply(self.parents[1], free, out=field)
+            return float(np.sum(field * response, dtype=float)), float(np.sum(free * step * response, dtype=float))
+        run(lambda a, b: extension.gather(a, b, free, field, self.parents[1]), self.parent_rows)
+        extension.transpose_coarse(self.bottom, *self.pyramid)
+        parents = self.parents[1], self.parents[2]
+        task = lambda a, b: extension.scatter_finest(a, b, free, *parents, step, response, field)  # noqa: E731
+        cross, own = total(run(task, self.rows))
+        return cross, own
+
+
+def _shapes(grid: Grid) -> list[tuple[int, int]]:
+    """The shapes of the levels, finest first, down to one cell."""
+    (rows, columns), (height, width) = grid.shape, grid.spacing
+    shapes = [(rows, columns)]
+    while rows > 1 or columns > 1:
+        high = rows > 1 and (columns == 1 or height <= SQUARE * width)
+        wide = columns > 1 and (rows == 1 or width <= SQUARE * height)
+        rows, height = ((rows + 1) // 2, 2 * height) if high else (rows, height)
+        columns, width = ((columns + 1) // 2, 2 * width) if wide else (columns, width)
+        shapes.append((rows, columns))
+    return shapes
