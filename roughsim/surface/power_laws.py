@@ -58,7 +58,7 @@ class SelfAffineSpectrum(PowerLaws):
     """C(q) ∝ q^(−m) from q_min to q_roll_off and ∝ q^(−2−2H) from there to q_max, sharp at both ends.
 
     Use `from_rms_height` or `from_rms_slope`. The plain constructor takes the value at the roll-off, so that a
-    truncated spectrum keeps its level.
+    truncated spectrum keeps its level. TypeError or ValueError for an argument of the wrong kind or out of its range.
 
     Parameters
     ----------
@@ -70,11 +70,6 @@ class SelfAffineSpectrum(PowerLaws):
         Ends and kink, rad/m, q_min < q_max. A kink outside the ends is no kink.
     roll_off_exponent : float
         m of the low-q branch; 0 is a plateau.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Naming the argument, its value and its limit.
     """
 
     psd_at_roll_off: float
@@ -105,25 +100,9 @@ class SelfAffineSpectrum(PowerLaws):
         q_roll_off: float | None = None,
         roll_off_exponent: float = 0.0,
     ) -> Self:
-        """Return the spectrum with a given rms height.
+        """Return the spectrum with a given `rms_height` = √⟨h²⟩ over the whole band, m.
 
-        Parameters
-        ----------
-        rms_height : float
-            √⟨h²⟩ over the whole band, m.
-        hurst : float
-            H in [0, 1].
-        q_min, q_max : float
-            Ends of the band, rad/m.
-        q_roll_off : float, optional
-            Where the self-affine branch begins, rad/m, in [q_min, q_max]; q_min if left out.
-        roll_off_exponent : float, optional
-            m of C ∝ q^(−m) below q_roll_off.
-
-        Raises
-        ------
-        TypeError, ValueError
-            Naming the argument, its value and its limit.
+        The other arguments are as in `SelfAffineSpectrum`, with q_roll_off in [q_min, q_max]; q_min if left out.
         """
         unit = cls._of_unit_level(hurst, q_min, q_roll_off, q_max, roll_off_exponent)
         return unit.scaled((positive("rms_height", rms_height, "m") / unit.rms_height) ** 2)
@@ -150,9 +129,8 @@ class SelfAffineSpectrum(PowerLaws):
         kink = q_min if q_roll_off is None else q_roll_off
         unit = cls(1.0, hurst, q_min, kink, q_max, roll_off_exponent)
         if not q_min <= kink <= q_max:
-            raise ValueError(
-                f"q_roll_off = {kink:.6g} rad/m must lie between q_min = {q_min:.6g} and q_max = {q_max:.6g} rad/m"
-            )
+            ends = f"q_min = {q_min:.6g} and q_max = {q_max:.6g} rad/m"
+            raise ValueError(f"q_roll_off = {kink:.6g} rad/m must lie between {ends}")
         return unit
 
     @property
@@ -160,10 +138,9 @@ class SelfAffineSpectrum(PowerLaws):
         """The stretches (q_left, q_right, C(q_left), exponent), rising in q."""
         low, high = self.roll_off_exponent, 2.0 + 2.0 * self.hurst
         kink = min(max(self.q_roll_off, self.q_min), self.q_max)
-        stretches = [(self.q_min, kink, low), (kink, self.q_max, high)]
         return tuple(
             (left, right, self.psd_at_roll_off * (left / self.q_roll_off) ** -exponent, exponent)
-            for left, right, exponent in stretches
+            for left, right, exponent in ((self.q_min, kink, low), (kink, self.q_max, high))
             if left < right
         )
 
@@ -180,6 +157,8 @@ class SelfAffineSpectrum(PowerLaws):
 class TabulatedSpectrum(PowerLaws):
     """C(q) from a table, a power law between each two points and zero outside.
 
+    TypeError or ValueError for a column that is not what it must be.
+
     Parameters
     ----------
     q : array_like
@@ -187,11 +166,6 @@ class TabulatedSpectrum(PowerLaws):
     psd : array_like
         C(q), m⁴, in Persson's convention (see `roughsim`), positive. A spectrum in SurfaceTopography's convention
         is 4π² larger.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Naming the column, its value and its limit.
     """
 
     q: NDArray[np.float64]
@@ -236,8 +210,8 @@ class TabulatedSpectrum(PowerLaws):
     def pieces(self) -> tuple[Piece, ...]:
         """The stretches (q_left, q_right, C(q_left), exponent), rising in q."""
         exponent = -np.diff(np.log(self.psd)) / np.diff(np.log(self.q))
-        rows = np.stack([self.q[:-1], self.q[1:], self.psd[:-1], exponent], axis=1)
-        return tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in rows)
+        columns = self.q[:-1], self.q[1:], self.psd[:-1], exponent
+        return tuple(zip(*(column.tolist() for column in columns), strict=True))
 
     def scaled(self, factor: float) -> TabulatedSpectrum:
         """Return the spectrum times `factor`; 2 stands for two faces of the same roughness, uncorrelated."""

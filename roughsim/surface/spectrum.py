@@ -128,15 +128,13 @@ class TruncatedSpectrum(Face):
         """Return 2π ∫ q^(1 + order) C(q) dq, m^(2 − order); ValueError if C(q) is not smooth between its breaks."""
         # Gauss panels between neighbouring breaks, of at most so wide a step in ln q
         nodes, weights = np.polynomial.legendre.leggauss(16)
-        integrals = []
-        for width in (0.5, 0.25):
-            total = 0.0
+        integrals = [0.0, 0.0]
+        for k, width in enumerate((0.5, 0.25)):
             for left, right in pairwise(self.breaks):
                 edges = np.linspace(log(left), log(right), 1 + ceil(log(right / left) / width))
                 half = 0.5 * np.diff(edges)[:, None]
                 q = np.exp(edges[:-1, None] + half * (1.0 + nodes))
-                total += 2 * pi * float(np.sum(weights * half * q ** (2.0 + order) * self(q)))
-            integrals.append(total)
+                integrals[k] += 2 * pi * float(np.sum(weights * half * q ** (2.0 + order) * self(q)))
         coarse, fine = integrals
         if not abs(fine - coarse) <= 1e-9 * abs(fine):
             raise ValueError(f"C(q) is not smooth between its breaks {self.breaks} rad/m; name its kinks there")
