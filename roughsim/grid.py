@@ -18,17 +18,14 @@ from roughsim.errors import positive
 class Grid:
     """A periodic rectangular cell with a regular grid of points; axis 0 is x.
 
+    TypeError or ValueError if a count is not a whole number ≥ 1 or a length is not finite and positive.
+
     Parameters
     ----------
     shape : (int, int)
         Number of points along x and y, each ≥ 1.
     lengths : (float, float)
         Side lengths of the cell along x and y, m.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a count is not a whole number ≥ 1 or a length is not finite and positive.
     """
 
     shape: tuple[int, int]

@@ -168,7 +168,7 @@ class Transform:
 
     Of the plane: `forward()` fills `spectrum` with (1/N) Σ field·exp(−iq·x), and `inverse()` fills `field` with
     Σ spectrum·exp(+iq·x) and destroys `spectrum`. With `axes=(1,)` the rows are transformed each by itself, neither
-    direction is scaled, and each destroys what it starts from.
+    direction is scaled, and each destroys what it starts from. It does not survive a fork: its threads are gone there.
     """
 
     def __init__(self, shape: tuple[int, int], dtype: DTypeLike = np.float64, *, axes: tuple[int, ...] = (0, 1)):
@@ -181,32 +181,20 @@ class Transform:
         # columns are read from the spectra of rows: padding keeps them apart in the cache
         width = half if plane else half + PADDING - 1
         self.spectrum = aligned((shape[0], width), np.result_type(real, np.complex64))[:, :half]
-        if pyfftw is not None:
-            self.plan()
-
-    def plan(self) -> None:
-        """Make the plans of this process; those with threads do not survive a fork."""
-        flags = ("FFTW_ESTIMATE",) if self.scale else ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT")
-        options = {"axes": self.axes, "flags": flags, "threads": plan_threads()}
-        self.process = os.getpid()
+        if pyfftw is None:
+            return
+        flags = ("FFTW_ESTIMATE",) if plane else ("FFTW_ESTIMATE", "FFTW_DESTROY_INPUT")
+        options = {"axes": axes, "flags": flags, "threads": plan_threads()}
         with planning:
-            self.plans = (
-                pyfftw.FFTW(self.field, self.spectrum, **options),
-                pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options),
-            )
-
-    def execute(self, plan: int) -> None:
-        """Transform forward, 0, or back, 1."""
-        if self.process != os.getpid():
-            self.plan()
-        self.plans[plan].execute()
+            self.there = pyfftw.FFTW(self.field, self.spectrum, **options)
+            self.back = pyfftw.FFTW(self.spectrum, self.field, direction="FFTW_BACKWARD", **options)
 
     def forward(self) -> NDArray[Any]:
         """Transform `field` into `spectrum` and return the latter."""
         if pyfftw is None:
             self.spectrum[...] = scipy.fft.rfftn(self.field, axes=self.axes, workers=get_threads())
         else:
-            self.execute(0)
+            self.there.execute()
         if self.scale is not None:
             np.multiply(self.spectrum, self.scale, out=self.spectrum)
         return self.spectrum
@@ -219,7 +207,7 @@ class Transform:
                 self.spectrum, s=points, axes=self.axes, norm="forward", workers=get_threads()
             )
         else:
-            self.execute(1)
+            self.back.execute()
         return self.field
 
 
@@ -258,10 +246,7 @@ class LinePlans:
             raise MemoryError(f"FFTW has no plan for {count} lines of {points} points: not enough memory")
 
 
-@lru_cache(maxsize=256)
-def line_plans(count: int, points: int, distances: tuple[int, int], dtype: Any) -> LinePlans:
-    """Return `LinePlans`, kept for later calls from any thread."""
-    return LinePlans(count, points, distances, dtype)
+line_plans = lru_cache(maxsize=256)(LinePlans)  # kept for later calls from any thread
 
 
 def destroy_plans(destroy: Callable[[int | None], None], *plans: int | None) -> None:

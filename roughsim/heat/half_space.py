@@ -44,30 +44,13 @@ def half_space_temperature(
 ) -> Field:
     """Return the temperature that a sliding heat source leaves in a half-space, with no heat outside the grid.
 
-    TypeError or ValueError for an argument of the wrong kind, not finite or out of its range.
+    `heat_flux` is the heat entering the body, shape `grid.shape`, W/m²: the mean over each pixel; float32 stays
+    float32. `speed`, m/s, `conductivity` κ, W/(m K), `diffusivity` D, m²/s, `direction`, radians from axis 0 towards
+    axis 1, and `depth` below the surface, m, ≥ 0, are as in `sliding_temperature`. `time` is that since the start from
+    rest, s, ≥ 0; inf is the steady state, and a 1-D array adds a leading axis.
 
-    Parameters
-    ----------
-    heat_flux : array_like
-        Heat entering the body, shape `grid.shape`, W/m²: the mean over each pixel. float32 stays float32.
-    grid : Grid
-        The pixels; here the cell is not periodic.
-    speed : float
-        Speed of the source through the body, m/s; a negative speed is the opposite direction.
-    conductivity, diffusivity : float
-        κ, W/(m K); D, m²/s.
-    direction : float
-        Angle of sliding, radians from axis 0 towards axis 1.
-    time : float or array_like
-        Time since the start from rest, s, ≥ 0; inf is the steady state. A 1-D array adds a leading axis.
-    depth : float
-        Distance below the surface, m, ≥ 0.
-
-    Returns
-    -------
-    ndarray
-        T above the body's temperature far away, K, at the centres of the pixels, shape `grid.shape` or
-        `(len(time), *grid.shape)`.
+    Returns T above the body's temperature far away, K, at the centres of the pixels, shape `grid.shape` or
+    `(len(time), *grid.shape)`. TypeError or ValueError for an argument of the wrong kind, not finite or out of range.
     """
     flux = real_field("heat_flux", heat_flux, grid.shape)
     drift = number("speed", speed, "m/s") / positive("diffusivity", diffusivity, "m²/s")

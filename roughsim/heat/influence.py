@@ -105,14 +105,9 @@ def one_sided_influence(x: Axis, y: Axis, *, depth: float, end: float) -> Vector
     """
     base = (0 if x.mirrored else x.count - 1, 0 if y.mirrored else y.count - 1)
     result = np.zeros((x.count + base[0], y.count + base[1]))
-    for nodes, weights, reach in _rules(x, y, depth, end):
-        (i0, i1), (j0, j1) = x.reached(*reach), y.reached(*reach)
-        i0, j0 = max(i0, -base[0]), max(j0, -base[1])
-        if i0 > i1 or j0 > j1:
-            continue
-        along = x.share(np.arange(i0, i1 + 1.0), nodes) * weights
-        across = y.share(np.arange(j0, j1 + 1.0), nodes)
-        result[i0 + base[0] : i1 + base[0] + 1, j0 + base[1] : j1 + base[1] + 1] += along @ across.T
+    for i0, j0, along, across in _shares(x, y, depth, end, (-base[0], x.count - 1), (-base[1], y.count - 1)):
+        part = result[i0 + base[0] :, j0 + base[1] :]
+        part[: len(along), : len(across)] += along @ across.T
     # the oldest heat is the same at all offsets but for a factor along each axis
     oldest = _oldest_heat(x, y, depth, end)
     if oldest:
@@ -125,20 +120,29 @@ def temperature_at(
 ) -> float:
     """Return κT at the point of one pixel that the shifts of the axes name, for a flux on all pixels."""
     total, (i, j) = 0.0, pixel
-    for nodes, weights, reach in _rules(x, y, depth, end):
-        (i0, i1), (j0, j1) = x.reached(*reach), y.reached(*reach)
-        i0, i1, j0, j1 = max(i0, i + 1 - x.count), min(i1, i), max(j0, j + 1 - y.count), min(j1, j)
-        if i0 > i1 or j0 > j1:
-            continue
-        along = x.share(np.arange(i0, i1 + 1.0), nodes) * weights
-        across = y.share(np.arange(j0, j1 + 1.0), nodes)
-        part = flux[i - i1 : i - i0 + 1, j - j1 : j - j0 + 1]
+    for i0, j0, along, across in _shares(x, y, depth, end, (i + 1 - x.count, i), (j + 1 - y.count, j)):
+        part = flux[: i - i0 + 1, : j - j0 + 1][-len(along) :, -len(across) :]
         total += float((along[::-1] * (part @ across[::-1])).sum())
     oldest = _oldest_heat(x, y, depth, end)
     if oldest:
         along, across = (_slants(axis, axis.count - 1)[k : k + axis.count][::-1] for axis, k in ((x, i), (y, j)))
         total += oldest * float(along @ flux @ across)
     return total
+
+
+def _shares(
+    x: Axis, y: Axis, depth: float, end: float, rows: tuple[int, int], columns: tuple[int, int]
+) -> Iterator[tuple[int, int, Vector, Vector]]:
+    """Yield, panel by panel, the first offsets among `rows` and `columns` that heat reaches, and its shares from there.
+
+    Shares along x, with the weights of the nodes, and along y, each of shape (offsets, nodes).
+    """
+    for nodes, weights, reach in _rules(x, y, depth, end):
+        (i0, i1), (j0, j1) = x.reached(*reach), y.reached(*reach)
+        i0, i1, j0, j1 = max(i0, rows[0]), min(i1, rows[1]), max(j0, columns[0]), min(j1, columns[1])
+        if i0 <= i1 and j0 <= j1:
+            along = x.share(np.arange(i0, i1 + 1.0), nodes) * weights
+            yield i0, j0, along, y.share(np.arange(j0, j1 + 1.0), nodes)
 
 
 def _rules(x: Axis, y: Axis, depth: float, end: float) -> Iterator[tuple[Vector, Vector, tuple[float, float]]]:

@@ -120,13 +120,7 @@ TABLE: tuple[Observable, ...] = (
         per_speed=True,
         spectra=True,  # the balance of the two bodies after a time of sliding
     ),
-    Observable(
-        "contact_fraction",
-        "1",
-        stored="A/A0",
-        pixel_orders=(1.0, 1.0),
-        by_force_balance=True,
-    ),
+    Observable("contact_fraction", "1", stored="A/A0", pixel_orders=(1.0, 1.0), by_force_balance=True),
     Observable(
         "plastic_fraction",
         "1",

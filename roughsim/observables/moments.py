@@ -124,10 +124,6 @@ class Moments:
         """Return g_σ(r), Pa², at distances up to half the diagonal of the cell, m. Eqs. (1), (2)"""
         return self.stress_spectrum.pressure_correlation(r)
 
-    def correlation_radius(self, fraction: float) -> float:
-        """Return the smallest r, m, with g_σ(r) = fraction·g_σ(0); NaN if the cell holds none."""
-        return self.stress_spectrum.correlation_radius(fraction)
-
 
 def measure(contact: Contact, grid: Grid, sliding: Sliding) -> Moments:
     """Measure the moments of one contact at all speeds from one forward transform.

@@ -122,10 +122,8 @@ def radial_average(psd: Array, grid: Grid, q_max: float) -> TabulatedSpectrum:
     rad/m. ValueError if fewer than three bins hold modes.
     """
     # all modes but q = 0, up to q_max or to where a synthetic map ends
-    steps = [
-        2 * np.pi / side * np.rint(np.fft.fftfreq(n) * n) for n, side in zip(grid.shape, grid.lengths, strict=True)
-    ]
-    q = np.hypot(steps[0][:, None], steps[1][None, :])
+    k = np.arange(grid.shape[1])
+    q = grid.wavenumbers[:, np.minimum(k, grid.shape[1] - k)]
     present = psd > _ROUNDING * psd[q > 0.0].max()
     inside = (q > 0.0) & (q <= min(q_max, float(q[present].max())) * (1 + 1e-12))
     q, values = q[inside], psd[inside]

@@ -208,7 +208,9 @@ def test_uniform_pressure_makes_no_flash_temperature():
         for direction in (None, 1.0):
             seen = measure(Pressed(np.full(shape, 0.1)), grid, Sliding([35.0], direction=direction, **UNIT))
             assert seen.flash_temperature[0] == seen.flash_laplacian[0] == seen.pressure_variance == 0.0
-            assert np.isnan([seen.flash_width[0], seen.slope_length[0], seen.correlation_radius(0.1)]).all()
+            assert np.isnan(
+                [seen.flash_width[0], seen.slope_length[0], seen.stress_spectrum.correlation_radius(0.1)]
+            ).all()
 
 
 def test_a_wave_without_a_derivative_on_the_grid_has_no_slope_length():

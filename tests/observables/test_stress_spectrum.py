@@ -81,7 +81,7 @@ def test_the_radius_of_a_single_wave_inverts_the_bessel_function(fraction):
     q = 2 * pi * 5 / 1e-3
     seen = measure(Pressed(1e9 * (1 + np.cos(q * points(grid)[1]))), grid, Sliding([1.0], **BODY))
     exact = brentq(lambda z: j0(z) - fraction, 0.0, 3.0, xtol=1e-15) / q
-    assert seen.correlation_radius(fraction) == pytest.approx(exact, rel=1e-11)
+    assert seen.stress_spectrum.correlation_radius(fraction) == pytest.approx(exact, rel=1e-11)
 
 
 def test_the_radius_is_the_first_crossing_even_if_the_curve_only_dips():
@@ -99,7 +99,7 @@ def test_the_radius_is_the_first_crossing_even_if_the_curve_only_dips():
     dip = 3.8317 / fine
     for fraction in (correlation(dip) + 1e-5, correlation(dip) + 1e-9):
         exact = brentq(lambda r, level=fraction: correlation(r) - level, 2.4048 / fine, dip, xtol=1e-16)
-        assert seen.correlation_radius(fraction) == pytest.approx(exact, rel=1e-8)
+        assert seen.stress_spectrum.correlation_radius(fraction) == pytest.approx(exact, rel=1e-8)
 
 
 def test_the_radius_solves_its_equation_on_a_rough_field():
@@ -109,7 +109,7 @@ def test_the_radius_solves_its_equation_on_a_rough_field():
     )
     seen = measure(Pressed(smooth.real), grid, Sliding([1.0], **UNIT))
     for fraction in (0.5, 0.1, 0.0):
-        radius = seen.correlation_radius(fraction)
+        radius = seen.stress_spectrum.correlation_radius(fraction)
         assert seen.pressure_correlation(radius) == pytest.approx(fraction * seen.pressure_variance, abs=1e-12)
         before = seen.pressure_correlation(np.linspace(0.0, radius * (1 - 1e-9), 300))
         assert (before > fraction * seen.pressure_variance).all()
@@ -119,4 +119,4 @@ def test_the_radius_solves_its_equation_on_a_rough_field():
 def test_a_fraction_that_is_never_reached_is_refused(fraction):
     seen = measure(Pressed(np.eye(8)), Grid((8, 8), (1.0, 1.0)), Sliding([1.0], **UNIT))
     with pytest.raises(ValueError, match="fraction"):
-        seen.correlation_radius(fraction)
+        seen.stress_spectrum.correlation_radius(fraction)
