@@ -8,7 +8,7 @@ import numpy as np
 
 from roughsim.charts.style import COLOURS, THEORY, Array, new_figure, scaled
 from roughsim.charts.subject import FIELDS, Subject
-from roughsim.heat.statistics import contact_temperature
+from roughsim.heat.statistics import ContactTemperature, contact_temperature
 
 BINS = 80
 POINTS = 2000  # of a line; a contact has up to millions
@@ -16,9 +16,10 @@ COLOUR_OF = {"heights": "#0072B2", "pressure": THEORY, "temperature": "#D55E00"}
 NEAR = 96  # points of the enlarged part of a profile on either side
 
 
-def densities(temperatures: Array, heat: Array) -> tuple[Array, Array, Array]:
+def densities(contact: ContactTemperature) -> tuple[Array, Array, Array]:
     """Return edges of bins, K, and the densities of the area and of the heat of contact pixels in them, % per K."""
-    low, high = float(temperatures.min()), float(temperatures.max())
+    temperatures, heat = contact.temperatures, np.diff(contact.cooler, prepend=0.0)
+    low, high = float(temperatures[0]), float(temperatures[-1])
     if low == high:  # a bin needs a width
         low, high = low - 0.5, high + 0.5
     counts, edges = np.histogram(temperatures, BINS, (low, high))
@@ -44,7 +45,7 @@ def distribution_chart(subject: Subject, path: Path) -> None:
     )
     with new_figure(path, (9.6, 3.9), title) as figure:
         density, hotter = figure.subplots(1, 2)
-        edges, area, heat = densities(temperatures, np.diff(contact.cooler, prepend=0.0))
+        edges, area, heat = densities(contact)
         density.stairs(area, edges, fill=True, color="0.75", label="of the area")
         density.stairs(heat, edges, color=colour, lw=1.2, label="of the heat")
         density.axvline(contact.flash_temperature, color=colour, lw=1.0, ls="--")

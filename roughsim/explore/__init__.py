@@ -1,7 +1,7 @@
 """A local page to look at a run: fields, temperatures at any speed and direction, curves over the theory.
 
-`fields` and `watched_run` compute without Bokeh. `panels` and `layout` are what is on the page, `page` is what happens
-when it is used, `server` and `access` bring it to the browser. Needs the extra `explore`.
+`fields` and `watched_run` compute without Bokeh. `layout` is what is on the page, `page` what happens when it is used,
+`server` brings it to the browser. Needs the extra `explore`.
 """
 
 from __future__ import annotations

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import resample
 
-from roughsim import fourier
-from roughsim.charts.temperature import densities
 from roughsim.grid import Grid
+from roughsim.heat.statistics import ContactTemperature, contact_temperature
 from roughsim.results.run import Run
 
 Field = NDArray[Any]
@@ -20,22 +20,10 @@ PREVIEW = 1024  # points per side that the temperature is computed on while the 
 PIXELS = 512  # per side of an image: more would not be seen, and each is sent at every move of the slider
 
 
-class Distribution(NamedTuple):
-    """Temperatures of a contact, K, and their densities by area and by heat between edges, % per K."""
-
-    flash_temperature: float
-    mean_temperature: float
-    max_temperature: float
-    edges: Field
-    area: Field
-    heat: Field
-
-
 class Temperature(NamedTuple):
     """A temperature of a member above the mean of the cell, K, at a speed, m/s, and direction, rad from axis 0.
 
-    A preview has only the long waves, unless the grid is so small that it is whole. A distribution over the contact is
-    that of the whole field; None of a preview, and without contact.
+    A preview has no distribution over the contact, and of a large field only the long waves.
     """
 
     member: MemberFields
@@ -43,8 +31,12 @@ class Temperature(NamedTuple):
     grid: Grid
     speed: float
     direction: float
-    whole: bool
-    distribution: Distribution | None
+    contact: ContactTemperature | None
+
+    @property
+    def preview(self) -> bool:
+        """Whether the whole field is still to come."""
+        return self.contact is None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,18 +55,9 @@ class MemberFields:
         pressure, grid = (self.preview_pressure, self.preview_grid) if preview else (self.pressure, self.grid)
         friction = pressure.dtype.type(self.run.scene.sliding.friction_coefficient * abs(speed))
         field = self.run.temperature(pressure * friction, grid, speed, direction)
-        distribution = None if preview else self.distribution(field)
-        return Temperature(self, field, grid, speed, direction, grid == self.grid, distribution)
-
-    def distribution(self, temperature: Field) -> Distribution | None:
-        """Return how a temperature on the whole grid, K, is distributed over the contact; None without contact."""
-        touching = self.pressure > 0.0
-        if not touching.any():
-            return None
         # the heat that a pixel sets free is in proportion to its pressure
-        values, heat = temperature[touching].astype(np.float64), self.pressure[touching].astype(np.float64)
-        flash = float(values @ heat / heat.sum())
-        return Distribution(flash, float(values.mean()), float(values.max()), *densities(values, heat))
+        contact = None if preview else contact_temperature(field, pressure)
+        return Temperature(self, field, grid, speed, direction, contact)
 
 
 def load_fields(run: Run, level: int, index: int) -> MemberFields:
@@ -83,25 +66,12 @@ def load_fields(run: Run, level: int, index: int) -> MemberFields:
         raise run.not_kept(level, index)
     grid = run.numerics.grid(level)
     heights, pressure = (run.field(level, index, name) for name in ("heights", "pressure"))
-    coarse = Grid((min(grid.shape[0], PREVIEW), min(grid.shape[1], PREVIEW)), grid.lengths)
-    return MemberFields(run, grid, heights, pressure, coarse, long_waves(pressure, coarse))
-
-
-def long_waves(field: Field, coarse: Grid) -> Field:
-    """Return a field on a coarse grid of its cell: its waves below the Nyquist wavenumber of that grid.
-
-    The temperature is linear in the heat, wave by wave. So these waves of a preview are those of the whole field.
-    """
-    if coarse.shape == field.shape:
-        return field
-    spectrum = fourier.forward(field)
-    waves = np.zeros(coarse.half_shape, spectrum.dtype)
-    # along axis 0 positive and negative wavenumbers; those at the Nyquist wavenumber itself stay zero
-    rows, columns = -(-coarse.shape[0] // 2), -(-coarse.shape[1] // 2)
-    waves[:rows, :columns] = spectrum[:rows, :columns]
-    if rows > 1:
-        waves[1 - rows :, :columns] = spectrum[1 - rows :, :columns]
-    return fourier.inverse(waves, coarse.shape)
+    # the temperature is linear in the heat, wave by wave: the long waves of the pressure give those of the temperature
+    coarse, waves = Grid((min(grid.shape[0], PREVIEW), min(grid.shape[1], PREVIEW)), grid.lengths), pressure
+    for axis in (0, 1):
+        if coarse.shape[axis] < grid.shape[axis]:
+            waves = resample(waves, coarse.shape[axis], axis=axis)
+    return MemberFields(run, grid, heights, pressure, coarse, waves)
 
 
 class Image(NamedTuple):
@@ -113,51 +83,34 @@ class Image(NamedTuple):
     step: tuple[int, int]
 
 
-class Part(NamedTuple):
-    """Points of a field that are in view; how many of them, along x and y, make one pixel; and their box as `Image`."""
+def image_of(field: Field, grid: Grid, view: tuple[Ends, Ends], limits: Ends | None, pixels: int = PIXELS) -> Image:
+    """Return the image of the part of a field that meets a view (ends along x and y, m); limits None: its own.
 
-    x: slice
-    y: slice
-    step: tuple[int, int]
-    box: tuple[float, float, float, float]
-
-
-def image_of(field: Field, grid: Grid, view: tuple[Ends, Ends], limits: Ends | None) -> Image:
-    """Return the image of the part of a field that meets a view (ends along x and y, m); limits None: its own."""
-    part = part_in_view(grid, *view)
-    means = block_means(field, part)
-    low, high = limits or (float(means.min()), float(means.max()))
-    return Image(as_bytes(means, (low, high)), part.box, (low, high), part.step)
-
-
-def part_in_view(grid: Grid, x: Ends, y: Ends, pixels: int = PIXELS) -> Part:
-    """Return the points that meet a view, m, in blocks of which at most `pixels` lie along a side.
-
-    The point of index i covers (i ± ½)·spacing. Of a view beyond the cell one point stays. Blocks start at multiples of
-    their size, so that an image does not shimmer while the view is moved. The last ones may reach beyond the cell.
+    The point of index i covers (i ± ½)·spacing. At most `pixels` blocks of points lie along a side; each is shown as
+    its mean. Of a view beyond the cell one point stays. Blocks start at multiples of their size, so that an image does
+    not shimmer while the view is moved. The last ones may reach beyond the cell; their means are over fewer points.
     """
-    sides = []  # along x and y: the points in view, how many make one pixel, where they begin and how far they reach
-    for count, spacing, ends in zip(grid.shape, grid.spacing, (x, y), strict=True):
+    means, sides = field, []  # along x and y: where the blocks begin, how far they reach, how many points each has
+    for count, spacing, ends in zip(grid.shape, grid.spacing, view, strict=True):
         first, last = (int(np.clip(np.floor(end / spacing + 0.5), 0, count - 1)) for end in sorted(ends))
         step = 1
         while last // step - first // step >= pixels:
             step += 1
         start, stop = first // step * step, (last // step + 1) * step
-        sides.append((slice(start, min(stop, count)), step, (start - 0.5) * spacing, (stop - start) * spacing))
-    (x_part, x_step, left, width), (y_part, y_step, bottom, height) = sides
-    return Part(x_part, y_part, (x_step, y_step), (left, bottom, width, height))
+        means = block_means(means[start:stop], step).T  # the second turn transposes back
+        sides.append(((start - 0.5) * spacing, (stop - start) * spacing, step))
+    (left, width, x_step), (bottom, height, y_step) = sides
+    low, high = limits or (float(means.min()), float(means.max()))
+    return Image(as_bytes(means, (low, high)), (left, bottom, width, height), (low, high), (x_step, y_step))
 
 
-def block_means(field: Field, part: Part) -> Field:
-    """Return the means of a field over the blocks of a part; blocks at the end of the cell may have fewer points."""
-    means = field[part.x, part.y]
-    for step in part.step:  # along x, then along y; each turn transposes
-        whole, rest = divmod(len(means), step)
-        if step > 1:
-            blocks = means[: whole * step].reshape(whole, step, -1).mean(axis=1)
-            last = means[whole * step :].mean(axis=0, keepdims=True) if rest else blocks[:0]
-            means = np.concatenate([blocks, last])
-        means = means.T
+def block_means(rows: Field, step: int) -> Field:
+    """Return the means of each `step` rows; the last block may have fewer."""
+    if step == 1:
+        return rows
+    starts = np.arange(0, len(rows), step)
+    counts = np.diff(starts, append=len(rows)).astype(rows.dtype)
+    means: Field = np.add.reduceat(rows, starts, axis=0) / counts[:, None]
     return means
 
 
@@ -188,17 +141,13 @@ def line_through(grid: Grid, point: tuple[int, int], direction: float) -> Line:
     The line reaches from one side of the cell to the other. Its points are one spacing (the smaller one) apart, so that
     a line along an axis has each point of the grid once.
     """
-    unit = np.array([cos(direction), sin(direction)])
-    unit[np.abs(unit) < 1e-15] = 0.0
-    middle, last = np.array(point, dtype=np.float64), np.array(grid.shape) - 1.0
-    pace = unit / np.array(grid.spacing)  # indices per metre
-    # distances at which the line meets the four sides; along an axis it meets only two
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ends = np.sort(np.stack([-middle / pace, (last - middle) / pace]), axis=0)
-    ends = ends[:, pace != 0.0]
+    unit = np.round([cos(direction), sin(direction)], 15)  # exactly 0 along an axis
     step = min(d for d, u in zip(grid.spacing, unit, strict=True) if u != 0.0)
-    # whole steps between the sides; 1e-9 keeps a point that lies on a side in spite of rounding
-    first, end = np.floor(np.array([ends[0].max(), ends[1].min()]) / step + [1.0 - 1e-9, 1.0 + 1e-9]).astype(int)
-    distance = float(step) * np.arange(first, end, dtype=np.float64)
-    i, j = (np.rint(middle[k] + pace[k] * distance).astype(np.intp).clip(0, grid.shape[k] - 1) for k in (0, 1))
-    return Line(distance, i, j)
+    reach = int(np.hypot(*grid.lengths) / step)
+    distance = step * np.arange(-reach, reach + 1.0)
+    places = np.reshape(point, (2, 1)) + np.outer(unit / grid.spacing, distance)  # in indices
+    last = np.reshape(grid.shape, (2, 1)) - 1
+    # a point that lies on a side stays in spite of rounding
+    inside = ((places > -1e-6) & (places < last + 1e-6)).all(axis=0)
+    i, j = np.rint(places[:, inside]).astype(np.intp)
+    return Line(distance[inside], i, j)

@@ -1,22 +1,63 @@
-"""The page as it lies on the screen: the controls, the texts and the panels. No computing."""
+"""The page as it lies on the screen: controls, maps, lines, distribution, curves and texts. No computing."""
 
 from __future__ import annotations
 
-from math import degrees, log10
+from math import cos, degrees, log10, sin
+from typing import Any
 
+import numpy as np
 from bokeh import models
 from bokeh.layouts import column, row
+from bokeh.plotting import figure
+from bokeh.themes import Theme
 
-from roughsim.charts.style import scaled
-from roughsim.explore import panels
-from roughsim.explore.fields import Field, Line
-from roughsim.explore.watched_run import speed_range
+from roughsim.charts.maps import palette
+from roughsim.charts.style import COLOURS, THEORY, scaled
+from roughsim.charts.temperature import COLOUR_OF, densities
+from roughsim.explore.fields import Field, Image, Line
+from roughsim.explore.watched_run import CORRELATION, Curve, speed_range
 from roughsim.grid import Grid
+from roughsim.heat.statistics import ContactTemperature
 from roughsim.results.run import Run
+from roughsim.show.table import shown, with_unit
 
 SIDE = 336  # pixels of the screen along the longer side of a map: three fit side by side on a small one
 STEPS = 40  # of the slider in a decade of speed
 SPEED_LABEL = "return Number(Math.pow(10, tick).toPrecision(3)) + ' m/s'"  # of a slider over log10 v
+MARK = "#00b7c7"  # seen on white, blue, red and black alike
+HEAT = COLOUR_OF["temperature"]
+# title of the map, letter, SI unit
+FIELDS = {
+    "heights": ("Composite heights", "h", "m"),
+    "pressure": ("Contact pressure", "σ", "Pa"),
+    "temperature": ("Temperature", "T", "K"),
+}
+# title, letter and SI unit along x, letter and SI unit along y
+CURVES = {
+    CORRELATION: ("Stress correlation g_σ(r)", "r", "m", "g_σ", "Pa^2"),
+    "flash_temperature": ("Flash temperature", "v", "m/s", "T_flash", "K"),
+    "flash_width": ("Hot-spot width", "v", "m/s", "D_flash", "m"),
+    "slope_length": ("Slope length", "v", "m/s", "d_flash", "m"),
+}
+LEGEND = {"label_text_font_size": "11px", "border_line_color": None, "background_fill_alpha": 0.6}
+STYLE = {
+    "Plot": {"outline_line_color": None},
+    "Toolbar": {"logo": None, "autohide": True},
+    "Title": {"text_font_size": "12px", "text_font_style": "normal"},
+    "Axis": {"axis_label_text_font_style": "normal", "axis_label_standoff": 2},
+    "Legend": LEGEND | {"padding": 4, "margin": 4, "spacing": 0},
+}
+THEME = Theme(json={"attrs": STYLE})
+
+
+def empty_source(*names: str) -> models.ColumnDataSource:
+    """Return a source of data whose columns are empty."""
+    return models.ColumnDataSource({name: [] for name in names})
+
+
+def upright(location: float | None, colour: str, **style: Any) -> models.Span:
+    """Return a line from the bottom to the top of a figure; a location None hides it."""
+    return models.Span(location=location, dimension="height", line_color=colour, **style)
 
 
 def plain_text(name: str, text: str = "", **styles: str) -> models.Div:
@@ -39,6 +80,23 @@ def scene_text(run: Run) -> str:
     return "\n".join([run.scene.to_toml().strip(), "", f"# cell {sides} mm, seed {run.seed}", *grids])
 
 
+class Dial:
+    """The sliding direction: a hand over a circle that follows the pointer."""
+
+    def __init__(self) -> None:
+        ends = (-1.45, 1.45)
+        self.figure = figure(width=112, height=112, x_range=ends, y_range=ends, tools="", toolbar_location=None)
+        self.figure.update(name="dial", min_border=0)
+        self.figure.axis.visible = self.figure.grid.visible = False
+        self.figure.circle(0, 0, radius=1.0, fill_color="#f2f2f2", line_color="#888888")
+        self.figure.scatter([1, 0, -1, 0], [0, 1, 0, -1], size=4, color="#888888")
+        names = {"text": ["x", "y"], "text_font_size": "11px", "text_align": "center", "text_baseline": "middle"}
+        self.figure.text([1.28, 0.0], [0.0, 1.28], **names)
+        head = models.NormalHead(size=13, fill_color=HEAT, line_color=HEAT)
+        self.hand = models.Arrow(x_start=0, y_start=0, x_end=1, y_end=0, end=head, line_width=3, line_color=HEAT)
+        self.figure.add_layout(self.hand)
+
+
 class Controls:
     """What can be chosen: level, realization, speed, direction, and the limits of the colours."""
 
@@ -54,20 +112,147 @@ class Controls:
         self.slider = models.Slider(start=low, end=high, step=1 / STEPS, value=log10(speed), title="speed", width=300)
         self.slider.update(format=models.CustomJSTickFormatter(code=SPEED_LABEL), name="speed")
         self.speed = models.TextInput(title="v, m/s", value=f"{speed:.4g}", width=80, name="speed_box")
-        self.dial = panels.Dial()
+        self.dial = Dial()
         self.angle = models.Spinner(title="direction, °", low=-360, high=360, step=1, value=0, width=90, name="angle")
-        self.colours_of = models.RadioButtonGroup(
-            labels=["colours of the cell", "of the view"], active=0, name="colours"
-        )
+        labels = ["colours of the cell", "of the view"]
+        self.colours_of = models.RadioButtonGroup(labels=labels, active=0, name="colours")
         colours = column(plain_text("", "colours"), self.colours_of)
         self.row = row(self.level, self.member, self.slider, self.speed, self.dial.figure, self.angle, colours)
 
-    def show(self, speed: float, direction: float) -> None:
-        """Set every control to a speed, m/s, and a direction, rad."""
-        self.speed.value = f"{speed:.4g}"
-        self.slider.value = min(max(log10(speed), self.slider.start), self.slider.end)
-        self.angle.value = round(degrees(direction))
-        self.dial.turn(direction)
+
+class MapPanel:
+    """One field in colours. Maps of the same ranges are zoomed and moved together."""
+
+    def __init__(self, name: str, **options: Any):
+        self.title, _, self.unit = FIELDS[name]
+        tools = {"tools": "pan,wheel_zoom,box_zoom,tap,reset", "active_scroll": "wheel_zoom"}
+        self.figure = figure(title=self.title, name=name, **tools, **options)
+        self.figure.grid.visible = False
+        self.image = empty_source("image", "x", "y", "dw", "dh")
+        colours = palette(name)
+        # bytes 0…255 are sent; the bar beside them has the real limits
+        mapper = models.LinearColorMapper(palette=colours, low=0, high=255)
+        columns = {key: key for key in self.image.data}
+        self.figure.image(**columns, source=self.image, color_mapper=mapper, level="underlay")
+        self.scale = models.LinearColorMapper(palette=colours, low=0, high=1)
+        bar = models.ColorBar(color_mapper=self.scale, height=10, padding=2, title=None, name=f"{name}_bar")
+        self.figure.add_layout(bar, "below")
+
+    def show(self, image: Image, factor: float, note: str) -> None:
+        """Show an image by one replacement of its data; the factor turns m into the unit of the axes."""
+        box = zip(("x", "y", "dw", "dh"), image.box, strict=True)
+        self.image.data = {"image": [image.pixels], **{key: [length * factor] for key, length in box}}
+        low, high = image.limits
+        prefix, unit = scaled(max(abs(low), abs(high)), self.unit)
+        self.scale.update(low=low * prefix, high=max(high * prefix, low * prefix + 1e-9))
+        view = f"averaged view, {image.step[0]} × {image.step[1]}" if max(image.step) > 1 else "every point"
+        self.figure.title.text = f"{self.title}, {unit}{note}  ({view})"
+
+
+class LinePanels:
+    """Heights, pressure and temperature on a line through the marked point; contact is shaded."""
+
+    def __init__(self, unit: str) -> None:
+        self.source = empty_source("distance", *FIELDS, "contact", "width")
+        self.figures: list[Any] = []
+        for name in FIELDS:
+            last = name == "temperature"
+            options = {"x_range": self.figures[0].x_range} if self.figures else {}
+            options |= {"width": 690, "height": 150 if last else 112, "tools": "xpan,xwheel_zoom,reset"}
+            plot = figure(name=f"profile_{name}", **options)
+            plot.extra_y_ranges = {"share": models.Range1d(0, 1)}
+            # bars: a stepped area of no points keeps BokehJS 3.9 busy for ever
+            plot.vbar("distance", "width", "contact", 0, source=self.source, y_range_name="share", color="#dddddd")
+            glyph = {"x": "distance", "y": name, "source": self.source, "color": COLOUR_OF[name]}
+            if name == "pressure":
+                plot.step(**glyph, mode="center")
+            else:
+                plot.line(**glyph)
+            plot.add_layout(upright(0, MARK))
+            plot.xaxis.visible = last
+            self.figures.append(plot)
+        self.figures[-1].xaxis.axis_label = f"distance from the marked point along sliding, {unit}"
+        self.figures[0].add_tools(models.CrosshairTool(dimensions="height"))
+
+    def show(self, distance: Field, values: dict[str, Field], width: float) -> list[str]:
+        """Show fields over the distance, in the unit of the axis; return their values at distance 0 as texts."""
+        texts, data = [], {"distance": distance}
+        middle = int(np.abs(distance).argmin())
+        for (name, (_, letter, si_unit)), plot in zip(FIELDS.items(), self.figures, strict=True):
+            factor, unit = scaled(float(np.abs(values[name]).max()), si_unit)
+            data[name] = values[name] * factor
+            plot.yaxis.axis_label = f"{letter}, {unit}"
+            texts.append(f"{letter} = {data[name][middle]:.5g} {unit}")
+        data |= {"contact": (values["pressure"] > 0.0).astype(float), "width": np.full(len(distance), width)}
+        self.source.data = data
+        return texts
+
+
+class DistributionPanel:
+    """The temperature over the contact, by area and by heat."""
+
+    def __init__(self) -> None:
+        tools = "xpan,xwheel_zoom,reset"
+        self.figure = figure(width=560, height=374, tools=tools, x_axis_label="T, K", name="distribution")
+        self.bins = empty_source("left", "right", "area", "middle", "heat")
+        self.flash = upright(None, HEAT, line_dash="dashed", line_width=2)
+        self.figure.add_layout(self.flash)
+        grey = {"color": "#bbbbbb", "line_color": None, "legend_label": "of the contact area"}
+        self.figure.quad("left", "right", "area", 0, source=self.bins, **grey)
+        self.figure.line("middle", "heat", source=self.bins, color=HEAT, line_width=2, legend_label="of the heat")
+        self.figure.yaxis.axis_label = "% per K"
+        self.figure.y_range.start = 0
+
+    def show(self, contact: ContactTemperature) -> None:
+        """Show the densities, and ⟨Tσ⟩/⟨σ⟩ as a dashed line."""
+        edges, area, heat = densities(contact)
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        self.bins.data = {"left": edges[:-1], "right": edges[1:], "area": area, "middle": middle, "heat": heat}
+        self.flash.location = contact.flash_temperature
+        self.figure.title.text = (
+            f"In the contact: ⟨Tσ⟩/⟨σ⟩ = {contact.flash_temperature:.4g} K (dashed), "
+            f"mean {contact.mean_temperature:.4g} K, highest {contact.max_temperature:.4g} K"
+        )
+
+
+class CurvePanel:
+    """One curve: the theory as a line, and a band with points for every column; over speed both axes are log."""
+
+    def __init__(self, name: str, columns: tuple[str, ...], speed: float):
+        title, x, x_si, y, y_si = CURVES[name]
+        self.x_factor, self.factor = shown(x_si)[1], shown(y_si)[1]
+        self.over_speed = name != CORRELATION
+        kind = "log" if self.over_speed else "linear"
+        axes = {"x_axis_label": with_unit(x, x_si), "y_axis_label": with_unit(y, y_si)}
+        axes |= {"x_axis_type": kind, "y_axis_type": kind}
+        self.figure = figure(title=title, width=330, height=270, tools="pan,wheel_zoom,box_zoom,reset", **axes)
+        self.sources = {"theory": empty_source("x", "y")}
+        line = {"color": THEORY, "line_width": 1.5, "legend_label": "theory"}
+        self.figure.line("x", "y", source=self.sources["theory"], **line)
+        for measured in columns:
+            source = self.sources[measured] = empty_source("x", "y", "low", "high")
+            style = {"source": source, "color": COLOURS[measured], "legend_label": measured}
+            self.figure.varea("x", "low", "high", alpha=0.3, **style)
+            self.figure.line("x", "y", **style)
+            if self.over_speed:
+                self.figure.scatter("x", "y", size=5, **style)
+        self.chosen_speed = upright(speed, MARK)
+        if self.over_speed:
+            self.figure.add_layout(self.chosen_speed)
+            self.figure.legend.visible = False  # one legend is enough for the row
+
+    def show_theory(self, x: Field, y: Field) -> None:
+        """Show the curve of the theory; SI."""
+        self.sources["theory"].data = {"x": x * self.x_factor, "y": y * self.factor}
+
+    def show(self, name: str, curve: Curve) -> None:
+        """Show the measured curve of a column with the band of its error; SI."""
+        error = np.where(np.isfinite(curve.error), curve.error, 0.0)
+        low, high = curve.mean - error, curve.mean + error
+        if self.over_speed:  # a band that reaches below zero has no end on a log axis
+            low = np.maximum(low, 1e-3 * curve.mean)
+        data = {"x": curve.x * self.x_factor, "y": curve.mean * self.factor}
+        self.sources[name].data = data | {"low": low * self.factor, "high": high * self.factor}
 
 
 class Layout:
@@ -79,22 +264,21 @@ class Layout:
         self.controls = Controls(run, speed)
 
         # maps over one view, with the marked point and the line through it
-        ranges = [models.Range1d(0, side, bounds=(-0.02 * side, 1.02 * side)) for side in lengths]
-        self.x_range, self.y_range = ranges
-        size = [max(int(SIDE * side / max(lengths)), 90) for side in lengths]
-        self.maps = {
-            name: panels.MapPanel(name, self.unit, (ranges[0], ranges[1]), (size[0], size[1])) for name in panels.FIELDS
-        }
-        self.point, self.line_ends = (panels.empty_source("x", "y") for _ in range(2))
+        self.x_range, self.y_range = (models.Range1d(0, x, bounds=(-0.02 * x, 1.02 * x)) for x in lengths)
+        width, height = (max(int(SIDE * side / max(lengths)), 90) for side in lengths)
+        view = {"x_range": self.x_range, "y_range": self.y_range, "frame_width": width, "frame_height": height}
+        view |= {f"{axis}_axis_label": f"{axis}, {self.unit}" for axis in "xy"}
+        self.maps = {name: MapPanel(name, **view) for name in FIELDS}
+        self.point, self.line_ends = empty_source("x", "y"), empty_source("x", "y")
         for panel in self.maps.values():
-            panel.figure.line("x", "y", source=self.line_ends, color=panels.MARK, line_alpha=0.7, line_dash="dashed")
-            cross = {"marker": "circle_cross", "size": 13, "color": panels.MARK, "fill_alpha": 0, "line_width": 2}
+            panel.figure.line("x", "y", source=self.line_ends, color=MARK, line_alpha=0.7, line_dash="dashed")
+            cross = {"marker": "circle_cross", "size": 13, "color": MARK, "fill_alpha": 0, "line_width": 2}
             panel.figure.scatter("x", "y", source=self.point, **cross)
 
         # the other panels
-        self.line = panels.LinePanels(self.unit)
-        self.distribution = panels.DistributionPanel()
-        self.curves = {name: panels.CurvePanel(name, columns, speed) for name in panels.CURVES}
+        self.line = LinePanels(self.unit)
+        self.distribution = DistributionPanel()
+        self.curves = {name: CurvePanel(name, columns, speed) for name in CURVES}
 
         # texts
         self.state, self.values = plain_text("state"), plain_text("values")
@@ -102,10 +286,8 @@ class Layout:
         wrapped = {"max-width": "1300px", "white-space": "pre-line"}
         self.problems = plain_text("problems", color="#b00020", **wrapped)
         self.budgets = {name: small_text(f"budget_{name}") for name in columns}
-
-        heading = plain_text(
-            "heading", run.scene.title or str(run.folder), **{"font-size": "16px", "font-weight": "bold"}
-        )
+        large = {"font-size": "16px", "font-weight": "bold"}
+        heading = plain_text("heading", run.scene.title or str(run.folder), **large)
         scene = small_text("scene", scene_text(run))
         scene.width = 560
         tabs = [models.TabPanel(child=text, title=f"error budget, {name}") for name, text in self.budgets.items()]
@@ -124,9 +306,22 @@ class Layout:
     def clear(self) -> None:
         """Empty the maps and what is read off them."""
         images = (panel.image for panel in self.maps.values())
-        panels.clear(*images, self.point, self.line_ends, self.line.source)
-        self.distribution.clear()
-        self.values.text = ""
+        for source in (*images, self.point, self.line_ends, self.line.source, self.distribution.bins):
+            source.data = {name: [] for name in source.data}
+        self.distribution.flash.location = None
+        self.distribution.figure.title.text = self.values.text = ""
+
+    def show_choice(self, speed: float, direction: float, *, moving: bool) -> None:
+        """Show a speed, m/s, and a direction, rad: on the dial, and all controls and curves once none is moved."""
+        controls = self.controls
+        controls.dial.hand.update(x_end=cos(direction), y_end=sin(direction))
+        if moving:
+            return
+        controls.speed.value = f"{speed:.4g}"
+        controls.slider.value = min(max(log10(speed), controls.slider.start), controls.slider.end)
+        controls.angle.value = round(degrees(direction))
+        for panel in self.curves.values():
+            panel.chosen_speed.location = speed
 
     def show_line(self, grid: Grid, point: tuple[int, int], line: Line, fields: dict[str, Field]) -> None:
         """Show the marked point, the line through it on all maps, and fields along it."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from asyncio import to_thread
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from math import atan2, degrees, radians
 from typing import Any
-from weakref import ref
 
 import numpy as np
-from bokeh.document import Document
+from bokeh.document import Document, without_document_lock
 
 from roughsim.errors import positive
 from roughsim.explore.fields import (
@@ -20,64 +20,66 @@ from roughsim.explore.fields import (
     Temperature,
     image_of,
     line_through,
+    load_fields,
     nearest_point,
 )
-from roughsim.explore.layout import Layout
-from roughsim.explore.panels import THEME
+from roughsim.explore.layout import FIELDS, THEME, Layout
 from roughsim.explore.watched_run import Summary, WatchedRun
 from roughsim.grid import Grid
+from roughsim.heat.statistics import hottest_pixel
 
 PERIOD = 2000  # ms between looks for new members
 NO_ICON = '{% block preamble %}<link rel="icon" href="data:,">{% endblock %}'  # or browsers ask for one by another path
 
 
 class LatestTask:
-    """A thread that does the latest of its tasks; a task that has not begun when the next one comes is dropped.
+    """Does the latest of its tasks, one after the other in a thread; what waits is dropped when another task comes.
 
-    `deliver` takes a function without arguments and calls it in the thread of the page. There `failed` is called with
-    the error of a task.
+    Results are shown by the thread of the page; there `failed` is called with the error of a task.
     """
 
-    def __init__(self, deliver: Callable[[Callable[[], None]], None], failed: Callable[[BaseException], None]):
-        self.deliver, self.failed = deliver, failed
-        self.pool = ThreadPoolExecutor(1)
-        self.latest: Callable[[], Future[Any] | None] = lambda: None
+    def __init__(self, document: Document, failed: Callable[[Exception], None]):
+        self.document, self.failed = document, failed
+        self.waiting: tuple[Callable[[], Any], Callable[[Any], None]] | None = None
+        self.busy = False
 
     def ask(self, work: Callable[[], Any], show: Callable[[Any], None]) -> None:
-        """Do `work` in the thread, then `show` its result in the thread of the page."""
+        """Do `work` in a thread, then `show` its result."""
+        self.waiting = work, show
+        if not self.busy:
+            self.busy = True
+            self.document.add_next_tick_callback(self.run)
 
-        def done(future: Future[Any]) -> None:
-            if not future.cancelled():
-                error = future.exception()
-                self.deliver(lambda: self.failed(error) if error else show(future.result()))
-
-        if (waiting := self.latest()) is not None:
-            waiting.cancel()  # without effect on a task that has begun
-        future = self.pool.submit(work)
-        self.latest = ref(future)  # weak: a result may hold fields of many megabytes
-        future.add_done_callback(done)
-
-    def close(self) -> None:
-        """End the thread; what it is doing is finished, what waits is dropped."""
-        self.pool.shutdown(wait=False, cancel_futures=True)
+    @without_document_lock  # type: ignore[untyped-decorator]  # Bokeh has no types here
+    async def run(self) -> None:
+        """Do what waits until nothing does."""
+        while self.waiting:
+            (work, show), self.waiting = self.waiting, None
+            try:
+                act = partial(show, await to_thread(work))
+            except Exception as error:
+                act = partial(self.failed, error)
+            if self.document.session_context is None:  # the page was closed meanwhile
+                return
+            self.document.add_next_tick_callback(act)
+        self.busy = False
 
 
 class Page:
     """The page of a run in an empty document of Bokeh."""
 
     def __init__(self, watched: WatchedRun, document: Document):
-        self.watched, self.document = watched, document
+        self.watched = watched
         scene = watched.run.scene
-        self.speed = max(scene.speeds) or 1.0
-        self.direction = 0.0
-        self.fields: MemberFields | None = None
+        self.speed, self.direction = max(scene.speeds) or 1.0, 0.0
+        self.member: MemberFields | None = None
         self.temperature: Temperature | None = None
-        self.point: tuple[int, int] | None = None
+        self.point: tuple[int, int] | None = None  # that is marked
         self.maps: dict[str, tuple[Field, Grid, Ends]] = {}  # with the lowest and the highest value
         self.summary: Summary | None = None
-        self._closed = self._moving = self._setting_controls = False
+        self._setting_controls = False
         self.layout = Layout(watched.run, self.speed)
-        self.readings, self.previews, self.images, self.news = (LatestTask(self._deliver, self.say) for _ in range(4))
+        self.news, self.readings, self.temperatures, self.images = (LatestTask(document, self.say) for _ in range(4))
         for name, curve in watched.theory.items():
             self.layout.curves[name].show_theory(*curve)
         self._connect()
@@ -94,8 +96,8 @@ class Page:
         def when(model: Any, name: str, act: Callable[[], None]) -> None:
             model.on_change(name, lambda attr, old, new: None if self._setting_controls else act())
 
-        when(controls.slider, "value", lambda: self.move(10.0**controls.slider.value, self.direction))
-        when(controls.slider, "value_throttled", lambda: self.settle(10.0**controls.slider.value, self.direction))
+        when(controls.slider, "value", lambda: self.choose(10.0**controls.slider.value, self.direction, moving=True))
+        when(controls.slider, "value_throttled", lambda: self.choose(10.0**controls.slider.value, self.direction))
         when(controls.speed, "value", lambda: self.type_speed(controls.speed.value))
         when(controls.angle, "value", lambda: self.type_angle(controls.angle.value))
         when(controls.level, "value", self.choose_level)
@@ -109,22 +111,12 @@ class Page:
         for panel in layout.maps.values():
             panel.figure.on_event("tap", lambda event: self.mark(event.x, event.y))
 
-    def _deliver(self, show: Any) -> None:
-        if not self._closed:
-            self.document.add_next_tick_callback(show)
-
-    def close(self) -> None:
-        """End the threads of the page, and let go of all fields."""
-        self._closed = True
-        for worker in (self.readings, self.previews, self.images, self.news):
-            worker.close()
-        self.fields, self.temperature, self.maps = None, None, {}
-        self.watched.fields.cache_clear()
-
-    def say(self, problem: BaseException | str) -> None:
-        """Show a problem above those of the run; an empty text clears it."""
+    def say(self, problem: Exception | str) -> None:
+        """Show a problem, which ended what was being done, above those of the run; an empty text clears it."""
         lines = [str(problem)] if str(problem) else []
         self.layout.problems.text = "\n".join([*lines, *(self.summary.problems if self.summary else [])])
+        if lines:
+            self.layout.busy.text = ""
 
     # the run
 
@@ -170,29 +162,22 @@ class Page:
         if not self.layout.controls.member.value:
             return
         level, index = int(self.layout.controls.level.value), int(self.layout.controls.member.value)
-        self.layout.busy.text = f"reading realization {index} …"
-        self.fields, self.temperature, self.maps = None, None, {}
+        self.member, self.temperature, self.point, self.maps = None, None, None, {}
         self.layout.clear()
-        speed, direction = self.speed, self.direction
-        self.readings.ask(lambda: self.watched.fields(level, index).temperature(speed, direction), self.show_member)
+        self.layout.busy.text = f"reading realization {index} …"
+        self.readings.ask(lambda: load_fields(self.watched.run, level, index), self.show_member)
 
-    def show_member(self, temperature: Temperature) -> None:
-        """Show a member that has been read; the hottest point is marked."""
-        self.fields, self.temperature, field = temperature.member, temperature, temperature.field
-        heights, pressure, grid = self.fields.heights, self.fields.pressure, self.fields.grid
-        highest = float(np.abs(heights).max())
+    def show_member(self, member: MemberFields) -> None:
+        """Show a member that has been read; its temperature follows."""
+        self.member, highest = member, float(np.abs(member.heights).max())
+        pressures = float(member.pressure.min()), float(member.pressure.max())
         self.maps = {
-            "heights": (heights, grid, (-highest, highest)),
-            "pressure": (pressure, grid, (float(pressure.min()), float(pressure.max()))),
-            "temperature": (field, grid, (float(field.min()), float(field.max()))),
+            "heights": (member.heights, member.grid, (-highest, highest)),
+            "pressure": (member.pressure, member.grid, pressures),
         }
-        self.point = divmod(int(field.argmax()), field.shape[1])
         self.say("")
         self.draw_maps()
-        if self._is_chosen(temperature):
-            self.show_whole(temperature)
-        else:  # another speed was chosen while the member was read
-            self.settle(self.speed, self.direction)
+        self.choose(self.speed, self.direction)
 
     # speed and direction
 
@@ -204,64 +189,45 @@ class Page:
             self.say(error if "speed" in str(error) else f"speed = {text!r} is no number; write m/s, for example 35")
             return
         self.say("")
-        self.settle(speed, self.direction)
+        self.choose(speed, self.direction)
 
     def type_angle(self, angle: float | None) -> None:
         """Take an angle written in the box, degrees."""
         if angle is not None:
-            self.settle(self.speed, radians(angle % 360))
+            self.choose(self.speed, radians(angle % 360))
 
     def turn(self, event: Any) -> None:
         """Take a direction from the dial, in whole degrees: a preview while the hand is dragged."""
         if event.x is None or event.y is None or event.x == event.y == 0:
             return
         direction = radians(round(degrees(atan2(event.y, event.x))) % 360)
-        (self.move if event.event_name == "pan" else self.settle)(self.speed, direction)
+        self.choose(self.speed, direction, moving=event.event_name == "pan")
 
-    def move(self, speed: float, direction: float) -> None:
-        """Show a preview at another speed, m/s, and direction, rad."""
-        self.speed, self.direction, self._moving = speed, direction, True
-        self.layout.controls.dial.turn(direction)
-        fields = self.fields
-        if fields is not None:
-            self.previews.ask(lambda: fields.temperature(speed, direction, preview=True), self.show_preview)
-
-    def settle(self, speed: float, direction: float) -> None:
-        """Show the whole field at another speed, m/s, and direction, rad."""
-        self.move(speed, direction)
+    def choose(self, speed: float, direction: float, *, moving: bool = False) -> None:
+        """Show the temperature at a speed, m/s, and direction, rad; a preview while a control is being moved."""
+        if moving and (speed, direction) == (self.speed, self.direction):
+            return  # the whole field has been asked for
+        self.speed, self.direction = speed, direction
         self._setting_controls = True
-        self.layout.controls.show(speed, direction)
-        for panel in self.layout.curves.values():
-            panel.chosen_speed.location = speed
+        self.layout.show_choice(speed, direction, moving=moving)
         self._setting_controls = False
-        fields = self.fields
-        if fields is not None:
-            self.layout.busy.text = "" if fields.preview_grid == fields.grid else "computing the whole field …"
-            self.readings.ask(lambda: fields.temperature(speed, direction), self.show_whole)
-
-    def _is_chosen(self, temperature: Temperature) -> bool:
-        return (temperature.speed, temperature.direction) == (self.speed, self.direction)
-
-    def show_preview(self, preview: Temperature) -> None:
-        """Show the long waves of a temperature, unless the whole field is already shown."""
-        current = self.temperature
-        if preview.member is self.fields and not (current and current.whole and self._is_chosen(current)):
-            self.show_temperature(preview)
-
-    def show_whole(self, temperature: Temperature) -> None:
-        """Show a whole field with what is read off it, unless another has been chosen meanwhile."""
-        if temperature.member is not self.fields or not self._is_chosen(temperature):
-            return
-        self.layout.busy.text, self._moving = "", False
-        self.show_temperature(temperature)
-        self.layout.distribution.show(temperature.distribution)
-        self.draw_line()
+        if (member := self.member) is not None:
+            if not moving and member.preview_grid != member.grid:
+                self.layout.busy.text = "computing the whole field …"
+            self.temperatures.ask(lambda: member.temperature(speed, direction, preview=moving), self.show_temperature)
 
     def show_temperature(self, temperature: Temperature) -> None:
-        """Replace the temperature map."""
+        """Show a temperature; what is read off it follows the whole field, not its previews."""
+        if temperature.member is not self.member:
+            return  # another member has been chosen meanwhile
         self.temperature, field = temperature, temperature.field
         self.maps["temperature"] = field, temperature.grid, (float(field.min()), float(field.max()))
         self.show_image("temperature", self.image_in_view("temperature")())
+        if temperature.contact is not None:
+            self.layout.busy.text = ""
+            self.layout.distribution.show(temperature.contact)
+            self.point = self.point or hottest_pixel(field)
+            self.draw_line()
 
     # maps and points
 
@@ -288,23 +254,21 @@ class Page:
         note = ""
         if name == "temperature" and self.temperature is not None:
             # a title that changes is laid out anew: not at every move of the slider
-            settled = self.temperature.whole and not self._moving
-            note = f", {self.temperature.speed:.3g} m/s" if settled else ", preview"
+            note = ", preview" if self.temperature.preview else f", {self.temperature.speed:.3g} m/s"
         self.layout.maps[name].show(image, self.layout.factor, note)
 
     def mark(self, x: float, y: float) -> None:
         """Mark a place, in the unit of the axes, and show the values there and along the line through it."""
-        if self.fields is not None:
-            self.point = nearest_point(self.fields.grid, x / self.layout.factor, y / self.layout.factor)
+        if self.member is not None:
+            self.point = nearest_point(self.member.grid, x / self.layout.factor, y / self.layout.factor)
             self.draw_line()
 
     def draw_line(self) -> None:
-        """Draw the whole fields on the line through the marked point; a preview of the temperature is left out."""
-        fields, temperature, point = self.fields, self.temperature, self.point
-        if fields is None or temperature is None or point is None:
-            return
-        line = line_through(fields.grid, point, self.direction)
-        whole = temperature.field if temperature.whole else np.broadcast_to(np.nan, fields.grid.shape)
-        maps = {"heights": fields.heights, "pressure": fields.pressure, "temperature": whole}
+        """Draw the whole fields on the line through the marked point, along the sliding direction."""
+        temperature, point = self.temperature, self.point
+        if temperature is None or temperature.preview or point is None:
+            return  # the line follows with the whole field
+        line = line_through(temperature.grid, point, temperature.direction)
+        maps = {name: self.maps[name][0] for name in FIELDS}
         along = {name: field[line.i, line.j].astype(np.float64) for name, field in maps.items()}
-        self.layout.show_line(fields.grid, point, line, along)
+        self.layout.show_line(temperature.grid, point, line, along)

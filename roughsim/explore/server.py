@@ -1,19 +1,27 @@
-"""A plain Bokeh server for one run: on this computer only, by a secret address, nothing fetched from outside."""
+"""The server of the page: on this computer only, by a secret address, for the page alone, nothing from outside."""
 
 from __future__ import annotations
 
 import gc
+import os
 import socket
+from functools import partial
+from hmac import compare_digest
 from pathlib import Path
+from secrets import token_urlsafe
 from typing import Any
 
 from bokeh.application import Application
 from bokeh.application.handlers.function import FunctionHandler
 from bokeh.server.server import BaseServer
+from bokeh.server.tornado import BokehTornado
+from bokeh.settings import PrioritizedSetting, settings
+from bokeh.util.token import generate_session_id
 from tornado.httpserver import HTTPServer
+from tornado.httputil import HTTPHeaders, HTTPServerRequest
 from tornado.ioloop import IOLoop
+from tornado.web import ErrorHandler, OutputTransform
 
-from roughsim.explore.access import GuardedApplication
 from roughsim.explore.layout import plain_text
 from roughsim.explore.page import Page
 from roughsim.explore.watched_run import WatchedRun
@@ -23,6 +31,11 @@ FIRST_PORT = 5006
 PORTS_TRIED = 20
 REST = 5.0  # s until threads have ended, too
 LARGEST_BODY = 4096  # bytes of a request: nothing of this page has any
+UNUSED = 15_000  # ms that a session without a tab is kept: enough for a reload, and for scripts over a slow tunnel
+CHECKS = 2_000  # ms between checks for such sessions
+PINGS = 5_000  # ms between pings: they also end a session whose tab went away before it was there
+ALIVE = 30  # s after which a tab that no longer answers is dropped
+YEAR = 365 * 86_400  # s: a reload hands out the token of the session again, which must not have expired
 
 
 def start(folder: str | Path, port: int | None = None) -> tuple[BaseServer, str]:
@@ -36,17 +49,12 @@ def start(folder: str | Path, port: int | None = None) -> tuple[BaseServer, str]
 
     def open_page(document: Any) -> None:
         try:
-            page = Page(run, document)
+            Page(run, document)
         except Exception as error:  # a session that fails to open would keep every later visit waiting
             document.clear()
             document.add_root(plain_text("problems", f"This run cannot be shown: {error}"))
-            return
-
-        def close(session_context: Any) -> None:
-            page.close()
-            IOLoop.current().call_later(REST, gc.collect)  # the objects of a page refer to each other in circles
-
-        document.on_session_destroyed(close)
+        # the objects of a page refer to each other in circles
+        document.on_session_destroyed(lambda context: IOLoop.current().call_later(REST, gc.collect))
 
     application = Application(FunctionHandler(open_page))
     for number in range(FIRST_PORT, FIRST_PORT + PORTS_TRIED) if port is None else (port,):
@@ -64,3 +72,99 @@ def start(folder: str | Path, port: int | None = None) -> tuple[BaseServer, str]
         return server, f"http://{ADDRESS}:{number}{server.prefix}/"
     taken = f"port = {port} is" if port else f"ports {FIRST_PORT} to {FIRST_PORT + PORTS_TRIED - 1} are"
     raise OSError(refusal.errno, f"{taken} not free on {ADDRESS}; choose another with --port")
+
+
+class GuardedApplication(BokehTornado):  # type: ignore[misc]  # Bokeh has no types here
+    """A Bokeh application of one session, served on a port, all of whose paths begin with a random token.
+
+    Every request is checked before any route is chosen, so that no route of this or a later Bokeh is without guard. The
+    host must be this computer by a name that no other machine can take (a foreign name that resolves to 127.0.0.1 is
+    refused), the origin, where there is one, the page itself, and the path must begin with the token.
+    """
+
+    def __init__(self, application: Application, port: int):
+        ignore_outside_settings()
+        self.token = token_urlsafe(32)
+        self.hosts = frozenset(f"{name}:{port}" for name in ("127.0.0.1", "localhost", "[::1]"))
+        key = token_urlsafe(32).encode()
+        self.session = generate_session_id(key, signed=True)
+        super().__init__(
+            {"/": application},
+            prefix=self.token,
+            extra_websocket_origins=sorted(self.hosts),
+            secret_key=key,
+            sign_sessions=True,  # a session that this process has not opened is none
+            generate_session_ids=False,
+            keep_alive_milliseconds=PINGS,
+            check_unused_sessions_milliseconds=CHECKS,
+            unused_session_lifetime_milliseconds=UNUSED,
+            session_token_expiration=YEAR,
+            use_index=False,
+            ico_path="none",
+            include_headers=[],
+            include_cookies=[],
+            transforms=[partial(PrivateHeaders, hosts=self.hosts)],
+            log_function=lambda handler: None,  # requests of others are not printed
+            websocket_ping_interval=ALIVE,
+            websocket_ping_timeout=ALIVE,
+        )
+
+    def find_handler(self, request: HTTPServerRequest, **rest: Any) -> Any:
+        """Return what answers a request: a refusal, or Bokeh's handler of it, always in the one session."""
+        hosts, origins = (request.headers.get_list(name) for name in ("Host", "Origin"))
+        own_host = len(hosts) == 1 and hosts[0].lower() in self.hosts
+        own_origin = all(origin.lower() in {f"http://{host}" for host in self.hosts} for origin in origins)
+        _, token, path = (*request.path.split("/", 2), "", "")[:3]
+        right_token = compare_digest(token.encode(), self.token.encode())  # takes the same time for every wrong token
+        if not (own_host and own_origin and right_token):
+            status = 403
+        elif request.method not in ("GET", "HEAD"):
+            status = 405
+        elif not (path in ("", "ws") or path.startswith("static/")):
+            status = 404
+        else:
+            request.arguments = {"bokeh-session-id": [self.session.encode()]}
+            return super().find_handler(request, **rest)
+        return self.get_handler_delegate(request, ErrorHandler, {"status_code": status})
+
+
+class PrivateHeaders(OutputTransform):  # type: ignore[misc]
+    """Headers of every answer that keep the address and the page private; those that open it to others are removed."""
+
+    def __init__(self, request: HTTPServerRequest, *, hosts: frozenset[str]):
+        # a policy cannot name [::1], and 'self' is enough there
+        sockets = " ".join(f"ws://{host}" for host in sorted(hosts) if host[0] != "[")
+        policy = (
+            "default-src 'self' data: blob: 'unsafe-inline' 'unsafe-eval'; object-src 'none'; base-uri 'none'; "
+            f"form-action 'none'; frame-ancestors 'none'; connect-src 'self' {sockets}"
+        )
+        self.headers = {
+            "Content-Security-Policy": policy,
+            "X-Frame-Options": "DENY",
+            "X-Content-Type-Options": "nosniff",
+            "Referrer-Policy": "no-referrer",  # the address holds the token
+            "Cache-Control": "no-store",
+            "Cross-Origin-Resource-Policy": "same-origin",
+            "Cross-Origin-Opener-Policy": "same-origin",
+        }
+
+    def transform_first_chunk(
+        self, status_code: int, headers: HTTPHeaders, chunk: bytes, finishing: bool
+    ) -> tuple[int, HTTPHeaders, bytes]:
+        """Change the headers of an answer."""
+        for name in [name for name in headers if name.startswith("Access-Control-") or name == "Server"]:
+            del headers[name]
+        for name, value in self.headers.items():
+            headers[name] = value
+        return status_code, headers, chunk
+
+
+def ignore_outside_settings() -> None:
+    """Give every setting of Bokeh its default, whatever its environment variable or ~/.bokeh/bokeh.yaml says."""
+    for name in [name for name in os.environ if name.startswith("BOKEH_")]:
+        del os.environ[name]  # BOKEH_DEV is read apart from the settings
+    for setting in vars(type(settings)).values():
+        if isinstance(setting, PrioritizedSetting) and not isinstance(setting._default, type):
+            setting.set_value(setting._default)
+    settings.log_level = "error"  # in the browser: figures that wait for their data are no news
+    settings.resources = "server"  # scripts come from here, never from a CDN

@@ -1,8 +1,8 @@
-"""A run folder that is watched: its state, problems, curves and error budgets as it grows, and the fields in memory."""
+"""A run folder that is watched: its state, problems, curves and error budgets as it grows."""
 
 from __future__ import annotations
 
-from functools import cached_property, lru_cache
+from functools import cached_property
 from math import ceil, floor, isinf, log10
 from pathlib import Path
 from threading import Lock
@@ -16,7 +16,6 @@ from roughsim.charts.style import half_width
 from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import state_line
 from roughsim.errors import RecordError
-from roughsim.explore.fields import load_fields
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.folder import gap, open_run
 from roughsim.results.run import Run
@@ -24,7 +23,6 @@ from roughsim.scene import Scene
 from roughsim.show.terminal import table_text
 
 Array = NDArray[np.float64]
-REMEMBERED = 2  # members in memory: one of 4096 × 4096 points takes 130 MB
 CORRELATION = "pressure_correlation"
 OVER_SPEED = ("flash_temperature", "flash_width", "slope_length")
 
@@ -55,7 +53,6 @@ class WatchedRun:
 
     def __init__(self, folder: str | Path):
         self.run: Run = open_run(folder, damaged="skip")
-        self.fields = lru_cache(REMEMBERED)(lambda level, index: load_fields(self.run, level, index))
         self._lock = Lock()
         nothing: dict[int, list[int]] = {level: [] for level in range(len(self.run.numerics.levels))}
         self._latest: tuple[Any, Summary] = None, Summary([], {}, {}, nothing, nothing)

@@ -9,6 +9,7 @@ import roughsim as rs
 from roughsim import prediction
 from roughsim.charts import plot_run, spectra, temperature
 from roughsim.charts.style import COLOURS
+from roughsim.heat.statistics import contact_temperature
 
 
 def test_the_distribution_chart_has_the_shares_of_the_contact(capped_run, drawn):
@@ -150,3 +151,24 @@ def curve(run, index):
     axes = Figure().subplots()
     spectra.draw_stress_spectrum(axes, subject(run, index=index))
     return axes.lines[1].get_ydata()
+
+
+def densities(values, heat):
+    return temperature.densities(contact_temperature(np.asarray(values, float), np.asarray(heat, float)))
+
+
+def test_densities_have_the_shares_of_area_and_heat_at_their_temperatures():
+    edges, area, heat = densities([[1.0, 2.0], [4.0, 100.0]], [[1.0, 1.0], [2.0, 0.0]])  # 100 K is outside the contact
+    width = 3.0 / 80
+    np.testing.assert_allclose(edges, 1.0 + width * np.arange(81))
+    places = [0, round(1.0 / width), 79]  # of 1 K, 2 K and 4 K
+    for density, shares in ((area, [1 / 3, 1 / 3, 1 / 3]), (heat, [0.25, 0.25, 0.5])):
+        bins = [density[max(place - 1, 0) : place + 1].sum() for place in places]  # 2 K lies on an edge, to rounding
+        np.testing.assert_allclose(np.array(bins) * width, 100.0 * np.array(shares))
+
+
+@pytest.mark.parametrize("values", [[[3.0]], [[300.0, 300.0]], [[1.0, 5.0, 2.0]]])
+def test_densities_add_up_to_one_hundred_per_cent(values):
+    edges, area, heat = densities(values, np.ones_like(values))
+    for density in (area, heat):
+        assert (density * np.diff(edges)).sum() == pytest.approx(100.0)

@@ -21,7 +21,7 @@ pytest.importorskip("bokeh")
 from bokeh.util import token as jwt
 from tornado.ioloop import IOLoop
 
-from roughsim.explore import access, explore, server
+from roughsim.explore import explore, server
 
 METHODS = ("GET", "HEAD", "POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE")
 WIDENING = {
@@ -217,9 +217,9 @@ def test_the_websocket_opens_for_the_page_alone(served):
 
 @pytest.mark.slow
 def test_many_visits_make_one_session_which_ends_with_the_last_tab(capped_run, monkeypatch):
-    monkeypatch.setattr(access, "UNUSED", 3000)  # ms: the visits of a busy machine lie within it
-    monkeypatch.setattr(access, "CHECKS", 50)
-    monkeypatch.setattr(access, "PINGS", 100)
+    monkeypatch.setattr(server, "UNUSED", 3000)  # ms: the visits of a busy machine lie within it
+    monkeypatch.setattr(server, "CHECKS", 50)
+    monkeypatch.setattr(server, "PINGS", 100)
     opened = []
     genuine = server.Page
     monkeypatch.setattr(server, "Page", lambda *a: opened.append(weakref.ref(page := genuine(*a))) or page)
@@ -277,7 +277,7 @@ def look_at_another_process(address):
     key = WIDENING["BOKEH_SECRET_KEY"].encode()
     forged = jwt.generate_jwt_token(jwt.generate_session_id(key, signed=True), key, signed=True)
     assert shake(seen, protocols=f"bokeh, {forged}") == 101
-    genuine = (Path(access.settings.bokehjs_path()) / "js/bokeh.min.js").read_bytes()
+    genuine = (Path(server.settings.bokehjs_path()) / "js/bokeh.min.js").read_bytes()
     assert seen.ask(next(path for path in scripts if "bokeh.min.js" in path))[2] == genuine
     assert all(path.startswith(f"/{token}/static/js/") for path in scripts)
 

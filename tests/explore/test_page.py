@@ -1,8 +1,10 @@
 """The page of a run: what its controls show, without a browser."""
 
 import shutil
+from asyncio import gather, get_running_loop, run, to_thread
 from copy import copy
 from dataclasses import replace
+from inspect import iscoroutinefunction
 from pathlib import Path
 from threading import Event
 
@@ -26,7 +28,7 @@ from roughsim.explore.page import LatestTask, Page
 class Now:
     """Does every task at once, in the thread of the page."""
 
-    def __init__(self, deliver, failed):
+    def __init__(self, document, failed):
         self.failed = failed
 
     def ask(self, work, show):
@@ -36,9 +38,6 @@ class Now:
             self.failed(error)
         else:
             show(result)
-
-    def close(self):
-        pass
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +73,7 @@ def page(shared):
     layout.x_range.update(start=0.0, end=2.0)
     layout.y_range.update(start=0.0, end=2.0)
     layout.controls.level.value, layout.controls.member.value = "2", "0"
-    shared.settle(35.0, 0.0)
+    shared.choose(35.0, 0.0)
     shared.say("")
     return shared
 
@@ -107,7 +106,7 @@ def test_the_slider_shows_the_temperature_at_its_speed(page, capped_run):
     page.layout.controls.slider.value = -0.5
     field = temperature(capped_run, 10.0**-0.5)
     np.testing.assert_array_equal(image(page)["image"][0], as_bytes(field, (field.min(), field.max())))
-    page.settle(10.0**-0.5, 0.0)
+    page.choose(10.0**-0.5, 0.0)
     assert page.layout.controls.speed.value == "0.3162"
     bins = page.layout.distribution.bins.data
     contact = field[next(capped_run.fields("pressure"))[1] > 0]
@@ -126,33 +125,37 @@ def test_one_move_replaces_one_source_once(page):
 def test_a_large_field_is_previewed_and_then_shown_whole(watched, monkeypatch):
     monkeypatch.setattr(page_module, "LatestTask", Now)
     monkeypatch.setattr(fields, "PREVIEW", 64)
-    watched.fields.cache_clear()
     page = Page(watched, Document())
-    page.move(1.0, 0.0)
+    line = page.layout.line.source.data
+    page.choose(1.0, 0.0, moving=True)
     assert image(page)["image"][0].shape == (64, 64)
     assert "preview" in page.layout.maps["temperature"].figure.title.text
-    page.settle(1.0, 0.0)
+    page.mark(0.5, 1.25)
+    assert page.layout.line.source.data is line  # a preview is not read off
+    page.choose(1.0, 0.0)
     assert image(page)["image"][0].shape == (128, 128)
     assert "1 m/s" in page.layout.maps["temperature"].figure.title.text
-    page.move(2.0, 0.0)
+    assert "y = 1.25 mm" in page.layout.values.text
+    page.choose(1.0, 0.0, moving=True)  # comes late: nothing is shown anew
+    assert not page.temperature.preview
+    page.choose(2.0, 0.0, moving=True)
     assert page.temperature.speed == 2.0
-    assert not page.temperature.whole
-    watched.fields.cache_clear()
+    assert page.temperature.preview
 
 
-def test_a_late_result_of_an_earlier_place_is_not_shown(page):
-    late = page.fields.temperature(5.0, 0.0)
-    page.settle(2.0, 0.0)
-    page.show_whole(late)
-    assert page.temperature.speed == 2.0
+def test_the_temperature_of_a_member_that_was_left_is_not_shown(page):
+    late = page.member.temperature(5.0, 0.0)
+    page.layout.controls.level.value = "0"
+    page.show_temperature(late)
+    assert page.temperature.speed == 35.0
+    assert page.temperature.member is page.member
 
 
 def test_a_speed_chosen_while_a_member_is_read_is_the_one_that_is_shown(page):
-    read = page.fields.temperature(5.0, 0.0)
-    page.fields = page.temperature = None
-    page.speed = 2.0
+    read, page.member = page.member, None
+    page.choose(2.0, 0.0)
     page.show_member(read)
-    assert (page.temperature.speed, page.temperature.whole) == (2.0, True)
+    assert (page.temperature.speed, page.temperature.preview) == (2.0, False)
     assert "2 m/s" in page.layout.maps["temperature"].figure.title.text
     assert page.layout.busy.text == ""
 
@@ -213,8 +216,7 @@ def test_zoom_is_linked_and_cuts_out_what_is_in_view(page, capped_run, monkeypat
 
 
 def test_a_coarse_view_says_that_it_is_averaged(page, monkeypatch):
-    original = fields.part_in_view
-    monkeypatch.setattr(fields, "part_in_view", lambda *a: original(*a, pixels=32))
+    monkeypatch.setattr(page_module, "image_of", lambda *a: fields.image_of(*a, pixels=32))
     page.draw_maps()
     for one in page.layout.maps.values():
         assert "averaged view, 4 × 4" in one.figure.title.text
@@ -310,30 +312,70 @@ def test_a_title_is_text_and_never_html(watched):
         assert all(place.render_as_text for place in texts)
 
 
+class Session:
+    """A document of an open page, without Bokeh's server: callbacks are called by the loop of a test."""
+
+    session_context = "open"
+
+    def __init__(self):
+        self.called = []
+
+    def add_next_tick_callback(self, callback):
+        if iscoroutinefunction(callback):
+            self.called.append(get_running_loop().create_task(callback()))
+        else:
+            callback()
+
+    async def all_done(self):
+        await gather(*self.called)
+
+
 def test_only_the_latest_of_many_tasks_is_done():
-    shown, failures = [], []
-    latest = LatestTask(lambda show: show(), failures.append)
-    started, go = Event(), Event()
+    shown, failures, started, go = [], [], Event(), Event()
 
     def slow():
         started.set()
         go.wait(5)
         return "first"
 
-    latest.ask(slow, shown.append)
-    started.wait(5)
-    for k in range(20):
-        latest.ask(lambda k=k: k, shown.append)
-    go.set()
-    latest.pool.shutdown(wait=True)
-    assert shown == ["first", 19]  # what had begun is shown, what waited is dropped but for the last
-    assert latest.latest() is None  # its result may be large, and is not kept
+    async def ask():
+        latest = LatestTask(session := Session(), failures.append)
+        latest.ask(slow, shown.append)
+        await to_thread(started.wait, 5)
+        for k in range(20):
+            latest.ask(lambda k=k: k, shown.append)
+        go.set()
+        await session.all_done()
+        assert shown == ["first", 19]  # what had begun is shown, what waited is dropped but for the last
+        latest.ask(lambda: "once more", shown.append)
+        await session.all_done()
+
+    run(ask())
+    assert shown == ["first", 19, "once more"]
     assert failures == []
 
 
-def test_a_failing_task_is_reported():
-    failures = []
-    latest = LatestTask(lambda show: show(), failures.append)
-    latest.ask(lambda: 1 / 0, print)
-    latest.pool.shutdown(wait=True)
+def test_a_failing_task_is_reported_and_the_next_is_done():
+    failures, shown = [], []
+
+    async def ask():
+        latest = LatestTask(session := Session(), failures.append)
+        for work in (lambda: 1 / 0, lambda: 2):
+            latest.ask(work, shown.append)
+            await session.all_done()
+
+    run(ask())
     assert isinstance(failures[0], ZeroDivisionError)
+    assert shown == [2]
+
+
+def test_nothing_is_shown_on_a_page_that_was_closed():
+    shown = []
+
+    async def ask():
+        latest = LatestTask(session := Session(), shown.append)
+        latest.ask(lambda: setattr(session, "session_context", None), shown.append)
+        await session.all_done()
+
+    run(ask())
+    assert shown == []

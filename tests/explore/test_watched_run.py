@@ -1,4 +1,4 @@
-"""A run folder that is watched: empty, growing, damaged, deleted; its state, its budget, and the fields in memory."""
+"""A run folder that is watched: empty, growing, damaged, deleted; its state and its budget."""
 
 import os
 import shutil
@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import roughsim as rs
+from roughsim.explore.fields import load_fields
 from roughsim.explore.watched_run import WatchedRun
 from roughsim.show.table import Number
 from roughsim.store.claims import Claims
@@ -139,13 +140,4 @@ def test_damaged_fields_are_named(copied):
     content[-5000] ^= 0xFF
     path.write_bytes(bytes(content))
     with pytest.raises(rs.RecordError, match=r"L2-000000.h5 is damaged"):
-        WatchedRun(copied).fields(2, 0)
-
-
-def test_the_last_members_are_remembered(capped_run):
-    run = WatchedRun(capped_run.folder)
-    first = run.fields(2, 0)
-    assert run.fields(2, 0) is first
-    run.fields(1, 0)
-    run.fields(0, 0)
-    assert run.fields(2, 0) is not first
+        load_fields(WatchedRun(copied).run, 2, 0)
