@@ -1,0 +1,179 @@
+"""The law of contact that yields: exact cases and limits with their rates, symmetries, and what it refuses."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.special import ndtr
+
+from theory import flash, persson, plasticity
+from theory.interface import diffuse, interface_law
+from theory.yielding import YieldingSpectrum
+
+MODULUS, HARDNESS = 1.1e11, 1.2e9
+HEATING = {"friction_coefficient": 1.0, "conductivity": 1.0, "diffusivity": 1.0}
+
+
+@dataclasses.dataclass(frozen=True)
+class SelfAffine:
+    """C(q) with a plateau from q_min to q_r = 1e5 1/m."""
+
+    level: float = 2e-26
+    hurst: float = 0.8
+    q_min: float = 5e4
+    q_max: float = 4e7
+
+    @property
+    def breaks(self):
+        return (self.q_min, 1e5, self.q_max)
+
+    def __call__(self, q):
+        return self.level * np.where(q < 1e5, 1.0, (np.maximum(q, 1e5) / 1e5) ** (-2 - 2 * self.hurst))
+
+
+def law(spectrum=None, modulus=MODULUS, pressure=0.1 * HARDNESS, hardness=HARDNESS):
+    return YieldingSpectrum(spectrum or SelfAffine(), modulus, pressure, hardness)
+
+
+def test_where_all_has_yielded_the_stress_varies_as_force_balance_wants():
+    # a pressure that is 0 or sigma_P has the variance sigma_0 sigma_P - sigma_0^2; what is elastic lacks a share of it
+    for share in (0.02, 0.1, 0.5):
+        missing = []
+        for q_max in (4e7, 4e8, 4e9):
+            stress = law(SelfAffine(hurst=0.5, q_max=q_max), pressure=share * HARDNESS)
+            variance = float(persson.pressure_correlation(0.0, stress_spectrum=stress))
+            missing.append(1 - variance / (share * (1 - share) * HARDNESS**2))
+        # what is elastic falls as sigma_P/(E* rms slope) ~ q_max^(H - 1), once little is
+        assert 0.0 < missing[-1] < 2e-3
+        assert np.log10(missing[-1] / missing[-2]) == pytest.approx(-0.5, abs=0.06)
+
+
+def test_the_mean_pressure_is_kept_and_probabilities_sum_to_one():
+    diffusion = diffuse(SelfAffine(), MODULUS, 0.1 * HARDNESS, HARDNESS)
+    assert diffusion.probability @ diffusion.pressure == pytest.approx(0.1 * HARDNESS, rel=1e-11)
+    assert diffusion.probability.sum(axis=1) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_full_contact_has_the_stress_of_full_contact():
+    errors = []
+    for level in (1e-29, 1e-30):
+        spectrum = SelfAffine(level=level, q_max=1e6)
+        stress = law(spectrum, hardness=1e11, pressure=0.5e11)
+        q = np.geomspace(5.01e4, 9.9e5, 40)
+        errors.append(np.abs(stress(q) / ((MODULUS * q / 2) ** 2 * spectrum(q)) - 1).max())
+    assert errors[-1] < 1e-5
+
+
+def test_at_the_load_of_full_yield_the_stress_is_uniform():
+    variances = [
+        float(persson.pressure_correlation(0.0, stress_spectrum=law(pressure=(1 - rest) * HARDNESS)))
+        for rest in (1e-2, 1e-3, 1e-4)
+    ]
+    assert (np.array(variances) < HARDNESS**2 * np.array([1e-2, 1e-3, 1e-4])).all()
+    assert variances[0] / variances[1] == pytest.approx(10.0, rel=0.02)
+    assert variances[1] / variances[2] == pytest.approx(10.0, rel=0.02)
+
+
+def test_stiff_roughness_obeys_the_bearing_law():
+    # far above the compliance of the half-space sigma = sigma_P Phi(-d/h): E = 1 at every pressure
+    z = np.arange(-6.0, 6.01, 0.15)
+    variance = np.geomspace(1e-12, 1e-16, 60)
+    assert interface_law(z, variance, np.full(60, 1e-13))[0] == pytest.approx(1.0, abs=2e-5)
+
+
+def test_the_law_of_one_wavenumber_is_a_bed_of_springs():
+    # one w = 2/E*q throughout: sigma_v = sigma_eta_eta/2, so that springs of E*q/2 under Gaussian heights are exact
+    z = np.arange(-5.0, 5.01, 0.05)
+    variance = np.geomspace(1.0, 3e-3, 400)
+    sigma = np.linspace(9.0, -9.0, 4001)
+
+    def touched(t):
+        return np.exp(-(t**2) / 2) / np.sqrt(2 * np.pi) - t * ndtr(-t)
+
+    share = (touched(-sigma) - touched(-sigma + 1.0)) / 1.0  # of sigma_P, two walls one unit apart, h = 1
+    inside = ndtr(sigma) - ndtr(sigma - 1.0)
+    at = np.interp(ndtr(z), share[::-1], inside[::-1])
+    compliance = 1 / at - 1
+    expected = compliance * np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi)
+    middle = np.abs(z) < 3.5
+    assert interface_law(z, variance, np.ones(400))[0][middle] == pytest.approx(expected[middle], rel=5e-3)
+
+
+@dataclasses.dataclass(frozen=True)
+class InUnits:
+    """The same spectrum with lengths in another unit."""
+
+    spectrum: SelfAffine
+    length: float
+
+    @property
+    def breaks(self):
+        return tuple(q / self.length for q in self.spectrum.breaks)
+
+    def __call__(self, q):
+        return self.spectrum(np.asarray(q) * self.length) * self.length**4
+
+
+@pytest.mark.parametrize(("length", "stress"), [(1e6, 1.0), (1.0, 1e-9)])
+def test_units_do_not_matter(length, stress):
+    units = {"modulus": MODULUS * stress, "pressure": 0.1 * HARDNESS * stress, "hardness": HARDNESS * stress}
+    q = np.geomspace(1e3, 1e8, 50)
+    scaled = law(InUnits(SelfAffine(), length), **units)(q / length)
+    assert scaled / (stress * length) ** 2 == pytest.approx(law()(q), rel=1e-7)
+
+
+def test_more_load_is_more_contact_and_more_of_it_yields():
+    contact, plastic = np.array(
+        [
+            (stress.contact_fraction, stress.plastic_fraction)
+            for stress in (law(SelfAffine(q_max=1e6), pressure=s * HARDNESS) for s in (0.01, 0.03, 0.1, 0.3, 0.6))
+        ]
+    ).T
+    assert (np.diff(contact) > 0).all()
+    assert (np.diff(plastic) > 0).all()
+    assert (plastic < contact).all()
+
+
+def test_where_no_pressure_reaches_the_hardness_contact_is_elastic():
+    given = {"effective_modulus": MODULUS, "nominal_pressure": 4e8}
+    spectrum = SelfAffine(level=1e-27, q_max=2e6)
+    elastic = persson.calibrated_spectrum(spectrum, **given)
+    assert plasticity.stress_spectrum(spectrum, **given, penetration_hardness=1e12) == elastic
+
+
+def test_the_law_goes_over_into_elastic_contact_within_its_error_band():
+    speed = np.array([1e-8, 1e5, 1e8])
+    spectrum = SelfAffine(level=1e-27, q_max=2e6)
+    given = {"effective_modulus": MODULUS, "nominal_pressure": 4e8}
+    elastic = persson.calibrated_spectrum(spectrum, **given)
+    hard = law(spectrum, pressure=4e8, hardness=1e11)
+    heat = {"nominal_pressure": 4e8, **HEATING}
+    ratio = flash.flash_temperature(speed, stress_spectrum=hard, **heat) / flash.flash_temperature(
+        speed, stress_spectrum=elastic, **heat
+    )
+    assert ratio == pytest.approx(1.0, abs=0.06)
+
+
+@pytest.mark.parametrize(
+    ("spectrum", "pressure", "name"),
+    [
+        (SelfAffine(), 0.003 * HARDNESS, "nominal_pressure/penetration_hardness = 0.003"),
+        (SelfAffine(), 0.7 * HARDNESS, "nominal_pressure/penetration_hardness = 0.7"),
+        (SelfAffine(q_min=4e3), 0.1 * HARDNESS, "q_roll_off/q_min = 25"),
+        (SelfAffine(level=2e-25, hurst=0.2), 0.1 * HARDNESS, "Hurst exponent = 0.2"),
+        (SelfAffine(level=8e-28), 0.1 * HARDNESS, "q_max/q_roll_off"),
+        (SelfAffine(level=1e-21, q_min=1e4), 0.1 * HARDNESS, "q_y/q_roll_off"),
+    ],
+)
+def test_what_was_not_compared_is_refused_by_name(spectrum, pressure, name):
+    with pytest.raises(ValueError, match=name):
+        plasticity.stress_spectrum(
+            spectrum, effective_modulus=MODULUS, nominal_pressure=pressure, penetration_hardness=HARDNESS
+        )
+
+
+def test_more_load_than_yielded_contact_carries_is_refused():
+    with pytest.raises(ValueError, match="exceeds the penetration_hardness"):
+        plasticity.stress_spectrum(
+            SelfAffine(), effective_modulus=MODULUS, nominal_pressure=2 * HARDNESS, penetration_hardness=HARDNESS
+        )

@@ -1,0 +1,177 @@
+"""Contact as a pressure that diffuses while finer roughness yields to it: the law between mean gap and local pressure.
+
+σ(x; q) is the pressure at x averaged over all roughness finer than q, d(σ; q) the mean gap that this roughness keeps
+at the local pressure σ. A wave of q, of height dh, meets that interface and the half-space in series:
+
+    δσ = κ dh,    1/κ = c + 2/(E*q),    c(σ; q) = −∂d/∂σ, the compliance of what is finer than q.
+
+The mean over one shell of waves, dv = 2π q C dq, gives two equations and nothing else:
+
+    backwards from q_max    ∂c/∂v = ½ ∂/∂σ [κ² ∂c/∂σ],     v(q) = 2π ∫ k C dk from q to q_max
+    forwards from q_min     −∂P/∂v = ½ ∂²/∂σ² [κ² P],      P = δ(σ − σ₀) at q_min
+
+At q_max stand hard walls: c = 0 for 0 < σ < σ_P, and σ can reach neither wall before. P is the probability of the local
+pressure; its mean stays σ₀, and its variance grows by ⟨κ²⟩ dv. Where κ = E*q/2 everywhere this is Persson's diffusion.
+
+The pressures are σ = σ_P Φ(z) on a uniform grid of z, with a node at σ₀. There c = √v E/(σ_P φ(z)), and E is 1
+wherever roughness is stiff against the half-space; E obeys, with t = ln v and m = 2σ_P φ/(E*q √v),
+
+    ∂E/∂t = −E/2 + ½ ∂/∂z [(∂E/∂z + zE)/(m + E)²].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from math import ceil, log, pi, sqrt
+
+import numpy as np
+from scipy.linalg.lapack import dgtsv, zgtsv
+from scipy.special import ndtr, ndtri
+
+from theory.arguments import Array, Spectrum, breaks_of, density
+
+FURTHEST = 6.5  # of z on both sides: the pressures run from 4e-11 σ_P to σ_P less that
+SPACING = 0.15  # of z: halving it and STEP changes T_flash by .5 % at most
+STEP = 0.15  # in ln v and ln q
+UNREACHED = 7.0  # standard deviations of the full-contact pressure above σ₀: no pressure is higher
+_SMOOTHED = 3e-3  # the walls start smoothed by the waves of the last .3 % of an e-fold: they would be jumps otherwise
+_FINE = 400  # points of the tables a piece between breaks
+_GAMMA = 1 - 1 / sqrt(2)  # Rosenbrock's second-order step that damps all stiff modes
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Diffusion:
+    """The local pressure at each wavenumber; n wavenumbers, m pressures."""
+
+    wavenumber: Array  # q, rad/m, rising, (n,)
+    variance: Array  # v, height variance of what is finer than q, m², (n,)
+    pressure: Array  # σ, Pa, rising, (m,)
+    stiffness: Array  # κ, Pa/m, (n, m)
+    probability: Array  # of each pressure, (n, m); rows sum to 1, their mean is σ₀
+    rates: tuple[Array, Array]  # per κ² dv, to the next higher and to the next lower pressure, 1/Pa², (m,) each
+
+
+def diffuse(spectrum: Spectrum, modulus: float, pressure: float, hardness: float) -> Diffusion:
+    """Solve both equations for checked numbers: C(q) in m⁴, E*, σ₀ and σ_P in Pa; σ_P may be beyond all pressures."""
+    wavenumber, variance, spread = _shells(spectrum, modulus)
+    highest = min(hardness, pressure + UNREACHED * spread)
+    start = float(ndtri(pressure / highest))
+    below, above = ceil((start + FURTHEST) / SPACING), ceil((FURTHEST - start) / SPACING)
+    z: Array = start + SPACING * np.arange(-below, above + 1, dtype=np.float64)
+    ramp = 2 * highest / (modulus * wavenumber)  # 2σ_P/(E*q), m
+    bell = np.exp(-(z**2) / 2) / sqrt(2 * pi)
+    compliance = np.sqrt(variance)[:, None] * interface_law(z, variance, ramp)  # times σ_P φ
+    stiffness = highest * bell / (ramp[:, None] * bell + compliance)
+    stiffness[:, [0, -1]] = 0.0  # the walls hold what has come to them
+    rates = _rates(z, highest)
+    probability = _spread(stiffness**2, variance, rates, below)
+    return Diffusion(wavenumber, variance, highest * ndtr(z), stiffness, probability, rates)
+
+
+def _shells(spectrum: Spectrum, modulus: float) -> tuple[Array, Array, float]:
+    """Return wavenumbers, v there, and the standard deviation of the pressure in full contact, √(2G)."""
+    breaks = breaks_of(spectrum)
+    pieces = [np.geomspace(low, high, _FINE + 1) for low, high in pairwise(breaks)]
+    share, weights = np.polynomial.legendre.leggauss(2)
+    logs = np.log(np.unique(np.concatenate(pieces)))
+    width = np.diff(logs)
+    inner = np.exp(logs[:-1, None] + width[:, None] * (1 + share) / 2)
+    power = 2 * pi * inner**2 * density(spectrum, inner) @ weights / 2 * width
+    spread = sqrt(modulus**2 / 4 * float(np.sum(power * np.exp(2 * (logs[:-1] + width / 2)))))
+    last = 2 * pi * float(np.exp(2 * logs[-1]) * density(spectrum, np.exp(logs[-1:]))[0]) * _SMOOTHED
+    table = max(last, _SMOOTHED * power[-1]) + np.append(np.cumsum(power[::-1])[::-1], 0.0)
+    steps = np.maximum(-np.diff(np.log(table)), width) / STEP
+    count = np.append(0.0, np.cumsum(steps))
+    at = np.interp(np.linspace(0.0, count[-1], ceil(count[-1]) + 1), count, logs)
+    return np.exp(at), np.exp(np.interp(at, logs, np.log(table))), spread
+
+
+def interface_law(z: Array, variance: Array, ramp: Array) -> Array:
+    """Return E at each wavenumber and pressure, shape (variance, z): 1 where roughness is stiff, 0 in full contact.
+
+    Parameters
+    ----------
+    z : ndarray
+        Φ⁻¹(σ/σ_P), uniform.
+    variance, ramp : ndarray
+        v in m² and 2σ_P/(E*q) in m of each shell, both falling.
+    """
+    spacing = z[1] - z[0]
+    middle = np.concatenate([[z[0] - spacing / 2], (z[1:] + z[:-1]) / 2, [z[-1] + spacing / 2]])
+    bell = np.exp(-(middle**2) / 2) / sqrt(2 * pi)
+    result = np.empty((variance.size, z.size))
+    result[-1] = _walls(z, ramp[-1] / sqrt(variance[-1]))
+    for i in range(variance.size - 2, -1, -1):
+        step = log(variance[i] / variance[i + 1])
+        series = bell * sqrt(ramp[i] * ramp[i + 1] / sqrt(variance[i] * variance[i + 1]))  # m
+        result[i] = _rosenbrock(result[i + 1], step, middle, series, spacing)
+    return result
+
+
+def _walls(z: Array, ramp: float) -> Array:
+    """Return E of hard walls `ramp` apart, smoothed by waves of unit variance: a bed of springs, solved exactly."""
+    x = np.concatenate([np.linspace(-9, 9, _FINE), np.linspace(-9, 9, _FINE) - ramp])
+    if ramp > 18.0:
+        x = np.concatenate([x, np.linspace(9 - ramp, -9, 60)])
+    x = -np.sort(-x)  # falling, so that the pressure rises
+
+    def touched(t: Array) -> Array:
+        return np.exp(-(t**2) / 2) / sqrt(2 * pi) - t * ndtr(-t)
+
+    lower = x > -ramp / 2  # each half from its own wall: nothing cancels
+    low, high = touched(x) - touched(x + ramp), touched(-x - ramp) - touched(-x)
+    free = np.where(lower, ndtr(x) + ndtr(-x - ramp), ndtr(-x - ramp) + ndtr(x))
+    inside = np.where(lower, ndtr(-x) - ndtr(-x - ramp), ndtr(x + ramp) - ndtr(x))
+    tiny = np.finfo(float).tiny
+    position = np.where(lower, ndtri(np.clip(low / ramp, tiny, 0.5)), -ndtri(np.clip(high / ramp, tiny, 0.5)))
+    ratio = np.log(np.maximum(free, tiny)) - np.log(np.maximum(inside, tiny))  # ln of c E*q/2
+    law = np.exp(np.interp(z, position, ratio)) * ramp * np.exp(-(z**2) / 2) / sqrt(2 * pi)
+    return np.asarray(np.minimum(law, 1.0))
+
+
+def _rosenbrock(law: Array, step: float, z: Array, series: Array, spacing: float) -> Array:
+    """Return E one `step` of ln v further: second order, no limit on the step; `z` and `series` at the midpoints."""
+
+    def flux(values: Array) -> tuple[Array, Array]:
+        wide = np.concatenate([values[:1], values, values[-1:]])
+        mean = (wide[1:] + wide[:-1]) / 2
+        return np.diff(wide) / spacing + z * mean, series + mean
+
+    def change(values: Array) -> Array:
+        drive, total = flux(values)
+        return np.asarray(-values / 2 + np.diff(drive / total**2) / (2 * spacing))
+
+    drive, total = flux(law)
+    later = ((1 / spacing + z / 2) / total**2 - drive / total**3) / (2 * spacing)
+    earlier = ((-1 / spacing + z / 2) / total**2 - drive / total**3) / (2 * spacing)
+    here = -0.5 + earlier[1:] - later[:-1]
+    here[0] -= earlier[0]
+    here[-1] += later[-1]
+    scale = _GAMMA * step
+    matrix = (scale * earlier[1:-1], 1 - scale * here, -scale * later[1:-1])
+    first = dgtsv(*matrix, change(law))[3]
+    second = dgtsv(*matrix, change(law + step * first) - 2 * first)[3]
+    return np.asarray(law + step * (1.5 * first + 0.5 * second))
+
+
+def _rates(z: Array, hardness: float) -> tuple[Array, Array]:
+    """Return the rates to both neighbours that keep the mean and let the variance grow by κ² dv."""
+    gap = hardness * np.where(z[:-1] < 0, np.diff(ndtr(z)), -np.diff(ndtr(-z)))
+    up, down = np.zeros(z.size), np.zeros(z.size)
+    up[1:-1] = 1 / (gap[1:] * (gap[1:] + gap[:-1]))
+    down[1:-1] = 1 / (gap[:-1] * (gap[1:] + gap[:-1]))
+    return up, down
+
+
+def _spread(square: Array, variance: Array, rates: tuple[Array, Array], start: int) -> Array:
+    """Return P at each wavenumber, from certainty at the node `start`; (1 − L + L²/2)⁻¹ is one complex solve."""
+    up, down = rates
+    result = np.zeros(square.shape)
+    result[0, start] = 1.0
+    for i in range(variance.size - 1):
+        power = (square[i] + square[i + 1]) / 2 * (variance[i] - variance[i + 1])
+        diagonal = -power * (up + down) - (1 + 1j)
+        solved = zgtsv((power * up)[:-1] + 0j, diagonal, (power * down)[1:] + 0j, result[i] + 0j)[3]
+        result[i + 1] = 2 * solved.imag
+    return result
