@@ -23,7 +23,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from script import Command
+from script import Command, Rows
 
 import roughsim as rs
 from roughsim import prediction
@@ -32,7 +32,6 @@ from roughsim.charts.error_over_cost import Point, error_over_cost_chart, front,
 from roughsim.heat.periodic import uniform_temperature
 from roughsim.observables.moments import angular_means
 from roughsim.pipeline import solve_problem
-from roughsim.store.rows import Rows
 from theory import hertz
 
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))

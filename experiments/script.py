@@ -1,11 +1,18 @@
-"""What all scripts share: a command line with --toy and -o FOLDER, and figures that need no screen."""
+"""What all scripts share: a command line with --toy and -o FOLDER, figures that need no screen, rows that are kept."""
 
 import argparse
+import json
+from collections.abc import Callable
 from pathlib import Path
 
 import matplotlib as mpl
 
+from roughsim.errors import RecordError
+from roughsim.store.disk import place_bytes
+
 mpl.use("Agg")
+Row = dict[str, float | str]
+CONTENT = "rows of roughsim"
 
 
 class Command(argparse.ArgumentParser):
@@ -22,3 +29,35 @@ class Command(argparse.ArgumentParser):
         options = self.parse_args()
         options.output.mkdir(parents=True, exist_ok=True)
         return options
+
+
+class Rows:
+    """Named rows of a long computation, in a JSON file that is whole after each; with `resume` those of it are kept.
+
+    RecordError if the file to resume holds no rows.
+    """
+
+    def __init__(self, path: Path, *, resume: bool = False):
+        self.path = path
+        self._tables: dict[str, dict[str, Row]] = {}  # rows by table and name, in the order in which they came
+        if resume and self.path.exists():
+            try:
+                self._tables = dict(json.loads(self.path.read_text("utf-8"))[CONTENT])
+            except (ValueError, LookupError, TypeError) as error:
+                raise RecordError(f"{path} holds no rows to go on with ({error}); give another path") from error
+
+    def __getitem__(self, table: str) -> dict[str, Row]:
+        """The rows of a table by name."""
+        return dict(self._tables.get(table, {}))
+
+    def once(self, table: str, name: str, compute: Callable[[], Row]) -> Row:
+        """Return the row of this name: the stored one, or what `compute` gives, stored before it is returned."""
+        if name not in self[table]:
+            self.extend(table, {name: compute()})
+        return self._tables[table][name]
+
+    def extend(self, table: str, rows: dict[str, Row]) -> None:
+        """Store several rows at once."""
+        self._tables.setdefault(table, {}).update(rows)
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        place_bytes(self.path, json.dumps({CONTENT: self._tables}, indent=1).encode())

@@ -21,11 +21,10 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from script import Command
+from script import Command, Rows
 
 import roughsim as rs
 from roughsim.heat import uniform_temperature
-from roughsim.store.rows import Rows
 from theory import hertz
 
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))

@@ -61,18 +61,14 @@ class Solved(NamedTuple):
     seconds: float
 
 
-def cpu_seconds(work: Callable[[], Any], *, repeats: int = 3, enough: float = 1.0) -> float:
-    """Return the least CPU time of up to `repeats` calls, s, after a first one that fills caches; `enough` s end it."""
-    start = time.process_time()
-    work()
-    if time.process_time() - start > enough:
-        return time.process_time() - start
+def cpu_seconds(work: Callable[[], Any]) -> float:
+    """Return the least CPU time of up to three calls, s, after one that fills caches; a second in all is enough."""
     spent: list[float] = []
-    while len(spent) < repeats and sum(spent) < enough:
+    while len(spent) < 4 and sum(spent) < 1.0:
         start = time.process_time()
         work()
         spent.append(time.process_time() - start)
-    return min(spent)
+    return min(spent[1:] or spent)
 
 
 def contact(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point]:
@@ -109,7 +105,7 @@ def pixels(problem: Problem) -> Iterator[Point]:
         finer = replace(problem, grid=Grid((nx, ny), problem.grid.lengths))
         if q_max <= finer.grid.nyquist:
             solve = partial(solver(finer), tolerance=problem.tolerance)
-            values[factor] = flash(finer, solve()), cpu_seconds(solve, repeats=1)
+            values[factor] = flash(finer, solve()), cpu_seconds(solve)
     exact = values.pop(4.0)[0]
     for factor, (value, cost) in values.items():
         setting = f"{factor * planned:.2g} pixels per shortest wave"

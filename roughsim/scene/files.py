@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import tomllib
+from collections.abc import Callable
 from importlib import resources
 from itertools import product
 from pathlib import Path
@@ -58,7 +59,6 @@ def load_scene(name_or_path: str | os.PathLike[str]) -> Scene:
         raise TypeError(f"name_or_path = {name_or_path!r} must be the name of a bundled scene or a path")
     name = os.fspath(name_or_path)
     looks_like_a_path = not isinstance(name_or_path, str) or name.endswith(".toml") or os.sep in name or "/" in name
-    # os.path.exists is false, and never raises, for a text too long for a path or with a null in it
     if looks_like_a_path or (name not in bundled_scenes() and os.path.exists(name)):
         path = Path(name)
         return parse_scene(read_text(path, "scene file", MAX_BYTES), source=name, folder=path.parent)
@@ -100,19 +100,17 @@ def toml_content(text: str) -> dict[str, Any]:
 def read_text(path: Path, what: str, limit: int) -> str:
     """Return the text of a regular file of at most `limit` bytes; SceneError or FileNotFoundError else."""
     name = plain(str(path))
+    if not os.path.exists(path):  # it never raises, also for a text that can be no path
+        near = nearest(path.name.removesuffix(".toml"), bundled_scenes())
+        hint = f', or use the bundled scene "{near}"' if near else ""
+        raise FileNotFoundError(f"{what} {name} does not exist; check the path{hint}")
+    if not path.is_file():
+        raise SceneError(f"{what} {name} is a folder or a device; give the path of a file")
     try:
-        if not path.exists():
-            near = nearest(path.name.removesuffix(".toml"), bundled_scenes())
-            hint = f', or use the bundled scene "{near}"' if near else ""
-            raise FileNotFoundError(f"{what} {name} does not exist; check the path{hint}")
-        if not path.is_file():
-            raise SceneError(f"{what} {name} is a folder or a device; give the path of a file")
         with path.open("rb") as file:
             data = file.read(limit + 1)
-    except (FileNotFoundError, SceneError):
-        raise
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
+    except OSError as error:
+        reason = error.strerror or error
         raise SceneError(f"{what} {name} cannot be read ({reason}); check the path and its permissions") from None
     if len(data) > limit:
         raise SceneError(f"{what} {name} is larger than the limit of {limit // 1024} KiB; is it the right file?")
@@ -120,35 +118,6 @@ def read_text(path: Path, what: str, limit: int) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise SceneError(f"{what} {name} is not UTF-8 text (byte {error.start}); is it the right file?") from None
-
-
-def with_tables(content: dict[str, Any], folder: Path | None) -> dict[str, Any]:
-    """Return the content with each `psd_file` and `topography` replaced by its table C(q): files count by content."""
-    result = dict(content)
-    for name, key in product(("surface", "counterface"), ("topography", "psd_file")):
-        section = result.get(name)
-        if isinstance(section, dict) and key in section:
-            result[name] = with_table(section, name, key, folder)
-    return result
-
-
-def with_table(section: dict[str, Any], name: str, key: str, folder: Path | None) -> dict[str, Any]:
-    """Return a section whose `key` names a file beside the scene, with the C(q) of that file in place of it."""
-    rest = {other: value for other, value in section.items() if other != key}
-    what, example = ("map", "scan.x3p") if key == "topography" else ("table", "psd.csv")
-    for other in rest:
-        if other == "psd" or (key == "topography" and other in (*ROUGHNESS_KEYS, "psd_file")):
-            raise SceneError(f"{name}.{other} does not go with {name}.{key}, whose {what} fixes C(q); remove one")
-    value = section[key]
-    given = f"{name}.{key} = {as_written(value)}"
-    if not isinstance(value, str) or not value:
-        raise SceneError(f'{given} must be the path of a file, for example "{example}"')
-    if folder is None:
-        raise SceneError(f"{given} needs a scene file to lie beside; write the table as psd = [[q, C], ...]")
-    try:
-        return rest | (measured_psd(folder / value) if key == "topography" else {"psd": stored_psd(folder / value)})
-    except (OSError, ValueError, ImportError) as error:
-        raise SceneError(f"{given}: {error}") from None
 
 
 def measured_psd(path: Path) -> dict[str, Any]:
@@ -160,8 +129,8 @@ def measured_psd(path: Path) -> dict[str, Any]:
     return {"psd": rows, "psd_convention": "persson", "psd_source": "scan"}
 
 
-def stored_psd(path: Path) -> list[list[float]]:
-    """Return the rows of a text file of two columns, q in rad/m and C in m⁴."""
+def stored_psd(path: Path) -> dict[str, Any]:
+    """Return the key that stands for a text file of two columns, q in rad/m and C in m⁴."""
     text = read_text(path, "the table", MAX_TABLE_BYTES)
     lines = [(number, line.split("#")[0].strip()) for number, line in enumerate(text.splitlines(), start=1)]
     lines = [(number, line) for number, line in lines if line]
@@ -175,4 +144,33 @@ def stored_psd(path: Path) -> list[list[float]]:
             fault = f"{as_written(line)} must be two numbers, q in rad/m and C in m⁴"
             raise SceneError(f"line {number}: {fault}") from None
         rows.append([q, psd])
-    return rows
+    return {"psd": rows}
+
+
+# key → what reads its file, what that holds, an example, and the keys that fix C(q) too
+FILES: dict[str, tuple[Callable[[Path], dict[str, Any]], str, str, tuple[str, ...]]] = {
+    "topography": (measured_psd, "map", "scan.x3p", (*ROUGHNESS_KEYS, "psd_file")),
+    "psd_file": (stored_psd, "table", "psd.csv", ("psd",)),
+}
+
+
+def with_tables(content: dict[str, Any], folder: Path | None) -> dict[str, Any]:
+    """Return the content with each `psd_file` and `topography` replaced by its table C(q): files count by content."""
+    result = dict(content)
+    for name, (key, (read, what, example, others)) in product(("surface", "counterface"), FILES.items()):
+        section = result.get(name)
+        if not isinstance(section, dict) or key not in section:
+            continue
+        for other in section:
+            if other in others:
+                raise SceneError(f"{name}.{other} does not go with {name}.{key}, whose {what} fixes C(q); remove one")
+        path, given = section[key], f"{name}.{key} = {as_written(section[key])}"
+        if not isinstance(path, str) or not path:
+            raise SceneError(f'{given} must be the path of a file, for example "{example}"')
+        if folder is None:
+            raise SceneError(f"{given} needs a scene file to lie beside; write the table as psd = [[q, C], ...]")
+        try:
+            result[name] = {other: section[other] for other in section if other != key} | read(folder / path)
+        except (OSError, ValueError, ImportError) as error:
+            raise SceneError(f"{given}: {error}") from None
+    return result

@@ -11,19 +11,19 @@ import pytest
 import roughsim as rs
 from roughsim import prediction
 from roughsim.bench import base_problem
-from roughsim.store.rows import Rows
 
 sys.path.append(str(Path(__file__).parents[2] / "experiments"))
 with mpl.rc_context():
-    import accuracy_vs_cost as script
+    import accuracy_vs_cost as experiment
+    from script import Rows
 
-SCENE, NUMERICS = rs.load_scene("demo"), script.toy_numerics()
+SCENE, NUMERICS = rs.load_scene("demo"), experiment.toy_numerics()
 
 
 def points_of(stage):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # the errors that they warn of are what is measured
-        return list(script.WAYS[stage](SCENE, base_problem(SCENE, NUMERICS), 4))
+        return list(experiment.WAYS[stage](SCENE, base_problem(SCENE, NUMERICS), 4))
 
 
 def test_surfaces_of_fixed_amplitudes_have_their_rms_height_and_gaussian_ones_scatter():
@@ -38,7 +38,7 @@ def test_a_hertz_contact_as_wide_as_the_theory_at_the_highest_speed():
     steel = rs.load_scene("steel-1.2GPa")
     speed = max(steel.speeds)
     width = prediction.predictions(steel)["flash_width"][steel.speeds.index(speed)]
-    radius, peclet, flash_temperature = script.hertz_like(steel)
+    radius, peclet, flash_temperature = experiment.hertz_like(steel)
     assert width / radius == pytest.approx(4 / 9, rel=1e-12)  # D_flash of fast Hertz contacts
     assert peclet == pytest.approx(speed * radius * 7900 * 500 / 30.0, rel=1e-12)
     assert flash_temperature == pytest.approx(0.7438575075933 / np.sqrt(peclet), rel=0.02)
@@ -64,7 +64,7 @@ def test_the_mean_over_directions_scatters_less_than_one_direction():
 
 @pytest.mark.parametrize("stage", ["surface", "contact"])
 def test_a_stage_in_the_file_is_not_measured_again(stage, tmp_path, monkeypatch):
-    first = script.measured(Rows(tmp_path / "data.json"), stage, SCENE, NUMERICS, 4)
-    monkeypatch.setattr(script, "in_pairs", lambda *_: pytest.fail("measured again"))
-    monkeypatch.setattr(script, "bench", lambda *_, **__: pytest.fail("measured again"))
-    assert script.measured(Rows(tmp_path / "data.json", resume=True), stage, SCENE, NUMERICS, 4) == first
+    first = experiment.measured(Rows(tmp_path / "data.json"), stage, SCENE, NUMERICS, 4)
+    monkeypatch.setattr(experiment, "in_pairs", lambda *_: pytest.fail("measured again"))
+    monkeypatch.setattr(experiment, "bench", lambda *_, **__: pytest.fail("measured again"))
+    assert experiment.measured(Rows(tmp_path / "data.json", resume=True), stage, SCENE, NUMERICS, 4) == first

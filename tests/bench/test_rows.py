@@ -1,12 +1,16 @@
 """Rows of a long computation: they come back as they were, are not computed again, and other files are refused."""
 
+import sys
 from math import inf, nan
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from roughsim.errors import RecordError
-from roughsim.store.rows import Rows
+
+sys.path.append(str(Path(__file__).parents[2] / "experiments"))
+from script import Rows
 
 
 def test_rows_come_back_as_they_were_and_are_not_computed_again(tmp_path):
