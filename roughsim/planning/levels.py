@@ -34,10 +34,6 @@ SLOW_FALL = 0.75  # exponent below which three rungs do not tell it well: H = 0.
 UNFITTED_DOUBT, SLOW_DOUBT, FITTED_DOUBT = 1.0, 0.5, 0.12  # share of the remainder beyond the top that is in doubt
 UNCUT_PIXEL = 0.6  # of the pilot's change, what the pixel leaves where all of C(q) is solved; falls as 1/√q_c
 
-# errors that are expected without a pilot, relative: about what pilots of steel say
-GUESSED_BANDWIDTH, GUESSED_PIXEL = 0.005, 0.002  # of capped contact
-GUESSED_CHANGE, GUESSED_CUT_PIXEL = 0.01, 0.003  # of elastic contact at half the pixel; of a scene that no grid holds
-
 
 class Rung(NamedTuple):
     """A level, and why it is there."""
@@ -73,20 +69,19 @@ def yield_scale(scene: Scene) -> tuple[float, str]:
     return q_max, f"q_max = {q_max:.3g} rad/m: 99 % yielding is not reached"
 
 
-def elastic_ladder(scene: Scene, lengths: Lengths, target: float, pilot: Pilot | None) -> Ladder:
+def elastic_ladder(scene: Scene, lengths: Lengths, target: float, pilot: Pilot) -> Ladder:
     """Return all of C(q) on two grids, or three cut-offs where that takes more points than a plan allows."""
     q_max = scene.spectrum.breaks[-1]
     if q_max > highest_cut_off(lengths, ELASTIC_SIDE) / 2:  # the partner has half the pixel
         first = f"the whole of C(q), to {q_max:.3g} rad/m, is more than a grid holds"
         return cut_ladder(scene, ("elastic",), lengths, pilot, first)
     # the error of the pixel is of second order: a third of what half the pixel changes is left, then a quarter of that
-    change = GUESSED_CHANGE if pilot is None else pilot.pixel
-    fine = change / 3 > SYSTEMATIC * target
-    pixels, pixel_error = (2 * PIXELS, change / 12) if fine else (PIXELS, change / 3)
+    fine = pilot.pixel / 3 > SYSTEMATIC * target
+    pixels, pixel_error = (2 * PIXELS, pilot.pixel / 12) if fine else (PIXELS, pilot.pixel / 3)
     return Ladder(pair("elastic", lengths, q_max, pixels, f"{pixels} pixels per shortest wave"), 0.0, pixel_error)
 
 
-def capped_ladder(scene: Scene, lengths: Lengths, target: float, pilot: Pilot | None) -> Ladder:
+def capped_ladder(scene: Scene, lengths: Lengths, target: float, pilot: Pilot) -> Ladder:
     """Return the smoothed surface on two grids, and a ladder of capped contact up to 8, 16 or 32 q_y."""
     q_max = scene.spectrum.breaks[-1]
     q_yield, where = yield_scale(scene)
@@ -113,13 +108,11 @@ def capped_ladder(scene: Scene, lengths: Lengths, target: float, pilot: Pilot | 
     return Ladder([*smoothed, *climb("capped", lengths, top, first, last, halved=(4, 2))], *errors)
 
 
-def capped_errors(top: float, cut: bool, pilot: Pilot | None, exponent: float, doubt: float) -> tuple[float, float]:
+def capped_errors(top: float, cut: bool, pilot: Pilot, exponent: float, doubt: float) -> tuple[float, float]:
     """Return bandwidth and pixel error to expect of capped T_flash, which falls as q_c^(−exponent).
 
     `doubt` is the share of the remainder beyond the top that is in doubt; nothing remains where C(q) is not cut.
     """
-    if pilot is None:
-        return GUESSED_BANDWIDTH, GUESSED_PIXEL
     if not cut:
         return 0.0, UNCUT_PIXEL * pilot.pixel * min(pilot.q_max / top, 1.0) ** 0.5
     # the pilot's step from q_max/2 to q_max is (2^p − 1) of what remains beyond q_max
@@ -152,7 +145,7 @@ def climb(
     return rungs
 
 
-def cut_ladder(scene: Scene, columns: tuple[Column, ...], lengths: Lengths, pilot: Pilot | None, first: str) -> Ladder:
+def cut_ladder(scene: Scene, columns: tuple[Column, ...], lengths: Lengths, pilot: Pilot, first: str) -> Ladder:
     """Return three cut-offs of each column where no grid holds C(q), and the errors of T_flash in the last column."""
     q_max = scene.spectrum.breaks[-1]
     top = min(highest_cut_off(lengths, ELASTIC_SIDE), q_max)
@@ -166,11 +159,11 @@ def cut_ladder(scene: Scene, columns: tuple[Column, ...], lengths: Lengths, pilo
             else:
                 last += "is unknown: the contact yields at shorter waves than any grid holds"
         rungs += climb(column, lengths, top, f"{first}; {PIXELS} pixels per shortest wave", last, halved=(4,))
-    pixel = GUESSED_CUT_PIXEL if pilot is None else pilot.pixel / 3  # second order, as in elastic contact
-    return Ladder(rungs, cut_bandwidth(scene, columns[-1], top, pilot), pixel)
+    # the pixel is of second order, as in elastic contact
+    return Ladder(rungs, cut_bandwidth(scene, columns[-1], top, pilot), pilot.pixel / 3)
 
 
-def cut_bandwidth(scene: Scene, column: Column, top: float, pilot: Pilot | None) -> float:
+def cut_bandwidth(scene: Scene, column: Column, top: float, pilot: Pilot) -> float:
     """Return the relative error to expect of the highest T_flash by a cut at `top`; NaN where it is unknown."""
     if top >= scene.spectrum.breaks[-1]:
         return 0.0
@@ -184,8 +177,6 @@ def cut_bandwidth(scene: Scene, column: Column, top: float, pilot: Pilot | None)
     def theory(q: float) -> float:
         return float(prediction.predictions(scene, q)["flash_temperature"][hottest])
 
-    remainder = theory(inf) / theory(top) - 1.0
-    if pilot is not None:  # as much more than in the theory as the pilot's step
-        step = theory(pilot.q_max) - theory(pilot.q_max / 2)
-        remainder = pilot.step * (theory(inf) - theory(top)) / step
-    return DOUBT_OF_SHAPE * remainder
+    step = theory(pilot.q_max) - theory(pilot.q_max / 2)
+    # as much of what follows in the theory as the pilot's step is of the theory's
+    return DOUBT_OF_SHAPE * (pilot.step * (theory(inf) - theory(top)) / step)

@@ -1,25 +1,31 @@
-"""Where a number of a scene leaves what the model means: a line for each, with its value, the limit, what to check.
+"""The sizes that follow from a scene, and a line for each number that leaves what the model means.
 
-The table at the end of docs/limits.md has the same limits.
+A line has the value, the limit, and what to check. The table at the end of docs/limits.md has the same limits.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import inf, isfinite, nan, pi, prod, sqrt
+from functools import lru_cache
+from math import exp, inf, isfinite, isinf, log, nan, pi, prod, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from roughsim import prediction
-from roughsim.planning.facts import STEEP, YIELDED, Facts, facts
+from roughsim.estimate.cell_size import choose_lengths
 from roughsim.planning.levels import CAPPED_SIDE, ELASTIC_SIDE
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.scene.sections import BodySection, CounterfaceSection
-from roughsim.show.table import Table
+from roughsim.show.table import Column, Table, json_value
 
 Lines = Iterator[str]
+ROOM = 293.0  # K, where no background temperature is given
+STEEP = 0.5  # rms slope: the model has surfaces of small slope
+YIELDED = 32.0  # q_y: shorter waves touch at the hardness alone, and their slope changes nothing
 ATOM = 0.3e-9  # m: shorter waves are no continuum
 FLAT = 0.1e-9  # m: atoms alone are rougher
 YIELDS = 1 / 3  # of the hardness: about the yield stress, where bodies yield beneath their whole face
@@ -43,6 +49,82 @@ USUAL = {
     "conductivity": (0.01, 3e3, "W/(m K)"),
     "diffusivity": (3e-8, 2e-3, "m²/s"),
 }
+
+
+class Facts:
+    """What follows from a scene, in SI; arrays over its speeds. Nothing is changed later.
+
+    ValueError, ArithmeticError or RuntimeError where its theory has no value.
+    """
+
+    def __init__(self, scene: Scene):
+        theory, spectrum, load = prediction.predictions(scene), scene.spectrum, scene.sliding.nominal_pressure
+        self.rms_height = spectrum.rms_height  # of both faces together, as all of the roughness
+        self.rms_slope = spectrum.rms_slope
+        yields = inf if scene.elastic else prediction.yield_wavenumber(scene)
+        gentle = spectrum if YIELDED * yields >= spectrum.breaks[-1] else spectrum.truncated(q_max=YIELDED * yields)
+        self.rms_slope_before_yield = gentle.rms_slope  # of the waves up to 32 q_y; of all where q_y is inf
+        self.longest_wave = 2 * pi / spectrum.breaks[0]
+        self.shortest_wave = 2 * pi / spectrum.breaks[-1]
+        self.pressure_over_hardness = load / scene.penetration_hardness  # σ₀/σ_P; 0 of elastic contact
+        self.pressure_over_modulus = load / scene.effective_modulus  # σ₀/E*
+        self.contact_fraction = contact = float(theory["contact_fraction"][0])  # A/A₀ of the theory
+        self.contact_pressure = load / contact if contact > 0.0 else inf  # its mean, σ₀A₀/A
+        self.yield_wavenumber = yields  # q_y; inf of elastic contact, or where C(q) ends before
+        # over this distance the pressure of the theory is correlated by one half
+        self.hot_spot_radius = radius = float(theory["correlation_radius_50"][0])
+        lengths = choose_lengths(scene)[0]
+        self.hot_spots = contact * lengths[0] * lengths[1] / (pi * radius**2)  # contact area of a cell over πr²
+        self.cell = lengths  # its sides
+        self.speed = np.array(scene.speeds)
+        self.peclet_number = self.speed * radius / prediction.conduction(scene).diffusivity  # vr/D
+        self.heat_partition = prediction.heat_partition(scene)  # share used
+        # of the theory with that share, K above the background
+        self.flash_temperature = self.heat_partition * theory["flash_temperature"]
+        self.background_temperature = scene.sliding.background_temperature or ROOM  # absolute
+        self.melting_temperature = scene.melting_temperature  # absolute; inf if the scene gives none
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return JSON values in SI; NaN and inf as None."""
+        return {name: json_value(value) for name, value in vars(self).items()}
+
+    def table(self) -> Table:
+        """Return name, value and meaning of each for people."""
+        elastic = self.pressure_over_hardness == 0.0
+        ratio = ("σ₀/σ_P", f"{self.pressure_over_hardness:.3g}", "nominal pressure over penetration hardness")
+        if elastic:
+            ratio = ("σ₀/E*", f"{self.pressure_over_modulus:.3g}", "nominal pressure over effective modulus")
+        yields = "no q_y: elastic" if elastic else "no q_y: less than 99 % yields"
+        if not isinf(self.yield_wavenumber):
+            yields = f"q_y = {self.yield_wavenumber:.3g} rad/m"
+        gentle = f", {self.rms_slope_before_yield:.3g} up to {YIELDED:g} q_y"
+        gentle *= self.rms_slope_before_yield < self.rms_slope
+        slope = f"of both faces together{gentle}; the model has less than {STEEP:g}"
+        waves = f"in waves of {1e3 * self.longest_wave:.3g} mm to {1e6 * self.shortest_wave:.3g} µm"
+        area = f"of the nominal area in theory, at {self.contact_pressure:.3g} Pa; {yields}"
+        size = f"{1e3 * self.cell[0]:.3g} mm × {1e3 * self.cell[1]:.3g} mm"
+        spots = f"of radius {1e6 * self.hot_spot_radius:.3g} µm in a cell of {size}"
+        speeds = f"at {range_text(self.speed)} m/s"
+        melting = "" if isinf(self.melting_temperature) else f", melts at {self.melting_temperature:g} K"
+        background = f"above a background of {self.background_temperature:g} K{melting}"
+        rows = [
+            ("rms height", f"{1e6 * self.rms_height:.3g} µm", f"of both faces together, {waves}"),
+            ("rms slope", f"{self.rms_slope:.3g}", slope),
+            ratio,
+            ("contact area", f"{self.contact_fraction:.3g}", area),
+            ("hot spots", f"{self.hot_spots:.3g}", spots),
+            ("Péclet number", range_text(self.peclet_number), f"vr/D with that radius, {speeds}"),
+            ("T_flash", f"{range_text(self.flash_temperature)} K", f"in theory, {speeds}, {background}"),
+        ]
+        return Table([Column("", name=True), Column("", name=True), Column("")], rows)
+
+
+facts = lru_cache(maxsize=8)(Facts)
+
+
+def range_text(values: NDArray[np.float64]) -> str:
+    """Return the least and the largest of some numbers, as "0.1 … 35"."""
+    return " … ".join(dict.fromkeys(f"{value:.3g}" for value in (float(values.min()), float(values.max()))))
 
 
 class Plausibility(NamedTuple):
@@ -96,14 +178,12 @@ def slope_lines(scene: Scene, before_yield: float) -> Lines:
 
 def gentle_end(scene: Scene) -> float:
     """The wavenumber up to which the rms slope stays below `STEEP`, rad/m; NaN if the first waves are steep."""
-    low, high = scene.spectrum.breaks[0] * 1.01, scene.spectrum.breaks[-1]
-    if scene.spectrum.truncated(q_max=low).rms_slope > STEEP:
-        return nan
-    for _ in range(40):  # halves the interval in ln q
-        middle = sqrt(low * high)
-        steep = scene.spectrum.truncated(q_max=middle).rms_slope > STEEP
-        low, high = (low, middle) if steep else (middle, high)
-    return low
+
+    def excess(log_q: float) -> float:
+        return scene.spectrum.truncated(q_max=exp(log_q)).rms_slope - STEEP
+
+    first, last = log(1.01 * scene.spectrum.breaks[0]), log(scene.spectrum.breaks[-1])
+    return nan if excess(first) > 0.0 else exp(brentq(excess, first, last))
 
 
 def roughness_lines(scene: Scene) -> Lines:

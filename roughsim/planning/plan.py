@@ -28,8 +28,6 @@ PILOT_TOP = 4.0  # q_y: highest cut-off of a pilot of capped contact, the lowest
 CORRECTIONS = 0.75  # scatter of what the fine levels add, over that of the changes that the pilot sees
 MEMORY_SHARE = 0.8  # of the machine's memory that the largest grid may take
 BYTES_PER_POINT = 120  # peak memory of a solve, measured
-# without a pilot: relative scatter, that of the corrections, and CPU time of a solve over its `work`, s (half to twice)
-GUESSED_SCATTER, GUESSED_CHANGE, GUESSED_PACE = 0.02, 0.003, 1.2e-8
 STRIDES = tuple(2**k for k in range(10))  # powers of two, so that all fine levels share their realizations
 
 
@@ -99,27 +97,21 @@ def plan_table(reasons: Sequence[Reason]) -> Table:
 
 def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | None) -> Numerics:
     """Return levels and forecast with their reasons; `stop` is the statistical target where that is fixed."""
-    top = scene.spectrum.breaks[-1]
+    column, choose, top = "elastic", elastic_ladder, scene.spectrum.breaks[-1]
     if not scene.elastic:
-        top = min(top, PILOT_TOP * yield_scale(scene)[0])
-    seen = pilot(scene, "elastic" if scene.elastic else "capped", lengths, top)
-    ladder = (elastic_ladder if scene.elastic else capped_ladder)(scene, lengths, target, seen)
+        column, choose, top = "capped", capped_ladder, min(top, PILOT_TOP * yield_scale(scene)[0])
+    seen = pilot(scene, column, lengths, top)
+    ladder, size = choose(scene, lengths, target, seen), size_error(scene, lengths)
     # the scatter may take what the systematic errors leave of the target
-    size = size_error(scene, lengths)
     systematic = hypot(0.0 if isnan(ladder.bandwidth) else ladder.bandwidth, ladder.pixel, size)
     goal = sqrt(max(target**2 - systematic**2, LEAST_SHARE * target**2)) if stop is None else stop
-    scatter, hot_scatter, change, pace = GUESSED_SCATTER, GUESSED_SCATTER, GUESSED_CHANGE, GUESSED_PACE
-    if seen is not None:
-        scatter, hot_scatter, pace = seen.scatter, seen.hot_scatter, seen.pace
-        change = CORRECTIONS * seen.change_scatter
     # the worst speed decides how many realizations are solved, the hottest what the forecast says
-    most = scene.ensemble.max_realizations
+    scatter, change, most = seen.scatter, CORRECTIONS * seen.change_scatter, scene.ensemble.max_realizations
     every = choose_stride(ladder, goal, scatter, change, most)
-    levels = ladder.levels(every)
-    needed = realizations_for(goal, scatter, change, every)
+    levels, needed = ladder.levels(every), realizations_for(goal, scatter, change, every)
     count = min(needed, most)
-    statistical = half_width(count, hot_scatter, change, every)
-    cpu_seconds = pace * total_work(levels, count)
+    statistical = half_width(count, seen.hot_scatter, change, every)
+    cpu_seconds = seen.pace * total_work(levels, count)
     forecast = Forecast(count, statistical, ladder.bandwidth, ladder.pixel, size, cpu_seconds)
     # the scatter of a few pilot solves is uncertain, and so is the count
     fewest, largest = (min(realizations_for(goal, f * scatter, f * change, every), most) for f in SCATTER_KNOWN)
@@ -179,9 +171,9 @@ def total_work(levels: Iterable[Level], count: int) -> float:
     return sum(work(level.shape[0] * level.shape[1]) * -(-count // level.every) for level in levels)
 
 
-def pilot_reason(seen: Pilot | None) -> Reason:
+def pilot_reason(seen: Pilot) -> Reason:
     """Return what the pilot has measured."""
-    if seen is None:
+    if not seen.measured:
         return Reason("pilot", "none", "a cheap solve did not converge: what is expected below is a guess")
     text = f"scatter {100 * seen.scatter:.2g} %, step {100 * seen.step:.2g} %, pixel {100 * seen.pixel:.2g} %"
     why = (

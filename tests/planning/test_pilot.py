@@ -91,15 +91,18 @@ def test_the_pace_is_that_of_large_grids():
     assert stage.pace(numerics, fine, fine) == pytest.approx(0.5 * fine / 256**2.5)  # a clock that was disturbed
 
 
-def test_a_pilot_that_does_not_converge_is_none(monkeypatch):
+def test_a_pilot_that_does_not_converge_is_a_guess(monkeypatch):
     def realize(*_, **__):
         raise ConvergenceError("residual = 1 exceeds 1e-4", residual=1.0, iterations=10)
 
     monkeypatch.setattr(stage, "realize", realize)
     scene = replace(rs.load_scene("steel-1.2GPa"), title="pilot that fails")
-    assert stage.pilot(scene, "capped", (WAVE, WAVE), 1e5) is None
+    found = stage.pilot(scene, "capped", (4 * WAVE, 4 * WAVE), 1e5)
+    assert (found.measured, found.q_max) == (False, 1e5)
     numerics = rs.plan(scene, 0.02)
     assert "is a guess" in why(numerics, "pilot")
+    parts = (numerics.forecast.statistical, numerics.forecast.bandwidth, numerics.forecast.pixel)
+    assert all(0.0 < part < 0.02 for part in parts)
 
 
 SEEN = Pilot(scatter=0.03, hot_scatter=0.02, step=0.2, pixel=0.012, change_scatter=0.004, q_max=2e5, pace=2e-8)
