@@ -10,8 +10,7 @@ from typing import Any
 
 from rich import progress as bars
 
-from roughsim.ensemble.run import aimed, run
-from roughsim.ensemble.start import begin
+from roughsim.ensemble.run import aimed, begin, run
 from roughsim.ensemble.status import clock, count_text, end_known, losses, reached, realizations_needed
 from roughsim.planning.limits import judge
 from roughsim.results.run import Run

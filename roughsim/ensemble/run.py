@@ -1,4 +1,4 @@
-"""A run on one page: the scene, its plan, the folder, the members, and the end.
+"""A run on one page: the scene, what is refused before any work, its plan, the folder, the members, and the end.
 
 A member is named by (level, index) and has one random stream, SeedSequence(seed, spawn_key=(stream, index)); all levels
 of a run share the stream of the finest, so they see the same modes. Who computes a member, and when, changes no bit, so
@@ -7,6 +7,7 @@ any number of processes may work on one run.
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
@@ -14,14 +15,18 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from roughsim.ensemble.start import begin, clear, sweep
-from roughsim.ensemble.tasks import Tasks
+from roughsim import prediction
+from roughsim.ensemble.tasks import Tasks, clear, sweep
 from roughsim.ensemble.workers import Workforce, leave_if_imported, refuse_script_without_file, stopped_by_signals
-from roughsim.results.folder import open_run
+from roughsim.errors import RecordError
+from roughsim.pipeline import versions
+from roughsim.planning.plan import plan
+from roughsim.results.folder import describe, folder_state, open_run, read_description
 from roughsim.results.run import Run
-from roughsim.scene import Scene
-from roughsim.scene.numerics import Numerics
+from roughsim.scene import Scene, first_difference
+from roughsim.scene.numerics import Numerics, Reason
 from roughsim.store.claims import Claims
+from roughsim.store.member_files import FORMAT
 
 
 def run(
@@ -111,3 +116,63 @@ def aimed(
     changes: dict[str, Any] = {"seed": seed, "until": until, "max_realizations": max_realizations}
     changes = {key: value for key, value in changes.items() if value is not None}
     return replace(scene, ensemble=replace(scene.ensemble, **changes))
+
+
+def begin(scene: Scene, folder: Path, numerics: Numerics | None = None) -> Numerics:
+    """Make a folder that holds this very scene, or see that it does, and return the numerics that count there.
+
+    Without `numerics` those of the run in the folder count, else those of `plan`. RecordError, before anything is
+    planned, if the folder holds other files or another scene, naming the first key that differs.
+    """
+    try:
+        os.path.abspath(folder)
+    except FileNotFoundError:
+        reason = "the current directory was deleted; change to another one, or give the whole path of the run folder"
+        raise FileNotFoundError(errno.ENOENT, reason) from None
+    state = folder_state(folder)
+    if state == "foreign":
+        reason = "holds other files; name a new folder" if folder.is_dir() else "is a file; name a folder"
+        raise RecordError(f"{folder} {reason} for the run")
+    if state != "run":
+        planned = plan(scene) if numerics is None else numerics
+        try:
+            describe(folder, description_of(scene, planned), scene, first=True)
+            return planned
+        except FileExistsError:
+            # another process was quicker: its numerics count, since plans made at different times may differ
+            pass
+    stored = read_description(folder)
+    if numerics is None:  # as the run began: planned again, for a longer run, they could be others
+        try:
+            reasons, keep = tuple(Reason(*words) for words in stored["reasons"]), scene.numerics.keep_fields
+            numerics = replace(Numerics.from_dict(stored["numerics"]), reasons=reasons)
+        except (KeyError, TypeError, ValueError) as error:
+            raise RecordError(f"{folder} cannot be opened: {error}") from error
+        numerics = numerics if keep is None else replace(numerics, keep_fields=keep)
+    description = description_of(scene, numerics)
+    there, here = ({**it["scene"], **it["numerics"], "keep_fields": None} for it in (stored, description))
+    if difference := first_difference(there, here):
+        key, old, new = difference
+        raise RecordError(
+            f"{folder} holds another scene: {key} is {old} there and {new} here; name another folder, or give the "
+            "scene as it was"
+        )
+    # what differs from process to process stays as the first one wrote it
+    description |= {key: stored[key] for key in ("versions", "reasons") if key in stored}
+    describe(folder, description, scene)
+    return numerics
+
+
+def description_of(scene: Scene, numerics: Numerics) -> dict[str, Any]:
+    """Return what run.json says: all that the run is, as JSON values."""
+    return {
+        "format_version": FORMAT,
+        "scene": scene.identity(),
+        "numerics": numerics.to_dict(),
+        "seed": scene.ensemble.seed,
+        "until": dict(scene.ensemble.until),
+        "max_realizations": scene.ensemble.max_realizations,
+        "heat_partition": prediction.heat_partition(scene).tolist(),
+        "reasons": [list(reason) for reason in numerics.reasons],
+        "versions": versions(),
+    }

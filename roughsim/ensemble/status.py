@@ -74,19 +74,23 @@ def ended(run: Run) -> str:
     return why + (f"; the error by {', '.join(unknown)} is unknown" if unknown else "")
 
 
+def statistical_errors(run: Run) -> dict[str, float]:
+    """Return the relative 95 % half-width of each target; empty while there is none, or one is unknown."""
+    if len(run.sound(run.realizations)) < 4:
+        return {}
+    widths = {name: relative_half_width(run.values(name)) for name in run.until}
+    return widths if all(map(isfinite, widths.values())) else {}
+
+
 def realizations_needed(run: Run) -> int:
     """Return how many realizations the targets will take: the half-width falls as 1/√n."""
-    sound = len(run.sound(run.realizations))
     if not run.until:
         return run.max_realizations
-    if sound < 4:
-        return min(LEAST, run.max_realizations)
-    worst = max(relative_half_width(run.values(name)) / goal for name, goal in run.until.items())
+    worst = max((width / run.until[name] for name, width in statistical_errors(run).items()), default=0.0)
     # a level that only every k-th realization has needs some of them too
     seldom = max(level.every for level in run.numerics.levels)
-    by_scatter = round(sound * worst**2) if isfinite(worst) else 0
-    needed = max(LEAST, (LEAST_FINE - 1) * seldom + 1, by_scatter, run.realizations)
-    return min(needed, run.max_realizations)
+    by_scatter = round(len(run.sound(run.realizations)) * worst**2)
+    return min(max(LEAST, (LEAST_FINE - 1) * seldom + 1, by_scatter, run.realizations), run.max_realizations)
 
 
 def count_text(run: Run) -> str:
@@ -100,8 +104,7 @@ def end_known(run: Run) -> bool:
     """Whether there are enough realizations to say how many the targets take."""
     if not run.until or run.max_realizations <= LEAST:
         return True
-    enough = len(run.sound(run.realizations)) >= LEAST
-    return enough and all(isfinite(relative_half_width(run.values(name))) for name in run.until)
+    return len(run.sound(run.realizations)) >= LEAST and bool(statistical_errors(run))
 
 
 def seconds_left(run: Run) -> float | None:
@@ -117,15 +120,11 @@ def seconds_left(run: Run) -> float | None:
 
 def reached(run: Run) -> str:
     """Return how near the targets are, in words that follow a count; empty while that is unknown."""
-    if not run.until or len(run.sound(run.realizations)) < 4:
-        return ""
-    widths = {name: relative_half_width(run.values(name)) for name in run.until}
-    if not all(isfinite(width) for width in widths.values()):
-        return ""
-    return ": " + ", ".join(
+    words = (
         f"{name} statistical error {100 * width:.2g} % (target {100 * run.until[name]:g} %)"
-        for name, width in widths.items()
+        for name, width in statistical_errors(run).items()
     )
+    return f": {text}" if (text := ", ".join(words)) else ""
 
 
 def clock(seconds: float) -> str:

@@ -1,7 +1,8 @@
-"""The members that are still to do, handed out one after the other until the targets are met."""
+"""The members that are still to do, handed out one after the other until the targets are met; damaged ones again."""
 
 from __future__ import annotations
 
+import re
 import time
 import warnings
 from collections.abc import Callable
@@ -10,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from roughsim.ensemble.members import Job, store_member
-from roughsim.ensemble.start import sweep
 from roughsim.ensemble.workers import Workforce
 from roughsim.errors import RecordError
 from roughsim.realization import level_problem
@@ -18,14 +18,16 @@ from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.store.claims import Claims
-from roughsim.store.disk import DamagedError
-from roughsim.store.member_files import member_name, member_path
+from roughsim.store.disk import DamagedError, is_temporary, set_aside
+from roughsim.store.member_files import MEMBER_NAME, check_member, member_name, member_path
 
 Task = tuple[int, int]  # level and index
 RETRIES = 3  # how often a pool whose worker died is started anew without a new member in between
 PAUSE = 0.5  # s between two looks at what other processes have done
 LATE = 10.0  # s that a network file system may take to show what a worker has written
 LEAST_WAIT, LONGEST_WAITS = 600.0, 10.0  # s, and multiple of the longest time of a member, after which it is done again
+_MEMBER = re.compile(rf"{MEMBER_NAME.pattern}\.h5|\.{MEMBER_NAME.pattern}\.h5\..+\.tmp")
+_BEGUN = re.compile(r"\.(run\.json|scene\.toml|summary\.bin)\..+\.tmp")
 _NO_GUARD = (
     'the script lacks `if __name__ == "__main__":`: each worker imports the script and would start the run again; '
     "put the call of run below that line, or compute with workers=1"
@@ -213,3 +215,40 @@ class Tasks:
         self.check()
         if self.observer is not None and len(self.run.members) != before:
             self.observer(self.run)
+
+
+def sweep(folder: Path, claims: Claims) -> None:
+    """Move damaged members aside, with a warning each, and remove what killed writers left half done.
+
+    OSError if a member cannot be read now: that is no damage, and nothing is done about it.
+    """
+    clear(folder, claims)
+    for path in member_files(folder):
+        if is_temporary(path.name):
+            continue
+        try:
+            check_member(path)
+        except FileNotFoundError:
+            continue  # another process has moved it
+        except RecordError as error:
+            try:
+                kept = set_aside(path)
+            except FileNotFoundError:
+                continue
+            reason = str(error).partition(";")[0]
+            warnings.warn(f"{reason}; it was moved to {kept} and is done again", RuntimeWarning, stacklevel=3)
+
+
+def clear(folder: Path, claims: Claims) -> None:
+    """Remove what killed writers left half done: of members that nobody computes now, and beside them."""
+    for path in member_files(folder):
+        if is_temporary(path.name) and not claims.claimed(path.name[1:].partition(".")[0]):
+            path.unlink(missing_ok=True)  # a writer without a claim, if there is one, writes it again
+    for path in folder.iterdir():
+        if _BEGUN.fullmatch(path.name) and is_temporary(path.name):
+            path.unlink(missing_ok=True)  # so does a process that is at work
+
+
+def member_files(folder: Path) -> list[Path]:
+    """Return the members of a run folder, whole or begun; what else lies there is somebody's own."""
+    return sorted(path for path in (folder / "realizations").iterdir() if _MEMBER.fullmatch(path.name))

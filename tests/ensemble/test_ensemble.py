@@ -185,11 +185,11 @@ def test_a_target_out_of_reach_ends_at_the_last_realization(quick, tmp_path):
 
 def test_a_planned_run_goes_on_with_what_it_began_with(tmp_path, monkeypatch):
     # the stride of fine levels depends on when the run is to stop; a longer run is still the same run
-    from roughsim.ensemble import start
+    from roughsim.ensemble import run as ensemble_run
 
     scene = rs.load_scene("demo")
     began = rs.run(scene, tmp_path / "run", max_realizations=2, until={})
-    monkeypatch.setattr(start, "plan", lambda *_: pytest.fail("planned again"))
+    monkeypatch.setattr(ensemble_run, "plan", lambda *_: pytest.fail("planned again"))
     run = rs.run(scene, tmp_path / "run", max_realizations=3, until={"flash_temperature": 1e-4})
     assert run.realizations == 3
     assert run.numerics == began.numerics

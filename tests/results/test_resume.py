@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim.ensemble import start
+from roughsim.ensemble import run as ensemble_run
 from roughsim.store import disk
 from roughsim.store.member_files import member_path, read_member
 
@@ -122,7 +122,7 @@ def test_what_cannot_be_is_refused_before_planning(quick, tmp_path, monkeypatch,
         scene = replace(quick, sliding=replace(quick.sliding, friction_coefficient=0.2))
     else:
         until = {"flash_temperature": 2.0}
-    monkeypatch.setattr(start, "plan", lambda *_: pytest.fail("planned"))
+    monkeypatch.setattr(ensemble_run, "plan", lambda *_: pytest.fail("planned"))
     words = {
         "foreign": "holds other files",
         "file": "is a file",

@@ -9,7 +9,8 @@ import time
 import pytest
 
 import roughsim as rs
-from roughsim.ensemble import start, tasks
+from roughsim.ensemble import run as ensemble_run
+from roughsim.ensemble import tasks
 from roughsim.store import claims
 from roughsim.store.claims import Claims, process_space, writer
 from roughsim.store.member_files import member_path, read_member
@@ -228,15 +229,15 @@ def test_of_two_starts_at_once_the_first_plan_counts(quick, tmp_path, monkeypatc
     folder = tmp_path / "run"
 
     def late(scene):
-        monkeypatch.setattr(start, "plan", lambda _: other)
-        assert start.begin(scene, folder) == other
+        monkeypatch.setattr(ensemble_run, "plan", lambda _: other)
+        assert ensemble_run.begin(scene, folder) == other
         return planned
 
-    monkeypatch.setattr(start, "plan", late)
-    assert start.begin(scene, folder).tolerance == 2e-4
+    monkeypatch.setattr(ensemble_run, "plan", late)
+    assert ensemble_run.begin(scene, folder).tolerance == 2e-4
     assert rs.open_run(folder).numerics.tolerance == 2e-4
     with pytest.raises(rs.RecordError, match="tolerance is 0.0002 there"):
-        start.begin(scene, folder, planned)
+        ensemble_run.begin(scene, folder, planned)
 
 
 def test_each_of_two_processes_stops_where_it_was_told_and_run_json_tells_the_last(quick, tmp_path):
@@ -256,7 +257,7 @@ def test_each_of_two_processes_stops_where_it_was_told_and_run_json_tells_the_la
 def test_the_versions_are_those_of_the_process_that_began(quick, tmp_path, monkeypatch):
     folder = rs.run(quick, tmp_path / "run", max_realizations=1).folder
     began = json.loads((folder / "run.json").read_text())["versions"]
-    monkeypatch.setattr(start, "versions", lambda: {"numpy": "another"})
+    monkeypatch.setattr(ensemble_run, "versions", lambda: {"numpy": "another"})
     rs.run(quick, folder, max_realizations=2)
     assert json.loads((folder / "run.json").read_text())["versions"] == began
 
@@ -312,16 +313,14 @@ def test_what_a_living_process_is_writing_is_not_swept_away(quick, tmp_path, soo
 
 
 def test_a_process_keeps_its_own_end_when_another_writes_run_json_at_its_start(quick, tmp_path, monkeypatch):
-    from roughsim.ensemble import run as whole
-
     rs.run(quick, tmp_path / "run", max_realizations=1)
-    genuine = whole.open_run
+    genuine = ensemble_run.open_run
 
     def late(place):
-        rs_scene = whole.aimed(quick, max_realizations=2, until={"flash_temperature": 0.9})
-        start.begin(rs_scene, place)
+        rs_scene = ensemble_run.aimed(quick, max_realizations=2, until={"flash_temperature": 0.9})
+        ensemble_run.begin(rs_scene, place)
         return genuine(place)
 
-    monkeypatch.setattr(whole, "open_run", late)
+    monkeypatch.setattr(ensemble_run, "open_run", late)
     run = rs.run(quick, tmp_path / "run", max_realizations=4)
     assert (run.realizations, run.until, run.max_realizations) == (4, {}, 4)
