@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 from math import copysign, hypot, inf, isfinite, isnan, log, nan
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 
 from roughsim import prediction
 from roughsim.estimate.cell_size import size_error
-from roughsim.estimate.errors import Quotient, quantile, quotient, spread
+from roughsim.estimate.errors import Uncertain, quantile, quotient, spread
 from roughsim.grid import modes_between
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.folder import left_out
@@ -121,10 +122,9 @@ class Comparison:
     @property
     def unknown(self) -> tuple[str, ...]:
         """The parts of the errors that no level of the run tells, of some column or ratio."""
-        entries: list[Cell | Ratio] = []
-        for row in self.rows:
-            entries += [*row.columns.values(), *row.ratios.values()]
-        return tuple(dict.fromkeys(part for entry in entries for part in entry.unknown))
+        cells = [cell.unknown for row in self.rows for cell in row.columns.values()]
+        ratios = [ratio.unknown for row in self.rows for ratio in row.ratios.values()]
+        return tuple(dict.fromkeys(chain(*cells, *ratios)))
 
     def notes(self) -> tuple[str, ...]:
         """Say what is missing, and why measured values and the theory beside them differ in what they include."""
@@ -145,12 +145,16 @@ class Comparison:
 
     def farthest(self, name: str, other: str) -> str:
         """Return the T_flash at which two theories differ most, in words; empty where that is less than `NOTICED`."""
+
+        def apart(row: Row) -> float:
+            return float(abs(getattr(row, name) / getattr(row, other) - 1.0))
+
         rows = [row for row in self.rows if row.observable == "flash_temperature" and getattr(row, other)]
-        for row in sorted(rows, key=lambda row: -abs(getattr(row, name) / getattr(row, other) - 1.0))[:1]:
-            value, reference = getattr(row, name), getattr(row, other)
-            if abs(value / reference - 1.0) > NOTICED:
-                return f"{value:.4g} instead of {reference:.4g} K (flash_temperature at {row.speed:g} m/s)."
-        return ""
+        row = max(rows, key=apart, default=None)
+        if row is None or not apart(row) > NOTICED:
+            return ""
+        value, reference = getattr(row, name), getattr(row, other)
+        return f"{value:.4g} instead of {reference:.4g} K (flash_temperature at {row.speed:g} m/s)."
 
     def to_dict(self) -> dict[str, Any]:
         """Return the table as JSON values; NaN and infinity become None."""
@@ -200,30 +204,32 @@ def compare(run: Run) -> Comparison:
 
 def rows_of(run: Run) -> Iterator[Row]:
     """Give a row for each observable and speed."""
-    # the theory three times: over the modes of the finest grid, integrated up to its q_c, and over the whole spectrum
     level, q_c = finest(run)
     drawn = TruncatedSpectrum(prediction.smoothed_spectrum(run.scene), q_c)
-    summed = prediction.mode_sums(run.scene, drawn, run.numerics.grid(level))
-    cut, whole = prediction.predictions(run.scene, q_c), prediction.predictions(run.scene)
+    theories = {  # by the field of a row that has it
+        "theory": prediction.mode_sums(run.scene, drawn, run.numerics.grid(level)),
+        "theory_at_cut_off": prediction.predictions(run.scene, q_c),
+        "theory_full_spectrum": prediction.predictions(run.scene),
+    }
     plastic = not run.scene.elastic
     all_yields = plastic and isfinite(prediction.yield_wavenumber(run.scene))
     for observable, record in OBSERVABLES.items():
         measured = {name: run.estimate(observable, name) for name in run.numerics.columns}
-        ratios = ratios_of(run, observable, summed[observable], cut[observable])
+        predicted = {name: values[observable] for name, values in theories.items()}
+        ratios = ratios_of(run, observable, predicted["theory"], predicted["theory_at_cut_off"])
         share = run.heat_partition if record.heated else np.ones(len(run.scene.speeds))
         no_limit = np.any([np.isnan(estimate.budget["bandwidth"]) for estimate in measured.values()], axis=0)
         no_limit |= plastic and not record.limit  # plastic patches have steep edges
         for k, speed in enumerate(run.scene.speeds if record.per_speed else (None,)):
-            at_modes, up_to_cut, full = (float(values[observable][k] * share[k]) for values in (summed, cut, whole))
-            cells, quotients = {}, {}
+            said, cells, quotients = {name: float(x[k] * share[k]) for name, x in predicted.items()}, {}, {}
             for name, e in measured.items():
                 mean, error, bias, total = (float(x[k]) for x in (e.mean, e.standard_error, e.bias, e.total_error))
                 cells[name] = Cell(mean, error, bias, total, e.unknown_at(k))
             for name, q in ratios.items():
-                value, error, total = (float(x[k]) for x in (q.value, q.standard_error, q.total_error))
+                value, error, total = (float(x[k]) for x in (q.mean, q.standard_error, q.total_error))
                 quotients[name] = Ratio(value, error, total, q.unknown_at(k))
             note = "identity" if all_yields and record.by_force_balance else "at q_c" if no_limit[k] else ""
-            yield Row(observable, record.unit, speed, at_modes, up_to_cut, full, cells, quotients, note)
+            yield Row(observable, record.unit, speed, columns=cells, ratios=quotients, note=note, **said)
 
 
 def finest(run: Run) -> tuple[int, float]:
@@ -232,7 +238,7 @@ def finest(run: Run) -> tuple[int, float]:
     return level, run.numerics.levels[level].q_max
 
 
-def ratios_of(run: Run, observable: str, summed: Array, integral: Array) -> dict[str, Quotient]:
+def ratios_of(run: Run, observable: str, summed: Array, integral: Array) -> dict[str, Uncertain]:
     """Return the first column over the theory and, for capped scenes, capped over smoothed.
 
     What the sum over the modes has over the integral is an error by the cell: contacts feel it less than the sum does.

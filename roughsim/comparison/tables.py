@@ -132,10 +132,9 @@ def budget_table(run: Run, column: str, speeds: Sequence[int] | None = None) -> 
         unit, name = estimate.unit, with_unit(estimate.observable, estimate.unit)
         per_speed = OBSERVABLES[estimate.observable].per_speed
         for k in (range(len(run.scene.speeds)) if speeds is None else speeds) if per_speed else (0,):
-            mean = Number(estimate.mean[k], unit, estimate.total_error[k], estimate.unknown_at(k))
             errors = (estimate.budget[part][k] for part in parts)
             small = [Number(float(x), unit, digits=2) for x in (*errors, estimate.bias[k])]
-            rows.append([name, f"{run.scene.speeds[k]:g}" if per_speed else "", mean, *small])
+            rows.append([name, f"{run.scene.speeds[k]:g}" if per_speed else "", estimate.number(k), *small])
     notes = [
         f"n = {estimates[0].n} realizations. total error: 95 %, the root of the sum of squares of the parts; "
         "≥ where no level of the run tells one of them (–).",

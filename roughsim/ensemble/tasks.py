@@ -38,15 +38,6 @@ _GONE = (
 )
 
 
-@dataclass(slots=True)
-class Sent:
-    """A member that was handed to a worker: when, by `time.monotonic`, and whether for the second time."""
-
-    task: Task
-    since: float
-    again: bool = False
-
-
 @dataclass(slots=True, eq=False)
 class Tasks:
     """The members of a run that are still to do, in order."""
@@ -91,25 +82,25 @@ class Tasks:
 
     def _work(self, pool: Executor, force: Workforce) -> None:
         """Keep a pool busy until the run is finished; BrokenExecutor if its workers die."""
-        pending: dict[Future[str], Sent] = {}
+        pending: dict[Future[str], tuple[Task, float]] = {}  # which member, and since when, by `time.monotonic`
         try:
             while not (self.run.target_met or self.run.realizations >= self.run.max_realizations):
                 while len(pending) < force.in_flight and (task := self._next()) is not None:
-                    self._hand_out(pool, pending, Sent(task, time.monotonic()))
+                    pending[self._hand_out(pool, task)] = task, time.monotonic()
                 wait(pending, timeout=PAUSE, return_when=FIRST_COMPLETED)
                 done = [future for future in pending if future.done()]  # also those that others have cancelled
                 for future in done:
-                    sent = pending.pop(future)
+                    task, since = pending.pop(future)
                     try:
                         host = future.result()
                     except CancelledError:  # which says nothing by itself
                         raise RuntimeError(f"the executor dropped a member that it had been given: {_GONE}") from None
-                    self.longest = max(self.longest, time.monotonic() - sent.since)
-                    self._count(sent.task, host)
+                    self.longest = max(self.longest, time.monotonic() - since)
+                    self._count(task, host)
                 if not done:  # other processes may have stored members meanwhile
                     time.sleep(0.0 if pending else PAUSE)
                     self._refresh()
-                    self._redo_overdue(pool, pending, force)
+                    self._do_overdue(pending, force)
             if force.executor is None:
                 # own workers finish what they have begun, if they come back at all
                 running = [future for future in pending if not future.cancel()]
@@ -145,39 +136,30 @@ class Tasks:
             folder=self.folder,
         )
 
-    def _hand_out(self, pool: Executor, pending: dict[Future[str], Sent], sent: Sent) -> None:
-        level, index = sent.task
+    def _hand_out(self, pool: Executor, task: Task) -> Future[str]:
         try:
-            future = pool.submit(store_member, self._job(level), index)
+            return pool.submit(store_member, self._job(task[0]), task[1])
         except BrokenExecutor:
             raise
         except Exception as error:  # each library of executors has its own
             reason = str(error) or type(error).__name__
             raise RuntimeError(f"the executor takes no more members ({reason}): {_GONE}") from error
-        pending[future] = sent
 
-    def _redo_overdue(self, pool: Executor, pending: dict[Future[str], Sent], force: Workforce) -> None:
-        """Hand out again what has not come back for long; what then still does not come back is computed here."""
-        limit = self.limit
-        for future, sent in list(pending.items()):
-            waited = time.monotonic() - sent.since
-            if waited <= limit:
+    def _do_overdue(self, pending: dict[Future[str], tuple[Task, float]], force: Workforce) -> None:
+        """Compute here what has not come back for long."""
+        for future, (task, since) in list(pending.items()):
+            if (waited := time.monotonic() - since) <= self.limit:
                 continue
             del pending[future]
             force.stuck |= not future.cancel()
-            level, index = sent.task
-            overdue = f"{member_name(level, index)} has not come back from a worker for {waited:.0f} s"
-            if sent.again:
-                warnings.warn(f"{overdue} again; it is computed in this process", RuntimeWarning, stacklevel=2)
-                self._count(sent.task, store_member(self._job(level), index))
-            else:
-                warnings.warn(
-                    f"{overdue} (limit {limit:.0f} s: {LONGEST_WAITS:g} times the longest so far, at least "
-                    f"{LEAST_WAIT:g} s); it is handed out again; see whether the workers are alive",
-                    RuntimeWarning,
-                    stacklevel=2,
-                )
-                self._hand_out(pool, pending, Sent(sent.task, time.monotonic(), again=True))
+            warnings.warn(
+                f"{member_name(*task)} has not come back from a worker for {waited:.0f} s (limit {self.limit:.0f} s: "
+                f"{LONGEST_WAITS:g} times the longest so far, at least {LEAST_WAIT:g} s); it is computed in this "
+                "process; see whether the workers are alive",
+                RuntimeWarning,
+                stacklevel=2,
+            )
+            self._count(task, store_member(self._job(task[0]), task[1]))
 
     @property
     def limit(self) -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,24 +29,46 @@ SOURCES = {
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Estimate:
+class Uncertain:
+    """A mean, or a ratio of two, with its errors; arrays over speed, or of one entry.
+
+    Attributes
+    ----------
+    mean : ndarray
+        In the limit of q_c and the pixel where that exists and the levels tell.
+    standard_error : ndarray
+        Of the mean, statistical.
+    budget : dict of str to ndarray
+        The parts of the 95 % error by source, keys of `SOURCES`; NaN where they are unknown. "scan" is a part only
+        where C(q) was measured on one map, and is NaN: it is not known how to estimate it.
+    """
+
+    mean: Array
+    standard_error: Array
+    budget: dict[str, Array]
+
+    @property
+    def total_error(self) -> Array:
+        """Root of the sum of squares of the known parts of `budget`; NaN where there is no mean."""
+        total = np.sqrt(sum(np.where(np.isnan(part), 0.0, part) ** 2 for part in self.budget.values()))
+        return np.where(np.isnan(self.mean), np.nan, total)
+
+    def unknown_at(self, k: int) -> tuple[str, ...]:
+        """The unknown parts of `budget` at entry k; none where there is no mean, or it is exactly zero."""
+        has_error = np.isfinite(self.mean[k]) and self.mean[k] != 0.0
+        return tuple(name for name, part in self.budget.items() if has_error and np.isnan(part[k]))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Estimate(Uncertain):
     """The mean of one observable with its errors; arrays over speed, or of one entry.
 
     Attributes
     ----------
     observable, unit : str
         What it is, and its SI unit.
-    mean : ndarray
-        In the limit of q_c and the pixel where that exists and the levels tell.
-    standard_error, half_width : ndarray
-        Statistical: of the mean, and of its 95 % interval (`quantile` with `effective_n` − 1 degrees of freedom).
     bias : ndarray
         Value at the finest level minus `mean`; zero where nothing is extrapolated.
-    total_error : ndarray
-        Root of the sum of squares of the known parts of `budget`; `unknown` names the others.
-    budget : dict of str to ndarray
-        The parts by source, keys of `SOURCES`; NaN where they are unknown. "scan" is a part only where
-        C(q) was measured on one map, and is NaN: it is not known how to estimate it.
     n : int
         Realizations.
     effective_n : ndarray
@@ -58,30 +79,15 @@ class Estimate:
 
     observable: str
     unit: str
-    mean: Array
-    standard_error: Array
-    half_width: Array
     bias: Array
-    total_error: Array
-    budget: dict[str, Array]
     n: int
     effective_n: Array
     notes: tuple[str, ...] = ()
 
-    def explain(self) -> str:
-        """Say in plain words where each part of the error comes from."""
-        lines, (unit, factor) = [], shown(self.unit)
-        for k, mean in enumerate(self.mean):
-            known = {name: part[k] * factor for name, part in self.budget.items() if np.isfinite(part[k])}
-            parts = ", ".join(f"{name} {part:.2g}" for name, part in known.items())
-            value = Number(mean, self.unit, self.total_error[k], self.unknown_at(k))
-            lines.append(
-                f"{value} {unit}".rstrip() + f": {parts}; n = {self.n} realizations, worth {self.effective_n[k]:.3g} "
-                f"with all levels; value at the finest level {self.bias[k] * factor:+.2g}"
-            )
-        sources = [f"{name}: {SOURCES[name]}" for name in self.budget if name not in self.unknown]
-        missing = [f"{name}: unknown: no levels show it; not in these figures" for name in self.unknown]
-        return "\n".join([f"{self.observable}:", *lines, *self.notes, *sources, *missing])
+    @property
+    def half_width(self) -> Array:
+        """Half-width of the 95 % interval of the scatter (`quantile` with `effective_n` − 1 degrees of freedom)."""
+        return self.budget["statistical"]
 
     @property
     def unknown(self) -> tuple[str, ...]:
@@ -89,9 +95,23 @@ class Estimate:
         defined = np.isfinite(self.mean)
         return tuple(name for name, part in self.budget.items() if np.any(np.isnan(part) & defined))
 
-    def unknown_at(self, k: int) -> tuple[str, ...]:
-        """The unknown parts of `budget` at entry k; none where the mean is exactly zero."""
-        return unknown_parts(self.mean, self.budget, k)
+    def number(self, k: int) -> Number:
+        """Return entry k as it is shown, with its total error."""
+        return Number(float(self.mean[k]), self.unit, float(self.total_error[k]), self.unknown_at(k))
+
+    def explain(self) -> str:
+        """Say in plain words where each part of the error comes from."""
+        lines, (unit, factor) = [], shown(self.unit)
+        for k in range(len(self.mean)):
+            known = {name: part[k] * factor for name, part in self.budget.items() if np.isfinite(part[k])}
+            parts = ", ".join(f"{name} {part:.2g}" for name, part in known.items())
+            lines.append(
+                f"{self.number(k)} {unit}".rstrip() + f": {parts}; n = {self.n} realizations, worth "
+                f"{self.effective_n[k]:.3g} with all levels; value at the finest level {self.bias[k] * factor:+.2g}"
+            )
+        sources = [f"{name}: {SOURCES[name]}" for name in self.budget if name not in self.unknown]
+        missing = [f"{name}: unknown: no levels show it; not in these figures" for name in self.unknown]
+        return "\n".join([f"{self.observable}:", *lines, *self.notes, *sources, *missing])
 
 
 def estimate(
@@ -121,36 +141,8 @@ def estimate(
         bias = values.finest.mean(axis=0) - mean
     if scanned:
         budget["scan"] = np.where(mean == 0.0, 0.0, np.nan)  # at rest nothing heats, whatever C(q)
-    return Estimate(
-        observable,
-        OBSERVABLES[observable].unit,
-        mean,
-        error,
-        budget["statistical"],
-        bias,
-        total_error(mean, budget),
-        budget,
-        len(values.extrapolated),
-        freedom + 1.0,
-        notes,
-    )
-
-
-class Quotient(NamedTuple):
-    """A ratio of two columns, or of a column and the theory, with its errors; arrays over speed.
-
-    `standard_error` is statistical; `total_error` (95 %) is the root of the sum of squares of `budget`, whose parts are
-    those of an `Estimate`.
-    """
-
-    value: Array
-    standard_error: Array
-    total_error: Array
-    budget: dict[str, Array]
-
-    def unknown_at(self, k: int) -> tuple[str, ...]:
-        """The unknown parts of `budget` at entry k."""
-        return unknown_parts(self.value, self.budget, k)
+    unit = OBSERVABLES[observable].unit
+    return Estimate(mean, error, budget, observable, unit, bias, len(values.extrapolated), freedom + 1.0, notes)
 
 
 def quotient(
@@ -160,7 +152,7 @@ def quotient(
     size: Array | float = 0.0,
     tolerance: float = 0.0,
     scanned: bool = False,
-) -> Quotient:
+) -> Uncertain:
     """Return ⟨above⟩/⟨below⟩ and its errors, (speeds,), of two columns of a run, or of a column and exact values.
 
     `size` is the relative error of the ratio by the finite cell; `tolerance` and `scanned` as in `estimate`. The rows
@@ -197,19 +189,7 @@ def quotient(
         }
     if scanned:  # both columns use the one C(q), but nothing shows that its error cancels
         budget["scan"] = np.full(value.shape, np.nan)
-    return Quotient(value, error, total_error(value, budget), budget)
-
-
-def unknown_parts(mean: Array, budget: dict[str, Array], k: int) -> tuple[str, ...]:
-    """Return which parts of a budget are NaN at entry k, where there is a mean to be wrong."""
-    has_error = np.isfinite(mean[k]) and mean[k] != 0.0
-    return tuple(name for name, part in budget.items() if has_error and np.isnan(part[k]))
-
-
-def total_error(mean: Array, budget: dict[str, Array]) -> Array:
-    """Return the root of the sum of squares of the known parts; NaN where there is no mean."""
-    total = np.sqrt(sum(np.where(np.isnan(part), 0.0, part) ** 2 for part in budget.values()))
-    return np.where(np.isnan(mean), np.nan, total)
+    return Uncertain(value, error, budget)
 
 
 def spread(values: Array, base: Array | None = None, group: NDArray[np.intp] | None = None) -> tuple[Array, Array]:

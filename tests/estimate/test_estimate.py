@@ -294,10 +294,12 @@ def test_a_quotient_keeps_what_two_strided_columns_have_in_common():
         capped=True,
         end=2.0,
     )
-    value, error = est.quotient(above, own)[:2]
+    found = est.quotient(above, own)
+    value, error = found.mean, found.standard_error
     assert value[0] == pytest.approx(0.5, rel=1e-12)
     assert error[0] == pytest.approx(0.0, abs=1e-12)
-    value, error = est.quotient(above, np.array([4.0]))[:2]
+    found = est.quotient(above, np.array([4.0]))
+    value, error = found.mean, found.standard_error
     assert value[0] == pytest.approx(above.extrapolated.mean() / 4.0, rel=1e-12)
     assert error[0] == pytest.approx(est.spread(above.extrapolated, above.base, above.group)[0][0] / 4.0, rel=1e-12)
 
@@ -309,7 +311,8 @@ def test_the_error_of_a_quotient_is_its_scatter_over_many_runs():
     for _ in range(600):
         above, coarse, _, _ = strided(rng, 24, 4, 0.6)
         below = values_of(coarse + 0.5 * rng.standard_normal((24, 1)))
-        told.append([x[0] for x in est.quotient(above, below)[:2]])
+        found = est.quotient(above, below)
+        told.append([found.mean[0], found.standard_error[0]])
     values, errors = np.array(told).T
     # 1/√1200 = 3 % is the relative error of the left side
     assert values.std() == pytest.approx(np.sqrt((errors**2).mean()), rel=0.1)
@@ -335,4 +338,4 @@ def test_a_quotient_tells_rows_apart_by_the_levels_of_both_columns():
 
 def test_no_realization_of_plastic_area_has_no_quotient():
     none = values_of(np.zeros((12, 1)))
-    assert np.isnan(est.quotient(none, np.array([0.0]))[0][0])
+    assert np.isnan(est.quotient(none, np.array([0.0])).mean[0])

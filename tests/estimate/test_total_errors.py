@@ -142,7 +142,7 @@ def test_a_ratio_has_the_errors_of_both_columns_but_for_the_scatter_that_they_sh
     )
     found = est.quotient(above, below, size=0.003, tolerance=1e-4)
     mean = below.extrapolated.mean()
-    assert found.value[0] == pytest.approx(0.5)
+    assert found.mean[0] == pytest.approx(0.5)
     assert found.standard_error[0] < 1e-12
     assert found.budget["bandwidth"][0] == pytest.approx(0.5 * np.hypot(0.04 / (0.5 * mean), 0.04 / mean))
     assert found.budget["pixel"][0] == pytest.approx(0.5 * 0.08 / mean)
@@ -158,7 +158,7 @@ def test_a_ratio_to_the_theory_of_the_same_modes_has_no_bandwidth_error():
     assert found.budget["bandwidth"][0] == 0.0
     assert found.unknown_at(0) == ()
     assert found.budget["pixel"][0] == pytest.approx(0.04)
-    assert found.budget["size"][0] == pytest.approx(0.01 * found.value[0])
+    assert found.budget["size"][0] == pytest.approx(0.01 * found.mean[0])
 
 
 def test_what_one_column_does_not_know_the_ratio_does_not_know():
