@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -18,16 +18,7 @@ from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
 _AT_REST = 1e-150  # a speed of zero is measured at this one, m/s: the limits D_flash and s need a ratio of moments
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
-class Realization(Solution):
-    """One member of an ensemble: a surface, its contact, and what was measured of it at the scene's speeds."""
-
-    level: int
-    index: int
-    seed: int  # of the ensemble
-
-
-def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, index: int = 0) -> Realization:
+def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, index: int = 0) -> Solution:
     """Compute one member of an ensemble.
 
     Parameters
@@ -43,8 +34,8 @@ def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, inde
 
     Returns
     -------
-    Realization
-        The fields and what was measured.
+    Solution
+        The surface, its contact, and what was measured of it at the scene's speeds.
 
     Raises
     ------
@@ -57,9 +48,7 @@ def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, inde
     for name, (value, limit) in limits.items():
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < limit:
             raise ValueError(f"{name} = {value!r} must be a whole number from 0 to below {limit:g}")
-    solution = solve_problem(replace(level_problem(scene, numerics, level), seed=seed, index=index))
-    parts = {field.name: getattr(solution, field.name) for field in fields(solution)}
-    return Realization(level=level, index=index, seed=seed, **parts)
+    return solve_problem(replace(level_problem(scene, numerics, level), seed=seed, index=index))
 
 
 @lru_cache(maxsize=16)

@@ -23,7 +23,7 @@ from roughsim.pipeline import versions
 from roughsim.planning.plan import plan
 from roughsim.results.folder import describe, folder_state, open_run, read_description
 from roughsim.results.run import Run
-from roughsim.scene import Scene, first_difference
+from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics, Reason
 from roughsim.store.claims import Claims
 from roughsim.store.member_files import FORMAT
@@ -151,12 +151,12 @@ def begin(scene: Scene, folder: Path, numerics: Numerics | None = None) -> Numer
         numerics = numerics if keep is None else replace(numerics, keep_fields=keep)
     description = description_of(scene, numerics)
     there, here = ({**it["scene"], **it["numerics"], "keep_fields": None} for it in (stored, description))
-    if difference := first_difference(there, here):
-        key, old, new = difference
-        raise RecordError(
-            f"{folder} holds another scene: {key} is {old} there and {new} here; name another folder, or give the "
-            "scene as it was"
-        )
+    for key in dict.fromkeys((*there, *here)):
+        if (old := there.get(key)) != (new := here.get(key)):
+            raise RecordError(
+                f"{folder} holds another scene: {key} is {old} there and {new} here; name another folder, or give the "
+                "scene as it was"
+            )
     # what differs from process to process stays as the first one wrote it
     description |= {key: stored[key] for key in ("versions", "reasons") if key in stored}
     describe(folder, description, scene)

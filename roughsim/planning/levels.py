@@ -1,5 +1,9 @@
 """Which levels a scene gets: cut-offs and grids, each with its reason, and the systematic errors that they leave.
 
+A pilot goes ahead: a few cheap solves show how much T_flash scatters, and how it falls with the cut-off and the pixel.
+Their cut-offs are far below those of the run: a solve takes hundredths of a second. Their random streams are
+their own; the same scene gives the same pilot. What it measures scales to the run's levels as 1/q_c. The rules:
+
 - Contact that yields needs no resolution of its own: the yield wavenumber q_y sets the scale, not q_max.
 - Contact on the smoothed spectrum C_sm converges by itself: one cut-off a little above q_y, on two grids.
 - Capped contact errs by the cut-off more than by the pixel: three cut-offs, continued as T∞ + c q_c^(−p), the lower two
@@ -9,19 +13,31 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from math import hypot, inf, isfinite, nan, pi
+import time
+import warnings
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from math import ceil, hypot, inf, isfinite, nan, pi
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from roughsim import prediction
+from roughsim.errors import ConvergenceError
 from roughsim.estimate.ladder import DOUBT_OF_SHAPE
-from roughsim.planning.pilot import Pilot, fast_size
+from roughsim.realization import realize
 from roughsim.scene import Scene
-from roughsim.scene.numerics import Column, Level
+from roughsim.scene.numerics import DEFAULT_SOLVER, Column, Level, Numerics
 
+Array = NDArray[np.float64]
 Lengths = tuple[float, float]  # of the cell, m
+SOLVES = 12  # of each level: scatter is then known to a fifth, one standard error
+SCATTER_KNOWN = (0.71, 1.70)  # true over measured scatter, 95 % of normal ones: √(11/χ²) with 11 degrees of freedom
+POINTS = 512  # points per side that no solve of a pilot exceeds
+LEAST_POINTS = 8  # points per side of its coarsest grid
+PILOT_TOP = 4.0  # q_y: highest cut-off of a pilot of capped contact, the lowest rung of most ladders
+SEED = 20  # any number: a pilot must not see the surfaces of the run
 ELASTIC_SIDE, CAPPED_SIDE = 2048, 4096  # points per side of the finest grids of a plan; beyond, C(q) is cut
 PIXELS = 4  # per shortest wave of a level; its partner at half the pixel has twice as many
 SYSTEMATIC = 0.6  # share of the target that bandwidth and pixel may take; the rest is for the scatter
@@ -33,6 +49,88 @@ FITTED_TOP = 16  # q_y: from there on the lowest rung stands at 4 q_y, and the r
 SLOW_FALL = 0.75  # exponent below which three rungs do not tell it well: H = 0.43
 UNFITTED_DOUBT, SLOW_DOUBT, FITTED_DOUBT = 1.0, 0.5, 0.12  # share of the remainder beyond the top that is in doubt
 UNCUT_PIXEL = 0.6  # of the pilot's change, what the pixel leaves where all of C(q) is solved; falls as 1/√q_c
+
+
+@dataclass(frozen=True, slots=True)
+class Pilot:
+    """What the pilot of one column says of T_flash, relative to its limit at the speed with the highest T_flash."""
+
+    scatter: float  # standard deviation of one realization over its mean, at the worst speed
+    hot_scatter: float  # the same at the speed with the highest T_flash
+    step: float  # change of the mean from q_max/2 to q_max
+    pixel: float  # change of the mean from 4 to 8 pixels per shortest wave, at q_max/2
+    change_scatter: float  # standard deviation of these changes from one realization to the next
+    q_max: float  # its highest cut-off, rad/m
+    pace: float  # CPU time of one realization over `work` of its points, s; never decides
+    measured: bool = True
+
+
+# what stands for a pilot whose solves do not converge: about what those of steel say
+GUESS = Pilot(0.02, 0.02, step=0.2, pixel=0.009, change_scatter=0.004, q_max=inf, pace=1.2e-8, measured=False)
+
+
+def work(points: float) -> float:
+    """Return how the time of a solve grows with its points: per point as √(points per side), on 512² to 3072²."""
+    return float(points**1.25)
+
+
+@lru_cache(maxsize=32)
+def pilot(scene: Scene, column: Column, lengths: Lengths, q_max: float) -> Pilot:
+    """Measure T_flash at a few low cut-offs; a guess where a solve does not converge.
+
+    `lengths` are of the cell, m. `q_max` is the highest cut-off, rad/m; lowered to what `POINTS` per side resolve with
+    4 pixels per wave.
+    """
+    cut = min(q_max, POINTS * 2 * pi / (4 * max(lengths)))
+    x, y = (fast_size(max(2.0 * LEAST_POINTS, 4 * cut * length / (2 * pi))) for length in lengths)
+    levels = (
+        Level(column, (x // 2, y // 2), cut / 2),
+        Level(column, (x, y), cut),  # twice the cut-off at the same pixels per wave
+        Level(column, (x, y), cut / 2),  # half the pixel at the same cut-off
+    )
+    numerics = Numerics(levels, lengths, solver=scene.numerics.solver or DEFAULT_SOLVER)
+    try:
+        (coarse, quick), (fine, seconds), (finer, other) = (flash_temperatures(scene, numerics, k) for k in range(3))
+    except ConvergenceError:
+        return replace(GUESS, q_max=cut)
+    mean = fine.mean(axis=0)
+    hottest = int(np.argmax(mean))
+    limit = float((2.0 * fine - coarse).mean(axis=0)[hottest])  # of first order in 1/q_c
+    steps, pixels = ((level - coarse)[:, hottest] / limit for level in (fine, finer))
+    scatter = np.divide(fine.std(axis=0, ddof=1), mean, out=np.zeros_like(mean), where=mean > 0.0)
+    return Pilot(
+        scatter=float(scatter.max()),
+        hot_scatter=float(scatter[hottest]),
+        step=abs(float(steps.mean())),
+        pixel=abs(float(pixels.mean())),
+        change_scatter=max(float(change.std(ddof=1)) for change in (steps, pixels)),
+        q_max=cut,
+        pace=pace(numerics, quick, min(seconds, other)),
+    )
+
+
+def pace(numerics: Numerics, coarse: float, fine: float) -> float:
+    """Return CPU time over work from one grid to the next, so that what every realization takes drops out, s."""
+    small, large = (work(numerics.grid(i).points) for i in (0, 1))
+    return max((fine - coarse) / (large - small), 0.5 * fine / large)
+
+
+def flash_temperatures(scene: Scene, numerics: Numerics, level: int) -> tuple[Array, float]:
+    """Return T_flash of all realizations (SOLVES, speeds), and the least CPU time of one, s."""
+    rows, least = [], inf
+    for index in range(SOLVES):
+        start = time.process_time()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # the run itself says what is to be said
+            rows.append(realize(scene, numerics, seed=SEED, level=level, index=index).observables.flash_temperature)
+        least = min(least, time.process_time() - start)
+    return np.stack(rows), least
+
+
+def fast_size(points: float) -> int:
+    """Return the next size of the form 2^a·{4, 5, 6} ≥ `points` less 2 %: fast to transform, easy to halve."""
+    least = max(8, ceil(0.98 * points))
+    return min(k << a for a in range(1, least.bit_length()) for k in (4, 5, 6) if k << a >= least)
 
 
 class Rung(NamedTuple):
@@ -69,33 +167,43 @@ def yield_scale(scene: Scene) -> tuple[float, str]:
     return q_max, f"q_max = {q_max:.3g} rad/m: 99 % yielding is not reached"
 
 
-def elastic_ladder(scene: Scene, lengths: Lengths, target: float, pilot: Pilot) -> Ladder:
+def ladder_of(scene: Scene, lengths: Lengths, target: float) -> tuple[Ladder, Pilot]:
+    """Return the levels of a scene for a relative error, and what its pilot has seen."""
+    q_max = scene.spectrum.breaks[-1]
+    if scene.elastic:
+        seen = pilot(scene, "elastic", lengths, q_max)
+        return elastic_ladder(scene, lengths, target, seen), seen
+    seen = pilot(scene, "capped", lengths, min(q_max, PILOT_TOP * yield_scale(scene)[0]))
+    return capped_ladder(scene, lengths, target, seen), seen
+
+
+def elastic_ladder(scene: Scene, lengths: Lengths, target: float, seen: Pilot) -> Ladder:
     """Return all of C(q) on two grids, or three cut-offs where that takes more points than a plan allows."""
     q_max = scene.spectrum.breaks[-1]
     if q_max > highest_cut_off(lengths, ELASTIC_SIDE) / 2:  # the partner has half the pixel
         first = f"the whole of C(q), to {q_max:.3g} rad/m, is more than a grid holds"
-        return cut_ladder(scene, ("elastic",), lengths, pilot, first)
+        return cut_ladder(scene, ("elastic",), lengths, seen, first)
     # the error of the pixel is of second order: a third of what half the pixel changes is left, then a quarter of that
-    fine = pilot.pixel / 3 > SYSTEMATIC * target
-    pixels, pixel_error = (2 * PIXELS, pilot.pixel / 12) if fine else (PIXELS, pilot.pixel / 3)
+    fine = seen.pixel / 3 > SYSTEMATIC * target
+    pixels, pixel_error = (2 * PIXELS, seen.pixel / 12) if fine else (PIXELS, seen.pixel / 3)
     return Ladder(pair("elastic", lengths, q_max, pixels, f"{pixels} pixels per shortest wave"), 0.0, pixel_error)
 
 
-def capped_ladder(scene: Scene, lengths: Lengths, target: float, pilot: Pilot) -> Ladder:
+def capped_ladder(scene: Scene, lengths: Lengths, target: float, seen: Pilot) -> Ladder:
     """Return the smoothed surface on two grids, and a ladder of capped contact up to 8, 16 or 32 q_y."""
     q_max = scene.spectrum.breaks[-1]
     q_yield, where = yield_scale(scene)
     limit = highest_cut_off(lengths, CAPPED_SIDE)
     smoothed_top = min(SMOOTHED_TOP * q_yield, q_max)
     if smoothed_top > limit / 2:  # both columns up to the same cut-offs
-        return cut_ladder(scene, ("smoothed", "capped"), lengths, pilot, f"yields beyond any grid ({where})")
+        return cut_ladder(scene, ("smoothed", "capped"), lengths, seen, f"yields beyond any grid ({where})")
     whole = f"{SMOOTHED_TOP:g} × {where}; {PIXELS} pixels per shortest wave"
     smoothed = pair("smoothed", lengths, smoothed_top, PIXELS, whole)
     for factor in CAPPED_TOPS:
         top = min(factor * q_yield, q_max, limit)
         exponent = prediction.usual_exponent(scene, top)
         doubt = UNFITTED_DOUBT if factor < FITTED_TOP else FITTED_DOUBT if exponent > SLOW_FALL else SLOW_DOUBT
-        errors = capped_errors(top, top < q_max, pilot, exponent, doubt)
+        errors = capped_errors(top, top < q_max, seen, exponent, doubt)
         if hypot(*errors) <= SYSTEMATIC * target or top < factor * q_yield:
             break
     height = f"{top / q_yield:.3g} q_y"
@@ -108,16 +216,16 @@ def capped_ladder(scene: Scene, lengths: Lengths, target: float, pilot: Pilot) -
     return Ladder([*smoothed, *climb("capped", lengths, top, first, last, halved=(4, 2))], *errors)
 
 
-def capped_errors(top: float, cut: bool, pilot: Pilot, exponent: float, doubt: float) -> tuple[float, float]:
+def capped_errors(top: float, cut: bool, seen: Pilot, exponent: float, doubt: float) -> tuple[float, float]:
     """Return bandwidth and pixel error to expect of capped T_flash, which falls as q_c^(−exponent).
 
     `doubt` is the share of the remainder beyond the top that is in doubt; nothing remains where C(q) is not cut.
     """
     if not cut:
-        return 0.0, UNCUT_PIXEL * pilot.pixel * min(pilot.q_max / top, 1.0) ** 0.5
+        return 0.0, UNCUT_PIXEL * seen.pixel * min(seen.q_max / top, 1.0) ** 0.5
     # the pilot's step from q_max/2 to q_max is (2^p − 1) of what remains beyond q_max
-    remainder = pilot.step / (2.0**exponent - 1.0) * (pilot.q_max / top) ** exponent
-    return doubt * remainder, pilot.pixel * pilot.q_max / top
+    remainder = seen.step / (2.0**exponent - 1.0) * (seen.q_max / top) ** exponent
+    return doubt * remainder, seen.pixel * seen.q_max / top
 
 
 def rung(column: Column, lengths: Lengths, q_c: float, pixels: int, reason: str) -> Rung:
@@ -145,7 +253,7 @@ def climb(
     return rungs
 
 
-def cut_ladder(scene: Scene, columns: tuple[Column, ...], lengths: Lengths, pilot: Pilot, first: str) -> Ladder:
+def cut_ladder(scene: Scene, columns: tuple[Column, ...], lengths: Lengths, seen: Pilot, first: str) -> Ladder:
     """Return three cut-offs of each column where no grid holds C(q), and the errors of T_flash in the last column."""
     q_max = scene.spectrum.breaks[-1]
     top = min(highest_cut_off(lengths, ELASTIC_SIDE), q_max)
@@ -160,10 +268,10 @@ def cut_ladder(scene: Scene, columns: tuple[Column, ...], lengths: Lengths, pilo
                 last += "is unknown: the contact yields at shorter waves than any grid holds"
         rungs += climb(column, lengths, top, f"{first}; {PIXELS} pixels per shortest wave", last, halved=(4,))
     # the pixel is of second order, as in elastic contact
-    return Ladder(rungs, cut_bandwidth(scene, columns[-1], top, pilot), pilot.pixel / 3)
+    return Ladder(rungs, cut_bandwidth(scene, columns[-1], top, seen), seen.pixel / 3)
 
 
-def cut_bandwidth(scene: Scene, column: Column, top: float, pilot: Pilot) -> float:
+def cut_bandwidth(scene: Scene, column: Column, top: float, seen: Pilot) -> float:
     """Return the relative error to expect of the highest T_flash by a cut at `top`; NaN where it is unknown."""
     if top >= scene.spectrum.breaks[-1]:
         return 0.0
@@ -177,6 +285,6 @@ def cut_bandwidth(scene: Scene, column: Column, top: float, pilot: Pilot) -> flo
     def theory(q: float) -> float:
         return float(prediction.predictions(scene, q)["flash_temperature"][hottest])
 
-    step = theory(pilot.q_max) - theory(pilot.q_max / 2)
+    step = theory(seen.q_max) - theory(seen.q_max / 2)
     # as much of what follows in the theory as the pilot's step is of the theory's
-    return DOUBT_OF_SHAPE * (pilot.step * (theory(inf) - theory(top)) / step)
+    return DOUBT_OF_SHAPE * (seen.step * (theory(inf) - theory(top)) / step)

@@ -15,8 +15,7 @@ from roughsim import prediction
 from roughsim.errors import ResolutionError, number
 from roughsim.estimate.cell_size import choose_lengths, size_error
 from roughsim.estimate.errors import LEAST, LEAST_FINE, quantile
-from roughsim.planning.levels import Ladder, Lengths, capped_ladder, elastic_ladder, yield_scale
-from roughsim.planning.pilot import SCATTER_KNOWN, SOLVES, Pilot, pilot, work
+from roughsim.planning.levels import SCATTER_KNOWN, SOLVES, Ladder, Lengths, ladder_of, work
 from roughsim.scene import Scene
 from roughsim.scene.numerics import DEFAULT_REASONS, Forecast, Level, Numerics, Reason
 from roughsim.show.table import Column, Table
@@ -24,11 +23,10 @@ from roughsim.untrusted import machine_memory
 
 TARGET = 0.01  # relative error in all where neither the caller nor the scene states one
 LEAST_SHARE = 0.1  # of the squared target, left to the scatter however large the systematic errors are
-PILOT_TOP = 4.0  # q_y: highest cut-off of a pilot of capped contact, the lowest rung of most ladders
 CORRECTIONS = 0.75  # scatter of what the fine levels add, over that of the changes that the pilot sees
 MEMORY_SHARE = 0.8  # of the machine's memory that the largest grid may take
 BYTES_PER_POINT = 120  # peak memory of a solve, measured
-STRIDES = tuple(2**k for k in range(10))  # powers of two, so that all fine levels share their realizations
+STRIDES = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512]  # powers of two, so that all fine levels share their realizations
 
 
 def plan(scene: Scene, target_error: float | None = None) -> Numerics:
@@ -87,7 +85,15 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
         reasons.append(
             Reason("conductivity", f"{text} W/(m K)", "of the moving body at T₀ + 0.75 T_flash of the theory")
         )
-    return replace(numerics, reasons=(*reasons, memory_reason(numerics)))
+    points = max(level.shape[0] * level.shape[1] for level in numerics.levels)
+    memory, available = BYTES_PER_POINT * points, machine_memory()
+    if memory > MEMORY_SHARE * available:
+        raise ResolutionError(
+            f"memory = {memory / 1e9:.3g} GB for a grid of {points} points exceeds {100 * MEMORY_SHARE:.0f} % of the "
+            f"machine's {available / 1e9:.3g} GB; lower the levels' shape"
+        )
+    reasons.append(Reason("memory", f"{memory / 1e9:.2g} GB per worker", "largest grid"))
+    return replace(numerics, reasons=tuple(reasons))
 
 
 def plan_table(reasons: Sequence[Reason]) -> Table:
@@ -97,11 +103,7 @@ def plan_table(reasons: Sequence[Reason]) -> Table:
 
 def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | None) -> Numerics:
     """Return levels and forecast with their reasons; `stop` is the statistical target where that is fixed."""
-    column, choose, top = "elastic", elastic_ladder, scene.spectrum.breaks[-1]
-    if not scene.elastic:
-        column, choose, top = "capped", capped_ladder, min(top, PILOT_TOP * yield_scale(scene)[0])
-    seen = pilot(scene, column, lengths, top)
-    ladder, size = choose(scene, lengths, target, seen), size_error(scene, lengths)
+    (ladder, seen), size = ladder_of(scene, lengths, target), size_error(scene, lengths)
     # the scatter may take what the systematic errors leave of the target
     systematic = hypot(0.0 if isnan(ladder.bandwidth) else ladder.bandwidth, ladder.pixel, size)
     goal = sqrt(max(target**2 - systematic**2, LEAST_SHARE * target**2)) if stop is None else stop
@@ -124,9 +126,16 @@ def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | N
         why += f"; max_realizations ends the run before, as that takes about {needed:.3g}"
     elif fewest < largest:
         why += f"; {fewest} to {largest}, as the scatter from {SOLVES} pilot solves is known within a factor 1.7"
+    text, told = "none", "a cheap solve did not converge: what is expected below is a guess"
+    if seen.measured:
+        text = f"scatter {100 * seen.scatter:.2g} %, step {100 * seen.step:.2g} %, pixel {100 * seen.pixel:.2g} %"
+        told = (
+            f"cheap solves up to q_c = {seen.q_max:.3g} rad/m: how much T_flash scatters from one realization to the "
+            "next, falls when q_c is doubled, and changes at half the pixel"
+        )
     reasons = [
         *(Reason(a.column, level_text((a,)), rung.reason) for a, rung in zip(levels, ladder.rungs, strict=True)),
-        pilot_reason(seen),
+        Reason("pilot", text, told),
         Reason("realizations", f"about {count}", why),
         *forecast_reasons(forecast, scene.scanned),
     ]
@@ -158,29 +167,14 @@ def realizations_for(goal: float, scatter: float, change: float, every: int) -> 
 
 def choose_stride(ladder: Ladder, goal: float, scatter: float, change: float, most: int) -> int:
     """Return the cheapest stride of the fine levels that leaves three fine realizations of the `most` allowed."""
-    cost: dict[int, float] = {}
-    for every in STRIDES:
-        count = realizations_for(goal, scatter, change, every)  # all that the goal takes, allowed or not
-        if every == 1 or (LEAST_FINE - 1) * every < min(count, most):
-            cost[every] = total_work(ladder.levels(every), count)
-    return min(cost, key=cost.__getitem__)
+    counts = {every: realizations_for(goal, scatter, change, every) for every in STRIDES}  # allowed or not
+    enough = [every for every in STRIDES if every == 1 or (LEAST_FINE - 1) * every < min(counts[every], most)]
+    return min(enough, key=lambda every: total_work(ladder.levels(every), counts[every]))
 
 
 def total_work(levels: Iterable[Level], count: int) -> float:
     """Return the `work` of all solves of so many realizations."""
     return sum(work(level.shape[0] * level.shape[1]) * -(-count // level.every) for level in levels)
-
-
-def pilot_reason(seen: Pilot) -> Reason:
-    """Return what the pilot has measured."""
-    if not seen.measured:
-        return Reason("pilot", "none", "a cheap solve did not converge: what is expected below is a guess")
-    text = f"scatter {100 * seen.scatter:.2g} %, step {100 * seen.step:.2g} %, pixel {100 * seen.pixel:.2g} %"
-    why = (
-        f"cheap solves up to q_c = {seen.q_max:.3g} rad/m: how much T_flash scatters from one realization to the next, "
-        "falls when q_c is doubled, and changes at half the pixel"
-    )
-    return Reason("pilot", text, why)
 
 
 def forecast_reasons(forecast: Forecast, scanned: bool) -> list[Reason]:
@@ -216,15 +210,3 @@ def level_text(levels: Sequence[Level]) -> str:
         for level in levels
     )
     return "; ".join(texts)
-
-
-def memory_reason(numerics: Numerics) -> Reason:
-    """Return what the largest grid takes; refused above 80 % of the machine's memory."""
-    points = max(level.shape[0] * level.shape[1] for level in numerics.levels)
-    memory, available = BYTES_PER_POINT * points, machine_memory()
-    if memory > MEMORY_SHARE * available:
-        raise ResolutionError(
-            f"memory = {memory / 1e9:.3g} GB for a grid of {points} points exceeds {100 * MEMORY_SHARE:.0f} % of the "
-            f"machine's {available / 1e9:.3g} GB; lower the levels' shape"
-        )
-    return Reason("memory", f"{memory / 1e9:.2g} GB per worker", "largest grid")

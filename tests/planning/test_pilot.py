@@ -1,6 +1,5 @@
 """Pilots: what a few cheap solves tell, from realizations whose T_flash is known."""
 
-import importlib
 import re
 from dataclasses import replace
 from math import pi, sqrt
@@ -13,13 +12,12 @@ from scipy import stats
 import roughsim as rs
 from roughsim import prediction
 from roughsim.errors import ConvergenceError
-from roughsim.planning import pilot as stage
-from roughsim.planning.pilot import Pilot
+from roughsim.planning import levels as stage
+from roughsim.planning.levels import Pilot
 from roughsim.planning.plan import half_width as expected_half_width
 from roughsim.planning.plan import realizations_for, total_work
 from roughsim.scene.numerics import Level, Numerics
 
-plan_module = importlib.import_module("roughsim.planning.plan")
 WAVE = 2 * pi / 6350
 
 
@@ -109,7 +107,7 @@ SEEN = Pilot(scatter=0.03, hot_scatter=0.02, step=0.2, pixel=0.012, change_scatt
 
 
 def planned(monkeypatch, scene, target=None, seen=SEEN):
-    monkeypatch.setattr(plan_module, "pilot", lambda *_: seen)
+    monkeypatch.setattr(stage, "pilot", lambda *_: seen)
     return rs.plan(replace(scene, ensemble=replace(scene.ensemble, until={})), target)
 
 
@@ -191,7 +189,7 @@ def test_the_stride_of_fine_levels_is_the_cheapest_power_of_two(monkeypatch, cha
 
 def test_a_run_too_short_for_three_fine_realizations_solves_every_level_each_time(monkeypatch):
     scene = rs.load_scene("steel-1.2GPa")
-    monkeypatch.setattr(plan_module, "pilot", lambda *_: SEEN)
+    monkeypatch.setattr(stage, "pilot", lambda *_: SEEN)
     numerics = rs.plan(replace(scene, ensemble=replace(scene.ensemble, until={}, max_realizations=2)), 0.012)
     assert {level.every for level in numerics.levels} == {1}
 

@@ -8,7 +8,7 @@ import pytest
 
 import roughsim as rs
 from roughsim import plan as _function  # the public name is the function, whatever was imported
-from roughsim.planning.pilot import fast_size
+from roughsim.planning.levels import fast_size
 from roughsim.scene import parse_scene
 from roughsim.scene.numerics import Level, Numerics
 

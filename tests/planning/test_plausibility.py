@@ -1,6 +1,5 @@
 """Scenes with a slip of the unit or the key are told of; lawful ones are not."""
 
-import importlib
 import json
 import math
 import re
@@ -14,8 +13,8 @@ from steel_text import STEEL, changed, with_counterface
 import roughsim as rs
 from roughsim.cli import main
 from roughsim.comparison.tables import theory_dict
+from roughsim.planning import levels
 from roughsim.planning.limits import facts, judge
-from roughsim.planning.pilot import GUESS
 from roughsim.report.sections import header, scene_section
 from roughsim.scene import SceneError, bundled_scenes, parse_scene
 
@@ -251,9 +250,8 @@ def test_a_scan_is_said_to_have_an_unknown_error_before_anything_is_computed(mon
     assert warned(text) == []  # a table of one's own is taken as stated
     (line,) = warned(text.replace("psd_convention", 'psd_source = "scan"\npsd_convention'))
     assert line.startswith("C(q) was measured on one scan, and its error is unknown")
-    planning = importlib.import_module("roughsim.planning.plan")
-    guess = replace(GUESS, q_max=2e4)  # solves would take seconds, and decide nothing here
-    monkeypatch.setattr(planning, "pilot", lambda *_: guess)
+    guess = replace(levels.GUESS, q_max=2e4)  # solves would take seconds, and decide nothing here
+    monkeypatch.setattr(levels, "pilot", lambda *_: guess)
     for scanned in (False, True):
         scene = parse_scene(text.replace("psd_convention", 'psd_source = "scan"\npsd_convention') if scanned else text)
         (error,) = [reason for reason in rs.plan(scene).reasons if reason.choice == "error"]
