@@ -1,6 +1,6 @@
 """What the tests of charts draw."""
 
-from roughsim.charts.subject import Subject
+from roughsim.charts.style import Subject
 
 SPEED = ("temperature", "heat_flux", "distribution", "profile")
 

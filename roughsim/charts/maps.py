@@ -16,8 +16,7 @@ from matplotlib.patheffects import withStroke
 from scipy.ndimage import fourier_gaussian
 
 from roughsim import fourier
-from roughsim.charts.style import Array, new_figure, scaled
-from roughsim.charts.subject import FIELDS, Subject
+from roughsim.charts.style import FIELDS, Array, Subject, new_figure, scaled
 from roughsim.errors import number
 from roughsim.grid import Grid
 from roughsim.results.arrays import DERIVED_UNITS

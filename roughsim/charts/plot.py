@@ -6,9 +6,9 @@ from pathlib import Path
 
 from roughsim.charts.maps import Zoom, map_chart, side_by_side_chart
 from roughsim.charts.spectra import correlation_chart, spectrum_chart
-from roughsim.charts.style import check_ending
-from roughsim.charts.subject import FIELDS, choose_subject
+from roughsim.charts.style import FIELDS, Subject, check_ending
 from roughsim.charts.temperature import distribution_chart, profile_chart
+from roughsim.errors import number
 from roughsim.results.arrays import DERIVED_UNITS
 from roughsim.results.run import Run
 
@@ -19,6 +19,33 @@ CURVES = {
     "profile": profile_chart,
 }
 QUANTITIES = (*FIELDS, *CURVES)
+NEEDS_SPEED = (*DERIVED_UNITS, "distribution", "profile")
+
+
+def choose_subject(
+    run: Run, quantity: str, realization: int | None, speed: float | None, column: str | None
+) -> Subject:
+    """Return what a quantity is drawn of; ValueError where fields were not kept, or an argument does not fit it."""
+    column = run.column(column)
+    level = run.numerics.of_column(column)[-1]
+    if not run.sound(run.realizations):
+        raise ValueError(f"{run.folder} has no sound realization yet; let it run first")
+    if quantity == "correlation" and realization is not None:
+        raise ValueError(f"realization = {realization}: the correlation is a mean over all of them; leave it out")
+    if quantity != "correlation":  # all others need fields; the spectrum has those of all kept realizations
+        indices = run.kept(level)
+        if not indices or (realization is not None and realization not in indices):
+            raise run.not_kept(level, realization)
+        if realization is None and quantity != "spectrum":
+            realization = indices[0]
+    if quantity not in NEEDS_SPEED:
+        if speed is not None:
+            raise ValueError(f"speed = {speed:g} m/s: {quantity} does not depend on it; leave it out")
+        return Subject(run, column, level, realization, None)
+    speed = max(run.scene.speeds) if speed is None else number("speed", speed, "m/s")
+    if speed == 0.0:
+        raise ValueError("speed = 0 m/s makes no heat to draw; give a speed, for example 1")
+    return Subject(run, column, level, realization, speed)
 
 
 def plot_run(

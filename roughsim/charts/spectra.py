@@ -10,8 +10,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from roughsim import fourier, prediction
-from roughsim.charts.style import COLOURS, MARKERS, THEORY, Array, band, half_width, new_figure
-from roughsim.charts.subject import Subject
+from roughsim.charts.style import COLOURS, MARKERS, THEORY, Array, Subject, band, half_width, new_figure
 from roughsim.estimate.errors import quantile, spread
 from roughsim.grid import Grid, modes_between
 from roughsim.results.run import Run

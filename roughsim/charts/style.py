@@ -1,12 +1,14 @@
-"""What all figures share: colours told apart by everyone, fonts, units with prefixes, and how a file is written."""
+"""What all figures share: what a picture is of, colours told apart by everyone, fonts, units, how a file is written."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from math import floor, log10
 from pathlib import Path
+from textwrap import shorten
 from typing import Any
 
 import matplotlib as mpl
@@ -19,12 +21,22 @@ from matplotlib.ticker import EngFormatter
 from numpy.typing import NDArray
 
 from roughsim.estimate.errors import quantile
+from roughsim.grid import Grid
+from roughsim.results.arrays import DERIVED_UNITS
 from roughsim.results.run import Run
+from roughsim.show.text import plain
 
 Array = NDArray[np.float64]
 THEORY = "#222222"
 COLOURS = {"smoothed": "#0072B2", "capped": "#D55E00", "elastic": "#0072B2"}  # Okabe & Ito
 MARKERS = {"smoothed": "o", "capped": "s", "elastic": "o"}
+# field → the words above a map of it, its symbol, and its unit
+FIELDS = {
+    "heights": ("Composite heights", "$h$", "m"),
+    "pressure": ("Contact pressure", r"$\sigma$", "Pa"),
+    "temperature": ("Temperature above the mean of the cell", "$T$", "K"),
+    "heat_flux": ("Frictional heat of both bodies", r"$\mu\sigma v$", "W/m²"),
+}
 FORMATS = (".png", ".pdf", ".svg")
 STYLE: Any = {
     "font.size": 9,
@@ -40,6 +52,38 @@ STYLE: Any = {
     "pdf.fonttype": 42,
     "text.usetex": False,  # titles never reach a TeX of the machine
 }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Subject:
+    """A run, a column and its finest level, one realization or all (None), and a speed in m/s."""
+
+    run: Run
+    column: str
+    level: int
+    index: int | None
+    speed: float | None
+
+    @property
+    def grid(self) -> Grid:
+        """The grid of the fields."""
+        return self.run.numerics.grid(self.level)
+
+    def field(self, name: str) -> Array:
+        """Return a field of the realization."""
+        speed = self.speed if name in DERIVED_UNITS else None
+        return self.run.field(self.level, self.index or 0, name, speed=speed).astype(float)
+
+    def title(self, what: str) -> str:
+        """Return scene, quantity, column, realization and speed in at most three lines."""
+        mantissa, _, exponent = f"{self.run.numerics.levels[self.level].q_max:.2e}".partition("e")
+        which = [rf"{self.column} contact, $q_c$ = {mantissa}$\times$10$^{{{int(exponent)}}}$ rad/m"]
+        if self.index is not None:
+            which.append(f"realization {self.index}")
+        if self.speed is not None:
+            which.append(f"$v$ = {self.speed:g} m/s")
+        scene = plain(shorten(self.run.scene.title, 90, placeholder=" …")).replace("$", r"\$")  # a title is no formula
+        return "\n".join(line for line in (scene, what, ", ".join(which)) if line)
 
 
 def check_ending(path: Path) -> None:

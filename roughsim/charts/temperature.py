@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from roughsim.charts.style import COLOURS, THEORY, Array, new_figure, scaled
-from roughsim.charts.subject import FIELDS, Subject
+from roughsim.charts.style import COLOURS, FIELDS, THEORY, Array, Subject, new_figure, scaled
 from roughsim.heat.statistics import ContactTemperature, contact_temperature
 
 BINS = 80

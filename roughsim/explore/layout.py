@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, degrees, log10, sin
+from math import degrees, log10, remainder, tau
 from typing import Any
 
 import numpy as np
@@ -80,23 +80,6 @@ def scene_text(run: Run) -> str:
     return "\n".join([run.scene.to_toml().strip(), "", f"# cell {sides} mm, seed {run.seed}", *grids])
 
 
-class Dial:
-    """The sliding direction: a hand over a circle that follows the pointer."""
-
-    def __init__(self) -> None:
-        ends = (-1.45, 1.45)
-        self.figure = figure(width=112, height=112, x_range=ends, y_range=ends, tools="", toolbar_location=None)
-        self.figure.update(name="dial", min_border=0)
-        self.figure.axis.visible = self.figure.grid.visible = False
-        self.figure.circle(0, 0, radius=1.0, fill_color="#f2f2f2", line_color="#888888")
-        self.figure.scatter([1, 0, -1, 0], [0, 1, 0, -1], size=4, color="#888888")
-        names = {"text": ["x", "y"], "text_font_size": "11px", "text_align": "center", "text_baseline": "middle"}
-        self.figure.text([1.28, 0.0], [0.0, 1.28], **names)
-        head = models.NormalHead(size=13, fill_color=HEAT, line_color=HEAT)
-        self.hand = models.Arrow(x_start=0, y_start=0, x_end=1, y_end=0, end=head, line_width=3, line_color=HEAT)
-        self.figure.add_layout(self.hand)
-
-
 class Controls:
     """What can be chosen: level, realization, speed, direction, and the limits of the colours."""
 
@@ -112,12 +95,12 @@ class Controls:
         self.slider = models.Slider(start=low, end=high, step=1 / STEPS, value=log10(speed), title="speed", width=300)
         self.slider.update(format=models.CustomJSTickFormatter(code=SPEED_LABEL), name="speed")
         self.speed = models.TextInput(title="v, m/s", value=f"{speed:.4g}", width=80, name="speed_box")
-        self.dial = Dial()
-        self.angle = models.Spinner(title="direction, °", low=-360, high=360, step=1, value=0, width=90, name="angle")
+        self.angle = models.Slider(start=-180, end=180, step=1, value=0, title="sliding direction", width=200)
+        self.angle.update(format="0°", name="angle")
         labels = ["colours of the cell", "of the view"]
         self.colours_of = models.RadioButtonGroup(labels=labels, active=0, name="colours")
         colours = column(plain_text("", "colours"), self.colours_of)
-        self.row = row(self.level, self.member, self.slider, self.speed, self.dial.figure, self.angle, colours)
+        self.row = row(self.level, self.member, self.slider, self.speed, self.angle, colours)
 
 
 class MapPanel:
@@ -311,15 +294,12 @@ class Layout:
         self.distribution.flash.location = None
         self.distribution.figure.title.text = self.values.text = ""
 
-    def show_choice(self, speed: float, direction: float, *, moving: bool) -> None:
-        """Show a speed, m/s, and a direction, rad: on the dial, and all controls and curves once none is moved."""
+    def show_choice(self, speed: float, direction: float) -> None:
+        """Show on all controls and curves which speed, m/s, and direction, rad, are chosen."""
         controls = self.controls
-        controls.dial.hand.update(x_end=cos(direction), y_end=sin(direction))
-        if moving:
-            return
         controls.speed.value = f"{speed:.4g}"
         controls.slider.value = min(max(log10(speed), controls.slider.start), controls.slider.end)
-        controls.angle.value = round(degrees(direction))
+        controls.angle.value = round(degrees(remainder(direction, tau)))
         for panel in self.curves.values():
             panel.chosen_speed.location = speed
 

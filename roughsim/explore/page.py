@@ -5,7 +5,7 @@ from __future__ import annotations
 from asyncio import to_thread
 from collections.abc import Callable
 from functools import partial
-from math import atan2, degrees, radians
+from math import radians
 from typing import Any
 
 import numpy as np
@@ -98,16 +98,15 @@ class Page:
 
         when(controls.slider, "value", lambda: self.choose(10.0**controls.slider.value, self.direction, moving=True))
         when(controls.slider, "value_throttled", lambda: self.choose(10.0**controls.slider.value, self.direction))
+        when(controls.angle, "value", lambda: self.choose(self.speed, radians(controls.angle.value), moving=True))
+        when(controls.angle, "value_throttled", lambda: self.choose(self.speed, radians(controls.angle.value)))
         when(controls.speed, "value", lambda: self.type_speed(controls.speed.value))
-        when(controls.angle, "value", lambda: self.type_angle(controls.angle.value))
         when(controls.level, "value", self.choose_level)
         when(controls.member, "value", self.choose_member)
         when(controls.colours_of, "active", self.draw_maps)
         for axis in (layout.x_range, layout.y_range):
             when(axis, "start", self.draw_maps)
             when(axis, "end", self.draw_maps)
-        for event in ("pan", "panend", "tap"):
-            controls.dial.figure.on_event(event, self.turn)
         for panel in layout.maps.values():
             panel.figure.on_event("tap", lambda event: self.mark(event.x, event.y))
 
@@ -191,26 +190,15 @@ class Page:
         self.say("")
         self.choose(speed, self.direction)
 
-    def type_angle(self, angle: float | None) -> None:
-        """Take an angle written in the box, degrees."""
-        if angle is not None:
-            self.choose(self.speed, radians(angle % 360))
-
-    def turn(self, event: Any) -> None:
-        """Take a direction from the dial, in whole degrees: a preview while the hand is dragged."""
-        if event.x is None or event.y is None or event.x == event.y == 0:
-            return
-        direction = radians(round(degrees(atan2(event.y, event.x))) % 360)
-        self.choose(self.speed, direction, moving=event.event_name == "pan")
-
     def choose(self, speed: float, direction: float, *, moving: bool = False) -> None:
         """Show the temperature at a speed, m/s, and direction, rad; a preview while a control is being moved."""
         if moving and (speed, direction) == (self.speed, self.direction):
             return  # the whole field has been asked for
         self.speed, self.direction = speed, direction
-        self._setting_controls = True
-        self.layout.show_choice(speed, direction, moving=moving)
-        self._setting_controls = False
+        if not moving:
+            self._setting_controls = True
+            self.layout.show_choice(speed, direction)
+            self._setting_controls = False
         if (member := self.member) is not None:
             if not moving and member.preview_grid != member.grid:
                 self.layout.busy.text = "computing the whole field …"
