@@ -3,8 +3,10 @@
 Roughness without end is cut at q_c = 4, 8, 16 … q_y at two pixels per shortest wave, and the limit is taken as in the
 map. Roughness that ends is solved whole at 2, 4, 8 … pixels per shortest wave, and the limit of vanishing pixels is
 taken in the same way. The cell of the ladder holds two of the longest waves. What a larger cell changes is measured on
-the first rung, by cells with up to four times its side. Units: E* = 1, q_r = 1, mu = kappa = D = 1; T_flash stands for
-<T sigma>, so that theory gives it with friction_coefficient = nominal_pressure.
+the first rung, by cells with up to four times its side. On a ladder of cut-offs that fades as all yields (at rest, with
+sigma_0/sigma_P = 0.0055: 2.2, 0.6, 0.2 % on the first three rungs), so half of it is taken, and as much doubted. Units:
+E* = 1, q_r = 1, mu = kappa = D = 1; T_flash stands for <T sigma>, so that theory gives it with friction_coefficient =
+nominal_pressure.
 """
 
 from __future__ import annotations
@@ -29,7 +31,10 @@ FINEST = 32.0  # the most pixels per shortest wave
 EFFORT = 1e7  # pixels of all members of a rung
 FEWEST, MOST = 6, 256  # members of a rung
 WIDER = 4  # the large cell: its side over that of the others, or half of it where its grid would pass half of SIDE
-SIZE_DOUBT = 0.3  # of what the large cell changes: a third or less is left if it falls as the area of the cell
+FADED = 0.5  # of what the large cell changes is taken on a ladder of cut-offs, and as much doubted
+SIZE_DOUBT = (
+    0.3  # of what it changes on a ladder of pixels: a third or less is left if it falls as the area of the cell
+)
 PIXEL_DOUBT = 0.004  # of T_flash without end: its limit with two pixels per shortest wave against that with four
 DISTANCES = 0.05 * 1.12 ** np.arange(64)  # of g_sigma(r), in 1/q_r
 KEPT, END = 20, 0.1  # of them are reported, up to g_sigma(r)/g_sigma(0) = END
@@ -114,56 +119,63 @@ def measure(contact: Any, large: Rung, rungs: list[Rung], stream: list[int]) -> 
     return result | {f"rung{k}": members_of(contact, rung, [*stream, 0]) for k, rung in enumerate(rungs)}
 
 
-def values(contact: Any, rungs: list[Rung], raw: dict[str, Any]) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Solved:
+    """The members of a contact: of its rungs, and of the large cell on the first of them."""
+
+    rungs: list[Rung]
+    levels: list[Any]
+    large: Any
+
+    @property
+    def endless(self) -> bool:
+        """Whether the rungs are cut-offs of a C(q) without end."""
+        return self.rungs[-1].q_max > self.rungs[0].q_max
+
+    def value(self, column: int, peclet: float | None = None, start: int = 0) -> dict[str, float]:
+        """Return the limit of one column with its errors. The ladder begins at rung `start`; `peclet`: of T_flash."""
+        logs, wide = [_spread(level[:, column]) for level in self.levels], _spread(self.large[:, column])
+        slow, place, pixel = None, 0.0, 0.0
+        if peclet is not None and self.endless:
+            slow = [_spread(level[:, COLUMNS.index(SPEEDS[0])]) for level in self.levels]
+            place, pixel = self.rungs[-1].q_max / peclet, PIXEL_DOUBT
+        end = ladder_end(logs[start:], slow, place)
+        taken, doubted = (FADED, FADED) if self.endless else (1.0, SIZE_DOUBT)
+        change = float(wide.mean() - logs[0].mean())
+        causes = [*end.scatter, taken * half_width(wide)]
+        if start == 0:
+            causes[0] -= taken * half_width(logs[0])  # so far the mean of the first rung is that of the large cell
+        else:
+            causes.append(taken * half_width(logs[0]))
+        scatter, size = float(np.linalg.norm(causes)), doubted * abs(change)
+        return {
+            "value": float(np.exp(end.value + taken * change)),
+            "error": float(np.linalg.norm([scatter, end.doubt, size, pixel])),
+            "standard_error": scatter / 1.96,
+            "bias": float(np.expm1(end.last - end.value)),
+            "ladder": end.doubt,
+            "size": size,
+        }
+
+
+def values(rungs: list[Rung], raw: dict[str, Any]) -> dict[str, Any]:
     """Return all that is reported of a contact. Errors are relative; "error" is the total one, 95 %."""
-    levels = [raw[f"rung{k}"] for k in range(len(rungs))]
-    speeds = [
-        _value(levels, raw["large"], COLUMNS.index(name), rungs[-1].q_max / pe if np.isinf(contact.q_max) else None)
-        for name, pe in zip(SPEEDS, PECLET, strict=True)
-    ]
+    solved = Solved(rungs, [raw[f"rung{k}"] for k in range(len(rungs))], raw["large"])
+    speeds = [solved.value(COLUMNS.index(name), pe) for name, pe in zip(SPEEDS, PECLET, strict=True)]
     result = {"flash_temperature": {"peclet": PECLET.tolist()} | _joined(speeds)}
-    for column, name in enumerate(COLUMNS):
-        if name not in SPEEDS:
-            result[name] = _value(levels, raw["large"], column)
-    return result | {"correlation": _correlation(rungs, levels, raw["large"]), "spectrum": _spectrum(rungs, levels)}
+    result |= {name: solved.value(COLUMNS.index(name)) for name in COLUMNS if name not in SPEEDS}
+    return result | {"correlation": _correlation(solved), "spectrum": _spectrum(solved)}
 
 
-def _value(levels: list[Any], large: Any, column: int, place: float | None = None, start: int = 0) -> dict[str, float]:
-    """Return the limit of one column with its errors, shifted by what the large cell changes on the first rung.
-
-    `place`, for T_flash on a ladder of cut-offs, is the last q_c/q_r over the Péclet number. The ladder begins at rung
-    `start`.
-    """
-    logs, wide = [_spread(level[:, column]) for level in levels], _spread(large[:, column])
-    slow = None if place is None else [_spread(level[:, COLUMNS.index(SPEEDS[0])]) for level in levels]
-    end = ladder_end(logs[start:], slow, place or 0.0)
-    shift = float(wide.mean() - logs[0].mean())
-    if start == 0:
-        end.scatter[0] -= half_width(logs[0])  # the mean of the first rung is that of the large cell
-        scatter = float(np.hypot(np.linalg.norm(end.scatter), half_width(wide)))
-    else:
-        scatter = float(np.linalg.norm([*end.scatter, half_width(logs[0]), half_width(wide)]))
-    size = SIZE_DOUBT * abs(shift)
-    pixel = 0.0 if place is None else PIXEL_DOUBT
-    return {
-        "value": float(np.exp(end.value + shift)),
-        "error": float(np.linalg.norm([scatter, end.doubt, size, pixel])),
-        "standard_error": scatter / 1.96,
-        "bias": float(np.expm1(end.last - end.value)),
-        "ladder": end.doubt,
-        "size": size,
-    }
-
-
-def _correlation(rungs: list[Rung], levels: list[Any], large: Any) -> dict[str, list[float]]:
+def _correlation(solved: Solved) -> dict[str, list[float]]:
     """Return g_sigma(r) up to where it is END of g_sigma(0); its ladder begins where two pixels are shorter than r."""
     first, variance = len(COLUMNS), COLUMNS.index("pressure_variance")
-    pixels = np.array([rung.grid.lengths[0] / rung.side for rung in rungs])
-    mean = levels[-1].mean(axis=0)
+    pixels = np.array([rung.grid.lengths[0] / rung.side for rung in solved.rungs])
+    mean = solved.levels[-1].mean(axis=0)
     end = int(np.argmax(mean[first : first + DISTANCES.size] < END * mean[variance]))
     kept = [k for k in range(max(end - KEPT, 0), end) if DISTANCES[k] > pixels[-1]]
-    starts = [min(int(np.sum(2 * pixels > DISTANCES[k])), max(len(rungs) - 3, 0)) for k in kept]
-    some = [_value(levels, large, first + k, start=start) for k, start in zip(kept, starts, strict=True)]
+    starts = [min(int(np.sum(2 * pixels > DISTANCES[k])), max(pixels.size - 3, 0)) for k in kept]
+    some = [solved.value(first + k, start=start) for k, start in zip(kept, starts, strict=True)]
     return {"r": DISTANCES[kept].tolist()} | _joined(some)
 
 
@@ -177,9 +189,9 @@ def _joined(entries: list[dict[str, float]]) -> dict[str, list[float]]:
     return {key: [entry[key] for entry in entries] for key in entries[0]}
 
 
-def _spectrum(rungs: list[Rung], levels: list[Any]) -> dict[str, list[float]]:
+def _spectrum(solved: Solved) -> dict[str, list[float]]:
     """Return |sigma_q|^2 of the finest rung by band, below SEEN of its Nyquist wavenumber."""
-    grid = rungs[-1].grid
+    rungs, grid = solved.rungs, solved.rungs[-1].grid
     radial = members.radial(grid)
     place = np.digitize(radial.wavenumber, EDGES)[1:]  # without q = 0
     count, total = (
@@ -191,7 +203,7 @@ def _spectrum(rungs: list[Rung], levels: list[Any]) -> dict[str, list[float]]:
     for band in np.flatnonzero((count > 0) & (EDGES[1:] <= SEEN * grid.nyquist)):
         held = [
             _spread(level[:, first + band])
-            for level, rung in zip(levels, rungs, strict=True)
+            for level, rung in zip(solved.levels, rungs, strict=True)
             if EDGES[band + 1] <= rung.grid.nyquist
         ]
         start, steps, scatter = chain(held)
