@@ -30,7 +30,7 @@ from roughsim.planning.plan import plan
 from roughsim.realization import level_problem
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Level, Numerics
-from roughsim.show.table import Column, Number, Row, Table
+from roughsim.show.table import Column, Number, Row, Table, json_value
 from roughsim.surface.synthesis import synthesize
 
 SEED = 21  # any number: surfaces of their own, neither the run's nor the pilot's
@@ -254,9 +254,7 @@ def in_pairs(points: Iterable[Point]) -> list[Point]:
 def bench_dict(points: list[Point]) -> dict[str, Any]:
     """Return points as JSON values, NaN as None, with `front` where no other one of its chart is better."""
     best = [point for group in panels(points).values() for point in front(group)]
-    entries = [point._asdict() | {"front": point in best} for point in points]
-    undefined = ({key for key, value in e.items() if isinstance(value, float) and isnan(value)} for e in entries)
-    return {"points": [e | dict.fromkeys(keys) for e, keys in zip(entries, undefined, strict=True)]}
+    return {"points": [json_value(point._asdict() | {"front": point in best}) for point in points]}
 
 
 def bench_tables(points: list[Point]) -> list[Table]:

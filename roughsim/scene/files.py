@@ -164,13 +164,13 @@ def with_tables(content: dict[str, Any], folder: Path | None) -> dict[str, Any]:
         for other in section:
             if other in others:
                 raise SceneError(f"{name}.{other} does not go with {name}.{key}, whose {what} fixes C(q); remove one")
-        path, given = section[key], f"{name}.{key} = {as_written(section[key])}"
+        path, setting = section[key], f"{name}.{key} = {as_written(section[key])}"
         if not isinstance(path, str) or not path:
-            raise SceneError(f'{given} must be the path of a file, for example "{example}"')
+            raise SceneError(f'{setting} must be the path of a file, for example "{example}"')
         if folder is None:
-            raise SceneError(f"{given} needs a scene file to lie beside; write the table as psd = [[q, C], ...]")
+            raise SceneError(f"{setting} needs a scene file to lie beside; write the table as psd = [[q, C], ...]")
         try:
             result[name] = {other: section[other] for other in section if other != key} | read(folder / path)
         except (OSError, ValueError, ImportError) as error:
-            raise SceneError(f"{given}: {error}") from None
+            raise SceneError(f"{setting}: {error}") from None
     return result

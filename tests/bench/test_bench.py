@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import roughsim as rs
+from roughsim import bench as measurements
 from roughsim import cli
 from roughsim.bench import bench, bench_dict
 from roughsim.charts.error_over_cost import Point, error_over_cost_chart, front, panels
@@ -45,12 +46,29 @@ def test_a_failure_is_never_on_the_front_and_is_shown_as_no_number():
     json.dumps(told, allow_nan=False)
 
 
+# the costs
+
+
+def test_a_cost_is_the_least_of_three_calls_after_a_first_one_or_that_of_a_long_one(monkeypatch):
+    def measured(*durations):
+        clock = iter(np.ravel([(10.0 * k, 10.0 * k + seconds) for k, seconds in enumerate(durations)]))
+        monkeypatch.setattr(measurements.time, "process_time", lambda: next(clock))
+        return measurements.cpu_seconds(lambda: None)
+
+    assert measured(0.125, 0.25, 0.375, 0.3125) == 0.25  # the first fills caches and does not count
+    assert measured(0.5, 0.625) == 0.625  # a second in all is enough
+    assert measured(2.0) == 2.0
+
+
 # the stages
 
 
 def test_tighter_tolerances_cost_more_and_err_less():
     scene, numerics = small()
     points = bench(scene, numerics=numerics, stages=["contact"], realizations=4)
+    rates = [p.seconds / p.pairs for p in points]
+    assert rates == pytest.approx([rates[0]] * len(rates), rel=1e-12)
+    assert 1e-4 < rates[0] < 1.0  # a pair of 512² takes milliseconds
     errors = [p.error for p in points if p.observable == "pressure" and p.method == "double precision"]
     for tolerance, error in zip(10.0 ** -np.arange(1.0, 9.0), errors, strict=True):
         assert error < 3 * tolerance

@@ -66,6 +66,7 @@ class Other(Record):
 @dataclass(frozen=True, kw_only=True)
 class Mine(Record):
     name: Literal["mine"]
+    kink: QMin | None = None
     psd_at_q_min: Annotated[float, Quantity("m^4", '"1e-22 m^4"', above=0)]
     q_min: QMin
     q_max: QMax
