@@ -6,12 +6,15 @@ import operator
 from dataclasses import dataclass
 from functools import lru_cache
 from math import inf, pi
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.errors import positive
+
+Array = NDArray[np.float64]
+Field = NDArray[Any]  # of real or complex numbers, in double or single precision
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +73,7 @@ class Grid:
 
     @property
     @lru_cache(maxsize=16)  # noqa: B019  (equal grids share the arrays)
-    def wavevectors(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def wavevectors(self) -> tuple[Array, Array]:
         """(q_x, q_y) of the half spectrum, rad/m, shapes (n_x, 1) and (1, n_y//2 + 1); read-only."""
         (nx, ny), (lx, ly) = self.shape, self.lengths
         qx = 2 * pi / lx * np.rint(np.fft.fftfreq(nx) * nx)[:, None]
@@ -80,7 +83,7 @@ class Grid:
 
     @property
     @lru_cache(maxsize=4)  # noqa: B019
-    def wavenumbers(self) -> NDArray[np.float64]:
+    def wavenumbers(self) -> Array:
         """|q| of the half spectrum, rad/m, shape `half_shape`; read-only."""
         q = np.hypot(*self.wavevectors)
         q.flags.writeable = False
@@ -88,7 +91,7 @@ class Grid:
 
     @property
     @lru_cache(maxsize=16)  # noqa: B019
-    def multiplicity(self) -> NDArray[np.float64]:
+    def multiplicity(self) -> Array:
         """Modes of the full plane that each column of the half spectrum stands for: 1 or 2, shape (1, n_y//2 + 1)."""
         counts = np.full((1, self.shape[1] // 2 + 1), 2.0)
         counts[0, 0] = 1.0
@@ -106,8 +109,8 @@ class Modes(NamedTuple):
     """
 
     chosen: NDArray[np.bool_]
-    wavenumber: NDArray[np.float64]
-    multiplicity: NDArray[np.float64]
+    wavenumber: Array
+    multiplicity: Array
 
 
 def modes_where(grid: Grid, chosen: NDArray[np.bool_]) -> Modes:
@@ -121,7 +124,7 @@ def modes_between(grid: Grid, low: float = 0.0, high: float = inf) -> Modes:
     return modes_where(grid, (q > 0.0) & (q >= low * (1 - 1e-9)) & (q <= high * (1 + 1e-9)))
 
 
-def quarter_plane(power: NDArray[np.float64], grid: Grid) -> NDArray[np.float64]:
+def quarter_plane(power: Array, grid: Grid) -> Array:
     """Return the sum over the four modes (±q_x, ±q_y), shape (n_x//2 + 1, n_y//2 + 1).
 
     `power` of the half spectrum, shape `half_shape`, is written over.
@@ -134,7 +137,7 @@ def quarter_plane(power: NDArray[np.float64], grid: Grid) -> NDArray[np.float64]
 
 
 @lru_cache(maxsize=2)
-def distinct_wavenumbers(grid: Grid) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+def distinct_wavenumbers(grid: Grid) -> tuple[Array, NDArray[np.intp]]:
     """Return the |q| of the quarter plane, rad/m, 0 first, and the entry of each of its modes, flattened.
 
     In a square cell many modes share k_x² + k_y²; in any other each mode has an entry of its own.

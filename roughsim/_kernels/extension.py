@@ -250,26 +250,19 @@ def _push_one(weight: Any, value: Any, parent_weight: Any, parent_value: Any, pa
 
 @kernel()
 def _gather_one(weight: Any, source: Any, parent: Any) -> None:
-    """Fill the parents with the transpose of the linear part of `_pull`."""
+    """Fill the parents with the transpose of the linear part of `pull`."""
     rows, columns = source.shape
-    high, wide = rows > parent.shape[0], columns > parent.shape[1]
+    wide = columns > parent.shape[1]
     one, big, small = source.dtype.type(1.0), source.dtype.type(0.75), source.dtype.type(0.25)
     parent[:, :] = 0.0
-    line = np.empty(columns, source.dtype)
     for i in range(rows):
         # three quarters go to the parent, a quarter to the parent beside it, along the axis that is halved
-        near, side = _parents(i, parent.shape[0], high)
+        above, beside = _parents(i, parent.shape[0], not wide)
         for j in range(columns):
-            line[j] = (one - weight[i, j]) * source[i, j]
-        if wide:
-            for j in range(columns):
-                other = _parents(j, parent.shape[1], True)
-                parent[i, other[0]] += big * line[j]
-                parent[i, other[1]] += small * line[j]
-        else:
-            for j in range(columns):
-                parent[near, j] += big * line[j]
-                parent[side, j] += small * line[j]
+            near, side = _parents(j, parent.shape[1], wide)
+            open_share = (one - weight[i, j]) * source[i, j]
+            parent[above, near] += big * open_share
+            parent[beside, side] += small * open_share
 
 
 @kernel()

@@ -71,11 +71,7 @@ def columns_product(
         # a column is multiplied while it is in the cache, and never written out between its two transforms
         line = spectrum[first:].ctypes.data
         transform(plans[0], plans[1], line, result.ctypes.data)
-        count = min(group, stop - first)
-        if stiff:
-            stiffen(result, first, count, weights)
-        else:
-            comply(result, first, count, weights)
+        multiply(stiff, result, first, min(group, stop - first), weights)
         transform(plans[0], plans[2], result.ctypes.data, line)
 
 
@@ -170,27 +166,15 @@ def join(spectrum: Any, first: int, count: int, points: int, lines: Any) -> None
 
 
 @kernel()
-def stiffen(lines: Any, first: int, count: int, weights: Any) -> None:
-    """Multiply by factor · q/2, q² = along + across: from displacement to pressure."""
+def multiply(stiff: bool, lines: Any, first: int, count: int, weights: Any) -> None:
+    """Multiply by factor · q/2, from displacement to pressure, or by factor · 2/q, back; q² = along + across."""
     along, across, factor = weights
-    half = lines.dtype.type(0.5) * factor
+    half, twice = lines.dtype.type(0.5) * factor, lines.dtype.type(2.0) * factor
     for r in range(count):
         other = across[first + r]
-        for i in range(along.size):
-            weight = half * np.sqrt(along[i] + other)
-            lines[r, 2 * i] *= weight
-            lines[r, 2 * i + 1] *= weight
-
-
-@kernel()
-def comply(lines: Any, first: int, count: int, weights: Any) -> None:
-    """Multiply by factor · 2/q, q² = along + across; q = 0 becomes zero: from pressure to displacement."""
-    along, across, factor = weights
-    twice = lines.dtype.type(2.0) * factor
-    for r in range(count):
-        other = across[first + r]
-        for i in range(1 if other == 0 else 0, along.size):  # q = 0 is left out: its weight has no limit
-            weight = twice / np.sqrt(along[i] + other)
+        for i in range(1 if other == 0 else 0, along.size):  # q = 0 is left out: 2/q has no limit there
+            q = np.sqrt(along[i] + other)
+            weight = half * q if stiff else twice / q
             lines[r, 2 * i] *= weight
             lines[r, 2 * i + 1] *= weight
         if other == 0:

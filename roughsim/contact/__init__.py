@@ -8,11 +8,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf
-from typing import Any
-
-from numpy.typing import NDArray
 
 from roughsim.errors import positive
+from roughsim.grid import Field
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +54,8 @@ class Contact:
         Work in real float64 FFTs of the finest grid: coarse grids counted by their points, float32 ones as a half.
     """
 
-    pressure: NDArray[Any]
-    displacement: NDArray[Any]
+    pressure: Field
+    displacement: Field
     contact_fraction: float
     plastic_fraction: float
     residual: float

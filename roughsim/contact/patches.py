@@ -14,15 +14,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughsim.errors import positive, real_field
-from roughsim.grid import Grid
+from roughsim.grid import Array, Field, Grid
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 EDGE_SHARE = (math.pi - 1 + math.log(2)) / 24  # pixels by which each side of a pixel on the edge enlarges the contact
 RESOLVED = 4  # pixels: the size of a smaller patch is a number of the grid
@@ -125,7 +124,7 @@ def corrected_fractions(pressure: ArrayLike, penetration_hardness: float = math.
     return float(contact / field.size), float(plastic / field.size)
 
 
-def yielded_points(pressure: NDArray[Any], penetration_hardness: float) -> Mask:
+def yielded_points(pressure: Field, penetration_hardness: float) -> Mask:
     """Return where p = σ_P, in the precision of the field; ValueError for pressures that no such solid carries."""
     if penetration_hardness != math.inf:
         positive("penetration_hardness", penetration_hardness, "Pa")

@@ -13,18 +13,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import pi, sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from roughsim.contact import Contact, Solid, checked_load
 from roughsim.contact.active_set import solve_contact
 from roughsim.contact.patches import yielded_points
 from roughsim.errors import real_field
-from roughsim.grid import Grid
-
-Array = NDArray[np.float64]
+from roughsim.grid import Array, Field, Grid
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,7 +96,7 @@ def follow_loads(
     surface = real_field("heights", heights, grid.shape)
     loads = [checked_load("nominal_pressures", load, solid) for load in nominal_pressures]
 
-    def steps(surface: NDArray[Any]) -> Iterator[LoadStep]:
+    def steps(surface: Field) -> Iterator[LoadStep]:
         for load in loads:
             contact = solve_contact(surface, grid, solid, nominal_pressure=load, tolerance=tolerance)
             deformation = plastic_deformation(contact, surface, grid, solid)

@@ -14,19 +14,17 @@ import warnings
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.fft import next_fast_len
 
 from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.fourier import convolution
-from roughsim.grid import Grid
+from roughsim.grid import Field, Grid
 from roughsim.heat.influence import Axis, one_sided_influence, temperature_at
 from roughsim.heat.periodic import checked_duration, checked_flux, checked_times, fields_over_time, unit_vector
 
-Field = NDArray[Any]
 Place = tuple[float, float]  # in pixels from the centre of the first
 _SLOW = 0.25  # Péclet number of a pixel, below which the temperature is smooth over it
 

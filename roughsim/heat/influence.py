@@ -20,10 +20,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
-Vector = NDArray[np.float64]
+from roughsim.grid import Array
+
 _REACH = 10.0  # in units of u: erfc(10/2) = 2e-12 of the heat has gone further
 _STEP = 5.0  # a panel where heat drifts over the edge of a pixel, in units of the width 1/p of that passage
 _FAR = 300.0  # in units of the box: beyond it the heat has spread so far that a closed form is exact to 1e-9
@@ -84,20 +84,20 @@ class Axis:
         first = math.ceil(max((min(shifts) - reach) / self.size, -float(last)))
         return first, math.floor(min((max(shifts) + reach) / self.size, float(last)))
 
-    def share(self, offsets: Vector, u: Vector) -> Vector:
+    def share(self, offsets: Array, u: Array) -> Array:
         """E(x, a): share of a pixel's heat over the point, or over the pixel, at each offset; shape (offsets, u)."""
         if self.averaged:
             edges = np.concatenate((offsets[:1] - 1, offsets, offsets[-1:] + 1))[:, None] * self.size
             scaled = (edges + self.drift * u**2) / (2 * u)
             integral = scaled * special.erf(scaled) + np.exp(-(scaled**2)) / math.sqrt(math.pi)
-            mean: Vector = np.diff(integral, 2, axis=0) * (u / self.size)
+            mean: Array = np.diff(integral, 2, axis=0) * (u / self.size)
             return mean
         edges = (np.append(offsets - 0.5, offsets[-1] + 0.5) + self.shift)[:, None] * self.size
-        risen: Vector = special.erf((edges + self.drift * u**2) / (2 * u))
+        risen: Array = special.erf((edges + self.drift * u**2) / (2 * u))
         return (risen[1:] - risen[:-1]) / 2
 
 
-def one_sided_influence(x: Axis, y: Axis, *, depth: float, end: float) -> Vector:
+def one_sided_influence(x: Axis, y: Axis, *, depth: float, end: float) -> Array:
     """Return κT at all offsets for unit flux on the pixel at 0, in the unit of length of the axes.
 
     `end` is √(Dt), t the time since the start from rest; inf is the steady state. Shape (2 n_x − 1, 2 n_y − 1), offsets
@@ -115,9 +115,7 @@ def one_sided_influence(x: Axis, y: Axis, *, depth: float, end: float) -> Vector
     return np.concatenate((result[:0:-1], result)) if x.mirrored else result
 
 
-def temperature_at(
-    pixel: tuple[int, int], flux: NDArray[np.float64], x: Axis, y: Axis, *, depth: float, end: float
-) -> float:
+def temperature_at(pixel: tuple[int, int], flux: Array, x: Axis, y: Axis, *, depth: float, end: float) -> float:
     """Return κT at the point of one pixel that the shifts of the axes name, for a flux on all pixels."""
     total, (i, j) = 0.0, pixel
     for i0, j0, along, across in _shares(x, y, depth, end, (i + 1 - x.count, i), (j + 1 - y.count, j)):
@@ -132,7 +130,7 @@ def temperature_at(
 
 def _shares(
     x: Axis, y: Axis, depth: float, end: float, rows: tuple[int, int], columns: tuple[int, int]
-) -> Iterator[tuple[int, int, Vector, Vector]]:
+) -> Iterator[tuple[int, int, Array, Array]]:
     """Yield, panel by panel, the first offsets among `rows` and `columns` that heat reaches, and its shares from there.
 
     Shares along x, with the weights of the nodes, and along y, each of shape (offsets, nodes).
@@ -145,10 +143,10 @@ def _shares(
             yield i0, j0, along, y.share(np.arange(j0, j1 + 1.0), nodes)
 
 
-def _rules(x: Axis, y: Axis, depth: float, end: float) -> Iterator[tuple[Vector, Vector, tuple[float, float]]]:
+def _rules(x: Axis, y: Axis, depth: float, end: float) -> Iterator[tuple[Array, Array, tuple[float, float]]]:
     """Yield nodes in u, weights, and the interval that they stand for."""
 
-    def faded(weights: Vector, nodes: Vector) -> Vector:
+    def faded(weights: Array, nodes: Array) -> Array:
         return weights * (2 / math.sqrt(math.pi) * np.exp(-((depth / (2 * nodes)) ** 2)))
 
     for low, high in _panels(x, y, depth, end):
@@ -190,9 +188,9 @@ def _oldest_heat(x: Axis, y: Axis, depth: float, end: float) -> float:
     return float(x.size * y.size / (2 * math.pi**1.5) * (older(start) - older(end)))
 
 
-def _slants(axis: Axis, before: int) -> Vector:
+def _slants(axis: Axis, before: int) -> Array:
     """e^(−p·x/2) at the offsets −before … n − 1."""
-    slants: Vector = np.exp(-axis.drift * axis.size / 2 * (np.arange(-before, axis.count) + axis.shift))
+    slants: Array = np.exp(-axis.drift * axis.size / 2 * (np.arange(-before, axis.count) + axis.shift))
     return slants
 
 

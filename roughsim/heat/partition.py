@@ -12,7 +12,6 @@ import math
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,11 +19,10 @@ from numpy.typing import ArrayLike, NDArray
 from roughsim import fourier
 from roughsim.errors import ConvergenceError, number, positive
 from roughsim.fourier import convolution
-from roughsim.grid import Grid
+from roughsim.grid import Field, Grid
 from roughsim.heat.half_space import axes, influence_response, padded_shape
 from roughsim.heat.periodic import checked_duration, checked_flux
 
-Field = NDArray[Any]
 _TOLERANCE = 1e-8
 _RESTART = 40  # applications of the operator; 8 to 14 are usual
 
@@ -73,26 +71,14 @@ def partition_heat(
 ) -> Partition:
     """Share the frictional heat between two bodies on the free half-space.
 
-    TypeError or ValueError for an argument of the wrong kind, not finite or out of its range; ConvergenceError where
-    the two temperatures do not agree to 1e-8 within three rounds of 40 applications of their operator.
+    `heat_flux` is the heat set free in the contact, shape `grid.shape`, W/m², ≥ 0; the contact is where it is positive,
+    and nothing lies around the grid. Of the bodies `moving` and `resting` the shares are those of the first.
+    `pointwise`: equal temperatures at each pixel of the contact; False: one share for all, from equal flash
+    temperatures. `time` is that since the start from rest, s, > 0, the same for both bodies; inf is the steady state.
 
-    Parameters
-    ----------
-    heat_flux : array_like
-        Heat set free in the contact, shape `grid.shape`, W/m², ≥ 0; the contact is where it is positive.
-    grid : Grid
-        The pixels; here the cell is not periodic.
-    moving, resting : Body
-        The two bodies; the shares are those of `moving`.
-    pointwise : bool
-        Equal temperatures at each pixel of the contact; False: one share for all, from equal flash temperatures.
-    time : float
-        Time since the start from rest, s, > 0; inf is the steady state. It is the same for both bodies.
-
-    Returns
-    -------
-    Partition
-        NaN everywhere, with a RuntimeWarning, if there is no contact.
+    All is NaN, with a RuntimeWarning, if there is no contact. TypeError or ValueError for an argument of the wrong
+    kind, not finite or out of its range; ConvergenceError where the two temperatures do not agree to 1e-8 within three
+    rounds of 40 applications of their operator.
     """
     flux, duration = checked_flux(heat_flux, grid.shape), checked_duration(time)
     if not flux.any():

@@ -29,9 +29,8 @@ from scipy import special
 from roughsim import fourier
 from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.fourier import convolution
-from roughsim.grid import Grid
+from roughsim.grid import Array, Field, Grid
 
-Field = NDArray[Any]
 ROWS = 32  # rows of the half spectrum in one block: the work arrays stay in the cache
 FORGOTTEN = 40.0  # e^-40 = 4e-18: beyond D q² t = 40 a mode has forgotten its start
 _SERIES = 0.1  # below |λ|√(Dt) = 0.1 the two terms of the buried transient cancel; a series replaces them
@@ -144,7 +143,7 @@ def turned_response(grid: Grid, drift: tuple[float, float], depth: float, precis
     return turned
 
 
-def _durations(speed: float, chord: float, slid_distance: float | None, time: ArrayLike | None) -> NDArray[np.float64]:
+def _durations(speed: float, chord: float, slid_distance: float | None, time: ArrayLike | None) -> Array:
     """Times since the start from rest, s, of the shape that the caller asked for."""
     if time is not None:
         if slid_distance is not None:
@@ -281,7 +280,7 @@ def _buried(b: NDArray[np.complex128], a: float) -> NDArray[np.complex128]:
 
 def fields_over_time(
     flux: Field,
-    spreads: NDArray[np.float64],
+    spreads: Array,
     response: Any,
     arguments: tuple[Any, ...],
     shape: tuple[int, int],
@@ -303,7 +302,7 @@ def fields_over_time(
     return fields
 
 
-def checked_times(time: ArrayLike) -> NDArray[np.float64]:
+def checked_times(time: ArrayLike) -> Array:
     """`time` as a float array of at most one axis, s, ≥ 0; inf may stay."""
     instants = np.asarray(time)
     if instants.dtype.kind not in "iuf":
@@ -323,7 +322,7 @@ def checked_duration(time: ArrayLike) -> float:
     return float(instant)
 
 
-def checked_flux(heat_flux: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float64]:
+def checked_flux(heat_flux: ArrayLike, shape: tuple[int, int]) -> Array:
     """`heat_flux` as a float64 field of `shape`, W/m², ≥ 0."""
     flux = real_field("heat_flux", heat_flux, shape).astype(np.float64)
     if flux.min() < 0.0:

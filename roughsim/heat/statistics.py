@@ -10,17 +10,15 @@ import math
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from roughsim.contact.patches import Patches, patch_sizes
 from roughsim.errors import ConvergenceError, number, positive, real_field
-from roughsim.grid import Grid
+from roughsim.grid import Array, Field, Grid
 from roughsim.heat.periodic import checked_flux
 
-Vector = NDArray[np.float64]
 _STEPS = 100  # of the fixed point
 
 
@@ -31,8 +29,8 @@ class ContactTemperature:
     flash_temperature: float  # mean weighted by the heat
     mean_temperature: float  # mean over the area
     max_temperature: float  # the highest of a pixel
-    temperatures: Vector  # of all contact pixels, ascending
-    cooler: Vector  # share of the heat that is set free at each of `temperatures` or below
+    temperatures: Array  # of all contact pixels, ascending
+    cooler: Array  # share of the heat that is set free at each of `temperatures` or below
 
 
 def contact_temperature(temperature: ArrayLike, heat_flux: ArrayLike) -> ContactTemperature:
@@ -72,7 +70,7 @@ def hot_spots(temperature: ArrayLike, grid: Grid, threshold: float, *, periodic:
     return Patches(patch_sizes(hot, periodic=periodic), math.prod(grid.spacing))
 
 
-def profiles(temperature: ArrayLike, grid: Grid, point: tuple[int, int] | None = None) -> tuple[Vector, Vector]:
+def profiles(temperature: ArrayLike, grid: Grid, point: tuple[int, int] | None = None) -> tuple[Array, Array]:
     """Return the temperature along x and along y, K, through a pixel given by its indices; default: the hottest.
 
     For sliding in the x direction they run along and across it, shapes (n_x,) and (n_y,).
@@ -91,7 +89,7 @@ def hottest_pixel(temperature: ArrayLike) -> tuple[int, int]:
     return int(i), int(j)
 
 
-def depth_profile(field_at: Callable[[float], NDArray[Any]], depths: ArrayLike) -> Vector:
+def depth_profile(field_at: Callable[[float], Field], depths: ArrayLike) -> Array:
     """Return the temperature, K, straight below the hottest point of the surface, at `depths`, m, shape (n,).
 
     `field_at(depth)` gives the field there: `sliding_temperature` or `half_space_temperature` with all else fixed.
@@ -147,7 +145,7 @@ def effective_temperature(flash_temperature: Callable[[float], float], *, backgr
     )
 
 
-def _contact_pixels(temperature: ArrayLike, heat_flux: ArrayLike) -> tuple[Vector, Vector]:
+def _contact_pixels(temperature: ArrayLike, heat_flux: ArrayLike) -> tuple[Array, Array]:
     """Temperatures and heat fluxes of the contact pixels."""
     field = real_field("temperature", temperature)
     flux = checked_flux(heat_flux, (field.shape[0], field.shape[1]))

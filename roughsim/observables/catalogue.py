@@ -9,12 +9,10 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughsim.extensions import extensions
+from roughsim.grid import Array
 from roughsim.observables.record import Observable, Sample, ratio
-
-Array = NDArray[np.float64]
 
 
 def heat_share(sample: Sample) -> Array:

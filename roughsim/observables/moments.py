@@ -27,11 +27,10 @@ from roughsim import fourier
 from roughsim.contact import Contact
 from roughsim.contact.patches import corrected_fractions
 from roughsim.errors import not_negative, number, positive, real_field
-from roughsim.grid import Grid
+from roughsim.grid import Array, Grid
 from roughsim.heat.periodic import responses, unit_vector
 from roughsim.observables.stress_spectrum import StressSpectrum, stress_spectrum
 
-Array = NDArray[np.float64]
 # K = (π/2) Σ and D = (K−E)/m = (π/4) Σ in powers of the parameter: (½)ₙ²/(1)ₙ² and (½)ₙ(3/2)ₙ/((2)ₙ(1)ₙ)
 _K_SERIES = [math.comb(2 * n, n) ** 2 / 16**n for n in range(10)]
 _D_SERIES = [math.comb(2 * n, n) ** 2 * (2 * n + 1) / (16**n * (n + 1)) for n in range(10)]

@@ -13,12 +13,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughsim.grid import Array, Grid
+
 if TYPE_CHECKING:  # slow to import: who asks for names and units need not wait
     from roughsim.contact import Contact
-    from roughsim.grid import Grid
     from roughsim.observables.moments import Moments
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -8,9 +8,10 @@ from math import expm1, log, pi
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from roughsim.errors import number, positive
+from roughsim.grid import Array
 from roughsim.surface.spectrum import Face
 
 # One stretch of C(q): from q_left to q_right, C(q) = psd_left (q/q_left)^(−exponent).
@@ -168,8 +169,8 @@ class TabulatedSpectrum(PowerLaws):
         is 4π² larger.
     """
 
-    q: NDArray[np.float64]
-    psd: NDArray[np.float64]
+    q: Array
+    psd: Array
 
     def __post_init__(self) -> None:
         for name, unit in (("q", "rad/m"), ("psd", "m⁴")):

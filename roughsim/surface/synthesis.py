@@ -20,10 +20,9 @@ from numpy.typing import NDArray
 
 from roughsim import fourier
 from roughsim.errors import ResolutionError
-from roughsim.grid import Grid
+from roughsim.grid import Array, Grid
 from roughsim.surface.spectrum import Spectrum
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Steps = tuple[float, float]
 _NEAR = 16.0  # cells closer to the origin than this many mode spacings are integrated in polar coordinates

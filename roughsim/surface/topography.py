@@ -13,14 +13,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
-from roughsim.grid import Grid
+from roughsim.grid import Array, Field, Grid
 from roughsim.surface.power_laws import TabulatedSpectrum
 from roughsim.untrusted import check_measured_file, machine_memory
 
-Array = NDArray[np.float64]
 BINS_PER_DECADE = 20
 MOST_UNDEFINED = 0.05  # share of points that an instrument may have left out
 ENDINGS = (".nc", ".npy")
@@ -168,7 +166,7 @@ def _with_ends(q: Array, psd: Array, variance: float, q_max: float) -> Tabulated
     return TabulatedSpectrum(np.append(q_low, q), np.append(psd[0] * (q[0] / q_low) ** exponent, psd))
 
 
-def encoded(heights: NDArray[Any], grid: Grid, ending: str) -> bytes:
+def encoded(heights: Field, grid: Grid, ending: str) -> bytes:
     """Return the content of a file that SurfaceTopography, ContactMechanics and tamaas can start from.
 
     `heights` are in m, shape `grid.shape`. The ending ".nc" is classic netCDF with sizes, unit and periodicity, as

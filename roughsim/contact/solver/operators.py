@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from roughsim._kernels import extension, lines
 from roughsim.fourier import Transform, direct, plans
 from roughsim.fourier.blocks import POINTS, run, spans, total
-from roughsim.grid import Grid
+from roughsim.grid import Field, Grid
 
 CACHED = 1 << 18  # bytes of one group of lines
 GROUP = 16  # lines at least: shorter pieces of a column are slow to write
@@ -48,15 +48,15 @@ class Operator:
         self.row_plans = plans.line_plans(self.row_group, columns, (columns + plans.PADDING,) * 2, self.dtype)
         self.column_plans = plans.line_plans(self.column_group, rows, (distance, rows + plans.PADDING), self.dtype)
 
-    def comply(self, pressure: NDArray[Any], displacement: NDArray[Any]) -> None:
+    def comply(self, pressure: Field, displacement: Field) -> None:
         """Write S p, mean zero; both arrays may be the same."""
         self.multiply(False, pressure, displacement)
 
-    def stiffen(self, displacement: NDArray[Any], pressure: NDArray[Any]) -> None:
+    def stiffen(self, displacement: Field, pressure: Field) -> None:
         """Write |q|/2 u, mean zero; both arrays may be the same."""
         self.multiply(True, displacement, pressure)
 
-    def multiply(self, stiff: bool, source: NDArray[Any], result: NDArray[Any]) -> None:
+    def multiply(self, stiff: bool, source: Field, result: Field) -> None:
         """Write the product with |q|/2 if `stiff`, else with 2/|q|."""
         weights = self.along, self.across, self.factor
         blocks, others = self.row_blocks, self.column_blocks
@@ -68,23 +68,23 @@ class Operator:
         self._each_column(lambda *block: lines.columns_product(stiff, *block), weights)
         self._each_row(lines.rows_backward, result)
 
-    def forward(self, field: NDArray[Any]) -> NDArray[Any]:
+    def forward(self, field: Field) -> Field:
         """Return the transposed half spectrum (1/N) Σ field·exp(−iq·x), complex; it is a view of the buffer."""
         self._each_row(lines.rows_forward, field)
         self._each_column(lines.columns_forward, self.factor)
         return self.complex_spectrum
 
-    def inverse(self, field: NDArray[Any]) -> None:
+    def inverse(self, field: Field) -> None:
         """Write the field whose transposed half spectrum the buffer holds."""
         self._each_column(lines.columns_backward)
         self._each_row(lines.rows_backward, field)
 
     @property
-    def complex_spectrum(self) -> NDArray[Any]:
+    def complex_spectrum(self) -> Field:
         """The buffer as complex numbers, shape (columns//2 + 1, rows)."""
         return self.spectrum.view(np.result_type(self.dtype, np.complex64))[:, : self.shape[0]]
 
-    def _each_row(self, kernel: Any, field: NDArray[Any]) -> None:
+    def _each_row(self, kernel: Any, field: Field) -> None:
         run(lambda start, stop: kernel(field, start, stop, *self._rows()), self.row_blocks)
 
     def _each_column(self, kernel: Any, *arguments: Any) -> None:
@@ -109,22 +109,22 @@ class PlainOperator(Operator):
             1.0, self.half_wavenumbers, out=np.zeros(grid.half_shape), where=self.half_wavenumbers > 0.0
         )
 
-    def multiply(self, stiff: bool, source: NDArray[Any], result: NDArray[Any]) -> None:
+    def multiply(self, stiff: bool, source: Field, result: Field) -> None:
         """Write the product with |q|/2 if `stiff`, else with 2/|q|."""
         self.forward(source).T[...] *= self.half_wavenumbers if stiff else self.compliance
         self.inverse(result)
 
-    def forward(self, field: NDArray[Any]) -> NDArray[Any]:
+    def forward(self, field: Field) -> Field:
         """Return the transposed half spectrum."""
         self.transform.field[...] = field
         return self.transform.forward().T
 
-    def inverse(self, field: NDArray[Any]) -> None:
+    def inverse(self, field: Field) -> None:
         """Write the field of that spectrum."""
         field[...] = self.transform.inverse()
 
     @property
-    def complex_spectrum(self) -> NDArray[Any]:
+    def complex_spectrum(self) -> Field:
         """The buffer, shape (columns//2 + 1, rows)."""
         return self.transform.spectrum.T
 
@@ -178,7 +178,7 @@ class Extension:
         self.parents = tuple(flat[level].reshape(shapes[self.bottom]) for flat in (weights, values, inverses))
         self.rows, self.parent_rows = spans(*grid.shape), spans(*shapes[self.bottom])
 
-    def extend(self, free: NDArray[np.int8], field: NDArray[Any]) -> None:
+    def extend(self, free: NDArray[np.int8], field: Field) -> None:
         """Fill `field`, zero off the free points, over the whole plane, in place."""
         if self.bottom == 0:
             self.parents[0][...], self.parents[1][...] = free, field
@@ -192,9 +192,7 @@ class Extension:
         extension.extend_coarse(self.bottom, *self.pyramid)
         run(lambda a, b: extension.pull(a, b, free, self.parents[1], field), self.rows)
 
-    def transpose(
-        self, free: NDArray[np.int8], field: NDArray[Any], step: NDArray[Any], response: NDArray[Any]
-    ) -> tuple[float, float]:
+    def transpose(self, free: NDArray[np.int8], field: Field, step: Field, response: Field) -> tuple[float, float]:
         """Gather `field` from the whole plane onto the free points, in place: the transpose of `extend`.
 
         Return the products ⟨field, response⟩ and ⟨step, response⟩ over the free points.

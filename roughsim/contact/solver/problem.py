@@ -10,12 +10,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughsim.contact.solver.operators import half_space
-from roughsim.grid import Grid
+from roughsim.grid import Field, Grid
 
-Array = NDArray[Any]
 COARSEST = 64  # an axis is halved while it keeps at least this many points
 
 
@@ -23,7 +21,7 @@ COARSEST = 64  # an axis is halved while it keeps at least this many points
 class ScaledProblem:
     """Minimise ½p·Sp − p·(heights − middle)/unit, 0 ≤ p ≤ cap, mean p = load: dimensionless but for the heights."""
 
-    heights: Array
+    heights: Field
     middle: float
     unit: float
     grid: Grid
@@ -43,8 +41,8 @@ class ScaledProblem:
 
 
 def dimensionless(
-    heights: Array, grid: Grid, effective_modulus: float, nominal_pressure: float, hardness: float
-) -> tuple[ScaledProblem, Array, float]:
+    heights: Field, grid: Grid, effective_modulus: float, nominal_pressure: float, hardness: float
+) -> tuple[ScaledProblem, Field, float]:
     """Return the problem, the spectrum of its heights, and the unit of its pressures, Pa."""
     low, high = float(heights.min()), float(heights.max())
     middle, side = 0.5 * (high + low), max(grid.lengths)
@@ -60,7 +58,7 @@ def dimensionless(
     return ScaledProblem(heights, middle, unit, unit_grid, load, cap, stiffness), spectrum, pressure_unit
 
 
-def coarser(finest: ScaledProblem, spectrum: Array) -> list[ScaledProblem]:
+def coarser(finest: ScaledProblem, spectrum: Field) -> list[ScaledProblem]:
     """Return the problem and its spectrally truncated versions, finest first."""
     levels = [finest]
     while True:
@@ -82,7 +80,7 @@ def coarser(finest: ScaledProblem, spectrum: Array) -> list[ScaledProblem]:
         levels.append(replace(finest, heights=heights, middle=0.0, unit=1.0, grid=grid, stiffness=stiffness))
 
 
-def full_contact(problem: ScaledProblem, spectrum: Array) -> tuple[Array, Array] | None:
+def full_contact(problem: ScaledProblem, spectrum: Field) -> tuple[Field, Field] | None:
     """Return pressure and gap where p = load + |q|h/2 keeps to the bounds or the load is the cap; None elsewhere."""
     grid, load = problem.grid, problem.load
     if load == problem.cap:

@@ -14,14 +14,13 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughsim._kernels import active_set as kernels
 from roughsim.contact.solver.operators import Extension, half_space, rms_compliance
 from roughsim.contact.solver.problem import ScaledProblem
 from roughsim.fourier.blocks import run, spans, total
+from roughsim.grid import Field
 
-Array = NDArray[Any]
 REACH = 0.5  # a point is free where 0 < p − REACH κ(gap − d) < cap
 DOUBLE = float(np.finfo(np.float64).eps)
 ROUNDING = 64 * DOUBLE  # what rounding may leave of the gap, in units of the heights
@@ -58,7 +57,7 @@ class State:
         self.step, self.response, self.field = (np.zeros(shape, kind) for _ in range(3))
         self.pressure, self.gap = np.empty(shape), np.empty(shape)
         # the same arrays in one dimension, as kernels take them
-        self.flat: tuple[Array, ...] = tuple(
+        self.flat: tuple[Field, ...] = tuple(
             a.ravel() for a in (self.pressure, self.gap, self.free, self.field, self.step)
         )
         self.offset = 0.0
