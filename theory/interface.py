@@ -32,8 +32,8 @@ from scipy.special import ndtr, ndtri
 from theory.arguments import Array, Spectrum, breaks_of, density
 
 FURTHEST = 6.5  # of z on both sides: the pressures run from 4e-11 σ_P to σ_P less that
-SPACING = 0.15  # of z: halving it and STEP changes T_flash by .5 % at most
-STEP = 0.15  # in ln v and ln q
+SPACING = 0.2  # of z: with finer z, STEP and shells T_flash changes by .6 % at most
+STEP = 0.25  # in ln v and ln q
 UNREACHED = 7.0  # standard deviations of the full-contact pressure above σ₀: no pressure is higher
 _SMOOTHED = 3e-3  # the walls start smoothed by the waves of the last .3 % of an e-fold: they would be jumps otherwise
 _FINE = 400  # points of the tables a piece between breaks
@@ -49,6 +49,7 @@ class Diffusion:
     pressure: Array  # σ, Pa, rising, (m,)
     stiffness: Array  # κ, Pa/m, (n, m)
     probability: Array  # of each pressure, (n, m); rows sum to 1, their mean is σ₀
+    growth: Array  # ∫ κ² dv from each wavenumber to the next, Pa², (n − 1, m)
     rates: tuple[Array, Array]  # per κ² dv, to the next higher and to the next lower pressure, 1/Pa², (m,) each
 
 
@@ -65,8 +66,9 @@ def diffuse(spectrum: Spectrum, modulus: float, pressure: float, hardness: float
     stiffness = highest * bell / (ramp[:, None] * bell + compliance)
     stiffness[:, [0, -1]] = 0.0  # the walls hold what has come to them
     rates = _rates(z, highest)
-    probability = _spread(stiffness**2, variance, rates, below)
-    return Diffusion(wavenumber, variance, highest * ndtr(z), stiffness, probability, rates)
+    growth = between_shells(stiffness**2, variance)
+    probability = _spread(growth, rates, below)
+    return Diffusion(wavenumber, variance, highest * ndtr(z), stiffness, probability, growth, rates)
 
 
 def _shells(spectrum: Spectrum, modulus: float) -> tuple[Array, Array, float]:
@@ -134,24 +136,26 @@ def _rosenbrock(law: Array, step: float, z: Array, series: Array, spacing: float
     """Return E one `step` of ln v further: second order, no limit on the step; `z` and `series` at the midpoints."""
 
     def flux(values: Array) -> tuple[Array, Array]:
-        wide = np.concatenate([values[:1], values, values[-1:]])
-        mean = (wide[1:] + wide[:-1]) / 2
-        return np.diff(wide) / spacing + z * mean, series + mean
+        wide = np.concatenate((values[:1], values, values[-1:]))
+        mean = (wide[1:] + wide[:-1]) * 0.5
+        share = 1 / (series + mean)
+        return ((wide[1:] - wide[:-1]) / spacing + z * mean) * share**2, share
 
-    def change(values: Array) -> Array:
-        drive, total = flux(values)
-        return np.asarray(-values / 2 + np.diff(drive / total**2) / (2 * spacing))
+    def change(values: Array, through: Array) -> Array:
+        return (through[1:] - through[:-1]) / (2 * spacing) - values / 2
 
-    drive, total = flux(law)
-    later = ((1 / spacing + z / 2) / total**2 - drive / total**3) / (2 * spacing)
-    earlier = ((-1 / spacing + z / 2) / total**2 - drive / total**3) / (2 * spacing)
+    through, share = flux(law)
+    common = (z / 2 * share - through) * share / (2 * spacing)
+    apart = share**2 / (2 * spacing**2)
+    later, earlier = common + apart, common - apart
     here = -0.5 + earlier[1:] - later[:-1]
     here[0] -= earlier[0]
     here[-1] += later[-1]
     scale = _GAMMA * step
     matrix = (scale * earlier[1:-1], 1 - scale * here, -scale * later[1:-1])
-    first = dgtsv(*matrix, change(law))[3]
-    second = dgtsv(*matrix, change(law + step * first) - 2 * first)[3]
+    first = dgtsv(*matrix, change(law, through))[3]
+    middle = law + step * first
+    second = dgtsv(*matrix, change(middle, flux(middle)[0]) - 2 * first)[3]
     return np.asarray(law + step * (1.5 * first + 0.5 * second))
 
 
@@ -164,13 +168,23 @@ def _rates(z: Array, hardness: float) -> tuple[Array, Array]:
     return up, down
 
 
-def _spread(square: Array, variance: Array, rates: tuple[Array, Array], start: int) -> Array:
+def between_shells(square: Array, variance: Array) -> Array:
+    """Return ∫ κ² dv from each row to the next: a power of v between them, exact for full contact with C ~ q^n."""
+    safe = np.maximum(square, 1e-100 * square.max())
+    volume = safe * variance.reshape(-1, *[1] * (square.ndim - 1))
+    ratio = np.log(volume[:-1] / volume[1:])  # ln of κ²v, and of v below
+    fall = np.log(variance[:-1] / variance[1:]).reshape(-1, *[1] * (square.ndim - 1))
+    level = np.abs(ratio) < 1e-6
+    mean = np.where(level, volume[1:], (volume[:-1] - volume[1:]) / np.where(level, 1.0, ratio))
+    return np.asarray(np.where(square[:-1] > 0.0, mean * fall, 0.0))
+
+
+def _spread(growth: Array, rates: tuple[Array, Array], start: int) -> Array:
     """Return P at each wavenumber, from certainty at the node `start`; (1 − L + L²/2)⁻¹ is one complex solve."""
     up, down = rates
-    result = np.zeros(square.shape)
+    result = np.zeros((growth.shape[0] + 1, growth.shape[1]))
     result[0, start] = 1.0
-    for i in range(variance.size - 1):
-        power = (square[i] + square[i + 1]) / 2 * (variance[i] - variance[i + 1])
+    for i, power in enumerate(growth):
         diagonal = -power * (up + down) - (1 + 1j)
         solved = zgtsv((power * up)[:-1] + 0j, diagonal, (power * down)[1:] + 0j, result[i] + 0j)[3]
         result[i + 1] = 2 * solved.imag

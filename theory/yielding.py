@@ -7,10 +7,11 @@ with the coarser waves, so that the wave makes pressure at its own q and at |q +
     sidebands    2πqC dq V(q, k) at Q = |q + k|, times [g(Q)/g(q)]²,   uniform in angle
 
 V(q, k) is the variance of κ(q) that shell k makes, g(Q) = 1/(⟨c⟩ + 2/E*Q) the response of the half-space behind a mean
-interface, ⟨c⟩ = ⟨κ⟩/⟨κ²⟩ − 2/E*q. Both terms are the second order of the response to an uneven interface. The whole is
-brought to the variance M of P: what is missing is a tail above q_max, as q⁻⁴, the edges of the contacts. Where the
-whole exceeds M it is scaled by (M/D)^(M/M₁), D its own variance and M₁ = σ₀σ_P − σ₀² that of contact that has all
-yielded, so that there force balance is exact in both cases. docs/yielding.md derives all of it.
+interface, ⟨c⟩ = ⟨κ⟩/⟨κ²⟩ − 2/E*q. Both terms are of the second order of the response to an uneven interface.
+
+The variance of the whole lies between M, that of P, and M₁ = σ₀σ_P − σ₀², that of contact which has all yielded, where
+force balance leaves no choice. What it lacks to M is a tail above q_max, as q⁻⁴, of the edges of the contacts; where it
+exceeds M₁ it is scaled down. docs/yielding.md derives all of it.
 """
 
 from __future__ import annotations
@@ -26,13 +27,13 @@ from scipy.linalg.lapack import dgtsv
 
 from theory.arguments import Array, Spectrum, breaks_of, density, positive, real_array
 from theory.calibrated import CalibratedSpectrum, calibrated
-from theory.interface import UNREACHED, Diffusion, diffuse
+from theory.interface import UNREACHED, Diffusion, between_shells, diffuse
 from theory.persson import half_variance
 from theory.quadrature import WEIGHTS, panels_between
 from theory.walls import area_fractions, between, shares, yield_wavenumber
 
-SHELL = 0.2  # width of a shell of waves in ln q, at most
-ANGLES = 24
+SHELL = 0.25  # width of a shell of waves in ln q, at most
+ANGLES = 16
 _FEWEST = 16  # shells
 _BELOW = 1.5  # e-folds below q_min to which sidebands are told apart; they are constant from there on
 _DEPTH = 1e3  # and followed down to q_min over this
@@ -80,36 +81,33 @@ def stress_spectrum(
     share, _, hardness = shares(nominal_pressure, penetration_hardness)
     pressure = float(nominal_pressure)
     ends = breaks_of(spectrum)
-    variance = float(half_variance(ends[-1], spectrum, effective_modulus=modulus))
-    if pressure + UNREACHED * sqrt(2 * variance) < hardness:
-        return calibrated(spectrum, modulus, pressure)
-    _, elastic, plastic = area_fractions(variance, pressure, hardness)
-    yielded = float(elastic / (elastic + plastic)) < ELASTIC_SHARE
-    solid = {"effective_modulus": modulus, "nominal_pressure": pressure, "penetration_hardness": hardness}
-    reach = yield_wavenumber(spectrum, **solid) if yielded else float(ends[-1])
-    _check_range(spectrum, share, reach, yielded)
-    return YieldingSpectrum(spectrum, **solid)
-
-
-def _check_range(spectrum: Spectrum, share: float, reach: float, yielded: bool) -> None:
-    """Refuse what was not compared; `reach` is q_y where all has `yielded`, else q_max, rad/m."""
-    ends = breaks_of(spectrum)
     q = np.unique(np.concatenate([np.geomspace(ends[0], ends[-1], 401), ends]))
     height = q**2 * density(spectrum, q)
     roll_off = q[int(np.argmax(height))]
+    reach = np.array([*(min(r * roll_off, ends[-1]) for r in YIELDED), ends[-1]])
+    variance = half_variance(reach, spectrum, effective_modulus=modulus)
+    if pressure + UNREACHED * sqrt(2 * variance[-1]) < hardness:
+        return calibrated(spectrum, modulus, pressure)
+    _, elastic, plastic = area_fractions(variance, pressure, hardness)
+    yielded = elastic / (elastic + plastic) < ELASTIC_SHARE
+    solid = {"effective_modulus": modulus, "nominal_pressure": pressure, "penetration_hardness": hardness}
     seen = {
         "nominal_pressure/penetration_hardness": (share, SHARE),
         "q_roll_off/q_min": (roll_off / ends[0], PLATEAU),
-        ("q_y/q_roll_off" if yielded else "q_max/q_roll_off"): (reach / roll_off, YIELDED if yielded else YIELDING),
     }
     if ends[-1] > 1.5 * roll_off and height[-1] > 0.0:
         seen["Hurst exponent"] = (log(height.max() / height[-1]) / log(ends[-1] / roll_off) / 2, HURST)
+    if not yielded[-1]:
+        seen["q_max/q_roll_off"] = (ends[-1] / roll_off, YIELDING)
+    elif yielded[0] or not yielded[1]:
+        seen["q_y/q_roll_off"] = (yield_wavenumber(spectrum, **solid) / roll_off, YIELDED)
     for name, (value, (least, most)) in seen.items():
         if not least * (1 - 1e-3) <= value <= most * (1 + 1e-3):
             raise ValueError(
                 f"{name} = {value:.3g} lies outside {least:g} … {most:g}, where the law for contact that yields was "
                 "compared with contacts; use the paper's weight for it"
             )
+    return YieldingSpectrum(spectrum, **solid)
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,8 +124,7 @@ class YieldingSpectrum:
     nominal_pressure: float
     penetration_hardness: float
     breaks: tuple[float, ...] = field(init=False, compare=False)
-    contact_fraction: float = field(init=False, compare=False)
-    plastic_fraction: float = field(init=False, compare=False)
+    _variance: float = field(init=False, repr=False, compare=False)
     _coherent: BSpline = field(init=False, repr=False, compare=False)
     _sidebands: BSpline = field(init=False, repr=False, compare=False)
     _scale: float = field(init=False, repr=False, compare=False)
@@ -155,11 +152,28 @@ class YieldingSpectrum:
             top = breaks_of(self.spectrum)[-1]
             object.__setattr__(self, "_edge", (whole - own) / (pi * top**2 * (1 - _REACH**-2)))
         else:
-            object.__setattr__(self, "_scale", (whole / own) ** (whole / most))
-        variance = max(own * self._scale, whole) / hardness**2
-        contact, plastic = _areas(mean / hardness, variance)
-        object.__setattr__(self, "contact_fraction", contact)
-        object.__setattr__(self, "plastic_fraction", plastic)
+            object.__setattr__(self, "_scale", min(most / own, 1.0))
+        object.__setattr__(self, "_variance", max(own * self._scale, whole))
+
+    @property
+    def contact_fraction(self) -> float:
+        """A/A₀, the share of the nominal area in contact."""
+        return self._areas()[0]
+
+    @property
+    def plastic_fraction(self) -> float:
+        """A_pl/A₀, the share of the nominal area that has yielded."""
+        return self._areas()[1]
+
+    def _areas(self) -> tuple[float, float]:
+        """Return both areas of a pressure that diffuses between absorbing walls: its variance rises by 2A_el dG."""
+        share = self.nominal_pressure / self.penetration_hardness
+        g = np.concatenate([[0.0], np.geomspace(1e-4 * share**2, 10.0, 600)])
+        elastic = between(min(share, 1 - share), g)
+        rising = np.append(0.0, np.cumsum((elastic[1:] + elastic[:-1]) * np.diff(g)))
+        half = np.interp(self._variance / self.penetration_hardness**2, rising, g)
+        _, left, plastic = area_fractions(half, share, 1.0)
+        return float(left + plastic), float(plastic)
 
     def __call__(self, q: ArrayLike) -> Array:
         """Return |σ_q|² at the wavenumbers `q`, rad/m, elementwise, Pa² m²."""
@@ -183,19 +197,6 @@ def _value(spline: BSpline, q: Array) -> Array:
     return np.asarray(np.exp(spline(np.clip(np.log(q), spline.t[0], spline.t[-1]))))
 
 
-def _areas(share: float, variance: float) -> tuple[float, float]:
-    """Return the areas in contact and yielded where the pressure has this variance; σ_P is 1.
-
-    Between absorbing walls the variance rises by 2A_el dg, A_el the area that has reached neither.
-    """
-    g = np.concatenate([[0.0], np.geomspace(1e-4 * share**2, 10.0, 600)])
-    elastic = between(min(share, 1 - share), g)
-    rising = np.append(0.0, np.cumsum((elastic[1:] + elastic[:-1]) * np.diff(g)))
-    half = np.interp(variance, rising, g)
-    _, left, plastic = area_fractions(half, share, 1.0)
-    return float(left + plastic), float(plastic)
-
-
 class Scattering(NamedTuple):
     """Where the waves put their pressure: two tables over ln q."""
 
@@ -212,7 +213,7 @@ def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
     total = diffusion.probability @ (diffusion.pressure - diffusion.pressure @ diffusion.probability[0]) ** 2
     grown = np.diff(np.interp(edges, logs, total))  # by which each shell raises the variance of the pressure
     whole = (modulus * diffusion.wavenumber / 2) ** 2
-    steps = (whole[1:] + whole[:-1]) / 2 * -np.diff(diffusion.variance)
+    steps = between_shells(whole, diffusion.variance)
     full = np.diff(np.interp(edges, logs, np.append(0.0, np.cumsum(steps))))  # the same in full contact
     variance = stiffness_variance(diffusion, x, edges)
     mean = np.interp(x, logs, np.einsum("ij,ij->i", diffusion.probability, diffusion.stiffness))
@@ -248,12 +249,11 @@ def stiffness_variance(diffusion: Diffusion, x: Array, edges: Array) -> Array:
     carried_there = carried.copy()
     square_there = np.einsum("ij,ji->i", there, carried**2)
     grown = np.empty((x.size, logs.size))
-    square = diffusion.stiffness**2
     for i in range(logs.size - 1, -1, -1):
         since = int(np.searchsorted(place, i))  # the columns from here on have been reached
         grown[:, i] = diffusion.probability[i] @ carried**2
         if i and since < x.size:
-            power = (square[i] + square[i - 1]) / 2 * (diffusion.variance[i - 1] - diffusion.variance[i])
+            power = diffusion.growth[i - 1]
             matrix = (-(power * down)[1:], 1 + power * (up + down), -(power * up)[:-1])
             carried[:, since:] = dgtsv(*matrix, carried[:, since:])[3]
     result = np.array([np.interp(edges, logs, row) for row in grown])

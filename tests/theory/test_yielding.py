@@ -61,7 +61,7 @@ def test_full_contact_has_the_stress_of_full_contact():
         stress = law(spectrum, hardness=1e11, pressure=0.5e11)
         q = np.geomspace(5.01e4, 9.9e5, 40)
         errors.append(np.abs(stress(q) / ((MODULUS * q / 2) ** 2 * spectrum(q)) - 1).max())
-    assert errors[-1] < 1e-5
+    assert errors[-1] < 3e-5
 
 
 def test_at_the_load_of_full_yield_the_stress_is_uniform():
