@@ -77,6 +77,8 @@ def test_a_ladder_ends_at_its_limit_and_takes_over_what_a_large_cell_changes():
 def test_what_is_measured_covers_the_kinds_and_is_small():
     contacts = {contact.name: contact for contact in yielding_points.points()}
     assert set(MEASURED) <= set(contacts)
+    assert all(sum(name[0] == kind for name in MEASURED) >= least for kind, least in (("B", 6), ("C", 10)))
+    assert len(MEASURED) >= 24
     for record in MEASURED.values():
         numbers = [np.asarray(record[name][key]) for name in QUANTITIES for key in ("value", "error")]
         assert all(np.isfinite(some).all() and (some > 0).all() for some in numbers)
