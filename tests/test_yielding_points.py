@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import validity_cases  # noqa: F401  (finds the folder of the script)
 import yielding_points
+from scipy.special import j0
 from validity_map import yielding
 
 from roughsim.surface.synthesis import mode_variance
@@ -57,6 +58,14 @@ def test_full_contact_is_exact():
         assert values["flash_temperature-1"] == pytest.approx(2 / pi * (stress[waves] / q[waves]) @ even, rel=1e-3)
         assert values["contact_fraction"] == pytest.approx(1.0)
         assert values["yielded_fraction"] == pytest.approx(0.0)
+        correlation = yielding.members_of(contact, rung, [1])[0, len(yielding.COLUMNS) + 20]  # r = 0.48/q_r
+        assert correlation == pytest.approx((stress * j0(q * yielding.DISTANCES[20])).sum(), rel=2e-3)
+    levels = [yielding.members_of(contact, rung, [1]) for rung in rungs[:2]]
+    spectrum = yielding._spectrum(yielding.Solved(rungs[:2], levels, levels[0]))
+    q, density = np.array(spectrum["q"]), np.array(spectrum["value"])
+    inner = (q > 1.2) & (q < 2.4)  # away from the kink and the end of C(q); bands are a third of an octave wide
+    assert inner.sum() >= 3
+    np.testing.assert_allclose(density[inner], (q[inner] / 2) ** 2 * contact.spectrum()(q[inner]), rtol=0.03)
 
 
 def test_a_ladder_ends_at_its_limit_and_takes_over_what_a_large_cell_changes():
