@@ -14,6 +14,7 @@ import roughsim as rs
 from roughsim import pipeline
 from roughsim.pipeline import solve_problem
 from roughsim.realization import level_problem
+from roughsim.store.member_files import STAGES
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +33,7 @@ def test_a_problem_that_was_sent_to_a_worker_gives_the_bits_of_realize(capped_sc
     np.testing.assert_array_equal(solution.heights, member.heights)
     np.testing.assert_array_equal(solution.contact.pressure, member.contact.pressure)
     np.testing.assert_array_equal(solution.observables.flash_temperature, member.observables.flash_temperature)
-    assert list(solution.seconds) == ["surface", "contact", "observables"]
+    assert tuple(solution.seconds) == ("surface", "contact", "observables") == STAGES
 
 
 def test_each_stage_gets_what_the_problem_says(capped_scene, capped_numerics, monkeypatch):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import import_module
@@ -16,7 +15,6 @@ from roughsim.errors import number
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.results.members import SOUND, Members
 from roughsim.results.reader import Reader
-from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.store.member_files import FIELD_UNITS, member_path, read_field
 
@@ -156,18 +154,6 @@ def level_attributes(numerics: Numerics, level: int, unit: str, name: str) -> di
     """Return unit and description of an array, and the level that it is of."""
     column, q_max = numerics.levels[level].column, numerics.levels[level].q_max
     return {"units": unit, "description": DESCRIPTIONS[name], "column": column, "level": level, "q_max": q_max}
-
-
-def origin(scene: Scene, numerics: Numerics, seed: int, versions: dict[str, str], name: str) -> dict[str, Any]:
-    """Return title (else the name of the folder), scene, numerics, seed and versions, as text and numbers."""
-    return {
-        "title": scene.title or name,
-        "source": f"roughsim {versions['roughsim']}",
-        "scene": scene.to_toml(),
-        "numerics": json.dumps(numerics.to_dict()),
-        "seed": seed,
-        "versions": json.dumps(versions),
-    }
 
 
 def to_dataset(arrays: list[Labelled], attributes: dict[str, Any]) -> Any:

@@ -133,14 +133,11 @@ def write_arrays(
 ) -> None:
     """Fill an HDF5 file with labelled arrays, and link to what viewers draw, first the pressure of level `finest`."""
     file.attrs.update(attributes | {"NX_class": "NXroot", "default": "entry"})
-    for array in arrays:  # the axes first: the others refer to them
-        if array.is_axis:
-            write_array(file, array, None)
-            file[array.name].make_scale(array.name)
-    for array in arrays:
-        if array.is_axis:
-            continue
+    for array in arrays:  # an axis comes before all that refers to it
         dataset = write_array(file, array, bits)
+        if array.is_axis:
+            dataset.make_scale(array.name)
+            continue
         for number, axis in enumerate(array.axes):
             dataset.dims[number].attach_scale(file[axis])
         if "level" in array.axes and array.name not in ("column", "q_max"):
@@ -180,11 +177,9 @@ def rounded(values: NDArray[np.float32], bits: int) -> NDArray[np.float32]:
 
     The relative error is at most 2^−(bits+1), for numbers of normal size.
     """
-    drop = np.uint32(MANTISSA - bits)
+    drop = MANTISSA - bits
     if drop == 0:
         return values
     pattern = np.ascontiguousarray(values, dtype=np.float32).view(np.uint32)
-    half = (np.uint32(1) << (drop - np.uint32(1))) - np.uint32(1)
-    odd = (pattern >> drop) & np.uint32(1)
-    mask = ~((np.uint32(1) << drop) - np.uint32(1))
-    return ((pattern + half + odd) & mask).view(np.float32)
+    half, odd = (1 << (drop - 1)) - 1, (pattern >> drop) & 1
+    return ((pattern + half + odd) >> drop << drop).view(np.float32)

@@ -44,14 +44,14 @@ def checksum(value: Any) -> str:
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def folder_state(folder: Path) -> Literal["new", "begun", "run", "foreign"]:
+def folder_state(folder: Path) -> Literal["free", "run", "foreign"]:
     """Return what a folder is to a run that is to start there.
 
-    "new": it does not exist, or is empty. "begun": a start was interrupted before it had written run.json, and all
-    that it holds comes from that start. "run": it has a run.json. "foreign": it is a file, or holds something else.
+    "free": it does not exist, is empty, or all that it holds comes from a start that was interrupted before it had
+    written run.json. "run": it has a run.json. "foreign": it is a file, or holds something else.
     """
     if not folder.exists():
-        return "new"
+        return "free"
     if not folder.is_dir():
         return "foreign"
     if (folder / "run.json").exists():
@@ -60,11 +60,8 @@ def folder_state(folder: Path) -> Literal["new", "begun", "run", "foreign"]:
     # a scene.toml alone may be somebody's own: describe() makes the folder for the realizations before it
     begun = BEGUN | {"scene.toml"} if "realizations" in names else BEGUN
     inside = folder / "realizations"
-    if names - begun or (inside.exists() and not inside.is_dir()):
-        return "foreign"
-    if inside.exists() and not all(is_temporary(path.name) for path in inside.iterdir()):
-        return "foreign"
-    return "begun" if any(folder.iterdir()) else "new"
+    empty = all(is_temporary(path.name) for path in inside.iterdir()) if inside.is_dir() else not inside.exists()
+    return "free" if empty and not names - begun else "foreign"
 
 
 def read_description(folder: Path) -> dict[str, Any]:

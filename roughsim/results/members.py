@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, MutableMapping
 from contextlib import suppress
 from io import BytesIO
 from itertools import compress
+from math import isnan
 from pathlib import Path
 from typing import Any, cast
 
@@ -21,20 +22,21 @@ from numpy.typing import NDArray
 
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.store.disk import place_bytes, read_bytes
-from roughsim.store.member_files import FIELD_UNITS, Member
+from roughsim.store.member_files import FIELD_UNITS, STAGES, Member
 
 Array = NDArray[np.float64]
 Key = tuple[int, int]  # level and index
 SUMMARY = "summary.bin"
 HASH_BYTES = 32
 SOUND, FAILED = 1, 2  # states of a row; 0 without a member
-# fields of every table, beside the numbers (NUMBERS) and the seconds of each stage
+# fields of every table, beside the numbers (NUMBERS)
 PROVENANCE: list[Any] = [
     ("state", "i1"),  # negative: the row comes from a summary, and its file was not seen yet
     ("kept", "?", (len(FIELD_UNITS),)),  # which fields are stored
     ("versions", "i2"),  # index into `Members.versions`
     ("residual", "f8"),
     ("iterations", "i8"),
+    ("seconds", "f8", (len(STAGES),)),
     ("written", "U20"),  # as "2026-01-31T12:00:00Z"
     ("size", "i8"),  # of the file, bytes; 0 where it was not read
     ("changed", "i8"),  # of the file, ns
@@ -42,7 +44,6 @@ PROVENANCE: list[Any] = [
     ("spectrum_start", "i8"),  # where the stress spectrum lies in the file, bytes
     ("spectrum_check", "u4"),  # CRC-32 of its bytes
 ]
-PROVENANCE_NAMES = {name for name, *_ in PROVENANCE}
 
 
 class Members(MutableMapping[Key, Member]):
@@ -66,10 +67,8 @@ class Members(MutableMapping[Key, Member]):
         return sum(int(np.count_nonzero(table["state"] > 0)) for table in self.tables)
 
     def __contains__(self, key: object) -> bool:
-        level, index = cast(Key, key)
-        row, rest = divmod(index, self.every[level])
-        state = self.tables[level]["state"]
-        return not rest and row < len(state) and bool(state[row] > 0)
+        row = self.row(cast(Key, key))
+        return row is not None and bool(row["state"] > 0)
 
     def __iter__(self) -> Iterator[Key]:
         for level, table in enumerate(self.tables):
@@ -77,20 +76,21 @@ class Members(MutableMapping[Key, Member]):
                 yield level, row * self.every[level]
 
     def __getitem__(self, key: Key) -> Member:
+        if key not in self:
+            raise KeyError(key)
         row, failure = self.row(key), self.failures.get(key, "")
-        names = [name for name in row.dtype.names or () if name not in PROVENANCE_NAMES]
-        measured = {name: row[name].copy() for name in names if not np.all(np.isnan(row[name]))}
+        seconds = zip(STAGES, row["seconds"].tolist(), strict=True)
         provenance = {
             "residual": float(row["residual"]),
             "iterations": int(row["iterations"]),
             "versions": self.versions[row["versions"]],
-            "seconds": {name: float(value[0]) for name, value in measured.items() if name not in NUMBERS},
+            "seconds": {stage: time for stage, time in seconds if not isnan(time)},
             "written": str(row["written"]),
         }
         return Member(
             *key,
             failure,
-            {} if failure else {name: value for name, value in measured.items() if name in NUMBERS},
+            {} if failure else {name: row[name].copy() for name in NUMBERS if not np.all(np.isnan(row[name]))},
             lengths=self._lengths,
             speeds=self._speeds,
             provenance=provenance,
@@ -105,18 +105,16 @@ class Members(MutableMapping[Key, Member]):
         row["state"] = row["size"] = 0
         self.failures.pop(key, None)
 
-    def row(self, key: Key) -> np.void:
-        """Return the row of a member, which may be changed; KeyError if there is none."""
-        if key not in self:
-            raise KeyError(key)
+    def row(self, key: Key) -> Any:
+        """Return the row of a member, which may be changed; its state may be 0; None where the table has no row."""
         level, index = key
-        return cast(np.void, self.tables[level][index // self.every[level]])
+        row, rest = divmod(index, self.every[level])
+        return self.tables[level][row] if not rest and row < len(self.tables[level]) else None
 
     def put(self, key: Key, member: Member, **file: Any) -> None:
         """Store a member, and what its file was when it was read: size, changed, digest and place of the spectrum."""
         level, index = key
-        provenance, seconds = member.provenance, member.provenance.get("seconds", {})
-        versions = provenance.get("versions", {})
+        provenance, versions = member.provenance, member.provenance.get("versions", {})
         if versions not in self.versions:
             self.versions.append(versions)
         self.failures.pop(key, None)
@@ -124,15 +122,17 @@ class Members(MutableMapping[Key, Member]):
             self.failures[key] = member.failure
         elif member.wavenumber.size:
             self.wavenumber.setdefault(level, member.wavenumber)
-        row = index // self.every[level]
-        table = self.table_for(level, row, seconds)
+        table, row = self.tables[level], index // self.every[level]
+        if row >= len(table):  # twice as long, so that a run of n members copies its rows O(log n) times
+            more = np.zeros(max(64, len(table), row + 1 - len(table)), table.dtype)
+            table = self.tables[level] = np.concatenate([table, more])
         table[row] = np.zeros((), table.dtype)
-        values = {
-            **{name: np.nan for name in table.dtype.names or () if table[name].dtype.kind == "f"},
-            **seconds,
+        values: dict[str, Any] = {
+            **dict.fromkeys((*NUMBERS, "residual"), np.nan),
             **member.numbers,
             **{name: provenance[name] for name in ("residual", "iterations", "written") if name in provenance},
             **file,
+            "seconds": [provenance.get("seconds", {}).get(stage, np.nan) for stage in STAGES],
             "kept": [name in member.kept for name in FIELD_UNITS],
             "versions": self.versions.index(versions),
             "state": FAILED if member.failure else SOUND,
@@ -140,24 +140,7 @@ class Members(MutableMapping[Key, Member]):
         for name, value in values.items():
             table[name][row] = value
 
-    def table_for(self, level: int, last_row: int, stages: Iterable[str]) -> NDArray[Any]:
-        """Return the table of a level, made longer and wider where it lacks the row or the seconds of a stage."""
-        old = self.tables[level]
-        new = [(name, "f8", (1,)) for name in stages if name not in (old.dtype.names or ())]
-        if last_row >= len(old) or new:
-            # twice as long, so that a run of n members copies its rows O(log n) times
-            rows = max(64, 2 * len(old), last_row + 1) if last_row >= len(old) else len(old)
-            self.tables[level] = np.zeros(rows, [*old.dtype.descr, *new])
-            for name in old.dtype.names or ():
-                self.tables[level][name][: len(old)] = old[name]
-        return self.tables[level]
-
-    def unseen(self, level: int, index: int) -> np.void | None:
-        """Return a row that comes from a summary and whose file was not seen yet, to be changed; else None."""
-        row, table = index // self.every[level], self.tables[level]
-        return cast(np.void, table[row]) if row < len(table) and table["state"][row] < 0 else None
-
-    def load(self, path: Path, run: str) -> dict[str, Any]:
+    def load(self, path: Path, run: list[Any]) -> dict[str, Any]:
         """Let members, of which there are none yet, come from a summary, unseen, and return what `save` got as `stop`.
 
         Nothing happens, and `stop` is empty, without a summary that is whole, of this run and of these tables.
@@ -170,7 +153,7 @@ class Members(MutableMapping[Key, Member]):
             if not whole or header["run"] != run:
                 return {}
             levels = [(old, np.load(file), np.load(file)) for old in self.tables]
-            if any(new.dtype[name] != old.dtype[name] for old, new, _ in levels for name in old.dtype.names or ()):
+            if any(new.dtype != old.dtype for old, new, _ in levels):
                 return {}
             failures = {(level, index): reason for level, index, reason in header["failures"]}
             versions, stop = list(header["versions"]), dict(header["stop"])
@@ -182,7 +165,7 @@ class Members(MutableMapping[Key, Member]):
             return stop
         return {}
 
-    def save(self, path: Path, run: str, stop: dict[str, Any]) -> None:
+    def save(self, path: Path, run: list[Any], stop: dict[str, Any]) -> None:
         """Write a summary of all members that were read from files, whole or not at all; a folder may take no files."""
         in_file = [key for key in self.failures if key in self and self.row(key)["size"]]
         failures = [[*key, self.failures[key]] for key in in_file]

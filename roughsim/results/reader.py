@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
-import stat
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -21,15 +19,14 @@ from roughsim.results.members import SUMMARY, Key, Members
 from roughsim.scene.numerics import Numerics
 from roughsim.store.disk import not_readable, read_bytes
 from roughsim.store.member_files import (
-    FIELD_UNITS,
     MEMBER_NAME,
     Member,
+    digest_of,
+    is_unchanged,
     member_name,
     member_of,
     member_path,
-    read_seal,
     read_spectrum,
-    seal_of,
 )
 
 Array = NDArray[np.float64]
@@ -45,17 +42,15 @@ class Reader:
     """
 
     def __init__(
-        self, folder: Path, numerics: Numerics, speeds: tuple[float, ...], identity: tuple[Any, Any], skip_damaged: bool
+        self, folder: Path, numerics: Numerics, speeds: tuple[float, ...], identity: list[Any], skip_damaged: bool
     ):
-        self.folder, self.numerics = folder, numerics
+        self.folder, self.numerics, self.identity = folder, numerics, identity
         self.damaged: dict[Key, str] = {}
         self.available = 0
-        self._identity, self._skip_damaged = identity, skip_damaged
-        layout = {name: number.per_speed for name, number in NUMBERS.items()}, list(FIELD_UNITS)
-        self.run_key = hashlib.sha256(json.dumps((identity, layout), sort_keys=True).encode()).hexdigest()
+        self._skip_damaged = skip_damaged
         self.members = Members([level.every for level in numerics.levels], numerics.lengths, speeds)
         # the last look at the targets that no number of realizations met
-        self._insufficient = self.members.load(folder / SUMMARY, self.run_key)
+        self._insufficient = self.members.load(folder / SUMMARY, identity)
         self._news = 0  # members and looks that no summary has yet
 
     def refresh(self, most: int) -> None:
@@ -77,14 +72,15 @@ class Reader:
         path = member_path(self.folder, level, index)
         try:
             status = os.stat(path)
-            row = self.members.unseen(level, index)
-            if row is not None and unchanged(path, status, row):
+            row = self.members.row((level, index))
+            unseen = row is not None and row["state"] < 0
+            if unseen and is_unchanged(path, status, *row[["size", "changed", "digest"]].item()):
                 row["state"], row["changed"] = -row["state"], status.st_mtime_ns  # a copy has another time
                 return True
             content = read_bytes(path)
             member = member_of(path, content)
             complete = {"residual", "iterations", "versions"} <= set(member.provenance)
-            if not complete or identity_of(member.provenance) != self._identity:
+            if not complete or identity_of(member.provenance) != self.identity:
                 raise RecordError(
                     f"{path} is of another run: its scene, seed or numerics differ; move it out of the folder"
                 )
@@ -126,27 +122,24 @@ class Reader:
         spectra = np.empty((len(indices), len(wavenumber)))
         starts, checks = (self.members.column(level, f"spectrum_{name}", indices) for name in ("start", "check"))
         for row, index, start, check in zip(spectra, indices.tolist(), starts.tolist(), checks.tolist(), strict=True):
-            path = member_path(self.folder, level, index)
-            row[:] = read_spectrum(path, start, len(wavenumber), check)
+            row[:] = read_spectrum(member_path(self.folder, level, index), start, len(wavenumber), check)
         return wavenumber, spectra
 
     def save_now_and_then(self) -> None:
         """Write the summary anew if enough has come since."""
         if self._news >= max(LEAST_NEW, SHARE_NEW * len(self.members)):
-            self.members.save(self.folder / SUMMARY, self.run_key, self._insufficient)
+            self.members.save(self.folder / SUMMARY, self.identity, self._insufficient)
             self._news = 0
 
     def insufficient(self, rows: list[int], until: dict[str, float]) -> int:
         """Return how many of the rows do not meet the targets by an earlier look at the same members; 0 if unknown."""
         count = int(self._insufficient.get("count", 0))
-        if not 0 < count <= len(rows) or self._insufficient != self.look(rows[:count], until):
-            self._insufficient = {}
-            return 0
-        return count
+        known = 0 < count <= len(rows) and self._insufficient == self.look(rows[:count], until)
+        return count if known else 0
 
     def remember_insufficient(self, rows: list[int], until: dict[str, float]) -> None:
         """Remember that no number of these rows meets the targets."""
-        self._news += len(rows) - self._insufficient.get("count", 0)
+        self._news += len(rows) - self.insufficient(rows, until)
         self._insufficient = self.look(rows, until)
         self.save_now_and_then()
 
@@ -164,33 +157,19 @@ class Reader:
             names = os.listdir(self.folder / "realizations")
         except OSError as error:
             raise not_readable(self.folder / "realizations", error) from error
-        stems = (MEMBER_NAME.fullmatch(name.removesuffix(".h5")) for name in names if name.endswith(".h5"))
+        stems = [MEMBER_NAME.fullmatch(name.removesuffix(".h5")) for name in names if name.endswith(".h5")]
         stored = {match[0]: int(match[2]) for match in stems if match}
         gap = range(self.available, max(stored.values(), default=-1) + 1)
         expected = (member_name(level, index) for index in gap for level in self.numerics.of_index(index))
         return [name for name in expected if name not in stored]
 
 
-def unchanged(path: Path, status: os.stat_result, row: np.void) -> bool:
-    """Whether a file is the one that a row of the summary was made of, by its digest."""
-    if status.st_size != row["size"] or not stat.S_ISREG(status.st_mode):
-        return False
-    if status.st_mtime_ns == row["changed"] and read_seal(path) == row["digest"]:
-        return True
-    return digest_of(path, read_bytes(path)) == bytes(row["digest"])
-
-
-def digest_of(path: Path, content: bytes) -> bytes:
-    """Return the digest in the seal of a file, or, without a seal, that of its bytes."""
-    return (seal_of(path, content) or hashlib.sha256(content).hexdigest()).encode()
-
-
-def identity_of(description: dict[str, Any]) -> tuple[Any, Any]:
+def identity_of(description: dict[str, Any]) -> list[Any]:
     """Return what a run and each of its files must have in common: scene with seed, and numerics but what is kept."""
     numerics = description.get("numerics")
     if isinstance(numerics, dict):
         numerics = {key: value for key, value in numerics.items() if key != "keep_fields"}
-    return description.get("scene"), numerics
+    return [description.get("scene"), numerics]
 
 
 @cache

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -318,7 +319,14 @@ class Run:
             *arrays.fields(self.folder, self.numerics, kept),
         ]
         versions = next(iter(self.members.values())).provenance["versions"]
-        return labelled, arrays.origin(self.scene, self.numerics, self.seed, versions, self.folder.resolve().name)
+        return labelled, {
+            "title": self.scene.title or self.folder.resolve().name,
+            "source": f"roughsim {versions['roughsim']}",
+            "scene": self.scene.to_toml(),
+            "numerics": json.dumps(self.numerics.to_dict()),
+            "seed": self.seed,
+            "versions": json.dumps(versions),
+        }
 
     def to_xarray(self) -> Any:
         """Return all numbers of all members, and the kept fields, as an `xarray.Dataset`.

@@ -14,6 +14,7 @@ import io
 import json
 import os
 import re
+import stat
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -26,12 +27,13 @@ from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
 from roughsim.observables.catalogue import NUMBERS
-from roughsim.store.disk import DamagedError, damaged, hdf5_bytes, not_readable, place_bytes, read_bytes
+from roughsim.store.disk import DamagedError, damaged, hdf5_bytes, place_bytes, read_bytes
 from roughsim.untrusted import ChildEndedError, call_in_child, check_hdf5
 
 Array = NDArray[np.float64]
 FORMAT = 2  # raised when older readers would misread
 FIELD_UNITS = {"heights": "m", "pressure": "Pa"}
+STAGES = ("surface", "contact", "observables")  # of the pipeline: the seconds of each are stored
 MEMBER_NAME = re.compile(r"L(\d+)-(\d{6,})")  # level and index; of the file, of its claim, and in messages
 _SEAL = re.compile(rb"\nroughsim (L(\d+)-(\d{6,})\.h5) sha256 ([0-9a-f]{64})\n\Z")
 _LONGEST_SEAL = 200  # bytes
@@ -155,15 +157,22 @@ def seal_of(path: Path, content: bytes) -> str | None:
     return digest
 
 
-def read_seal(path: Path) -> bytes:
-    """Return the digest in the seal of a member's file, unchecked; empty without a seal. OSError as `read_member`."""
-    try:
-        with open(path, "rb") as file:
-            file.seek(max(os.fstat(file.fileno()).st_size - _LONGEST_SEAL, 0))
+def digest_of(path: Path, content: bytes) -> bytes:
+    """Return the digest in the seal of a file, or, without a seal, that of its bytes; errors as for `seal_of`."""
+    return (seal_of(path, content) or hashlib.sha256(content).hexdigest()).encode()
+
+
+def is_unchanged(path: Path, status: os.stat_result, size: int, changed: int, digest: bytes) -> bool:
+    """Whether a member's file has a digest still; where size and time, ns, are the same its seal is believed."""
+    if status.st_size != size or not stat.S_ISREG(status.st_mode):
+        return False
+    if status.st_mtime_ns == changed:
+        with suppress(OSError), open(path, "rb") as file:
+            file.seek(max(size - _LONGEST_SEAL, 0))
             seal = _SEAL.search(file.read())
-    except OSError as error:
-        raise not_readable(path, error) from error
-    return b"" if seal is None or seal[1].decode() != path.name else seal[4]
+            if seal and seal.group(1, 4) == (path.name.encode(), digest):
+                return True
+    return digest_of(path, read_bytes(path)) == digest
 
 
 def check_format(path: Path, version: int) -> None:

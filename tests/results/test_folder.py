@@ -54,7 +54,7 @@ def made(folder, names):
 @pytest.mark.parametrize("names", MADE, ids=str)
 def test_a_start_that_was_interrupted_before_it_had_written_run_json_is_taken_up(tmp_path, names):
     made(tmp_path / "run", names)
-    assert folder_state(tmp_path / "run") == ("begun" if names else "new")
+    assert folder_state(tmp_path / "run") == "free"
 
 
 def test_a_run_goes_on_from_each_moment_of_its_start(finished, tmp_path):
@@ -90,7 +90,7 @@ def test_a_folder_with_something_of_somebody_is_no_start(tmp_path, names):
 
 def test_a_run_a_missing_folder_and_a_file_are_told_apart(folder, tmp_path):
     assert folder_state(folder) == "run"
-    assert folder_state(tmp_path / "none") == "new"
+    assert folder_state(tmp_path / "none") == "free"
     assert folder_state(folder / "run.json") == "foreign"
 
 

@@ -166,7 +166,7 @@ def test_no_flipped_byte_of_a_summary_is_believed(folder, eager):
 
     def read():
         table = empty_members(run, run.scene.speeds)
-        table.load(folder / SUMMARY, run._reader.run_key)
+        table.load(folder / SUMMARY, run._reader.identity)
         return any(rows.size for rows in table.tables)
 
     assert read()
@@ -187,8 +187,8 @@ def test_a_summary_of_another_layout_is_as_none(folder, whole, eager):
     for key, member in run.members.items():
         numbers = {name: values.repeat(2 if len(values) > 1 else 1) for name, values in member.numbers.items()}
         other.put(key, replace(member, numbers=numbers), size=1)
-    other.save(folder / SUMMARY, run._reader.run_key, {"count": 3})
-    assert empty_members(run, run.scene.speeds * 2).load(folder / SUMMARY, run._reader.run_key) == {"count": 3}
+    other.save(folder / SUMMARY, run._reader.identity, {"count": 3})
+    assert empty_members(run, run.scene.speeds * 2).load(folder / SUMMARY, run._reader.identity) == {"count": 3}
     eager.clear()
     assert bits(rs.open_run(folder)) == bits(whole)
     assert len(eager) == COUNT + 5
