@@ -17,6 +17,7 @@ from roughsim.estimate.errors import relative_half_width
 from roughsim.estimate.ladder import Values, values_of
 from roughsim.results import members, reader
 from roughsim.results.members import SUMMARY, Members
+from roughsim.store import member_files
 from roughsim.store.member_files import check_member, member_path, read_member, write_member
 
 
@@ -46,11 +47,12 @@ def bits(run):
     return {(name, field): np.asarray(getattr(found[name], field)).tobytes() for name, field in fields}
 
 
-def test_a_run_is_read_from_its_summary_to_the_last_bit_and_each_member_once(folder, whole, eager):
+def test_a_run_is_read_from_its_summary_to_the_last_bit_and_each_member_once(folder, whole, eager, monkeypatch):
     before = bits(whole)
     assert bits(rs.open_run(folder)) == before
     assert len(eager) == len(set(eager)) == COUNT + 5
     eager.clear()
+    monkeypatch.setattr(member_files, "read_member", lambda path: pytest.fail("a spectrum needs no whole file"))
     run = rs.open_run(folder)
     assert bits(run) == before
     assert eager == []
