@@ -1,4 +1,4 @@
-"""The stress spectrum of rough contact that yields, from elastic to fully yielded, without fitted constants.
+"""The stress spectrum of rough contact that yields, from elastic to fully yielded, with one fitted constant.
 
 With κ and P of `theory.interface`, a wave of q and height dh makes the pressure κ dh. κ differs from place to place
 with the coarser waves, so that the wave makes pressure at its own q and at |q + k|, k < q:
@@ -9,9 +9,9 @@ with the coarser waves, so that the wave makes pressure at its own q and at |q +
 V(q, k) is the variance of κ(q) that shell k makes, g(Q) = 1/(⟨c⟩ + 2/E*Q) the response of the half-space behind a mean
 interface, ⟨c⟩ = ⟨κ⟩/⟨κ²⟩ − 2/E*q. Both terms are of the second order of the response to an uneven interface.
 
-The variance of the whole lies between M, that of P, and M₁ = σ₀σ_P − σ₀², that of contact which has all yielded, where
-force balance leaves no choice. What it lacks to M is a tail above q_max, as q⁻⁴, of the edges of the contacts; where it
-exceeds M₁ it is scaled down. docs/yielding.md derives all of it.
+Above q_max the edges of the contacts make a tail, EDGE |σ_q|²(q_max) (q_max/q)³. EDGE is the one fitted constant. The
+variance of the whole lies between M, that of P, and M₁ = σ₀σ_P − σ₀², that of contact which has all yielded, where
+force balance leaves no choice: the tail is higher or lower where it must be. docs/yielding.md derives all of it.
 """
 
 from __future__ import annotations
@@ -33,13 +33,14 @@ from theory.quadrature import WEIGHTS, panels_between
 from theory.walls import area_fractions, between, shares, yield_wavenumber
 
 SHELL = 0.25  # width of a shell of waves in ln q, at most
-ANGLES = 16
+ANGLES = 24
 _FEWEST = 16  # shells
-_BELOW = 1.5  # e-folds below q_min to which sidebands are told apart; they are constant from there on
+_BELOW = 1.0  # e-folds below q_min to which sidebands are told apart; they are constant from there on
 _DEPTH = 1e3  # and followed down to q_min over this
-_REACH = 1e3  # times q_max to which the rest of the variance is followed, as q⁻⁴
+_REACH = 1e3  # times q_max to which the rest of the variance is followed, as q⁻³
 _DEGREE = 5  # of the splines, whose knots are an e-fold apart
 _LAST = 1e-4  # of the sidebands is cut off at the upper end
+_FAINT = 1e-2  # the least weight of a bin of sidebands, those that hardly a wave reaches
 _NOTHING = 1e-14  # of the largest density: full contact has no sidebands, and they have a logarithm all the same
 
 
@@ -49,6 +50,7 @@ HURST = (0.3, 1.0)  # H of C ~ q^(−2−2H) from q_r to q_max
 YIELDED = (0.25, 8.0)  # q_y/q_r where all has yielded at q_max
 YIELDING = (1.0, 32.0)  # q_max/q_r where it has not
 ELASTIC_SHARE = 0.01  # of the contact: below, all has yielded
+EDGE = 0.05  # of |σ_q|² at q_max: the level at which the tail of the edges begins there
 
 
 def stress_spectrum(
@@ -134,7 +136,7 @@ class YieldingSpectrum:
         diffusion = diffuse(self.spectrum, self.effective_modulus, self.nominal_pressure, self.penetration_hardness)
         scattering = scatter(diffusion, self.effective_modulus)
         ends = breaks_of(self.spectrum)
-        coherent, sidebands = (_smooth(x, values, log(ends[0])) for x, values in scattering)
+        coherent, sidebands = (_smooth(table, log(ends[0])) for table in scattering)
         inner = np.concatenate([ends, np.exp(coherent.t), np.exp(sidebands.t)])
         breaks = np.concatenate([ends[:1] / _DEPTH, inner, ends[-1:] * _REACH])
         values = {"_coherent": coherent, "_sidebands": sidebands, "_scale": 1.0, "_edge": 0.0}
@@ -143,17 +145,18 @@ class YieldingSpectrum:
         self._balance(diffusion)
 
     def _balance(self, diffusion: Diffusion) -> None:
-        """Give what the variance of P has above that of this spectrum to the edges of the contacts."""
+        """Give the edges of the contacts their tail, within what the variance of P and force balance leave."""
         mean, hardness = self.nominal_pressure, self.penetration_hardness
         most = mean * (hardness - mean)
         whole = min(float(diffusion.probability[-1] @ (diffusion.pressure - mean) ** 2), most)
         own = _variance(self, np.array(self.breaks))
-        if own < whole:
-            top = breaks_of(self.spectrum)[-1]
-            object.__setattr__(self, "_edge", (whole - own) / (pi * top**2 * (1 - _REACH**-2)))
-        else:
-            object.__setattr__(self, "_scale", min(most / own, 1.0))
-        object.__setattr__(self, "_variance", max(own * self._scale, whole))
+        top = breaks_of(self.spectrum)[-1]
+        room = 2 * pi * top**2 * (1 - 1 / _REACH)  # the variance of a tail of unit level
+        wanted = EDGE * float(self(np.array([top]))[0]) * room
+        tail = min(max(wanted, whole - own), max(most - own, 0.0))
+        object.__setattr__(self, "_edge", tail / room)
+        object.__setattr__(self, "_scale", min(most / own, 1.0))
+        object.__setattr__(self, "_variance", min(own, most) + tail)
 
     @property
     def contact_fraction(self) -> float:
@@ -189,7 +192,7 @@ class YieldingSpectrum:
         result[inside] += full * _value(self._coherent, band)
         result *= self._scale
         above = (wavenumber > high) & (wavenumber <= self.breaks[-1])
-        result[above] += self._edge * (high / wavenumber[above]) ** 4
+        result[above] += self._edge * (high / wavenumber[above]) ** 3
         return result
 
 
@@ -197,11 +200,19 @@ def _value(spline: BSpline, q: Array) -> Array:
     return np.asarray(np.exp(spline(np.clip(np.log(q), spline.t[0], spline.t[-1]))))
 
 
-class Scattering(NamedTuple):
-    """Where the waves put their pressure: two tables over ln q."""
+class Table(NamedTuple):
+    """A logarithm over ln q on a uniform grid, and how much each entry counts."""
 
-    coherent: tuple[Array, Array]  # ln q and ln of |σ_q|²/[(E*q/2)² C]
-    sidebands: tuple[Array, Array]  # ln Q and ln of |σ_Q|², Pa² m²
+    place: Array
+    value: Array
+    weight: Array
+
+
+class Scattering(NamedTuple):
+    """Where the waves put their pressure."""
+
+    coherent: Table  # |σ_q|²/[(E*q/2)² C]
+    sidebands: Table  # |σ_Q|², Pa² m²
 
 
 def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
@@ -232,7 +243,9 @@ def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
     ends = np.concatenate([edges[:1], x, edges[-1:]])
     values = np.log(coherent)
     wide = np.concatenate([[1.5 * values[0] - 0.5 * values[1]], values, [1.5 * values[-1] - 0.5 * values[-2]]])
-    return Scattering((ends, wide), _density(np.log(other).ravel(), power.ravel(), logs[0] - _BELOW, width))
+    return Scattering(
+        Table(ends, wide, np.ones(ends.size)), _density(np.log(other).ravel(), power.ravel(), logs[0] - _BELOW, width)
+    )
 
 
 def stiffness_variance(diffusion: Diffusion, x: Array, edges: Array) -> Array:
@@ -263,7 +276,7 @@ def stiffness_variance(diffusion: Diffusion, x: Array, edges: Array) -> Array:
     return np.maximum.accumulate(np.maximum(result - mean[:, None] ** 2, 0.0), axis=1)
 
 
-def _density(logs: Array, power: Array, first: float, width: float) -> tuple[Array, Array]:
+def _density(logs: Array, power: Array, first: float, width: float) -> Table:
     """Return ln q on a uniform grid and ln of the density per area of wavenumbers of `power` at `logs`."""
     place = np.maximum((logs - first) / width, 0.0)
     low = place.astype(np.intp)
@@ -275,15 +288,17 @@ def _density(logs: Array, power: Array, first: float, width: float) -> tuple[Arr
     area = 2 * pi * np.exp(2 * x) * width
     area[0] = pi * np.exp(2 * x[0])  # of the whole disc below
     values = held[:last] / area
-    return np.asarray(x), np.log(np.maximum(values, _NOTHING * values.max() + np.finfo(float).tiny))
+    weight = np.sqrt(np.maximum(held[:last] / held.max(), _FAINT**2)) if held.any() else np.ones(last)
+    return Table(x, np.log(np.maximum(values, _NOTHING * values.max() + np.finfo(float).tiny)), weight)
 
 
-def _smooth(x: Array, values: Array, first: float) -> BSpline:
-    """Return the spline of degree 5 nearest to values at uniform x, its knots whole e-folds from `first`."""
+def _smooth(table: Table, first: float) -> BSpline:
+    """Return the spline of degree 5 nearest to a table, its knots whole e-folds from `first`."""
+    x = table.place
     inner = np.arange(ceil(x[0] - first), ceil(x[-1] - first)) + first
     inner = inner[(inner > x[0] + 0.3) & (inner < x[-1] - 0.3)]
     knots = np.concatenate([np.full(_DEGREE + 1, x[0]), inner, np.full(_DEGREE + 1, x[-1])])
-    return make_lsq_spline(x, values, knots, k=_DEGREE)
+    return make_lsq_spline(x, table.value, knots, k=_DEGREE, w=table.weight)
 
 
 def _distinct(breaks: Array) -> Array:
