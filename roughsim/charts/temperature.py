@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from roughsim.charts.style import COLOURS, FIELDS, THEORY, Array, Subject, new_figure, scaled
-from roughsim.heat.statistics import ContactTemperature, contact_temperature
+from roughsim.heat.statistics import ContactTemperature, contact_temperature, hottest_pixel
 
 BINS = 80
 POINTS = 2000  # of a line; a contact has up to millions
@@ -95,6 +95,6 @@ def profile_chart(subject: Subject, path: Path) -> None:
 def lines_through_hottest_point(subject: Subject) -> tuple[int, int, dict[str, Array]]:
     """Return the indices of the hottest point along x and y, and the three fields on the line along x through it."""
     temperature = subject.field("temperature")
-    hottest, across = (int(i) for i in np.unravel_index(int(temperature.argmax()), temperature.shape))
+    hottest, across = hottest_pixel(temperature)
     lines = {name: subject.field(name)[:, across].copy() for name in ("heights", "pressure")}
     return hottest, across, lines | {"temperature": temperature[:, across].copy()}

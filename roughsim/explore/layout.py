@@ -95,8 +95,8 @@ class Controls:
         self.slider = models.Slider(start=low, end=high, step=1 / STEPS, value=log10(speed), title="speed", width=300)
         self.slider.update(format=models.CustomJSTickFormatter(code=SPEED_LABEL), name="speed")
         self.speed = models.TextInput(title="v, m/s", value=f"{speed:.4g}", width=80, name="speed_box")
-        self.angle = models.Slider(start=-180, end=180, step=1, value=0, title="sliding direction", width=200)
-        self.angle.update(format="0°", name="angle")
+        angles = {"start": -180, "end": 180, "step": 1, "value": 0}
+        self.angle = models.Slider(title="sliding direction, °", width=200, name="angle", **angles)
         labels = ["colours of the cell", "of the view"]
         self.colours_of = models.RadioButtonGroup(labels=labels, active=0, name="colours")
         colours = column(plain_text("", "colours"), self.colours_of)
@@ -254,7 +254,7 @@ class Layout:
         self.maps = {name: MapPanel(name, **view) for name in FIELDS}
         self.point, self.line_ends = empty_source("x", "y"), empty_source("x", "y")
         for panel in self.maps.values():
-            panel.figure.line("x", "y", source=self.line_ends, color=MARK, line_alpha=0.7, line_dash="dashed")
+            panel.figure.line("x", "y", source=self.line_ends, color=MARK, line_width=2, line_dash="dashed")
             cross = {"marker": "circle_cross", "size": 13, "color": MARK, "fill_alpha": 0, "line_width": 2}
             panel.figure.scatter("x", "y", source=self.point, **cross)
 
