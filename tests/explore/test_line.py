@@ -35,6 +35,9 @@ def test_an_oblique_line_stays_within_half_a_point_and_ends_at_the_sides(directi
     ]
     assert np.abs(np.stack([line.i, line.j]) - exact).max() <= 0.5 + 1e-9
     assert (line.i[line.distance == 0.0], line.j[line.distance == 0.0]) == point
+    assert min(line.i.min(), line.j.min()) >= 0
+    assert line.i.max() < GRID.shape[0]
+    assert line.j.max() < GRID.shape[1]
     beyond = np.array([line.distance[0] - 0.2e-3, line.distance[-1] + 0.2e-3])
     ends = np.array(point)[:, None] + np.array([[np.cos(direction)], [np.sin(direction)]]) * beyond / np.array(
         GRID.spacing

@@ -249,6 +249,7 @@ def test_fields_that_were_not_kept_say_how_to_keep_them(page):
     assert options["3"] == "3 (fields not kept)"
     page.layout.controls.member.value = "3"
     assert "--keep-fields 4" in page.layout.problems.text
+    assert page.layout.busy.text == ""
     assert image(page)["image"] == []
     page.layout.controls.member.value = "0"
     assert page.layout.problems.text == ""
