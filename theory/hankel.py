@@ -61,9 +61,10 @@ def first_crossing(panels: Panels, values: Array, fraction: float) -> float:
         return _transform(panels, values, r) / whole - fraction
 
     r = float(2 * np.sqrt((1 - fraction) * whole / roughness)) * (1 - 1e-9)  # 1 − J₀(x) ≤ x²/4: no crossing before
+    steepest = 0.59 * float(((values * q) @ WEIGHTS).sum()) / whole  # |J₁| ≤ 0.582: the fastest that it can fall
     trail = [(r, excess(r))]
     while trail[-1][0] < 100 / panels.lower[0]:
-        r *= 1.03
+        r = max(1.03 * r, r + trail[-1][1] / steepest)
         trail = [*trail[-2:], (r, excess(r))]
         bracket = _bracket(excess, trail)
         if bracket is not None:

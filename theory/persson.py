@@ -258,11 +258,11 @@ class StressDensity:
 
 
 def stress_density(
-    spectrum: Spectrum | None,
-    stress_spectrum: Spectrum | None,
-    effective_modulus: float | None,
-    nominal_pressure: float | None,
-    gamma: Weight,
+    spectrum: Spectrum | None = None,
+    stress_spectrum: Spectrum | None = None,
+    effective_modulus: float | None = None,
+    nominal_pressure: float | None = None,
+    gamma: Weight = 0.45,
 ) -> StressDensity:
     """Return s(q) on panels that resolve ∫ s/q, ∫ s and ∫ s q to 1e-11; arguments as in `pressure_correlation`."""
     given: Any = (spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)

@@ -27,6 +27,8 @@ def theory_values(scene: Scene) -> dict[str, Any]:
     result |= {name: values[name] for name in WIDTHS}
     result |= {"conductivity": prediction.conduction(scene).conductivity, "heat_partition": share}
     result["heat_partition_theory"] = values["heat_partition"]
+    law = prediction.calibrated_over_speed(scene, np.array(scene.speeds))
+    result["calibrated"] = law["flash_temperature"] * share
     return result | {name: float(values[name][0]) for name in ("contact_fraction", "plastic_fraction")}
 
 
@@ -35,14 +37,17 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
     longest = 2 * np.pi / scene.spectrum.breaks[0]
     distance = np.concatenate([[0.0], np.geomspace(1e-3 * longest, 0.5 * longest, CORRELATION_POINTS - 1)])
     correlation = {"r": distance, "value": prediction.correlation(scene, distance)}
-    values = theory_values(scene) | {"pressure_correlation": correlation}
-    return {key: json_value(value) for key, value in values.items()}
+    values, law = theory_values(scene), prediction.calibrated(scene)
+    temperature = values["calibrated"] if law.stress_spectrum is not None else None
+    values["calibrated"] = {"flash_temperature": temperature, "error": law.error, "range": law.range}
+    return {key: json_value(value) for key, value in (values | {"pressure_correlation": correlation}).items()}
 
 
 def theory_table(scene: Scene) -> Table:
     """Return the theory of a scene, a row per speed."""
     values = theory_values(scene)
-    columns = {name: with_unit(name, UNITS[name]) for name in HEATED + WIDTHS}
+    columns = {"flash_temperature": "flash_temperature, K", "calibrated": "calibrated, K"}
+    columns |= {name: with_unit(name, UNITS[name]) for name in HEATED[1:] + WIDTHS}
     if np.isfinite(scene.temperature_range[1]):  # κ(T) differs from speed to speed
         columns["conductivity"] = "κ, W/(m K)"
     columns |= {"heat_partition": "share used", "heat_partition_theory": "share in theory"}
@@ -52,7 +57,16 @@ def theory_table(scene: Scene) -> Table:
     ]
     areas = (f"{name} {values[name]:.4g}" for name in ("contact_fraction", "plastic_fraction"))
     titles = ("speed, m/s", *columns.values())
-    return Table([Column(title, number=True) for title in titles], rows, scene.title, [", ".join(areas)])
+    notes = [", ".join(areas), calibrated_note(scene)]
+    return Table([Column(title, number=True) for title in titles], rows, scene.title, notes)
+
+
+def calibrated_note(scene: Scene) -> str:
+    """Say what the column calibrated is, or why it is empty."""
+    law = prediction.calibrated(scene)
+    if law.stress_spectrum is None:
+        return f"calibrated: none, as {law.range}."
+    return f"calibrated: by the calibrated stress spectrum; its T_flash is within {law.error:.0%} of simulations."
 
 
 def trust_table(known: Trust) -> Table:

@@ -8,6 +8,7 @@ that an observable says once what the theory makes of it.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
 from math import inf, nan, pi
 from typing import Any
@@ -31,6 +32,11 @@ from roughsim.surface.synthesis import mean_over_cells, mode_variance
 
 Array = NDArray[np.float64]
 OVER_SPEED = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
+# what the law for contact that yields was compared in
+OF_YIELDING = (
+    *("flash_temperature", "contact_fraction", "plastic_fraction", "pressure_variance"),
+    *("correlation_radius_50", "correlation_radius_10", "correlation_radius_0"),
+)
 _NEAR = 16.0  # mode spacings beyond q_min within which W is averaged over Fourier cells
 # parts of the theory's contact that have yielded: from the first on, T_flash falls with the cut-off; while less than
 # the second is added up to q_max, it follows the theory (measured on rocks of 1 to 30 GPa)
@@ -67,19 +73,25 @@ def observables_of(view: Theory, scene: Scene) -> dict[str, Array]:
 
 def integrals(scene: Scene, q_max: float = inf) -> Theory:
     """Return the theory over the whole spectrum, or up to `q_max`, rad/m."""
-    whole, stress = smoothed_spectrum(scene), stress_arguments(scene)
+    whole = smoothed_spectrum(scene)
     spectrum = TruncatedSpectrum(whole, q_max) if q_max < inf else whole
     rule = "total" if scene.sliding.heat_partition == "total" else "mean"
-
-    def total(weight: Callable[[Array], Array]) -> float:  # 2π ∫ q |σ_q|² weight(q) dq, Eq. (2)
-        density = theory.persson.stress_density(spectrum, None, **stress)
-        return float(density.weighted() @ weight(density.wavenumber()))
-
     temperatures = over_speed(scene, np.array(scene.speeds), spectrum)
     share = heat_partition(scene, rule=rule, spectrum=spectrum)
+    values = {**temperatures, "heat_partition": share, **area_fractions(scene, q_max)}
+    return integrated(values, {"spectrum": spectrum, **stress_arguments(scene)})
+
+
+def integrated(values: dict[str, Any], stress: dict[str, Any]) -> Theory:
+    """Return the theory of these values and of a stress spectrum, given by its arguments for the theory."""
+
+    def total(weight: Callable[[Array], Array]) -> float:  # 2π ∫ q |σ_q|² weight(q) dq, Eq. (2)
+        density = theory.persson.stress_density(**stress)
+        return float(density.weighted() @ weight(density.wavenumber()))
+
     return Theory(
-        {**temperatures, "heat_partition": share, **area_fractions(scene, q_max)},
-        correlation_radius=lambda fraction: float(theory.persson.correlation_radius(fraction, spectrum, **stress)),
+        values,
+        correlation_radius=lambda fraction: float(theory.persson.correlation_radius(fraction, **stress)),
         total=total,
     )
 
@@ -144,18 +156,62 @@ def stress_spectrum(scene: Scene, q: Array) -> Array:
     return density * weight
 
 
-def calibrated(scene: Scene) -> tuple[dict[str, Array], float]:
-    """Return T_flash, T′, D_flash, d_flash and g_σ(0) by the calibrated stress spectrum, and their relative error band.
+@dataclass(frozen=True, slots=True)
+class Calibrated:
+    """The calibrated law of the stress spectrum for a scene: what it gives over the whole C(q), and how well."""
 
-    ValueError if the scene lies outside what is calibrated: elastic contact within a range of loads and C(q).
-    """
-    from theory.calibrated import ERROR_BAND
+    stress_spectrum: Any  # |σ_q|²(q), Pa² m²; None where the scene lies outside
+    observables: tuple[str, ...]  # that it gives: those that were compared with contacts
+    error: float  # relative error band of T_flash
+    range: str  # "inside", or what of the scene lies outside the range that was compared
 
-    spectrum = theory.persson.calibrated_spectrum(scene.spectrum, **load_arguments(scene))
-    names = ("flash_temperature", "flash_gradient", "flash_width", "slope_length")
-    result = over_speed(scene, np.array(scene.speeds), stress_spectrum=spectrum, names=names)
-    variance = float(theory.persson.pressure_correlation(0.0, stress_spectrum=spectrum))
-    return result | {"pressure_variance": np.array([variance])}, ERROR_BAND
+
+@lru_cache(maxsize=64)
+def calibrated(scene: Scene) -> Calibrated:
+    """Return the law for contact that yields where there is a hardness, else that of elastic contact."""
+    from theory import calibrated, yielding  # here: slow to import
+
+    band = calibrated.ERROR_BAND if scene.elastic else yielding.ERROR_BAND
+    try:
+        if scene.elastic:
+            law: Any = theory.persson.calibrated_spectrum(scene.spectrum, **load_arguments(scene))
+        else:
+            law = theory.plasticity.stress_spectrum(scene.spectrum, **pressure_arguments(scene))
+    except ValueError as error:
+        return Calibrated(None, (), band, str(error).split(";")[0])
+    if isinstance(law, yielding.YieldingSpectrum):
+        return Calibrated(law, OF_YIELDING, band, "inside")
+    return Calibrated(law, tuple(OBSERVABLES), calibrated.ERROR_BAND, "inside")
+
+
+@lru_cache(maxsize=64)
+def calibrated_predictions(scene: Scene) -> dict[str, Array]:
+    """Return every observable by the calibrated law, as `predictions`; NaN where it gives nothing."""
+    given = calibrated(scene).observables
+    result = {
+        name: values if name in given else np.full_like(values, nan)
+        for name, values in observables_of(calibrated_integrals(scene), scene).items()
+    }
+    for values in result.values():
+        values.flags.writeable = False
+    return result
+
+
+def calibrated_integrals(scene: Scene) -> Theory:
+    """Return the calibrated law as a theory of the scene over the whole spectrum; NaN where it gives nothing."""
+    law = calibrated(scene).stress_spectrum
+    if law is None:
+        return Theory({}, correlation_radius=lambda _: nan, total=lambda _: nan)
+    areas = {name: getattr(law, name, nan) for name in ("contact_fraction", "plastic_fraction")}
+    return integrated({**calibrated_over_speed(scene, np.array(scene.speeds)), **areas}, {"stress_spectrum": law})
+
+
+def calibrated_over_speed(scene: Scene, speeds: Array) -> dict[str, Array]:
+    """Return what the calibrated law gives at any speeds, m/s, as `over_speed`; NaN where it gives nothing."""
+    law = calibrated(scene)
+    names = tuple(name for name in OVER_SPEED if name in law.observables)
+    nothing = {name: np.full(speeds.shape, nan) for name in OVER_SPEED}
+    return nothing | over_speed(scene, speeds, stress_spectrum=law.stress_spectrum, names=names)
 
 
 # Up to each cut-off of a ladder: the shape by which a run is continued to q_max. Contact that does not yield goes on
