@@ -14,7 +14,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from roughsim import prediction
 from roughsim.charts.spectra import draw_correlation, draw_psd
-from roughsim.charts.style import COLOURS, MARKERS, THEORY, band, new_figure
+from roughsim.charts.style import CALIBRATED, COLOURS, MARKERS, THEORY, band, new_figure
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.run import Run
 from roughsim.show.table import shown
@@ -37,8 +37,9 @@ def comparison_chart(run: Run, rows: Sequence[Any], path: Path) -> None:
             note = r"$C(q)$ solid" + "\n" + r"$C_\mathrm{sm}(q)$ dashed"
             psd.text(0.98, 0.82, note, transform=psd.transAxes, fontsize=8, ha="right")
         longest = 2 * np.pi / run.scene.spectrum.breaks[0]
-        r = np.linspace(0.0, 0.4 * longest, 200)
+        r = 0.4 * longest * np.linspace(0.0, 1.0, 100) ** 2  # steep at 0
         correlation.plot(r * 1e6, prediction.correlation(run.scene, r) * 1e-18, color=THEORY, lw=1.4)
+        correlation.plot(r * 1e6, prediction.calibrated_correlation(run.scene, r) * 1e-18, color=CALIBRATED, lw=1.4)
         for column in run.numerics.columns:
             draw_correlation(correlation, run, column, r)
             for level in run.numerics.of_column(column):
@@ -52,7 +53,7 @@ def comparison_chart(run: Run, rows: Sequence[Any], path: Path) -> None:
 
 
 def draw_over_speed(axes: Axes, run: Run, rows: Sequence[Any], observable: str) -> None:
-    """Draw an observable over the speed: theory, theory up to q_c where it differs, and each column with its error."""
+    """Draw an observable over the speed: the theories, that up to q_c where it differs, and each column."""
     rows = [row for row in rows if row.observable == observable and row.speed]
     speed = np.array([row.speed for row in rows])
     if speed.size == 0:  # only at rest
@@ -62,10 +63,9 @@ def draw_over_speed(axes: Axes, run: Run, rows: Sequence[Any], observable: str) 
     unit, factor = shown(si)
     beyond = 1.5 if np.isinf(scene.temperature_range[1]) else 1.0  # a table of conductivity may end there
     dense = np.union1d(np.geomspace(speed.min() / 1.5, speed.max() * beyond, 60), speed)
-    theory = prediction.over_speed(scene, dense)[observable] * factor
-    if OBSERVABLES[observable].heated:
-        theory *= prediction.heat_partition(scene, dense)
-    axes.plot(dense, theory, color=THEORY, lw=1.4)
+    share = prediction.heat_partition(scene, dense) if OBSERVABLES[observable].heated else 1.0
+    for line, colour in ((prediction.over_speed, THEORY), (prediction.calibrated_over_speed, CALIBRATED)):
+        axes.plot(dense, line(scene, dense)[observable] * share * factor, color=colour, lw=1.4)
     if any(row.cut for row in rows):
         axes.plot(speed, [row.theory_at_cut_off * factor for row in rows], color=THEORY, lw=1.2, ls="--")
     for column in run.numerics.columns:
@@ -93,6 +93,10 @@ def draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
     }
     label = rf"theory, $\gamma$ = {run.scene.theory.gamma:g}, whole spectrum"
     handles: list[Any] = [Line2D([], [], color=THEORY, lw=1.4, label=label)]
+    if np.isfinite([row.calibrated for row in drawn]).any():
+        error = prediction.calibrated(run.scene).error
+        label = rf"calibrated stress spectrum: $T_\mathrm{{flash}}$ ± {error:.0%}"
+        handles.append(Line2D([], [], color=CALIBRATED, lw=1.4, label=label))
     if any(row.cut for row in drawn):
         handles.append(Line2D([], [], color=THEORY, lw=1.2, ls="--", label="theory up to $q_c$"))
     for column in run.numerics.columns:

@@ -27,7 +27,7 @@ from roughsim.results.run import Run
 from roughsim.show.text import plain
 
 Array = NDArray[np.float64]
-THEORY = "#222222"
+THEORY, CALIBRATED = "#222222", "#009E73"
 COLOURS = {"smoothed": "#0072B2", "capped": "#D55E00", "elastic": "#0072B2"}  # Okabe & Ito
 MARKERS = {"smoothed": "o", "capped": "s", "elastic": "o"}
 # field → the words above a map of it, its symbol, and its unit

@@ -77,8 +77,9 @@ class Row:
     """One observable at one speed (None where there is none): theory, the measured columns, and their ratios.
 
     `theory` is summed over the modes of the cell up to q_c, `theory_at_cut_off` integrated up to q_c, and
-    `theory_full_spectrum` integrated over all. `note` is "identity" where force balance fixes the value, "at q_c" where
-    it has no limit in the cut-off, or none that the run can tell.
+    `theory_full_spectrum` integrated over all. So is `calibrated`, by the calibrated stress spectrum; NaN where that
+    was not compared with contacts. `note` is "identity" where force balance fixes the value, "at q_c" where it has no
+    limit in the cut-off, or none that the run can tell.
     """
 
     observable: str
@@ -87,6 +88,7 @@ class Row:
     theory: float
     theory_at_cut_off: float
     theory_full_spectrum: float
+    calibrated: float
     columns: dict[str, Cell]
     ratios: dict[str, Ratio]
     note: str
@@ -99,7 +101,7 @@ class Row:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the row with an entry for each column and ratio."""
-        names = ("observable", "speed", "theory", "theory_full_spectrum")
+        names = ("observable", "speed", "theory", "theory_full_spectrum", "calibrated")
         result: dict[str, Any] = {name: getattr(self, name) for name in names}
         result |= {name: cell._asdict() for name, cell in self.columns.items()}
         for name, ratio in self.ratios.items():
@@ -210,6 +212,7 @@ def rows_of(run: Run) -> Iterator[Row]:
         "theory": prediction.mode_sums(run.scene, drawn, run.numerics.grid(level)),
         "theory_at_cut_off": prediction.predictions(run.scene, q_c),
         "theory_full_spectrum": prediction.predictions(run.scene),
+        "calibrated": prediction.calibrated_predictions(run.scene),
     }
     plastic = not run.scene.elastic
     all_yields = plastic and isfinite(prediction.yield_wavenumber(run.scene))

@@ -97,12 +97,13 @@ def comparison_table(comparison: Comparison) -> Table:
     first, run, title = comparison.rows[0], comparison.run, comparison.run.scene.title
     ratios = (name.replace("_over_", "/") + " (same modes)" * name.endswith("_over_theory") for name in first.ratios)
     columns = [Column("observable", name=True)]
-    columns += [Column(title, number=True) for title in ("m/s", "theory", *first.columns, *ratios)]
+    columns += [Column(title, number=True) for title in ("m/s", "theory", "calibrated", *first.columns, *ratios)]
     rows: list[Row] = [
         (
             with_unit(row.observable, row.unit),
             "" if row.speed is None else f"{row.speed:g}",
             Number(row.theory_full_spectrum, row.unit),
+            Number(row.calibrated, row.unit),
             *(Number(cell.mean, row.unit, cell.total_error, cell.unknown) for cell in row.columns.values()),
             *(Number(ratio.value, "1", ratio.total_error, ratio.unknown) for ratio in row.ratios.values()),
             row.note,
@@ -124,6 +125,7 @@ def meanings(comparison: Comparison) -> Iterator[str]:
         "± total error, 95 %. theory: over the whole spectrum. The ratio to theory is over the same modes: those of "
         "the cell, up to q_c."
     )
+    yield calibrated_note(comparison.run.scene)
     if comparison.unknown:
         yield f"≥: no level of the run tells the whole error ({', '.join(comparison.unknown)})."
     marks = {row.note for row in comparison.rows}

@@ -8,7 +8,6 @@ that an observable says once what the theory makes of it.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
 from math import inf, nan, pi
 from typing import Any
@@ -26,17 +25,13 @@ from roughsim.prediction.bodies import conduction as conduction
 from roughsim.prediction.bodies import heat_arguments, load_arguments, pressure_arguments, stress_arguments
 from roughsim.prediction.bodies import heat_partition as heat_partition
 from roughsim.prediction.bodies import smoothed_spectrum as smoothed_spectrum
+from roughsim.prediction.law import calibrated as calibrated
 from roughsim.scene import Scene
 from roughsim.surface.spectrum import TruncatedSpectrum
 from roughsim.surface.synthesis import mean_over_cells, mode_variance
 
 Array = NDArray[np.float64]
 OVER_SPEED = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
-# what the law for contact that yields was compared in
-OF_YIELDING = (
-    *("flash_temperature", "contact_fraction", "plastic_fraction", "pressure_variance"),
-    *("correlation_radius_50", "correlation_radius_10", "correlation_radius_0"),
-)
 _NEAR = 16.0  # mode spacings beyond q_min within which W is averaged over Fourier cells
 # parts of the theory's contact that have yielded: from the first on, T_flash falls with the cut-off; while less than
 # the second is added up to q_max, it follows the theory (measured on rocks of 1 to 30 GPa)
@@ -156,34 +151,6 @@ def stress_spectrum(scene: Scene, q: Array) -> Array:
     return density * weight
 
 
-@dataclass(frozen=True, slots=True)
-class Calibrated:
-    """The calibrated law of the stress spectrum for a scene: what it gives over the whole C(q), and how well."""
-
-    stress_spectrum: Any  # |σ_q|²(q), Pa² m²; None where the scene lies outside
-    observables: tuple[str, ...]  # that it gives: those that were compared with contacts
-    error: float  # relative error band of T_flash
-    range: str  # "inside", or what of the scene lies outside the range that was compared
-
-
-@lru_cache(maxsize=64)
-def calibrated(scene: Scene) -> Calibrated:
-    """Return the law for contact that yields where there is a hardness, else that of elastic contact."""
-    from theory import calibrated, yielding  # here: slow to import
-
-    band = calibrated.ERROR_BAND if scene.elastic else yielding.ERROR_BAND
-    try:
-        if scene.elastic:
-            law: Any = theory.persson.calibrated_spectrum(scene.spectrum, **load_arguments(scene))
-        else:
-            law = theory.plasticity.stress_spectrum(scene.spectrum, **pressure_arguments(scene))
-    except ValueError as error:
-        return Calibrated(None, (), band, str(error).split(";")[0])
-    if isinstance(law, yielding.YieldingSpectrum):
-        return Calibrated(law, OF_YIELDING, band, "inside")
-    return Calibrated(law, tuple(OBSERVABLES), calibrated.ERROR_BAND, "inside")
-
-
 @lru_cache(maxsize=64)
 def calibrated_predictions(scene: Scene) -> dict[str, Array]:
     """Return every observable by the calibrated law, as `predictions`; NaN where it gives nothing."""
@@ -204,6 +171,13 @@ def calibrated_integrals(scene: Scene) -> Theory:
         return Theory({}, correlation_radius=lambda _: nan, total=lambda _: nan)
     areas = {name: getattr(law, name, nan) for name in ("contact_fraction", "plastic_fraction")}
     return integrated({**calibrated_over_speed(scene, np.array(scene.speeds)), **areas}, {"stress_spectrum": law})
+
+
+def calibrated_correlation(scene: Scene, distance: Array) -> Array:
+    """Return g_σ(r) by the calibrated law, Pa², at distances in m; NaN where it gives nothing."""
+    law = calibrated(scene).stress_spectrum
+    nothing = np.full(distance.shape, nan)
+    return nothing if law is None else theory.persson.pressure_correlation(distance, stress_spectrum=law)
 
 
 def calibrated_over_speed(scene: Scene, speeds: Array) -> dict[str, Array]:

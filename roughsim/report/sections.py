@@ -8,6 +8,7 @@ from base64 import b64encode
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
+from math import isfinite
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 
 COLUMNS = {
     "theory": "theory over the whole spectrum",
+    "calibrated": "theory by the calibrated stress spectrum",
     "smoothed": "smoothed: elastic contact on the smoothed spectrum",
     "capped": "capped: contact of the surface, p ≤ hardness",
     "elastic": "elastic contact of the surface",
@@ -83,6 +85,8 @@ def answer(comparison: Comparison) -> Html:
     rows = [row for row in comparison.rows if row.observable == "flash_temperature"]
     row = max(rows, key=lambda row: row.speed or 0.0)
     values = {"theory": Number(row.theory_full_spectrum, "K")}
+    if isfinite(row.calibrated):
+        values["calibrated"] = Number(row.calibrated, "K")
     values |= {name: Number(x.mean, "K", x.total_error, x.unknown) for name, x in row.columns.items()}
     boxes = []
     for name, value in values.items():
@@ -97,8 +101,8 @@ def answer(comparison: Comparison) -> Html:
     share = f"{high:.3g}" if high - low < 1e-12 else f"{low:.3g} to {high:.3g}, by speed"
     caption = (
         "Roughness, stress correlation g(r), flash temperature T, hot-spot width D and slope length d over the sliding "
-        "speed. The black line is the theory over the whole spectrum. Bands are the total error, 95 %; of g(r) the "
-        "statistical error, 95 %."
+        "speed. The black line is the theory over the whole spectrum, the green one is by the calibrated stress "
+        "spectrum. Bands are the total error, 95 %; of g(r) the statistical error, 95 %."
     )
     return joined(
         tag("p", f"Flash temperature ⟨Tσ⟩/⟨σ⟩ at {row.speed:g} m/s, with the heat share {share}:"),

@@ -1,0 +1,46 @@
+"""The calibrated law of the stress spectrum for a scene, beside the paper's weight: what it gives, and how well."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import theory
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.prediction.bodies import load_arguments, pressure_arguments
+from roughsim.scene import Scene
+from theory import calibrated as elastic
+from theory import yielding
+
+# what the law for contact that yields was compared in
+OF_YIELDING = (
+    *("flash_temperature", "contact_fraction", "plastic_fraction", "pressure_variance"),
+    *("correlation_radius_50", "correlation_radius_10", "correlation_radius_0"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Calibrated:
+    """The calibrated law of the stress spectrum for a scene: what it gives over the whole C(q), and how well."""
+
+    stress_spectrum: Any  # |σ_q|²(q), Pa² m²; None where the scene lies outside
+    observables: tuple[str, ...]  # that it gives: those that were compared with contacts
+    error: float  # relative error band of T_flash
+    range: str  # "inside", or what of the scene lies outside the range that was compared
+
+
+@lru_cache(maxsize=64)
+def calibrated(scene: Scene) -> Calibrated:
+    """Return the law for contact that yields where there is a hardness, else that of elastic contact."""
+    band = elastic.ERROR_BAND if scene.elastic else yielding.ERROR_BAND
+    try:
+        if scene.elastic:
+            law: Any = theory.persson.calibrated_spectrum(scene.spectrum, **load_arguments(scene))
+        else:
+            law = theory.plasticity.stress_spectrum(scene.spectrum, **pressure_arguments(scene))
+    except ValueError as error:
+        return Calibrated(None, (), band, str(error).split(";")[0])
+    if isinstance(law, yielding.YieldingSpectrum):
+        return Calibrated(law, OF_YIELDING, band, "inside")
+    return Calibrated(law, tuple(OBSERVABLES), elastic.ERROR_BAND, "inside")
