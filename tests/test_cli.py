@@ -59,6 +59,7 @@ def test_theory_prints_the_steel_table(capsys):
         "contact_fraction",
         "plastic_fraction",
         "pressure_correlation",
+        "calibrated",
         "scene_facts",
         "scene_warnings",
     }

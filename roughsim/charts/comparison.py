@@ -35,7 +35,7 @@ def comparison_chart(run: Run, rows: Sequence[Any], path: Path) -> None:
         draw_psd(psd, run.scene, 1.4)
         if not run.scene.elastic:
             note = r"$C(q)$ solid" + "\n" + r"$C_\mathrm{sm}(q)$ dashed"
-            psd.text(0.98, 0.82, note, transform=psd.transAxes, fontsize=8, ha="right")
+            psd.text(0.04, 0.06, note, transform=psd.transAxes, fontsize=8)
         longest = 2 * np.pi / run.scene.spectrum.breaks[0]
         r = 0.4 * longest * np.linspace(0.0, 1.0, 100) ** 2  # steep at 0
         correlation.plot(r * 1e6, prediction.correlation(run.scene, r) * 1e-18, color=THEORY, lw=1.4)
@@ -95,7 +95,7 @@ def draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
     handles: list[Any] = [Line2D([], [], color=THEORY, lw=1.4, label=label)]
     if np.isfinite([row.calibrated for row in drawn]).any():
         error = prediction.calibrated(run.scene).error
-        label = rf"calibrated stress spectrum: $T_\mathrm{{flash}}$ ± {error:.0%}"
+        label = rf"calibrated stress spectrum: $T_\mathrm{{flash}}$ ± {100 * error:.0f} %"
         handles.append(Line2D([], [], color=CALIBRATED, lw=1.4, label=label))
     if any(row.cut for row in drawn):
         handles.append(Line2D([], [], color=THEORY, lw=1.2, ls="--", label="theory up to $q_c$"))

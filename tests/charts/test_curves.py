@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 import roughsim as rs
 from roughsim import prediction
 from roughsim.charts import plot_run, spectra, temperature
-from roughsim.charts.style import COLOURS
+from roughsim.charts.style import CALIBRATED, COLOURS
 from roughsim.heat.statistics import contact_temperature
 
 
@@ -38,6 +38,21 @@ def test_the_line_of_the_theory_has_the_heat_share_of_its_points(capped_run, dra
     (speed, value), exact = line.get_data(), prediction.predictions(capped_run.scene)["flash_temperature"][2]
     at = np.exp(np.interp(np.log(35.0), np.log(speed), np.log(value)))
     assert at == pytest.approx(0.9 * exact, rel=2e-3)  # interpolated
+
+
+def test_the_calibrated_law_is_a_line_with_a_word_in_the_legend(capped_run, drawn):
+    comparison = rs.compare(capped_run)
+    comparison.chart("a.png")
+    axes = drawn[0].axes
+    (row,) = (row for row in comparison.rows if row.observable == "flash_temperature" and row.speed == 35.0)
+    (line,) = (line for line in axes[2].lines if line.get_color() == CALIBRATED)
+    speed, value = line.get_data()
+    assert value[list(speed).index(35.0)] == pytest.approx(row.calibrated, rel=1e-9)
+    (line,) = (line for line in axes[1].lines if line.get_color() == CALIBRATED)
+    (variance,) = (row.calibrated for row in comparison.rows if row.observable == "pressure_variance")
+    assert line.get_ydata()[0] == pytest.approx(1e-18 * variance, rel=1e-9)
+    words = [text.get_text() for text in axes[-1].get_legend().get_texts()]
+    assert [word for word in words if "calibrated" in word] == [words[1]]
 
 
 def test_the_profile_runs_along_x_through_the_hottest_point(capped_run):

@@ -9,9 +9,10 @@ import pytest
 import roughsim as rs
 from roughsim import prediction
 from roughsim.comparison.compare import Ratio
+from roughsim.comparison.tables import comparison_table
 from roughsim.observables.catalogue import UNITS
 
-HEADINGS = {"observable", "speed", "theory", "theory_full_spectrum", "smoothed", "capped", "note"}
+HEADINGS = {"observable", "speed", "theory", "theory_full_spectrum", "calibrated", "smoothed", "capped", "note"}
 
 
 @pytest.fixture(scope="module")
@@ -227,3 +228,30 @@ def test_a_number_that_older_files_lack_is_not_compared(capped_run):
     expected = capped_run.estimate("contact_fraction").mean[0]
     assert rows["contact_fraction"].columns["capped"].mean == expected
     assert "plastic_fraction" not in {array.name for array in old.arrays()[0]}
+
+
+def test_the_calibrated_law_stands_after_theory_where_it_was_compared_with_contacts(table):
+    from theory import flash, plasticity
+
+    law = plasticity.stress_spectrum(
+        table.run.scene.spectrum,
+        effective_modulus=1.0 / (2 * 0.91 / 200e9),
+        nominal_pressure=9e7,
+        penetration_hardness=1e9,
+    )
+    heat = {"friction_coefficient": 0.11, "conductivity": 30.0, "diffusivity": 30.0 / (7900 * 500)}
+    expected = 0.9 * flash.flash_temperature(35.0, stress_spectrum=law, nominal_pressure=9e7, **heat)
+    told = {(row["observable"], row["speed"]): row["calibrated"] for row in table.to_dict()["rows"]}
+    assert told["flash_temperature", 35.0] == pytest.approx(expected, rel=1e-9)
+    assert told["plastic_fraction", None] == pytest.approx(law.plastic_fraction, rel=1e-9)
+    nothing = {name for (name, _), value in told.items() if value is None}
+    assert nothing == {"flash_gradient", "flash_laplacian", "flash_width", "slope_length", "heat_partition"}
+    shown = comparison_table(table)
+    titles = [column.title for column in shown.columns]
+    assert titles[2:6] == ["theory", "calibrated", "smoothed", "capped"]
+    assert shown.cells(3)[2] == f"{expected:.4g}"
+    # g_σ at the calibrated radius has fallen to a tenth
+    r = told["correlation_radius_10", None]
+    near, far = prediction.calibrated_correlation(table.run.scene, np.array([0.0, r]))
+    assert near == pytest.approx(told["pressure_variance", None], rel=1e-9)
+    assert far == pytest.approx(0.1 * near, rel=1e-6)
