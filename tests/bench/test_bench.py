@@ -96,6 +96,15 @@ def test_the_error_of_the_chain_falls_with_the_root_of_the_realizations_to_bias_
                 assert floor == pytest.approx(least**2, rel=1e-6, abs=1e-15)
 
 
+def test_errors_and_doubts_of_the_chain_are_relative():
+    scene, numerics = small()
+    hotter = replace(scene, sliding=replace(scene.sliding, friction_coefficient=8 * scene.sliding.friction_coefficient))
+    once, more = (bench(s, numerics=numerics, stages=["chain"], realizations=4) for s in (scene, hotter))
+    for a, b in zip(once, more, strict=True):  # eight times the temperatures
+        assert (b.error, b.doubt) == pytest.approx((a.error, a.doubt), rel=1e-9, abs=0)
+    assert max(point.doubt for point in once) > 0
+
+
 def test_few_fine_members_cost_what_their_number_says():
     scene, numerics = small(every=2)
     group = panels(bench(scene, numerics=numerics, stages=["chain"], realizations=4))["chain: contact area"]

@@ -132,6 +132,15 @@ def test_without_checksums_as_older_runs_are_each_value_must_follow_from_the_sce
         rs.open_run(folder)
 
 
+def test_an_identity_with_a_key_of_no_value_is_not_that_of_the_scene(folder, finished):
+    description = json.loads((folder / "run.json").read_text())
+    del description["checksums"]
+    description["scene"]["surface.of_nothing"] = None
+    (folder / "run.json").write_text(json.dumps(description))
+    with pytest.raises(rs.RecordError, match=r"run\.json and scene\.toml are of different scenes: a key differs"):
+        rs.open_run(folder)
+
+
 def test_a_share_that_a_rule_gives_is_recomputed_for_an_older_run(folder, finished):
     scene = replace(finished.scene, sliding=replace(finished.scene.sliding, heat_partition="mean"))
     description = json.loads((folder / "run.json").read_text())
