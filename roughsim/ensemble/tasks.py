@@ -10,8 +10,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, 
 from dataclasses import dataclass
 from pathlib import Path
 
-from roughsim.ensemble.members import Job, store_member
-from roughsim.ensemble.workers import Workforce
+from roughsim.ensemble.workers import Job, Workforce, store_member
 from roughsim.errors import RecordError
 from roughsim.realization import level_problem
 from roughsim.results.run import Run

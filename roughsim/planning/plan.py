@@ -62,10 +62,8 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
     reasons = [Reason("cell", f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm", reason)]
     if scene.numerics.levels is not None:
         numerics = Numerics(scene.numerics.levels, lengths)
-        kind, columns = ("elastic", ("elastic",)) if scene.elastic else ("capped", ("smoothed", "capped"))
-        for column in numerics.columns:
-            if column not in columns:
-                raise ValueError(f'column = "{column}" does not fit {kind} scene; use {" or ".join(columns)}')
+        if not scene.elastic and "elastic" in numerics.columns:
+            raise ValueError('column = "elastic" does not fit a scene with a hardness; use "smoothed" or "capped"')
         reasons.append(Reason("levels", level_text(numerics.levels), "given in the scene"))
     else:
         numerics = chosen_levels(scene, lengths, target_error, stop)

@@ -197,16 +197,16 @@ def test_a_planned_run_goes_on_with_what_it_began_with(tmp_path, monkeypatch):
 
 
 def test_members_that_do_not_converge_are_counted_and_left_out(quick, tmp_path, monkeypatch):
-    from roughsim.ensemble import members
+    from roughsim.ensemble import workers
 
-    genuine = members.solve_problem
+    genuine = workers.solve_problem
 
     def some_fail(problem):
         if problem.index == 1:
             raise rs.ConvergenceError("contact solve stalled: residual 0.1", 0.1, 7)
         return genuine(problem)
 
-    monkeypatch.setattr(members, "solve_problem", some_fail)
+    monkeypatch.setattr(workers, "solve_problem", some_fail)
     run = rs.run(quick, tmp_path / "run", max_realizations=4)
     assert (run.realizations, run.failed) == (4, 1)
     assert run.estimate("flash_temperature").n == 3

@@ -170,6 +170,9 @@ def test_unfit_columns_targets_and_memory_are_refused(capped_scene):
         Level("plastic", (8, 8), 1.0)
     with pytest.raises(ValueError, match="target_error"):
         rs.plan(capped_scene, 0.0)
+    soft = replace(capped_scene.numerics, levels=({"column": "elastic", "shape": [64, 64], "q_max": 1e4},))
+    with pytest.raises(ValueError, match='column = "elastic" does not fit a scene with a hardness'):
+        rs.plan(replace(capped_scene, numerics=soft))
     huge = replace(capped_scene.numerics, levels=({"column": "capped", "shape": [10**6, 10**6], "q_max": 1e5},))
     with pytest.raises(rs.ResolutionError, match="memory"):
         rs.plan(replace(capped_scene, numerics=huge))
