@@ -196,6 +196,14 @@ def test_a_planned_run_goes_on_with_what_it_began_with(tmp_path, monkeypatch):
     assert run.reasons == began.reasons != []
 
 
+def test_a_run_that_goes_on_may_keep_more_fields(quick, tmp_path):
+    rs.run(quick, tmp_path / "run", max_realizations=1)
+    more = replace(quick, numerics=replace(quick.numerics, keep_fields=2))
+    assert rs.run(more, tmp_path / "run", max_realizations=3).kept(0) == [0, 1]
+    most = replace(rs.plan(quick), keep_fields=4)
+    assert rs.run(quick, tmp_path / "run", numerics=most, max_realizations=4).kept(0) == [0, 1, 3]
+
+
 def test_members_that_do_not_converge_are_counted_and_left_out(quick, tmp_path, monkeypatch):
     from roughsim.ensemble import workers
 

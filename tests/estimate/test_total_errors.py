@@ -182,6 +182,13 @@ def test_a_ratio_to_a_sum_that_is_no_measure_of_the_theory_says_so(capped_run, m
     assert ratio.total_error / ratio.value >= size
 
 
+def test_what_is_exactly_zero_or_undefined_has_no_unknown_error():
+    means = np.array([0.0, 2.0, np.nan])
+    found = est.Uncertain(means, means, {"statistical": np.array([0.0, 0.3, 0.0]), "scan": np.full(3, np.nan)})
+    assert [found.unknown_at(k) for k in range(3)] == [(), ("scan",), ()]
+    np.testing.assert_array_equal(found.total_error, [0.0, 0.3, np.nan])
+
+
 def test_bands_of_a_level_that_few_realizations_have_are_those_of_few():
     levels = Level("elastic", (8, 8), 1.0), Level("elastic", (16, 16), 2.0, every=4)
     numerics = Numerics(levels, (10.0, 10.0))
