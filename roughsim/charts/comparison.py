@@ -20,6 +20,7 @@ from roughsim.results.run import Run
 from roughsim.show.table import shown
 from roughsim.show.text import plain
 
+DASHES: Any = (0, (4, 2))  # over what it coincides with
 # over speed: observable → words, label, and SI unit
 DRAWN = {
     "flash_temperature": ("Flash temperature", r"$T_\mathrm{flash}$", "K"),
@@ -39,7 +40,8 @@ def comparison_chart(run: Run, rows: Sequence[Any], path: Path) -> None:
         longest = 2 * np.pi / run.scene.spectrum.breaks[0]
         r = 0.4 * longest * np.linspace(0.0, 1.0, 100) ** 2  # steep at 0
         correlation.plot(r * 1e6, prediction.correlation(run.scene, r) * 1e-18, color=THEORY, lw=1.4)
-        correlation.plot(r * 1e6, prediction.calibrated_correlation(run.scene, r) * 1e-18, color=CALIBRATED, lw=1.4)
+        law = prediction.calibrated_correlation(run.scene, r) * 1e-18
+        correlation.plot(r * 1e6, law, color=CALIBRATED, lw=1.4, ls=DASHES, zorder=3)
         for column in run.numerics.columns:
             draw_correlation(correlation, run, column, r)
             for level in run.numerics.of_column(column):
@@ -64,8 +66,9 @@ def draw_over_speed(axes: Axes, run: Run, rows: Sequence[Any], observable: str) 
     beyond = 1.5 if np.isinf(scene.temperature_range[1]) else 1.0  # a table of conductivity may end there
     dense = np.union1d(np.geomspace(speed.min() / 1.5, speed.max() * beyond, 60), speed)
     share = prediction.heat_partition(scene, dense) if OBSERVABLES[observable].heated else 1.0
-    for line, colour in ((prediction.over_speed, THEORY), (prediction.calibrated_over_speed, CALIBRATED)):
-        axes.plot(dense, line(scene, dense)[observable] * share * factor, color=colour, lw=1.4)
+    axes.plot(dense, prediction.over_speed(scene, dense)[observable] * share * factor, color=THEORY, lw=1.4)
+    law = prediction.calibrated_over_speed(scene, dense)[observable] * share * factor
+    axes.plot(dense, law, color=CALIBRATED, lw=1.4, ls=DASHES, zorder=3)
     if any(row.cut for row in rows):
         axes.plot(speed, [row.theory_at_cut_off * factor for row in rows], color=THEORY, lw=1.2, ls="--")
     for column in run.numerics.columns:
@@ -96,7 +99,7 @@ def draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
     if np.isfinite([row.calibrated for row in drawn]).any():
         error = prediction.calibrated(run.scene).error
         label = rf"calibrated stress spectrum: $T_\mathrm{{flash}}$ ± {100 * error:.0f} %"
-        handles.append(Line2D([], [], color=CALIBRATED, lw=1.4, label=label))
+        handles.append(Line2D([], [], color=CALIBRATED, lw=1.4, ls=DASHES, label=label))
     if any(row.cut for row in drawn):
         handles.append(Line2D([], [], color=THEORY, lw=1.2, ls="--", label="theory up to $q_c$"))
     for column in run.numerics.columns:

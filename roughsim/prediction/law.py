@@ -39,7 +39,8 @@ def calibrated(scene: Scene) -> Calibrated:
             law: Any = theory.persson.calibrated_spectrum(scene.spectrum, **load_arguments(scene))
         else:
             law = theory.plasticity.stress_spectrum(scene.spectrum, **pressure_arguments(scene))
-    except ValueError as error:
+        theory.persson.stress_density(stress_spectrum=law)  # remembered; here it shows whether integrals converge
+    except (ValueError, theory.quadrature.QuadratureError) as error:
         return Calibrated(None, (), band, str(error).split(";")[0])
     if isinstance(law, yielding.YieldingSpectrum):
         return Calibrated(law, OF_YIELDING, band, "inside")
