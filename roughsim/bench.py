@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from math import hypot, isnan, nan, pi, sqrt
+from timeit import timeit
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -54,20 +55,11 @@ class Split(NamedTuple):
     planned: bool = False
 
 
-class Solved(NamedTuple):
-    """The numbers of a level over all realizations, and the median CPU seconds of one."""
-
-    sample: Sample
-    seconds: float
-
-
 def cpu_seconds(work: Callable[[], Any]) -> float:
     """Return the least CPU time of up to three calls, s, after one that fills caches; a second in all is enough."""
     spent: list[float] = []
     while len(spent) < 4 and sum(spent) < 1.0:
-        start = time.process_time()
-        work()
-        spent.append(time.process_time() - start)
+        spent.append(timeit(work, timer=time.process_time, number=1))
     return min(spent[1:] or spent)
 
 
@@ -134,12 +126,17 @@ def flash(problem: Problem, contact: Contact) -> float:
 
 
 def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point]:
-    """Every observable that has a limit in the cut-off, over the splits of the cost that a ladder allows."""
+    """Every observable that has a limit in the cut-off, over the splits of the cost that a ladder allows.
+
+    There is a curve over the number of realizations for each split; the truth is that of all levels and realizations.
+    """
     levels = numerics.of_column("elastic" if scene.elastic else "capped")
-    solved = []
+    samples, seconds = [], []
     for number in levels:  # all on the same surfaces
         problem = replace(level_problem(scene, numerics, number), seed=SEED, stream=len(levels) - 1)
-        solved.append(solve_level(problem, numerics.levels[number], realizations))
+        sample, median = solve_level(problem, numerics.levels[number], realizations)
+        samples.append(sample)
+        seconds.append(median)
     splits = splits_of([numerics.levels[level] for level in levels])
     forecast = 0 if numerics.forecast is None else numerics.forecast.realizations
     fastest, slowest = int(np.argmax(scene.speeds)), int(np.argmin(scene.speeds))
@@ -149,27 +146,41 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
         if title == "T_flash, slowest" and not 0.0 < scene.speeds[slowest] < scene.speeds[fastest]:
             continue
         speed = {"T_flash, fastest": fastest, "T_flash, slowest": slowest}.get(title, 0)
-        yield from curves(title, name, speed, solved, splits, forecast, scene)
+        estimate = partial(observe, name, capped=not scene.elastic, end=scene.spectrum.breaks[-1])
+        whole = estimate(samples)
+        truth = float(whole.extrapolated[:, speed].mean())
+        doubt = float(np.hypot(*np.nan_to_num([whole.bandwidth[speed], whole.pixel[speed]]))) / abs(truth)
+        for split in splits:
+            chosen = [samples[i] for i in split.levels]
+            first, last = (estimate(some).extrapolated[:, speed] for some in (chosen[:1], chosen))
+            # ⟨T₀⟩ over all realizations + ⟨T − T₀⟩ over few of them: the variance of the mean, times the realizations
+            (own, shared), (_, change) = np.cov(first, last - first)
+            variance = float(own + 2 * shared + split.every * change)
+            bias, planned = float(last.mean()) - truth, forecast if split.planned else 0
+            for n in sorted({*(k for k in COUNTS if k >= 2 * split.every), planned} - {0}):
+                error = hypot(hypot(bias, sqrt(variance / n)) / abs(truth), doubt)
+                few = -(-n // split.every)
+                cost = sum((n if i == split.levels[0] else few) * seconds[i] for i in split.levels)
+                yield Point("chain", title, split.method, f"{n} realizations", error, cost, n == planned, doubt=doubt)
 
 
-def solve_level(problem: Problem, level: Level, realizations: int) -> Solved:
-    """Solve all realizations of a level, after one more that makes plans and compiles kernels."""
+def solve_level(problem: Problem, level: Level, realizations: int) -> tuple[Sample, float]:
+    """Solve all realizations of a level, after one more that makes plans and compiles kernels.
+
+    Return their numbers, and the median CPU seconds of one.
+    """
     solve_problem(replace(problem, index=realizations))
     moments, seconds = [], []
     for index in range(realizations):
         start = time.process_time()
         moments.append(solve_problem(replace(problem, index=index)).observables)
         seconds.append(time.process_time() - start)
-    numbers = {
-        "flash_temperature": np.stack([m.flash_temperature for m in moments]),
-        "contact_fraction": np.array([[m.contact_fraction] for m in moments]),
-        "pressure_variance": np.array([[m.pressure_variance] for m in moments]),
-    }
+    stored = ("flash_temperature", "contact_fraction", "pressure_variance")
+    numbers = {name: np.stack([np.atleast_1d(getattr(m, name)) for m in moments]) for name in stored}
     spectra = np.stack([m.stress_spectrum.variance for m in moments])
     reach, side = 0.5 * float(np.hypot(*problem.grid.lengths)), float(level.shape[0])
     wavenumber, rows = moments[0].stress_spectrum.wavenumber, np.arange(realizations, dtype=np.intp)
-    sample = Sample(level.q_max, side, rows, numbers, wavenumber, spectra, reach)
-    return Solved(sample, float(np.median(seconds)))
+    return Sample(level.q_max, side, rows, numbers, wavenumber, spectra, reach), float(np.median(seconds))
 
 
 def splits_of(levels: list[Level]) -> list[Split]:
@@ -188,30 +199,6 @@ def splits_of(levels: list[Level]) -> list[Split]:
         name = "the plan's levels" + (f", fine ones 1 in {every}" if every > 1 else ", all of them")
         splits.append(Split(name, tuple(range(len(levels))), every, every == planned))
     return splits
-
-
-def curves(
-    title: str, name: str, speed: int, solved: list[Solved], splits: list[Split], forecast: int, scene: Scene
-) -> Iterator[Point]:
-    """A curve over the number of realizations for each split; the truth is that of all levels and realizations."""
-    end = scene.spectrum.breaks[-1]
-    whole = observe(name, [level.sample for level in solved], capped=not scene.elastic, end=end)
-    truth = float(whole.extrapolated[:, speed].mean())
-    doubt = float(np.hypot(*np.nan_to_num([whole.bandwidth[speed], whole.pixel[speed]]))) / abs(truth)
-    for split in splits:
-        first, whole_split = (
-            observe(name, [solved[i].sample for i in levels], capped=not scene.elastic, end=end).extrapolated[:, speed]
-            for levels in (split.levels[:1], split.levels)
-        )
-        # ⟨T₀⟩ over all realizations + ⟨T − T₀⟩ over few of them: the variance of the mean, times the realizations
-        (own, shared), (_, change) = np.cov(first, whole_split - first)
-        variance = float(own + 2 * shared + split.every * change)
-        bias, planned = float(whole_split.mean()) - truth, forecast if split.planned else 0
-        for n in sorted({*(k for k in COUNTS if k >= 2 * split.every), planned} - {0}):
-            error = hypot(hypot(bias, sqrt(variance / n)) / abs(truth), doubt)
-            few = -(-n // split.every)
-            cost = sum((n if i == split.levels[0] else few) * solved[i].seconds for i in split.levels)
-            yield Point("chain", title, split.method, f"{n} realizations", error, cost, n == planned, doubt=doubt)
 
 
 STAGES: dict[str, Callable[[Scene, Numerics, int], Iterator[Point]]] = {"contact": contact, "chain": chain}
