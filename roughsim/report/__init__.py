@@ -2,21 +2,63 @@
 
 from __future__ import annotations
 
+import re
+import time
+from base64 import b64encode
+from collections import Counter
+from collections.abc import Callable
+from functools import partial
 from importlib import resources
 from pathlib import Path
 from string import Template
-from typing import TYPE_CHECKING
+from tempfile import TemporaryDirectory
 
-from roughsim.comparison.compare import compare
-from roughsim.comparison.tables import comparison_table
-from roughsim.report import sections
-from roughsim.report.markup import html_table, joined, tag, text
+import numpy as np
+
+from roughsim import prediction
+from roughsim.charts import plot_run
+from roughsim.comparison.compare import Comparison, compare
+from roughsim.comparison.tables import budget_table, comparison_table
+from roughsim.ensemble.status import clock, state_line
+from roughsim.estimate.errors import SOURCES
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.planning.limits import judge
+from roughsim.planning.plan import plan_table
+from roughsim.report.markup import Html, bullets, digits, html_table, joined, tag, text
+from roughsim.results.run import Run
+from roughsim.scene import Scene
+from roughsim.scene.numerics import Reason
+from roughsim.show.table import Cell, Column, Number, Table
 from roughsim.store.disk import place_bytes
 
-if TYPE_CHECKING:
-    from roughsim.results.run import Run
-
-ENDINGS = (".html", ".htm")
+COLUMNS = {
+    "theory": "theory over the whole spectrum",
+    "calibrated": "theory by the calibrated stress spectrum",
+    "smoothed": "smoothed: elastic contact on the smoothed spectrum",
+    "capped": "capped: contact of the surface, p ≤ hardness",
+    "elastic": "elastic contact of the surface",
+}
+RATIOS = {
+    "smoothed_over_theory": "tests the weight W(q) of the theory",
+    "capped_over_smoothed": "tests the plastic smoothing, Eq. (27); γ drops out",
+    "elastic_over_theory": "tests the weight W(q) of the theory",
+    "capped_over_theory": "tests weight and smoothing together: no smoothed surfaces were computed",
+}
+KINDS = {".svg": "image/svg+xml", ".png": "image/png"}
+# quantity of `plot_run` → format and caption; fields of many points are points, curves are lines
+PICTURES = {
+    "temperature": (
+        ".png",
+        "Temperature above the mean of the cell at the highest speed, recomputed from the stored pressure: hot tracks "
+        "behind the contacts.",
+    ),
+    "pressure": (".png", "Contact pressure."),
+    "heights": (".png", "Composite heights of both faces."),
+    "profile": (".svg", "Heights, pressure and temperature along the sliding direction through the hottest point."),
+    "spectrum": (".svg", "Power spectra of the kept heights and of the stress."),
+}
+FEW_ROWS = 6  # of a table C(q) in the text of the scene
+FEW_FAILURES = 20
 
 
 def report_run(run: Run, path: str | Path | None = None) -> Path:
@@ -27,7 +69,7 @@ def report_run(run: Run, path: str | Path | None = None) -> Path:
     """
     folder = run.folder.resolve()
     place = folder.with_name(f"{folder.name}.html") if path is None else Path(path)
-    if place.suffix.lower() not in ENDINGS:
+    if place.suffix.lower() not in (".html", ".htm"):
         raise ValueError(f"path = {str(place)!r} of a report must end in .html")
     place.parent.mkdir(parents=True, exist_ok=True)
     place_bytes(place, page(run).encode())
@@ -38,23 +80,186 @@ def page(run: Run) -> str:
     """Return the page of a run as HTML."""
     try:
         comparison = compare(run)
-        result, table = sections.answer(comparison), html_table(comparison_table(comparison))
+        result, table = answer(comparison), html_table(comparison_table(comparison))
     except ValueError as error:  # fewer than two sound realizations
         result = table = tag("p", f"There is nothing to compare yet: {error}", css="warning")
     parts = {
         "Result": result,
         "Comparison": table,
-        "Errors": sections.errors_section(run),
-        "Pictures": sections.figures_section(run),
-        "Plan": sections.plan_section(run),
-        "Scene": sections.scene_section(run),
-        "Provenance": sections.provenance_section(run),
+        "Errors": errors_section(run),
+        "Pictures": figures_section(run),
+        "Plan": plan_section(run),
+        "Scene": scene_section(run),
+        "Provenance": provenance_section(run),
     }
     links = (tag("a", name, href=f"#{name.lower()}") for name in parts)
     bodies = (tag("section", tag("h2", name), content, id=name.lower()) for name, content in parts.items())
-    body = joined(sections.header(run), tag("nav", *links), *bodies)
+    body = joined(header(run), tag("nav", *links), *bodies)
     template = Template((resources.files("roughsim.report") / "page.html").read_text(encoding="utf-8"))
     return template.substitute(title=text(run.scene.title or run.folder.resolve().name), body=body)
 
 
-__all__ = ["page", "report_run"]
+def header(run: Run) -> Html:
+    """Return the title and where the run stands."""
+    failed = f"; {run.failed} did not converge and are left out of the means" if run.failed else ""
+    what = "Flash temperature of a sliding rough contact, theory beside simulation."
+    parts = [
+        tag("h1", run.scene.title or run.folder.resolve().name),
+        tag("p", f"{what} State when this was written: {state_line(run)}{failed}", css="state"),
+    ]
+    if run.damaged:
+        parts += [
+            tag("p", "Damaged files, left out; all else is shown:", css="warning"),
+            bullets(*run.damaged.values()),
+        ]
+    if warnings := judge(run.scene, run.numerics).warnings:
+        parts += [tag("p", "Where this scene leaves what the model means:", css="warning"), bullets(*warnings)]
+    return joined(*parts)
+
+
+def answer(comparison: Comparison) -> Html:
+    """Return the flash temperature at the highest speed in each column, and the figure of the comparison."""
+    rows = [row for row in comparison.rows if row.observable == "flash_temperature"]
+    row = max(rows, key=lambda row: row.speed or 0.0)
+    values = {"theory": Number(row.theory_full_spectrum, "K")}
+    if isfinite(row.calibrated):
+        values["calibrated"] = Number(row.calibrated, "K")
+    values |= {name: Number(x.mean, "K", x.total_error, x.unknown) for name, x in row.columns.items()}
+    boxes = []
+    for name, value in values.items():
+        label = tag("span", COLUMNS[name], css="label")
+        boxes.append(tag("li", tag("span", digits(value), tag("small", " K"), css="value"), label, css=name))
+    tests = []
+    for name, ratio in row.ratios.items():
+        words = name.replace("_over_", " / ") + " of the same modes" * name.endswith("_over_theory")
+        quotient = digits(Number(ratio.value, "1", ratio.total_error, ratio.unknown))
+        tests.append(Html(f"{words} = {quotient}: {RATIOS[name]}"))
+    low, high = (f(comparison.run.heat_partition) for f in (np.min, np.max))
+    share = f"{high:.3g}" if high - low < 1e-12 else f"{low:.3g} to {high:.3g}, by speed"
+    caption = (
+        "Roughness, stress correlation g(r), flash temperature T, hot-spot width D and slope length d over the sliding "
+        "speed. The black line is the theory over the whole spectrum, the green one is by the calibrated stress "
+        "spectrum. Bands are the total error, 95 %; of g(r) the statistical error, 95 %."
+    )
+    return joined(
+        tag("p", f"Flash temperature ⟨Tσ⟩/⟨σ⟩ at {row.speed:g} m/s, with the heat share {share}:"),
+        tag("ul", *boxes, css="answer"),
+        bullets(*tests),
+        picture(comparison.chart, ".svg", caption),
+    )
+
+
+def errors_section(run: Run) -> Html:
+    """Return each mean at the highest speed with the parts of its error, and what was done about the cut-off."""
+    if not run.sound(run.realizations):
+        return tag("p", "There is no sound realization yet.", css="warning")
+    parts = [tag("p", "Means over all sound realizations, at the highest speed, with each source of error by itself:")]
+    parts.append(bullets(*(f"{name}: {x}" for name, x in SOURCES.items() if name != "scan" or run.scene.scanned)))
+    fastest = int(np.argmax(run.scene.speeds))
+    for column in run.numerics.columns:
+        # what the estimates say beyond numbers, each once, with the observables that it is said of, unless of all
+        said: dict[str, list[str]] = {}
+        for observable in OBSERVABLES:
+            for note in run.estimate(observable, column).notes:
+                if not note.startswith("speeds "):
+                    said.setdefault(note, []).append(observable)
+        notes = (x if len(said[x]) == len(OBSERVABLES) else f"{', '.join(said[x])}: {x}" for x in said)
+        parts += [tag("h3", COLUMNS[column]), html_table(budget_table(run, column, [fastest]))]
+        parts.append(bullets(*notes, css="plain note"))
+    return joined(*parts)
+
+
+def figures_section(run: Run) -> Html:
+    """Return the pictures of the first kept realization, and why others cannot be drawn."""
+    if not run.sound(run.realizations):
+        return tag("p", "There is no sound realization to draw yet.")
+    parts: list[Html] = []
+    reasons: dict[str, list[str]] = {}  # with the quantities that are not shown for it
+    for quantity, (ending, caption) in PICTURES.items():
+        try:
+            parts.append(picture(partial(plot_run, run, quantity), ending, caption))
+        except (ValueError, OSError) as error:  # not kept, at rest, or damaged
+            reasons.setdefault(str(error), []).append(quantity)
+    lines = (f"Not shown: {', '.join(quantities)}. Reason: {reason}" for reason, quantities in reasons.items())
+    return joined(*parts, *(tag("p", line, css="warning") for line in lines))
+
+
+def picture(draw: Callable[[Path], object], ending: str, caption: str) -> Html:
+    """Return a figure that `draw` writes to a path, as an image inside the page."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / f"picture{ending}"
+        draw(path)
+        content = b64encode(path.read_bytes()).decode()
+    image = Html(f'<img alt="{text(caption)}" src="data:{KINDS[ending]};base64,{content}">')
+    return tag("figure", image, tag("figcaption", caption))
+
+
+def plan_section(run: Run) -> Html:
+    """Return the choices of the plan with their reasons, or the numerics where they were given without any."""
+    if run.reasons:
+        return html_table(plan_table([Reason(*reason) for reason in run.reasons]))
+    values = run.numerics.to_dict()
+    values["levels"] = "; ".join(
+        f"{a['column']} {a['shape'][0]} × {a['shape'][1]} to q_c = {a['q_max']:.3g} rad/m" for a in values["levels"]
+    )
+    rows = [[key.replace("_", " "), str(value)] for key, value in values.items()]
+    why = "These numerics were given to the run without a plan, so there are no reasons to show."
+    return joined(tag("p", why), html_table(Table([Column("numerics"), Column("value")], rows)))
+
+
+def scene_section(run: Run) -> Html:
+    """Return the scene file, long tables C(q) cut short, and what follows from it."""
+    scene = run.scene
+    follows: list[list[Cell]] = [
+        ["effective modulus E*", Number(scene.effective_modulus / 1e9), "GPa"],
+        ["penetration hardness", Number(scene.penetration_hardness / 1e9), "GPa"],
+        ["thermal diffusivity", diffusivity_text(scene), "mm²/s"],
+    ]
+    titles = [Column("what follows from it"), Column("", number=True), Column("")]
+    facts = judge(scene, run.numerics).facts
+    toml = re.sub(r"((?:^\[[^\[\]\n]*\],\n)+)", shortened, scene.to_toml(), flags=re.MULTILINE)
+    parts = [html_table(Table(titles, follows)), *([html_table(facts.table())] if facts else []), tag("pre", toml)]
+    return joined(*parts)
+
+
+def diffusivity_text(scene: Scene) -> str:
+    """Return D of the moving body, mm²/s: one number, or the range over the speeds where κ depends on temperature."""
+    values = prediction.conduction(scene).diffusivity * 1e6
+    return " … ".join(dict.fromkeys(str(Number(float(value))) for value in (values.max(), values.min())))
+
+
+def shortened(match: re.Match[str]) -> str:
+    """Return the first and the last rows of a long table."""
+    rows, half = match[1].splitlines(keepends=True), FEW_ROWS // 2
+    if len(rows) <= FEW_ROWS:
+        return match[1]
+    return "".join([*rows[:half], f"# … {len(rows) - 2 * half} rows more in scene.toml of the run …\n", *rows[-half:]])
+
+
+def provenance_section(run: Run) -> Html:
+    """Return what is needed to have the same numbers again, and what they cost."""
+    name, records = run.folder.resolve().name, [m.provenance for m in run.members.values() if not m.failure]
+    rows = [["run", name], ["seed", str(run.seed)], ["files", f"{len(run.members)} of one realization and level each"]]
+    if records:
+        written = sorted(str(record.get("written", "")) for record in records)
+        stages: Counter[str] = Counter()
+        for record in records:
+            stages.update(record.get("seconds", {}))
+        cost = ", ".join(f"{stage} {clock(seconds)}" for stage, seconds in stages.items())
+        worst = max(float(record.get("residual", np.nan)) for record in records)
+        rows += [["computed", f"{written[0]} to {written[-1]}"], ["time", cost], ["largest residual", f"{worst:.2g}"]]
+        versions = (", ".join(f"{k} {v}" for k, v in record.get("versions", {}).items()) for record in records)
+        rows += [["versions", words] for words in dict.fromkeys(versions)]
+    rows.append(["written", time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime())])
+    parts = [html_table(Table([Column(""), Column("")], rows))]
+    failures = [
+        f"level {member.level}, realization {member.index}: {member.failure}"
+        for key, member in run.members.items()
+        if member.failure and key not in run.damaged
+    ]
+    if failures:
+        parts += [tag("p", "Left out of all means:"), bullets(*failures[:FEW_FAILURES])]
+    again = (
+        "Saved as scene.toml, the scene above gives these numbers again, to the bit on one kind of CPU with the same"
+    )
+    return joined(*parts, tag("p", f"{again} versions:"), tag("pre", f"roughsim run scene.toml -o {name}"))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import roughsim as rs
+from roughsim import report
 from roughsim.charts.style import half_width
 from roughsim.comparison.tables import budget_table, comparison_table
 from roughsim.ensemble.status import status_lines
@@ -16,7 +17,6 @@ from roughsim.estimate import cell_size
 from roughsim.estimate import errors as est
 from roughsim.estimate.ladder import Values
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.report import sections
 from roughsim.report.markup import html_table
 from roughsim.scene.numerics import Level, Numerics
 from roughsim.show.terminal import table_text
@@ -101,7 +101,7 @@ def test_the_table_prints_the_total_errors_of_ratios(partial):
 
 
 def test_the_page_prints_total_errors(partial):
-    page = html_table(comparison_table(rs.compare(partial))) + sections.errors_section(partial)
+    page = html_table(comparison_table(rs.compare(partial))) + report.errors_section(partial)
     shown = set(re.findall(r">([^<>]+ ± [^<>]+)</td>", page))
     assert {text.replace("-", "−") for text in expected(partial, UNITS)} <= shown
 

@@ -9,12 +9,11 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import roughsim as rs
-from roughsim import charts, prediction
+from roughsim import charts, prediction, report
 from roughsim.comparison.tables import theory_dict, theory_table
 from roughsim.errors import ConvergenceError
 from roughsim.explore import watched_run as curves
 from roughsim.heat import effective_conductivity, effective_temperature
-from roughsim.report import sections
 from roughsim.scene import SceneError, parse_scene
 from theory import flash, partition
 
@@ -203,9 +202,9 @@ def test_pages_of_a_run_ask_for_no_speed_beyond_its_tables(quick):
     scene = with_tables(quick, table(60.0, 20.0))
     assert curves.speed_range(scene) == (1e-2, 35.0)
     assert curves.speed_range(quick) == (1e-2, 1e3)
-    assert sections.diffusivity_text(quick) == "7.595"
+    assert report.diffusivity_text(quick) == "7.595"
     bodies = prediction.conduction(scene).diffusivity * 1e6
-    assert sections.diffusivity_text(scene) == f"{bodies.max():.4g} … {bodies.min():.4g}"
+    assert report.diffusivity_text(scene) == f"{bodies.max():.4g} … {bodies.min():.4g}"
 
 
 def test_a_contact_hotter_than_the_table_is_refused_before_any_work(capped_scene):

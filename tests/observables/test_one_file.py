@@ -30,7 +30,8 @@ import dataclasses, json
 from pathlib import Path
 import h5py, roughsim as rs
 from roughsim.results.export import export_run
-from roughsim.report.sections import errors_section, html_table
+from roughsim.report import errors_section
+from roughsim.report.markup import html_table
 from roughsim.comparison.tables import comparison_table
 from roughsim.show.terminal import table_text
 

@@ -15,7 +15,7 @@ from roughsim.cli import main
 from roughsim.comparison.tables import theory_dict
 from roughsim.planning import levels
 from roughsim.planning.limits import facts, judge
-from roughsim.report.sections import header, scene_section
+from roughsim.report import header, scene_section
 from roughsim.scene import SceneError, bundled_scenes, parse_scene
 
 ROOT = Path(__file__).parents[2]

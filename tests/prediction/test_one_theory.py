@@ -7,11 +7,10 @@ import pytest
 from matplotlib.figure import Figure
 
 import roughsim as rs
-from roughsim import prediction
+from roughsim import prediction, report
 from roughsim.charts import comparison as chart
 from roughsim.comparison.tables import comparison_table, theory_dict
 from roughsim.estimate import cell_size
-from roughsim.report import sections
 from roughsim.report.markup import digits, html_table, tag
 from roughsim.scene import parse_scene
 from roughsim.show.table import Number
@@ -88,8 +87,8 @@ def test_table_chart_page_and_theory_say_the_same_number(compared, monkeypatch):
     table = comparison_table(compared)
     (theory,) = (table.cells(k) for k, column in enumerate(table.columns) if column.title == "theory")
     assert theory[: len(said)] == [f"{value:.4g}" for value in said]
-    monkeypatch.setattr(sections, "picture", lambda draw, ending, caption: tag("figure", caption))
-    assert f'class="value">{digits(Number(said[-1]))}<small> K' in sections.answer(compared)
+    monkeypatch.setattr(report, "picture", lambda draw, ending, caption: tag("figure", caption))
+    assert f'class="value">{digits(Number(said[-1]))}<small> K' in report.answer(compared)
     assert f">{digits(Number(said[0]))}</td>" in html_table(table)
     axes, bands = Figure().subplots(), []
     monkeypatch.setattr(chart, "band", lambda _, x, mean, error, colour: bands.append(error))

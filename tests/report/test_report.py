@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 import roughsim as rs
+from roughsim import report
 from roughsim.cli import main
-from roughsim.report import page, report_run, sections
+from roughsim.report import page, report_run
 from roughsim.report.markup import digits, html_table, tag, text
 from roughsim.scene import parse_scene
 from roughsim.show.table import Column, Number, Table
@@ -62,14 +63,14 @@ def kept_run(capped_scene, tmp_path_factory):
 @pytest.fixture(scope="module")
 def written(kept_run, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:  # one of lines and one of points: each takes its time
-        patch.setattr(sections, "PICTURES", {name: sections.PICTURES[name] for name in ("pressure", "profile")})
+        patch.setattr(report, "PICTURES", {name: report.PICTURES[name] for name in ("pressure", "profile")})
         return report_run(kept_run, tmp_path_factory.mktemp("page") / "new" / "report.html")
 
 
 @pytest.fixture
 def no_pictures(monkeypatch):
     """Pictures take their time, and are looked at in one test."""
-    monkeypatch.setattr(sections, "picture", lambda draw, ending, caption: tag("figure", caption))
+    monkeypatch.setattr(report, "picture", lambda draw, ending, caption: tag("figure", caption))
 
 
 @pytest.fixture
@@ -231,7 +232,7 @@ def test_a_damaged_file_is_named_and_the_others_are_shown(copy, kept_run):
 def test_pictures_that_cannot_be_drawn_say_why(quick, tmp_path):
     scene = replace(quick, numerics=replace(quick.numerics, keep_fields=0))
     run = rs.run(scene, tmp_path / "none", max_realizations=2)
-    shown = sections.figures_section(run)
+    shown = report.figures_section(run)
     assert shown.count("warning") == 1  # once, not for each picture
     assert "--keep-fields 1" in shown
 
