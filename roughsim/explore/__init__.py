@@ -1,6 +1,6 @@
 """A local page to look at a run: fields, temperatures at any speed and direction, curves over the theory.
 
-`fields` and `watched_run` compute without Bokeh. `layout` is what is on the page, `page` what happens when it is used,
+`content` computes without Bokeh. `layout` is what is on the page, `page` what happens when it is used,
 `server` brings it to the browser. Needs the extra `explore`.
 """
 

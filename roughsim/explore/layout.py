@@ -14,8 +14,7 @@ from bokeh.themes import Theme
 from roughsim.charts.maps import palette
 from roughsim.charts.style import COLOURS, THEORY, scaled
 from roughsim.charts.temperature import COLOUR_OF, densities
-from roughsim.explore.fields import Field, Image, Line
-from roughsim.explore.watched_run import CORRELATION, Curve, speed_range
+from roughsim.explore.content import CORRELATION, Curve, Field, Image, Line, speed_range
 from roughsim.grid import Grid
 from roughsim.heat.statistics import ContactTemperature
 from roughsim.results.run import Run

@@ -12,19 +12,20 @@ import numpy as np
 from bokeh.document import Document, without_document_lock
 
 from roughsim.errors import positive
-from roughsim.explore.fields import (
+from roughsim.explore.content import (
     Ends,
     Field,
     Image,
     MemberFields,
+    Summary,
     Temperature,
+    WatchedRun,
     image_of,
     line_through,
     load_fields,
     nearest_point,
 )
 from roughsim.explore.layout import FIELDS, THEME, Layout
-from roughsim.explore.watched_run import Summary, WatchedRun
 from roughsim.grid import Grid
 from roughsim.heat.statistics import hottest_pixel
 

@@ -22,9 +22,9 @@ from tornado.httputil import HTTPHeaders, HTTPServerRequest
 from tornado.ioloop import IOLoop
 from tornado.web import ErrorHandler, OutputTransform
 
+from roughsim.explore.content import WatchedRun
 from roughsim.explore.layout import plain_text
 from roughsim.explore.page import Page
-from roughsim.explore.watched_run import WatchedRun
 
 ADDRESS = "127.0.0.1"
 FIRST_PORT = 5006

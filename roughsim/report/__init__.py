@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Callable
 from functools import partial
 from importlib import resources
+from math import isfinite
 from pathlib import Path
 from string import Template
 from tempfile import TemporaryDirectory

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
@@ -11,7 +12,7 @@ from pydantic.dataclasses import dataclass
 from pydantic_core import to_jsonable_python
 
 from roughsim.scene.numerics import NumericsSection
-from roughsim.scene.schema import Record, SceneError, as_written, scene_toml
+from roughsim.scene.schema import Record, SceneError, as_written, key_line, literal
 from roughsim.scene.sections import (
     MAX_ROWS,
     BodySection,
@@ -178,8 +179,13 @@ class Scene(Record, section=""):
         return {key: value for key, value in flat.items() if key not in NOT_IDENTITY}
 
     def to_toml(self) -> str:
-        """Return a scene file that `load_scene` reads back to an equal scene, tables C(q) written inline."""
-        return scene_toml(self)
+        """Return a scene file that `load_scene` reads back to an equal scene: SI, units as comments, tables inline."""
+        blocks = [f"title = {literal(self.title)}"] if self.title else []
+        for name, section in asdict(self).items():
+            if isinstance(section, dict):
+                lines = [key_line(name, key, value) for key, value in section.items() if value is not None]
+                blocks.append("\n".join([f"[{name}]", *lines]))
+        return "\n\n".join(blocks) + "\n"
 
 
 def conduction_of(body: BodySection | CounterfaceSection, temperature: float | None) -> tuple[float, float]:

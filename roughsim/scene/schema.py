@@ -12,7 +12,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass, fields, make_dataclass
+from dataclasses import dataclass, fields, make_dataclass
 from decimal import Decimal
 from difflib import get_close_matches
 from functools import lru_cache
@@ -284,16 +284,6 @@ def dotted(path: tuple[int | str, ...]) -> str:
         else:
             text += ("." if text else "") + (part if re.fullmatch(r"[A-Za-z0-9_.-]+", part) else as_written(part))
     return shortened(text)
-
-
-def scene_toml(scene: Any) -> str:
-    """Return a scene as a scene file, exact to the last bit: SI numbers, their units as comments, tables inline."""
-    blocks = [f"title = {literal(scene.title)}"] if scene.title else []
-    for name, section in asdict(scene).items():
-        if isinstance(section, dict):
-            lines = [key_line(name, key, value) for key, value in section.items() if value is not None]
-            blocks.append("\n".join([f"[{name}]", *lines]))
-    return "\n\n".join(blocks) + "\n"
 
 
 def key_line(section: str, key: str, value: Any) -> str:

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from roughsim import fourier
-from roughsim.explore import fields
-from roughsim.explore.fields import load_fields
+from roughsim.explore import content
+from roughsim.explore.content import load_fields
 
 
 def test_long_waves_of_the_previewed_temperature_are_those_of_the_whole(capped_run, monkeypatch):
     # the temperature is linear in the heat, wave by wave
-    monkeypatch.setattr(fields, "PREVIEW", 64)
+    monkeypatch.setattr(content, "PREVIEW", 64)
     member = load_fields(capped_run, 2, 0)
     assert member.preview_grid != member.grid
     for speed, direction in ((0.1, 0.0), (35.0, 0.7), (100.0, -2.0)):

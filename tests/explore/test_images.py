@@ -5,7 +5,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.charts.maps import palette
-from roughsim.explore.fields import PIXELS, as_bytes, block_means, image_of
+from roughsim.explore.content import PIXELS, as_bytes, block_means, image_of
 
 GRID = rs.Grid((12, 10), (6e-3, 2e-3))  # spacing 0.5 mm and 0.2 mm
 FIELD = np.random.default_rng(1).normal(size=GRID.shape)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim.explore.fields import line_through, nearest_point
+from roughsim.explore.content import line_through, nearest_point
 
 GRID = rs.Grid((12, 10), (6e-3, 2e-3))  # spacing 0.5 mm and 0.2 mm
 

@@ -11,9 +11,8 @@ from threading import Event
 import numpy as np
 import pytest
 
-from roughsim.explore import fields
-from roughsim.explore.fields import as_bytes
-from roughsim.explore.watched_run import WatchedRun
+from roughsim.explore import content
+from roughsim.explore.content import WatchedRun, as_bytes
 
 pytest.importorskip("bokeh")
 from bokeh.document import Document
@@ -123,7 +122,7 @@ def test_one_move_replaces_one_source_once(page):
 
 def test_a_large_field_is_previewed_and_then_shown_whole(watched, monkeypatch):
     monkeypatch.setattr(page_module, "LatestTask", Now)
-    monkeypatch.setattr(fields, "PREVIEW", 64)
+    monkeypatch.setattr(content, "PREVIEW", 64)
     page = Page(watched, Document())
     line = page.layout.line.source.data
     page.choose(1.0, 0.0, moving=True)
@@ -219,7 +218,7 @@ def test_zoom_is_linked_and_cuts_out_what_is_in_view(page, capped_run, monkeypat
 
 
 def test_a_coarse_view_says_that_it_is_averaged(page, monkeypatch):
-    monkeypatch.setattr(page_module, "image_of", lambda *a: fields.image_of(*a, pixels=32))
+    monkeypatch.setattr(page_module, "image_of", lambda *a: content.image_of(*a, pixels=32))
     page.draw_maps()
     for one in page.layout.maps.values():
         assert "averaged view, 4 × 4" in one.figure.title.text

@@ -7,7 +7,7 @@ import pytest
 from scipy.special import j0
 
 from roughsim import prediction
-from roughsim.explore import watched_run as curves
+from roughsim.explore import content as curves
 
 
 def test_measured_curves_are_the_estimates(capped_run):

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim.explore.fields import load_fields
-from roughsim.explore.watched_run import WatchedRun
+from roughsim.explore.content import WatchedRun, load_fields
 from roughsim.show.table import Number
 from roughsim.store.claims import Claims
 

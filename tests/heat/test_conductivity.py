@@ -12,7 +12,7 @@ import roughsim as rs
 from roughsim import charts, prediction, report
 from roughsim.comparison.tables import theory_dict, theory_table
 from roughsim.errors import ConvergenceError
-from roughsim.explore import watched_run as curves
+from roughsim.explore import content as curves
 from roughsim.heat import effective_conductivity, effective_temperature
 from roughsim.scene import SceneError, parse_scene
 from theory import flash, partition
