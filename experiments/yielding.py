@@ -1,0 +1,250 @@
+"""Set the law for contact that yields beside contacts: the map of validity, and points drawn before the law was final.
+
+    python experiments/yielding.py [--toy] [-o FOLDER]
+
+Prints measured against predicted T_flash at the Péclet numbers .001, 1 and 1000, the variance g_σ(0), the curve g_σ(r)
+down to a tenth of it, and the areas in contact and yielded; draws measured/theory for the paper's form, the law and its
+two limits, and the errors of the law at the fresh points.
+
+The limits: "walls", where finer roughness does not yield (c = 0, so |σ_q|² = (E*q/2)² C A_el with Persson's diffusion
+between both walls), and "bearing", where it alone yields (E* → ∞, so that the pressure is σ_P on the highest points).
+The points of yielding_points.py come in two groups. The form of the law was final when SEEN had been looked at; the
+others had not been solved by then, and only they are a test.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yielding_points
+from matplotlib.figure import Figure
+from script import Command
+from validity_map.capped import CappedPoint
+from validity_map.members import spectrum_of
+
+from roughsim.store.validity_map import read_validity
+from theory import flash, persson, plasticity
+from theory.walls import between
+from theory.yielding import YieldingSpectrum
+
+SEEN = ["A04", "A05", "A06", "A08", "A09", "A10", "A13", "B01", "B02", "B04", "C01", "C03", "C05", "C06", "C07", "C08"]
+SHOWN = (0.001, 1.0, 1000.0)  # Péclet numbers
+STIFF = 1e5  # times E*: the bearing limit
+FAR = 1e5  # q_max/q_r that stands for roughness without end
+GAMMA = 0.45
+
+
+@dataclass(frozen=True)
+class Case:
+    """A measured contact in units of E* = 1 and q_r = 1, with μ = κ = D = 1."""
+
+    name: str
+    group: str
+    spectrum: Any
+    load: float
+    hardness: float
+    temperature: Any  # ⟨Tσ⟩ at SHOWN
+    error: Any  # relative, 95 %, total
+    record: dict[str, Any]  # of the point, empty for those of the map
+
+    @property
+    def solid(self) -> dict[str, float]:
+        """What theory.plasticity asks for."""
+        return {"effective_modulus": 1.0, "nominal_pressure": self.load, "penetration_hardness": self.hardness}
+
+
+def of_map(every: int = 1) -> list[Case]:
+    """Return the points of the shipped map that have a hardness; measured is what the map holds times the theory."""
+    table, cases = read_validity()["capped"], []
+    at = [table.quantities.index(("flash_temperature", pe)) for pe in SHOWN]
+    for place, value, error in list(zip(table.place, table.value, table.error, strict=True))[::every]:
+        share, yields, hurst, plateau, low, depth = map(float, place)
+        point = CappedPoint(share, yields, hurst, plateau, low)
+        whole = point.spectrum if depth == inf else point.spectrum.truncated(q_max=depth * yields)
+        load = point.pressures["nominal_pressure"]
+        paper = heat(load, spectrum=plasticity.smoothed_spectrum(whole, **point.pressures), effective_modulus=1.0)
+        spectrum = spectrum_like(whole, hurst, plateau, low) if depth == inf else whole
+        name = f"{share:g} {yields:.2g} {hurst:g} {plateau:g} {depth:g}"
+        group = "map, q_max → ∞" if depth == inf else "map, q_max finite"
+        cases.append(Case(name, group, spectrum, load, point.hardness, value[at] * paper, error[at], {}))
+    return cases
+
+
+def spectrum_like(spectrum: Any, hurst: float, plateau: float, low: float) -> Any:
+    """Return a spectrum with the level of this one that goes on to FAR."""
+    far = spectrum_of(hurst, plateau, FAR, low)
+    return far.scaled(float(spectrum(np.array(1.0)) / far(np.array(1.0))))
+
+
+def of_points() -> list[Case]:
+    """Return the fresh points that have been solved."""
+    contacts, cases = {contact.name: contact for contact in yielding_points.points()}, []
+    for name, record in yielding_points.measured().items():
+        contact, measured = contacts[name], record["flash_temperature"]
+        at = [int(np.argmin(np.abs(np.log(np.array(measured["peclet"]) / pe)))) for pe in SHOWN]
+        value, error = (np.array(measured[key])[at] for key in ("value", "error"))
+        group = "points seen before the law was final" if name in SEEN else "points not seen before"
+        spectrum = contact.spectrum(FAR if contact.kind == "A" else contact.q_max)
+        cases.append(Case(name, group, spectrum, contact.load, contact.hardness, value, error, record))
+    return cases
+
+
+def heat(load: float, **spectrum: Any) -> Any:
+    """Return ⟨Tσ⟩ at SHOWN."""
+    unit = {"conductivity": 1.0, "diffusivity": 1.0, "friction_coefficient": load, "nominal_pressure": load}
+    return flash.flash_temperature(np.array(SHOWN), **unit, **spectrum)
+
+
+@dataclass(frozen=True)
+class Walls:
+    """|σ_q|² where finer roughness does not yield: Persson's own diffusion, absorbed at 0 and at σ_P."""
+
+    case: Case
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """Those of C_sm, which tell where the contact yields."""
+        return plasticity.smoothed_spectrum(self.case.spectrum, **self.case.solid).breaks
+
+    def __call__(self, q: Any) -> Any:
+        """Return |σ_q|² at wavenumbers q."""
+        share = self.case.load / self.case.hardness
+        half = persson.half_variance(q, self.case.spectrum, effective_modulus=1.0) / self.case.hardness**2
+        elastic = between(min(share, 1 - share), np.ravel(half)).reshape(np.shape(half))
+        return (np.asarray(q) / 2) ** 2 * self.case.spectrum(q) * elastic
+
+
+FORMS: dict[str, Callable[[Case], Any]] = {
+    "paper": lambda case: heat(
+        case.load, spectrum=plasticity.smoothed_spectrum(case.spectrum, **case.solid), effective_modulus=1.0
+    ),
+    "walls": lambda case: heat(case.load, stress_spectrum=Walls(case)),
+    "bearing": lambda case: heat(
+        case.load, stress_spectrum=YieldingSpectrum(case.spectrum, STIFF, case.load, case.hardness)
+    ),
+    "law": lambda case: heat(case.load, stress_spectrum=law(case)),
+}
+
+
+def law(case: Case) -> YieldingSpectrum:
+    """Return the law's stress spectrum."""
+    return YieldingSpectrum(case.spectrum, 1.0, case.load, case.hardness)
+
+
+def departures(cases: list[Case]) -> dict[str, Any]:
+    """Return ln(predicted/measured) of T_flash by form, shape (cases, SHOWN)."""
+    return {name: np.log([form(case) / case.temperature for case in cases]) for name, form in FORMS.items()}
+
+
+def report(cases: list[Case], errors: dict[str, Any]) -> str:
+    """Return rms and largest departure by group and form, and a line for each point."""
+    groups = list(dict.fromkeys(case.group for case in cases))
+    lines = [f"{'ln of predicted over measured T_flash':40}" + "".join(f"{name:>16}" for name in FORMS)]
+    for group in groups:
+        rows = [k for k, case in enumerate(cases) if case.group == group]
+        pairs = [(float(np.sqrt((e[rows] ** 2).mean())), float(np.abs(e[rows]).max())) for e in errors.values()]
+        label = f"{group} ({len(rows)})"
+        lines.append(f"{label:40}" + "".join(f"{rms:8.3f}{worst:8.3f}" for rms, worst in pairs))
+    lines += ["", "rms and largest of all three Péclet numbers. In percent, by point:", POINT_HEAD]
+    rest: dict[str, list[Any]] = {group: [] for group in groups}
+    for k, case in enumerate(cases):
+        if case.record:
+            row = besides(case)
+            rest[case.group].append([row[0], row[2], *row[3:]])
+            temperature = "/".join(f"{100 * x:+.1f}" for x in errors["law"][k])
+            own = "/".join(f"{100 * x:.1f}" for x in case.error)
+            new = "" if case.name in SEEN else " new"
+            lines.append(
+                f"{case.name}{new:4} {temperature:>16} ± {own:13} {row[0]:+7.1f} ± {row[1]:.1f} {row[2]:7.1f} "
+                f"{row[3]:+7.1f} {row[4]:+8.1f} {row[5]:9.2f}"
+            )
+    for group, rows in rest.items():
+        if rows:
+            rms = np.sqrt((np.array(rows) ** 2).mean(axis=0))
+            lines.append(f"rms, {group}: g(0) {rms[0]:.1f}, g(r) {rms[1]:.1f}, area {rms[2]:.1f}, yielded {rms[3]:.1f}")
+    return "\n".join(lines)
+
+
+POINT_HEAD = "point        T_flash         its error      g(0)         g(r)    area  yielded  A_pl/A measured"
+
+
+def besides(case: Case) -> list[float]:
+    """Return ln of g(0) and its error, the worst of g(r), ln of both areas, in percent; and the yielded share."""
+    stress, record = law(case), case.record
+    variance = record["pressure_variance"]
+    radius, curve = (np.array(record["correlation"][key]) for key in ("r", "value"))
+    kept = curve >= 0.1 * variance["value"]
+    mine = persson.pressure_correlation(radius, stress_spectrum=stress)
+    ratio = float(persson.pressure_correlation(0.0, stress_spectrum=stress)) / variance["value"]
+    contact, yielded = record["contact_fraction"]["value"], record["yielded_fraction"]["value"]
+    worst = np.abs(mine - curve)[kept].max() / variance["value"]
+    areas = np.log([ratio, stress.contact_fraction / contact, stress.plastic_fraction / yielded])
+    in_percent = [areas[0], variance["error"], worst, areas[1], areas[2]]
+    return [*(float(100 * x) for x in in_percent), min(yielded / contact, 1.0)]
+
+
+MARKS = {"paper": ("C3", "^"), "walls": ("C1", "v"), "bearing": ("C2", "s"), "law": ("C0", "o")}
+
+
+def draw(cases: list[Case], errors: dict[str, Any], folder: Path) -> None:
+    """Draw predicted over measured for all forms, and the law at the fresh points."""
+    figure = Figure(figsize=(9.5, 4.2), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.3))
+    order = np.argsort([case.load / case.hardness for case in cases])
+    shares = np.array([cases[k].load / cases[k].hardness for k in order])
+    for name, (color, mark) in MARKS.items():
+        ratio = np.exp(errors[name][order, 1])
+        left.plot(shares, ratio, mark, color=color, markersize=3.5, alpha=0.75, linewidth=0, label=name)
+    left.axhline(1.0, color="0.4", linewidth=0.8)
+    left.set(
+        xscale="log", yscale="log", xlabel=r"$\sigma_0/\sigma_P$", ylabel=r"theory over measured $T_{flash}$, Pe = 1"
+    )
+    left.set_yticks([0.5, 1, 2, 5], ["0.5", "1", "2", "5"])
+    left.yaxis.minorticks_off()
+    left.legend(frameon=False, fontsize=8)
+    fresh = [k for k, case in enumerate(cases) if case.record]
+    for j, (pe, color) in enumerate(zip(SHOWN, ("C0", "C4", "C5"), strict=True)):
+        for row, k in enumerate(fresh):
+            new = cases[k].name not in SEEN
+            right.errorbar(
+                row + 0.22 * (j - 1),
+                100 * errors["law"][k, j],
+                100 * cases[k].error[j],
+                fmt="o",
+                color=color,
+                markerfacecolor=color if new else "white",
+                markersize=4,
+                elinewidth=0.8,
+                label=f"Pe = {pe:g}" if row == 0 else None,
+            )
+    right.axhline(0.0, color="0.4", linewidth=0.8)
+    right.axhspan(-6, 6, color="0.92", zorder=0)
+    right.set_xticks(range(len(fresh)), [cases[k].name for k in fresh], rotation=90, fontsize=7)
+    right.set(ylabel="law less measured $T_{flash}$, %", xlim=(-0.7, len(fresh) - 0.3))
+    right.legend(
+        frameon=False, fontsize=8, ncols=3, title="filled: not seen before the law was final", title_fontsize=8
+    )
+    figure.savefig(folder / "yielding.png", dpi=150)
+
+
+def main() -> None:
+    command = Command(__file__, __doc__, "every 20th point of the map")
+    options = command.parse()
+    cases = [*of_map(20 if options.toy else 1), *of_points()]
+    if options.toy:
+        cases = cases[::4]
+    errors = departures(cases)
+    text = report(cases, errors)
+    print(text)
+    (options.output / "yielding.txt").write_text(text + "\n")
+    draw(cases, errors, options.output)
+    print(f"figure and text are in {options.output}")
+
+
+if __name__ == "__main__":
+    main()
