@@ -1,7 +1,7 @@
 """Times of the theory package: python benchmarks/theory_speed.py
 
 Goals: one T_flash at one speed in at most 1 ms warm; T, T' and the Laplacian at 200 speeds over eight decades in at
-most 20 ms, on one core, and so the law for contact that yields with its T_flash at 200 speeds. "New surface" is what one
+most 20 ms, on one core, and so the law for contact that yields with its T_flash there. "New surface" is what one
 value costs when nothing is remembered of the stress spectrum.
 """
 
