@@ -74,21 +74,23 @@ def fields(flux, grid):
 
 
 def kernels(grid):
-    pixel, infinite = grid.shape[0], math.inf
+    pixel = grid.shape[0]
     contact = SimpleNamespace(
         pressure=np.random.default_rng(1).random(grid.shape), contact_fraction=1.0, plastic_fraction=0.0
     )
     speeds = list(np.geomspace(1.0, 1e4, 20))
+
+    def free(peclet, spread=math.inf):  # √(Dt) in pixels
+        return half_space.influence_response.__wrapped__(*half_space.axes(grid, peclet * pixel), 0.0, "d", spread)
+
     table = {
-        f"free kernel, pixel Péclet {peclet:g}": lambda peclet=peclet: half_space.influence_spectrum(
-            grid, (peclet * pixel, 0.0), 0.0, infinite, kept=False
-        )
+        f"free kernel, pixel Péclet {peclet:g}": lambda peclet=peclet: free(peclet)
         for peclet in (0.0, 0.01, 1.0, 100.0)
     }
-    table["free kernel from rest, √(Dt) 30 pixels"] = lambda: half_space.influence_spectrum(
-        grid, (0.1 * pixel, 0.0), 0.0, 30 / pixel, kept=False
+    table["free kernel from rest, √(Dt) 30 pixels"] = lambda: free(0.1, 30.0)
+    table["periodic kernel from rest"] = lambda: periodic.turned_response.__wrapped__(
+        grid, (pixel, 0.0), 0.0, "d", 0.5 / pixel
     )
-    table["periodic kernel from rest"] = lambda: periodic.turned_response(grid, (pixel, 0.0), 0.0, 0.5 / pixel, "d")
     table["moments, 20 speeds, mean over directions"] = lambda: rs.measure(
         contact, grid, rs.Sliding(speeds, 0.1, 1.0, 1.0)
     )

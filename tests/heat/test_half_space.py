@@ -92,6 +92,16 @@ def test_a_young_field_is_that_of_a_uniform_source(depth):
     assert actual[4, 4] == pytest.approx(uniform_temperature(7.0, 1e-4, depth=depth, **UNIT), rel=1e-10)
 
 
+def test_what_the_steady_state_has_more_is_the_heat_from_before_the_start():
+    # long before the start the source was a point: κ dT = 2 q̇ a² D dt e^(−p²Dt/4)/(4πDt)^(3/2), and u = √(Dt)
+    flux, grid, spread, drift = np.random.default_rng(1).random((4, 3)), Grid((4, 3), (4.0, 6.0)), 5000.0, 2e-4
+    steady, young = (half_space_temperature(flux, grid, speed=drift, time=t, **UNIT) for t in (inf, spread**2))
+    nodes, weights = np.polynomial.laguerre.laggauss(60)
+    u = np.sqrt(spread**2 + 4 * nodes / drift**2)  # e^(−p²u²/4) is the weight
+    older = exp(-((drift * spread / 2) ** 2)) * 4 / drift**2 * np.sum(weights / u**3) / (4 * pi**1.5)
+    np.testing.assert_allclose(steady - young, 2.0 * flux.sum() * older, rtol=4 * drift)  # the wake, over 4 lengths
+
+
 @pytest.mark.parametrize("sides", [(1.0, 1.0), (1.0, 2.5), (3.0, 0.2)])
 def test_a_resting_rectangle_is_exact_everywhere(sides):
     # κT = (1/2π) Σ ± [x asinh(y/x) + y asinh(x/y)] over its corners

@@ -59,6 +59,18 @@ def test_bodies_at_rest_share_by_conductivity(diffusivities):
     np.testing.assert_allclose(shared.heat_flux, flux / 4, rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.parametrize("pointwise", [True, False])
+def test_oblong_pixels_are_as_warm_as_each_body_makes_them(pointwise):
+    flux, grid = np.random.default_rng(2).random((6, 5)), Grid((6, 5), (3.0, 10.0))
+    moving, resting = Body(3.0, 0.7, 2.0), Body(1.0, 0.4)
+    shared = partition_heat(flux, grid, moving=moving, resting=resting, pointwise=pointwise)
+    moved = half_space_temperature(shared.heat_flux, grid, speed=2.0, conductivity=3.0, diffusivity=0.7)
+    np.testing.assert_allclose(shared.temperature, moved, rtol=1e-12)
+    if pointwise:
+        rested = half_space_temperature(flux - shared.heat_flux, grid, speed=0.0, conductivity=1.0, diffusivity=0.4)
+        np.testing.assert_allclose(rested, moved, rtol=1e-6)
+
+
 def test_two_fast_bodies_share_by_effusivity():
     # each line along sliding then warms as κT = 2q̇√(Dx/πv): q₂ ∝ e√v with e = κ/√D
     flux, grid = contact_of_hertz(16)
