@@ -51,7 +51,7 @@ YIELDED = (0.25, 8.0)  # q_y/q_r where all has yielded at q_max
 YIELDING = (1.0, 32.0)  # q_max/q_r where it has not
 ELASTIC_SHARE = 0.01  # of the contact: below, all has yielded
 EDGE = 0.05  # of |σ_q|² at q_max: the level at which the tail of the edges begins there
-ERROR_BAND = 0.06  # of T_flash: worst over fresh contacts
+ERROR_BAND = 0.07  # of T_flash: rms 1.2 %, worst 3.1 % over 15 fresh contacts; worst 6.8 % over all 40 and the map
 
 
 def stress_spectrum(
