@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 from script import Command
 from validity_map import capped, charts, elastic, fit, plastic_charts, report
+from validity_map.file import write_validity
 from validity_map.tables import capped_tables, elastic_table
 
-from roughsim.store.validity_map import write_validity
 from theory.calibrated import LIGHTEST
 
 LOADS = (0.002, 0.006, 0.02, 0.06, 0.15, 0.3, 0.6)

@@ -26,18 +26,10 @@ POINTS = 64  # per side of the exact cases
 def examine(folder: Path) -> dict[str, Any]:
     """Look at the installation, the machine, and the runs below a folder.
 
-    Parameters
-    ----------
-    folder : Path
-        Where runs are looked for, one and two levels down.
-
-    Returns
-    -------
-    dict
-        JSON values: ``roughsim``, ``python``, ``system``, ``packages`` (name → {version, needed, sound}), ``fft``,
-        ``cores``, ``threads`` (library → count), ``memory_bytes``, ``free_bytes`` (of the folder's disk), ``claims``
-        (runs that processes work on), ``extras`` (name → {missing, install}), ``checks``, and ``sound``: whether a run
-        can be trusted to compute.
+    Returns JSON values: ``roughsim``, ``python``, ``system``, ``packages`` (name → {version, needed, sound}), ``fft``,
+    ``cores``, ``threads`` (library → count), ``memory_bytes``, ``free_bytes`` (of the folder's disk), ``claims`` (runs,
+    one and two levels below, that processes work on), ``extras`` (name → {missing, install}), ``checks``, and
+    ``sound``: whether a run can be trusted to compute.
     """
     packages: dict[str, dict[str, Any]] = {}
     extras: dict[str, dict[str, Any]] = {}

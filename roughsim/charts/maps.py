@@ -16,9 +16,9 @@ from matplotlib.patheffects import withStroke
 from scipy.ndimage import fourier_gaussian
 
 from roughsim import fourier
-from roughsim.charts.style import FIELDS, Array, Subject, new_figure, scaled
+from roughsim.charts.style import FIELDS, Subject, new_figure, scaled
 from roughsim.errors import number
-from roughsim.grid import Grid
+from roughsim.grid import Array, Grid
 from roughsim.results.arrays import DERIVED_UNITS
 
 Zoom = tuple[tuple[float, float], tuple[float, float]]  # ends along x and along y, m

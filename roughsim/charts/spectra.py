@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from roughsim import fourier, prediction
-from roughsim.charts.style import COLOURS, MARKERS, THEORY, Array, Subject, band, half_width, new_figure
+from roughsim.charts.style import COLOURS, MARKERS, THEORY, Subject, band, half_width, new_figure
 from roughsim.estimate.errors import quantile, spread
-from roughsim.grid import Grid, modes_between
+from roughsim.grid import Array, Grid, modes_between
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 

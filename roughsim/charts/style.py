@@ -12,21 +12,18 @@ from textwrap import shorten
 from typing import Any
 
 import matplotlib as mpl
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.text import Text
 from matplotlib.ticker import EngFormatter
-from numpy.typing import NDArray
 
 from roughsim.estimate.errors import quantile
-from roughsim.grid import Grid
+from roughsim.grid import Array, Grid
 from roughsim.results.arrays import DERIVED_UNITS
 from roughsim.results.run import Run
 from roughsim.show.text import plain
 
-Array = NDArray[np.float64]
 THEORY, CALIBRATED = "#222222", "#009E73"
 COLOURS = {"smoothed": "#0072B2", "capped": "#D55E00", "elastic": "#0072B2"}  # Okabe & Ito
 MARKERS = {"smoothed": "o", "capped": "s", "elastic": "o"}

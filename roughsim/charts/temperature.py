@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from roughsim.charts.style import COLOURS, FIELDS, THEORY, Array, Subject, new_figure, scaled
+from roughsim.charts.style import COLOURS, FIELDS, THEORY, Subject, new_figure, scaled
+from roughsim.grid import Array
 from roughsim.heat.statistics import ContactTemperature, contact_temperature, hottest_pixel
 
 BINS = 80

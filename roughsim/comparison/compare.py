@@ -16,19 +16,17 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughsim import prediction
 from roughsim.estimate.cell_size import size_error
 from roughsim.estimate.errors import Uncertain, quantile, quotient, spread
-from roughsim.grid import modes_between
+from roughsim.grid import Array, modes_between
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.folder import left_out
 from roughsim.results.run import Run
 from roughsim.show.table import json_value
 from roughsim.surface.spectrum import TruncatedSpectrum
 
-Array = NDArray[np.float64]
 NOTICED = 0.02  # relative difference of two theories that a note names
 BIN_WIDTH, LEAST_BINS = 0.12, 12  # of the stress spectrum, in ln q; how many make a band that has a slope
 

@@ -13,16 +13,15 @@ from math import inf, isfinite, log, nan
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PchipInterpolator, RegularGridInterpolator
 
 from roughsim import prediction
+from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.scene import Scene
 from roughsim.store.validity_map import Table, read_validity
 from roughsim.surface.power_laws import SelfAffineSpectrum
 
-Array = NDArray[np.float64]
 GAMMA = 0.45  # of the theory in the map
 # how a coordinate of the map is called, and the factor that is one step in it; of roll_off_exponent the difference
 COORDINATES = {

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit  # Student's t; importing scipy.stats takes a third of a second
 
 from roughsim.estimate.ladder import Values
+from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import ratio
 from roughsim.show.table import Number, shown
 
-Array = NDArray[np.float64]
 LEAST = 12  # realizations before a run may stop: below, the scatter itself is too uncertain
 LEAST_FINE = 3  # of these with the finest level: two can agree by chance
 
@@ -30,21 +30,12 @@ SOURCES = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Uncertain:
-    """A mean, or a ratio of two, with its errors; arrays over speed, or of one entry.
+    """A mean, or a ratio of two, with its errors; arrays over speed, or of one entry."""
 
-    Attributes
-    ----------
-    mean : ndarray
-        In the limit of q_c and the pixel where that exists and the levels tell.
-    standard_error : ndarray
-        Of the mean, statistical.
-    budget : dict of str to ndarray
-        The parts of the 95 % error by source, keys of `SOURCES`; NaN where they are unknown. "scan" is a part only
-        where C(q) was measured on one map, and is NaN: it is not known how to estimate it.
-    """
-
-    mean: Array
-    standard_error: Array
+    mean: Array  # in the limit of q_c and the pixel where that exists and the levels tell
+    standard_error: Array  # of the mean, statistical
+    # the parts of the 95 % error by source, keys of `SOURCES`; NaN where they are unknown. "scan" is a part only where
+    # C(q) was measured on one map, and is NaN: it is not known how to estimate it
     budget: dict[str, Array]
 
     @property
@@ -61,28 +52,14 @@ class Uncertain:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimate(Uncertain):
-    """The mean of one observable with its errors; arrays over speed, or of one entry.
-
-    Attributes
-    ----------
-    observable, unit : str
-        What it is, and its SI unit.
-    bias : ndarray
-        Value at the finest level minus `mean`; zero where nothing is extrapolated.
-    n : int
-        Realizations.
-    effective_n : ndarray
-        What the statistical error is worth: less than `n` where fine levels were solved for few (Satterthwaite).
-    notes : tuple of str
-        What `explain` says beyond the numbers.
-    """
+    """The mean of one observable with its errors; arrays over speed, or of one entry."""
 
     observable: str
-    unit: str
-    bias: Array
-    n: int
-    effective_n: Array
-    notes: tuple[str, ...] = ()
+    unit: str  # SI
+    bias: Array  # value at the finest level minus `mean`; zero where nothing is extrapolated
+    n: int  # realizations
+    effective_n: Array  # what the statistical error is worth: less than `n` where fine levels were solved for few
+    notes: tuple[str, ...] = ()  # what `explain` says beyond the numbers
 
     @property
     def half_width(self) -> Array:

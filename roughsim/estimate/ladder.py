@@ -18,12 +18,11 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from roughsim import prediction
+from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
-
-Array = NDArray[np.float64]
 
 # capped contact has steep edges of its plastic patches: these have no limit in q_c and are never extrapolated
 NO_LIMIT = tuple(name for name, record in OBSERVABLES.items() if not record.limit)

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import webbrowser
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
@@ -28,8 +29,6 @@ def explore(
     announce(address)
     with TemporaryDirectory(prefix="roughsim-") as private:
         if browser:
-            import webbrowser
-
             # all users see the words that a program is started with: a file that none of them can read has the secret
             door = Path(private, "page.html")
             door.write_text(f'<meta http-equiv="refresh" content="0; url={address}">\n', encoding="utf-8")

@@ -21,16 +21,15 @@ from math import ceil, hypot, inf, isfinite, nan, pi
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughsim import prediction
 from roughsim.errors import ConvergenceError
 from roughsim.estimate.ladder import DOUBT_OF_SHAPE
+from roughsim.grid import Array
 from roughsim.realization import realize
 from roughsim.scene import Scene
 from roughsim.scene.numerics import DEFAULT_SOLVER, Column, Level, Numerics
 
-Array = NDArray[np.float64]
 Lengths = tuple[float, float]  # of the cell, m
 SOLVES = 12  # of each level: scatter is then known to a fifth, one standard error
 SCATTER_KNOWN = (0.71, 1.70)  # true over measured scatter, 95 % of normal ones: √(11/χ²) with 11 degrees of freedom

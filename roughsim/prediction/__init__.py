@@ -13,11 +13,10 @@ from math import inf, nan, pi
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import erf
 
 import theory
-from roughsim.grid import Grid, modes_where
+from roughsim.grid import Array, Grid, modes_where
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample, Theory
 from roughsim.observables.stress_spectrum import StressSpectrum
@@ -30,7 +29,6 @@ from roughsim.scene import Scene
 from roughsim.surface.spectrum import TruncatedSpectrum
 from roughsim.surface.synthesis import mean_over_cells, mode_variance
 
-Array = NDArray[np.float64]
 OVER_SPEED = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
 _NEAR = 16.0  # mode spacings beyond q_min within which W is averaged over Fourier cells
 # parts of the theory's contact that have yielded: from the first on, T_flash falls with the cut-off; while less than

@@ -13,14 +13,13 @@ from math import inf, nan
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 import theory
+from roughsim.grid import Array
 from roughsim.heat.statistics import effective_temperature
 from roughsim.scene import Scene, SceneError
 from roughsim.scene.model import Conduction
-
-Array = NDArray[np.float64]
 
 
 def load_arguments(scene: Scene) -> dict[str, float]:

@@ -20,11 +20,11 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.store.disk import place_bytes, read_bytes
 from roughsim.store.member_files import FIELD_UNITS, STAGES, Member
 
-Array = NDArray[np.float64]
 Key = tuple[int, int]  # level and index
 SUMMARY = "summary.bin"
 HASH_BYTES = 32

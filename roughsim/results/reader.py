@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
+from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.observables.record import Sample
 from roughsim.results.members import SUMMARY, Key, Members
@@ -29,7 +30,6 @@ from roughsim.store.member_files import (
     read_spectrum,
 )
 
-Array = NDArray[np.float64]
 # the summary is written anew after so many new members and looks at the targets, and after this share of all
 LEAST_NEW, SHARE_NEW = 64, 0.1
 

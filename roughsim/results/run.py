@@ -16,7 +16,7 @@ from roughsim.errors import RecordError
 from roughsim.estimate.cell_size import size_error
 from roughsim.estimate.errors import LEAST, Estimate, estimate, relative_half_width, spread
 from roughsim.estimate.ladder import Values, notes_of, values_of
-from roughsim.grid import Grid
+from roughsim.grid import Array, Grid
 from roughsim.heat.periodic import sliding_temperature, unit_vector
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
@@ -26,7 +26,6 @@ from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.store.member_files import member_path, read_field
 
-Array = NDArray[np.float64]
 Field = NDArray[np.float32]
 
 

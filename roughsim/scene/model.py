@@ -134,10 +134,7 @@ class Scene(Record, section=""):
     def conduction(self, temperature: float | None = None) -> Conduction:
         """Return κ and D of both bodies at an absolute `temperature`, K, which is needed where a κ is a table.
 
-        Raises
-        ------
-        SceneError
-            If it is missing then, or not within `temperature_range`.
+        SceneError if it is missing then, or not within `temperature_range`.
         """
         low, high = self.temperature_range
         if high < math.inf and (temperature is None or not low <= temperature <= high):

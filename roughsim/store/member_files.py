@@ -26,11 +26,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
+from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.store.disk import DamagedError, damaged, hdf5_bytes, place_bytes, read_bytes
 from roughsim.untrusted import ChildEndedError, call_in_child, check_hdf5
 
-Array = NDArray[np.float64]
 FORMAT = 2  # raised when older readers would misread
 FIELD_UNITS = {"heights": "m", "pressure": "Pa"}
 STAGES = ("surface", "contact", "observables")  # of the pipeline: the seconds of each are stored

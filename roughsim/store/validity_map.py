@@ -12,15 +12,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
-from roughsim.store.disk import hdf5_bytes, place_bytes
+from roughsim.grid import Array
 
-Array = NDArray[np.float64]
 Quantity = tuple[str, float]  # observable, and Péclet number v/(D q_r); NaN where there is none
 FORMAT = 1
 
@@ -35,26 +32,6 @@ class Table:
     place: Array  # (points, coordinates)
     value: Array  # measured/theory, (points, quantities); NaN where nothing was measured
     error: Array  # its total relative error, 95 %, (points, quantities)
-
-
-def write_validity(path: Path, tables: Mapping[str, Table], provenance: Mapping[str, Any]) -> None:
-    """Write the tables into one HDF5 file, whole or not at all; OSError, naming the path, if the disk refuses."""
-
-    def fill(file: Any) -> None:
-        for name, table in tables.items():
-            group = file.create_group(name)
-            group.attrs["coordinates"] = json.dumps(table.coordinates)
-            group.attrs["labels"] = json.dumps(table.labels)
-            # JSON has no NaN
-            quantities = [[name, None if np.isnan(peclet) else peclet] for name, peclet in table.quantities]
-            group.attrs["quantities"] = json.dumps(quantities)
-            for part in ("place", "value", "error"):
-                data = np.ascontiguousarray(getattr(table, part), dtype="<f8")
-                group.create_dataset(part, data=data, compression="gzip", shuffle=True, fletcher32=True)
-        file.attrs.update(format="roughsim validity map", format_version=FORMAT, sha256=_digest(tables))
-        file.attrs["provenance"] = json.dumps(dict(provenance), sort_keys=True)
-
-    place_bytes(path, hdf5_bytes(fill))
 
 
 def read_validity(path: Path | None = None) -> dict[str, Table]:
@@ -77,7 +54,7 @@ def read_validity(path: Path | None = None) -> dict[str, Table]:
                 quantities = tuple((observable, np.nan if peclet is None else peclet) for observable, peclet in pairs)
                 arrays = (group[part][()] for part in ("place", "value", "error"))
                 tables[name] = Table(tuple(coordinates), tuple(labels), quantities, *arrays)
-            if _digest(tables) != file.attrs["sha256"]:
+            if digest(tables) != file.attrs["sha256"]:
                 raise ValueError("its SHA-256 does not match")
     except RecordError:
         raise
@@ -86,11 +63,12 @@ def read_validity(path: Path | None = None) -> dict[str, Table]:
     return tables
 
 
-def _digest(tables: Mapping[str, Table]) -> str:
-    digest = hashlib.sha256()
+def digest(tables: Mapping[str, Table]) -> str:
+    """Return the SHA-256 of all that the tables hold."""
+    seal = hashlib.sha256()
     for name in sorted(tables):
         table = tables[name]
-        digest.update(repr((name, table.coordinates, table.labels, table.quantities)).encode())
+        seal.update(repr((name, table.coordinates, table.labels, table.quantities)).encode())
         for array in (table.place, table.value, table.error):
-            digest.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
-    return digest.hexdigest()
+            seal.update(np.ascontiguousarray(array, dtype="<f8").tobytes())
+    return seal.hexdigest()

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from validity_cases import simple_map
 from validity_map import capped, elastic
+from validity_map.file import write_validity
 
 import roughsim as rs
 from roughsim.comparison.trust import trust
 from roughsim.errors import RecordError
-from roughsim.store.validity_map import read_validity, write_validity
+from roughsim.store.validity_map import read_validity
 
 
 def test_a_map_is_read_back_as_it_was_written(tmp_path):

@@ -90,7 +90,7 @@ def test_every_verb_takes_a_title_for_text(told, runs, tmp_path, name, monkeypat
         assert has(told(*words), title), words
     told("plan", scene)
     told("run", scene, "-o", tmp_path / "again", "--max", 2, "--workers", 1)
-    told("bench", scene, "--stage", "surface", "--chart", tmp_path / "bench.png")
+    told("bench", scene, "--stage", "contact", "--chart", tmp_path / "bench.png")
     for verb in ("theory", "plan"):
         told(verb, scene, "--json")
     for verb in ("status", "compare"):
