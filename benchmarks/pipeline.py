@@ -24,7 +24,7 @@ import numpy as np
 from scipy.stats import t as student
 
 import roughsim as rs
-from roughsim.realization import realize
+from roughsim.planning.realization import realize
 
 ERROR = 1e-3  # relative pressure error that the plain pipeline allows itself
 

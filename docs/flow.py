@@ -32,7 +32,7 @@ EDGE = ("charts", "cli", "explore", "results", "report", "scene", "show", "store
 ROOMS = {
     "scene": (1, 0),
     "planning": (1, 1),
-    "realization": (1, 2),
+    "pipeline": (1, 2),
     "surface": (1, 3),
     "contact": (1, 4),
     "observables": (0, 5),
@@ -48,8 +48,8 @@ ROOMS = {
 }
 HANDED = (
     ("scene", "planning", "Scene"),
-    ("planning", "realization", "Scene, Numerics"),
-    ("realization", "surface", "Problem"),
+    ("planning", "pipeline", "Problem"),
+    ("pipeline", "surface", "spectrum, grid"),
     ("surface", "contact", "heights"),
     ("contact", "observables", "pressure"),
     ("contact", "store", "fields of the first members"),

@@ -47,7 +47,7 @@ if TYPE_CHECKING:  # for readers of types; at run time names are imported when t
     from roughsim.observables.moments import Sliding as Sliding
     from roughsim.observables.moments import measure as measure
     from roughsim.planning.plan import plan as plan
-    from roughsim.realization import realize as realize
+    from roughsim.planning.realization import realize as realize
     from roughsim.results.folder import open_run as open_run
     from roughsim.scene import Scene as Scene
     from roughsim.scene import load_scene as load_scene
@@ -77,7 +77,7 @@ _HOME = {
         "scene": "Scene load_scene",
         "scene.numerics": "Level Numerics",
         "planning.plan": "plan",
-        "realization": "realize",
+        "planning.realization": "realize",
         "ensemble.run": "run",
         "results.folder": "open_run",
         "comparison.compare": "compare",

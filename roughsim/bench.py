@@ -28,7 +28,7 @@ from roughsim.observables.moments import Sliding, measure
 from roughsim.observables.record import Sample
 from roughsim.pipeline import Problem, solve_problem
 from roughsim.planning.plan import plan
-from roughsim.realization import level_problem
+from roughsim.planning.realization import level_problem
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Level, Numerics
 from roughsim.show.table import Column, Number, Row, Table, json_value

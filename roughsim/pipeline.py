@@ -3,7 +3,7 @@
     surface.synthesize  →  contact.solver  →  observables.measure
 
 A worker of an ensemble needs this module only. What a scene asks for and how well has been worked out before, in
-`realization`.
+`planning.realization`.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ import pytest
 import roughsim as rs
 from roughsim import pipeline
 from roughsim.pipeline import solve_problem
-from roughsim.realization import level_problem
+from roughsim.planning.realization import level_problem
 from roughsim.store.member_files import STAGES
 
 

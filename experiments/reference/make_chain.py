@@ -21,7 +21,7 @@ import numpy as np
 import roughsim as rs
 from roughsim.estimate.ladder import observe
 from roughsim.observables.record import Sample
-from roughsim.realization import realize
+from roughsim.planning.realization import realize
 
 SEED = 21  # of the chart: the same surfaces
 PIXELS = 2.0

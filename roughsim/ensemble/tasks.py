@@ -12,7 +12,7 @@ from pathlib import Path
 
 from roughsim.ensemble.workers import Job, Workforce, store_member
 from roughsim.errors import RecordError
-from roughsim.realization import level_problem
+from roughsim.planning.realization import level_problem
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics

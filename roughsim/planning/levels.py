@@ -26,7 +26,7 @@ from roughsim import prediction
 from roughsim.errors import ConvergenceError
 from roughsim.estimate.ladder import DOUBT_OF_SHAPE
 from roughsim.grid import Array
-from roughsim.realization import realize
+from roughsim.planning.realization import realize
 from roughsim.scene import Scene
 from roughsim.scene.numerics import DEFAULT_SOLVER, Column, Level, Numerics
 

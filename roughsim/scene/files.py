@@ -100,17 +100,19 @@ def toml_content(text: str) -> dict[str, Any]:
 def read_text(path: Path, what: str, limit: int) -> str:
     """Return the text of a regular file of at most `limit` bytes; SceneError or FileNotFoundError else."""
     name = plain(str(path))
-    if not os.path.exists(path):  # it never raises, also for a text that can be no path
-        near = nearest(path.name.removesuffix(".toml"), bundled_scenes())
-        hint = f', or use the bundled scene "{near}"' if near else ""
-        raise FileNotFoundError(f"{what} {name} does not exist; check the path{hint}")
-    if not path.is_file():
-        raise SceneError(f"{what} {name} is a folder or a device; give the path of a file")
     try:
+        if not path.exists():
+            near = nearest(path.name.removesuffix(".toml"), bundled_scenes())
+            hint = f', or use the bundled scene "{near}"' if near else ""
+            raise FileNotFoundError(f"{what} {name} does not exist; check the path{hint}")
+        if not path.is_file():
+            raise SceneError(f"{what} {name} is a folder or a device; give the path of a file")
         with path.open("rb") as file:
             data = file.read(limit + 1)
-    except OSError as error:
-        reason = error.strerror or error
+    except (FileNotFoundError, SceneError):
+        raise
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
         raise SceneError(f"{what} {name} cannot be read ({reason}); check the path and its permissions") from None
     if len(data) > limit:
         raise SceneError(f"{what} {name} is larger than the limit of {limit // 1024} KiB; is it the right file?")
