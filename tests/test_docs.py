@@ -159,7 +159,7 @@ def test_the_picture_and_the_table_of_the_modules_are_those_of_the_imports():
     flow = importlib.util.module_from_spec(specification)
     specification.loader.exec_module(flow)
     graph = flow.imports()
-    assert "scene" in graph["realization"]
+    assert "scene" in graph["planning"]
     assert "theory" in graph["prediction"]
     after = "run python docs/flow.py"
     assert flow.DATA.read_text() == flow.data_picture(), after
