@@ -64,7 +64,10 @@ def first_crossing(panels: Panels, values: Array, fraction: float) -> float:
     steepest = 0.59 * float(((values * q) @ WEIGHTS).sum()) / whole  # |J₁| ≤ 0.582: the fastest that it can fall
     trail = [(r, excess(r))]
     while trail[-1][0] < 100 / panels.lower[0]:
-        r = max(1.03 * r, r + trail[-1][1] / steepest)
+        clear = r + trail[-1][1] / steepest  # no crossing before
+        r *= 1.03
+        while 1.03 * r < clear:
+            r *= 1.03
         trail = [*trail[-2:], (r, excess(r))]
         bracket = _bracket(excess, trail)
         if bracket is not None:
