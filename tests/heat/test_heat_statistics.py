@@ -1,9 +1,6 @@
 """What a temperature field says: distributions, hot spots, profiles, and the conductivity of a hot contact."""
 
 import math
-import re
-import textwrap
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -135,17 +132,6 @@ def test_spots_of_fewer_than_four_pixels_are_unresolved():
     np.testing.assert_allclose(spots.areas, [8.0, 6.0, 2.0])
     assert spots.unresolved == 2
     assert hot_spots(field, GRID, 10.0).count == 0  # at the threshold is not above it
-
-
-def test_the_example_of_the_page_prints_what_it_says(capsys):
-    page = (Path(__file__).parents[2] / "docs" / "heat.md").read_text()
-    example = textwrap.dedent(re.search(r"## Reading a field\n\n((?:    .*\n|\n)+)", page)[1])
-    exec(compile(example, "docs/heat.md", "exec"), {})
-    printed = [float(word) for word in re.findall(r"[-\d.]+(?:e-?\d+)?", capsys.readouterr().out)]
-    flash, top, ninety, above, count, largest, small, *below = printed
-    assert (round(flash), round(top), round(ninety)) == (240, 910, 503)
-    assert (round(100 * above), count, round(1e9 * largest), small) == (13, 22, 35, 1)
-    assert [round(t) for t in below] == [910, 794, 438]
 
 
 def test_below_a_resting_square_the_temperature_falls_as_a_point_source():
