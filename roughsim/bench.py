@@ -4,8 +4,6 @@ Errors are against tightly converged values, costs are CPU seconds of one thread
 timed in the same run, is what carries over to other machines.
 """
 
-from __future__ import annotations
-
 import time
 import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator

@@ -1,7 +1,5 @@
 """The command line: each verb is one public function, and imports what it needs itself: help comes at once."""
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

@@ -3,8 +3,6 @@
 Nothing here is needed by a run. Whatever is broken is a finding, not an error: `examine` always returns.
 """
 
-from __future__ import annotations
-
 import os
 import platform
 import re

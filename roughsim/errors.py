@@ -3,8 +3,6 @@
 Every message names the quantity, its value with unit, the limit, and what to do.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

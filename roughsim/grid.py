@@ -1,7 +1,5 @@
 """The periodic grid: points in real space, modes in Fourier space, and which modes share a wavenumber |q|."""
 
-from __future__ import annotations
-
 import operator
 from dataclasses import dataclass
 from functools import lru_cache

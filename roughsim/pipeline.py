@@ -6,8 +6,6 @@ A worker of an ensemble needs this module only. What a scene asks for and how we
 `planning.realization`.
 """
 
-from __future__ import annotations
-
 import platform
 import time
 from dataclasses import dataclass

@@ -9,8 +9,6 @@ serves all calls of a process; the first call starts it. It is no `multiprocessi
 script again.
 """
 
-from __future__ import annotations
-
 import atexit
 import faulthandler
 import os

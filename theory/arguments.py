@@ -1,7 +1,5 @@
 """What the formulas accept: checks that refuse an argument before any work starts."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, Protocol
 

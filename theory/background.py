@@ -1,7 +1,5 @@
 """Background temperature: the uniform part (q = 0) of the frictional heat, which grows with the time of sliding."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from math import pi, sqrt

@@ -16,8 +16,6 @@ W multiplies the stress of full contact, (E* q/2)Â² C(q). In full contact P = PÌ
 the floor vanish. The paper's W knows neither later roughness nor memory, and ends at q_max. All constants are fitted.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from math import exp, log, pi, sqrt
 from typing import NamedTuple

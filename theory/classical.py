@@ -5,8 +5,6 @@ q̇₁ at its centre). Several authors write L = vR/2D = Pe/2. Errors stated are
 all speeds.
 """
 
-from __future__ import annotations
-
 from math import pi
 
 import numpy as np

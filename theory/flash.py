@@ -4,8 +4,6 @@ The angular integrals are closed, so each quantity is one integral over wavenumb
 T_flash = (2/π)(μ|v|/κσ₀) ∫ (s/q) A(v/Dq) dq, T′ the same with s B, ∇²T the same with −s q A.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import pi
 

@@ -7,8 +7,6 @@ with r.
 (D. Levin, Math. Comp. 38 (1982) 531; J. Comput. Appl. Math. 67 (1996) 95.)
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Hardness of a hot contact: the penetration hardness at the temperature that it itself brings about."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

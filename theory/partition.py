@@ -1,7 +1,5 @@
 """Share of the frictional heat that enters the moving body, by the paper's rule or with the background."""
 
-from __future__ import annotations
-
 from math import pi
 
 import numpy as np

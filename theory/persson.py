@@ -1,7 +1,5 @@
 """Contact of a rough elastic surface: half variance G, contact probability P, weight W, stress correlation (Eq. 2)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -190,7 +188,9 @@ def correlation_radius(
     return first_crossing(stress.panels, stress.values, level)
 
 
-def calibrated_spectrum(spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float) -> CalibratedSpectrum:
+def calibrated_spectrum(
+    spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float
+) -> "CalibratedSpectrum":
     """Stress spectrum of elastic contact as boundary-element contacts have it, beside the paper's W.
 
     Pass it as `stress_spectrum` to `pressure_correlation`, `correlation_radius` and every function of `flash`.

@@ -4,8 +4,6 @@ The area fractions come from `theory.walls`, the law of the stress spectrum of c
 `theory.yielding`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from math import pi
 

@@ -5,8 +5,6 @@ opens up the boundary layer just above a break where the roughness sets in: ther
 integral is smooth in y, however thin the layer.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 
@@ -96,11 +94,11 @@ class Panels:
         """Return the wavenumbers at both ends of each panel, shape (panels, 2)."""
         return self.at(np.stack([self.start, self.stop], axis=1))[0]
 
-    def take(self, which: Which) -> Panels:
+    def take(self, which: Which) -> "Panels":
         """Return the panels selected by an index or a mask."""
         return Panels(*(getattr(self, field.name)[which] for field in fields(self)))
 
-    def halves(self) -> Panels:
+    def halves(self) -> "Panels":
         """Return twice as many panels, each cut in two, in order."""
         middle = (self.start + self.stop) / 2
         start = np.stack([self.start, middle], axis=1).ravel()

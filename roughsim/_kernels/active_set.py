@@ -7,8 +7,6 @@ the highest pressure (may be infinite); `free` is 1 on the free points and 0 els
 stiffness κ and the cap of clip(p − κ(gap − d), 0, cap).
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

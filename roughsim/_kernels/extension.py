@@ -7,8 +7,6 @@ flat arrays and has the shape shapes[l]. Where only one axis is halved, which th
 and the weight min(1, Σ/`WHOLE`), and the interpolation is linear: `_push_one`, `_gather_one`.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Loops that bring a field to a finer grid by periodic cubic convolution (Keys 1981)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -6,8 +6,6 @@ that fit the cache; `plans` holds three addresses in FFTW, of execute(plan, sour
 group there and back. A last group that is not full is transformed whole, and only what belongs to it is used.
 """
 
-from __future__ import annotations
-
 import ctypes
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A comparison as a figure: measured bands over theory lines."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from textwrap import fill

@@ -1,7 +1,5 @@
 """Error over cost: one panel per observable, methods as lines, the front marked, and the choice of the plan."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from math import ceil, inf, log10, nan
 from pathlib import Path

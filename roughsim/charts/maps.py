@@ -1,7 +1,5 @@
 """Maps of fields: the whole cell, and beside it the busiest part of a fine one."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """`plot_run`: which quantity of a run becomes which figure, and where it is written."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from roughsim.charts.maps import Zoom, map_chart, side_by_side_chart

@@ -1,7 +1,5 @@
 """Spectra of the heights and of the stress, and the stress correlation, over the lines of the theory."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

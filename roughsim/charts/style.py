@@ -1,7 +1,5 @@
 """What all figures share: what a picture is of, colours told apart by everyone, fonts, units, how a file is written."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """The temperature of one realization: its distribution over the contact, and a line through its hottest point."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

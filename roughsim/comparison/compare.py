@@ -6,8 +6,6 @@ scene has theory and elastic. People read the theory over the whole spectrum, ev
 the theory is formed over the modes that the simulation itself has.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain

@@ -1,7 +1,5 @@
 """Theory, its trust and comparisons as tables for people, and the theory as JSON values for programs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

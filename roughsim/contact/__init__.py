@@ -4,8 +4,6 @@ Here are the material and the result; `active_set` has `solve_contact`, `methods
 `patches` reads a contact, and `plasticity` says what it has deformed for good.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import inf
 

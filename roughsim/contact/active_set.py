@@ -5,8 +5,6 @@ residual of the optimality conditions is necessary and sufficient (Stanley & Kat
 cap). The solve cascades from coarse grids (Bornemann & Deuflhard 1996); the solve itself is in `contact.solver`.
 """
 
-from __future__ import annotations
-
 import warnings
 from math import inf
 from typing import Literal

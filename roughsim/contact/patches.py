@@ -10,8 +10,6 @@ contact. So a yielded area is counted too small, by the same strip. Where contac
 from one pixel to the next, neither is known to be too large or too small, and nothing is corrected.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

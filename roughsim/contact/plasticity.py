@@ -8,8 +8,6 @@ load. The plastic work is σ_P times the volume, since the pressure stays at σ_
 the volume is that of pressed-in material, which real metals push up beside the contact.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import pi, sqrt

@@ -1,7 +1,5 @@
 """The progress of a run on a terminal: members done, how near the target is, and the time left."""
 
-from __future__ import annotations
-
 import os
 import time
 from contextlib import suppress

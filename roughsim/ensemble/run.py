@@ -5,8 +5,6 @@ of a run share the stream of the finest, so they see the same modes. Who compute
 any number of processes may work on one run.
 """
 
-from __future__ import annotations
-
 import errno
 import os
 from collections.abc import Callable, Mapping

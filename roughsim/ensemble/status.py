@@ -1,7 +1,5 @@
 """Where a run stands, said once for all outputs: realizations, targets, who computes it, time left, what is lost."""
 
-from __future__ import annotations
-
 from math import isfinite
 from typing import Any
 

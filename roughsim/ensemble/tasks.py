@@ -1,7 +1,5 @@
 """The members that are still to do, handed out one after the other until the targets are met; damaged ones again."""
 
-from __future__ import annotations
-
 import re
 import time
 import warnings

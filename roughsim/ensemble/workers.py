@@ -1,7 +1,5 @@
 """The processes of a run, what each does (compute one member and store its file), and the signals that end it."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal

@@ -5,8 +5,6 @@ A run cannot show what its own cell leaves out. It was measured once, by doublin
 its integral at four longest waves.
 """
 
-from __future__ import annotations
-
 from math import nan, pi, sqrt
 
 from roughsim.scene import Scene

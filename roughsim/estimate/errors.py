@@ -1,7 +1,5 @@
 """Means with all their errors (statistical, bandwidth, pixel, finite size, solver), and when a run may stop."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import inf
 

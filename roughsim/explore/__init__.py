@@ -4,8 +4,6 @@
 `server` brings it to the browser. Needs the extra `explore`.
 """
 
-from __future__ import annotations
-
 import webbrowser
 from collections.abc import Callable
 from importlib.util import find_spec

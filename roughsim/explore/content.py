@@ -1,7 +1,5 @@
 """What the page shows of a run, without Bokeh: the run as it grows, and the fields of a member in a view."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from math import ceil, cos, floor, isinf, log10, sin
@@ -160,7 +158,7 @@ class Temperature(NamedTuple):
     A preview has no distribution over the contact, and of a large field only the long waves.
     """
 
-    member: MemberFields
+    member: "MemberFields"
     field: Field
     grid: Grid
     speed: float

@@ -1,7 +1,5 @@
 """The page as it lies on the screen: controls, maps, lines, distribution, curves and texts. No computing."""
 
-from __future__ import annotations
-
 from math import degrees, log10, remainder, tau
 from typing import Any
 

@@ -1,7 +1,5 @@
 """One open page: what its controls do, and what they show. Bokeh calls it; the work is done in threads."""
 
-from __future__ import annotations
-
 from asyncio import to_thread
 from collections.abc import Callable
 from functools import partial

@@ -1,7 +1,5 @@
 """The server of the page: on this computer only, by a secret address, for the page alone, nothing from outside."""
 
-from __future__ import annotations
-
 import gc
 import os
 import socket

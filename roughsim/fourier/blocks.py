@@ -1,7 +1,5 @@
 """Work on one array shared out in blocks: the same blocks, and so the same bits, for any number of threads."""
 
-from __future__ import annotations
-
 import itertools
 import os
 from collections.abc import Callable

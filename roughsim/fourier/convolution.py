@@ -1,7 +1,5 @@
 """Convolutions with a kernel given by its spectrum or its influences: zeros stay out, columns stay in the cache."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from typing import Any
 

@@ -6,8 +6,6 @@ address from compiled loops. Without pyfftw, scipy.fft takes over; this is annou
 the records.
 """
 
-from __future__ import annotations
-
 import ctypes
 import operator
 import os

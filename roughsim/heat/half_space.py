@@ -7,8 +7,6 @@ not the mean over the pixels. `source_temperature` has neither error: T_flash an
 mean over each pixel, T_max from four points of each pixel and a search along sliding inside the hottest.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from dataclasses import dataclass, replace

@@ -12,8 +12,6 @@ offsets share the nodes in u, so each panel of nodes is one matrix product, over
 reached by then and not yet left.
 """
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_left
 from collections.abc import Callable, Iterator

@@ -6,8 +6,6 @@ the two temperatures agree at every pixel of the contact, (S₁ + S₂) q₂ = S
 change sign, so its extremes are numbers of the grid and not of the physics.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Callable

@@ -14,8 +14,6 @@ exponential here can overflow. Two cautions come with the periodic cell:
 - q = 0 has no steady state in a half-space. It is left out of all fields; `uniform_temperature` is that term.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Iterator

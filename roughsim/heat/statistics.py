@@ -4,8 +4,6 @@ Weights are the heat set free (the pressure, when μ and v are one for all), as 
 gives NaN with a warning.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Callable

@@ -4,8 +4,6 @@ Flash temperature and its kin: Eqs. (3)–(9), (25), (26); correlation of the pr
 adds a tuple of records by an entry point of the group "roughsim.observables": NAME = "package.module:tuple".
 """
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np

@@ -11,8 +11,6 @@ form. That average holds for isotropic roughness. It leaves no favoured row of m
 meets its own hot tracks in a periodic cell, and it needs one sum over |q| in place of one over the plane.
 """
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Sequence

@@ -4,11 +4,9 @@ The realizations of one level enter through their influence values (the delta me
 mean is the observable and whose scatter gives its error. Ratios of observables then keep the pairing of the rows.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,8 +23,8 @@ class Measured:
     """One solved contact and what was measured of it, with all heat in the moving body."""
 
     grid: Grid
-    contact: Contact
-    observables: Moments  # at the speeds asked for, averaged over directions
+    contact: "Contact"
+    observables: "Moments"  # at the speeds asked for, averaged over directions
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,13 +50,13 @@ class Sample(NamedTuple):
     spectrum: Array  # (n, m), Pa²
     reach: float  # the distance up to which the spectra hold, m
 
-    def at(self, rows: NDArray[np.intp]) -> Sample:
+    def at(self, rows: NDArray[np.intp]) -> Self:
         """Return the sample of some of its realizations."""
         chosen = np.isin(self.rows, rows)
         numbers = {name: values[chosen] for name, values in self.numbers.items()}
         return self._replace(rows=self.rows[chosen], numbers=numbers, spectrum=self.spectrum[chosen])
 
-    def first(self, count: int) -> Sample:
+    def first(self, count: int) -> Self:
         """Return the sample of those among the first `count` realizations."""
         return self.at(np.arange(count))
 

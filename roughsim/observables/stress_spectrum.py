@@ -7,8 +7,6 @@ interpolation; the few modes of longest wavelength, where A/q is not smooth, sta
 compact entries then equals the sum over the modes to rounding.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from fractions import Fraction

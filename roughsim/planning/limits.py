@@ -3,8 +3,6 @@
 A line has the value, the limit, and what to check. The table at the end of docs/limits.md has the same limits.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import lru_cache
 from math import exp, inf, isfinite, isinf, log, nan, pi, prod, sqrt

@@ -4,8 +4,6 @@
 them the fine levels are solved. What the scene fixes takes the place of what the rules choose.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import replace

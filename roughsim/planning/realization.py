@@ -1,7 +1,5 @@
 """From what a scene asks and how well, to the contact problem of each member."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import lru_cache
 

@@ -5,8 +5,6 @@ integrated over C(q), all of it or up to a cut-off, or summed over the modes of 
 that an observable says once what the theory makes of it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import lru_cache
 from math import inf, nan, pi

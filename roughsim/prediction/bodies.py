@@ -5,8 +5,6 @@ over the whole spectrum alone, so that it is known before a run and is the same 
 two are as clean as with a number.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import lru_cache
 from math import inf, nan

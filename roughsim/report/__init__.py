@@ -1,7 +1,5 @@
 """A run as one page that can be mailed: scene, plan, comparison, errors, figures and provenance, all in one file."""
 
-from __future__ import annotations
-
 import re
 import time
 from base64 import b64encode

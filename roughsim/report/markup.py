@@ -1,7 +1,5 @@
 """HTML from text that is not trusted: everything is escaped unless it was built here."""
 
-from __future__ import annotations
-
 import re
 from html import escape
 from itertools import groupby

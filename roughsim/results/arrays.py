@@ -1,7 +1,5 @@
 """All that a run holds as arrays with names, axes and units: what `Run.to_xarray` and the exported file are made of."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import import_module

@@ -4,8 +4,6 @@ All arrays lie in the root group with dimension scales and units, as netCDF-4 ha
 again as NeXus has it, so that viewers find what to show first.
 """
 
-from __future__ import annotations
-
 import os
 from io import FileIO
 from pathlib import Path

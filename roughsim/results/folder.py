@@ -3,8 +3,6 @@
 It may come from elsewhere: nothing in it is trusted.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from math import isfinite

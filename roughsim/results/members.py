@@ -5,8 +5,6 @@ member's file has the same digest. A summary that is missing, damaged or of anot
 JSON, for each level its table and wavenumbers as NumPy's .npy files, and the SHA-256 of all that.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, MutableMapping

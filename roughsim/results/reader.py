@@ -1,7 +1,5 @@
 """The members of a run folder as they come: each file is read once, in order, up to the first that is missing."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 from functools import cache

@@ -1,7 +1,5 @@
 """A run on disk, read: which of its members count, and the doors to estimates, fields and arrays made of them."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path

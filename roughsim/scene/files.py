@@ -1,7 +1,5 @@
 """Reading scene files: bundled ones by name, others by path, and the tables C(q) that they name."""
 
-from __future__ import annotations
-
 import os
 import re
 import tomllib

@@ -1,7 +1,5 @@
 """`Scene`: everything that is simulated, and the physics of two bodies."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import asdict
 from typing import Annotated, Any, NamedTuple, Self

@@ -1,7 +1,5 @@
 """How well a scene is computed: levels, cell, tolerance; what `plan` chooses and a run records."""
 
-from __future__ import annotations
-
 from dataclasses import field, fields
 from math import isinf, isnan, sqrt
 from typing import Annotated, Any, Literal, NamedTuple, Self, get_args
@@ -188,7 +186,7 @@ class Numerics(Record, section="numerics"):
         return values
 
     @classmethod
-    def from_dict(cls, values: dict[str, Any]) -> Numerics:
+    def from_dict(cls, values: dict[str, Any]) -> Self:
         """Return the numerics that `to_dict` described as `values`."""
         values = {"solver": DEFAULT_SOLVER} | values
         if values["slid_distance"] is not None:

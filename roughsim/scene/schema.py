@@ -6,8 +6,6 @@ decimal arithmetic, so that "0.90 um" is exactly 9e-7. Inside, a refusal is a Va
 ``" = 3 Pa must be ..."``; what leaves a record is a `SceneError` of one line.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import re
@@ -28,7 +26,7 @@ from roughsim.show.text import plain
 SMALLEST, LARGEST = 1e-30, 1e30  # no length, pressure or speed of this world is beyond; their products stay numbers
 NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([\w%°/*^()·⋅.\-⁻ ]*)")
 Made = TypeVar("Made")
-SECTIONS: dict[str, type[Record]] = {}  # by their names in a scene file; "" is the scene itself
+SECTIONS: dict[str, type["Record"]] = {}  # by their names in a scene file; "" is the scene itself
 
 
 class SceneError(RoughsimError, ValueError):

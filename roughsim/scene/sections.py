@@ -3,8 +3,6 @@
 A key that may be left out is then None. The section [numerics] is in `roughsim.scene.numerics`.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self

@@ -3,8 +3,6 @@
 Every ± is a total error that holds with 95 %. Value and error both end at the second digit of the error.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import floor, isfinite, log10

@@ -1,7 +1,5 @@
 """Where tables and lines are printed: every text as it is, whatever brackets, colons or control characters it has."""
 
-from __future__ import annotations
-
 import sys
 from io import StringIO
 from textwrap import wrap

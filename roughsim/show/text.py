@@ -3,8 +3,6 @@
 Titles, paths and messages of other libraries are printed as they are, without what a terminal would obey.
 """
 
-from __future__ import annotations
-
 import codecs
 import io
 import os

@@ -6,8 +6,6 @@ reader's own clock: clocks of different machines are never compared. Members are
 whoever computes them, so a claim that is taken over too early costs time and nothing else.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

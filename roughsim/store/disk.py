@@ -4,8 +4,6 @@ A file that was read is sound, or it is proven to be damaged (`DamagedError`). A
 `OSError`: the disk or the network may give it later.
 """
 
-from __future__ import annotations
-
 import errno
 import io
 import os

@@ -6,8 +6,6 @@ and numbers, and each field has its own. Behind the end of the HDF5 file stands 
 file and the SHA-256 of all bytes before it.
 """
 
-from __future__ import annotations
-
 import errno
 import hashlib
 import io

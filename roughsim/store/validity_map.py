@@ -4,8 +4,6 @@ Groups `elastic`, `smoothed`, `capped` and `steps`; in each a table: `place` (po
 (points, quantities), their names as attributes. `value` is measured/theory, `error` its total relative 95 % error.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Spectra that are power laws between their breaks, with exact moments: self-affine, and a table."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from dataclasses import dataclass, replace
 from math import expm1, log, pi
@@ -214,11 +212,11 @@ class TabulatedSpectrum(PowerLaws):
         columns = self.q[:-1], self.q[1:], self.psd[:-1], exponent
         return tuple(zip(*(column.tolist() for column in columns), strict=True))
 
-    def scaled(self, factor: float) -> TabulatedSpectrum:
+    def scaled(self, factor: float) -> "TabulatedSpectrum":
         """Return the spectrum times `factor`; 2 stands for two faces of the same roughness, uncorrelated."""
         return TabulatedSpectrum(self.q, self.psd * positive("factor", factor))
 
-    def truncated(self, *, q_max: float) -> TabulatedSpectrum:
+    def truncated(self, *, q_max: float) -> "TabulatedSpectrum":
         """Return the spectrum without what lies above `q_max`, rad/m; ValueError if nothing is left."""
         end = min(positive("q_max", q_max, "rad/m"), float(self.q[-1]))
         if end <= self.q[0]:

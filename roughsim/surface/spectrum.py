@@ -4,8 +4,6 @@ Each spectrum is a callable C(q) in m⁴ that is zero outside its ends, and know
 between which it is smooth. `power_laws` has the two that are public: self-affine, and a table.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -58,7 +56,7 @@ class Face(Spectrum, ABC):
         """√⟨|∇h|²⟩ = √(2π ∫ q³ C dq), dimensionless."""
         return sqrt(self.moment(2))
 
-    def __add__(self, other: Face) -> SumSpectrum:
+    def __add__(self, other: "Face") -> "SumSpectrum":
         """Return the spectrum of the sum of two uncorrelated surfaces."""
         if not isinstance(other, Face):
             return NotImplemented
@@ -84,11 +82,11 @@ class SumSpectrum(Face):
         """Return 2π ∫ q^(1 + order) C(q) dq over the whole spectrum, m^(2 − order)."""
         return sum(term.moment(order) for term in self.terms)
 
-    def scaled(self, factor: float) -> SumSpectrum:
+    def scaled(self, factor: float) -> "SumSpectrum":
         """Return the spectrum times `factor`."""
         return SumSpectrum(tuple(term.scaled(factor) for term in self.terms))
 
-    def truncated(self, *, q_max: float) -> SumSpectrum:
+    def truncated(self, *, q_max: float) -> "SumSpectrum":
         """Return the spectrum without what lies above `q_max`, rad/m; ValueError if nothing is left."""
         q_max = positive("q_max", q_max, "rad/m")
         kept = tuple(term.truncated(q_max=q_max) for term in self.terms if term.breaks[0] < q_max)
@@ -140,10 +138,10 @@ class TruncatedSpectrum(Face):
             raise ValueError(f"C(q) is not smooth between its breaks {self.breaks} rad/m; name its kinks there")
         return fine
 
-    def scaled(self, factor: float) -> TruncatedSpectrum:
+    def scaled(self, factor: float) -> "TruncatedSpectrum":
         """Return the spectrum times `factor`; 2 stands for two faces of the same roughness, uncorrelated."""
         return replace(self, factor=self.factor * positive("factor", factor))
 
-    def truncated(self, *, q_max: float) -> TruncatedSpectrum:
+    def truncated(self, *, q_max: float) -> "TruncatedSpectrum":
         """Return the spectrum without what lies above `q_max`, rad/m; its level does not change."""
         return replace(self, q_max=min(positive("q_max", q_max, "rad/m"), self.q_max))

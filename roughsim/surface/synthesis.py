@@ -5,8 +5,6 @@ gives the same surface on every grid: a finer grid or a higher q_max only adds m
 Nyquist mode stands for two modes of a finer grid and equals neither; a spectrum that ends below it has none.)
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import is_dataclass

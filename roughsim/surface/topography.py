@@ -4,8 +4,6 @@ Reading needs the extra `topography`; writing does not. SurfaceTopography's C(q)
 ⟨h²⟩ = ∫ C d²q/(2π)², we have ⟨h²⟩ = ∫ C d²q (see `roughsim`).
 """
 
-from __future__ import annotations
-
 import warnings
 from dataclasses import dataclass
 from io import BytesIO

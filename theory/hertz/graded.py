@@ -3,8 +3,6 @@
 An integrand that is smooth in ln r, down to a scale that the speed sets, is resolved by such panels at every speed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -26,7 +24,7 @@ class Rule:
     coarse_nodes: Array
     coarse_weights: Array
 
-    def joined(self, other: Rule) -> Rule:
+    def joined(self, other: "Rule") -> "Rule":
         """Return the rule for the sum of the integrals over both domains."""
         return Rule(
             np.concatenate([self.nodes, other.nodes]),
@@ -35,7 +33,7 @@ class Rule:
             np.concatenate([self.coarse_weights, other.coarse_weights]),
         )
 
-    def mapped(self, to: Callable[[Array], Array], slope: Callable[[Array], Array]) -> Rule:
+    def mapped(self, to: Callable[[Array], Array], slope: Callable[[Array], Array]) -> "Rule":
         """Return the rule in a new variable `to`(x), whose derivative is ± `slope`(x)."""
         return Rule(
             to(self.nodes),

@@ -1,7 +1,5 @@
 """Exact limits of the moving sources at rest and when fast, and the temperature maps of the Hertz source there."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import inf, pi, sqrt
 

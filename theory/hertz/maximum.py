@@ -5,8 +5,6 @@ T(p) = (1/2π) ∫dφ ∫dr q̇(p + r) e^(−ar), a = Pe sin²(φ/2): no singula
 angle Pe^(−1/2) of the direction of motion.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import pi
 

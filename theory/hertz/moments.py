@@ -8,8 +8,6 @@ Here s = √(4−r²) and L = arcosh(2/r): g = (π/4)[s(1 + r²/8) − r²(1 −
 ∇²g = (π/4)[2s − s²L].
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import pi
 

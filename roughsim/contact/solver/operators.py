@@ -11,8 +11,6 @@ preconditioning: Steinbach & Wendland 1998, Hiptmair 2006). A push–pull pyrami
 pixels are oblong, only their shorter side is doubled at first.
 """
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 from typing import Any

@@ -4,8 +4,6 @@ Lengths are in units of the longer side of the cell, heights in units of their r
 transposed half spectra, as `operators` hold them.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 

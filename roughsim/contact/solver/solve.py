@@ -10,8 +10,6 @@ fixed; then the points that left their bounds, or pull away from them, change si
 Where all at once lead in circles, ever fewer change, the worst of them (block pivoting: Júdice & Pires 1994).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from roughsim._kernels import active_set as kernels

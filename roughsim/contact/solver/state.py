@@ -9,8 +9,6 @@ be accurate relative to itself. What rounding has left in the gap is kept accoun
 float64 before that matters.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -3,8 +3,6 @@
 Palasantzas, Phys. Rev. B 48, 14472 (1993).
 """
 
-from __future__ import annotations
-
 from math import exp, expm1, log1p, pi
 from typing import Any, Literal, Self
 
