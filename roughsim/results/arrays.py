@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import import_module
+from itertools import compress
 from pathlib import Path
 from typing import Any
 
@@ -14,15 +15,11 @@ from roughsim.observables.catalogue import NUMBERS
 from roughsim.results.members import SOUND, Members
 from roughsim.results.reader import Reader
 from roughsim.scene.numerics import Numerics
-from roughsim.store.member_files import FIELD_UNITS, member_path, read_field
+from roughsim.store.member_files import KEPT_FIELDS, member_path, read_field
 
 Array = NDArray[Any]
 DERIVED_UNITS = {"heat_flux": "W/m^2", "temperature": "K"}  # of fields that depend on the speed
-DESCRIPTIONS = {
-    "heights": "composite heights",
-    "pressure": "contact pressure, positive in compression",
-    "stress_spectrum": "shares of the pressure variance by wavenumber; single entries may be negative, sums are exact",
-}
+SPECTRUM = "shares of the pressure variance by wavenumber; single entries may be negative, sums are exact"
 
 
 class Stored:
@@ -50,8 +47,8 @@ class Stored:
 
 def check_field(name: str, speed: float | None) -> None:
     """Refuse an unknown field, a missing or a useless speed, ValueError."""
-    if name not in (*FIELD_UNITS, *DERIVED_UNITS):
-        raise ValueError(f"name = {name!r} is no field; choose one of {', '.join((*FIELD_UNITS, *DERIVED_UNITS))}")
+    if name not in (*KEPT_FIELDS, *DERIVED_UNITS):
+        raise ValueError(f"name = {name!r} is no field; choose one of {', '.join((*KEPT_FIELDS, *DERIVED_UNITS))}")
     if name in DERIVED_UNITS:
         if speed is None:
             raise ValueError(f"speed is missing: {name} depends on it; give speed= in m/s")
@@ -134,24 +131,25 @@ def spectra(reader: Reader, count: int) -> Iterator[Labelled]:
         yield Labelled(axis, (axis,), wavenumber, {"units": "1/m"})
         values = np.full((count, len(wavenumber)), np.nan)
         values[sound] = rows
-        attributes = level_attributes(numerics, level, "Pa^2", "stress_spectrum")
+        attributes = level_attributes(numerics, level, "Pa^2", SPECTRUM)
         yield Labelled(f"stress_spectrum_L{level}", ("realization", axis), values, attributes)
 
 
-def fields(folder: Path, numerics: Numerics, kept: list[int]) -> Iterator[Labelled]:
-    """Yield the stored fields of the kept realizations, level by level, unread."""
+def fields(folder: Path, members: Members, numerics: Numerics, kept: list[int]) -> Iterator[Labelled]:
+    """Yield the fields that all the kept realizations have stored, level by level, unread."""
     for level in range(len(numerics.levels) if kept else 0):
         paths = [member_path(folder, level, index) for index in kept]
-        for name, unit in FIELD_UNITS.items():
+        stored_by_all = [bool(of_field.all()) for of_field in members.column(level, "kept", np.array(kept)).T]
+        for name, (unit, description) in compress(KEPT_FIELDS.items(), stored_by_all):
             axes = ("kept_realization", f"x_L{level}", f"y_L{level}")
             stored = Stored(paths, name, numerics.grid(level).shape)
-            yield Labelled(f"{name}_L{level}", axes, stored, level_attributes(numerics, level, unit, name))
+            yield Labelled(f"{name}_L{level}", axes, stored, level_attributes(numerics, level, unit, description))
 
 
-def level_attributes(numerics: Numerics, level: int, unit: str, name: str) -> dict[str, Any]:
+def level_attributes(numerics: Numerics, level: int, unit: str, description: str) -> dict[str, Any]:
     """Return unit and description of an array, and the level that it is of."""
     column, q_max = numerics.levels[level].column, numerics.levels[level].q_max
-    return {"units": unit, "description": DESCRIPTIONS[name], "column": column, "level": level, "q_max": q_max}
+    return {"units": unit, "description": description, "column": column, "level": level, "q_max": q_max}
 
 
 def to_dataset(arrays: list[Labelled], attributes: dict[str, Any]) -> Any:

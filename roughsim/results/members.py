@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.store.disk import place_bytes, read_bytes
-from roughsim.store.member_files import FIELD_UNITS, STAGES, Member
+from roughsim.store.member_files import KEPT_FIELDS, STAGES, Member
 
 Key = tuple[int, int]  # level and index
 SUMMARY = "summary.bin"
@@ -30,7 +30,7 @@ SOUND, FAILED = 1, 2  # states of a row; 0 without a member
 # fields of every table, beside the numbers (NUMBERS)
 PROVENANCE: list[Any] = [
     ("state", "i1"),  # negative: the row comes from a summary, and its file was not seen yet
-    ("kept", "?", (len(FIELD_UNITS),)),  # which fields are stored
+    ("kept", "?", (len(KEPT_FIELDS),)),  # which fields are stored
     ("versions", "i2"),  # index into `Members.versions`
     ("residual", "f8"),
     ("iterations", "i8"),
@@ -92,7 +92,7 @@ class Members(MutableMapping[Key, Member]):
             lengths=self._lengths,
             speeds=self._speeds,
             provenance=provenance,
-            kept=tuple(compress(FIELD_UNITS, row["kept"])),
+            kept=tuple(compress(KEPT_FIELDS, row["kept"])),
         )
 
     def __setitem__(self, key: Key, member: Member) -> None:
@@ -131,7 +131,7 @@ class Members(MutableMapping[Key, Member]):
             **{name: provenance[name] for name in ("residual", "iterations", "written") if name in provenance},
             **file,
             "seconds": [provenance.get("seconds", {}).get(stage, np.nan) for stage in STAGES],
-            "kept": [name in member.kept for name in FIELD_UNITS],
+            "kept": [name in member.kept for name in KEPT_FIELDS],
             "versions": self.versions.index(versions),
             "state": FAILED if member.failure else SOUND,
         }

@@ -22,7 +22,7 @@ from roughsim.results import arrays
 from roughsim.results.reader import Reader, identity_of
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
-from roughsim.store.member_files import member_path, read_field
+from roughsim.store.member_files import KEPT_FIELDS, member_path, read_field
 
 Field = NDArray[np.float32]
 
@@ -217,11 +217,12 @@ class Run:
         rows = sample.spectrum @ j0(np.multiply.outer(sample.wavenumber, distance))
         return rows.mean(axis=0), spread(rows)[0]
 
-    def kept(self, level: int) -> list[int]:
-        """Return the sound realizations that count and whose fields are stored at a level."""
+    def kept(self, level: int, name: str = "pressure") -> list[int]:
+        """Return the sound realizations that count and whose field of this name, or what gives it, a level stores."""
         sound = np.array(self.sound(self.realizations), np.int64)
         sound = sound[sound % self.numerics.levels[level].every == 0]
-        return [int(index) for index in sound[self.members.column(level, "kept", sound).all(axis=1)]]
+        field = list(KEPT_FIELDS).index(name if name in KEPT_FIELDS else "pressure")
+        return [int(index) for index in sound[self.members.column(level, "kept", sound)[:, field]]]
 
     def not_kept(self, level: int, index: int | None = None) -> ValueError:
         """Return the error that says how to get the fields of a realization, or, without an index, of any."""
@@ -269,7 +270,7 @@ class Run:
         arrays.check_field(name, speed)
         unit_vector(direction)
         level = self.numerics.of_column(self.column(column))[-1]
-        indices = self.kept(level)
+        indices = self.kept(level, name)
         if not indices:
             raise self.not_kept(level)
         return ((index, self.field(level, index, name, speed=speed, direction=direction)) for index in indices)
@@ -313,7 +314,7 @@ class Run:
             *arrays.coordinates(self.numerics, self.scene.speeds, self.realizations, kept),
             *arrays.numbers(self.members, self.numerics, self.realizations, self.heat_partition),
             *arrays.spectra(self._reader, self.realizations),
-            *arrays.fields(self.folder, self.numerics, kept),
+            *arrays.fields(self.folder, self.members, self.numerics, kept),
         ]
         versions = next(iter(self.members.values())).provenance["versions"]
         return labelled, {

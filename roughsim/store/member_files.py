@@ -30,7 +30,11 @@ from roughsim.store.disk import DamagedError, damaged, hdf5_bytes, place_bytes, 
 from roughsim.untrusted import ChildEndedError, call_in_child, check_hdf5
 
 FORMAT = 2  # raised when older readers would misread
-FIELD_UNITS = {"heights": "m", "pressure": "Pa"}
+OLDEST = 2  # version that is still read
+KEPT_FIELDS = {  # unit, and what exported files say of the field
+    "heights": ("m", "composite heights"),
+    "pressure": ("Pa", "contact pressure, positive in compression"),
+}
 STAGES = ("surface", "contact", "observables")  # of the pipeline: the seconds of each are stored
 MEMBER_NAME = re.compile(r"L(\d+)-(\d{6,})")  # level and index; of the file, of its claim, and in messages
 _SEAL = re.compile(rb"\nroughsim (L(\d+)-(\d{6,})\.h5) sha256 ([0-9a-f]{64})\n\Z")
@@ -81,7 +85,7 @@ def read_member(path: Path, *, with_fields: bool = False) -> Member:
 
     RecordError, naming the file, if it is damaged or of another format. OSError if it cannot be read now.
     """
-    return member_of(path, read_bytes(path), tuple(FIELD_UNITS) if with_fields else ())
+    return member_of(path, read_bytes(path), tuple(KEPT_FIELDS) if with_fields else ())
 
 
 def read_field(path: Path, name: str, shape: tuple[int, ...]) -> NDArray[np.float32]:
@@ -129,7 +133,7 @@ def check_member(path: Path) -> None:
         raise OSError(errno.EINVAL, str(error)) from error
     try:
         if seal_of(path, content) is None:
-            member_of(path, content, tuple(FIELD_UNITS))
+            member_of(path, content, tuple(KEPT_FIELDS))
     except DamagedError:
         raise
     except RecordError:  # of another format: not ours to judge
@@ -177,8 +181,8 @@ def check_format(path: Path, version: int) -> None:
     """Refuse a version of the format that this reader does not know, RecordError."""
     if version > FORMAT:
         raise RecordError(f"{path} has format version {version}; this roughsim reads up to {FORMAT}: update it")
-    if version < FORMAT:
-        raise RecordError(f"{path} has format version {version}; this roughsim reads {FORMAT}: run the scene again")
+    if version < OLDEST:
+        raise RecordError(f"{path} has format version {version}; this one reads from {OLDEST} on: run the scene again")
 
 
 def _fill(file: Any, member: Member) -> None:
@@ -229,7 +233,7 @@ def _fill_fields(file: Any, member: Member) -> None:
         # small chunks: viewers read a part of a large field at a time
         options = {"chunks": tuple(min(points, 256) for points in shape), "compression": "gzip", "compression_opts": 1}
         attributes = {"sha256": _digest(name, [data]), "interpretation": "image"}
-        _add(file, name, data, FIELD_UNITS[name], [file["x"], file["y"]], attributes, shuffle=True, **options)
+        _add(file, name, data, KEPT_FIELDS[name][0], [file["x"], file["y"]], attributes, shuffle=True, **options)
     _link(file, "fields", "pressure", ["x", "y"], [name for name in member.fields if name != "pressure"])
 
 
@@ -322,7 +326,7 @@ def _check_header(header: dict[str, Any]) -> None:
         "numbers": all(
             name in NUMBERS and shape == [speeds if NUMBERS[name].per_speed else 1] for name, shape in header["numbers"]
         ),
-        "fields": all(name in FIELD_UNITS and len(shape) == 2 for name, shape in header["fields"]),
+        "fields": all(name in KEPT_FIELDS and len(shape) == 2 for name, shape in header["fields"]),
         "failure": isinstance(header["failure"], str) and bool(header["failure"]) != bool(header["numbers"]),
         "provenance": isinstance(header["provenance"], dict),
     }
