@@ -195,8 +195,8 @@ def plot(
 ) -> None:
     """Draw a map or a curve of a run, as .png, .pdf or .svg.
 
-    Maps: heights, pressure, temperature, heat_flux. Curves: distribution, spectrum, correlation, profile. Temperatures
-    are computed from the stored pressure.
+    Maps: heights, pressure, temperature, heat_flux. Curves: such as distribution or spectrum; another word lists them.
+    Temperatures are computed from the stored pressure.
     """
     from roughsim.charts import plot_run
     from roughsim.results.folder import gap

@@ -34,6 +34,7 @@ class Theory:
     # by the names of the observables: T_flash, T′, ∇²T, D_flash, d_flash and the share of the moving body (NaN without
     # a second one), each (speeds,), and the contact and the plastic share of the area
     values: Mapping[str, ArrayLike]
+    nominal_pressure: float  # σ₀, Pa
     correlation_radius: Callable[[float], float]  # of a fraction: the smallest r, m, with g_σ(r) = fraction·g_σ(0)
     # of weight(q), smooth in ln q: its sum or integral over the variance of the pressure, Pa² times its unit
     total: Callable[[Callable[[Array], Array]], float]

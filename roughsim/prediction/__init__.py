@@ -70,10 +70,10 @@ def integrals(scene: Scene, q_max: float = inf) -> Theory:
     temperatures = over_speed(scene, np.array(scene.speeds), spectrum)
     share = heat_partition(scene, rule=rule, spectrum=spectrum)
     values = {**temperatures, "heat_partition": share, **area_fractions(scene, q_max)}
-    return integrated(values, {"spectrum": spectrum, **stress_arguments(scene)})
+    return integrated(scene, values, {"spectrum": spectrum, **stress_arguments(scene)})
 
 
-def integrated(values: dict[str, Any], stress: dict[str, Any]) -> Theory:
+def integrated(scene: Scene, values: dict[str, Any], stress: dict[str, Any]) -> Theory:
     """Return the theory of these values and of a stress spectrum, given by its arguments for the theory."""
 
     def total(weight: Callable[[Array], Array]) -> float:  # 2π ∫ q |σ_q|² weight(q) dq, Eq. (2)
@@ -82,6 +82,7 @@ def integrated(values: dict[str, Any], stress: dict[str, Any]) -> Theory:
 
     return Theory(
         values,
+        scene.sliding.nominal_pressure,
         correlation_radius=lambda fraction: float(theory.persson.correlation_radius(fraction, **stress)),
         total=total,
     )
@@ -164,9 +165,10 @@ def calibrated_integrals(scene: Scene) -> Theory:
     """Return the calibrated law as a theory of the scene over the whole spectrum; NaN where it gives nothing."""
     law = calibrated(scene).stress_spectrum
     if law is None:
-        return Theory({}, correlation_radius=lambda _: nan, total=lambda _: nan)
+        return Theory({}, nan, correlation_radius=lambda _: nan, total=lambda _: nan)
     areas = {name: getattr(law, name, nan) for name in ("contact_fraction", "plastic_fraction")}
-    return integrated({**calibrated_over_speed(scene, np.array(scene.speeds)), **areas}, {"stress_spectrum": law})
+    temperatures = calibrated_over_speed(scene, np.array(scene.speeds))
+    return integrated(scene, {**temperatures, **areas}, {"stress_spectrum": law})
 
 
 def calibrated_correlation(scene: Scene, distance: Array) -> Array:
@@ -254,6 +256,7 @@ def summed_over_modes(scene: Scene, spectrum: Any, grid: Grid) -> Theory:
     temperatures = dict(zip(OVER_SPEED, flash, strict=True))
     return Theory(
         {**temperatures, "heat_partition": share, **area_fractions(scene), "contact_fraction": area},
+        sliding.nominal_pressure,
         correlation_radius=StressSpectrum(q, stress, 0.5 * float(np.hypot(*grid.lengths))).correlation_radius,
         total=lambda weight: float(stress @ weight(q)),
     )

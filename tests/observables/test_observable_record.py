@@ -3,9 +3,13 @@
 import numpy as np
 import pytest
 
+import roughsim as rs
+from roughsim import prediction
 from roughsim.observables.record import Observable, Sample, Theory, ratio
 
-THEORY = Theory({"slope_length": np.array([1.0, 2.0, 3.0])}, correlation_radius=lambda f: 10.0 * f, total=lambda w: 0.0)
+THEORY = Theory(
+    {"slope_length": np.array([1.0, 2.0, 3.0])}, 9e7, correlation_radius=lambda f: 10.0 * f, total=lambda w: 0.0
+)
 
 
 def test_the_theory_of_an_observable_is_its_own_or_the_value_of_its_name_or_nothing():
@@ -38,3 +42,16 @@ def test_a_ratio_of_means_has_its_value_also_where_its_scatter_is_undefined():
     assert ratio(below, np.array([[4.0], [4.0]]), 0.5).ravel() == pytest.approx(
         [np.sqrt(0.5) * x for x in (0.75, 1.25)]
     )
+
+
+def test_the_theory_of_an_observable_may_divide_by_the_load():
+    concentration = Observable(
+        "concentration", "1", theory=lambda theory: theory.total(np.ones_like) / theory.nominal_pressure
+    )
+    scene = rs.load_scene("demo")
+    views = prediction.integrals(scene), prediction.calibrated_integrals(scene)
+    views += (
+        prediction.summed_over_modes(scene, prediction.smoothed_spectrum(scene), rs.Grid((256, 256), (4e-3, 4e-3))),
+    )
+    for view in views:
+        assert concentration.of_theory(view, 1) == pytest.approx(view.total(np.ones_like) / 90e6, rel=1e-12)
