@@ -95,7 +95,7 @@ def draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
     label = rf"theory, $\gamma$ = {run.scene.theory.gamma:g}, whole spectrum"
     handles: list[Any] = [Line2D([], [], color=THEORY, lw=1.4, label=label)]
     if np.isfinite([row.calibrated for row in drawn]).any():
-        error = prediction.calibrated(run.scene).error
+        error = prediction.calibrated(run.scene).errors["flash_temperature"]
         label = rf"calibrated stress spectrum: $T_\mathrm{{flash}}$ ± {100 * error:.0f} %"
         handles.append(Line2D([], [], color=CALIBRATED, lw=1.4, ls=DASHES, label=label))
     if any(row.cut for row in drawn):

@@ -37,7 +37,8 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
     correlation = {"r": distance, "value": prediction.correlation(scene, distance)}
     values, law = theory_values(scene), prediction.calibrated(scene)
     temperature = values["calibrated"] if law.stress_spectrum is not None else None
-    values["calibrated"] = {"flash_temperature": temperature, "error": law.error, "range": law.range}
+    band = law.errors["flash_temperature"]
+    values["calibrated"] = {"flash_temperature": temperature, "error": band, "range": law.range}
     return {key: json_value(value) for key, value in (values | {"pressure_correlation": correlation}).items()}
 
 
@@ -64,7 +65,9 @@ def calibrated_note(scene: Scene) -> str:
     law = prediction.calibrated(scene)
     if law.stress_spectrum is None:
         return f"calibrated: none, as {law.range}."
-    return f"calibrated: by the calibrated stress spectrum; its T_flash is within {law.error:.0%} of simulations."
+    bands = ", ".join(f"{error:.0%} ({name})" for name, error in law.errors.items())
+    by = "calibrated: by the calibrated stress spectrum"
+    return f"{by}, within {bands} of simulations; other values may be further off."
 
 
 def trust_table(known: Trust) -> Table:

@@ -39,8 +39,6 @@ NEAR = 0.1  # steps: how far a scene may be from a coordinate that the map has a
 PER_STEP = 0.2  # what ln(measured/theory) may change over such a step: 0.12 for the plateau, up to 0.15 for the others
 CURVED = 0.5  # of what a straight line misses, a spline may: leaving points of the map out, it is 0.4
 UNSEEN = 0.01  # missed halfway between the only two q_y/q_roll_off: for H = 0.8 a third one shows 0.007
-# what the error band of the calibrated law is of, where it gives it
-BANDED = ("flash_temperature", "flash_gradient", "flash_width", "slope_length", "pressure_variance")
 NOT_SELF_AFFINE = (
     "C(q) is not self-affine (a table, the sum of two different faces, or another law), and has no place on the map"
 )
@@ -258,14 +256,14 @@ def by_calibration(scene: Scene, table: Table, reason: str) -> Trust:
         return Trust("off the map", f"{reason}; of the calibrated spectrum: {law.range}")
     off, within = split_speeds(scene, table)
     own, view, rows = prediction.predictions(scene), prediction.calibrated_integrals(scene), []
-    for name in (name for name in BANDED if name in law.observables):
+    for name, error in law.errors.items():
         true = OBSERVABLES[name].of_theory(view, len(scene.speeds))
         for k in within if OBSERVABLES[name].per_speed else (0,):
             speed = scene.speeds[k] if OBSERVABLES[name].per_speed else None
             high = float(own[name][k] / true[k])
-            rows.append(Judgement(name, speed, 100 * (high - 1), 100 * high * law.error))
+            rows.append(Judgement(name, speed, 100 * (high - 1), 100 * high * error))
     end = f"q_max = {scene.spectrum.breaks[-1]:.3g} rad/m"
-    against = f"the calibrated stress spectrum up to {end}, which is within {law.error:.0%} of simulations"
+    against = f"the calibrated stress spectrum up to {end}, within the error given of simulations"
     return Trust(
         "calibrated", f"pressures and C(q) within its range (off the map: {reason})", against, tuple(rows), off
     )

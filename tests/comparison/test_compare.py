@@ -245,13 +245,16 @@ def test_the_calibrated_law_stands_after_theory_where_it_was_compared_with_conta
     assert told["flash_temperature", 35.0] == pytest.approx(expected, rel=1e-9)
     assert told["plastic_fraction", None] == pytest.approx(law.plastic_fraction, rel=1e-9)
     nothing = {name for (name, _), value in told.items() if value is None}
-    assert nothing == {"flash_gradient", "flash_laplacian", "flash_width", "slope_length", "heat_partition"}
+    assert nothing == {
+        *("flash_gradient", "flash_laplacian", "flash_width", "slope_length", "heat_partition"),
+        *("correlation_radius_10", "correlation_radius_0"),
+    }
     shown = comparison_table(table)
     titles = [column.title for column in shown.columns]
     assert titles[2:6] == ["theory", "calibrated", "smoothed", "capped"]
     assert shown.cells(3)[2] == f"{expected:.4g}"
-    # g_σ at the calibrated radius has fallen to a tenth
-    r = told["correlation_radius_10", None]
+    # g_σ at the calibrated radius has fallen to half
+    r = told["correlation_radius_50", None]
     near, far = prediction.calibrated_correlation(table.run.scene, np.array([0.0, r]))
     assert near == pytest.approx(told["pressure_variance", None], rel=1e-9)
-    assert far == pytest.approx(0.1 * near, rel=1e-6)
+    assert far == pytest.approx(0.5 * near, rel=1e-6)

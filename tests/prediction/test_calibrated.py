@@ -13,7 +13,7 @@ from roughsim import prediction
 from roughsim.cli import app
 from roughsim.comparison.tables import theory_dict, theory_table
 from roughsim.store.validity_map import read_validity
-from theory import calibrated, yielding
+from theory import calibrated
 
 SPEED = 30 / (7900 * 500)  # D of the scenes: the speed of a Péclet number is SPEED q_roll_off times it
 OUTSIDE = "nominal_pressure/penetration_hardness = 0.0005 lies outside 0.005 … 0.6"
@@ -46,18 +46,19 @@ def test_steel_is_as_hot_as_it_was_measured(depth):
     surface = replace(surface, rms_height=steel.spectrum.truncated(q_max=depth * yields).rms_height / np.sqrt(2.0))
     place = (0.075, yields / 9.4e4, 0.8, 9.4e4 / 6350, 1.5, depth)
     peclet, found = measured("capped", place, "steel-1.2GPa")
-    np.testing.assert_allclose(ratio(replace(steel, surface=surface), peclet), found, rtol=yielding.ERROR_BAND)
+    np.testing.assert_allclose(ratio(replace(steel, surface=surface), peclet), found, rtol=0.07)
 
 
 def test_elastic_contact_is_as_hot_as_it_was_measured():
     peclet, found = measured("elastic", (0.15, 0.8, 16.0, 2.0, 0.0))
-    np.testing.assert_allclose(ratio(elastic_scene(0.15, 0.8, 16.0), peclet), found, rtol=calibrated.ERROR_BAND)
+    np.testing.assert_allclose(ratio(elastic_scene(0.15, 0.8, 16.0), peclet), found, rtol=0.05)
 
 
 def test_of_contact_that_yields_only_what_was_compared_is_given():
     found = prediction.calibrated_predictions(rs.load_scene("steel-1.2GPa"))
-    nothing = ("flash_gradient", "flash_laplacian", "flash_width", "slope_length", "heat_partition")
-    assert [name for name, values in found.items() if np.isnan(values).any()] == list(nothing)
+    nothing = ["flash_gradient", "flash_laplacian", "flash_width", "slope_length", "heat_partition"]
+    nothing += ["correlation_radius_10", "correlation_radius_0"]  # g_σ(r) is not known so far out
+    assert [name for name, values in found.items() if np.isnan(values).any()] == nothing
     # what has yielded bears the hardness: force balance
     assert found["contact_fraction"] == pytest.approx(0.075, rel=5e-3)
     assert found["pressure_variance"] == pytest.approx((1.2e9 - 9e7) * 9e7, rel=5e-3)
@@ -67,7 +68,7 @@ def test_where_no_pressure_reaches_the_hardness_the_law_is_that_of_elastic_conta
     soft = elastic_scene(0.15, 0.8, 16.0)
     hard = replace(soft, body=replace(soft.body, penetration_hardness=1e12))
     law, expected = prediction.calibrated(hard), prediction.calibrated_predictions(soft)
-    assert (law.error, law.range) == (calibrated.ERROR_BAND, "inside")
+    assert (law.errors, law.range) == (calibrated.ERROR_BANDS, "inside")
     assert np.isfinite(expected["slope_length"][1:]).all()
     for name, values in prediction.calibrated_predictions(hard).items():
         np.testing.assert_array_equal(values, expected[name])
@@ -77,14 +78,17 @@ def test_theory_says_it_beside_the_paper_with_the_share_of_the_heat():
     demo = rs.load_scene("demo")
     said = json.loads(CliRunner().invoke(app, ["theory", "demo", "--json"]).stdout)["calibrated"]
     assert set(said) == {"flash_temperature", "error", "range"}
-    assert (said["error"], said["range"]) == (yielding.ERROR_BAND, "inside")
+    assert (said["error"], said["range"]) == (0.07, "inside")
     whole = prediction.calibrated_predictions(demo)["flash_temperature"]
     np.testing.assert_allclose(said["flash_temperature"], 0.938 * whole, rtol=1e-12)
     table = theory_table(demo)
     titles = [column.title for column in table.columns]
     assert titles[1:3] == ["flash_temperature, K", "calibrated, K"]
     assert table.cells(2) == [f"{value:.4g}" for value in said["flash_temperature"]]
-    assert table.notes[1].endswith(f"its T_flash is within {yielding.ERROR_BAND:.0%} of simulations.")
+    assert table.notes[1] == (
+        "calibrated: by the calibrated stress spectrum, within 7% (flash_temperature), 12% (pressure_variance) of "
+        "simulations; other values may be further off."
+    )
 
 
 def test_outside_its_range_there_is_no_number_but_what_lies_outside():
