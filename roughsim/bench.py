@@ -1,4 +1,4 @@
-"""Speed against accuracy: what the choices of the plan for a scene, and others in their place, err by at what cost.
+"""Speed against accuracy: error and cost of the choices that the plan makes for a scene, and of other choices.
 
 Errors are against tightly converged values, costs are CPU seconds of one thread. Their ratio to one pair of transforms,
 timed in the same run, is what carries over to other machines.

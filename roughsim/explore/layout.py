@@ -1,4 +1,4 @@
-"""The page as it lies on the screen: controls, maps, lines, distribution, curves and texts. No computing."""
+"""The layout of the page: controls, maps, lines, distribution, curves and texts. No computing."""
 
 from math import degrees, log10, remainder, tau
 from typing import Any

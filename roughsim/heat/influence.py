@@ -1,4 +1,4 @@
-"""What one heated pixel does to all others, on the free half-space.
+"""The temperature that one heated pixel makes at all others, on the free half-space.
 
 Heat released at a point of the surface a time τ ago has spread over √(Dτ) and lags v τ behind. Summed over a pixel it
 is a product of one factor along x and one along y, and with u = √(Dτ) the temperature of a pixel with unit flux is

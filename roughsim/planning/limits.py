@@ -1,4 +1,4 @@
-"""The sizes that follow from a scene, and a line for each number that leaves what the model means.
+"""The sizes that follow from a scene, and a warning for each number that is beyond the model.
 
 A line has the value, the limit, and what to check. The table at the end of docs/limits.md has the same limits.
 """

@@ -1,4 +1,4 @@
-"""A run as one page that can be mailed: scene, plan, comparison, errors, figures and provenance, all in one file."""
+"""A run as one HTML page to send: scene, plan, comparison, errors, figures and provenance, all in one file."""
 
 import re
 import time
