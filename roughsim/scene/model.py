@@ -13,6 +13,7 @@ from roughsim.scene.numerics import NumericsSection
 from roughsim.scene.schema import Record, SceneError, as_written, key_line, literal
 from roughsim.scene.sections import (
     MAX_ROWS,
+    NOT_IDENTITY,
     BodySection,
     CounterfaceSection,
     EnsembleSection,
@@ -23,12 +24,6 @@ from roughsim.scene.sections import (
 )
 from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
 from roughsim.surface.spectrum import Face, SumSpectrum, TruncatedSpectrum
-
-NOT_IDENTITY = {"ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"} | {
-    f"{face}.{key}"
-    for face in ("surface", "body", "counterface")
-    for key in ("psd_source", "melting_temperature")  # they change what is said of the numbers, and no number
-}
 
 
 class Conduction(NamedTuple):
@@ -158,12 +153,13 @@ class Scene(Record, section=""):
     def identity(self) -> dict[str, Any]:
         """Return what makes this scene this one: physics, numerics and seed as dotted key → JSON value.
 
-        Left out are the title; `ensemble.max_realizations`, `ensemble.until` and `numerics.keep_fields`, which say
+        Left out are texts (title); `ensemble.max_realizations`, `ensemble.until` and `numerics.keep_fields`, which say
         how long to go on and what to keep; and `psd_source`, the melting temperature and a background temperature
         without a table κ(T), which change what is said of the numbers only. Keys without a value are absent, except
         where absence has a meaning of its own as a number (``q_roll_off`` is then `q_min`, ``roll_off_exponent`` 0).
         """
-        sections = to_jsonable_python(self, exclude={"title"}, exclude_none=True)
+        sections = to_jsonable_python(self, exclude_none=True)
+        sections = {name: section for name, section in sections.items() if isinstance(section, dict)}
         flat = {f"{name}.{key}": value for name, section in sections.items() for key, value in section.items()}
         for face in ("surface", "counterface"):
             if f"{face}.q_min" in flat:
@@ -175,12 +171,14 @@ class Scene(Record, section=""):
 
     def to_toml(self) -> str:
         """Return a scene file that `load_scene` reads back to an equal scene: SI, units as comments, tables inline."""
-        blocks = [f"title = {literal(self.title)}"] if self.title else []
+        texts, blocks = [], []
         for name, section in asdict(self).items():
             if isinstance(section, dict):
                 lines = [key_line(name, key, value) for key, value in section.items() if value is not None]
                 blocks.append("\n".join([f"[{name}]", *lines]))
-        return "\n\n".join(blocks) + "\n"
+            elif section:
+                texts.append(f"{name} = {literal(section)}\n\n")
+        return "".join(texts) + "\n\n".join(blocks) + "\n"
 
 
 def conduction_of(body: BodySection | CounterfaceSection, temperature: float | None) -> tuple[float, float]:

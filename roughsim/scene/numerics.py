@@ -22,6 +22,7 @@ Distance = Annotated[
     PlainSerializer(lambda distance: "inf" if isinf(distance) else distance),  # JSON has no inf
 ]
 DEFAULT_SOLVER = "active_set"
+YOUNGER = ("solver",)  # keys that older runs do not have: not stored where they have their default
 START_SECONDS = 3.0  # until processes have loaded what they need
 
 
@@ -181,17 +182,16 @@ class Numerics(Record, section="numerics"):
         values: dict[str, Any] = to_jsonable_python(self, exclude={"reasons", "forecast"})
         if self.slid_distance is not None:
             values["slid_distance"] = str(values["slid_distance"])  # as in all runs so far
-        if self.solver == DEFAULT_SOLVER:
-            del values["solver"]  # absent in older runs
-        return values
+        defaults = {key.name: key.default for key in fields(self)}
+        return {key: value for key, value in values.items() if key not in YOUNGER or value != defaults[key]}
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> Self:
         """Return the numerics that `to_dict` described as `values`."""
-        values = {"solver": DEFAULT_SOLVER} | values
         if values["slid_distance"] is not None:
-            values["slid_distance"] = float(values["slid_distance"])
-        return cls(**{key.name: values[key.name] for key in fields(cls) if key.compare})
+            values = values | {"slid_distance": float(values["slid_distance"])}
+        keys = [key.name for key in fields(cls) if key.compare and (key.name in values or key.name not in YOUNGER)]
+        return cls(**{key: values[key] for key in keys})
 
 
 # why `plan` leaves each of these keys at its default

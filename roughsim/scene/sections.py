@@ -43,6 +43,10 @@ SELF_AFFINE_KEYS = ("hurst", "q_min", "q_roll_off", "q_max", "roll_off_exponent"
 SIZE_KEYS = ("rms_height", "rms_slope", "psd", "spectrum")  # one of them says how rough a face is
 ROUGHNESS_KEYS = (*SIZE_KEYS, "psd_convention", "psd_source", *SELF_AFFINE_KEYS)
 THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
+# keys that say how long to go on, what to keep or what is said of the numbers, and change no number
+NOT_IDENTITY = {"ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"} | {
+    f"{face}.{key}" for face in ("surface", "body", "counterface") for key in ("psd_source", "melting_temperature")
+}
 MAX_ROWS = 1200  # of all tables C(q) of a scene together: written inline they still fit into 64 KiB
 WIDEST_BAND = 1e12  # q_max/q_min; a metre over the size of an atom is 1e10
 
