@@ -125,7 +125,7 @@ def plan(
 def run(
     scene: SceneName,
     output: Annotated[Path, Option("-o", "--output", metavar="RUN", help="Folder of the run, new or begun.")],
-    until: Annotated[list[str] | None, Option(metavar="OBSERVABLE=PERCENT", help="Stop at this 95 % error.")] = None,
+    until: Annotated[list[str] | None, Option(metavar="NAME=X", help="Stop at this 95 % error: 1% or 0.01.")] = None,
     most: Annotated[int | None, Option("--max", metavar="N", min=1, help="Stop after N realizations.")] = None,
     workers: Workers = None,
     threads: Annotated[int | None, Option(metavar="N", min=1, help="Threads of each process.")] = None,

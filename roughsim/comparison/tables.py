@@ -45,13 +45,13 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
 def theory_table(scene: Scene) -> Table:
     """Return the theory of a scene, a row per speed."""
     values = theory_values(scene)
-    columns = {"flash_temperature": "flash_temperature, K", "calibrated": "calibrated, K"}
-    columns |= {name: with_unit(name, UNITS[name]) for name in HEATED[1:] + WIDTHS}
+    units = UNITS | {"calibrated": UNITS["flash_temperature"]}
+    columns = {name: with_unit(name, units[name]) for name in (HEATED[0], "calibrated", *HEATED[1:], *WIDTHS)}
     if np.isfinite(scene.temperature_range[1]):  # κ(T) differs from speed to speed
         columns["conductivity"] = "κ, W/(m K)"
     columns |= {"heat_partition": "share used", "heat_partition_theory": "share in theory"}
     rows: list[Row] = [
-        (f"{speed:g}", *(Number(float(values[name][k]), UNITS.get(name, "1")) for name in columns))
+        (f"{speed:g}", *(Number(float(values[name][k]), units.get(name, "1")) for name in columns))
         for k, speed in enumerate(scene.speeds)
     ]
     areas = (f"{name} {values[name]:.4g}" for name in ("contact_fraction", "plastic_fraction"))

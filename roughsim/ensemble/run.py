@@ -150,7 +150,7 @@ def begin(scene: Scene, folder: Path, numerics: Numerics | None = None) -> Numer
     description = description_of(scene, numerics)
     there, here = ({**it["scene"], **it["numerics"], "keep_fields": None} for it in (stored, description))
     for key in dict.fromkeys((*there, *here)):
-        if (old := there.get(key)) != (new := here.get(key)):
+        if (old := there.get(key, "absent")) != (new := here.get(key, "absent")):
             raise RecordError(
                 f"{folder} holds another scene: {key} is {old} there and {new} here; name another folder, or give the "
                 "scene as it was"

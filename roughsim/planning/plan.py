@@ -55,7 +55,7 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
         stop = dict(scene.ensemble.until).get("flash_temperature")
         target_error = stop or TARGET
     if not 0.0 < number("target_error", target_error) < 1.0:
-        raise ValueError(f"target_error = {target_error:.6g} must lie between 0 and 1")
+        raise ValueError(f"target_error = {target_error:.6g} must lie between 0 and 1; 0.01 is 1 %")
     lengths, reason = choose_lengths(scene)
     reasons = [Reason("cell", f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm", reason)]
     if scene.numerics.levels is not None:

@@ -79,7 +79,7 @@ def read_description(folder: Path) -> dict[str, Any]:
     except RecordError:
         raise
     except FileNotFoundError:
-        raise RecordError(f"{folder} is no run: it has no run.json") from None
+        raise RecordError(f"{folder} is no run: it has no run.json; name the folder that `roughsim run` made") from None
     except (ValueError, LookupError, TypeError, RecursionError) as error:
         raise RecordError(f"{path} is damaged ({error})") from error
     check_format(path, version)

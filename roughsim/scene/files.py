@@ -32,7 +32,7 @@ def scene_text(name: str) -> str:
         near, names = nearest(str(name), bundled_scenes()), ", ".join(bundled_scenes())
         hint = f'did you mean "{near}"? ' if near else ""
         raise SceneError(
-            f"scene {plain(as_written(str(name)))} is not bundled; {hint}bundled are {names}; or give a .toml file"
+            f"scene {plain(as_written(str(name)))} is not bundled; {hint}bundled are {names}; a path ends in .toml"
         )
     return (resources.files("roughsim.scenes") / f"{name}.toml").read_text(encoding="utf-8")
 

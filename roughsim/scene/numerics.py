@@ -135,8 +135,8 @@ class Numerics(Record, section="numerics"):
             nyquist = self.grid(i).nyquist
             if level.q_max > nyquist * (1 + 1e-12):
                 raise ResolutionError(
-                    f"levels[{i}].q_max = {level.q_max:.4g} rad/m exceeds the Nyquist wavenumber {nyquist:.4g} "
-                    f"rad/m of the grid {level.shape}; refine the grid or lower q_max"
+                    f"numerics.levels[{i}].q_max = {level.q_max:.4g} rad/m exceeds the Nyquist wavenumber "
+                    f"{nyquist:.4g} rad/m of the grid {level.shape}; refine the grid or lower q_max"
                 )
         for column in self.columns:
             coarser = 0  # how often the level before is solved; 0 before the coarsest

@@ -190,3 +190,13 @@ def test_a_plan_of_one_realization_says_that_its_scatter_is_unknown():
     reasons = {reason.choice: reason for reason in rs.plan(once).reasons}
     assert reasons["error"].value == "unknown"
     assert "statistical unknown" in reasons["error"].reason
+
+
+def test_a_younger_key_of_the_numerics_is_stored_where_it_has_a_value_of_its_own(monkeypatch):
+    monkeypatch.setattr("roughsim.scene.numerics.YOUNGER", ("solver", "precision"))
+    old = Numerics((Level("elastic", (32, 32), 1e4),), (1e-3, 1e-3))
+    assert not {"solver", "precision"} & set(old.to_dict())
+    assert Numerics.from_dict(old.to_dict()) == old
+    new = replace(old, precision="single")
+    assert new.to_dict()["precision"] == "single"
+    assert Numerics.from_dict(new.to_dict()) == new

@@ -12,6 +12,7 @@ import roughsim as rs
 from roughsim import prediction
 from roughsim.cli import app
 from roughsim.comparison.tables import theory_dict, theory_table
+from roughsim.show.table import SHOWN
 from roughsim.store.validity_map import read_validity
 from theory import calibrated
 
@@ -89,6 +90,16 @@ def test_theory_says_it_beside_the_paper_with_the_share_of_the_heat():
         "calibrated: by the calibrated stress spectrum, within 7% (flash_temperature), 12% (pressure_variance) of "
         "simulations; other values may be further off."
     )
+
+
+def test_the_table_of_the_theory_shows_temperatures_in_the_unit_that_its_titles_name(monkeypatch):
+    demo = rs.load_scene("demo")
+    kelvin = [theory_table(demo).cells(k) for k in (1, 2)]
+    monkeypatch.setitem(SHOWN, "K", ("mK", 1e3))
+    table = theory_table(demo)
+    assert [column.title for column in table.columns][1:3] == ["flash_temperature, mK", "calibrated, mK"]
+    for k, column in enumerate(kelvin, 1):
+        assert [float(text) for text in table.cells(k)] == pytest.approx([1e3 * float(text) for text in column])
 
 
 def test_outside_its_range_there_is_no_number_but_what_lies_outside():

@@ -138,3 +138,17 @@ def test_a_field_of_another_grid_is_not_shown(kept_run, tmp_path):
         next(run.fields("pressure"))
     with pytest.raises(rs.RecordError, match=r"shape \(128, 64\)"):
         export_run(run, tmp_path / "out.h5")
+
+
+def test_a_run_whose_files_lack_a_field_has_the_others(kept_run, tmp_path):
+    shutil.copytree(kept_run.folder, tmp_path / "run")
+    for path in (tmp_path / "run" / "realizations").glob("L*-000001.h5"):
+        member = read_member(path, with_fields=True)
+        write_member(tmp_path / "run", replace(member, fields={"pressure": member.fields["pressure"]}))
+    part = rs.open_run(tmp_path / "run")
+    assert [index for index, _ in part.fields("heights")] == [0]
+    assert [index for index, _ in part.fields("temperature", speed=35.0)] == [0, 1]
+    np.testing.assert_array_equal(part.field(2, 1, "pressure"), kept_run.field(2, 1, "pressure"))
+    with h5py.File(export_run(part, tmp_path / "part.h5")) as file:
+        assert file["pressure_L2"].shape[0] == 2
+        assert "heights_L2" not in file

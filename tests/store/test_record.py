@@ -6,6 +6,7 @@ import pytest
 from damage_cases import without_seal
 
 import roughsim as rs
+from roughsim.store import member_files
 from roughsim.store.member_files import Member, member_path, read_member, write_member
 
 
@@ -146,3 +147,17 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path):
     (tmp_path / "run.json").write_text('{"format_version": 99}')
     with pytest.raises(rs.RecordError, match="format version 99"):
         rs.open_run(tmp_path)
+
+
+def test_an_older_format_is_read_from_the_oldest_on_and_refused_before(folder, monkeypatch):
+    write_member(folder, member())
+    path, kept = member_path(folder, 1, 42), {**member_files.KEPT_FIELDS, "displacement": ("m", "elastic")}
+    # a later version, which keeps one field more
+    monkeypatch.setattr(member_files, "FORMAT", 3)
+    monkeypatch.setattr(member_files, "KEPT_FIELDS", kept)
+    back = read_member(path, with_fields=True)
+    assert back.kept == ("heights", "pressure")
+    np.testing.assert_array_equal(back.numbers["contact_fraction"], member().numbers["contact_fraction"])
+    monkeypatch.setattr(member_files, "OLDEST", 3)
+    with pytest.raises(rs.RecordError, match="has format version 2; this one reads from 3 on: run the scene again"):
+        read_member(path)
