@@ -17,7 +17,7 @@ force balance leaves no choice: the tail is higher or lower where it must be. do
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import ceil, log, pi, sqrt
+from math import ceil, inf, log, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -43,12 +43,14 @@ _LAST = 1e-4  # of the sidebands is cut off at the upper end
 _FAINT = 1e-2  # the least weight of a bin of sidebands, those that hardly a wave reaches
 _NOTHING = 1e-14  # of the largest density: full contact has no sidebands, and they have a logarithm all the same
 
-
-SHARE = (0.005, 0.6)  # σ₀/σ_P that was compared with contacts, and of the rest
+# the range of the contacts that the law was compared with
+SHARE = (0.005, 0.6)  # σ₀/σ_P
+BAND = (2.0, inf)  # q_max/q_min
 PLATEAU = (1.0, 16.0)  # q_r/q_min, with q²C largest at q_r
 HURST = (0.3, 1.0)  # H of C ~ q^(−2−2H) from q_r to q_max
 YIELDED = (0.25, 8.0)  # q_y/q_r where all has yielded at q_max
 YIELDING = (1.0, 32.0)  # q_max/q_r where it has not
+
 ELASTIC_SHARE = 0.01  # of the contact: below, all has yielded
 EDGE = 0.05  # of |σ_q|² at q_max: the level at which the tail of the edges begins there
 # the worst over 40 drawn contacts and the map is 7.0 % of T_flash and 11 % of g_σ(0); of others no band is known
@@ -87,6 +89,11 @@ def stress_spectrum(
     ends = breaks_of(spectrum)
     q = np.unique(np.concatenate([np.geomspace(ends[0], ends[-1], 401), ends]))
     height = q**2 * density(spectrum, q)
+    if not height.all():
+        raise ValueError(
+            f"C(q) = 0 at q = {q[np.flatnonzero(height == 0.0)[0]]:.6g} rad/m: the law for contact that yields was "
+            "compared with spectra without gaps; use the paper's weight for it"
+        )
     roll_off = q[int(np.argmax(height))]
     reach = np.array([*(min(r * roll_off, ends[-1]) for r in YIELDED), ends[-1]])
     variance = half_variance(reach, spectrum, effective_modulus=modulus)
@@ -97,9 +104,10 @@ def stress_spectrum(
     solid = {"effective_modulus": modulus, "nominal_pressure": pressure, "penetration_hardness": hardness}
     seen = {
         "nominal_pressure/penetration_hardness": (share, SHARE),
+        "q_max/q_min": (ends[-1] / ends[0], BAND),
         "q_roll_off/q_min": (roll_off / ends[0], PLATEAU),
     }
-    if ends[-1] > 1.5 * roll_off and height[-1] > 0.0:
+    if ends[-1] > 1.5 * roll_off:
         seen["Hurst exponent"] = (log(height.max() / height[-1]) / log(ends[-1] / roll_off) / 2, HURST)
     if not yielded[-1]:
         seen["q_max/q_roll_off"] = (ends[-1] / roll_off, YIELDING)

@@ -4,11 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from scipy.special import ndtr
 
 from theory import flash, persson, plasticity
-from theory.interface import diffuse, interface_law
-from theory.yielding import YieldingSpectrum
+from theory.interface import between_shells, diffuse, interface_law
+from theory.walls import area_fractions
+from theory.yielding import YieldingSpectrum, scatter, stiffness_variance
 
 MODULUS, HARDNESS = 1.1e11, 1.2e9
 HEATING = {"friction_coefficient": 1.0, "conductivity": 1.0, "diffusivity": 1.0}
@@ -154,6 +156,14 @@ def test_the_law_goes_over_into_elastic_contact_within_its_error_band():
     assert ratio == pytest.approx(1.0, abs=0.06)
 
 
+@dataclasses.dataclass(frozen=True)
+class Gap(SelfAffine):
+    """C(q) that lacks some waves."""
+
+    def __call__(self, q):
+        return SelfAffine.__call__(self, q) * ((np.asarray(q) < 2e5) | (np.asarray(q) > 1e6))
+
+
 @pytest.mark.parametrize(
     ("spectrum", "pressure", "name"),
     [
@@ -163,6 +173,8 @@ def test_the_law_goes_over_into_elastic_contact_within_its_error_band():
         (SelfAffine(level=2e-25, hurst=0.2), 0.1 * HARDNESS, "Hurst exponent = 0.2"),
         (SelfAffine(level=8e-28), 0.1 * HARDNESS, "q_max/q_roll_off"),
         (SelfAffine(level=1e-21, q_min=1e4), 0.1 * HARDNESS, "q_y/q_roll_off"),
+        (SelfAffine(level=2e-24, q_max=1.1e5, q_min=1e5 / 1.5), 0.1 * HARDNESS, "q_max/q_min = 1.65"),
+        (Gap(), 0.1 * HARDNESS, r"C\(q\) = 0 at q = "),
     ],
 )
 def test_what_was_not_compared_is_refused_by_name(spectrum, pressure, name):
@@ -177,3 +189,78 @@ def test_more_load_than_yielded_contact_carries_is_refused():
         plasticity.stress_spectrum(
             SelfAffine(), effective_modulus=MODULUS, nominal_pressure=2 * HARDNESS, penetration_hardness=HARDNESS
         )
+
+
+@pytest.mark.parametrize(
+    ("spectrum", "pressure", "hardness"),
+    [
+        (SelfAffine(q_max=1e6), 0.1 * HARDNESS, HARDNESS),
+        (SelfAffine(), 0.02 * HARDNESS, HARDNESS),
+        (SelfAffine(level=1e-27, q_max=2e6), 3e8, 1e12),
+    ],
+)
+def test_waves_make_pressure_beside_their_own_wavenumber_as_two_springs_in_series_want(spectrum, pressure, hardness):
+    # sums over pairs of waves k <= q, written out: angles by many points
+    diffusion = diffuse(spectrum, MODULUS, pressure, hardness)
+    found = scatter(diffusion, MODULUS)
+    x = found.coherent.place[1:-1]
+    q, edges = np.exp(x), np.append(x - (x[1] - x[0]) / 2, x[-1] + (x[1] - x[0]) / 2)
+    at, some = np.log(diffusion.wavenumber), diffusion.probability
+    mean, square = (np.interp(x, at, np.sum(some * diffusion.stiffness**n, axis=1)) for n in (1, 2))
+    growth = np.diff(np.interp(edges, at, some @ (diffusion.pressure - pressure) ** 2))
+    steps = between_shells((MODULUS * diffusion.wavenumber / 2) ** 2, diffusion.variance)
+    full = np.diff(np.interp(edges, at, np.append(0.0, np.cumsum(steps))))
+    made = np.diff(stiffness_variance(diffusion, x, edges), axis=1)
+    angle = (np.arange(1000) + 0.5) * np.pi / 1000
+    power = moment = 0.0
+    for m in range(q.size):
+        compliance = mean[m] / square[m] - 2 / (MODULUS * q[m])
+        variance, bent = made[m].sum(), 0.0
+        for k in range(m + 1):
+            beside = np.sqrt(q[m] ** 2 + q[k] ** 2 + 2 * q[m] * q[k] * np.cos(angle))
+            ratio = (compliance + 2 / (MODULUS * q[m])) / (compliance + 2 / (MODULUS * beside))
+            bent += 2 * made[m, k] * (ratio.mean() - 1) / mean[m] ** 2
+            part = growth[m] * made[m, k] / (mean[m] ** 2 + variance)
+            power += part * np.mean(ratio**2)
+            moment += part * np.mean(ratio**2 * beside**2)
+        factor = 1 + bent if bent > 0 else 1 / (1 - bent)
+        coherent = growth[m] / full[m] * mean[m] ** 2 / (mean[m] ** 2 + variance) * factor
+        assert np.exp(found.coherent.value[m + 1]) == pytest.approx(coherent, rel=0.02)
+        # all that the waves up to q do to kappa is its variance there
+        if m >= q.size // 2:
+            assert variance == pytest.approx(square[m] - mean[m] ** 2, rel=0.15, abs=0.03 * square[m])
+    other = np.exp(found.sidebands.place)
+    area = 2 * np.pi * other**2 * np.diff(found.sidebands.place)[0]
+    area[0] = np.pi * other[0] ** 2
+    assert np.exp(found.sidebands.value) @ area == pytest.approx(power, rel=0.01)
+    assert np.exp(found.sidebands.value) @ (area * other**2) == pytest.approx(moment, rel=0.05)
+
+
+def test_what_lies_beyond_q_max_is_the_tail_of_edges():
+    stress = law(SelfAffine(q_max=2e5))
+    assert float(stress(4e5)) == pytest.approx(0.05 / 8 * float(stress(2e5)), rel=1e-9)
+    assert float(stress(4e4)) < float(stress(6e4))
+    assert float(stress(60.0)) == pytest.approx(float(stress(1.5e4)), rel=1e-12)  # shot noise: constant
+
+
+def test_the_tail_leaves_what_force_balance_leaves():
+    # the roughness stiff, all yields and the edges as well want more than sigma_0 sigma_P - sigma_0²
+    stress = law(SelfAffine(q_max=2e5), modulus=1e15, pressure=0.5 * HARDNESS)
+    variance = float(persson.pressure_correlation(0.0, stress_spectrum=stress))
+    assert variance == pytest.approx(0.25 * HARDNESS**2, rel=1e-9)
+
+
+def test_the_areas_are_those_of_a_pressure_between_absorbing_walls_with_the_variance_of_the_spectrum():
+    share = 0.1
+    stress = law(SelfAffine(q_max=3e5), pressure=share * HARDNESS)
+    variance = float(persson.pressure_correlation(0.0, stress_spectrum=stress)) / HARDNESS**2
+    pressure = np.linspace(0.0, 1.0, 4001)
+
+    def excess(g):
+        elastic = plasticity.stress_distribution(pressure, g, share, 1.0)
+        plastic = float(area_fractions(g, share, 1.0)[2])
+        return float(np.trapezoid(elastic * pressure**2, pressure)) + plastic - share**2 - variance
+
+    _, elastic, plastic = area_fractions(brentq(excess, 1e-4, 3.0), share, 1.0)
+    assert stress.plastic_fraction == pytest.approx(float(plastic), rel=2e-3)
+    assert stress.contact_fraction == pytest.approx(float(elastic + plastic), rel=2e-3)
