@@ -32,7 +32,9 @@ from scipy.special import ndtr, ndtri
 from theory.arguments import Array, Spectrum, breaks_of, density
 
 FURTHEST = 6.5  # of z on both sides: the pressures run from 4e-11 σ_P to σ_P less that
-SPACING = 0.2  # of z: with finer z, STEP and shells T_flash changes by .6 % at most
+# With half of SPACING, of STEP and of the shells and angles of theory.yielding, T_flash of 56 contacts changes by 1 %
+# (rms; 3.6 % at most), g_σ(0) by 1.7 % (5.3 %), the contact area by 2.2 % (7.9 %); where q_max → ∞ g_σ(0) stays.
+SPACING = 0.2  # of z
 STEP = 0.25  # in ln v and ln q
 UNREACHED = 7.0  # standard deviations of the full-contact pressure above σ₀: no pressure is higher
 _SMOOTHED = 3e-3  # the walls start smoothed by the waves of the last .3 % of an e-fold: they would be jumps otherwise
@@ -112,7 +114,10 @@ def interface_law(z: Array, variance: Array, ramp: Array) -> Array:
 
 
 def _walls(z: Array, ramp: float) -> Array:
-    """Return E of hard walls `ramp` apart, smoothed by waves of unit variance: a bed of springs, solved exactly."""
+    """Return E of hard walls `ramp` apart, smoothed by waves of unit variance: an exact bed of springs.
+
+    Its tails, where E is up to 1.6, are cut to 1, that of stiff roughness, which the next waves lead to in any case.
+    """
     x = np.concatenate([np.linspace(-9, 9, _FINE), np.linspace(-9, 9, _FINE) - ramp])
     if ramp > 18.0:
         x = np.concatenate([x, np.linspace(9 - ramp, -9, 60)])

@@ -127,8 +127,8 @@ class YieldingSpectrum:
     """|σ_q|² in Pa² m², a callable with `breaks`; made by `plasticity.stress_spectrum`.
 
     `breaks` reach from q_min/1000 to 1000 q_max: unevenness of the contact makes stress on both sides of C(q).
-    `contact_fraction` and `plastic_fraction` are shares of the nominal area: those of a pressure that diffused between
-    walls at 0 and σ_P until it had the variance of this spectrum.
+    `contact_fraction` A/A₀ and `plastic_fraction` A_pl/A₀ are shares of the nominal area: those of a pressure that
+    diffused between absorbing walls at 0 and σ_P until it had the variance of this spectrum.
     """
 
     spectrum: Spectrum
@@ -136,7 +136,8 @@ class YieldingSpectrum:
     nominal_pressure: float
     penetration_hardness: float
     breaks: tuple[float, ...] = field(init=False, compare=False)
-    _variance: float = field(init=False, repr=False, compare=False)
+    contact_fraction: float = field(init=False, compare=False)
+    plastic_fraction: float = field(init=False, compare=False)
     _coherent: BSpline = field(init=False, repr=False, compare=False)
     _sidebands: BSpline = field(init=False, repr=False, compare=False)
     _scale: float = field(init=False, repr=False, compare=False)
@@ -152,39 +153,32 @@ class YieldingSpectrum:
         values = {"_coherent": coherent, "_sidebands": sidebands, "_scale": 1.0, "_edge": 0.0}
         for name, value in {**values, "breaks": tuple(_distinct(breaks).tolist())}.items():
             object.__setattr__(self, name, value)
-        self._balance(diffusion)
+        contact, plastic = self._areas(self._balance(diffusion))
+        object.__setattr__(self, "contact_fraction", contact)
+        object.__setattr__(self, "plastic_fraction", plastic)
 
-    def _balance(self, diffusion: Diffusion) -> None:
-        """Give the edges of the contacts their tail, within what the variance of P and force balance leave."""
+    def _balance(self, diffusion: Diffusion) -> float:
+        """Give the edges their tail, within what the variance of P and force balance leave; return g_σ(0), Pa²."""
         mean, hardness = self.nominal_pressure, self.penetration_hardness
         most = mean * (hardness - mean)
         whole = min(float(diffusion.probability[-1] @ (diffusion.pressure - mean) ** 2), most)
-        own = _variance(self, np.array(self.breaks))
+        q, slope = panels_between(np.array(self.breaks)).nodes()
+        own = float(np.sum(2 * pi * q * self(q) * slope @ WEIGHTS))
         top = breaks_of(self.spectrum)[-1]
         room = 2 * pi * top**2 * (1 - 1 / _REACH)  # the variance of a tail of unit level
         wanted = EDGE * float(self(np.array([top]))[0]) * room
         tail = min(max(wanted, whole - own), max(most - own, 0.0))
         object.__setattr__(self, "_edge", tail / room)
         object.__setattr__(self, "_scale", min(most / own, 1.0))
-        object.__setattr__(self, "_variance", min(own, most) + tail)
+        return float(min(own, most) + tail)
 
-    @property
-    def contact_fraction(self) -> float:
-        """A/A₀, the share of the nominal area in contact."""
-        return self._areas()[0]
-
-    @property
-    def plastic_fraction(self) -> float:
-        """A_pl/A₀, the share of the nominal area that has yielded."""
-        return self._areas()[1]
-
-    def _areas(self) -> tuple[float, float]:
-        """Return both areas of a pressure that diffuses between absorbing walls: its variance rises by 2A_el dG."""
+    def _areas(self, variance: float) -> tuple[float, float]:
+        """Return both areas of a pressure that diffuses between absorbing walls: `variance` rises by 2A_el dG."""
         share = self.nominal_pressure / self.penetration_hardness
         g = np.concatenate([[0.0], np.geomspace(1e-4 * share**2, 10.0, 600)])
         elastic = between(min(share, 1 - share), g)
         rising = np.append(0.0, np.cumsum((elastic[1:] + elastic[:-1]) * np.diff(g)))
-        half = np.interp(self._variance / self.penetration_hardness**2, rising, g)
+        half = np.interp(variance / self.penetration_hardness**2, rising, g)
         _, left, plastic = area_fractions(half, share, 1.0)
         return float(left + plastic), float(plastic)
 
@@ -211,9 +205,9 @@ def _value(spline: BSpline, q: Array) -> Array:
 
 
 class Table(NamedTuple):
-    """A logarithm over ln q on a uniform grid, and how much each entry counts."""
+    """A logarithm over ln q, and how much each entry counts in a fit."""
 
-    place: Array
+    place: Array  # ln q, rising
     value: Array
     weight: Array
 
@@ -248,7 +242,7 @@ def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
     pairs = shells[row, column]
     beside = np.maximum(shells.sum(axis=1), np.finfo(float).tiny)
     change = 2 * np.bincount(row, pairs * (response.mean(axis=1) - 1)) / mean**2
-    own = mean**2 / (mean**2 + beside)
+    own = mean**2 / (mean**2 + beside)  # before the response g, coherent part and sidebands add up to what has grown
     coherent = own * grown / full * np.where(change < 0.0, 1 / (1 + np.abs(change)), 1 + change)
     source = (1 - own) * grown / beside
     power = (source[row] * pairs)[:, None] * response**2 / ANGLES
@@ -263,7 +257,9 @@ def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
 def stiffness_variance(diffusion: Diffusion, x: Array, edges: Array) -> Array:
     """Return the variance of κ at ln q = x that waves up to each of `edges` make, shape (x, edges), (Pa/m)².
 
-    κ(q_m) is carried back as its mean at each coarser q, given the pressure there.
+    `edges` in ln q bound the shells, and each x is the middle of one. κ there is carried back as its mean at each
+    coarser q, given the pressure there, by implicit steps of the first order: those of the second change T_flash by
+    .25 % at most.
     """
     logs = np.log(diffusion.wavenumber)
     up, down = diffusion.rates
@@ -316,9 +312,3 @@ def _smooth(table: Table, first: float) -> BSpline:
 def _distinct(breaks: Array) -> Array:
     rising = np.sort(breaks)
     return np.asarray(rising[np.append(True, np.diff(rising) > 1e-9 * rising[1:])])
-
-
-def _variance(stress: Spectrum, breaks: Array) -> float:
-    """Return 2π ∫ q |σ_q|² dq, Pa²."""
-    q, slope = panels_between(breaks).nodes()
-    return float(np.sum(2 * pi * q * stress(q) * slope @ WEIGHTS))
