@@ -23,7 +23,7 @@ Heat
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:  # for readers of types; at run time names are imported when they are first asked for
+if TYPE_CHECKING:  # for type checkers; at run time each name is imported when it is first used
     from roughsim.comparison.compare import compare as compare
     from roughsim.contact import Contact as Contact
     from roughsim.contact import Solid as Solid
@@ -57,7 +57,7 @@ if TYPE_CHECKING:  # for readers of types; at run time names are imported when t
     from roughsim.surface.power_laws import TabulatedSpectrum as TabulatedSpectrum
     from roughsim.surface.synthesis import synthesize as synthesize
 
-__version__: str  # made from the tag when the package was built, and read when it is asked for
+__version__: str  # of the installed package, built from the git tag
 
 _HOME = {
     name: module
@@ -94,7 +94,7 @@ def __getattr__(name: str) -> Any:
 
         try:
             return version("roughsim")
-        except PackageNotFoundError:  # it was never built
+        except PackageNotFoundError:  # a bare checkout: the package was never built
             return "0+unknown"
     if name not in _HOME:
         raise AttributeError(f"module 'roughsim' has no attribute {name!r}")

@@ -1,7 +1,7 @@
 """Speed against accuracy: error and cost of the choices that the plan makes for a scene, and of other choices.
 
-Errors are against tightly converged values, costs are CPU seconds of one thread. Their ratio to one pair of transforms,
-timed in the same run, is what carries over to other machines.
+Errors are relative to tightly converged values. Costs are CPU seconds of one thread; divided by the time of one pair of
+transforms, measured in the same run, they carry over to other machines.
 """
 
 import time
@@ -32,8 +32,8 @@ from roughsim.scene.numerics import Level, Numerics
 from roughsim.show.table import Column, Number, Row, Table, json_value
 from roughsim.surface.synthesis import synthesize
 
-SEED = 21  # any number: surfaces of their own, neither the run's nor the pilot's
-COUNTS = (4, 8, 16, 32, 64, 128, 256)
+SEED = 21  # any number but those of the run and the pilot: the bench has surfaces of its own
+COUNTS = (4, 8, 16, 32, 64, 128, 256)  # realizations at which the error of an ensemble is forecast
 # title of a chart → observable
 OBSERVABLES = {
     "T_flash, fastest": "flash_temperature",
@@ -45,16 +45,19 @@ OBSERVABLES = {
 
 
 class Split(NamedTuple):
-    """A choice of levels; all but the first are solved for every `every`-th realization."""
+    """A choice of levels for an ensemble, in which all but the first are solved for few realizations."""
 
-    method: str
-    levels: tuple[int, ...]
-    every: int = 1
-    planned: bool = False
+    method: str  # in words
+    levels: tuple[int, ...]  # their positions, coarsest first
+    every: int = 1  # all but the first are solved for one realization in so many
+    planned: bool = False  # whether the plan chooses it
 
 
 def cpu_seconds(work: Callable[[], Any]) -> float:
-    """Return the least CPU time of up to three calls, s, after one that fills caches; a second in all is enough."""
+    """Return the least CPU time of one call, s, out of up to three after a first one that fills caches.
+
+    No further call is timed once all have taken a second together.
+    """
     spent: list[float] = []
     while len(spent) < 4 and sum(spent) < 1.0:
         spent.append(timeit(work, timer=time.process_time, number=1))
@@ -62,14 +65,14 @@ def cpu_seconds(work: Callable[[], Any]) -> float:
 
 
 def contact(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point]:
-    """Pressure and T_flash of one contact, over tolerance, precision and pixel."""
+    """Yield the errors of pressure and T_flash of one contact over tolerance and precision, then over the pixel."""
     problem = base_problem(scene, numerics)
-    press = solver(problem)
-    exact = press(tolerance=1e-10)
+    solve_surface = solver(problem)
+    exact = solve_surface(tolerance=1e-10)
     for precision in ("double", "single"):
         method = f"{precision} precision"
         for tolerance in 10.0 ** -np.arange(1.0, 9.0):
-            solve = partial(press, tolerance=float(tolerance), precision=precision)
+            solve = partial(solve_surface, tolerance=float(tolerance), precision=precision)
             chosen = precision == numerics.precision and bool(np.isclose(tolerance, numerics.tolerance))
             setting = f"tolerance {tolerance:.0e}"
             try:
@@ -86,7 +89,10 @@ def contact(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Poi
 
 
 def pixels(problem: Problem) -> Iterator[Point]:
-    """T_flash of one contact at a fixed cut-off over the pixels of its shortest wave; four times as many are exact."""
+    """Yield the error of T_flash of one contact at a fixed cut-off over the number of pixels per shortest wave.
+
+    The reference has four times the pixels of the plan.
+    """
     q_max = problem.spectrum.breaks[-1]
     planned = problem.grid.shape[0] * 2 * pi / (problem.grid.lengths[0] * q_max)
     values: dict[float, tuple[float, float]] = {}
@@ -103,7 +109,7 @@ def pixels(problem: Problem) -> Iterator[Point]:
 
 
 def base_problem(scene: Scene, numerics: Numerics) -> Problem:
-    """Return the contact problem of the coarsest level that a run is judged by, sliding at the highest speed alone."""
+    """Return the contact problem of the coarsest capped (or elastic) level, sliding at the highest speed alone."""
     level = numerics.of_column("elastic" if scene.elastic else "capped")[0]
     bodies = prediction.conduction(scene, [max(scene.speeds)])
     conductivity, diffusivity = float(bodies.conductivity[0]), float(bodies.diffusivity[0])
@@ -112,7 +118,7 @@ def base_problem(scene: Scene, numerics: Numerics) -> Problem:
 
 
 def solver(problem: Problem) -> Callable[..., Contact]:
-    """Return `solve_contact` for one surface of the problem; tolerance and precision are left open."""
+    """Return `solve_contact` for one surface of the problem; tolerance and precision are still to be given."""
     heights = synthesize(problem.spectrum, problem.grid, np.random.default_rng(SEED))
     load = problem.nominal_pressure
     return partial(solve_contact, heights, problem.grid, problem.solid, nominal_pressure=load)
@@ -124,13 +130,14 @@ def flash(problem: Problem, contact: Contact) -> float:
 
 
 def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point]:
-    """Every observable that has a limit in the cut-off, over the splits of the cost that a ladder allows.
+    """Yield the error of the mean of each extrapolated observable over the cost of the ensemble.
 
-    There is a curve over the number of realizations for each split; the truth is that of all levels and realizations.
+    Each way to share the work among the levels gives a curve over the number of realizations. The reference is the
+    estimate from all levels and realizations, and its own error is the doubt of the points.
     """
     levels = numerics.of_column("elastic" if scene.elastic else "capped")
     samples, seconds = [], []
-    for number in levels:  # all on the same surfaces
+    for number in levels:  # all levels see the same surfaces
         problem = replace(level_problem(scene, numerics, number), seed=SEED, stream=len(levels) - 1)
         sample, median = solve_level(problem, numerics.levels[number], realizations)
         samples.append(sample)
@@ -145,16 +152,17 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
             continue
         speed = {"T_flash, fastest": fastest, "T_flash, slowest": slowest}.get(title, 0)
         estimate = partial(observe, name, capped=not scene.elastic, end=scene.spectrum.breaks[-1])
-        whole = estimate(samples)
-        truth = float(whole.extrapolated[:, speed].mean())
-        doubt = float(np.hypot(*np.nan_to_num([whole.bandwidth[speed], whole.pixel[speed]]))) / abs(truth)
+        reference = estimate(samples)
+        truth = float(reference.extrapolated[:, speed].mean())
+        doubt = float(np.hypot(*np.nan_to_num([reference.bandwidth[speed], reference.pixel[speed]]))) / abs(truth)
         for split in splits:
             chosen = [samples[i] for i in split.levels]
-            first, last = (estimate(some).extrapolated[:, speed] for some in (chosen[:1], chosen))
-            # ⟨T₀⟩ over all realizations + ⟨T − T₀⟩ over few of them: the variance of the mean, times the realizations
-            (own, shared), (_, change) = np.cov(first, last - first)
+            first, all_levels = (estimate(used).extrapolated[:, speed] for used in (chosen[:1], chosen))
+            # T₀ of the first level has n realizations, the correction T − T₀ by the others only n/every. So n times the
+            # variance of the mean is Var T₀ + 2 Cov(T₀, T − T₀) + every · Var(T − T₀)
+            (own, shared), (_, change) = np.cov(first, all_levels - first)
             variance = float(own + 2 * shared + split.every * change)
-            bias, planned = float(last.mean()) - truth, forecast if split.planned else 0
+            bias, planned = float(all_levels.mean()) - truth, forecast if split.planned else 0
             for n in sorted({*(k for k in COUNTS if k >= 2 * split.every), planned} - {0}):
                 error = hypot(hypot(bias, sqrt(variance / n)) / abs(truth), doubt)
                 few = -(-n // split.every)
@@ -163,9 +171,9 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
 
 
 def solve_level(problem: Problem, level: Level, realizations: int) -> tuple[Sample, float]:
-    """Solve all realizations of a level, after one more that makes plans and compiles kernels.
+    """Solve all realizations of a level; return their numbers, and the median CPU time of one, s.
 
-    Return their numbers, and the median CPU seconds of one.
+    One realization more goes ahead, untimed: it makes the plans of FFTW and compiles the kernels.
     """
     solve_problem(replace(problem, index=realizations))
     moments, seconds = [], []
@@ -182,11 +190,11 @@ def solve_level(problem: Problem, level: Level, realizations: int) -> tuple[Samp
 
 
 def splits_of(levels: list[Level]) -> list[Split]:
-    """Return each grid alone, each ladder from the first rung up, and the whole ladder with few fine members."""
+    """Return the splits to compare: each grid alone, the first k cut-offs, and all levels with ever rarer fine ones."""
     if len(levels) == 1:
         return [Split("the plan's level", (0,), planned=True)]
     cut_offs = [level.q_max for level in levels]
-    rungs = [cut_offs.index(q_c) for q_c in sorted(set(cut_offs))]  # of each cut-off the coarsest grid
+    rungs = [cut_offs.index(q_c) for q_c in sorted(set(cut_offs))]  # the coarsest grid of each cut-off
     splits = [
         Split(f"one grid, {level.q_max / cut_offs[0]:.3g}× q_c, {level.shape[0]}²", (i,))
         for i, level in enumerate(levels)
@@ -205,26 +213,27 @@ STAGES: dict[str, Callable[[Scene, Numerics, int], Iterator[Point]]] = {"contact
 def bench(
     scene: Scene, *, numerics: Numerics | None = None, stages: Collection[str] = tuple(STAGES), realizations: int = 8
 ) -> list[Point]:
-    """Measure error and cost of the ways to compute a scene, stage by stage.
+    """Measure error and cost of several ways to compute a scene, stage by stage.
 
-    `numerics` is the choice that is marked, what `plan` makes of the scene if left out. Scatter and bias are measured
-    over `realizations` ≥ 4. ValueError if a stage is unknown, there are too few realizations, or nothing slides.
+    `numerics` is the choice that the points mark as chosen; left out, it is that of `plan`. Scatter and bias are
+    measured over `realizations` ≥ 4. ValueError if a stage is unknown, there are too few realizations, or no speed of
+    the scene is above zero.
     """
     for name in stages:
         if name not in STAGES:
             raise ValueError(f"stage = {name!r} is unknown; choose one of {', '.join(STAGES)}")
     if max(scene.speeds) <= 0.0:
-        raise ValueError("speed = 0 m/s is the highest of the scene; nothing heats, give one above zero")
+        raise ValueError("speed = 0 m/s is the highest of the scene, so nothing heats; add a speed above zero")
     if isinstance(realizations, bool) or int(realizations) != realizations or realizations < 4:
-        raise ValueError(f"realizations = {realizations!r} must be a whole number ≥ 4: it gives scatter and bias")
+        raise ValueError(f"realizations = {realizations!r} must be a whole number ≥ 4, to measure scatter and bias")
     numerics = plan(scene) if numerics is None else numerics
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # the errors that they warn of are what is charted
+        warnings.simplefilter("ignore", RuntimeWarning)  # they warn of the very errors that are measured here
         return in_pairs(point for name in stages for point in STAGES[name](scene, numerics, realizations))
 
 
 def in_pairs(points: Iterable[Point]) -> list[Point]:
-    """Return points with their costs in forward and inverse real transforms of `PAIR_SIDE`² points, float64."""
+    """Return the points with their costs in pairs of real transforms (forward, inverse) of `PAIR_SIDE`² points."""
     transform = fourier.Transform((PAIR_SIDE, PAIR_SIDE), np.float64)
     transform.field[...] = np.random.default_rng(1).random(transform.field.shape)
 
@@ -237,13 +246,13 @@ def in_pairs(points: Iterable[Point]) -> list[Point]:
 
 
 def bench_dict(points: list[Point]) -> dict[str, Any]:
-    """Return points as JSON values, NaN as None, with `front` where no other one of its chart is better."""
+    """Return the points as JSON values, NaN as None; `front` says that no point of the same chart beats it."""
     best = [point for group in panels(points).values() for point in front(group)]
     return {"points": [json_value(point._asdict() | {"front": point in best}) for point in points]}
 
 
 def bench_tables(points: list[Point]) -> list[Table]:
-    """Return a table per stage and observable: the front, the choice of the plan, and what failed."""
+    """Return a table per stage and observable: the points of the front, those that the plan chooses, and failures."""
     tables = []
     for title, group in panels(points).items():
         best = front(group)

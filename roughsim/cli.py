@@ -1,4 +1,7 @@
-"""The command line: each verb is one public function, and imports what it needs itself: help comes at once."""
+"""The command line: each verb is one public function.
+
+A verb imports what it needs inside its function, so that ``--help`` comes at once.
+"""
 
 import json
 import sys
@@ -27,7 +30,7 @@ def complete_scene(incomplete: str) -> list[str]:
 
 
 def complete_form(incomplete: str) -> list[str]:
-    """Return the scenes, and the blank form, that a word may become."""
+    """Return the bundled scenes and the blank form that a word may become, for completion in the shell."""
     return [*complete_scene(incomplete), *(name for name in ("blank",) if name.startswith(incomplete))]
 
 
@@ -82,7 +85,7 @@ def new(
 def theory(
     scene: SceneName,
     as_json: Json = False,
-    trust: Annotated[bool, Option("--trust", help="Say how far the theory is known to be off here.")] = False,
+    trust: Annotated[bool, Option("--trust", help="Say how far the theory is off for this scene.")] = False,
 ) -> None:
     """Print what the analytic theory expects of a scene."""
     from roughsim.comparison.tables import theory_dict, theory_table, trust_table
@@ -129,7 +132,7 @@ def run(
     most: Annotated[int | None, Option("--max", metavar="N", min=1, help="Stop after N realizations.")] = None,
     workers: Workers = None,
     threads: Annotated[int | None, Option(metavar="N", min=1, help="Threads of each process.")] = None,
-    keep_fields: Annotated[int | None, Option(metavar="K", min=0, help="Store the fields of the first K.")] = None,
+    keep_fields: Annotated[int | None, Option(metavar="K", min=0, help="Store fields of the first K members.")] = None,
 ) -> None:
     """Compute realizations of a scene. The same command goes on where it was stopped.
 
@@ -155,7 +158,7 @@ def run(
 
 @app.command()
 def status(run: RunFolder, as_json: Json = False) -> None:
-    """Show how far a run is: means and errors, failures, time left. It may still be computed."""
+    """Show how far a run is: means and errors, failures, time left. The run may still be going on."""
     from roughsim.ensemble.status import status_dict, status_lines
 
     opened = open_without_damaged(run)
@@ -214,7 +217,7 @@ def explore(
     port: Annotated[int | None, Option(metavar="N", min=1, max=65535, help="Left out: first free from 5006.")] = None,
     browser: Annotated[bool, Option("--browser/--no-browser", help="Open the page in the web browser.")] = True,
 ) -> None:
-    """Look at a run in the web browser: fields at any speed, curves. It may still be computed."""
+    """Look at a run in the web browser: fields at any speed, curves. The run may still be going on."""
     from roughsim.explore import explore as serve
 
     def announce(address: str) -> None:
@@ -299,7 +302,7 @@ def parse_zoom(text: str | None) -> tuple[tuple[float, float], tuple[float, floa
 
 
 def open_without_damaged(folder: Path) -> Any:
-    """Open a run to look at it: damaged files are named on the terminal and left out."""
+    """Open a run without its damaged files, and name these on the terminal."""
     run = rs.open_run(folder, damaged="skip")
     for reason in run.damaged.values():
         tell(f"left out: {reason}")

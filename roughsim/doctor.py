@@ -1,6 +1,6 @@
-"""What this installation is, what it lacks, and whether it computes: versions, threads, memory, runs, two exact cases.
+"""`roughsim doctor`: versions, missing packages, threads, memory, runs at work, and two contacts with exact answers.
 
-Nothing here is needed by a run. Whatever is broken is a finding, not an error: `examine` always returns.
+No run needs this module. A broken part is reported, not raised: `examine` always returns.
 """
 
 import os
@@ -16,8 +16,8 @@ from typing import Any
 
 import roughsim as rs
 
-DEVELOPERS = {"test", "dev", "docs", "peers"}  # extras that no user misses
-REPLACEABLE = {"pyfftw"}  # without it scipy.fft takes over, slower
+DEVELOPERS = {"test", "dev", "docs", "peers"}  # extras for developers: not reported when they are missing
+REPLACEABLE = {"pyfftw"}  # without it scipy.fft computes the transforms, slower
 POINTS = 64  # per side of the exact cases
 
 
@@ -50,7 +50,7 @@ def examine(folder: Path) -> dict[str, Any]:
         "fft": none_if_broken(lambda: import_module("roughsim.fourier").backend()),
         "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1,
         "threads": none_if_broken(library_threads),
-        # int(inf) fails: where the system does not say
+        # inf where the system does not say: int(inf) raises, and the result is None
         "memory_bytes": none_if_broken(lambda: int(import_module("roughsim.untrusted").machine_memory())),
         "free_bytes": none_if_broken(lambda: shutil.disk_usage(folder).free),
         "claims": list(claims_below(folder)),
@@ -61,7 +61,7 @@ def examine(folder: Path) -> dict[str, Any]:
 
 
 def lines(report: dict[str, Any]) -> list[str]:
-    """Return what `examine` found, for people."""
+    """Return the report of `examine` as lines for people."""
     threads = ", ".join(f"{name} {count}" for name, count in (report["threads"] or {}).items())
     memory, disk = (
         "unknown" if report[key] is None else f"{report[key] / 1e9:.1f} GB" for key in ("memory_bytes", "free_bytes")
@@ -87,7 +87,7 @@ def lines(report: dict[str, Any]) -> list[str]:
 
 
 def none_if_broken(ask: Callable[[], Any]) -> Any:
-    """Return the answer, or None: a broken package fails in its own way, and this is where one comes to look."""
+    """Return ``ask()``, or None if it fails: a broken package may raise anything, and the report must still come."""
     try:
         return ask()
     except Exception:
@@ -95,7 +95,7 @@ def none_if_broken(ask: Callable[[], Any]) -> Any:
 
 
 def required_packages() -> Iterator[tuple[str, str, dict[str, Any]]]:
-    """Give extra (or ""), name and state of each package that the installed roughsim declares."""
+    """Yield extra (or ""), name and state of each package that the installed roughsim requires."""
     for text in none_if_broken(lambda: metadata.requires("roughsim")) or ():
         name, least, extra = (
             match[1] if (match := re.search(pattern, text)) else ""
@@ -113,20 +113,20 @@ def required_packages() -> Iterator[tuple[str, str, dict[str, Any]]]:
 
 def library_threads() -> dict[str, int]:
     """Return the number of threads of each library that has any."""
-    import scipy.linalg  # noqa: F401  (its BLAS is one of those asked)
+    import scipy.linalg  # noqa: F401  (loads the BLAS of scipy, so that it is counted)
     from threadpoolctl import threadpool_info
 
     return {str(pool["internal_api"]): int(pool["num_threads"]) for pool in threadpool_info()}
 
 
 def claims_below(folder: Path) -> Iterator[dict[str, Any]]:
-    """Give the runs, up to two levels down, that processes work on or have left."""
+    """Yield the runs, up to two folders down, that processes work on or left unfinished."""
     from roughsim.store.claims import writer
 
     for path in sorted({*folder.glob("claims"), *folder.glob("*/claims"), *folder.glob("*/*/claims")}):
         if (path.parent / "run.json").exists():
             owner = writer(path.parent)
-            gone = "was left by processes that are gone; the next run goes on"
+            gone = "was left unfinished by processes that have ended; run the scene again to go on"
             says = f"is being computed by {owner}" if owner else gone
             yield {"folder": str(path.parent), "writer": owner, "says": says}
 
@@ -153,12 +153,12 @@ def heat_error() -> tuple[str, float, float]:
     return "temperature of a resting wave", float(temperature.max()) / (1e9 / (30.0 * 2 * pi * 3 / 1e-3)) - 1, 1e-9
 
 
-# each gives what it compares, its relative error, and the largest that is right
+# each returns the quantity, its relative error, and the largest error that is right
 CHECKS: dict[str, Callable[[], tuple[str, float, float]]] = {"contact": contact_error, "heat": heat_error}
 
 
 def checked(name: str, check: Callable[[], tuple[str, float, float]]) -> dict[str, Any]:
-    """Return what an exact case says of the installation."""
+    """Return the verdict of one exact case as JSON values."""
     start, error = time.perf_counter(), None
     try:
         what, error, limit = check()

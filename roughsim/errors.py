@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 
 class RoughsimError(Exception):
-    """The root of all errors that roughsim raises by itself."""
+    """Base class of the errors that roughsim itself defines."""
 
 
 class ConvergenceError(RoughsimError, RuntimeError):
@@ -20,11 +20,11 @@ class ConvergenceError(RoughsimError, RuntimeError):
     Attributes
     ----------
     residual : float
-        The residual where it stopped, dimensionless.
+        The residual at the last iteration, dimensionless.
     iterations : int
         Iterations done on the finest grid.
     pressure : ndarray or None
-        The best field found, Pa: for inspection, not for use.
+        The pressure at the last iteration, Pa: for inspection, not for use.
     """
 
     def __init__(self, message: str, residual: float, iterations: int, pressure: NDArray[np.float64] | None = None):
@@ -34,16 +34,16 @@ class ConvergenceError(RoughsimError, RuntimeError):
         self.pressure = pressure
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Keep the attributes on the way back from a worker process."""
+        """Pickle the attributes too, so that they come back from a worker process."""
         return type(self), (str(self), self.residual, self.iterations, self.pressure)
 
 
 class RecordError(RoughsimError, ValueError):
-    """A stored file or run folder cannot be read or does not fit."""
+    """A stored file or run folder is damaged, of another format, or of another run."""
 
 
 class ResolutionError(RoughsimError, ValueError):
-    """A grid is too coarse, or a cell too small, for what is asked of it."""
+    """A grid is too coarse, or a machine too small, for the computation."""
 
 
 def number(name: str, value: Any, unit: str = "") -> float:

@@ -1,14 +1,14 @@
-"""What a scene or a run can name, and other packages add by entry points: spectra, contact solvers and observables.
+"""Spectra, contact solvers and observables by name: those of roughsim, and those that other packages add.
 
-An entry point is NAME = "package.module:object" in the group "roughsim.spectra", "roughsim.solvers" or
-"roughsim.observables".
+Other packages add them by entry points: NAME = "package.module:object" in the group "roughsim.spectra",
+"roughsim.solvers" or "roughsim.observables".
 """
 
 from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
-# of roughsim itself; its observables are rows of a table
+# of roughsim itself; its observables are the rows of `observables.catalogue.TABLE`
 INSIDE = {
     "spectra": {"k_correlation": "roughsim.scene.spectra.k_correlation:Spectrum"},
     "solvers": {"active_set": "roughsim.contact.active_set:solve_contact"},
@@ -17,9 +17,9 @@ INSIDE = {
 
 
 def extensions(kind: str) -> dict[str, EntryPoint]:
-    """Return the entries of a kind by name, those of roughsim among them: no other package replaces one.
+    """Return the entry points of a kind by name; no other package can replace one of roughsim's own.
 
-    Nothing is imported for it: whoever reads the names alone loads no compiled code.
+    Nothing is imported: listing the names loads no compiled code.
     """
     group = f"roughsim.{kind}"
     ours = [EntryPoint(name, target, group) for name, target in INSIDE[kind].items()]
@@ -28,5 +28,5 @@ def extensions(kind: str) -> dict[str, EntryPoint]:
 
 @lru_cache
 def loaded(kind: str, name: str) -> Any:
-    """Return the object of an entry: the record of a spectrum, a solver called as `solve_contact`, or observables."""
+    """Import the object of an entry point: a spectrum's record, a solver called as `solve_contact`, or observables."""
     return extensions(kind)[name].load()

@@ -1,9 +1,8 @@
-"""One contact problem, from the spectrum of its surface to the moments of its heat: numbers in, numbers out.
+"""One contact problem, from the spectrum of its surface to the moments of its temperature: numbers in, numbers out.
 
     surface.synthesize  →  contact.solver  →  observables.measure
 
-A worker of an ensemble needs this module only. What a scene asks for and how well has been worked out before, in
-`planning.realization`.
+A worker of an ensemble needs no scene: `planning.realization` has turned the scene into a `Problem` before.
 """
 
 import platform
@@ -29,7 +28,7 @@ from roughsim.surface.synthesis import synthesize
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """All that decides the bits of one member; `dataclasses.replace(problem, index=7)` is that of another realization.
+    """Everything that decides the bits of one member; `replace(problem, index=7)` is that of another realization.
 
     The random stream is SeedSequence(seed, spawn_key=(stream, index)): all levels of a realization share it.
     """
@@ -43,9 +42,9 @@ class Problem:
     precision: Literal["double", "single"]  # of the fields of the contact
     solver: str  # a name among the extensions
     seed: int  # of the ensemble
-    stream: int  # the level whose stream it is
+    stream: int  # number of the level that gives all levels their random stream
     index: int = 0  # of the realization
-    threads: int = 1  # of the linear algebra, whose sums depend on their number
+    threads: int = 1  # of the linear algebra: the last bits of its sums depend on it
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -80,7 +79,7 @@ def solve_problem(problem: Problem) -> Solution:
 
 @lru_cache(maxsize=1)
 def linear_algebra() -> ThreadpoolController:
-    """Return the thread pools of the linear algebra, found once: the search takes milliseconds."""
+    """Return the thread pools of the linear algebra; the search for them takes milliseconds, so it is done once."""
     return ThreadpoolController()
 
 

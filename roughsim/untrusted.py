@@ -1,7 +1,8 @@
-"""Files from elsewhere are not trusted: what an HDF5 file could reach or claim is looked at before anything is read.
+"""Files from elsewhere are checked before they are read: links, declared sizes, pickles, and damage.
 
 An HDF5 file can name other files (external links, external and virtual datasets), hold objects that Python would have
-to build, and declare shapes that no memory holds. The writers here use none of that. It is refused, naming the object.
+to build, and declare shapes that no memory holds. roughsim writes none of that, so a file with it is refused, and the
+message names the object.
 
 64 zeroed bytes in the header of an HDF5 file make the library loop in C, where no signal handler of Python runs. So old
 and foreign files are opened in a child process: a library that hangs or crashes there ends only the child. One child
@@ -54,7 +55,7 @@ def check_hdf5(file: Any, path: Path, *, numbers_only: bool = True) -> None:
     """Raise a RecordError if an open HDF5 file leads elsewhere or declares more than half of the memory.
 
     No dataset is read. With `numbers_only`, as in files of roughsim, text, records and soft links are refused too;
-    instruments write them. `path` is what the message calls the file.
+    instruments write them. `path` names the file in the message.
     """
     from h5py import h5d, h5t
 

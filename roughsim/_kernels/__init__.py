@@ -1,4 +1,4 @@
-"""Compiled inner loops: the one door to numba. Kernels take arrays and floats, and know nothing else."""
+"""Compiled inner loops: the only place that imports numba. Kernels take arrays and numbers, and know nothing else."""
 
 import warnings
 from collections.abc import Callable
@@ -15,8 +15,9 @@ REORDER = frozenset({"reassoc", "contract", "nsz"})
 def kernel(fastmath: frozenset[str] = frozenset(), inline: bool = False) -> Callable[[Function], Function]:
     """Return the decorator that all kernels share: compiled once, cached on disk, without the GIL.
 
-    A kernel that others call is a part of them when they are compiled but not when they come from the disk. So that
-    the last bits do not depend on that, it keeps the order of its sums, or it is `inline`: always a part of them.
+    The compiler builds a kernel into the kernels that call it, but not where it loads these from the disk. The last
+    bits must not depend on that. So a kernel that others call keeps the order of its sums (no `fastmath`), or it is
+    `inline`: then it is always built in.
     """
 
     def decorate(function: Function) -> Function:
@@ -24,7 +25,7 @@ def kernel(fastmath: frozenset[str] = frozenset(), inline: bool = False) -> Call
         options["inline"] = "always" if inline else "never"
         try:
             return cast(Function, njit(**options)(function))
-        except RuntimeError:  # neither the package's folder nor the user's own takes files
+        except RuntimeError:  # neither the package's folder nor the user's cache folder can be written
             warnings.warn(
                 "compiled code cannot be kept: each process compiles anew, which takes seconds; set NUMBA_CACHE_DIR "
                 "to a folder that takes files",

@@ -71,7 +71,7 @@ def extend(rows: Any, bottom: int, free: Any, field: Any, parents: Any, pyramid:
 def extend_coarse(bottom: int, shapes: Any, starts: Any, weights: Any, inverses: Any, values: Any) -> None:
     """Push from the level `bottom` to the top and pull back to it."""
     top = len(shapes) - 1
-    # up: the mean of the children; both axes are halved at nearly all levels, which has a loop of its own
+    # up: the mean of the children; nearly all levels halve both axes, and these have a loop of their own
     for level in range(bottom, top):
         weight, value = _level(weights, shapes, starts, level), _level(values, shapes, starts, level)
         above = level + 1

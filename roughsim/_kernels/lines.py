@@ -31,7 +31,7 @@ def _transform(context: Any, execute: Any, plan: Any, source: Any, result: Any) 
 
 
 def _interpreted(execute: int, *addresses: int) -> None:
-    """Do the same where numba is told not to compile, as it is to see which lines the tests reach."""
+    """The same for kernels that are not compiled: tests switch numba off to see which lines they reach."""
     ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * len(addresses))(execute)(*addresses)
 
 

@@ -1,7 +1,7 @@
 """Elastic and hardness-capped contact of a rough surface with a rigid flat, periodic, under load control.
 
-Here are the material and the result; `active_set` has `solve_contact`, `methods` the solvers that a scene can name,
-`patches` reads a contact, and `plasticity` says what it has deformed for good.
+This module has the material (`Solid`) and the result (`Contact`). `active_set` has `solve_contact`, and `solver` its
+algorithm. `patches` measures the connected patches of a contact, `plasticity` its permanent deformation.
 """
 
 from dataclasses import dataclass
@@ -49,7 +49,7 @@ class Contact:
     iterations : int
         Iterations on the finest grid.
     transforms : float
-        Work in real float64 FFTs of the finest grid: coarse grids counted by their points, float32 ones as a half.
+        Work in real float64 FFTs of the finest grid: one of a coarse grid counts by its points, of float32 as a half.
     """
 
     pressure: Field

@@ -2,7 +2,8 @@
 
 Minimise ½p·Sp − p·h with 0 ≤ p ≤ σ_P and mean p = σ₀, S(q) = 2/(E*|q|), S(0) = 0: strictly convex, so a small
 residual of the optimality conditions is necessary and sufficient (Stanley & Kato 1997; Almqvist et al. 2007 for the
-cap). The solve cascades from coarse grids (Bornemann & Deuflhard 1996); the solve itself is in `contact.solver`.
+cap). The solve cascades from coarse grids to the finest (Bornemann & Deuflhard 1996). This module checks the arguments,
+goes to dimensionless units and back, and judges the result; the algorithm is in `contact.solver`.
 """
 
 import warnings
@@ -32,7 +33,7 @@ def solve_contact(
 ) -> Contact:
     """Solve for the contact pressure.
 
-    TypeError or ValueError, before any work, for an argument that is not what it must be; ConvergenceError, with
+    TypeError or ValueError, before any work, for an argument of the wrong kind or out of range; ConvergenceError, with
     residual, iterations and the best pressure, if the tolerance is not met. A RuntimeWarning if the tolerance lies
     below what rounding allows: the solve stops at that floor.
 
@@ -109,8 +110,8 @@ def _warn_or_raise(state: State, tolerance: float, limit: int, pressure_unit: fl
     residual, iterations = state.residual, state.iterations
     if residual <= 100.0 * rounding_floor(state):
         warnings.warn(
-            f"tolerance = {tolerance:.3g} lies below what rounding allows for these heights and this load: stopped at "
-            f"residual {residual:.3g}",
+            f"tolerance = {tolerance:.3g} lies below what rounding allows for these heights and this load: the solve "
+            f"stopped at residual {residual:.3g}; ask for a tolerance above it",
             RuntimeWarning,
             stacklevel=3,
         )

@@ -1,4 +1,4 @@
-"""Patches of a contact: how many, how large, and what the pixels make of their area.
+"""Patches of a contact: their number and sizes, and contact areas corrected for the pixels along their edges.
 
 A contact is a set of pixels of the periodic grid. A pixel counts as a whole as soon as it carries pressure, so counted
 areas are too large by a strip along the edge of the contact. Yastrebov, Anciaux & Molinari (Tribology International
@@ -22,7 +22,7 @@ from roughsim.grid import Array, Field, Grid
 
 Mask = NDArray[np.bool_]
 EDGE_SHARE = (math.pi - 1 + math.log(2)) / 24  # pixels by which each side of a pixel on the edge enlarges the contact
-RESOLVED = 4  # pixels: the size of a smaller patch is a number of the grid
+RESOLVED = 4  # pixels: the size of a smaller patch is set by the grid, not by the contact
 
 
 class SizeDistribution(NamedTuple):
@@ -62,7 +62,7 @@ class Patches:
 
     @property
     def unresolved(self) -> int:
-        """Number of patches below 4 pixels: their size is one of the grid, not of the contact."""
+        """Number of patches below 4 pixels: their size is set by the grid, not by the contact."""
         return int(np.count_nonzero(self.pixels < RESOLVED))
 
     @property
@@ -71,7 +71,7 @@ class Patches:
         return float(self.pixels[self.pixels < RESOLVED].sum() / self.pixels.sum()) if self.count else math.nan
 
     def size_distribution(self) -> SizeDistribution:
-        """Return how many patches of which size there are."""
+        """Return numbers and areas of the patches in bins of size."""
         powers = 2 ** np.arange(int(self.pixels.max(initial=0)).bit_length() + 1)
         counts, _ = np.histogram(self.pixels, powers)
         pixels, _ = np.histogram(self.pixels, powers, weights=self.pixels)
@@ -88,13 +88,13 @@ def contact_patches(mask: ArrayLike, grid: Grid) -> Patches:
 
 
 def corrected_area(mask: ArrayLike, grid: Grid) -> float:
-    """Return the area of a contact, less what its pixels add along its edge, m².
+    """Return the area of a contact, m², corrected for what its pixels add along its edge.
 
     A − (π − 1 + ln 2)/24 · S Δx, S the length of the edge as the pixels draw it; for oblong pixels the strip along
-    each side is taken of the pixel's width across it. It is meant for edges of all directions alike (rough contact);
-    one straight along a row of pixels errs by 1/6 pixel instead. And it is meant for pressures that fall to zero as a
+    each side has the pixel's width across it. Two things are assumed. The edges have all directions alike, as in rough
+    contact: one straight along a row of pixels errs by 1/6 pixel instead. And the pressure falls to zero as a square
     root, as on any smooth surface: a surface that has yielded and is pressed again has steep edges, whose pixels add
-    less. For a capped contact there is `corrected_fractions`.
+    less. For a capped contact use `corrected_fractions`.
 
     `mask` is of bool and shape `grid.shape`, true at the points with p > 0; TypeError or ValueError otherwise.
     """
@@ -103,7 +103,7 @@ def corrected_area(mask: ArrayLike, grid: Grid) -> float:
 
 
 def corrected_fractions(pressure: ArrayLike, penetration_hardness: float = math.inf) -> tuple[float, float]:
-    """Return contact and plastic fraction, both corrected for what the pixels make of them.
+    """Return contact and plastic fraction, both corrected for the pixels along the edges.
 
     Along an edge of elastic contact with no contact the pixels add (π − 1 + ln 2)/24 of a pixel per side; along its
     edge with yielded contact they take as much from the yielded. A side between no contact and yielded contact has no
@@ -162,7 +162,7 @@ def _sides(first: Mask, second: Mask) -> int:
 def _pixels(mask: ArrayLike, grid: Grid) -> Mask:
     pixels = np.asarray(mask)
     if pixels.dtype != np.bool_:
-        raise TypeError(f"mask has dtype {pixels.dtype}; say which pixels are meant, for example pressure > 0")
+        raise TypeError(f"mask has dtype {pixels.dtype}; give true or false for each pixel, for example pressure > 0")
     if pixels.shape != grid.shape:
         raise ValueError(f"mask has shape {pixels.shape}, but the grid has shape {grid.shape}")
     return pixels

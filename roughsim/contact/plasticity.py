@@ -1,4 +1,4 @@
-"""What hardness-capped contact leaves behind: the plastic displacement, and how it acts on later loads.
+"""Permanent deformation by hardness-capped contact: the plastic displacement, and how it acts on later loads.
 
 The material is elastic and perfectly plastic (Almqvist et al. 2007): where p = σ_P the elastic surface would overlap
 the flat, gap < d, and the overlap w = d − gap is the plastic displacement. On the surface h − w the same pressures
@@ -25,7 +25,7 @@ from roughsim.grid import Array, Field, Grid
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlasticDeformation:
-    """What a contact has deformed for good."""
+    """The permanent deformation of a surface by one contact."""
 
     displacement: Array  # w ≥ 0, shape `grid.shape`, m, away from the flat: what is left when the load is gone
     heights: Array  # the deformed surface, heights − w, m
@@ -34,14 +34,14 @@ class PlasticDeformation:
 
 
 class LoadStep(NamedTuple):
-    """One step of a history of loads: its contact, and what this step has deformed."""
+    """One step of a history of loads: its contact, and the deformation that this step adds."""
 
     contact: Contact
     deformation: PlasticDeformation
 
 
 def plastic_deformation(contact: Contact, heights: ArrayLike, grid: Grid, solid: Solid) -> PlasticDeformation:
-    """Return what a solved contact has deformed for good; nothing if it is elastic.
+    """Return the permanent deformation by a solved contact; zero if it is elastic.
 
     `heights`, shape `grid.shape`, m, `grid` and `solid` are those that `solve_contact` got. The displacement is known
     to the tolerance of that solve. Without any elastic contact the flat may lie anywhere between the lowest yielded
@@ -53,7 +53,9 @@ def plastic_deformation(contact: Contact, heights: ArrayLike, grid: Grid, solid:
     surface = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
     pressure = real_field("pressure", contact.pressure, grid.shape)
     if not pressure.any():
-        raise ValueError("pressure = 0 Pa everywhere; without contact the flat lies nowhere")
+        raise ValueError(
+            "pressure = 0 Pa everywhere: without contact the height of the flat is not known; press harder"
+        )
     yielded = yielded_points(pressure, solid.penetration_hardness)
     gap = real_field("displacement", contact.displacement, grid.shape) - surface
     free = gap[(pressure > 0.0) & ~yielded]
@@ -84,7 +86,7 @@ def follow_loads(
     nominal_pressures: Sequence[float],
     tolerance: float = 1e-6,
 ) -> Iterator[LoadStep]:
-    """Press the surface of a `solid` with one load after another, each on what the loads before have left of it.
+    """Press the surface of a `solid` with one load after another, each on the surface that the last one left.
 
     `heights` are those of the new surface, shape `grid.shape`, m; `nominal_pressures` σ₀ of each step, Pa, rising or
     falling; `tolerance` that of each solve. Yields each step's `contact`, and the `deformation` that it adds, whose

@@ -1,7 +1,7 @@
-"""Fourier transforms, the one door to FFTW, and what is done block by block around them.
+"""Fourier transforms: the only place that calls FFTW.
 
-`plans` transforms whole fields, rows and lines, `convolution` multiplies spectra while they are in the cache, and
-`blocks` shares work on one array out among threads.
+`plans` transforms whole fields, rows and lines. `convolution` multiplies spectra while they are in the cache. `blocks`
+shares the work on one array among threads.
 """
 
 from roughsim.fourier.plans import Transform, backend, direct, forward, get_threads, inverse, set_threads

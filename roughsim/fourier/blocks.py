@@ -21,7 +21,7 @@ def spans(rows: int, columns: int) -> list[tuple[int, int]]:
 
 
 def run(task: Callable[..., Any], blocks: list[Any]) -> list[Any]:
-    """Return [task(*block) for each block], by all threads."""
+    """Return ``[task(*block) for block in blocks]``, computed by all threads."""
     threads = min(get_threads(), len(blocks))
     if threads <= 1:
         return [task(*block) for block in blocks]

@@ -1,4 +1,7 @@
-"""Convolutions with a kernel given by its spectrum or its influences: zeros stay out, columns stay in the cache."""
+"""Convolutions of a field with a kernel, by the spectrum of the kernel.
+
+Rows and columns of zeros are not transformed, and columns are multiplied while they are in the cache.
+"""
 
 from collections.abc import Iterable, Iterator
 from typing import Any
@@ -16,8 +19,7 @@ def convolve(field: NDArray[Any], response: NDArray[Any], shape: tuple[int, int]
     """Return the part over `field` of its convolution, padded with zeros to `shape`, times `factor`.
 
     `field` is real, of shape (n_x, n_y); `shape` = (m_x, m_y) is not smaller, and the same for a periodic convolution.
-    `response` is the half spectrum of the kernel as `forward` gives it, turned: shape (m_y//2 + 1, m_x). Rows and
-    columns of zeros are not transformed, and a column is multiplied and transformed back while it is in the cache.
+    `response` is the half spectrum of the kernel as `forward` gives it, transposed: shape (m_y//2 + 1, m_x).
     """
     rows = transformed_rows(field, shape)
     for part, block in transformed_columns(rows.spectrum, shape):
@@ -29,7 +31,7 @@ def convolve(field: NDArray[Any], response: NDArray[Any], shape: tuple[int, int]
 def convolutions(
     field: NDArray[Any], responses: Iterable[NDArray[Any]], shape: tuple[int, int], factor: float = 1.0
 ) -> Iterator[NDArray[Any]]:
-    """Yield `convolve` with one response after the other, from one forward transform of the field, which is kept."""
+    """Yield `convolve` of the field with each response; the field is transformed only once."""
     rows = transformed_rows(field, shape)
     source = np.empty((shape[1] // 2 + 1, shape[0]), rows.spectrum.dtype)
     for part, block in transformed_columns(rows.spectrum, shape):
@@ -93,7 +95,7 @@ def transformed_rows(field: NDArray[Any], shape: tuple[int, int]) -> Transform:
 
 def transformed_columns(spectrum: NDArray[Any], shape: tuple[int, int]) -> Iterator[tuple[slice, Lines]]:
     """Yield each block of columns, padded with zeros and transformed, in `result`."""
-    from roughsim._kernels import lines as kernels  # here, for numba is slow to import
+    from roughsim._kernels import lines as kernels  # not at the top: numba is slow to import
 
     for part, block in column_blocks(shape, spectrum.real.dtype):
         kernels.gather(spectrum, part.start, part.stop - part.start, block.source)
@@ -105,7 +107,7 @@ def transformed_columns(spectrum: NDArray[Any], shape: tuple[int, int]) -> Itera
 def multiply_columns(
     block: Lines, source: NDArray[Any], response: NDArray[Any], part: slice, spectrum: NDArray[Any]
 ) -> None:
-    """Multiply a block of transformed columns, and put it back where it came from."""
+    """Multiply a block of transformed columns by the response, and write the product back into the spectrum."""
     from roughsim._kernels import lines as kernels
 
     width = part.stop - part.start

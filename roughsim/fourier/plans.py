@@ -1,9 +1,9 @@
-"""Real transforms of planes, rows and lines by FFTW: its functions, its threads, and plans that are kept.
+"""Transforms of planes, rows and lines by FFTW: access to its functions, its threads, and a cache of plans.
 
-Plans are made with FFTW_ESTIMATE, so the same machine and versions always give the same bits. Each Python thread
-has plans of its own (a plan object of pyfftw owns its buffers), but for `LinePlans`, which are FFTW's own, called by
-address from compiled loops. Without pyfftw, scipy.fft takes over; this is announced once and `backend()` names it for
-the records.
+Plans are made with FFTW_ESTIMATE, so the same machine and versions always give the same bits. A plan of pyfftw owns
+its buffers, so each Python thread has plans of its own. `LinePlans` are plans of FFTW itself, which compiled loops call
+by address, from any thread. Without pyfftw, scipy.fft takes over: a warning says so once, and `backend()` tells the
+records.
 """
 
 import ctypes
@@ -41,9 +41,9 @@ _SIGNATURES: dict[str, tuple[list[Any], Any]] = {
 }
 state = threading.local()  # plans and buffers of each Python thread
 _threads = 1
-_threaded = False  # whether FFTW has been asked for threads of its own
-_orphaned = False  # whether they were lost in a fork: what waits for them waits for ever
-planning = threading.RLock()  # the number of threads of the next plan belongs to the process
+_threaded = False  # whether FFTW has started threads of its own
+_orphaned = False  # whether a fork has lost these threads: a transform that needs them would never end
+planning = threading.RLock()  # FFTW's planner, and its number of threads for the next plan, are process-wide
 
 
 def set_threads(count: int) -> None:
@@ -121,11 +121,11 @@ def direct() -> bool:
 
 @cache
 def function(name: str) -> Any:
-    """Return a function of the FFTW that pyfftw has loaded; None if there is none."""
+    """Return a function of the FFTW library that pyfftw has loaded; None if it is out of reach."""
     for path in libraries():
         try:
             library = ctypes.CDLL(str(path))
-        except OSError:  # of that name, but no library
+        except OSError:  # a file of such a name that is no library
             continue
         if hasattr(library, name):
             function = library[name]
@@ -135,7 +135,7 @@ def function(name: str) -> Any:
 
 
 def libraries() -> list[Path]:
-    """Where FFTW may be: pyfftw's extension module, which mostly gives all it is linked with, or files beside it."""
+    """Return the files in which FFTW's functions may be: pyfftw's extension module, and libraries beside it."""
     module = Path(pyfftw.pyfftw.__file__)
     folders = module.parent, module.parent.with_name("pyfftw.libs")
     return [module, *sorted(path for folder in folders for path in folder.glob("*fftw3*"))]
@@ -151,11 +151,11 @@ def aligned(shape: tuple[int, int], dtype: Any) -> NDArray[Any]:
 
 
 def thread_cache(kind: str, key: Any, make: Callable[[], Any], *, most: int) -> Any:
-    """Return what this Python thread made for the key before, or make it; the latest few of a kind are kept."""
+    """Return what this Python thread keeps under a key, or make it; of each kind the latest `most` are kept."""
     cache = state.__dict__.setdefault(kind, {})
     if key not in cache:
         if len(cache) >= most:
-            with planning:  # a plan ends with its owner
+            with planning:  # dropping the object destroys its plan
                 cache.pop(next(iter(cache)))
         cache[key] = make()
     return cache[key]
@@ -176,7 +176,7 @@ class Transform:
         half, plane = shape[1] // 2 + 1, axes == (0, 1)
         self.axes, self.scale = axes, 1.0 / (shape[0] * shape[1]) if plane else None
         self.field = aligned(shape, real)
-        # columns are read from the spectra of rows: padding keeps them apart in the cache
+        # columns are read from the spectra of rows: padding keeps the entries of a column apart in the cache
         width = half if plane else half + PADDING - 1
         self.spectrum = aligned((shape[0], width), np.result_type(real, np.complex64))[:, :half]
         if pyfftw is None:
@@ -218,7 +218,7 @@ def transform(shape: tuple[int, int], dtype: DTypeLike, axes: tuple[int, ...] = 
 
 
 class LinePlans:
-    """FFTW's plans for complex lines, by address: what compiled loops call, for any buffers and from any thread.
+    """FFTW's plans for complex lines, by address, for compiled loops: for any buffers and from any thread.
 
     `execute(forward, source, result)` transforms the lines at the address `source`, `distances[0]` complex numbers
     apart, to those at `result`, `distances[1]` apart; `execute(backward, result, source)` goes back. `addresses` are
@@ -303,7 +303,7 @@ def forward(field: NDArray[Any]) -> NDArray[Any]:
 def inverse(spectrum: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
     """Return the real field f(x) = Σ_q f(q) exp(+iq·x) of `shape` from its half spectrum; ValueError if of another."""
     half = (shape[0], shape[1] // 2 + 1)
-    if spectrum.shape != half:  # it would be broadcast
+    if spectrum.shape != half:  # numpy would broadcast it silently
         raise ValueError(f"spectrum has shape {spectrum.shape}, but a field of shape {shape} needs {half}")
     buffers = transform(shape, spectrum.real.dtype)
     buffers.spectrum[...] = spectrum

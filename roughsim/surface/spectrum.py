@@ -1,7 +1,7 @@
-"""Power spectra C(q) of isotropic roughness: what stages ask of one, sums of them, and any callable.
+"""Power spectra C(q) of isotropic roughness: their interface, sums of spectra, and a wrapper for any callable.
 
-Each spectrum is a callable C(q) in m⁴ that is zero outside its ends, and knows its `breaks`: the ends and the kinks
-between which it is smooth. `power_laws` has the two that are public: self-affine, and a table.
+Each spectrum is a callable C(q) in m⁴ that is zero outside its ends, and has `breaks`: the ends and the kinks between
+which it is smooth. The two public classes, self-affine and tabulated, are in `power_laws`.
 """
 
 from abc import ABC, abstractmethod
@@ -17,7 +17,7 @@ from roughsim.errors import positive
 
 
 class Spectrum(Protocol):
-    """What every stage asks of a spectrum: C(q) and the wavenumbers between which it is smooth."""
+    """The interface that every stage uses: C(q), and the wavenumbers between which it is smooth."""
 
     __slots__ = ()
 
@@ -30,7 +30,7 @@ class Spectrum(Protocol):
 
 
 class Face(Spectrum, ABC):
-    """A spectrum whose moments are known: of one face of a contact, or of several added up."""
+    """A spectrum with moments: of one face of a contact, or of several faces added up."""
 
     __slots__ = ()
 
@@ -99,7 +99,7 @@ class SumSpectrum(Face):
 class TruncatedSpectrum(Face):
     """Any callable with `breaks`, times `factor` and without what lies above `q_max`, rad/m.
 
-    Spectra with a method `truncated` of their own are cut by that; this is for all others.
+    It is for spectra without a method `truncated` of their own.
     """
 
     whole: Spectrum

@@ -61,7 +61,7 @@ def synthesize(
         raise TypeError(f"rng = {rng!r} must be a numpy Generator; make one with np.random.default_rng(seed)")
     if amplitudes not in ("fixed", "gaussian"):
         raise ValueError(f'amplitudes = {amplitudes!r} must be "fixed" or "gaussian"')
-    # the modes of a spectrum that cannot change are kept: of a frozen record, or of a cut of one
+    # the modes are cached only for a spectrum that cannot change: a frozen record, or a truncated one
     whole = getattr(spectrum, "whole", spectrum)
     frozen = is_dataclass(whole) and vars(type(whole))["__dataclass_params__"].frozen
     find_modes: Callable[..., DrawnModes] = independent_modes if frozen else independent_modes.__wrapped__

@@ -1,7 +1,7 @@
-"""Measured surfaces: files of instruments read through SurfaceTopography, their C(q), and heights for other programs.
+"""Measured surfaces: reading files of instruments, measuring C(q), and writing heights for other programs.
 
-Reading needs the extra `topography`; writing does not. SurfaceTopography's C(q) is 4π² larger than ours: it has
-⟨h²⟩ = ∫ C d²q/(2π)², we have ⟨h²⟩ = ∫ C d²q (see `roughsim`).
+Files are read through SurfaceTopography, the extra `topography`; writing does not need it. Its C(q) is 4π² larger than
+ours: it has ⟨h²⟩ = ∫ C d²q/(2π)², we have ⟨h²⟩ = ∫ C d²q (see `roughsim`).
 """
 
 import warnings
@@ -38,65 +38,66 @@ def read_topography(path: str | Path) -> Topography:
     """Read the file of an instrument, detrend the map, and measure its C(q).
 
     Any format that SurfaceTopography reads will do (x3p, sur, gwy, opd, al3d, nc, …). It must hold a map with its sizes
-    and a unit; of several channels the default one is taken. The map is periodic only if the file says so. Where up to
-    5 % of the points are undefined they are filled smoothly, with a RuntimeWarning. ImportError without
+    and a unit; of several channels the file's default is taken. The map is periodic only if the file says so. Up to 5 %
+    of undefined points are filled smoothly, with a RuntimeWarning. ImportError without
     SurfaceTopography, FileNotFoundError without the file, and RecordError, of one line, if the file is refused (see
     `roughsim.untrusted`), cannot be read, or holds no such map.
     """
-    place = Path(path)
+    path = Path(path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ImportWarning)  # it says that there is no MPI
             import SurfaceTopography  # type: ignore[import-not-found,import-untyped,unused-ignore]
     except ImportError:
         raise ImportError("SurfaceTopography is not installed; type: pip install 'roughsim[topography]'") from None
-    if not place.exists():
-        raise FileNotFoundError(f"{place} does not exist; check the path")
+    if not path.exists():
+        raise FileNotFoundError(f"{path} does not exist; check the path")
     try:
-        check_measured_file(place)
-        with open(place, "rb") as stream:  # some of its readers would leave the file open
+        check_measured_file(path)
+        with open(path, "rb") as stream:  # some of its readers would leave the file open
             reader = SurfaceTopography.open_topography(stream)
-            _check_channel(place, reader.default_channel)
+            _check_channel(path, reader.default_channel)
             measured = reader.topography()
-        return _prepared(place, measured.to_unit("m"))
+        return _prepared(path, measured.to_unit("m"))
     except RecordError:
         raise
     except Exception as error:  # forty readers of binary formats, each with its own failures
         reason = " ".join(str(error).split())[:200]
-        raise RecordError(f"{place} cannot be read as a map of heights ({type(error).__name__}: {reason})") from error
+        raise RecordError(f"{path} cannot be read as a map of heights ({type(error).__name__}: {reason})") from error
 
 
-def _check_channel(place: Path, channel: Any) -> None:
+def _check_channel(path: Path, channel: Any) -> None:
     """Refuse what is no map of known size, before its heights are read."""
     if channel.dim != 2:
-        raise RecordError(f"{place} holds a line scan; C(q) of a surface needs a map")
+        raise RecordError(f"{path} holds a line scan; C(q) of a surface needs a map")
     if min(channel.nb_grid_pts) < 8:
-        raise RecordError(f"{place} has {channel.nb_grid_pts} points; C(q) needs at least 8 along each side")
+        raise RecordError(f"{path} has {channel.nb_grid_pts} points; C(q) needs at least 8 along each side")
     if channel.physical_sizes is None or channel.unit is None:
         missing = "size" if channel.physical_sizes is None else "unit"
-        raise RecordError(f"{place} does not say its {missing}; save it as x3p or nc, which do")
+        raise RecordError(f"{path} does not say its {missing}; save it as x3p or nc, which do")
     points = float(np.prod([float(n) for n in channel.nb_grid_pts]))
     if 64.0 * points > 0.5 * machine_memory():
         raise RecordError(
-            f"{place} declares {points:.3g} points, for which this machine has too little memory; crop it"
+            f"{path} declares {points:.3g} points; it takes {64e-9 * points:.3g} GB to read, above half of the machine's "
+            "memory; crop it"
         )
 
 
-def _prepared(place: Path, measured: Any) -> Topography:
+def _prepared(path: Path, measured: Any) -> Topography:
     if measured.has_undefined_data:
         share = float(np.mean(np.ma.getmaskarray(measured.heights())))
         if share > MOST_UNDEFINED:
             raise RecordError(
-                f"{place}: {100 * share:.3g} % of its points are undefined, above {100 * MOST_UNDEFINED:g} %; crop it, "
+                f"{path}: {100 * share:.3g} % of its points are undefined, above {100 * MOST_UNDEFINED:g} %; crop it, "
                 f"or fill them with the program of the instrument"
             )
-        warnings.warn(f"{place}: {100 * share:.2g} % undefined points were filled", RuntimeWarning, stacklevel=3)
+        warnings.warn(f"{path}: undefined points, {100 * share:.2g} %, were filled", RuntimeWarning, stacklevel=3)
         measured = measured.interpolate_undefined_data()
     periodic = bool(measured.is_periodic)
     flat = measured.detrend("center" if periodic else "rms-tilt")
     heights = np.ascontiguousarray(flat.heights(), dtype=np.float64)
     if not np.isfinite(heights).all() or not np.ptp(heights) > 0.0:
-        raise RecordError(f"{place} holds heights that are not finite, or all alike; there is no C(q) to measure")
+        raise RecordError(f"{path} holds heights that are not finite, or all alike; there is no C(q) to measure")
     lengths = (float(flat.physical_sizes[0]), float(flat.physical_sizes[1]))
     grid = Grid((heights.shape[0], heights.shape[1]), lengths)
     # C(q) in our convention, under a Hann window unless the map is periodic, up to where the instrument is reliable

@@ -60,6 +60,14 @@ def test_a_cost_is_the_least_of_three_calls_after_a_first_one_or_that_of_a_long_
     assert measured(2.0) == 2.0
 
 
+def test_each_cost_is_that_of_one_call(monkeypatch):
+    calls = []
+    clock = iter([0.0, 0.25, 1.0, 1.25, 2.0, 2.25, 3.0, 3.25])
+    monkeypatch.setattr(measurements.time, "process_time", lambda: next(clock))
+    assert measurements.cpu_seconds(lambda: calls.append("call")) == 0.25
+    assert len(calls) == 4  # a first one and three that count
+
+
 # the stages
 
 
@@ -94,6 +102,27 @@ def test_the_error_of_the_chain_falls_with_the_root_of_the_realizations_to_bias_
             assert floor >= least**2 * (1 - 1e-9)
             if "all of them" in method:  # against itself there is no bias
                 assert floor == pytest.approx(least**2, rel=1e-6, abs=1e-15)
+
+
+def test_the_splits_begin_with_the_coarsest_level_and_end_with_the_choice_of_the_plan():
+    sides = ((64, 1e4), (128, 1e4), (128, 2e4), (256, 2e4), (256, 4e4))
+    levels = [rs.Level("capped", (side, side), q_c, 1 if k == 0 else 8) for k, (side, q_c) in enumerate(sides)]
+    splits = measurements.splits_of(levels)
+    assert [split.levels for split in splits[:5]] == [(0,), (1,), (2,), (3,), (4,)]  # each grid alone
+    assert [split.levels for split in splits[5:7]] == [(0, 2), (0, 2, 4)]  # the coarsest grid of each cut-off
+    assert [split.levels for split in splits[7:]] == [(0, 1, 2, 3, 4)] * 4
+    assert [(split.every, split.planned) for split in splits[7:]] == [(1, False), (2, False), (4, False), (8, True)]
+
+
+def test_rare_fine_members_add_their_scatter_as_often_as_they_are_left_out():
+    # T = T₀ + (T − T₀) with n of the first level and n/k of the others: error²(k) = const + k Var(T − T₀)/n
+    scene, numerics = small(every=2)
+    group = panels(bench(scene, numerics=numerics, stages=["chain"], realizations=6))["chain: T_flash, fastest"]
+    names = ("all of them", "fine ones 1 in 2", "fine ones 1 in 4")
+    square = {p.method.removeprefix("the plan's levels, "): p.error**2 for p in group if p.setting.startswith("64 ")}
+    each, half, quarter = (square[name] for name in names)
+    assert quarter - half == pytest.approx(2 * (half - each), rel=1e-6)
+    assert half - each > 1e-6 * each
 
 
 def test_errors_and_doubts_of_the_chain_are_relative():

@@ -275,7 +275,7 @@ def test_measured_fractions_are_those_of_the_pressure():
 @pytest.mark.parametrize(
     ("mask", "error", "message"),
     [
-        (np.ones((8, 12)), TypeError, "mask has dtype float64; say which pixels are meant"),
+        (np.ones((8, 12)), TypeError, "mask has dtype float64; give true or false for each pixel"),
         (np.ones((12, 8), bool), ValueError, r"mask has shape \(12, 8\), but the grid has shape \(8, 12\)"),
         (True, ValueError, r"mask has shape \(\)"),
     ],

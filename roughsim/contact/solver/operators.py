@@ -1,4 +1,4 @@
-"""The two products of a step: with the elastic half space on a periodic grid, and of the preconditioner.
+"""The two operators of a solver step: the elastic half space on a periodic grid, and the preconditioner.
 
 The half space is S(q) = 2/|q| and its inverse |q|/2. Rows are transformed in pairs (two real rows are one complex
 line), columns in groups that are multiplied and transformed back while they are in the cache: 2–3 times as fast as one
@@ -24,8 +24,8 @@ from roughsim.fourier.blocks import POINTS, run, spans, total
 from roughsim.grid import Field, Grid
 
 CACHED = 1 << 18  # bytes of one group of lines
-GROUP = 16  # lines at least: shorter pieces of a column are slow to write
-PADDING = 16  # of the rows of the spectrum, so that they do not all fall onto the same places of the cache
+GROUP = 16  # lines in a group, at least: shorter pieces of a column are slow to write
+PADDING = 16  # complex numbers between rows of the spectrum, so that these do not all share the same part of the cache
 SQUARE = 1.5  # ratio of the sides of a cell of the pyramid up to which both are doubled
 
 
@@ -99,7 +99,7 @@ class Operator:
 
 
 class PlainOperator(Operator):
-    """The same by one two-dimensional transform each way, where compiled code cannot call FFTW."""
+    """The same products by two-dimensional transforms, for machines where compiled code cannot call FFTW."""
 
     def __init__(self, grid: Grid, dtype: Any):
         self.transform, self.half_wavenumbers = Transform(grid.shape, dtype), 0.5 * grid.wavenumbers
@@ -128,7 +128,7 @@ class PlainOperator(Operator):
 
 
 def half_space(grid: Grid, dtype: Any) -> Operator:
-    """Return the faster operator that there is."""
+    """Return the fastest operator that works on this machine."""
     return Operator(grid, dtype) if direct() else PlainOperator(grid, dtype)
 
 
@@ -144,9 +144,10 @@ def rms_compliance(grid: Grid) -> float:
 
 
 def divided(count: int, points: int, dtype: np.dtype[Any]) -> tuple[int, list[tuple[int, int]]]:
-    """Return how many of `count` complex lines are transformed at a time, and the ranges of lines that make the blocks.
+    """Return how many of `count` complex lines form a group, and the ranges of lines that form the blocks.
 
-    As many as fit the cache, in groups alike; blocks are whole groups but for the last, of about `POINTS` reals each.
+    A group is transformed at a time: it fits the cache, and all groups are about equally large. A block is what one
+    thread takes: whole groups, about `POINTS` reals; the last block may end within a group.
     """
     fitting = max(CACHED // (2 * dtype.itemsize * points), GROUP)
     group = math.ceil(count / max(round(count / fitting), 1))

@@ -1,4 +1,4 @@
-"""The solve: from coarse grids to the finest, on each preconditioned conjugate gradients on the free points.
+"""The contact solve: a cascade of grids, with preconditioned conjugate gradients on the free points of each.
 
 A step is proposed on the free points, shifted so that the load is kept, clipped to the bounds, and taken with its exact
 length. A bad step is replaced by one of projected gradients.
@@ -21,7 +21,7 @@ from roughsim.fourier.blocks import run, spans, total
 
 COARSE_TOLERANCE = 1e-2  # tighter coarse solves do not help the next level
 CONTINUATION = 0.15  # of κ(gap − d), by which the pressure is continued below zero before it is interpolated
-LEAST_REACH = 1e-3  # where steps are cut short: points are let go from a bound, and put on it, one by one
+LEAST_REACH = 1e-3  # of the active set after short steps: then points leave or join a bound nearly one by one
 PATIENCE = 30  # iterations without a new best residual after which a solve counts as stalled; exchanges likewise
 LEAST_SHARE = 0.02  # of the points on the wrong side, that change sides at least
 STEPS = 300  # of conjugate gradients on one set of free points
@@ -29,7 +29,7 @@ ENOUGH = (1e-4, 1e-8, 1e-13)  # a step that gains less than this share of the en
 
 
 def solve_cascade(levels: list[ScaledProblem], tolerance: float, max_iterations: int) -> tuple[State, float]:
-    """Solve the levels, listed from the finest; return the finest and the work in its float64 transforms."""
+    """Solve the levels, finest first in the list; return the finest state and all work in its float64 transforms."""
     finest, work = levels[0], 0.0
     coarse: State | None = None
     for problem in reversed(levels):
@@ -116,7 +116,7 @@ def settle(state: State, tolerance: float) -> bool:
     displaced = rms_compliance(problem.grid) * size
     negligible = residual <= tolerance and displaced <= NEGLIGIBLE * tolerance * state.range
     if negligible:
-        state.assessment = state.assessment._replace(residual=residual)  # its bound
+        state.assessment = state.assessment._replace(residual=residual)  # an upper bound is enough
         state.response[...] = 0.0
     else:
         state.respond()

@@ -1,12 +1,12 @@
-"""The state of one contact solve on one grid: its fields, how good they are, and what rounding has left in them.
+"""The state of one contact solve on one grid: its fields, their residual, and the rounding errors in them.
 
 Everything is dimensionless here: E* = 1, S(q) = 2/q. The free points are those of a primal–dual active set
 (Hintermüller, Ito & Kunisch 2003), the offset d of the gap is the multiplier of the load (Polonsky & Keer 1999 for
 conjugate gradients under load control), and the residual is that of the fixed point p = clip(p − κ(gap − d), 0, cap).
 
 Pressure and gap are float64; steps and their responses are float32 wherever its range allows: an increment need only
-be accurate relative to itself. What rounding has left in the gap is kept account of, and the gap is computed anew in
-float64 before that matters.
+be accurate relative to itself. The rounding errors in the gap are estimated as they grow, and the gap is computed anew
+in float64 before they matter.
 """
 
 from typing import Any, NamedTuple
@@ -44,7 +44,7 @@ class Assessment(NamedTuple):
 
 
 class State:
-    """The fields, buffers and accounts of one solve."""
+    """The fields and buffers of one solve, and the estimate of its rounding errors."""
 
     def __init__(self, problem: ScaledProblem):
         shape, kind = problem.grid.shape, problem.step_type
@@ -64,8 +64,8 @@ class State:
         self.alpha, self.curvature, self.reach = 1.0, 0.0, REACH
         # bad steps in a row, and how many are borne before points are exchanged
         self.failures, self.bearable = 0, BEARABLE
-        # rounding: what it has left in the gap, the range of the displacement that it is judged against, the size of
-        # the last response, and by how much of that size each step adds to it
+        # rounding errors: `noise` is their size in the gap, judged against `range`, that of the displacement. Each full
+        # step adds the share `slack` of `response_size`, the size of the last response
         self.noise, self.range, self.response_size = 0.0, 0.0, 0.0
         self.slack = 2.0 * float(np.finfo(kind).eps)
         self.transforms, self.iterations = 0.0, 0
@@ -102,12 +102,12 @@ class State:
         self.noise = 2.0 * float(np.finfo(dtype).eps) * self._size(*sizes)
 
     def _size(self, pressure_square: float, displacement_square: float) -> float:
-        """What rounding in S p is relative to: its result, and what S makes of evenly spread noise in its argument."""
+        """The size that rounding errors of S p are relative to: rms of S p, and of S times noise as large as p."""
         spread = rms_compliance(self.problem.grid) * float(np.sqrt(pressure_square / self.pressure.size))
         return spread + float(np.sqrt(displacement_square / self.pressure.size))
 
     def range_shrank(self) -> bool:
-        """Measure the range of the displacement anew; worst points are judged against it."""
+        """Measure the range of the displacement anew; return whether it has shrunk by more than a tenth."""
         problem, heights, gap, old = self.problem, self.problem.heights.ravel(), self.flat[1], self.range
 
         def extremes(a: int, b: int) -> tuple[float, float]:
@@ -166,7 +166,7 @@ class State:
         return self.extension.transpose(self.free, self.field, self.step, self.response)
 
     def respond(self) -> None:
-        """Compute the response to the step, its curvature, and what its rounding is relative to."""
+        """Compute the response to the step, its curvature, and its size for the estimate of rounding errors."""
         self.operator.comply(self.step, self.response)
         self.transforms += 1.0 if self.kind == np.float32 else 2.0
         self.curvature, *squares = self.sums(kernels.curvature, self.flat[4], self.response.ravel())
@@ -188,7 +188,7 @@ class State:
         return slope, square
 
     def best_length(self, slope: float) -> float:
-        """Return the length that minimises the energy along `step`, from its slope; 0 where it does not fall."""
+        """Return the length of least energy along `step`, given its slope; 0 where the energy does not fall."""
         if not slope < 0.0:
             return 0.0
         self.respond()
