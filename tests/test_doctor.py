@@ -105,4 +105,4 @@ def test_runs_below_are_named_with_who_computes_them_or_who_is_gone(monkeypatch,
     assert set(found) == {"one", "two"}
     assert str(os.getpid()) in found["one"]["writer"]
     assert found["two"]["writer"] is None
-    assert "the next run goes on" in found["two"]["says"]
+    assert "run the scene again to go on" in found["two"]["says"]

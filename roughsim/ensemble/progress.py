@@ -1,4 +1,4 @@
-"""The progress of a run on a terminal: members done, how near the target is, and the time left."""
+"""The progress of a run on a terminal: realizations, errors beside their targets, and the time left."""
 
 import os
 import time
@@ -18,20 +18,20 @@ from roughsim.show.text import warn
 
 
 class PatientConsole(PlainConsole):
-    """A console that goes on when its reader is gone: rich itself would end the process, and with it the run."""
+    """A console that survives a closed pipe: rich itself would end the process, and with it the run."""
 
     def on_broken_pipe(self) -> None:
-        """Lose the text."""
+        """Drop the text."""
 
     def print_lines(self, *lines: str, style: str | None = None) -> None:
-        """Print lines; what nobody reads any more is lost, and the run goes on."""
+        """Print lines; if the terminal or pipe is closed they are dropped, and the run goes on."""
         with suppress(OSError):
             for line in lines:
                 self.print(line, style=style, soft_wrap=True)
 
 
 class Progress:
-    """A bar on a terminal, a line now and then elsewhere; a terminal or file that takes no more stops no run."""
+    """A bar on a terminal, or five lines in all in a file or pipe; one that is closed or full does not stop the run."""
 
     def __init__(self, console: PatientConsole):
         self.console = console
@@ -39,11 +39,11 @@ class Progress:
         self.bar = bars.Progress(count, bars.BarColumn(), left, console=console, disable=not console.is_terminal)
         self.task = self.bar.add_task("starting", total=1.0, left="")
         self.began = time.monotonic()
-        self.first: int | None = None  # members that were there before
+        self.first: int | None = None  # number of members before this process added any
         self.printed = -1  # realizations in the line that was printed last
 
     def update(self, run: Run) -> None:
-        """Show where the run stands, and the time left once the end is known."""
+        """Show the state of the run, and the time left once that is known."""
         count, members = run.realizations, len(run.members)
         if self.first is None:
             self.first = members - 1

@@ -1,8 +1,8 @@
-"""A run on one page: the scene, what is refused before any work, its plan, the folder, the members, and the end.
+"""`run`: an ensemble computed into a folder, from the checks before any work to the last member.
 
-A member is named by (level, index) and has one random stream, SeedSequence(seed, spawn_key=(stream, index)); all levels
-of a run share the stream of the finest, so they see the same modes. Who computes a member, and when, changes no bit, so
-any number of processes may work on one run.
+A member is one realization at one level, named by (level, index). Its random stream is SeedSequence(seed,
+spawn_key=(stream, index)); all levels of a run share the stream of the finest, so they see the same modes. A member has
+the same bits whoever computes it and whenever, so any number of processes may work on one run.
 """
 
 import errno
@@ -110,17 +110,17 @@ def aimed(
     until: Mapping[str, float | str] | None = None,
     max_realizations: int | None = None,
 ) -> Scene:
-    """Return a scene with another seed, targets and end, checked as in a scene file; what is None stays."""
+    """Return a scene with other seed, targets and number of realizations, checked as in a file; None keeps its own."""
     changes: dict[str, Any] = {"seed": seed, "until": until, "max_realizations": max_realizations}
     changes = {key: value for key, value in changes.items() if value is not None}
     return replace(scene, ensemble=replace(scene.ensemble, **changes))
 
 
 def begin(scene: Scene, folder: Path, numerics: Numerics | None = None) -> Numerics:
-    """Make a folder that holds this very scene, or see that it does, and return the numerics that count there.
+    """Begin a run in a folder, or check that the run there is of the same scene; return the numerics of the run.
 
-    Without `numerics` those of the run in the folder count, else those of `plan`. RecordError, before anything is
-    planned, if the folder holds other files or another scene, naming the first key that differs.
+    Without `numerics` a run that was begun keeps its own, and a new one has those of `plan`. RecordError, before
+    anything is planned, if the folder holds other files or another scene, naming the first key that differs.
     """
     try:
         os.path.abspath(folder)
@@ -140,7 +140,7 @@ def begin(scene: Scene, folder: Path, numerics: Numerics | None = None) -> Numer
             # another process was quicker: its numerics count, since plans made at different times may differ
             pass
     stored = read_description(folder)
-    if numerics is None:  # as the run began: planned again, for a longer run, they could be others
+    if numerics is None:  # a plan made now, for a longer run, might differ from the one that the run began with
         try:
             reasons, keep = tuple(Reason(*words) for words in stored["reasons"]), scene.numerics.keep_fields
             numerics = replace(Numerics.from_dict(stored["numerics"]), reasons=reasons)
@@ -155,14 +155,14 @@ def begin(scene: Scene, folder: Path, numerics: Numerics | None = None) -> Numer
                 f"{folder} holds another scene: {key} is {old} there and {new} here; name another folder, or give the "
                 "scene as it was"
             )
-    # what differs from process to process stays as the first one wrote it
+    # versions and reasons may differ from process to process: those of the first one stay
     description |= {key: stored[key] for key in ("versions", "reasons") if key in stored}
     describe(folder, description, scene)
     return numerics
 
 
 def description_of(scene: Scene, numerics: Numerics) -> dict[str, Any]:
-    """Return what run.json says: all that the run is, as JSON values."""
+    """Return the content of run.json, without its checksums, as JSON values."""
     return {
         "format_version": FORMAT,
         "scene": scene.identity(),

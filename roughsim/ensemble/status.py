@@ -1,4 +1,4 @@
-"""Where a run stands, said once for all outputs: realizations, targets, who computes it, time left, what is lost."""
+"""The state of a run in words and as JSON: realizations, targets, processes at work, time left, and lost members."""
 
 from math import isfinite
 from typing import Any
@@ -14,7 +14,7 @@ RECENT = 20  # members over which the pace is measured
 
 
 def status_dict(run: Run) -> dict[str, Any]:
-    """Return where a run stands as JSON values: counts, targets, means at all speeds, seconds left."""
+    """Return the state of a run as JSON values: counts, targets, means at all speeds, seconds left."""
     result: dict[str, Any] = {
         "folder": str(run.folder),
         "writer": writer(run.folder),
@@ -31,19 +31,19 @@ def status_dict(run: Run) -> dict[str, Any]:
         "estimates": {},
     }
     parts = ("mean", "half_width", "total_error", "unknown", "bias")
-    for name in observables_told(run):
+    for name in reported_observables(run):
         estimate = run.estimate(name)
         result["estimates"][name] = {part: json_value(getattr(estimate, part)) for part in parts}
     return result
 
 
 def status_lines(run: Run) -> list[str]:
-    """Return where a run stands, for people."""
+    """Return the state of a run as lines for people."""
     lines = [f"{run.folder}: {run.scene.title or 'untitled'}", state_line(run), *losses(run)]
-    return lines + [line for name in observables_told(run) for line in run.estimate(name).explain().splitlines()]
+    return lines + [line for name in reported_observables(run) for line in run.estimate(name).explain().splitlines()]
 
 
-def observables_told(run: Run) -> list[str]:
+def reported_observables(run: Run) -> list[str]:
     """Return the observables of the targets and the flash temperature; none before the first sound realization."""
     return list(dict.fromkeys((*run.until, "flash_temperature"))) if run.sound(run.realizations) else []
 
@@ -55,7 +55,7 @@ def losses(run: Run) -> list[str]:
 
 
 def state_line(run: Run) -> str:
-    """Return in one line how many realizations there are, how near the targets are, and whether more are coming."""
+    """Return in one line the number of realizations, the errors beside their targets, and whether more are coming."""
     if run.target_met or run.realizations >= run.max_realizations:
         return f"{run.realizations} realizations{reached(run)}; finished: {ended(run)}"
     process, left = writer(run.folder), seconds_left(run)
@@ -65,7 +65,7 @@ def state_line(run: Run) -> str:
 
 
 def ended(run: Run) -> str:
-    """Return why a run has ended; a target is one of the statistical error, and what else is unknown is named."""
+    """Return why a run has ended, and which parts of the error of its targets are unknown."""
     why = "the target of the statistical error is met" if run.target_met else "all realizations are there"
     sound = run.sound(run.realizations)
     unknown = dict.fromkeys(part for name in run.until if sound for part in run.estimate(name).unknown)
@@ -85,7 +85,7 @@ def realizations_needed(run: Run) -> int:
     if not run.until:
         return run.max_realizations
     worst = max((width / run.until[name] for name, width in statistical_errors(run).items()), default=0.0)
-    # a level that only every k-th realization has needs some of them too
+    # a level that is solved for every k-th realization needs a few solves too
     seldom = max(level.every for level in run.numerics.levels)
     by_scatter = round(len(run.sound(run.realizations)) * worst**2)
     return min(max(LEAST, (LEAST_FINE - 1) * seldom + 1, by_scatter, run.realizations), run.max_realizations)
@@ -117,7 +117,7 @@ def seconds_left(run: Run) -> float | None:
 
 
 def reached(run: Run) -> str:
-    """Return how near the targets are, in words that follow a count; empty while that is unknown."""
+    """Return the statistical errors beside their targets, in words that follow a count; empty while unknown."""
     words = (
         f"{name} statistical error {100 * width:.2g} % (target {100 * run.until[name]:g} %)"
         for name, width in statistical_errors(run).items()

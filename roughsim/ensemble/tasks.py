@@ -1,4 +1,4 @@
-"""The members that are still to do, handed out one after the other until the targets are met; damaged ones again."""
+"""`Tasks`: hands out the members that are still to be computed until the targets are met; damaged ones again."""
 
 import re
 import time
@@ -19,7 +19,7 @@ from roughsim.store.disk import DamagedError, is_temporary, set_aside
 from roughsim.store.member_files import MEMBER_NAME, check_member, member_name, member_path
 
 Task = tuple[int, int]  # level and index
-RETRIES = 3  # how often a pool whose worker died is started anew without a new member in between
+RETRIES = 3  # times that a pool with a dead worker is started again without a new member in between
 PAUSE = 0.5  # s between two looks at what other processes have done
 LATE = 10.0  # s that a network file system may take to show what a worker has written
 LEAST_WAIT, LONGEST_WAITS = 600.0, 10.0  # s, and multiple of the longest time of a member, after which it is done again
@@ -30,8 +30,8 @@ _NO_GUARD = (
     "put the call of run below that line, or compute with workers=1"
 )
 _GONE = (
-    "its scheduler or its workers are gone; what was computed is stored; start them anew, and the same call goes on "
-    "from there"
+    "its scheduler or its workers have ended; all finished members are stored; start the workers again, and the same "
+    "call goes on from there"
 )
 
 
@@ -44,7 +44,7 @@ class Tasks:
     folder: Path
     run: Run
     claims: Claims
-    check: Callable[[], None]  # raises an interrupt that was lost
+    check: Callable[[], None]  # raises an interrupt that Python has dropped
     observer: Callable[[Run], None] | None = None
     longest: float = 0.0  # s from handing a member out until it came back
 
@@ -108,7 +108,7 @@ class Tasks:
             self.claims.release_all()
 
     def _next(self) -> Task | None:
-        """Claim the first member, index by index and the largest grid first, that is not there and nobody computes."""
+        """Claim the first member that is not stored and not being computed: by index, then the largest grid first."""
         for index in range(self.run.realizations, self.run.max_realizations):
             levels = sorted(self.numerics.of_index(index), key=lambda level: -self.numerics.grid(level).points)
             for task in ((level, index) for level in levels):
@@ -123,7 +123,7 @@ class Tasks:
         return member_path(self.folder, *task).exists()
 
     def _job(self, level: int) -> Job:
-        """Return what a worker gets of the scene: from here on there are numbers only."""
+        """Return the job of a level for a worker: numbers and JSON values only, no scene."""
         return Job(
             level,
             level_problem(self.scene, self.numerics, level),
@@ -143,7 +143,7 @@ class Tasks:
             raise RuntimeError(f"the executor takes no more members ({reason}): {_GONE}") from error
 
     def _do_overdue(self, pending: dict[Future[str], tuple[Task, float]], force: Workforce) -> None:
-        """Compute here what has not come back for long."""
+        """Compute in this process the members that a worker has not returned for too long."""
         for future, (task, since) in list(pending.items()):
             if (waited := time.monotonic() - since) <= self.limit:
                 continue
@@ -160,7 +160,7 @@ class Tasks:
 
     @property
     def limit(self) -> float:
-        """How long a member is waited for, s."""
+        """The longest time to wait for a member, s."""
         return max(LEAST_WAIT, LONGEST_WAITS * self.longest)
 
     def _count(self, task: Task, host: str) -> None:
@@ -173,15 +173,15 @@ class Tasks:
                     f"a worker on {host} wrote {path}, but this process does not see it: the file system is not "
                     f"shared; name a run folder that all workers see"
                 )
-            list(path.parent.iterdir())  # network file systems look again
+            list(path.parent.iterdir())  # makes a network file system look again
             time.sleep(0.1)
         self._refresh(task)
         self.claims.release(member_name(*task))
 
     def _refresh(self, *tasks: Task) -> None:
-        """Read the members that have come, these also beyond a gap, and tell the observer of them.
+        """Read the members that have appeared, those of `tasks` also beyond a gap, and call the observer if any have.
 
-        A member that the disk has damaged since is moved aside, to be computed again.
+        A member that was damaged on disk meanwhile is moved aside, to be computed again.
         """
         before = len(self.run.members)
         try:
@@ -229,5 +229,5 @@ def clear(folder: Path, claims: Claims) -> None:
 
 
 def member_files(folder: Path) -> list[Path]:
-    """Return the members of a run folder, whole or begun; what else lies there is somebody's own."""
+    """Return the files of members in a run folder, whole or half written; other files are left alone."""
     return sorted(path for path in (folder / "realizations").iterdir() if _MEMBER.fullmatch(path.name))

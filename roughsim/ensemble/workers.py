@@ -1,4 +1,4 @@
-"""The processes of a run, what each does (compute one member and store its file), and the signals that end it."""
+"""The processes of a run: computing one member and storing its file, pools of workers, and signals that end a run."""
 
 import multiprocessing
 import os
@@ -26,12 +26,12 @@ from roughsim.pipeline import Problem, solve_problem, versions
 from roughsim.store.member_files import Member, write_member
 
 WORKER = "roughsim worker"  # name of the processes that are started here
-UNGUARDED = 113  # exit code of a worker that came to `run` while it imported the script of its parent
+UNGUARDED = 113  # exit code of a worker that met the call of `run` while it imported the script of its parent
 
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """The members of one level, as a worker gets them: some kilobytes once pickled."""
+    """What a worker needs to compute the members of one level: some kilobytes once pickled."""
 
     level: int
     problem: Problem  # its index is replaced by that of the member
@@ -57,7 +57,7 @@ def store_member(job: Job, index: int) -> str:
     fourier.set_threads(problem.threads)
     try:
         with warnings.catch_warnings():
-            # the plan says what a cell leaves out of the spectrum; each member need not repeat it
+            # the plan says how much of the spectrum the cell leaves out; the members need not repeat it
             warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
             solution = solve_problem(problem)
     except ConvergenceError as error:
@@ -101,7 +101,7 @@ class ThisProcess(Executor):
 
 
 class RememberingContext(SpawnContext):
-    """Starts processes by spawning, since fork after threaded transforms hangs, and remembers them."""
+    """Starts processes by spawning, since a fork after threaded transforms hangs, and keeps a list of them."""
 
     def __init__(self) -> None:
         self.born: list[SpawnProcess] = []
@@ -114,15 +114,15 @@ class RememberingContext(SpawnContext):
 
 
 class Workforce:
-    """Where the members of a run are computed: this process, processes of its own, or an executor of the caller.
+    """What computes the members of a run: this process, a pool of worker processes, or an executor of the caller.
 
-    At the end all processes made here are gone. After an error or an interrupt they are ended at once: what they were
-    at is not stored yet, so nothing is lost. An executor of the caller is left to the caller.
+    At the end all processes made here have ended. After an error or an interrupt they are killed at once: a member
+    that is not stored yet is computed again. An executor of the caller is left to the caller.
     """
 
     def __init__(self, workers: int, executor: Executor | None):
         self.executor = executor
-        self.stuck = False  # whether a worker is not to be waited for at the end
+        self.stuck = False  # whether some worker will not come back: do not wait for it at the end
         self.workers = workers
         self.context = RememberingContext()
         self._made: list[Executor] = []
@@ -136,7 +136,7 @@ class Workforce:
         return 1 if self.executor is None and self.workers == 1 else 2 * self.workers
 
     def pool(self) -> Executor:
-        """Return what members are handed to, made anew if processes of its own have died."""
+        """Return the executor that takes members; a new pool at each call, since one with a dead process is broken."""
         if self.executor is not None:
             return self.executor
         if self.workers == 1:
@@ -147,7 +147,7 @@ class Workforce:
 
     @property
     def unguarded(self) -> bool:
-        """Whether a worker ended because it came upon this very run in the script that it imports."""
+        """Whether a worker ended because the script that it imports calls `run` without a guard."""
         return any(child.exitcode == UNGUARDED for child in self.context.born)
 
     def __exit__(
@@ -166,7 +166,7 @@ def refuse_script_without_file() -> None:
     path = getattr(script, "__file__", None)
     if getattr(script, "__spec__", None) is None and path is not None and not os.path.exists(path):
         raise ValueError(
-            f"workers = 2 or more import the script again, and {path} is no file to them; save the script in a file, "
+            f"workers = 2 or more processes import the script again, but {path} is no file; save the script in a file, "
             f"or compute with workers=1"
         )
 
@@ -194,7 +194,7 @@ def begin_worker(parent: int) -> None:
 
 @contextmanager
 def stopped_by_signals() -> Iterator[Callable[[], None]]:
-    """Let SIGTERM end a run as an interrupt does, and yield what raises an interrupt that was lost.
+    """Let SIGTERM end a run as Ctrl-C does, and yield a function that raises an interrupt which Python has dropped.
 
     Python drops an exception that comes up inside a finalizer, of an HDF5 object for instance: the run would go on.
     Only the main thread of a process can arrange signals; a handler of the program's own is left alone.

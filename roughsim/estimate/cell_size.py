@@ -1,8 +1,8 @@
-"""The periodic cell: how long its sides are, and what its finite size changes.
+"""The periodic cell: the length of its sides, and the error of its finite size.
 
-A run cannot show what its own cell leaves out. It was measured once, by doubling cells at equal pixel and cut-off
-(`experiments/cell_size.py`). The theory's sum over the modes of a cell does not show it either: it is within 0.6 % of
-its integral at four longest waves.
+A run cannot show the error of its own cell. It was measured once, by doubling cells at equal pixel and cut-off
+(`experiments/cell_size.py`). The theory cannot show it either: summed over the modes of a cell with four longest waves
+per side it is within 0.6 % of its integral.
 """
 
 from math import nan, pi, sqrt
@@ -12,12 +12,12 @@ from roughsim.scene import Scene
 # relative error at 4 longest waves per side, or 8 of the roll-off where C(q) is flat below it
 SIZE_ERROR = 0.004
 ENOUGH_WAVES, ENOUGH_ROLL_OFF_WAVES, MOST_WAVES = 4.0, 8.0, 8.0
-# where few spots carry the load: times (longest waves per side)² σ₀/σ_P; measured at σ₀/σ_P = .0008, .0025, .008
+# relative error × (longest waves per side)² σ₀/σ_P where few spots carry the load; measured at σ₀/σ_P = .0008 … .008
 FEW_SPOTS = {"smoothed": 0.0016, "capped": 0.0002}
 
 
 def choose_lengths(scene: Scene) -> tuple[tuple[float, float], str]:
-    """Return the sides of the cell, m, that the scene gives or that are long enough, and why."""
+    """Return the sides of the cell, m, and the reason: those that the scene gives, or the shortest that suffice."""
     if scene.numerics.lengths is not None:
         return scene.numerics.lengths, "given in the scene"
     longest = 2 * pi / scene.spectrum.breaks[0]
@@ -40,7 +40,7 @@ def choose_lengths(scene: Scene) -> tuple[tuple[float, float], str]:
 def size_error(
     scene: Scene, lengths: tuple[float, float], observable: str = "flash_temperature", column: str = ""
 ) -> float:
-    """Return the relative error of the cell's size: as measured, 1/L² in cells shorter than needed, 1/L in longer ones.
+    """Return the relative error of the cell's size, which falls as 1/L² up to the length that suffices, then as 1/L.
 
     `lengths` are the sides, m, of which the shorter one counts; `column` left out is the capped or the elastic one.
     Under light load the error is at least what few spots of contact change: each cell bears the same load, and means

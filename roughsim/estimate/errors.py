@@ -1,4 +1,4 @@
-"""Means with all their errors (statistical, bandwidth, pixel, finite size, solver), and when a run may stop."""
+"""Means with all parts of their errors (statistical, bandwidth, pixel, finite size, solver), and the rule to stop."""
 
 from dataclasses import dataclass
 from math import inf
@@ -30,10 +30,10 @@ SOURCES = {
 class Uncertain:
     """A mean, or a ratio of two, with its errors; arrays over speed, or of one entry."""
 
-    mean: Array  # in the limit of q_c and the pixel where that exists and the levels tell
+    mean: Array  # extrapolated in q_c and the pixel where a limit exists and the levels show it
     standard_error: Array  # of the mean, statistical
-    # the parts of the 95 % error by source, keys of `SOURCES`; NaN where they are unknown. "scan" is a part only where
-    # C(q) was measured on one map, and is NaN: it is not known how to estimate it
+    # the parts of the 95 % error by source, keys of `SOURCES`; NaN where they are unknown. "scan" is there only if C(q)
+    # was measured on one map, and is always NaN: no one knows yet how to estimate it
     budget: dict[str, Array]
 
     @property
@@ -56,8 +56,8 @@ class Estimate(Uncertain):
     unit: str  # SI
     bias: Array  # value at the finest level minus `mean`; zero where nothing is extrapolated
     n: int  # realizations
-    effective_n: Array  # what the statistical error is worth: less than `n` where fine levels were solved for few
-    notes: tuple[str, ...] = ()  # what `explain` says beyond the numbers
+    effective_n: Array  # realizations with all levels that would give the same statistical error: at most `n`
+    notes: tuple[str, ...] = ()  # sentences on extrapolation and missing levels, for `explain`
 
     @property
     def half_width(self) -> Array:
@@ -85,7 +85,7 @@ class Estimate(Uncertain):
                 f"{self.effective_n[k]:.3g} with all levels; value at the finest level {self.bias[k] * factor:+.2g}"
             )
         sources = [f"{name}: {SOURCES[name]}" for name in self.budget if name not in self.unknown]
-        missing = [f"{name}: unknown: no levels show it; not in these figures" for name in self.unknown]
+        missing = [f"{name}: unknown: no level of the run shows it; not in these figures" for name in self.unknown]
         return "\n".join([f"{self.observable}:", *lines, *self.notes, *sources, *missing])
 
 
@@ -171,9 +171,9 @@ def spread(values: Array, base: Array | None = None, group: NDArray[np.intp] | N
     """Return the standard error of the mean over axis 0 of influence values (n, speeds), and its degrees of freedom.
 
     `base` and `group` as in `Values`; left out, all rows have the same levels. The coarsest level scatters alike in all
-    rows. What finer levels add scatters about its mean over the rows that have them; these also show how far it goes
-    with the coarsest level. Where only one row has them, the error is infinite. Degrees of freedom after Satterthwaite.
-    Scatter below rounding counts as none: realizations that agree to all digits have no error.
+    rows. The corrections by finer levels scatter about their mean over the rows that have them, and these rows show how
+    they correlate with the coarsest level. Where only one row has them, the error is infinite. Degrees of freedom after
+    Satterthwaite. Scatter below rounding counts as none: realizations that agree to all digits have no error.
     """
     n, shape = len(values), values.shape[1:]
     if n < 2:
@@ -182,7 +182,7 @@ def spread(values: Array, base: Array | None = None, group: NDArray[np.intp] | N
         base, group = values, np.zeros(n, dtype=np.intp)
     with np.errstate(invalid="ignore"):  # an undefined observable has an undefined error
         common, added = base.std(axis=0, ddof=1), values - base
-        # variance of the mean: what goes with the coarsest level, and the rest; `doubt` is the variance of the two
+        # variance of the mean: the part along the coarsest level, and the rest; `doubt` is the variance of the two
         shared, rest, doubt = common**2 / n, np.zeros(shape), np.zeros(shape)
         for pattern in np.unique(group[group > 0]):
             rows = group == pattern

@@ -1,11 +1,11 @@
-"""Heat of sliding: from the heat flux through the contact to the temperature of the bodies.
+"""Heat of sliding: from the heat flux through the contact to temperature fields of the bodies.
 
-`periodic` repeats the cell for ever; `half_space` has one source and nothing around it, and `partition` shares its heat
-between two bodies. `influence` is the temperature around one heated pixel, `statistics` reads the fields. Each body
-occupies z > 0 below the plane of the grid, and the source moves through it. The numbers of a run come from
-`observables`, which averages over all directions in closed form; this room makes fields.
+`periodic` is for the periodic cell. `half_space` is for one source with nothing around it; `influence` is the
+temperature around one heated pixel there, and `partition` shares the heat between two bodies. `statistics` evaluates
+temperature fields. Each body occupies z > 0 below the plane of the grid, and the source moves through it. The means
+that a run reports come from `observables`, which averages over all directions in closed form.
 
-A module is imported when one of its names is first asked for: a member of a run needs `periodic` alone.
+A module is imported when one of its names is first used: a member of a run needs `periodic` alone.
 """
 
 from importlib import import_module

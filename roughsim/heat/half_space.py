@@ -1,4 +1,4 @@
-"""Temperatures on the free half-space: one source of heat, and nothing around it.
+"""Temperatures on the free half-space: one source of heat, without periodic images.
 
 The flux is constant over each pixel. `half_space_temperature` gives the field at the centres of the pixels: a
 convolution of the flux with the `influence` of one pixel, padded with zeros so that nothing wraps around. A source with
@@ -23,7 +23,7 @@ from roughsim.grid import Field, Grid
 from roughsim.heat.influence import Axis, one_sided_influence, temperature_at
 from roughsim.heat.periodic import checked_duration, checked_flux, checked_times, fields_over_time, unit_vector
 
-Place = tuple[float, float]  # in pixels from the centre of the first
+Place = tuple[float, float]  # along x and y, in pixels from the centre of the first pixel
 _SLOW = 0.25  # Péclet number of a pixel, below which the temperature is smooth over it
 
 
@@ -121,7 +121,11 @@ def source_temperature(
     scale = grid.spacing[0] / positive("conductivity", conductivity, "W/(m K)")
     duration, below = checked_duration(time), not_negative("depth", depth, "m") / grid.spacing[0]
     if not flux.any():
-        warnings.warn("heat_flux = 0 W/m² everywhere: no source has no temperature", RuntimeWarning, stacklevel=2)
+        warnings.warn(
+            "heat_flux = 0 W/m² everywhere: there is no source, and its temperature is NaN",
+            RuntimeWarning,
+            stacklevel=2,
+        )
         return SourceTemperature(math.nan, math.nan, math.nan, (math.nan, math.nan))
     pair, end = axes(grid, drift, direction), math.sqrt(diffusivity * duration) / grid.spacing[0]
     # from one forward transform: the means over the pixels, then the temperatures at four points of each pixel. A pixel

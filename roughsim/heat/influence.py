@@ -6,7 +6,7 @@ is a product of one factor along x and one along y, and with u = √(Dτ) the te
     κT = (2/√π) ∫₀^√(Dt) e^(−z²/4u²) E(x, a) E(y, b) du,
     E(x, a) = ½ erf((x + p u² + a/2)/2u) − ½ erf((x + p u² − a/2)/2u),   p = v/D along that axis
 
-(Carslaw & Jaeger, 10.2 and 10.7). It is wanted at the centres of the pixels, at points shifted from there, or as the
+(Carslaw & Jaeger, 10.2 and 10.7). It is taken at the centres of the pixels, at points shifted from there, or as the
 mean over each pixel: then E is [J(x + a) − 2J(x) + J(x − a)]/2a with J(x) the integral of erf((x + p u²)/2u). All
 offsets share the nodes in u, so each panel of nodes is one matrix product, over those offsets alone that the heat has
 reached by then and not yet left.
@@ -33,7 +33,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 class Axis:
     """One axis of the grid: `count` pixels of side `size`, drift = v/D along it; lengths in any one unit.
 
-    The temperature is wanted `shift` pixels from the centres, |shift| ≤ ½, or `averaged` over each pixel.
+    The temperature is taken `shift` pixels from the centres, |shift| ≤ ½, or `averaged` over each pixel.
     """
 
     count: int
@@ -129,7 +129,7 @@ def temperature_at(pixel: tuple[int, int], flux: Array, x: Axis, y: Axis, *, dep
 def _shares(
     x: Axis, y: Axis, depth: float, end: float, rows: tuple[int, int], columns: tuple[int, int]
 ) -> Iterator[tuple[int, int, Array, Array]]:
-    """Yield, panel by panel, the first offsets among `rows` and `columns` that heat reaches, and its shares from there.
+    """Yield for each panel the first offsets in `rows` and `columns` that heat reaches, and the shares from there on.
 
     Shares along x, with the weights of the nodes, and along y, each of shape (offsets, nodes).
     """
@@ -142,7 +142,7 @@ def _shares(
 
 
 def _rules(x: Axis, y: Axis, depth: float, end: float) -> Iterator[tuple[Array, Array, tuple[float, float]]]:
-    """Yield nodes in u, weights, and the interval that they stand for."""
+    """Yield nodes in u, weights, and the interval of u that they integrate over."""
 
     def faded(weights: Array, nodes: Array) -> Array:
         return weights * (2 / math.sqrt(math.pi) * np.exp(-((depth / (2 * nodes)) ** 2)))
@@ -173,7 +173,7 @@ def _panels(x: Axis, y: Axis, depth: float, end: float) -> Iterator[tuple[float,
 
 
 def _oldest_heat(x: Axis, y: Axis, depth: float, end: float) -> float:
-    """The heat older than `_FAR` boxes: e^(−p·x/2) times this a b/4π · (2/√π) ∫ e^(−p²u²/4)/u² du."""
+    """κT by heat older than `_FAR` boxes, without its factor e^(−p·x/2): ab/4π · (2/√π) ∫ e^(−p²u²/4)/u² du."""
     start, p = _FAR * max(x.extent, y.extent, depth), math.hypot(x.drift, y.drift)
     if p == 0.0 or min(end, x.end, y.end) <= start:
         return 0.0

@@ -22,7 +22,7 @@ from roughsim.heat.half_space import axes, influence_response, padded_shape
 from roughsim.heat.periodic import checked_duration, checked_flux
 
 _TOLERANCE = 1e-8
-_RESTART = 40  # applications of the operator; 8 to 14 are usual
+_RESTART = 40  # applications of the operator in a round of GMRES; 8 to 14 are usual
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,10 +80,12 @@ def partition_heat(
     """
     flux, duration = checked_flux(heat_flux, grid.shape), checked_duration(time)
     if not flux.any():
-        warnings.warn("heat_flux = 0 W/m² everywhere: no contact, and nothing to share", RuntimeWarning, stacklevel=2)
+        warnings.warn(
+            "heat_flux = 0 W/m² everywhere: there is no contact, and the share is NaN", RuntimeWarning, stacklevel=2
+        )
         nothing, nan = np.full(grid.shape, math.nan), math.nan
         return Partition(nan, nothing, nothing.copy(), nan, nan, nan, nan, nan, 0)
-    # in units of the largest flux: the temperatures that each body would have with all the heat; the first one rests
+    # in units of the largest flux: the temperatures that each body would have with all the heat, the resting one first
     unit, contact = flux.max(), flux > 0.0
     flux = flux / unit
     spectra = [body_spectrum(body, grid, duration) for body in (resting, moving)]
@@ -166,11 +168,11 @@ def close_the_jump(
 
 
 def nearly_inverse(contact: NDArray[np.bool_], grid: Grid, spectrum: Field, slower: float) -> Callable[[Field], Field]:
-    """Return nearly the inverse of a convolution that is cut to the contact: it preconditions the iteration.
+    """Return an approximate inverse of a convolution restricted to the contact: the preconditioner of GMRES.
 
-    That inverse is the one of the whole plane between an extension off the contact and its transpose. The pyramid of
-    the contact solve stands in for the extension that would make it exact; zeros in its place cost twice the steps.
-    `slower` is v L/D of the slower body.
+    The exact one is the inverse on the whole plane between an extension off the contact and its transpose. The pyramid
+    of the contact solver approximates that extension; without any extension GMRES takes twice the steps. `slower` is
+    v L/D of the slower body.
     """
     from roughsim.contact.solver.operators import Extension
 

@@ -30,7 +30,7 @@ from roughsim.fourier import convolution
 from roughsim.grid import Array, Field, Grid
 
 ROWS = 32  # rows of the half spectrum in one block: the work arrays stay in the cache
-FORGOTTEN = 40.0  # e^-40 = 4e-18: beyond D q² t = 40 a mode has forgotten its start
+FORGOTTEN = 40.0  # D q² t from which on a mode is steady: e^-40 = 4e-18 of the start is left
 _SERIES = 0.1  # below |λ|√(Dt) = 0.1 the two terms of the buried transient cancel; a series replaces them
 
 
@@ -133,7 +133,7 @@ def uniform_temperature(
 
 @lru_cache(maxsize=2)  # as large as the field: the latest two
 def turned_response(grid: Grid, drift: tuple[float, float], depth: float, precision: str, spread: float) -> Field:
-    """κT/q̇ of all modes as `convolution.convolve` takes it, shape (n_y//2 + 1, n_x)."""
+    """κT/q̇ of all modes, transposed as `convolution.convolve` takes it, shape (n_y//2 + 1, n_x)."""
     turned: Field = np.empty(grid.half_shape[::-1], np.result_type(precision, np.complex64))
     for rows, response in responses(grid, drift, depth, spread):
         turned[:, rows] = response.T / grid.points
@@ -145,7 +145,9 @@ def _durations(speed: float, chord: float, slid_distance: float | None, time: Ar
     """Times since the start from rest, s, of the shape that the caller asked for."""
     if time is not None:
         if slid_distance is not None:
-            raise ValueError(f"slid_distance = {slid_distance} m and time are both given; give one of them")
+            raise ValueError(
+                f"slid_distance = {slid_distance} m and time = {time!r} s are both given; give one of them"
+            )
         return checked_times(time)
     distance = chord / 2 if slid_distance is None else slid_distance
     if not (isinstance(distance, (float, np.floating)) and distance == math.inf):
@@ -159,9 +161,9 @@ def _durations(speed: float, chord: float, slid_distance: float | None, time: Ar
 def hot_track_excess(
     flux: Field, field: Field, grid: Grid, drift: tuple[float, float], depth: float, spread: float
 ) -> float:
-    """By how much Σ T q̇ of the steady `field` (κT) exceeds that of a start from rest, of which D t is given.
+    """Relative excess of Σ T q̇ of the steady `field` (κT) over that a time t after the start; `spread` is D t, m².
 
-    Only the modes that remember their start differ, few at high speed: their rows and columns alone are summed.
+    Only modes that are not steady yet differ. They are few at high speed: their rows and columns alone are summed.
     """
     source, total, excess = fourier.forward(flux), float(np.mean(flux * field, dtype=np.float64)), 0.0
     qx, qy = grid.wavevectors
@@ -245,7 +247,7 @@ def response_of_modes(square: Field, advection: Field, depth: float, spread: flo
     surface: NDArray[np.complex128] = np.empty(real.shape, np.complex128)
     surface.real, surface.imag = real / modulus, advection / (2 * real * modulus)  # 1/λ
     response = surface if depth == 0.0 else surface * np.exp(-depth * modulus * surface.conj())
-    young = square * spread < FORGOTTEN  # these remember their start
+    young = square * spread < FORGOTTEN  # not steady yet
     if young.any():
         scaled = math.sqrt(spread) / surface[young]
         if depth > 0.0:

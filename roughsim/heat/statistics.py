@@ -1,7 +1,7 @@
-"""What a temperature field says about its contact: how hot, over how much of it, in how many spots.
+"""Statistics of a temperature field over the contact: means, distribution, hot spots, profiles, effective properties.
 
-Weights are the heat set free (the pressure, when μ and v are one for all), as in T_flash = Σ T q̇/Σ q̇. An empty contact
-gives NaN with a warning.
+Weights are the heat set free, as in T_flash = Σ T q̇/Σ q̇; where μ and v are the same everywhere the pressure will do. An
+empty contact gives NaN with a warning.
 """
 
 import math
@@ -50,7 +50,7 @@ def contact_temperature(temperature: ArrayLike, heat_flux: ArrayLike) -> Contact
 def share_above(
     temperature: ArrayLike, heat_flux: ArrayLike, threshold: float, *, background_temperature: float = 0.0
 ) -> float:
-    """Return the share of the contact area where T₀ + T exceeds a threshold, K: melting, a change of phase.
+    """Return the share of the contact area where T₀ + T exceeds a threshold, K, such as a melting temperature.
 
     The fields are those of `contact_temperature`; T₀ is the background temperature, K.
     """
@@ -102,10 +102,10 @@ def effective_conductivity(
     *,
     background_temperature: float = 0.0,
 ) -> float:
-    """Return the constant κ that stands for a κ(T): its value at T₀ + 0.75 T_flash, by fixed point.
+    """Return the constant κ that replaces a κ(T): its value at T₀ + 0.75 T_flash, by fixed point.
 
-    It is meant for a κ(T) that varies smoothly; a hardness σ_P(T) or a step in μ(T) acts back on the contact, and no
-    effective constant stands for that.
+    It is meant for a κ(T) that varies smoothly. A hardness σ_P(T) or a step in μ(T) changes the contact itself, and no
+    effective constant can replace it.
 
     `conductivity` is κ(T), W/(m K), on the scale of T₀ + T, K; `flash_temperature` gives T_flash, K above the
     background T₀, for a constant κ. ValueError where κ or T_flash is not finite, or κ ≤ 0; ConvergenceError as
@@ -137,7 +137,8 @@ def effective_temperature(flash_temperature: Callable[[float], float], *, backgr
         value, last = value + weight * change, change
     residual = abs(change / target)
     raise ConvergenceError(
-        f"temperature: changes by {residual:.3g} after {_STEPS} steps; it has no fixed point at T₀ + 0.75 T_flash",
+        f"temperature = {value:.6g} K still changes by {100 * residual:.3g} % after {_STEPS} steps: there is no fixed "
+        "point at T₀ + 0.75 T_flash; check that the property varies smoothly",
         residual,
         _STEPS,
     )
@@ -149,5 +150,9 @@ def _contact_pixels(temperature: ArrayLike, heat_flux: ArrayLike) -> tuple[Array
     flux = checked_flux(heat_flux, (field.shape[0], field.shape[1]))
     contact = flux > 0.0
     if not contact.any():
-        warnings.warn("heat_flux = 0 W/m² everywhere: no contact has no temperature", RuntimeWarning, stacklevel=3)
+        warnings.warn(
+            "heat_flux = 0 W/m² everywhere: there is no contact, and its temperature is NaN",
+            RuntimeWarning,
+            stacklevel=3,
+        )
     return field[contact].astype(np.float64), flux[contact]

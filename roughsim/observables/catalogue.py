@@ -1,7 +1,8 @@
 """All observables of a run in one table: a new one is a new row here, in the order of all tables and files.
 
-Flash temperature and its kin: Eqs. (3)–(9), (25), (26); correlation of the pressure: Eqs. (1), (2). A package outside
-adds a tuple of records by an entry point of the group "roughsim.observables": NAME = "package.module:tuple".
+Flash temperature, its gradient and Laplacian, width and slope length: Eqs. (3)–(9), (25), (26). Correlation of the
+pressure: Eqs. (1), (2). Another package adds a tuple of records by an entry point of the group "roughsim.observables":
+NAME = "package.module:tuple".
 """
 
 from collections import Counter
@@ -29,7 +30,7 @@ def radius(sample: Sample, fraction: float) -> Array:
 
     A change δg of one realization moves the crossing by −δg/g′.
     """
-    from scipy.special import j0, j1  # here: who only asks for names need not wait for it
+    from scipy.special import j0, j1  # slow to import: reading the names alone must not wait for it
 
     from roughsim.observables.stress_spectrum import StressSpectrum
 
@@ -150,7 +151,7 @@ TABLE: tuple[Observable, ...] = (
     *(record for entry in extensions("observables").values() for record in entry.load()),
 )
 OBSERVABLES = {record.name: record for record in TABLE if not record.only_stored}
-NUMBERS = {record.name: record for record in TABLE if record.stored}  # what the file of each member stores
+NUMBERS = {record.name: record for record in TABLE if record.stored}  # stored in the file of each member
 UNITS = {name: record.unit for name, record in OBSERVABLES.items()}
 for name, count in Counter(record.name for record in TABLE).items():
     if count > 1:

@@ -1,4 +1,4 @@
-"""What is measured of a solved contact: stress-weighted moments of the temperature, and the stress correlation.
+"""Measuring a solved contact: stress-weighted moments of the temperature, and the stress correlation.
 
 All moments come from one forward transform of the pressure. With w(q) = |σ(q)|², summed over the modes without q = 0,
 
@@ -105,8 +105,8 @@ class Moments:
     flash_width: Array  # D_flash = √(−T/∇²T), m; at rest its limit. Eq. (25)
     slope_length: Array  # d_flash = −T/T′, m; inf at rest. Eq. (26)
     resting_flash_temperature: Array  # ⟨Tσ⟩/σ₀, K, of the same heat μσ|v| in a body that does not move under it
-    contact_fraction: float  # share of the pixels, as the contact gives it; so the plastic one
-    plastic_fraction: float
+    contact_fraction: float  # share of the pixels, as in `Contact`
+    plastic_fraction: float  # the same
     contact_fraction_corrected: float  # less what the pixels add along the edges (`roughsim.contact.patches`)
     plastic_fraction_corrected: float
     nominal_pressure: float  # σ₀, the mean pressure, Pa
@@ -135,9 +135,13 @@ def measure(contact: Contact, grid: Grid, sliding: Sliding) -> Moments:
     pressure = real_field("pressure", contact.pressure, grid.shape).astype(np.float64, copy=False)
     mean = float(pressure.mean())
     if mean < 0.0 or (mean == 0.0 and pressure.any()):
-        raise ValueError(f"pressure has the mean {mean:.6g} Pa; compression is positive, and its mean is the load")
+        raise ValueError(
+            f"pressure has the mean {mean:.6g} Pa, but compression is positive; give the pressure of a solved contact"
+        )
     if mean == 0.0:
-        warnings.warn("pressure is zero on average: without contact there is no flash temperature", RuntimeWarning, 2)
+        warnings.warn(
+            "pressure = 0 Pa everywhere: without contact temperatures, width and length are NaN", RuntimeWarning, 2
+        )
     amplitude = fourier.forward(pressure)
     if pressure.min() == pressure.max():  # only q = 0, whatever the rounding of the transform
         amplitude[...] = 0.0

@@ -1,4 +1,4 @@
-"""What an observable is: one record that says how it is measured, stored, averaged, and set beside the theory.
+"""`Observable`: one record says how a quantity is measured, stored, averaged, and set beside the theory.
 
 The realizations of one level enter through their influence values (the delta method): one row per realization, whose
 mean is the observable and whose scatter gives its error. Ratios of observables then keep the pairing of the rows.
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughsim.grid import Array, Grid
 
-if TYPE_CHECKING:  # slow to import: who asks for names and units need not wait
+if TYPE_CHECKING:  # slow to import: reading names and units alone must not wait for them
     from roughsim.contact import Contact
     from roughsim.observables.moments import Moments
 
@@ -29,19 +29,19 @@ class Measured:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Theory:
-    """What an observable may ask of the theory of a scene; all the heat goes into the moving body."""
+    """The theory of a scene, as observables use it; all the heat goes into the moving body."""
 
-    # by the names of the observables: T_flash, T′, ∇²T, D_flash, d_flash and the share of the moving body (NaN without
-    # a second one), each (speeds,), and the contact and the plastic share of the area
+    # by name of the observable. Arrays (speeds,): T_flash, T′, ∇²T, D_flash, d_flash, and the heat share of the moving
+    # body (NaN without a second one). Numbers: contact and plastic fraction of the area
     values: Mapping[str, ArrayLike]
     nominal_pressure: float  # σ₀, Pa
     correlation_radius: Callable[[float], float]  # of a fraction: the smallest r, m, with g_σ(r) = fraction·g_σ(0)
-    # of weight(q), smooth in ln q: its sum or integral over the variance of the pressure, Pa² times its unit
+    # of a function weight(q), smooth in ln q: its sum or integral over the variance of the pressure, Pa² × its unit
     total: Callable[[Callable[[Array], Array]], float]
 
 
 class Sample(NamedTuple):
-    """The numbers of one level, a row per realization that has it."""
+    """The numbers of one level, a row for each realization that was solved at it."""
 
     q_max: float  # the cut-off of the level, rad/m
     side: float  # points along a side of the cell
@@ -52,13 +52,13 @@ class Sample(NamedTuple):
     reach: float  # the distance up to which the spectra hold, m
 
     def at(self, rows: NDArray[np.intp]) -> Self:
-        """Return the sample of some of its realizations."""
+        """Return the sample of the realizations `rows` alone, where they are in it."""
         chosen = np.isin(self.rows, rows)
         numbers = {name: values[chosen] for name, values in self.numbers.items()}
         return self._replace(rows=self.rows[chosen], numbers=numbers, spectrum=self.spectrum[chosen])
 
     def first(self, count: int) -> Self:
-        """Return the sample of those among the first `count` realizations."""
+        """Return the sample of the first `count` realizations alone."""
         return self.at(np.arange(count))
 
 
@@ -68,24 +68,24 @@ class Observable:
 
     name: str  # in files, tables and `until`
     unit: str  # SI
-    stored: str = ""  # what exported files say of the number that the file of each member stores; empty: none is stored
-    # of a member: the number to store, or one for each speed; None: the attribute of its moments of this name
+    stored: str = ""  # description in exported files of the number that each member stores; empty: none is stored
+    # takes a member to the number to store, or one for each speed; None: the attribute of its moments of this name
     measure: Callable[[Measured], ArrayLike] | None = None
     # influence values, (realizations, speeds) or (realizations, 1); None: the stored number
     values: Callable[[Sample], Array] | None = None
-    # of a theory that integrates over C(q) or sums over the modes of a cell; None: its value of this name, or NaN
+    # takes the theory to its value; None: its entry of this name, or NaN
     theory: Callable[[Theory], ArrayLike] | None = None
-    only_stored: bool = False  # for the sake of others: neither estimated nor compared
+    only_stored: bool = False  # other observables are made of it; by itself neither estimated nor compared
     per_speed: bool = False  # one for each speed of the scene
     heated: bool = False  # proportional to the heat: reports multiply it by the share of the moving body
     spectra: bool = False  # `values` needs the stress spectra of the sample, which are read from disk
     at_rest: float | None = None  # the exact value at speed zero, where it is measured at a tiny speed
-    limit: bool = True  # capped contact has a limit in q_c, so that its value may be extrapolated
+    limit: bool = True  # whether it has a limit in q_c in capped contact, so that it may be extrapolated
     # orders of convergence in the pixel at fixed q_c, of elastic and of capped contact; all here were measured from 2
-    # to 16 pixels per shortest wave. NaN for what turns back: it stays that of the finest grid, and once and a half the
-    # change to it counts as error
+    # to 16 pixels per shortest wave. NaN where finer pixels change it now up, now down: then the value of the finest
+    # grid stays, with 1.5 times the last change as its error
     pixel_orders: tuple[float, float] = (2.0, 1.4)
-    distance: bool = False  # in the field: it is extrapolated only where the shortest waves are shorter than it
+    distance: bool = False  # a distance in the plane: extrapolated only where the shortest waves are shorter than it
     by_force_balance: bool = False  # force balance alone fixes it where all contact has yielded
 
     def of_member(self, measured: Measured) -> Array:
@@ -106,7 +106,7 @@ class Observable:
 def ratio(above: Array, below: Array, power: float = 1.0) -> Array:
     """Return influence values of (⟨above⟩/⟨below⟩)^power with the pairing of the rows kept; arrays (n, any)."""
     top, bottom = above.mean(axis=0), below.mean(axis=0)
-    with np.errstate(all="ignore"):  # what is undefined here is NaN in the end
+    with np.errstate(all="ignore"):  # undefined ratios become NaN
         value = (top / bottom) ** power
         change: Array = value * (1.0 + power * ((above - top) / top - (below - bottom) / bottom))
     return np.where(np.isfinite(change), change, value)

@@ -1,4 +1,4 @@
-"""The plane of modes reduced to its wavenumbers, and the compact stress spectrum that every moment is summed from.
+"""The compact stress spectrum: the variance of the stress by wavenumber, from which every moment is summed.
 
 Σ_q |σ(q)|² f(|q|) needs f at up to a million wavenumbers. Here f is J₀(qr) with r inside the cell, or the response
 A(v/Dq)/q and the like, whose singularities in the complex plane of q lie on the imaginary axis. Either is smooth on
@@ -90,7 +90,7 @@ class StressSpectrum:
 
 
 def stress_spectrum(amplitude: NDArray[np.complex128], grid: Grid) -> tuple[StressSpectrum, Array]:
-    """Return the spectrum of the stress, and the part of it that an odd derivative does not see, Pa² at each entry.
+    """Return the spectrum of the stress, and the part of it without a derivative along an axis, Pa² at each entry.
 
     `amplitude` is σ(q), shape `grid.half_shape`, Pa. A wave at the Nyquist wavenumber of an axis has no derivative
     along that axis on the points of the grid. Averaged over directions it keeps q_y²/q² (or q_x²/q², or nothing) of its
@@ -120,7 +120,7 @@ def stress_spectrum(amplitude: NDArray[np.complex128], grid: Grid) -> tuple[Stre
 
 
 def ordered_sum(weight: Array, values: Array) -> float:
-    """Return Σ weight·values, summed alike on any number of threads (BLAS splits long products among them)."""
+    """Return Σ weight·values with the same bits for any number of threads (BLAS splits long products among them)."""
     return float(np.sum(weight * values))
 
 

@@ -1,6 +1,6 @@
 """The sizes that follow from a scene, and a warning for each number that is beyond the model.
 
-A line has the value, the limit, and what to check. The table at the end of docs/limits.md has the same limits.
+A warning has the value, the limit, and what to check. The table at the end of docs/limits.md has the same limits.
 """
 
 from collections.abc import Iterator
@@ -21,25 +21,25 @@ from roughsim.scene.sections import BodySection, CounterfaceSection
 from roughsim.show.table import Column, Table, json_value
 
 Lines = Iterator[str]
-ROOM = 293.0  # K, where no background temperature is given
-STEEP = 0.5  # rms slope: the model has surfaces of small slope
+ROOM = 293.0  # K, the background temperature where none is given
+STEEP = 0.5  # rms slope: the model is for small slopes
 YIELDED = 32.0  # q_y: shorter waves touch at the hardness alone, and their slope changes nothing
 ATOM = 0.3e-9  # m: shorter waves are no continuum
-FLAT = 0.1e-9  # m: atoms alone are rougher
-YIELDS = 1 / 3  # of the hardness: about the yield stress, where bodies yield beneath their whole face
+FLAT = 0.1e-9  # m, rms height: a layer of atoms alone is rougher
+YIELDS = 1 / 3  # of the hardness, about the yield stress: above it bodies yield beneath their whole face
 STRAIN = 0.1  # pressure over E*: linear elasticity
-STIFF = 1e9  # Pa: what has a higher E* than rubbers yields before such a strain
+STIFF = 1e9  # Pa, E*: stiffer solids than rubber yield before such a strain
 STRONGEST = 0.3  # hardness over Young's modulus: three times the strength of a perfect crystal
 COMPLETE = 0.9  # contact area over nominal area: such faces adhere
 LEAST_PIXELS = 16.0  # of contact in a cell
-HOTTEST = 4200.0  # K: nothing is solid above
-FAST = 0.5  # of the speed of shear waves: the model's contact takes no time
-FREE_PATH = 10e-9  # m, of what carries heat: Fourier's law
+HOTTEST = 4200.0  # K: no material is solid above it
+FAST = 0.5  # of the speed of shear waves: in the model contact forms at once
+FREE_PATH = 10e-9  # m, free path of electrons and phonons: Fourier's law holds for longer distances
 SLOWLY = 0.85  # exponent of T_flash over q_max: H = 0.52
-UNEVEN = 0.02  # of the heat share, from 1/2
+UNEVEN = 0.02  # distance of the heat share from 1/2
 LIKE = 2.0  # ratio of the rms heights of two faces that count as equally rough
 FRICTION = 1e-3, 5.0  # of dry solids
-# of solids, SI; the ends of each are left to gels, aerogel, diamond, osmium and lithium
+# the range of solids, SI, from gels and aerogel to diamond, osmium and lithium
 USUAL = {
     "youngs_modulus": (1e3, 2e12, "Pa"),
     "density": (20.0, 2.3e4, "kg/m³"),
@@ -50,9 +50,9 @@ USUAL = {
 
 
 class Facts:
-    """What follows from a scene, in SI; arrays over its speeds. Nothing is changed later.
+    """Sizes that follow from a scene, in SI; arrays run over its speeds. They are not changed later.
 
-    ValueError, ArithmeticError or RuntimeError where its theory has no value.
+    ValueError, ArithmeticError or RuntimeError where the theory of the scene has no value.
     """
 
     def __init__(self, scene: Scene):
@@ -69,7 +69,7 @@ class Facts:
         self.contact_fraction = contact = float(theory["contact_fraction"][0])  # A/A₀ of the theory
         self.contact_pressure = load / contact if contact > 0.0 else inf  # its mean, σ₀A₀/A
         self.yield_wavenumber = yields  # q_y; inf of elastic contact, or where C(q) ends before
-        # over this distance the pressure of the theory is correlated by one half
+        # the distance over which the correlation of the pressure falls to a half, in theory
         self.hot_spot_radius = radius = float(theory["correlation_radius_50"][0])
         lengths = choose_lengths(scene)[0]
         self.hot_spots = contact * lengths[0] * lengths[1] / (pi * radius**2)  # contact area of a cell over πr²
@@ -126,13 +126,13 @@ def range_text(values: NDArray[np.float64]) -> str:
 
 
 class Plausibility(NamedTuple):
-    """What follows from a scene (None where its theory cannot be evaluated), and a line for all beyond the model."""
+    """Sizes that follow from a scene (None where its theory cannot be evaluated), and warnings about its numbers."""
 
     facts: Facts | None
     warnings: list[str]
 
     def tables(self) -> list[Table]:
-        """Return the facts for people, where there are any."""
+        """Return the facts as a table for people; an empty list without facts."""
         return [self.facts.table()] if self.facts else []
 
     def to_dict(self) -> dict[str, Any]:
@@ -141,22 +141,22 @@ class Plausibility(NamedTuple):
 
 
 def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
-    """Return what follows from a scene, and a line for each number that leaves what the model means.
+    """Return the sizes that follow from a scene, and a warning for each number that the model is not meant for.
 
-    Contact is counted in the pixels of the finest grid of `numerics`, or of any plan where none are known yet.
+    Contact is counted in pixels of the finest grid of `numerics`, or, without `numerics`, of the largest planned one.
     """
     bodies = [*roughness_lines(scene), *body_lines(scene)]
     try:
         known = facts(scene)
     except (ValueError, ArithmeticError, RuntimeError) as error:
-        line = f"the theory of this scene cannot be evaluated ({error}); nothing tells its contact area and temperature"
+        line = f"the theory of this scene cannot be evaluated ({error}); contact area and temperature are not checked"
         return Plausibility(None, [*slope_lines(scene, scene.spectrum.rms_slope), *bodies, " ".join(line.split())])
     lines = [*slope_lines(scene, known.rms_slope_before_yield), *bodies, *load_lines(scene, known, numerics)]
     return Plausibility(known, [*lines, *heat_lines(scene, known), *share_lines(scene, known)])
 
 
 def slope_lines(scene: Scene, before_yield: float) -> Lines:
-    """Steep waves; `before_yield` is the rms slope of those that do not touch at the hardness alone."""
+    """Warn of steep slopes; `before_yield` is the rms slope of the waves up to 32 q_y."""
     slope = scene.spectrum.rms_slope
     if slope <= STEEP:
         return
@@ -171,7 +171,7 @@ def slope_lines(scene: Scene, before_yield: float) -> Lines:
     else:
         until = f", or lower q_max to {end:.3g} rad/m, up to which it is less" if isfinite(end) else ""
         advice = f"check the units of the roughness{until}"
-    yield f"rms slope = {slope:.3g} of both faces together is above {STEEP:g}, and the model has small slopes; {advice}"
+    yield f"rms slope = {slope:.3g} of both faces together is above {STEEP:g}: the model is for small slopes; {advice}"
 
 
 def gentle_end(scene: Scene) -> float:
@@ -185,7 +185,7 @@ def gentle_end(scene: Scene) -> float:
 
 
 def roughness_lines(scene: Scene) -> Lines:
-    """Roughness and waves below the size of atoms, and C(q) from one scan."""
+    """Warn of roughness and waves below the size of atoms, and of a C(q) from one scan."""
     height, shortest = scene.spectrum.rms_height, 2 * pi / scene.spectrum.breaks[-1]
     if height < FLAT:
         yield (
@@ -195,7 +195,7 @@ def roughness_lines(scene: Scene) -> Lines:
     if shortest < ATOM:
         yield (
             f"the shortest wave, 2π/q_max = {shortest:.3g} m, is below {ATOM:g} m, the distance of atoms, "
-            "and the model has continuous solids; check the unit of q_max, or lower it"
+            "and the model is for continuous solids; check the unit of q_max, or lower it"
         )
     if scene.scanned:
         yield (
@@ -205,7 +205,7 @@ def roughness_lines(scene: Scene) -> Lines:
 
 
 def body_lines(scene: Scene) -> Lines:
-    """Properties that no solid has, and sliding as fast as sound, of each body that the scene states."""
+    """Warn of properties that no solid has, and of sliding as fast as sound, for each body that the scene states."""
     speed = max(scene.speeds)
     for name, body in (("body", scene.body), ("counterface", scene.counterface)):
         if body is None:
@@ -215,8 +215,8 @@ def body_lines(scene: Scene) -> Lines:
             if not low <= value <= high:
                 units = "its unit" if quantity != "diffusivity" else "those of conductivity, density and heat_capacity"
                 yield (
-                    f"{name}.{quantity} = {value:.3g} {unit} is not within {low:g} to {high:g} {unit}, where solids "
-                    f"are; check {units}"
+                    f"{name}.{quantity} = {value:.3g} {unit} is not within {low:g} to {high:g} {unit}, the range of "
+                    f"solids; check {units}"
                 )
         hardness, modulus = body.penetration_hardness, body.youngs_modulus
         if hardness is not None and modulus is not None and hardness > STRONGEST * modulus:
@@ -230,13 +230,13 @@ def body_lines(scene: Scene) -> Lines:
         if speed > FAST * waves:
             yield (
                 f"sliding.speed = {speed:.3g} m/s is above {FAST:g} of the speed of shear waves in the {name}, "
-                f"{waves:.3g} m/s, and the model's contact takes no time; check the units of speed, youngs_modulus and "
+                f"{waves:.3g} m/s: in the model contact forms at once; check the units of speed, youngs_modulus and "
                 "density"
             )
 
 
 def properties(body: BodySection | CounterfaceSection) -> Iterator[tuple[str, float]]:
-    """What a body is made of, at each temperature of a table, and D = κ/(ρc) where nothing else is strange."""
+    """Yield properties of a body, κ at each temperature of a table, and D = κ/(ρc) if all others are usual."""
     strange = False
     for name in ("youngs_modulus", "density", "heat_capacity", "conductivity"):
         stated = getattr(body, name)
@@ -248,23 +248,23 @@ def properties(body: BodySection | CounterfaceSection) -> Iterator[tuple[str, fl
 
 
 def load_lines(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines:
-    """A nominal pressure or contact area that is too large or too small."""
+    """Warn of a nominal pressure or contact area that is too large or too small."""
     pressure = f"sliding.nominal_pressure = {scene.sliding.nominal_pressure:.3g} Pa"
     if known.pressure_over_hardness > YIELDS:
         yield (
             f"{pressure} is {known.pressure_over_hardness:.2g} of the hardness, above {YIELDS:.2g}: bodies yield "
-            "beneath their whole face, and the model's at the contact alone; check the units of both"
+            "beneath their whole face, but in the model only at the contact; check the units of both"
         )
     if known.pressure_over_modulus > STRAIN:
         yield (
             f"{pressure} is {known.pressure_over_modulus:.2g} of E* = {scene.effective_modulus:.3g} Pa, above "
-            f"{STRAIN:g}, and the model has small strains; check the units of pressure and youngs_modulus"
+            f"{STRAIN:g}, and the model is for small strains; check the units of pressure and youngs_modulus"
         )
     strain = known.contact_pressure / scene.effective_modulus
     if scene.elastic and strain > STRAIN and scene.effective_modulus > STIFF:
         yield (
             f"the mean contact pressure, {known.contact_pressure:.3g} Pa, is {strain:.2g} of E*, above {STRAIN:g}, and "
-            "stiff solids yield before; give a penetration_hardness, or check the units of roughness and pressure"
+            "stiff solids yield before that; give a penetration_hardness, or check the units of roughness and pressure"
         )
     side = ELASTIC_SIDE if scene.elastic else CAPPED_SIDE
     shapes = [level.shape for level in numerics.levels] if numerics else [(side, side)]
@@ -281,17 +281,17 @@ def load_lines(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines:
     if known.contact_fraction > COMPLETE:
         yield (
             f"contact on {known.contact_fraction:.3g} of the area in theory is above {COMPLETE:g}: such faces adhere, "
-            "and the model's do not; check the units of roughness, pressure and youngs_modulus"
+            "but not in the model; check the units of roughness, pressure and youngs_modulus"
         )
 
 
 def heat_lines(scene: Scene, known: Facts) -> Lines:
-    """Friction of no solid, contact that melts, and heat that gets in less than its carriers go."""
+    """Warn of friction that no solid has, of contact that melts, and of heat that is not diffusive."""
     friction = scene.sliding.friction_coefficient
     if not FRICTION[0] < friction <= FRICTION[1]:
         yield (
-            f"sliding.friction_coefficient = {friction:.3g} is not within {FRICTION[0]:g} to {FRICTION[1]:g}, where "
-            "dry solids are; check it"
+            f"sliding.friction_coefficient = {friction:.3g} is not within {FRICTION[0]:g} to {FRICTION[1]:g}, the "
+            "range of dry solids; check it"
         )
     k = int(np.argmax(known.flash_temperature))
     hottest = known.background_temperature + float(known.flash_temperature[k])
@@ -302,21 +302,21 @@ def heat_lines(scene: Scene, known: Facts) -> Lines:
     )
     if hottest > known.melting_temperature:
         yield (
-            f"{reached}, above the melting_temperature of {known.melting_temperature:g} K, and the model's bodies stay "
+            f"{reached}, above the melting_temperature of {known.melting_temperature:g} K: in the model bodies stay "
             "solid; check the units of heat, load and roughness, or lower the speed"
         )
     elif hottest > HOTTEST:
-        yield f"{reached}, above {HOTTEST:g} K, where nothing is solid; check the units of heat, load and roughness"
+        yield f"{reached}, above {HOTTEST:g} K, where no material is solid; check the units of heat, load and roughness"
     fastest = float(known.peclet_number.max())
     if fastest > 1.0 and (depth := known.hot_spot_radius * sqrt(2.0 / fastest)) < FREE_PATH:
         yield (
-            f"the Péclet number vr/D = {fastest:.3g} lets the heat of a hot spot in by {depth:.2g} m, below "
-            f"{FREE_PATH:g} m, the free path of what carries heat; check the units of speed and conductivity"
+            f"at the Péclet number vr/D = {fastest:.3g} the heat of a hot spot goes {depth:.2g} m deep, less than "
+            f"{FREE_PATH:g} m, the free path of electrons and phonons; check the units of speed and conductivity"
         )
 
 
 def share_lines(scene: Scene, known: Facts) -> Lines:
-    """A heat share other than 1/2 between faces that conduct alike and are equally rough."""
+    """Warn of a heat share other than 1/2 between faces that conduct alike and are equally rough."""
     k = int(np.argmax(scene.speeds))
     share = float(known.heat_partition[k])
     if len(scene.faces) < 2 or not scene.counterface_conducts or abs(share - 0.5) <= UNEVEN:

@@ -1,7 +1,7 @@
-"""From a scene to its numerics: the cheapest grids and tolerances that meet the asked-for error, each with its reason.
+"""`plan`: from a scene to the cheapest numerics that meet a target error, each choice with its reason.
 
-`levels` has the rules of cut-offs and grids. Here is how many realizations a target takes, and for every how many of
-them the fine levels are solved. What the scene fixes takes the place of what the rules choose.
+`levels` chooses cut-offs and grids. This module chooses how many realizations there are, and for how many of them the
+fine levels are solved. Numerics that the scene states are taken as they are.
 """
 
 import os
@@ -19,10 +19,10 @@ from roughsim.scene.numerics import DEFAULT_REASONS, Forecast, Level, Numerics, 
 from roughsim.show.table import Column, Table
 from roughsim.untrusted import machine_memory
 
-TARGET = 0.01  # relative error in all where neither the caller nor the scene states one
-LEAST_SHARE = 0.1  # of the squared target, left to the scatter however large the systematic errors are
-CORRECTIONS = 0.75  # scatter of what the fine levels add, over that of the changes that the pilot sees
-MEMORY_SHARE = 0.8  # of the machine's memory that the largest grid may take
+TARGET = 0.01  # relative total error where neither the caller nor the scene states one
+LEAST_SHARE = 0.1  # of the squared target, kept for the statistical error however large the systematic errors are
+CORRECTIONS = 0.75  # scatter of the corrections by fine levels, over that of the changes in the pilot
+MEMORY_SHARE = 0.8  # share of the machine's memory that the largest grid may take
 BYTES_PER_POINT = 120  # peak memory of a solve, measured
 STRIDES = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512]  # powers of two, so that all fine levels share their realizations
 
@@ -35,8 +35,8 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
     scene : Scene
         What is to be computed.
     target_error : float, optional
-        Relative error in all aimed at in T_flash; left out: what the scene's `until` asks of its statistical part, or
-        1 % in all. The reasons say at which statistical error to stop the run.
+        Relative total error of T_flash to aim at. Left out: the statistical error of T_flash that the scene's `until`
+        asks for, or a total of 1 %. The reasons say at which statistical error to stop the run.
 
     Returns
     -------
@@ -48,7 +48,7 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
     ValueError
         If `target_error` is not in (0, 1).
     ResolutionError
-        If the machine has too little memory for what is asked.
+        If the machine has too little memory for the largest grid.
     """
     stop = None  # the statistical error that the scene itself stops at
     if target_error is None:
@@ -66,7 +66,7 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
     else:
         numerics = chosen_levels(scene, lengths, target_error, stop)
         reasons += numerics.reasons
-    # what the scene states takes the place of the defaults
+    # the scene's own numerics replace the defaults
     stated = {key: getattr(scene.numerics, key) for key in DEFAULT_REASONS if getattr(scene.numerics, key) is not None}
     numerics = replace(numerics, **stated)
     for key, reason in DEFAULT_REASONS.items():
@@ -98,12 +98,12 @@ def plan_table(reasons: Sequence[Reason]) -> Table:
 
 
 def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | None) -> Numerics:
-    """Return levels and forecast with their reasons; `stop` is the statistical target where that is fixed."""
+    """Return levels and forecast with their reasons; `stop` is the statistical target, None if free."""
     (ladder, seen), size = ladder_of(scene, lengths, target), size_error(scene, lengths)
-    # the scatter may take what the systematic errors leave of the target
+    # the statistical error may take the rest of the target that the systematic errors leave
     systematic = hypot(0.0 if isnan(ladder.bandwidth) else ladder.bandwidth, ladder.pixel, size)
     goal = sqrt(max(target**2 - systematic**2, LEAST_SHARE * target**2)) if stop is None else stop
-    # the worst speed decides how many realizations are solved, the hottest what the forecast says
+    # the number of realizations follows from the speed that scatters most, the forecast from the hottest one
     scatter, change, most = seen.scatter, CORRECTIONS * seen.change_scatter, scene.ensemble.max_realizations
     every = choose_stride(ladder, goal, scatter, change, most)
     levels, needed = ladder.levels(every), realizations_for(goal, scatter, change, every)
@@ -122,16 +122,16 @@ def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | N
         why += f"; max_realizations ends the run before, as that takes about {needed:.3g}"
     elif fewest < largest:
         why += f"; {fewest} to {largest}, as the scatter from {SOLVES} pilot solves is known within a factor 1.7"
-    text, told = "none", "a cheap solve did not converge: what is expected below is a guess"
+    text, explanation = "none", "a cheap solve did not converge: the errors expected below are a guess"
     if seen.measured:
         text = f"scatter {100 * seen.scatter:.2g} %, step {100 * seen.step:.2g} %, pixel {100 * seen.pixel:.2g} %"
-        told = (
+        explanation = (
             f"cheap solves up to q_c = {seen.q_max:.3g} rad/m: how much T_flash scatters from one realization to the "
             "next, falls when q_c is doubled, and changes at half the pixel"
         )
     reasons = [
         *(Reason(a.column, level_text((a,)), rung.reason) for a, rung in zip(levels, ladder.rungs, strict=True)),
-        Reason("pilot", text, told),
+        Reason("pilot", text, explanation),
         Reason("realizations", f"about {count}", why),
         *forecast_reasons(forecast, scene.scanned),
     ]
@@ -154,7 +154,7 @@ def half_width(count: int, scatter: float, change: float, every: int) -> float:
 
 
 def realizations_for(goal: float, scatter: float, change: float, every: int) -> int:
-    """Return how many realizations bring the half-width to the goal; above 50 in steps of 2 %."""
+    """Return how many realizations bring the half-width down to the goal; above 50 in steps of 2 %."""
     count = max(LEAST, (LEAST_FINE - 1) * every + 1)
     while half_width(count, scatter, change, every) > goal and count < 1_000_000_000:
         count += max(1, count // 50)
@@ -162,7 +162,7 @@ def realizations_for(goal: float, scatter: float, change: float, every: int) -> 
 
 
 def choose_stride(ladder: Ladder, goal: float, scatter: float, change: float, most: int) -> int:
-    """Return the cheapest stride of the fine levels that leaves three fine realizations of the `most` allowed."""
+    """Return the cheapest stride of the fine levels of which at least three are solved in `most` realizations."""
     counts = {every: realizations_for(goal, scatter, change, every) for every in STRIDES}  # allowed or not
     enough = [every for every in STRIDES if every == 1 or (LEAST_FINE - 1) * every < min(counts[every], most)]
     return min(enough, key=lambda every: total_work(ladder.levels(every), counts[every]))
@@ -174,7 +174,7 @@ def total_work(levels: Iterable[Level], count: int) -> float:
 
 
 def forecast_reasons(forecast: Forecast, scanned: bool) -> list[Reason]:
-    """Return the error and the time to expect of a run."""
+    """Return the expected error and time of a run, as reasons of its plan."""
 
     def percent(error: float) -> str:  # one realization shows no scatter, one cut-off no bandwidth
         return f"{100 * error:.2g} %" if isfinite(error) else "unknown"

@@ -1,4 +1,4 @@
-"""From what a scene asks and how well, to the contact problem of each member."""
+"""From scene and numerics to the contact problem of each member."""
 
 from dataclasses import replace
 from functools import lru_cache
@@ -13,7 +13,7 @@ from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
 
-_AT_REST = 1e-150  # a speed of zero is measured at this one, m/s: the limits D_flash and s need a ratio of moments
+_AT_REST = 1e-150  # m/s, in place of zero: at rest D_flash and the heat share are limits of ratios of moments
 
 
 def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, index: int = 0) -> Solution:
@@ -24,7 +24,7 @@ def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, inde
     scene : Scene
         What is computed.
     numerics : Numerics
-        How well; its `levels[level]` says which contact, grid and cut-off.
+        How accurately; its `levels[level]` has the column, grid and cut-off.
     seed : int
         Of the ensemble, ≥ 0.
     level, index : int
@@ -40,7 +40,7 @@ def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, inde
     ConvergenceError
         If the contact does not reach the tolerance.
     ValueError
-        If `seed`, `level` or `index` do not exist.
+        If `seed`, `level` or `index` is no whole number, or out of range.
     """
     limits = {"seed": (seed, np.inf), "level": (level, len(numerics.levels)), "index": (index, np.inf)}
     for name, (value, limit) in limits.items():
@@ -51,7 +51,7 @@ def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, inde
 
 @lru_cache(maxsize=16)
 def level_problem(scene: Scene, numerics: Numerics, level: int) -> Problem:
-    """Return the contact problem of a level, with the scene's seed and the random stream of the realization 0."""
+    """Return the contact problem of a level for realization 0, with the seed of the scene."""
     with linear_algebra().limit(limits=numerics.threads):
         column, q_max = numerics.levels[level].column, numerics.levels[level].q_max
         if column == "smoothed":  # elastic contact of the surface that yielding leaves

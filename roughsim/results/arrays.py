@@ -1,4 +1,4 @@
-"""All that a run holds as arrays with names, axes and units: what `Run.to_xarray` and the exported file are made of."""
+"""Numbers and fields of a run as arrays with names, axes and units, for `Run.to_xarray` and the exported file."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -91,7 +91,7 @@ def coordinates(numerics: Numerics, speeds: tuple[float, ...], count: int, kept:
 
 
 def numbers(members: Members, numerics: Numerics, count: int, heat_partition: Array) -> Iterator[Labelled]:
-    """Yield what was measured: (level, realization) or (level, realization, speed), NaN where a member failed."""
+    """Yield the stored numbers: (level, realization) or (level, realization, speed), NaN where a member failed."""
     levels, axes = numerics.levels, ("level", "realization", "speed")
     rows = [np.arange(0, count, level.every) for level in levels]
 
@@ -147,7 +147,7 @@ def fields(folder: Path, members: Members, numerics: Numerics, kept: list[int]) 
 
 
 def level_attributes(numerics: Numerics, level: int, unit: str, description: str) -> dict[str, Any]:
-    """Return unit and description of an array, and the level that it is of."""
+    """Return the attributes of an array of one level: unit, description, column, number and cut-off of the level."""
     column, q_max = numerics.levels[level].column, numerics.levels[level].q_max
     return {"units": unit, "description": description, "column": column, "level": level, "q_max": q_max}
 

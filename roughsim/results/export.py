@@ -1,7 +1,7 @@
 """One portable file of a run for every HDF5 and netCDF-4 reader, and surfaces for other contact programs.
 
-All arrays lie in the root group with dimension scales and units, as netCDF-4 has it; the group ``entry`` links to them
-again as NeXus has it, so that viewers find what to show first.
+All arrays lie in the root group with dimension scales and units, as netCDF-4 wants it. The group ``entry`` links to
+them again as NeXus wants it, so that viewers know what to show first.
 """
 
 import os

@@ -1,6 +1,6 @@
-"""The run folder: what it says of itself, what it lacks, and opening it.
+"""The run folder: its description in run.json, opening it, and lines on members that are missing or damaged.
 
-It may come from elsewhere: nothing in it is trusted.
+A folder may come from elsewhere, so nothing in it is trusted.
 """
 
 import hashlib
@@ -21,13 +21,13 @@ from roughsim.store.disk import is_temporary, place_bytes, read_bytes
 from roughsim.store.member_files import check_format, member_name
 from roughsim.untrusted import machine_memory
 
-BEGUN = {"lock", "claims", "realizations"}  # what a start may have made before run.json
+BEGUN = {"lock", "claims", "realizations"}  # names that a start may have made before run.json
 MOST_BYTES = 1 << 20  # of run.json and scene.toml: a scene has at most 64 KiB
-NAMED = 5  # of many members; the others are counted
+NAMED = 5  # members that a line names; of others it gives the number
 
 
 def describe(folder: Path, description: dict[str, Any], scene: Scene, *, first: bool = False) -> None:
-    """Write what a run is, before anything slow; with `first`, only if no process has: FileExistsError otherwise."""
+    """Write run.json and scene.toml before any slow work; with `first`, FileExistsError if a process has done so."""
     (folder / "realizations").mkdir(parents=True, exist_ok=True)
     guarded = {**description, "checksums": {key: checksum(value) for key, value in description.items()}}
     for name, text in (("run.json", json.dumps(guarded, indent=1) + "\n"), ("scene.toml", scene.to_toml())):
@@ -43,10 +43,10 @@ def checksum(value: Any) -> str:
 
 
 def folder_state(folder: Path) -> Literal["free", "run", "foreign"]:
-    """Return what a folder is to a run that is to start there.
+    """Return whether a run can start in a folder ("free"), goes on there ("run"), or must not ("foreign").
 
-    "free": it does not exist, is empty, or all that it holds comes from a start that was interrupted before it had
-    written run.json. "run": it has a run.json. "foreign": it is a file, or holds something else.
+    "free": the folder does not exist, is empty, or holds only what an interrupted start has made before run.json.
+    "run": it has a run.json. "foreign": it is a file, or holds something else.
     """
     if not folder.exists():
         return "free"
@@ -65,8 +65,8 @@ def folder_state(folder: Path) -> Literal["free", "run", "foreign"]:
 def read_description(folder: Path) -> dict[str, Any]:
     """Return what `describe` wrote.
 
-    RecordError if the folder is no run, one of a newer format, or a value in run.json was changed by somebody; it is
-    named. OSError if run.json cannot be read now.
+    RecordError if the folder is no run, has a newer format, or if a value in run.json was changed by hand: the message
+    names it. OSError if run.json cannot be read now.
     """
     path = folder / "run.json"
     if not folder.exists():
@@ -103,8 +103,8 @@ def open_run(folder: str | Path, *, damaged: Literal["refuse", "skip"] = "refuse
     folder : str or Path
         What `run` was given.
     damaged : {"refuse", "skip"}, optional
-        What becomes of a damaged file among good ones: the run is refused, naming it; or the rest is opened, the
-        realization counts as failed, and `Run.damaged` says why.
+        Of a run with a damaged file: "refuse" raises RecordError and names the file. "skip" opens the run, counts the
+        realization as failed, and `Run.damaged` gives the reason.
 
     Returns
     -------
@@ -119,7 +119,7 @@ def open_run(folder: str | Path, *, damaged: Literal["refuse", "skip"] = "refuse
     folder = Path(folder)
     description, path = read_description(folder), folder / "scene.toml"
     try:
-        # a stored scene holds its tables inline: one that names files did not come from here
+        # roughsim stores a scene with its tables inline: one that names files was not written by it
         scene = parse_scene(read_bytes(path, MOST_BYTES).decode("utf-8"), source=str(path))
         numerics = Numerics.from_dict(description["numerics"])
         refuse_impossible(description, scene, numerics)
@@ -142,7 +142,7 @@ def refuse_impossible(description: dict[str, Any], scene: Scene, numerics: Numer
         raise ValueError(f"run.json: heat_partition must be {speeds} numbers in (0, 1], one for each speed")
     for name, goal in description["until"].items():
         if name not in OBSERVABLES or not 0.0 < goal < 1.0:
-            raise ValueError(f"run.json: until = {name!r}, {goal!r} is no observable with a goal between 0 and 1")
+            raise ValueError(f"run.json: until = {name!r}, {goal!r} must be an observable and a target between 0 and 1")
     if not all(len(reason) == 3 and all(isinstance(word, str) for word in reason) for reason in description["reasons"]):
         raise ValueError("run.json: reasons must be lists of choice, value and reason")
     stored, written = description["scene"], scene.identity()
@@ -151,11 +151,12 @@ def refuse_impossible(description: dict[str, Any], scene: Scene, numerics: Numer
         raise ValueError(f"run.json and scene.toml are of different scenes: {key} differs; put back what was edited")
     most = max(level.shape[0] * level.shape[1] for level in numerics.levels)
     if 8.0 * most > 0.5 * machine_memory():
-        raise ValueError(f"run.json: a field of {most} points needs more than half of the machine's memory")
+        needed = f"{8e-9 * most:.3g} GB, more than half of the machine's memory"
+        raise ValueError(f"run.json: a field of {most} points needs {needed}; open the run on a larger machine")
 
 
 def refuse_what_does_not_follow(scene: Scene, description: dict[str, Any]) -> None:
-    """Refuse an unguarded description, as older versions wrote it, whose values do not follow from its scene."""
+    """Refuse a description without checksums, as older versions wrote it, if it disagrees with its scene."""
     ensemble = scene.ensemble
     follows = {
         "seed": ensemble.seed,
@@ -166,7 +167,7 @@ def refuse_what_does_not_follow(scene: Scene, description: dict[str, Any]) -> No
     for key, value in follows.items():
         stored = description[key]
         if stored != value and not (key == "heat_partition" and np.allclose(stored, value, rtol=1e-9, atol=0.0)):
-            raise ValueError(f"{key} in run.json was changed: it is {stored}, and scene.toml gives {value}")
+            raise ValueError(f"{key} in run.json was changed: it is {stored}, but {value} in scene.toml; put it back")
 
 
 def gap(run: Run) -> list[str]:

@@ -1,8 +1,8 @@
-"""The members of a run in memory: a table for each level, with a row per realization, however many there are.
+"""The members of a run in memory, and their summary on disk: a table for each level, with a row per realization.
 
-A summary beside the members has the same tables: it saves time and decides nothing. A row of it counts only while the
-member's file has the same digest. A summary that is missing, damaged or of another run is ignored. Layout: a line of
-JSON, for each level its table and wavenumbers as NumPy's .npy files, and the SHA-256 of all that.
+The summary has the same tables, and saves the time to read all files again. A row of it counts only while the member's
+file has the same digest. A summary that is missing, damaged or of another run is ignored. Its layout: a line of JSON,
+for each level its table and wavenumbers in NumPy's .npy format, and the SHA-256 of all that.
 """
 
 import hashlib
@@ -110,7 +110,7 @@ class Members(MutableMapping[Key, Member]):
         return self.tables[level][row] if not rest and row < len(self.tables[level]) else None
 
     def put(self, key: Key, member: Member, **file: Any) -> None:
-        """Store a member, and what its file was when it was read: size, changed, digest and place of the spectrum."""
+        """Store a member, and size, time, digest and place of the spectrum of its file when it was read."""
         level, index = key
         provenance, versions = member.provenance, member.provenance.get("versions", {})
         if versions not in self.versions:
@@ -139,9 +139,9 @@ class Members(MutableMapping[Key, Member]):
             table[name][row] = value
 
     def load(self, path: Path, run: list[Any]) -> dict[str, Any]:
-        """Let members, of which there are none yet, come from a summary, unseen, and return what `save` got as `stop`.
+        """Fill the empty tables from a summary; their rows are marked unseen. Return the `stop` that `save` was given.
 
-        Nothing happens, and `stop` is empty, without a summary that is whole, of this run and of these tables.
+        Without a sound summary of this run, in the format of these tables, they stay empty, and so is the result.
         """
         with suppress(OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError, MemoryError):
             content = read_bytes(path)

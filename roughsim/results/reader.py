@@ -1,4 +1,4 @@
-"""The members of a run folder as they come: each file is read once, in order, up to the first that is missing."""
+"""`Reader`: reads the files of a run folder as they appear, each once, in order, up to the first that is missing."""
 
 import hashlib
 import os
@@ -28,15 +28,15 @@ from roughsim.store.member_files import (
     read_spectrum,
 )
 
-# the summary is written anew after so many new members and looks at the targets, and after this share of all
+# the summary is written again after so many new members or looks at the targets, and not before this share of all
 LEAST_NEW, SHARE_NEW = 64, 0.1
 
 
 class Reader:
-    """The members of a run folder: which there are without a gap (`available`), and which files are `damaged`, and why.
+    """The members of a run folder: how many realizations are there without a gap, and which files are damaged, and why.
 
-    `numerics` says which members there are, `identity` (from `identity_of`) what their files have in common. With
-    `skip_damaged` a damaged file counts as a failed member; else it is an error.
+    `numerics` gives the levels of each realization, `identity` (from `identity_of`) the scene and numerics that every
+    file must have. With `skip_damaged` a damaged file counts as a failed member; otherwise it is an error.
     """
 
     def __init__(
@@ -49,10 +49,10 @@ class Reader:
         self.members = Members([level.every for level in numerics.levels], numerics.lengths, speeds)
         # the last look at the targets that no number of realizations met
         self._insufficient = self.members.load(folder / SUMMARY, identity)
-        self._news = 0  # members and looks that no summary has yet
+        self._news = 0  # members and looks at the targets that the summary on disk lacks
 
     def refresh(self, most: int) -> None:
-        """Read the members that have come since, of at most so many realizations; damaged ones again."""
+        """Read the members that have appeared since, of at most `most` realizations; damaged ones again."""
         while self.damaged:
             (level, index), _ = self.damaged.popitem()
             del self.members[level, index]
@@ -103,7 +103,7 @@ class Reader:
         return True
 
     def sample(self, level: int, indices: NDArray[np.int64], *, with_spectra: bool) -> Sample:
-        """Return the numbers of a level, and its stress spectra or none, over those realizations that have it."""
+        """Return numbers and, if asked for, stress spectra of a level, over the realizations that were solved at it."""
         q_max, side = self.numerics.levels[level].q_max, float(self.numerics.levels[level].shape[0])
         rows = np.flatnonzero(indices % self.members.every[level] == 0)
         numbers = {name: self.members.column(level, name, indices[rows]) for name in NUMBERS}
@@ -124,13 +124,13 @@ class Reader:
         return wavenumber, spectra
 
     def save_now_and_then(self) -> None:
-        """Write the summary anew if enough has come since."""
+        """Write the summary again if enough is new."""
         if self._news >= max(LEAST_NEW, SHARE_NEW * len(self.members)):
             self.members.save(self.folder / SUMMARY, self.identity, self._insufficient)
             self._news = 0
 
     def insufficient(self, rows: list[int], until: dict[str, float]) -> int:
-        """Return how many of the rows do not meet the targets by an earlier look at the same members; 0 if unknown."""
+        """Return how many rows an earlier look at the same members found too few for the targets; 0 if unknown."""
         count = int(self._insufficient.get("count", 0))
         known = 0 < count <= len(rows) and self._insufficient == self.look(rows[:count], until)
         return count if known else 0
@@ -142,7 +142,7 @@ class Reader:
         self.save_now_and_then()
 
     def look(self, rows: list[int], until: dict[str, float]) -> dict[str, Any]:
-        """Return what must be the same for an earlier look at the targets to hold: members, targets and code."""
+        """Return members, targets and code of a look at the targets: its result holds while these are the same."""
         digest, indices = hashlib.sha256(), np.array(rows, np.int64)
         for level, every in enumerate(self.members.every):
             of_level = indices[indices % every == 0]
@@ -163,7 +163,7 @@ class Reader:
 
 
 def identity_of(description: dict[str, Any]) -> list[Any]:
-    """Return what a run and each of its files must have in common: scene with seed, and numerics but what is kept."""
+    """Return what a run and its files have in common: the scene with its seed, and the numerics but `keep_fields`."""
     numerics = description.get("numerics")
     if isinstance(numerics, dict):
         numerics = {key: value for key, value in numerics.items() if key != "keep_fields"}
@@ -172,7 +172,7 @@ def identity_of(description: dict[str, Any]) -> list[Any]:
 
 @cache
 def code_digest() -> str:
-    """Return a digest of the code that estimates: what other code found insufficient is tried again."""
+    """Return a digest of the package's code: after a change of code the targets are looked at again."""
     digest = hashlib.sha256()
     for package in ("roughsim", "theory"):
         for path in sorted((Path(__file__).parents[2] / package).rglob("*.py")):

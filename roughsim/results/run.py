@@ -1,4 +1,4 @@
-"""A run on disk, read: which of its members count, and the doors to estimates, fields and arrays made of them."""
+"""`Run`: an opened run folder. It says which members count, and gives estimates, fields and arrays of them."""
 
 import json
 from collections.abc import Iterator
@@ -37,7 +37,7 @@ class Run:
     scene : Scene
         What was computed.
     numerics : Numerics
-        How well.
+        How accurately.
     seed : int
         Of all random streams.
     until : dict of str to float
@@ -89,7 +89,7 @@ class Run:
 
     @property
     def realizations(self) -> int:
-        """How many indices count: the first n at which the targets are met, or all that exist without a gap."""
+        """How many realizations count: the first n at which the targets are met, or all that exist without a gap."""
         return self._count()[0]
 
     @property
@@ -98,7 +98,7 @@ class Run:
         return self._count()[1]
 
     def _count(self) -> tuple[int, bool]:
-        """How many indices count, and whether because the targets are met; found once after each `refresh`."""
+        """How many realizations count, and whether the targets are met; computed once after each `refresh`."""
         if self._counted is None:
             available = self._reader.available
             rows = self.sound(available)
@@ -107,7 +107,7 @@ class Run:
         return self._counted
 
     def _stop(self, rows: list[int]) -> int | None:
-        """How many of the sound realizations meet the targets first; what was insufficient once is not tried again."""
+        """The least number of sound realizations that meets the targets; those known to be too few are not tried."""
         insufficient = max(LEAST - 1, self._reader.insufficient(rows, self.until))
         if insufficient >= len(rows):
             return None
@@ -286,7 +286,7 @@ class Run:
         return flux if name == "heat_flux" else self.temperature(flux, grid, speed, direction)
 
     def temperature(self, flux: Field, grid: Grid, speed: float, direction: float = 0.0) -> Field:
-        """Return the temperature, K, that the frictional heat of both bodies (W/m², on any grid of the cell) leaves."""
+        """Return the temperature, K, by the frictional heat of both bodies, W/m², on any grid of the cell."""
         moving = prediction.conduction(self.scene, (abs(speed),)).each[0]
         temperature: Field = sliding_temperature(
             flux,

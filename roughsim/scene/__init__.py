@@ -1,8 +1,8 @@
-"""Scene files: what is simulated (`Scene`), read from TOML, checked, and turned into SI.
+"""Scenes: what is simulated, read from a TOML file, checked, and turned into SI.
 
-`load_scene` takes the name of a bundled scene or a path. A `Scene` is frozen and holds everything it needs, files it
-named included; ``dataclasses.replace`` checks again. The physics of two bodies (composite modulus, composite C(q), the
-lower hardness) is in `Scene`'s properties and nowhere else. Every refusal is a `SceneError` of one line.
+`load_scene` takes the name of a bundled scene or a path. A `Scene` is frozen and holds the content of all files that it
+names; ``dataclasses.replace`` checks again. Only the properties of `Scene` combine the two bodies: composite modulus,
+composite C(q), lower hardness. Every refusal is a `SceneError` of one line.
 """
 
 from roughsim.scene.files import BLANK as BLANK

@@ -16,7 +16,7 @@ from roughsim.show.text import plain
 
 MAX_BYTES = 64 * 1024
 MAX_TABLE_BYTES = 1024 * 1024
-BLANK = "blank"  # a form to fill in: every key, commented out; no scene by itself
+BLANK = "blank"  # the form to fill in: every key, commented out; it is no scene by itself
 
 
 def bundled_scenes() -> tuple[str, ...]:
@@ -27,7 +27,7 @@ def bundled_scenes() -> tuple[str, ...]:
 
 
 def scene_text(name: str) -> str:
-    """Return the text of a bundled scene, comments included, or of the form to fill in, "blank"; SceneError else."""
+    """Return the text of a bundled scene or of the form "blank", comments included; SceneError for another name."""
     if name not in (*bundled_scenes(), BLANK):
         near, names = nearest(str(name), bundled_scenes()), ", ".join(bundled_scenes())
         hint = f'did you mean "{near}"? ' if near else ""
@@ -43,8 +43,8 @@ def load_scene(name_or_path: str | os.PathLike[str]) -> Scene:
     Parameters
     ----------
     name_or_path : str or path
-        A name such as "steel-1.2GPa", or the path of a .toml file of at most 64 KiB. Files that it names are looked
-        for beside it.
+        A name such as "steel-1.2GPa", or the path of a .toml file of at most 64 KiB. Paths inside the file are
+        relative to its folder.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def toml_content(text: str) -> dict[str, Any]:
 
 
 def read_text(path: Path, what: str, limit: int) -> str:
-    """Return the text of a regular file of at most `limit` bytes; SceneError or FileNotFoundError else."""
+    """Return the text of a regular file of at most `limit` bytes; SceneError or FileNotFoundError otherwise."""
     name = plain(str(path))
     try:
         if not path.exists():
@@ -121,7 +121,7 @@ def read_text(path: Path, what: str, limit: int) -> str:
 
 
 def measured_psd(path: Path) -> dict[str, Any]:
-    """Return the keys that stand for the C(q) of a measured map."""
+    """Measure C(q) of the map in a file; return the keys of a section that give it as a table."""
     from roughsim.surface.topography import read_topography
 
     spectrum = read_topography(path).spectrum
@@ -130,7 +130,7 @@ def measured_psd(path: Path) -> dict[str, Any]:
 
 
 def stored_psd(path: Path) -> dict[str, Any]:
-    """Return the key that stands for a text file of two columns, q in rad/m and C in m⁴."""
+    """Read a text file of two columns, q in rad/m and C in m⁴; return the key of a section that gives it as a table."""
     text = read_text(path, "the table", MAX_TABLE_BYTES)
     lines = [(number, line.split("#")[0].strip()) for number, line in enumerate(text.splitlines(), start=1)]
     lines = [(number, line) for number, line in lines if line]
@@ -147,7 +147,7 @@ def stored_psd(path: Path) -> dict[str, Any]:
     return {"psd": rows}
 
 
-# key → what reads its file, what that holds, an example, and the keys that fix C(q) too
+# key → the reader of its file, what the file holds, an example, and the keys that cannot stand beside it
 FILES: dict[str, tuple[Callable[[Path], dict[str, Any]], str, str, tuple[str, ...]]] = {
     "topography": (measured_psd, "map", "scan.x3p", (*ROUGHNESS_KEYS, "psd_file")),
     "psd_file": (stored_psd, "table", "psd.csv", ("psd",)),
@@ -155,7 +155,7 @@ FILES: dict[str, tuple[Callable[[Path], dict[str, Any]], str, str, tuple[str, ..
 
 
 def with_tables(content: dict[str, Any], folder: Path | None) -> dict[str, Any]:
-    """Return the content with each `psd_file` and `topography` replaced by its table C(q): files count by content."""
+    """Return the content with each `psd_file` and `topography` replaced by the table C(q) that the file holds."""
     result = dict(content)
     for name, (key, (read, what, example, others)) in product(("surface", "counterface"), FILES.items()):
         section = result.get(name)

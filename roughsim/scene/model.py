@@ -1,4 +1,4 @@
-"""`Scene`: everything that is simulated, and the physics of two bodies."""
+"""`Scene`: surfaces, bodies and sliding of one simulation, and the physics that combines the two bodies."""
 
 import math
 from dataclasses import asdict
@@ -102,13 +102,13 @@ class Scene(Record, section=""):
 
     @property
     def scanned(self) -> bool:
-        """Whether a C(q) was measured on one map, so that nobody knows yet how far it is off."""
+        """Whether a C(q) was measured on one map, so that its own error is unknown."""
         faces = (self.surface, self.counterface)
         return any(face is not None and face.psd_source == "scan" for face in faces)
 
     @property
     def melting_temperature(self) -> float:
-        """The lower one of the bodies that give theirs, absolute, K; inf if none does."""
+        """The lower melting temperature of the bodies, absolute, K; inf if none is given."""
         temperatures = (body.melting_temperature for body in self.bodies)
         return min((kelvin for kelvin in temperatures if kelvin is not None), default=math.inf)
 
@@ -151,7 +151,7 @@ class Scene(Record, section=""):
         return self.body, self.body if self.counterface.like else self.counterface
 
     def identity(self) -> dict[str, Any]:
-        """Return what makes this scene this one: physics, numerics and seed as dotted key → JSON value.
+        """Return what identifies this scene: physics, numerics and seed, as dotted key → JSON value.
 
         Left out are texts (title); `ensemble.max_realizations`, `ensemble.until` and `numerics.keep_fields`, which say
         how long to go on and what to keep; and `psd_source`, the melting temperature and a background temperature
@@ -205,7 +205,7 @@ def face_spectrum(face: SurfaceSection | CounterfaceSection) -> Face:
 
 
 def check_scene(scene: Scene) -> None:
-    """Refuse sections that do not go together."""
+    """Refuse sections that contradict each other."""
     load, hardness = scene.sliding.nominal_pressure, scene.penetration_hardness
     if load > hardness:
         softer = "body" if scene.body.penetration_hardness == hardness else "counterface"
@@ -260,7 +260,7 @@ def check_background(scene: Scene) -> None:
 
 
 def check_derived(scene: Scene) -> None:
-    """Refuse lawful numbers whose products are not: roughness, modulus, and D at all temperatures of its table."""
+    """Refuse numbers whose roughness, modulus, or diffusivity at some temperature overflows or vanishes."""
     try:
         derived = [
             ("rms height", scene.spectrum.rms_height, "m"),

@@ -1,4 +1,4 @@
-"""How well a scene is computed: levels, cell, tolerance; what `plan` chooses and a run records."""
+"""`Numerics`: how accurately a scene is computed (levels, cell, tolerance). `plan` chooses it, a run records it."""
 
 from dataclasses import field, fields
 from math import isinf, isnan, sqrt
@@ -35,10 +35,11 @@ class Reason(NamedTuple):
 
 
 class Forecast(NamedTuple):
-    """What a plan expects of the highest T_flash in the column that the run is judged by: relative errors; the cost.
+    """The relative errors of the highest T_flash that a plan expects, and the cost of the run.
 
-    `statistical` is the 95 % half-width at `realizations`; `bandwidth` is NaN where no level shows it. `cpu_seconds`
-    is of one thread on the machine of the plan.
+    T_flash is that of the capped column, or of the elastic one without a hardness. `statistical` is the 95 % half-width
+    after `realizations`; `bandwidth` is NaN where no level shows it. `cpu_seconds` is the time of one thread on the
+    machine of the plan.
     """
 
     realizations: int
@@ -50,12 +51,12 @@ class Forecast(NamedTuple):
 
     @property
     def total(self) -> float:
-        """Root of the sum of squares of what is known."""
+        """Root of the sum of squares of the known errors."""
         parts = (self.statistical, self.bandwidth, self.pixel, self.size)
         return sqrt(sum(part**2 for part in parts if not isnan(part)))
 
     def wall_seconds(self, workers: int) -> float:
-        """Return the time that the run takes with so many processes, one core each, s."""
+        """Return the time that the run takes with `workers` processes, one core each, s."""
         return START_SECONDS + self.cpu_seconds / workers
 
 
@@ -72,8 +73,9 @@ class Level(Record, section="numerics.levels"):
     q_max : float
         Where the spectrum is cut, rad/m, at most the Nyquist wavenumber.
     every : int
-        It is solved for the indices that are multiples of this: a fine level, whose difference from the next coarser
-        one scatters little, needs few. 1 for the coarsest of a column, and a multiple from each to the next finer.
+        The level is solved for realizations 0, `every`, 2 `every`, … A fine level needs few, since its difference from
+        the next coarser one scatters little. 1 for the coarsest level of a column; for each finer one a multiple of the
+        value before.
     """
 
     column: Column
@@ -83,7 +85,7 @@ class Level(Record, section="numerics.levels"):
 
 
 def read_levels(value: Any) -> Any:
-    """Refuse what is no list of levels, or an empty one."""
+    """Refuse a value that is no list of levels, or an empty list."""
     if not isinstance(value, (list, tuple)) or not value:
         example = '[{ column = "capped", shape = 1024, q_max = "4e5 1/m" }]'
         raise ValueError(f" = {as_written(value)} must be a list of at least one level, for example {example}")
@@ -92,7 +94,7 @@ def read_levels(value: Any) -> Any:
 
 @dataclass(frozen=True)
 class Numerics(Record, section="numerics"):
-    """How well a scene is computed. Levels with the same `column` are paired and extrapolated in q_max.
+    """How accurately a scene is computed. Levels with the same `column` are paired and extrapolated in q_max.
 
     Parameters
     ----------
@@ -113,9 +115,9 @@ class Numerics(Record, section="numerics"):
     keep_fields : int
         Number of realizations, from the first, whose fields are stored.
     reasons : tuple of Reason
-        Why the plan chose so; not part of what the numerics are.
+        Why the plan chose so; numerics with other reasons are equal.
     forecast : Forecast or None
-        What the plan expects; None where the levels were given.
+        The errors and the cost that the plan expects; None where the levels were given.
     """
 
     levels: Annotated[tuple[Level, ...], BeforeValidator(read_levels)]
@@ -174,11 +176,11 @@ class Numerics(Record, section="numerics"):
 
     @property
     def stream(self) -> int:
-        """The level whose random stream all levels share: the finest. Paired levels see the same modes."""
+        """The level that names the random stream of all levels: the finest. So paired levels see the same modes."""
         return max(range(len(self.levels)), key=lambda i: (self.levels[i].q_max, self.levels[i].shape))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what these numerics are as JSON values, without the reasons and what does not change a number."""
+        """Return these numerics as JSON values, without reasons and forecast."""
         values: dict[str, Any] = to_jsonable_python(self, exclude={"reasons", "forecast"})
         if self.slid_distance is not None:
             values["slid_distance"] = str(values["slid_distance"])  # as in all runs so far
@@ -207,4 +209,4 @@ DEFAULT_REASONS = {
 
 @dataclass(frozen=True, kw_only=True)
 class NumericsSection(optional_keys(Numerics), section="numerics"):  # type: ignore[misc, call-arg]
-    """What the plan must not choose by itself: the keys of `Numerics`; None leaves a choice to the plan."""
+    """The numerics that the scene fixes: the keys of `Numerics`; None leaves the choice to the plan."""

@@ -23,7 +23,7 @@ from pydantic_core import core_schema
 from roughsim.errors import RoughsimError
 from roughsim.show.text import plain
 
-SMALLEST, LARGEST = 1e-30, 1e30  # no length, pressure or speed of this world is beyond; their products stay numbers
+SMALLEST, LARGEST = 1e-30, 1e30  # sizes of lawful numbers, SI: products of several of them do not overflow
 NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([\w%°/*^()·⋅.\-⁻ ]*)")
 Made = TypeVar("Made")
 SECTIONS: dict[str, type["Record"]] = {}  # by their names in a scene file; "" is the scene itself
@@ -52,14 +52,14 @@ def shortened(text: str) -> str:
 
 
 def nearest(word: str, names: Iterable[str]) -> str | None:
-    """Return the name that a misspelt word may stand for, upper and lower case alike."""
+    """Return the name that a misspelt word comes close to, whatever its case; None if there is none."""
     by_lower = {name.lower(): name for name in names}
     near = get_close_matches(word.lower(), by_lower, n=1, cutoff=0.6)
     return by_lower[near[0]] if near else None
 
 
 def did_you_mean(word: str, names: Iterable[str]) -> str:
-    """Return ``did you mean "..."?``, or the list of the names where none is near."""
+    """Return ``did you mean "..."?``, or the list of all names where none is close to the word."""
     names = list(names)
     near = nearest(word, names)
     return f'did you mean "{near}"?' if near else f"the choice is {', '.join(names)}"
@@ -179,7 +179,7 @@ def one_or_list(count: int = 1) -> WrapValidator:
 
 
 class RecordType(type):
-    """Makes the constructor of a record raise `SceneError` of one line in place of pydantic's findings."""
+    """Makes the constructor of a record raise a `SceneError` of one line instead of pydantic's ValidationError."""
 
     def __call__(cls: type[Made], *args: Any, **values: Any) -> Made:
         """Return a checked record."""
@@ -232,7 +232,7 @@ def quantity(record: Any, key: str) -> Any:
 
 
 def one_line(detail: Any, record: Any) -> str:
-    """Return one of pydantic's findings in a record as a sentence: the key, its value, the limit and what to do."""
+    """Return one error of pydantic in a record as a sentence: the key, its value, the limit and what to do."""
     location, kind, value = detail["loc"], detail["type"], as_written(detail["input"])
     if location and location[0] in range(len(record.known_keys())):  # given by its position
         location = (record.known_keys()[location[0]], *location[1:])
@@ -266,7 +266,7 @@ def missing(key: str, holder: str, record: Any) -> str:
 
 
 def where_known(word: str, record: Any) -> str:
-    """Return where an unknown key may have been meant to go: a near name here, its own section, or all names here."""
+    """Return a hint for an unknown key: a similar name of this section, the section that has it, or all names here."""
     order = (*SECTIONS[""].known_keys(), *SECTIONS)
     homes = [name for name in order if name and name in SECTIONS and word in SECTIONS[name].known_keys()]
     keys = record.known_keys()
@@ -285,7 +285,7 @@ def dotted(path: tuple[int | str, ...]) -> str:
 
 
 def key_line(section: str, key: str, value: Any) -> str:
-    """Return the line or lines of a key."""
+    """Return the line or lines that write a key in a scene file, with its unit as a comment."""
     unit = getattr(quantity(SECTIONS[section], key), "unit", "")
     if key == "psd":
         rows = "".join(f"{literal(row)},\n" for row in value)

@@ -1,6 +1,6 @@
-"""The sections of a scene file: each key once, with its unit, its limits and what it means.
+"""The sections of a scene file: each key with its unit, its limits and its meaning.
 
-A key that may be left out is then None. The section [numerics] is in `roughsim.scene.numerics`.
+A key that is left out is None, or has the default given here. The section [numerics] is in `roughsim.scene.numerics`.
 """
 
 import re
@@ -71,7 +71,7 @@ def read_psd(value: Any) -> Rows:
 
 
 def read_spectrum(value: Any) -> Any:
-    """Read a table with the name of a C(q) and its keys: its `Record`, which is callable and has `breaks`."""
+    """Read a table with the name and the keys of a C(q); return its `Record`, which is callable and has `breaks`."""
     name = value.get("name") if isinstance(value, Mapping) else getattr(value, "name", None)
     if not isinstance(name, str):
         example = 'spectrum = { name = "k_correlation", rms_height = "0.90 um", ... }'
@@ -88,7 +88,7 @@ def read_spectrum(value: Any) -> Any:
     try:
         return record(**value)
     except SceneError as error:
-        raise ValueError(f".{error}") from None  # the record does not know where in the scene it stands
+        raise ValueError(f".{error}") from None  # the record does not know its key in the scene
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,7 +133,7 @@ def read_speeds(value: Any, handler: Any) -> tuple[float, ...]:
 
 
 def read_share(value: Any) -> float | str:
-    """Read a share of heat, or the name of a rule."""
+    """Read a share of the heat, or the name of a rule that gives it."""
     if not isinstance(value, str) or re.match(r"\s*[-+.0-9]", value):
         return float(SHARE(value))
     if value not in SHARE_RULES:
@@ -142,7 +142,7 @@ def read_share(value: Any) -> float | str:
 
 
 def read_targets(value: Any) -> tuple[tuple[str, float], ...]:
-    """Read observables and the relative half-width each should reach: a mapping, or pairs as they are kept."""
+    """Read observables with the relative half-width that each should reach: a mapping, or pairs; return pairs."""
     if isinstance(value, Mapping):
         value = tuple(value.items())
     if not isinstance(value, (list, tuple)) or any(not isinstance(p, (list, tuple)) or len(p) != 2 for p in value):
@@ -163,7 +163,7 @@ def read_title(value: Any) -> str:
 
 
 def check_roughness(face: Any) -> Any:
-    """Return a face; refuse one whose C(q) is not fixed by its keys, or fixed twice."""
+    """Return a face; refuse keys that do not fix its C(q), or fix it twice."""
     sizes = [key for key in SIZE_KEYS if getattr(face, key) is not None]
     if not sizes:
         raise ValueError("rms_height is missing; give exactly one of rms_height, rms_slope, psd_file and spectrum")
@@ -212,7 +212,7 @@ def check_band(face: Any) -> None:
 
 
 def check_counterface(counterface: Any) -> Any:
-    """Return a counterface; refuse one that is empty, is like the body and not, or has half a material."""
+    """Return a counterface; refuse one without keys, with keys beside `like`, or with half of a material."""
     keys = [key for key in counterface.known_keys() if getattr(counterface, key, None) is not None]
     if not keys:
         raise ValueError('like is missing; write like = "body", give keys of its own, or leave the section out')
@@ -273,7 +273,7 @@ class BodySection(Record, section="body"):
     density: Annotated[float, Quantity("kg/m^3", '"7900 kg/m^3"', above=0)]
     heat_capacity: Annotated[float, Quantity("J/(kg K)", '"500 J/(kg K)"', above=0)]
     melting_temperature: Annotated[float, Quantity("K", '"1800 K"', above=0)] | None = None
-    """Absolute: a contact above it is warned of, and no number depends on it."""
+    """Absolute. A hotter contact gives a warning; no number depends on it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -307,7 +307,7 @@ class SlidingSection(Record, section="sliding"):
     ]
     """Sliding speeds; one number is a tuple of one."""
     heat_partition: Annotated[Annotated[float, SHARE] | str, BeforeValidator(read_share)] = "all"
-    """Share of the heat into the moving body, or how it follows from both bodies."""
+    """Share of the heat into the moving body, or the rule by which it follows from both bodies."""
     duration: Annotated[float, Quantity("s", '"1 ms"', above=0)] | None = None
     """Time since sliding began; None is steady."""
     background_temperature: Annotated[float, KELVIN] | None = None

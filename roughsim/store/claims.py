@@ -1,9 +1,9 @@
-"""Who computes what in a run folder: claims spare several processes the same work, and nothing depends on them.
+"""Claims on members, so that several processes on one run folder do not compute the same member.
 
 ``RUN/claims/L0-000003`` holds the name of the process that computes this member. ``RUN/claims/process-NAME`` holds a
-number that its process raises every few seconds. A process is gone when the number stays the same for a lease on the
-reader's own clock: clocks of different machines are never compared. Members are placed whole and have the same bits
-whoever computes them, so a claim that is taken over too early costs time and nothing else.
+number that this process raises every few seconds, its sign of life. A process counts as ended when its number stays the
+same for a lease on the reader's own clock: clocks of different machines are never compared. Members are written whole
+and have the same bits whoever computes them. So a claim that is taken over too early costs time and nothing else.
 """
 
 import json
@@ -20,19 +20,19 @@ from typing import Any, Self
 
 from roughsim.store.member_files import MEMBER_NAME
 
-LEASE = 30.0  # s; a process that is silent for so long is taken to be gone
+LEASE = 30.0  # s; a process that is silent for so long counts as ended
 RENEWAL = 2.0  # s between two signs of life
 PROCESS_NAME = re.compile(r"[\w.-]{1,200}")
 _PROCESS_FILE = re.compile(rf"process-{PROCESS_NAME.pattern}")
 
 
 class Claims:
-    """The members that this process computes, its signs of life, and what it has seen of other processes."""
+    """The claims of this process, its signs of life, and the latest signs of life of other processes."""
 
     def __init__(self, run_folder: Path):
         self.folder = run_folder / "claims"
         self._host = re.sub(r"[^\w.-]", "-", socket.gethostname())[:64]
-        # the last part tells it from a process of the same host and number before or after it
+        # the last part distinguishes it from an earlier or later process of the same host and number
         self.name = f"{self._host}-{os.getpid()}-{secrets.token_hex(8)}"
         self.path = self.folder / f"process-{self.name}"
         self.held: set[str] = set()
@@ -53,7 +53,7 @@ class Claims:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Give up the claims of this process, and remove those of processes that are gone."""
+        """Give up the claims of this process, and remove those of processes that have ended."""
         self.release_all()
         self._end.set()
         self._thread.join()
@@ -80,9 +80,9 @@ class Claims:
                 self.sign(count)
 
     def take(self, claim: str) -> bool:
-        """Claim a member, also from a process that is gone; False if another process computes it.
+        """Claim a member, also from a process that has ended; False if another process computes it.
 
-        Where claim files cannot be made, every claim succeeds, which is said once.
+        Where claim files cannot be made, every claim succeeds, and a warning says so once.
         """
         path = self.folder / claim
         try:
@@ -112,12 +112,12 @@ class Claims:
             self.release(claim)
 
     def claimed(self, claim: str) -> bool:
-        """Whether another process computes a member, as far as is known."""
+        """Whether another process has a claim on a member and shows signs of life."""
         path = self.folder / claim
         return path.exists() and claim not in self.held and not self._is_stale(path)
 
     def _is_stale(self, path: Path) -> bool:
-        """Whether the process that made a claim is gone; a claim that names none is stale after a lease."""
+        """Whether the process that made a claim has ended; a claim without a name is stale after a lease."""
         owner = _start_of(path).decode(errors="replace")
         return self._is_silent(self.folder / f"process-{owner}" if PROCESS_NAME.fullmatch(owner) else path)
 
@@ -140,10 +140,10 @@ class Claims:
 
 
 def writer(run_folder: Path) -> str | None:
-    """Return who computes a run now, as "process 12 on host" or "3 processes on 2 hosts"; None for nobody.
+    """Return the processes that compute a run now, as "process 12 on host" or "3 processes on 2 hosts"; None if none.
 
-    A process counts once it has given a sign of life while this function looks: for a few seconds at most, and not at
-    all where no process has left a file.
+    A process counts if it gives a sign of life while this function waits: a few seconds at most, and no time where no
+    process has left a file.
     """
     first = {path: _start_of(path) for path in _listed(run_folder / "claims", _PROCESS_FILE)}
     waiting = {path for path, content in first.items() if not _has_ended(content)}
@@ -162,7 +162,7 @@ def writer(run_folder: Path) -> str | None:
 
 
 def process_space() -> str | None:
-    """Return the start of this machine and the container, within which a process number is unique; None if unknown."""
+    """Return the boot of this machine and its container, within which a process number is unique; None if unknown."""
     try:
         boot = Path("/proc/sys/kernel/random/boot_id").read_text().strip()
         return f"{boot} {os.stat('/proc/self/ns/pid').st_ino}"
@@ -185,7 +185,7 @@ def _has_ended(content: bytes) -> bool:
 
 
 def _signature(content: bytes) -> dict[str, Any]:
-    """Return what a process has written of itself: host, pid and space; empty if no process writes such."""
+    """Return host, pid and space from the file of a process; empty if the content is not of that kind."""
     try:
         signature: dict[str, Any] = json.loads(content.partition(b"\n")[2])
         sound = isinstance(signature["pid"], int) and PROCESS_NAME.fullmatch(signature["host"])

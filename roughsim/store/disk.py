@@ -1,7 +1,7 @@
-"""Bytes on disk: written whole or not at all, read whole or not at all, and never deleted.
+"""Files on disk: written whole or not at all, read whole or not at all, and never deleted.
 
-A file that was read is sound, or it is proven to be damaged (`DamagedError`). A file that cannot be read now is an
-`OSError`: the disk or the network may give it later.
+`DamagedError` means that the content of a file was read and is proven to be damaged. An `OSError` means that a file
+cannot be read now: the disk or the network may give it later.
 """
 
 import errno
@@ -30,7 +30,7 @@ _ADVICE = {
 
 
 class DamagedError(RecordError):
-    """A file is proven to be not what was written: its digest, or the format inside, does not hold."""
+    """The content of a file is proven to be damaged: its digest or its format is wrong."""
 
 
 def place_bytes(path: Path, *content: bytes | memoryview, first: bool = False) -> None:
@@ -80,7 +80,7 @@ def _move_if_absent(temporary: Path, path: Path) -> None:
 
 
 def is_temporary(name: str) -> bool:
-    """Whether a file of this name is one that `place_bytes` has begun; its writer may be at work."""
+    """Whether `place_bytes` gives such a name to a file that it is writing; the writer may still be at work."""
     return _TEMPORARY.fullmatch(name) is not None
 
 
@@ -104,7 +104,7 @@ def read_bytes(path: Path, most: int | None = None) -> bytes:
         with open(regular_file(path), "rb") as file:
             size = os.fstat(file.fileno()).st_size
             if most is not None and size > most:
-                raise RecordError(f"{path} has more than {most >> 20} MiB: roughsim does not write such")
+                raise RecordError(f"{path} has {size / 2**20:.3g} MiB, above the {most >> 20} MiB that roughsim writes")
             if size > 0.5 * machine_memory():
                 raise OSError(errno.ENOMEM, f"it has {size / 1e9:.3g} GB, above half of the machine's memory")
             return file.read()
@@ -113,7 +113,7 @@ def read_bytes(path: Path, most: int | None = None) -> bytes:
 
 
 def not_readable(path: Path, error: OSError) -> OSError:
-    """Return the error that says that a file cannot be read now, which is no damage."""
+    """Return the error for a file that cannot be read now, though it may be sound."""
     advice = _ADVICE.get(error.errno or 0, "see the disk or the network, and try again")
     return OSError(error.errno, f"{path} cannot be read now ({error.strerror or error}); nothing was changed; {advice}")
 

@@ -1,9 +1,9 @@
-"""The file of a member (one realization at one level) and all of its format: written whole, checked to the last byte.
+"""The file of a member (one realization at one level): its format, written whole and checked to the last byte.
 
 The file is HDF5 and netCDF-4 at once. All arrays lie in the root group with dimension scales and units; the group
-`entry` links to them as NeXus has it. The attribute `header` is JSON with all that is no array, `sha256` guards header
-and numbers, and each field has its own. Behind the end of the HDF5 file stands the seal: a line with the name of the
-file and the SHA-256 of all bytes before it.
+`entry` links to them as NeXus wants it. The attribute `header` is JSON and holds what is no array. `sha256` guards the
+header and the numbers, and each field has a digest of its own. After the end of the HDF5 file stands the seal: a line
+with the name of the file and the SHA-256 of all bytes before it.
 """
 
 import errno
@@ -29,9 +29,9 @@ from roughsim.observables.catalogue import NUMBERS
 from roughsim.store.disk import DamagedError, damaged, hdf5_bytes, place_bytes, read_bytes
 from roughsim.untrusted import ChildEndedError, call_in_child, check_hdf5
 
-FORMAT = 2  # raised when older readers would misread
-OLDEST = 2  # version that is still read
-KEPT_FIELDS = {  # unit, and what exported files say of the field
+FORMAT = 2  # to be raised when older readers would misread a file
+OLDEST = 2  # the oldest version that is still read
+KEPT_FIELDS = {  # unit, and description in exported files
     "heights": ("m", "composite heights"),
     "pressure": ("Pa", "contact pressure, positive in compression"),
 }
@@ -114,7 +114,7 @@ def member_of(path: Path, content: bytes, fields: Sequence[str] = ()) -> Member:
     """Return the member that the bytes of a file hold, with these of its fields; RecordError as for `read_member`."""
     if seal_of(path, content) is not None:
         return _opened(path, content, fields)
-    # no seal, as older versions wrote it: opened in another process, where the HDF5 library can do no harm
+    # older versions wrote no seal: such a file is opened in another process, where a crash of HDF5 does no harm
     try:
         member: Member = call_in_child(_opened, path, content, fields, seconds=5.0 + len(content) / 1e7)
     except ChildEndedError as error:
@@ -123,20 +123,20 @@ def member_of(path: Path, content: bytes, fields: Sequence[str] = ()) -> Member:
 
 
 def check_member(path: Path) -> None:
-    """See that every byte of a member's file is as it was written, those of kept fields too.
+    """Check that every byte of a member's file is as it was written, kept fields included.
 
     DamagedError, naming the file, if it is not. OSError if it cannot be read now, which is no damage.
     """
     try:
         content = read_bytes(path)
-    except RecordError as error:  # somebody's folder or pipe
+    except RecordError as error:  # a folder or a pipe of that name
         raise OSError(errno.EINVAL, str(error)) from error
     try:
         if seal_of(path, content) is None:
             member_of(path, content, tuple(KEPT_FIELDS))
     except DamagedError:
         raise
-    except RecordError:  # of another format: not ours to judge
+    except RecordError:  # of another format: not known to be damaged
         return
 
 
@@ -149,7 +149,7 @@ def seal_of(path: Path, content: bytes) -> str | None:
     if seal is None:
         end = int.from_bytes(content[28:36], "little")  # of the superblock of version 3, which all members have
         if not content.startswith(_HDF5_SIGNATURE) or end != len(content):
-            raise damaged(path, "its digest is missing, and it does not end where it says")
+            raise damaged(path, "its digest is missing, and its length is not the one that it states")
         return None
     name, level, index, digest = (part.decode() for part in seal.groups())
     if hashlib.sha256(memoryview(content)[: seal.start(4)]).hexdigest() != digest:
@@ -165,7 +165,7 @@ def digest_of(path: Path, content: bytes) -> bytes:
 
 
 def is_unchanged(path: Path, status: os.stat_result, size: int, changed: int, digest: bytes) -> bool:
-    """Whether a member's file has a digest still; where size and time, ns, are the same its seal is believed."""
+    """Whether a member's file still has a digest; with the same size and time, ns, its seal is believed unread."""
     if status.st_size != size or not stat.S_ISREG(status.st_mode):
         return False
     if status.st_mtime_ns == changed:
@@ -186,7 +186,7 @@ def check_format(path: Path, version: int) -> None:
 
 
 def _fill(file: Any, member: Member) -> None:
-    """Put the header and all arrays into the root group, as netCDF-4 has it, and what viewers draw into `entry`."""
+    """Put the header and all arrays into the root group, as netCDF-4 wants it, and what viewers draw into `entry`."""
     file.attrs.update(NX_class="NXroot", default="entry", format="roughsim realization", format_version=FORMAT)
     entry = file.create_group("entry")
     entry.attrs.update(NX_class="NXentry", default="fields" if member.fields else "stress")
@@ -257,7 +257,7 @@ def _add(
 
 
 def _link(file: Any, name: str, signal: str, axes: list[str], others: list[str]) -> None:
-    """Make the group that viewers draw: hard links to a signal, its axes, and what stands beside it."""
+    """Make a group that viewers draw: hard links to a signal, its axes, and other arrays."""
     group = file["entry"].create_group(name)
     group.attrs.update(NX_class="NXdata", signal=signal, axes=axes)
     for array in dict.fromkeys((signal, *axes, *others)):
@@ -273,7 +273,7 @@ def _digest(text: str, arrays: Iterable[NDArray[Any]]) -> str:
 
 
 def _opened(path: Path, content: bytes, fields: Sequence[str]) -> Member:
-    """Return the member in the bytes of an HDF5 file; whatever goes wrong inside means that the file is damaged."""
+    """Return the member in the bytes of an HDF5 file; any error inside means that the file is damaged."""
     import h5py
 
     try:
@@ -288,7 +288,7 @@ def _opened(path: Path, content: bytes, fields: Sequence[str]) -> Member:
 
 
 def _taken(file: Any, path: Path, fields: Sequence[str]) -> Member:
-    """Return what `_fill` stored; ValueError if a digest does not hold, or no writer of this format makes such."""
+    """Return the member that `_fill` stored; ValueError if a digest or the header is wrong."""
     text = str(file.attrs["header"])
     header = json.loads(text)
     _check_header(header)

@@ -1,7 +1,8 @@
-"""The map of the theory's validity as one HDF5 file: measured/theory with errors over the places where it was measured.
+"""The map of the theory's validity, one HDF5 file: measured/theory with its error at many points of load and roughness.
 
-Groups `elastic`, `smoothed`, `capped` and `steps`; in each a table: `place` (points, coordinates), `value` and `error`
-(points, quantities), their names as attributes. `value` is measured/theory, `error` its total relative 95 % error.
+It has the groups `elastic`, `smoothed`, `capped` and `steps`, each with one table: `place` (points, coordinates),
+`value` and `error` (points, quantities), and their names as attributes. `value` is measured/theory, `error` its total
+relative 95 % error.
 """
 
 import hashlib
@@ -62,7 +63,7 @@ def read_validity(path: Path | None = None) -> dict[str, Table]:
 
 
 def digest(tables: Mapping[str, Table]) -> str:
-    """Return the SHA-256 of all that the tables hold."""
+    """Return the SHA-256 of the names and numbers of all tables."""
     seal = hashlib.sha256()
     for name in sorted(tables):
         table = tables[name]

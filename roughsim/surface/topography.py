@@ -78,8 +78,8 @@ def _check_channel(path: Path, channel: Any) -> None:
     points = float(np.prod([float(n) for n in channel.nb_grid_pts]))
     if 64.0 * points > 0.5 * machine_memory():
         raise RecordError(
-            f"{path} declares {points:.3g} points; it takes {64e-9 * points:.3g} GB to read, above half of the machine's "
-            "memory; crop it"
+            f"{path} declares {points:.3g} points; it takes {64e-9 * points:.3g} GB to read, above half of the "
+            "machine's memory; crop it"
         )
 
 

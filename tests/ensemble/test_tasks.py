@@ -70,7 +70,7 @@ def test_an_executor_whose_workers_died_is_not_asked_again_and_what_ended_them_i
 
 def test_processes_for_a_script_from_the_standard_input_are_refused_before_any_work(quick, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "__main__", SimpleNamespace(__file__="<stdin>", __spec__=None))
-    with pytest.raises(ValueError, match=r"<stdin> is no file to them; save the script in a file, or .* workers=1"):
+    with pytest.raises(ValueError, match=r"<stdin> is no file; save the script in a file, or .* workers=1"):
         rs.run(quick, tmp_path / "run", workers=2)
     assert not (tmp_path / "run").exists()
     assert rs.run(quick, tmp_path / "run", workers=1, max_realizations=1).realizations == 1
@@ -227,7 +227,7 @@ def test_an_executor_that_drops_what_it_was_given_ends_the_run_with_a_sentence(q
             future.cancel()
             return future
 
-    with pytest.raises(RuntimeError, match="its scheduler or its workers are gone; what was computed is stored"):
+    with pytest.raises(RuntimeError, match="its scheduler or its workers have ended; all finished members are stored"):
         rs.run(quick, tmp_path / "run", executor=Dropping())
     assert not (tmp_path / "run" / "claims").exists()
 

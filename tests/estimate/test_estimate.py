@@ -186,7 +186,7 @@ def test_an_estimate_explains_itself():
     assert "flash_temperature" in text
     assert "n = 20" in text
     assert "size: at most what a larger cell changes, as measured" in text
-    assert "pixel: unknown: no levels show it; not in these figures" in text
+    assert "pixel: unknown: no level of the run shows it; not in these figures" in text
     assert found.unknown == ("bandwidth", "pixel")
     np.testing.assert_allclose(found.budget["size"], 0.01 * found.mean)
     np.testing.assert_allclose(found.budget["solver"], 2e-4 * found.mean)

@@ -222,7 +222,7 @@ def test_a_wave_without_a_derivative_on_the_grid_has_no_slope_length():
 
 def test_an_empty_contact_has_no_temperature_and_says_so():
     grid = Grid((8, 8), (1.0, 1.0))
-    with pytest.warns(RuntimeWarning, match="without contact there is no flash temperature"):
+    with pytest.warns(RuntimeWarning, match="pressure = 0 Pa everywhere: without contact"):
         seen = measure(Pressed(np.zeros((8, 8)), 0.0, 0.0), grid, Sliding([0.0, 1.0], **UNIT))
     for name in ("temperature", "gradient", "laplacian", "width"):
         assert np.isnan(getattr(seen, f"flash_{name}")).all()

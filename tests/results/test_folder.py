@@ -128,7 +128,7 @@ def test_without_checksums_as_older_runs_are_each_value_must_follow_from_the_sce
     path.write_text(json.dumps(description))
     assert rs.open_run(folder).realizations == 2
     path.write_text(json.dumps(description | {key: CHANGES[key]}))
-    with pytest.raises(rs.RecordError, match=f"{key} in run.json was changed: it is .*, and scene.toml gives"):
+    with pytest.raises(rs.RecordError, match=f"{key} in run.json was changed: it is .* scene.toml; put it"):
         rs.open_run(folder)
 
 

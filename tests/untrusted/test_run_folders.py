@@ -254,7 +254,7 @@ def test_a_grid_beyond_memory_is_refused(folder):
     numerics = json.loads((folder / "run.json").read_text())["numerics"]
     numerics["levels"][0]["shape"] = [10**7, 10**7]
     change(folder, numerics=numerics)
-    with pytest.raises(rs.RecordError, match=r"a field of 100000000000000 points needs more than half"):
+    with pytest.raises(rs.RecordError, match=r"a field of 100000000000000 points needs .* GB, more than half"):
         rs.open_run(folder)
 
 
@@ -263,7 +263,7 @@ def test_endless_and_bottomless_descriptions_are_refused(folder):
     with pytest.raises(rs.RecordError, match="run.json is damaged"):
         rs.open_run(folder)
     (folder / "run.json").write_text(" " * (1 << 20) + "{}")
-    with pytest.raises(rs.RecordError, match="run.json has more than 1 MiB"):
+    with pytest.raises(rs.RecordError, match="run.json has .* MiB, above the 1 MiB"):
         rs.open_run(folder)
 
 
