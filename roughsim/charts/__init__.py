@@ -1,4 +1,4 @@
-"""Figures, the one door to matplotlib: a comparison with the theory, and the pictures of a run."""
+"""Figures: a comparison with the theory, the pictures of a run, error over cost. Only this room uses matplotlib."""
 
 from roughsim.charts.comparison import comparison_chart
 from roughsim.charts.error_over_cost import error_over_cost_chart

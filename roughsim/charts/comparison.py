@@ -18,8 +18,8 @@ from roughsim.results.run import Run
 from roughsim.show.table import shown
 from roughsim.show.text import plain
 
-DASHES: Any = (0, (4, 2))  # over what it coincides with
-# over speed: observable → words, label, and SI unit
+DASHES: Any = (0, (4, 2))  # of the calibrated line, so that a line below it can be seen
+# observables drawn over speed → title, symbol, and SI unit
 DRAWN = {
     "flash_temperature": ("Flash temperature", r"$T_\mathrm{flash}$", "K"),
     "flash_width": ("Hot-spot width", r"$D_\mathrm{flash}$", "m"),
@@ -53,7 +53,7 @@ def comparison_chart(run: Run, rows: Sequence[Any], path: Path) -> None:
 
 
 def draw_over_speed(axes: Axes, run: Run, rows: Sequence[Any], observable: str) -> None:
-    """Draw an observable over the speed: the theories, that up to q_c where it differs, and each column."""
+    """Draw an observable over the speed: both theories, the theory up to q_c where it differs, and each column."""
     rows = [row for row in rows if row.observable == observable and row.speed]
     speed = np.array([row.speed for row in rows])
     if speed.size == 0:  # only at rest
@@ -85,7 +85,7 @@ def draw_over_speed(axes: Axes, run: Run, rows: Sequence[Any], observable: str) 
 
 
 def draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
-    """Write what lines and bands mean, and what the run is."""
+    """Draw the legend of lines and bands, and lines of text about the run."""
     axes.set_axis_off()
     meanings = {
         "smoothed": r"smoothed: elastic contact on $C_\mathrm{sm}$",
@@ -106,12 +106,12 @@ def draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
     axes.legend(handles=handles, loc="upper left", borderaxespad=0)
     share = run.heat_partition
     unknown = dict.fromkeys(part for row in drawn for cell in row.columns.values() for part in cell.unknown)
-    unknown.pop("bandwidth", None)  # titles name what stands at q_c
+    unknown.pop("bandwidth", None)  # the titles say "at q_c" instead
     lines = [
         plain(run.scene.title),
         f"{run.realizations} realizations",
         "bands: total error, 95 %; of the stress correlation: statistical, 95 %",
-        f"at least, since nothing tells of: {', '.join(unknown)}" if unknown else "",
+        f"at least, as these parts of the error are unknown: {', '.join(unknown)}" if unknown else "",
         f"heat share in the body {share.min():.3g}" + (f"…{share.max():.3g}" if np.ptp(share) > 0 else ""),
     ]
     text = "\n".join(fill(line, 50) for line in lines if line)

@@ -44,7 +44,7 @@ def panels(points: Iterable[Point]) -> dict[str, list[Point]]:
 
 
 def front(points: Sequence[Point]) -> list[Point]:
-    """Return the points that no other one beats in both cost and error, cheapest first; failures are never on it."""
+    """Return the points that no other point beats in both cost and error, cheapest first; never a failure."""
     best, result = inf, []
     for point in sorted(points, key=lambda p: (p.seconds, p.error)):
         if point.error < best:
@@ -79,7 +79,7 @@ def error_over_cost_chart(points: Iterable[Point], path: Path) -> None:
 
 
 def draw_panel(axis: Axes, points: Sequence[Point]) -> None:
-    """Draw a line for each method, the front behind them, and a star where the plan stands."""
+    """Draw a line for each method, the front behind the lines, and a star at the choice of the plan."""
     for k, method in enumerate(dict.fromkeys(p.method for p in points)):
         line = sorted((p for p in points if p.method == method and p.error > 0.0), key=lambda p: p.pairs)
         style: dict[str, Any] = {"color": HUES[k % 12], "marker": SHAPES[k % 12], "ms": 3.5, "lw": 0.9}
@@ -90,7 +90,7 @@ def draw_panel(axis: Axes, points: Sequence[Point]) -> None:
     xy = [p.pairs for p in stars], [p.error for p in stars]
     axis.plot(*xy, "*", ms=13, mfc="none", mec="k", label="choice of the plan", zorder=5)
     axis.set(xscale="log", yscale="log")
-    # an axis needs a decade at least, to have a power of ten to be read by
+    # an axis needs at least a decade, so that it shows a power of ten
     for limits, change in ((axis.get_xlim(), axis.set_xlim), (axis.get_ylim(), axis.set_ylim)):
         lacking = max(0.0, 1.05 - log10(limits[1] / limits[0])) / 2
         change(limits[0] / 10**lacking, limits[1] * 10**lacking)

@@ -1,4 +1,4 @@
-"""Maps of fields: the whole cell, and beside it the busiest part of a fine one."""
+"""Maps of fields: the whole cell, and, for a cell of many points, an enlarged part beside it."""
 
 from pathlib import Path
 from typing import Any
@@ -39,7 +39,7 @@ def map_chart(subject: Subject, name: str, path: Path, zoom: Zoom | None = None)
     with new_figure(path, size, subject.title(title)) as figure:
         panels = list(figure.subplots(1, len(windows), squeeze=False)[0])
         for axes, part in zip(panels, windows, strict=True):
-            # the contact is outlined where it is seen largest
+            # the contact is outlined on the most enlarged map
             image = draw_field(axes, field, grid, part, colours, pressure if hot and part is windows[-1] else None)
         if enlarged is not None:
             # a frame on the whole cell shows what is enlarged
@@ -105,14 +105,14 @@ def busiest_part(field: Array) -> Window | None:
 
 
 def averaged(pressure: Array) -> Array:
-    """Return the pressure averaged over about an enlarged part, whose peak is where most contact is."""
+    """Return the pressure averaged over about the size of an enlarged part: its peak is where most contact is."""
     spectrum = fourier_gaussian(fourier.forward(pressure), ENLARGED / 8, n=pressure.shape[1])
     smooth: Array = fourier.inverse(spectrum, pressure.shape)
     return smooth
 
 
 def height_over_width(grid: Grid, window: Window) -> float:
-    """Return the shape of a picture, between 0.3 and 3."""
+    """Return height over width of the part of a map that is drawn, between 0.3 and 3."""
     width, height = ((s.stop - s.start) * d for s, d in zip(window, grid.spacing, strict=True))
     return float(min(max(height / width, 0.3), 3.0))
 
@@ -126,7 +126,7 @@ def draw_field(
     pressure: Array | None = None,
     edge: str = OUTLINE,
 ) -> AxesImage:
-    """Draw a field with a scale bar, and where a pressure is handed in, the edges of its contact."""
+    """Draw a field with a scale bar, and, if `pressure` is given, the edges of the contact."""
     # points are centred on their coordinates; axis 0 of the field is x
     ends = [((s.start - 0.5) * d, (s.stop - 0.5) * d) for s, d in zip(window, grid.spacing, strict=True)]
     factor, unit = scaled(max(abs(end) for pair in ends for end in pair), "m")
@@ -147,7 +147,7 @@ def draw_field(
 
 
 def scale_bar(axes: Axes, unit: str) -> None:
-    """Draw a bar of 1, 2 or 5 times a power of ten, about a fifth of the width, with its length, on any colour."""
+    """Draw a bar about a fifth of the map wide, 1, 2 or 5 times a power of ten long, with its length."""
     left, right = axes.get_xlim()
     longest = 0.22 * (right - left)
     power = 10.0 ** np.floor(np.log10(longest) + 1e-12)

@@ -1,4 +1,4 @@
-"""`plot_run`: which quantity of a run becomes which figure, and where it is written."""
+"""`plot_run`: draws one quantity of a run as a map or a curve, and chooses the file."""
 
 from pathlib import Path
 
@@ -23,7 +23,7 @@ NEEDS_SPEED = (*DERIVED_UNITS, "distribution", "profile")
 def choose_subject(
     run: Run, quantity: str, realization: int | None, speed: float | None, column: str | None
 ) -> Subject:
-    """Return what a quantity is drawn of; ValueError where fields were not kept, or an argument does not fit it."""
+    """Return the data that a quantity is drawn from; ValueError without kept fields, or if an argument does not fit."""
     column = run.column(column)
     level = run.numerics.of_column(column)[-1]
     if not run.sound(run.realizations):
@@ -69,7 +69,7 @@ def plot_run(
     heat_flux, if that is the quantity) beside each other. ValueError names what does not exist or was not kept.
     """
     if quantity not in QUANTITIES:
-        raise ValueError(f"quantity = {quantity!r} is no picture; choose one of {', '.join(QUANTITIES)}")
+        raise ValueError(f"quantity = {quantity!r} cannot be drawn; choose one of {', '.join(QUANTITIES)}")
     if quantity not in FIELDS and (zoom is not None or side_by_side):
         maps = ", ".join(FIELDS)
         raise ValueError(f"zoom and side_by_side are for maps, and {quantity} is none; choose one of {maps}")

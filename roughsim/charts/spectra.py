@@ -14,7 +14,7 @@ from roughsim.grid import Array, Grid, modes_between
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 
-WIDTH = 0.06  # of the Gaussian in ln q that spectra are averaged with
+WIDTH = 0.06  # of the Gaussian weights in ln q that average the spectra
 
 
 def spectrum_chart(subject: Subject, path: Path) -> None:
@@ -91,7 +91,7 @@ def draw_correlation(axes: Axes, run: Run, column: str, r: Array) -> None:
 
 
 def drawn_wavenumbers(first: float, last: float) -> Array:
-    """Return where spectra are drawn, rad/m: evenly in ln q, half a width inside the ends."""
+    """Return the wavenumbers at which spectra are drawn, rad/m: even in ln q, half a width inside the ends."""
     first, last = first * (1 + WIDTH / 2), last * (1 - WIDTH / 2)
     return np.geomspace(first, last, max(8, round(np.log(last / first) / WIDTH)))
 
@@ -115,7 +115,7 @@ def mode_area(grid: Grid, q: Array, ends: tuple[float, float]) -> Array:
 def sum_near(grid: Grid, q: Array, values: Array, ends: tuple[float, float]) -> Array:
     """Return the sum of values over the modes near each q and between `ends`, with Gaussian weights in ln q."""
     modes = modes_between(grid, *ends)
-    # bins much narrower than the weights, or there would be a weight for each pair of mode and q
+    # sum the modes in bins much narrower than the weights first: a weight for each pair of mode and q would be too many
     step = WIDTH / 16
     bins = np.rint(np.log(modes.wavenumber) / step).astype(np.intp)
     first = int(bins.min())
@@ -131,7 +131,7 @@ def weights(q: Array, wavenumbers: Array) -> Array:
 
 
 def correlation_chart(subject: Subject, path: Path) -> None:
-    """Draw g_σ(r) of all realizations with its band over the theory, near and far."""
+    """Draw g_σ(r) of all realizations with its band over the theory, at short and at long distances."""
     run, scene = subject.run, subject.run.scene
     longest = 2 * np.pi / scene.spectrum.breaks[0]
     reach = 0.5 * float(np.hypot(*run.numerics.lengths))

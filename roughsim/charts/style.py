@@ -1,4 +1,4 @@
-"""What all figures share: what a picture is of, colours told apart by everyone, fonts, units, how a file is written."""
+"""Shared by all figures: the data to draw (`Subject`), colours that everyone can tell apart, fonts, units, files."""
 
 import warnings
 from collections.abc import Iterator
@@ -45,13 +45,13 @@ STYLE: Any = {
     "ytick.direction": "in",
     "svg.fonttype": "none",
     "pdf.fonttype": 42,
-    "text.usetex": False,  # titles never reach a TeX of the machine
+    "text.usetex": False,  # a title must not run TeX, which could read files
 }
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Subject:
-    """A run, a column and its finest level, one realization or all (None), and a speed in m/s."""
+    """The data of a figure: a run, a column and its finest level, one realization or all (None), and a speed, m/s."""
 
     run: Run
     column: str
@@ -89,7 +89,7 @@ def check_ending(path: Path) -> None:
 
 @contextmanager
 def new_figure(path: Path, size: tuple[float, float], title: str = "") -> Iterator[Figure]:
-    """Give an empty figure of a size in inches, in the style of all; what is drawn in it is then written to `path`."""
+    """Yield an empty figure of a size in inches, in the common style; at the end it is written to `path`."""
     check_ending(path)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=size, layout="constrained")
@@ -105,7 +105,7 @@ def save(figure: Figure, path: Path) -> None:
     font = get_font(findfont(FontProperties()))
     letters = {letter for text in figure.findobj(Text) for letter in text.get_text() if letter.isprintable()}
     if lacking := sorted(letter for letter in letters if not font.get_char_index(ord(letter))):
-        warnings.warn(f"the font of the pictures has no {' '.join(lacking)}: boxes stand in their place", stacklevel=2)
+        warnings.warn(f"the font of the pictures has no {' '.join(lacking)}: boxes are drawn instead", stacklevel=2)
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font")
         figure.savefig(path, dpi=160)
@@ -118,7 +118,7 @@ def band(axes: Axes, x: Array, mean: Array, error: Array, colour: str) -> None:
 
 
 def half_width(run: Run, column: str | None, standard_error: Array) -> Array:
-    """Return the half-width of the 95 % interval of a mean over the finest level of a column, from its error."""
+    """Return the half-width of the 95 % interval of a mean over a column's finest level, from its standard error."""
     level = run.numerics.levels[run.numerics.of_column(run.column(column))[-1]]
     count = sum(index % level.every == 0 for index in run.sound(run.realizations))
     return standard_error * quantile(count - 1.0)

@@ -30,7 +30,7 @@ BIN_WIDTH, LEAST_BINS = 0.12, 12  # of the stress spectrum, in ln q; how many ma
 
 
 class Cell(NamedTuple):
-    """A measured value: mean, standard error, finest level − mean; total error (95 %) and what it does not know of."""
+    """A measured value: mean, standard error, finest level − mean, total error (95 %) and the parts it lacks."""
 
     mean: float
     standard_error: float
@@ -70,12 +70,12 @@ class Slope(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One observable at one speed (None where there is none): theory, the measured columns, and their ratios.
+    """One observable at one speed (None without a speed): theory, the measured columns, and their ratios.
 
     `theory` is summed over the modes of the cell up to q_c, `theory_at_cut_off` integrated up to q_c, and
-    `theory_full_spectrum` integrated over all. So is `calibrated`, by the calibrated stress spectrum; NaN where that
-    was not compared with contacts. `note` is "identity" where force balance fixes the value, "at q_c" where it has no
-    limit in the cut-off, or none that the run can tell.
+    `theory_full_spectrum` integrated over all of C(q). `calibrated` is that by the calibrated stress spectrum; NaN
+    where it was not compared with contacts. `note` is "identity" where force balance fixes the value, "at q_c" where
+    the value has no limit in the cut-off, or the run does not show one.
     """
 
     observable: str
@@ -91,7 +91,7 @@ class Row:
 
     @property
     def cut(self) -> bool:
-        """Whether the theory up to q_c is noticeably another than that over the whole spectrum."""
+        """Whether the theory up to q_c differs from that over the whole spectrum by more than `NOTICED`."""
         whole = self.theory_full_spectrum
         return abs(self.theory_at_cut_off - whole) > NOTICED * abs(whole)
 
@@ -119,30 +119,30 @@ class Comparison:
 
     @property
     def unknown(self) -> tuple[str, ...]:
-        """The parts of the errors that no level of the run tells, of some column or ratio."""
+        """The parts of the errors that are unknown in some column or ratio."""
         cells = [cell.unknown for row in self.rows for cell in row.columns.values()]
         ratios = [ratio.unknown for row in self.rows for ratio in row.ratios.values()]
         return tuple(dict.fromkeys(chain(*cells, *ratios)))
 
     def notes(self) -> tuple[str, ...]:
-        """Say what is missing, and why measured values and the theory beside them differ in what they include."""
+        """Return notes on missing members, and on waves that only the theory or only the simulation includes."""
         q_c, q_max = finest(self.run)[1], self.run.scene.spectrum.breaks[-1]
         notes = left_out(self.run)
         if cut := self.farthest("theory_at_cut_off", "theory_full_spectrum"):
             notes.append(
                 f"C(q) is cut at q_c = {q_c:.3g} rad/m, below q_max = {q_max:.3g} rad/m. Up to q_c the theory is {cut} "
-                "Means are continued to q_max, and what that leaves open is in their error; rows marked at q_c are not "
-                "continued. The ratio is formed up to q_c."
+                "Means are extrapolated to q_max, and the doubt of that is in their error; rows marked at q_c are not "
+                "extrapolated. The ratio is formed up to q_c."
             )
         if short := self.farthest("theory", "theory_at_cut_off"):
             notes.append(
-                f"The cell holds too few long waves for the theory: summed over its modes it is {short} The ratio has "
-                "this in its error; take more waves per side."
+                f"The cell holds too few long waves for the theory: summed over its modes it is {short} The error of "
+                "the ratio includes this; take more waves per side."
             )
         return tuple(notes)
 
     def farthest(self, name: str, other: str) -> str:
-        """Return the T_flash at which two theories differ most, in words; empty where that is less than `NOTICED`."""
+        """Return in words the two values of T_flash where two theories differ most; empty if by less than `NOTICED`."""
 
         def apart(row: Row) -> float:
             return float(abs(getattr(row, name) / getattr(row, other) - 1.0))
@@ -201,7 +201,7 @@ def compare(run: Run) -> Comparison:
 
 
 def rows_of(run: Run) -> Iterator[Row]:
-    """Give a row for each observable and speed."""
+    """Yield a row for each observable and speed."""
     level, q_c = finest(run)
     drawn = TruncatedSpectrum(prediction.smoothed_spectrum(run.scene), q_c)
     theories = {  # by the field of a row that has it
@@ -240,7 +240,8 @@ def finest(run: Run) -> tuple[int, float]:
 def ratios_of(run: Run, observable: str, summed: Array, integral: Array) -> dict[str, Uncertain]:
     """Return the first column over the theory and, for capped scenes, capped over smoothed.
 
-    What the sum over the modes has over the integral is an error by the cell: contacts feel it less than the sum does.
+    The difference of the sum over the modes from the integral counts as an error by the finite cell, though contacts
+    are less sensitive to it than the sum.
     """
     columns = run.numerics.columns
     known: Any = {"tolerance": run.numerics.tolerance, "scanned": run.scene.scanned}

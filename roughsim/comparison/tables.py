@@ -61,7 +61,7 @@ def theory_table(scene: Scene) -> Table:
 
 
 def calibrated_note(scene: Scene) -> str:
-    """Say what the column calibrated is, or why it is empty."""
+    """Return a note on the column calibrated: its accuracy, or why it is empty."""
     law = prediction.calibrated(scene)
     if law.stress_spectrum is None:
         return f"calibrated: none, as {law.range}."
@@ -71,7 +71,7 @@ def calibrated_note(scene: Scene) -> str:
 
 
 def trust_table(known: Trust) -> Table:
-    """Return how far the theory is known to be off, a row per observable; off the map only why."""
+    """Return how far the theory is known to be off, a row per observable; off the map only the reason."""
     title = "How far the theory is off"
     if not known.judgements:
         return Table([Column("")], [[f"unknown, off the map: {known.where}"]], title)
@@ -117,7 +117,7 @@ def comparison_table(comparison: Comparison) -> Table:
 
 
 def meanings(comparison: Comparison) -> Iterator[str]:
-    """Give the slopes of the stress spectrum, and what the columns and marks of a comparison mean."""
+    """Yield notes: the slopes of the stress spectrum, and the meaning of columns and marks."""
     for slope in comparison.slopes:
         band = f"slope of |σ_q|² from {slope.low:.3g} to {slope.high:.3g} rad/m"
         measured = Number(slope.measured, error=slope.error)
@@ -128,12 +128,12 @@ def meanings(comparison: Comparison) -> Iterator[str]:
     )
     yield calibrated_note(comparison.run.scene)
     if comparison.unknown:
-        yield f"≥: no level of the run tells the whole error ({', '.join(comparison.unknown)})."
+        yield f"≥: a part of the error is unknown, as no level of the run shows it ({', '.join(comparison.unknown)})."
     marks = {row.note for row in comparison.rows}
     if "identity" in marks:
         yield "identity: fixed by force balance, no agreement."
     if "at q_c" in marks:
-        yield "at q_c: no limit in the cut-off, or none that the run can tell; no agreement."
+        yield "at q_c: no limit in the cut-off, or none that the run shows; no agreement."
 
 
 def budget_table(run: Run, column: str, speeds: Sequence[int] | None = None) -> Table:
@@ -154,7 +154,7 @@ def budget_table(run: Run, column: str, speeds: Sequence[int] | None = None) -> 
             rows.append([name, f"{run.scene.speeds[k]:g}" if per_speed else "", estimate.number(k), *small])
     notes = [
         f"n = {estimates[0].n} realizations. total error: 95 %, the root of the sum of squares of the parts; "
-        "≥ where no level of the run tells one of them (–).",
+        "≥ where one of them is unknown, as no level of the run shows it (–).",
         "finest − mean: the value at the finest level minus the mean.",
     ]
     columns = [Column("observable", name=True), *(Column(title, number=True) for title in titles)]

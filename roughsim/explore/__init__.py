@@ -1,7 +1,7 @@
 """A local page to look at a run: fields, temperatures at any speed and direction, curves over the theory.
 
-`content` computes without Bokeh. `layout` is what is on the page, `page` what happens when it is used,
-`server` brings it to the browser. Needs the extra `explore`.
+`content` computes what is shown, without Bokeh. `layout` has the controls and figures of the page, `page` what they do,
+and `server` sends it to the browser. The extra `explore` is needed.
 """
 
 import webbrowser
@@ -27,8 +27,8 @@ def explore(
     announce(address)
     with TemporaryDirectory(prefix="roughsim-") as private:
         if browser:
-            # all users see the words that a program is started with: a file that none of them can read has the secret
-            door = Path(private, "page.html")
-            door.write_text(f'<meta http-equiv="refresh" content="0; url={address}">\n', encoding="utf-8")
-            started.io_loop.add_callback(webbrowser.open, door.as_uri())
+            # all users can see the arguments of a program, so the secret address goes to the browser in a private file
+            redirect = Path(private, "page.html")
+            redirect.write_text(f'<meta http-equiv="refresh" content="0; url={address}">\n', encoding="utf-8")
+            started.io_loop.add_callback(webbrowser.open, redirect.as_uri())
         started.run_until_shutdown()

@@ -1,4 +1,4 @@
-"""What the page shows of a run, without Bokeh: the run as it grows, and the fields of a member in a view."""
+"""The content of the page, computed without Bokeh: the run as it grows, and the fields of a member."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -29,13 +29,13 @@ OVER_SPEED = ("flash_temperature", "flash_width", "slope_length")
 Field = NDArray[Any]
 Ends = tuple[float, float]
 PREVIEW = 1024  # points per side that the temperature is computed on while the slider moves
-PIXELS = 512  # per side of an image: more would not be seen, and each is sent at every move of the slider
+PIXELS = 512  # per side of an image: more cannot be seen, and an image is sent at every move of the slider
 
 
 class Curve(NamedTuple):
-    """A measured curve over m/s or m: its mean, and the error of 95 %; infinite for one realization.
+    """A measured curve over speed, m/s, or distance, m: its mean and 95 % error, infinite for one realization.
 
-    The error is the total one, and of g_σ the statistical one.
+    The error is the total one; for g_σ it is the statistical one.
     """
 
     x: Field
@@ -69,7 +69,7 @@ class WatchedRun:
 
     @property
     def deleted(self) -> bool:
-        """Whether the folder is there no more."""
+        """Whether the folder was deleted or moved."""
         return not (self.run.folder / "run.json").exists()
 
     def state(self) -> str:
@@ -78,10 +78,10 @@ class WatchedRun:
             return "its folder is gone" if self.deleted else state_line(self.run)
 
     def summary(self) -> Summary:
-        """Read the members that have come since; the same object comes back as long as nothing has changed."""
+        """Read new members, and return the summary: the same object as long as nothing has changed."""
         with self._lock:
             before, latest = self._latest
-            if self.deleted:  # nothing of it can be read any more
+            if self.deleted:  # show the last summary
                 line = f"{self.run.folder} was deleted or moved; what had been read of it is still shown"
                 if before != "deleted":
                     self._latest = "deleted", latest._replace(problems=[line])
@@ -98,12 +98,12 @@ class WatchedRun:
 
 
 def summarized(run: Run) -> Summary:
-    """Return a run at this moment."""
+    """Return the summary of a run at this moment."""
     problems = [f"{text}. The other realizations are shown." for text in run.damaged.values()] + gap(run)
     if run.failed:
         problems.append(f"{run.failed} realizations did not converge and are left out of the means")
     sound, levels = run.sound(run.realizations), range(len(run.numerics.levels))
-    none_yet = "No realization yet: there is no error to speak of."
+    none_yet = "No realization yet, so there are no errors to show."
     return Summary(
         problems,
         {c: table_text(budget_table(run, c)) if sound else none_yet for c in run.numerics.columns},
@@ -143,7 +143,7 @@ def theory_curves(run: Run) -> dict[str, tuple[Field, Field]]:
 def measured_curves(run: Run, column: str) -> dict[str, Curve]:
     """Return the curves of a column by name; the run needs a sound realization."""
     speeds, r = np.array(run.scene.speeds), distances(run)
-    moving = speeds > 0.0  # rest has no place on a logarithmic axis
+    moving = speeds > 0.0  # a logarithmic axis has no zero
     mean, error = run.correlation(r, column)
     curves = {CORRELATION: Curve(r, mean, half_width(run, column, error))}
     for name in OVER_SPEED:
@@ -155,7 +155,7 @@ def measured_curves(run: Run, column: str) -> dict[str, Curve]:
 class Temperature(NamedTuple):
     """A temperature of a member above the mean of the cell, K, at a speed, m/s, and direction, rad from axis 0.
 
-    A preview has no distribution over the contact, and of a large field only the long waves.
+    A preview has no distribution over the contact, and only the long waves of a large field.
     """
 
     member: "MemberFields"
@@ -167,7 +167,7 @@ class Temperature(NamedTuple):
 
     @property
     def preview(self) -> bool:
-        """Whether the whole field is still to come."""
+        """Whether it is a preview: the whole field is still being computed."""
         return self.contact is None
 
 

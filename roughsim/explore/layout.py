@@ -18,10 +18,10 @@ from roughsim.heat.statistics import ContactTemperature
 from roughsim.results.run import Run
 from roughsim.show.table import shown, with_unit
 
-SIDE = 336  # pixels of the screen along the longer side of a map: three fit side by side on a small one
+SIDE = 336  # screen pixels along the longer side of a map: three maps fit side by side on a small screen
 STEPS = 40  # of the slider in a decade of speed
-SPEED_LABEL = "return Number(Math.pow(10, tick).toPrecision(3)) + ' m/s'"  # of a slider over log10 v
-MARK = "#00b7c7"  # seen on white, blue, red and black alike
+SPEED_LABEL = "return Number(Math.pow(10, tick).toPrecision(3)) + ' m/s'"  # JavaScript: the slider is over log10 v
+MARK = "#00b7c7"  # visible on white, blue, red and black
 HEAT = COLOUR_OF["temperature"]
 # title of the map, letter, SI unit
 FIELDS = {
@@ -58,12 +58,12 @@ def upright(location: float | None, colour: str, **style: Any) -> models.Span:
 
 
 def plain_text(name: str, text: str = "", **styles: str) -> models.Div:
-    """Return a place for text, now or later, that is neither HTML nor a formula."""
+    """Return a widget for text that is shown as it is, neither as HTML nor as a formula."""
     return models.Div(text=text, render_as_text=True, disable_math=True, name=name, styles=styles)
 
 
 def small_text(name: str, text: str = "") -> models.PreText:
-    """Return a place for lines of small text of even width."""
+    """Return a widget for lines of small text of even width."""
     return models.PreText(text=text, disable_math=True, name=name, styles={"font-size": "11px"})
 
 
@@ -78,7 +78,7 @@ def scene_text(run: Run) -> str:
 
 
 class Controls:
-    """What can be chosen: level, realization, speed, direction, and the limits of the colours."""
+    """The controls: level, realization, speed, direction, and the limits of the colours."""
 
     def __init__(self, run: Run, speed: float):
         levels = [
@@ -141,7 +141,7 @@ class LinePanels:
             options |= {"width": 690, "height": 150 if last else 112, "tools": "xpan,xwheel_zoom,reset"}
             plot = figure(name=f"profile_{name}", **options)
             plot.extra_y_ranges = {"share": models.Range1d(0, 1)}
-            # bars: a stepped area of no points keeps BokehJS 3.9 busy for ever
+            # bars, since a stepped area without points hangs BokehJS 3.9
             plot.vbar("distance", "width", "contact", 0, source=self.source, y_range_name="share", color="#dddddd")
             glyph = {"x": "distance", "y": name, "source": self.source, "color": COLOUR_OF[name]}
             if name == "pressure":
@@ -236,7 +236,7 @@ class CurvePanel:
 
 
 class Layout:
-    """All that is on the page of a run, first at a speed, m/s."""
+    """All controls, figures and texts of the page of a run; `speed`, m/s, is the first to be shown."""
 
     def __init__(self, run: Run, speed: float):
         self.factor, self.unit = scaled(max(run.numerics.lengths), "m")
@@ -284,7 +284,7 @@ class Layout:
         )
 
     def clear(self) -> None:
-        """Empty the maps and what is read off them."""
+        """Empty the maps, and the panels with values taken from them."""
         images = (panel.image for panel in self.maps.values())
         for source in (*images, self.point, self.line_ends, self.line.source, self.distribution.bins):
             source.data = {name: [] for name in source.data}
@@ -292,7 +292,7 @@ class Layout:
         self.distribution.figure.title.text = self.values.text = ""
 
     def show_choice(self, speed: float, direction: float) -> None:
-        """Show on all controls and curves which speed, m/s, and direction, rad, are chosen."""
+        """Set all controls and the marks on the curves to the chosen speed, m/s, and direction, rad."""
         controls = self.controls
         controls.speed.value = f"{speed:.4g}"
         controls.slider.value = min(max(log10(speed), controls.slider.start), controls.slider.end)

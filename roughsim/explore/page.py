@@ -1,4 +1,4 @@
-"""One open page: what its controls do, and what they show. Bokeh calls it; the work is done in threads."""
+"""One open page: what its controls do. Bokeh calls the methods; slow work is done in threads."""
 
 from asyncio import to_thread
 from collections.abc import Callable
@@ -28,13 +28,15 @@ from roughsim.grid import Grid
 from roughsim.heat.statistics import hottest_pixel
 
 PERIOD = 2000  # ms between looks for new members
-NO_ICON = '{% block preamble %}<link rel="icon" href="data:,">{% endblock %}'  # or browsers ask for one by another path
+NO_ICON = (
+    '{% block preamble %}<link rel="icon" href="data:,">{% endblock %}'  # or browsers ask for an icon at another path
+)
 
 
 class LatestTask:
-    """Does the latest of its tasks, one after the other in a thread; what waits is dropped when another task comes.
+    """Runs tasks in a thread, one after the other; a new task replaces one that is still waiting.
 
-    Results are shown by the thread of the page; there `failed` is called with the error of a task.
+    Results are shown by the thread of the page, and there `failed` is called with the error of a task.
     """
 
     def __init__(self, document: Document, failed: Callable[[Exception], None]):
@@ -43,7 +45,7 @@ class LatestTask:
         self.busy = False
 
     def ask(self, work: Callable[[], Any], show: Callable[[Any], None]) -> None:
-        """Do `work` in a thread, then `show` its result."""
+        """Run `work` in a thread, then `show` its result."""
         self.waiting = work, show
         if not self.busy:
             self.busy = True
@@ -51,7 +53,7 @@ class LatestTask:
 
     @without_document_lock  # type: ignore[untyped-decorator]  # Bokeh has no types here
     async def run(self) -> None:
-        """Do what waits until nothing does."""
+        """Run waiting tasks until there are none."""
         while self.waiting:
             (work, show), self.waiting = self.waiting, None
             try:
@@ -74,7 +76,7 @@ class Page:
         self.member: MemberFields | None = None
         self.temperature: Temperature | None = None
         self.point: tuple[int, int] | None = None  # that is marked
-        self.maps: dict[str, tuple[Field, Grid, Ends]] = {}  # with the lowest and the highest value
+        self.maps: dict[str, tuple[Field, Grid, Ends]] = {}  # by name: a field, its grid, its lowest and highest value
         self.summary: Summary | None = None
         self._setting_controls = False
         self.layout = Layout(watched.run, self.speed)
@@ -89,7 +91,7 @@ class Page:
         self.look_for_news()
 
     def _connect(self) -> None:
-        """Tell Bokeh what each control does; nothing while the page itself sets its controls."""
+        """Tell Bokeh what each control does; changes that the page itself makes to its controls do nothing."""
         layout, controls = self.layout, self.layout.controls
 
         def when(model: Any, name: str, act: Callable[[], None]) -> None:
@@ -110,7 +112,7 @@ class Page:
             panel.figure.on_event("tap", lambda event: self.mark(event.x, event.y))
 
     def say(self, problem: Exception | str) -> None:
-        """Show a problem, which ended what was being done, above those of the run; an empty text clears it."""
+        """Show the problem that ended a task above the problems of the run; an empty text removes it."""
         lines = [str(problem)] if str(problem) else []
         self.layout.problems.text = "\n".join([*lines, *(self.summary.problems if self.summary else [])])
         if lines:
@@ -137,7 +139,7 @@ class Page:
         self.offer_members()
 
     def offer_members(self) -> None:
-        """List the realizations of the chosen level; the first one with fields is shown if none is yet."""
+        """List the realizations of the chosen level; if none is shown yet, show the first one with fields."""
         if self.summary is None:
             return
         level = int(self.layout.controls.level.value)
@@ -180,11 +182,13 @@ class Page:
     # speed and direction
 
     def type_speed(self, text: str) -> None:
-        """Take a speed written in the box."""
+        """Take the speed that was typed into the box."""
         try:
             speed = positive("speed", float(text), "m/s")
         except ValueError as error:
-            self.say(error if "speed" in str(error) else f"speed = {text!r} is no number; write m/s, for example 35")
+            self.say(
+                error if "speed" in str(error) else f"speed = {text!r} is no number; type one in m/s, for example 35"
+            )
             return
         self.say("")
         self.choose(speed, self.direction)
@@ -192,7 +196,7 @@ class Page:
     def choose(self, speed: float, direction: float, *, moving: bool = False) -> None:
         """Show the temperature at a speed, m/s, and direction, rad; a preview while a control is being moved."""
         if moving and (speed, direction) == (self.speed, self.direction):
-            return  # the whole field has been asked for
+            return  # a late event: the whole field of this choice is coming already
         self.speed, self.direction = speed, direction
         if not moving:
             self._setting_controls = True
@@ -204,7 +208,7 @@ class Page:
             self.temperatures.ask(lambda: member.temperature(speed, direction, preview=moving), self.show_temperature)
 
     def show_temperature(self, temperature: Temperature) -> None:
-        """Show a temperature; what is read off it follows the whole field, not its previews."""
+        """Show a temperature; distribution, point and line follow only with the whole field."""
         if temperature.member is not self.member:
             return  # another member has been chosen meanwhile
         self.temperature, field = temperature, temperature.field
@@ -219,7 +223,7 @@ class Page:
     # maps and points
 
     def image_in_view(self, name: str) -> Callable[[], Image]:
-        """Return what makes the image of a map as it is in view now, in any thread."""
+        """Return a function that makes the image of a map as it is in view now; any thread may call it."""
         (field, grid, limits), factor = self.maps[name], self.layout.factor
         x, y = ((axis.start / factor, axis.end / factor) for axis in (self.layout.x_range, self.layout.y_range))
         of_cell = self.layout.controls.colours_of.active == 0
@@ -240,12 +244,12 @@ class Page:
         """Show the image of a field on its map."""
         note = ""
         if name == "temperature" and self.temperature is not None:
-            # a title that changes is laid out anew: not at every move of the slider
+            # a new title makes the browser lay out the page again, so a preview does not name its speed
             note = ", preview" if self.temperature.preview else f", {self.temperature.speed:.3g} m/s"
         self.layout.maps[name].show(image, self.layout.factor, note)
 
     def mark(self, x: float, y: float) -> None:
-        """Mark a place, in the unit of the axes, and show the values there and along the line through it."""
+        """Mark a point, in the unit of the axes, and show the values there and along the line through it."""
         if self.member is not None:
             self.point = nearest_point(self.member.grid, x / self.layout.factor, y / self.layout.factor)
             self.draw_line()

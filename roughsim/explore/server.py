@@ -1,4 +1,4 @@
-"""The server of the page: on this computer only, by a secret address, for the page alone, nothing from outside."""
+"""The server of the page: for this computer only, at a secret address, and for requests of the page alone."""
 
 import gc
 import os
@@ -27,11 +27,11 @@ from roughsim.explore.page import Page
 ADDRESS = "127.0.0.1"
 FIRST_PORT = 5006
 PORTS_TRIED = 20
-REST = 5.0  # s until threads have ended, too
-LARGEST_BODY = 4096  # bytes of a request: nothing of this page has any
+REST = 5.0  # s after which the threads of a closed page have ended, too
+LARGEST_BODY = 4096  # bytes in the body of a request: those of this page have none
 UNUSED = 15_000  # ms that a session without a tab is kept: enough for a reload, and for scripts over a slow tunnel
 CHECKS = 2_000  # ms between checks for such sessions
-PINGS = 5_000  # ms between pings: they also end a session whose tab went away before it was there
+PINGS = 5_000  # ms between pings: they also end a session whose tab was closed before it had opened
 ALIVE = 30  # s after which a tab that no longer answers is dropped
 YEAR = 365 * 86_400  # s: a reload hands out the token of the session again, which must not have expired
 

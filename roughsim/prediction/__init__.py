@@ -1,8 +1,8 @@
-"""What the theory says of a scene: the one door to the package `theory`.
+"""The theory of a scene: the only place that calls the package `theory`.
 
-All temperatures here are with all the heat in the moving body; the share is a quantity of its own. The theory is
-integrated over C(q), all of it or up to a cut-off, or summed over the modes of a cell. Both are the same record, so
-that an observable says once what the theory makes of it.
+All temperatures here are with all the heat in the moving body; the heat share is an observable of its own. The theory
+is integrated over C(q), over all of it or up to a cut-off, or it is summed over the modes of a cell. Both give the same
+record (`Theory`), from which an observable takes its value.
 """
 
 from collections.abc import Callable
@@ -28,12 +28,12 @@ from roughsim.surface.spectrum import TruncatedSpectrum
 from roughsim.surface.synthesis import mean_over_cells, mode_variance
 
 OVER_SPEED = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
-_NEAR = 16.0  # mode spacings beyond q_min within which W is averaged over Fourier cells
-# parts of the theory's contact that have yielded: from the first on, T_flash falls with the cut-off; while less than
-# the second is added up to q_max, it follows the theory (measured on rocks of 1 to 30 GPa)
+_NEAR = 16.0  # mode spacings above q_min up to which W is averaged over Fourier cells
+# share of the theory's contact that has yielded at a cut-off: from the first value on, T_flash falls with the cut-off.
+# Below it T_flash follows the theory if up to q_max at most the second is added (measured on rocks of 1 to 30 GPa)
 _YIELDED, _ADDED = 0.99, 0.1
-# T_flash of yielded contact falls as q_c^−(0.3 + 1.05 H) between slow and fast sliding; from H = 2/3 on first order is
-# as near, and the smaller step
+# T_flash of yielded contact falls as q_c^−(0.3 + 1.05 H) between slow and fast sliding; from H = 2/3 on the exponent 1
+# fits as well, and extrapolates less
 _FALL = (0.3, 1.05)
 
 
@@ -50,7 +50,7 @@ def predictions(scene: Scene, q_max: float = inf) -> dict[str, Array]:
 
 
 def mode_sums(scene: Scene, spectrum: Any, grid: Grid) -> dict[str, Array]:
-    """Return every observable summed over the modes of a grid instead of integrated: what a simulation can see.
+    """Return every observable by the theory summed over the modes of a grid, those that a simulation has.
 
     `spectrum` is the one that the surfaces are drawn from, up to their q_c.
     """
@@ -58,7 +58,7 @@ def mode_sums(scene: Scene, spectrum: Any, grid: Grid) -> dict[str, Array]:
 
 
 def observables_of(view: Theory, scene: Scene) -> dict[str, Array]:
-    """Return what a theory of a scene says of every observable, over its speeds or of one entry."""
+    """Return every observable by a theory of the scene, arrays over its speeds or of one entry."""
     return {name: record.of_theory(view, len(scene.speeds)) for name, record in OBSERVABLES.items()}
 
 
@@ -74,7 +74,7 @@ def integrals(scene: Scene, q_max: float = inf) -> Theory:
 
 
 def integrated(scene: Scene, values: dict[str, Any], stress: dict[str, Any]) -> Theory:
-    """Return the theory of these values and of a stress spectrum, given by its arguments for the theory."""
+    """Return a theory of these values, with radius and integrals of the stress spectrum that `stress` describes."""
 
     def total(weight: Callable[[Array], Array]) -> float:  # 2π ∫ q |σ_q|² weight(q) dq, Eq. (2)
         density = theory.persson.stress_density(**stress)
@@ -150,10 +150,10 @@ def stress_spectrum(scene: Scene, q: Array) -> Array:
 
 @lru_cache(maxsize=64)
 def calibrated_predictions(scene: Scene) -> dict[str, Array]:
-    """Return every observable by the calibrated law, as `predictions`; NaN where it gives nothing."""
-    given = calibrated(scene).observables
+    """Return every observable by the calibrated law, as `predictions`; NaN where the law does not hold."""
+    compared = calibrated(scene).observables
     result = {
-        name: values if name in given else np.full_like(values, nan)
+        name: values if name in compared else np.full_like(values, nan)
         for name, values in observables_of(calibrated_integrals(scene), scene).items()
     }
     for values in result.values():
@@ -162,7 +162,7 @@ def calibrated_predictions(scene: Scene) -> dict[str, Array]:
 
 
 def calibrated_integrals(scene: Scene) -> Theory:
-    """Return the calibrated law as a theory of the scene over the whole spectrum; NaN where it gives nothing."""
+    """Return the calibrated law as a theory over the whole spectrum; NaN where the law does not hold."""
     law = calibrated(scene).stress_spectrum
     if law is None:
         return Theory({}, nan, correlation_radius=lambda _: nan, total=lambda _: nan)
@@ -172,28 +172,27 @@ def calibrated_integrals(scene: Scene) -> Theory:
 
 
 def calibrated_correlation(scene: Scene, distance: Array) -> Array:
-    """Return g_σ(r) by the calibrated law, Pa², at distances in m; NaN where it gives nothing."""
+    """Return g_σ(r) by the calibrated law, Pa², at distances in m; NaN where the law does not hold."""
     law = calibrated(scene).stress_spectrum
     nothing = np.full(distance.shape, nan)
     return nothing if law is None else theory.persson.pressure_correlation(distance, stress_spectrum=law)
 
 
 def calibrated_over_speed(scene: Scene, speeds: Array) -> dict[str, Array]:
-    """Return what the calibrated law gives at any speeds, m/s, as `over_speed`; NaN where it gives nothing."""
+    """Return `over_speed` by the calibrated law at any speeds, m/s; NaN where the law does not hold."""
     law = calibrated(scene)
     names = tuple(name for name in OVER_SPEED if name in law.observables)
     nothing = {name: np.full(speeds.shape, nan) for name in OVER_SPEED}
     return nothing | over_speed(scene, speeds, stress_spectrum=law.stress_spectrum, names=names)
 
 
-# Up to each cut-off of a ladder: the shape by which a run is continued to q_max. Contact that does not yield goes on
-# rising with the cut-off as the theory does, if not by as much: its steps from one cut-off to the next, over those of
-# the theory, change slowly. Contact that has yielded falls with the cut-off, and the theory knows nothing of it. In
-# between it is not known which of the two holds.
+# How a run is extrapolated from its cut-offs to q_max. T_flash of contact that does not yield goes on rising with the
+# cut-off in the shape of the theory: the ratio of its steps to those of the theory changes slowly. T_flash of contact
+# that has yielded falls with the cut-off, and the theory does not describe that. In between neither rule is known.
 
 
 def continuation(scene: Scene, column: str, cut_offs: tuple[float, ...], observable: str) -> Array | None:
-    """Return what the theory says of an observable up to each cut-off and over all of C(q), (cut-offs + 1, speeds).
+    """Return an observable of the theory up to each cut-off and over all of C(q), shape (cut-offs + 1, speeds).
 
     `cut_offs` are those of the levels of the column, rad/m, ascending. All NaN where it is not known whether the column
     follows the theory; None where it falls as a power of the cut-off.
@@ -221,7 +220,7 @@ def follows_theory(scene: Scene, column: str, q_max: float) -> bool | None:
 
 
 def usual_exponent(scene: Scene, q_c: float) -> float:
-    """Return the exponent with which yielded contact usually falls beyond a cut-off, rad/m, by the H of C(q) there."""
+    """Return the usual exponent of the fall of T_flash beyond a cut-off, rad/m, for yielded contact of the H there."""
     end = scene.spectrum.breaks[-1]
     if q_c >= end:
         return 1.0
@@ -280,7 +279,7 @@ def mode_stress(scene: Scene, spectrum: Any, grid: Grid) -> tuple[Array, Array]:
 
 
 def heat_history(scene: Scene, q: Array) -> tuple[Array, Array, Array]:
-    """Return what the time of sliding adds to the balance of the two bodies at each speed; q (modes,) in rad/m.
+    """Return the terms by which the time of sliding enters the heat balance at each speed; q (modes,) in rad/m.
 
     First the part of the steady temperature that the resting body has reached, (speeds, modes), then the backgrounds
     κT₀ σ₀/μv of the moving and of the resting body, Pa² m, (speeds,). Where time plays no part they are 1, 0 and 0.
@@ -298,7 +297,7 @@ def heat_history(scene: Scene, q: Array) -> tuple[Array, Array, Array]:
 
 
 def balanced(scene: Scene, sample: Sample) -> Sample:
-    """Return a level with the temperatures that the two bodies have in common if the heat is shared as the scene says.
+    """Return a level with the temperatures of both bodies that the rule of the scene makes equal.
 
     The resting body is measured with the conductivity of the moving one: its temperature is multiplied by κ/κ', NaN
     where it does not conduct. For "total" both include the background T₀ after the sliding duration, and the resting

@@ -1,8 +1,8 @@
-"""What the bodies of a scene conduct with, and how they share the heat, at each speed.
+"""Conductivity and diffusivity of the two bodies at each speed, how they share the heat, and arguments of the theory.
 
-Where a conductivity is a table over temperature, one constant stands for it at each speed. It comes from the theory
-over the whole spectrum alone, so that it is known before a run and is the same for theory and simulation: ratios of the
-two are as clean as with a number.
+Where a conductivity is a table over temperature, one constant replaces it at each speed. It comes from the theory over
+the whole spectrum. So it is known before a run, and it is the same for theory and simulation: it does not disturb their
+ratio.
 """
 
 from collections.abc import Iterator
@@ -70,7 +70,7 @@ class Conductions(NamedTuple):
 
 
 def conduction(scene: Scene, speeds: ArrayLike | None = None) -> Conductions:
-    """Return the constants κ and D that stand for the bodies of a scene at each speed, the same for all columns.
+    """Return the constants κ and D of the bodies of a scene at each speed, the same for all columns.
 
     Where a κ is a table they are its values at T₀ + 0.75 s T_flash, with the share s of the scene and T_flash of the
     theory over the whole spectrum: both bodies are taken at the temperature of their contact.

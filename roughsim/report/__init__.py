@@ -44,7 +44,7 @@ RATIOS = {
     "capped_over_theory": "tests weight and smoothing together: no smoothed surfaces were computed",
 }
 KINDS = {".svg": "image/svg+xml", ".png": "image/png"}
-# quantity of `plot_run` → format and caption; fields of many points are points, curves are lines
+# quantity of `plot_run` → format and caption: maps as pixels, curves as lines
 PICTURES = {
     "temperature": (
         ".png",
@@ -56,15 +56,16 @@ PICTURES = {
     "profile": (".svg", "Heights, pressure and temperature along the sliding direction through the hottest point."),
     "spectrum": (".svg", "Power spectra of the kept heights and of the stress."),
 }
-FEW_ROWS = 6  # of a table C(q) in the text of the scene
-FEW_FAILURES = 20
+FEW_ROWS = 6  # rows of a table C(q) that the text of the scene shows
+FEW_FAILURES = 20  # members without numbers that the report names
 
 
 def report_run(run: Run, path: str | Path | None = None) -> Path:
     """Write a run as one self-contained HTML page, without scripts and requests, and return where it is.
 
-    The run may be still going on, or have no realization yet. Opened with ``damaged="skip"``, damaged files are named
-    and all else is shown. `path` ends in .html, ValueError if not; left out: beside the run folder, named after it.
+    The run may still be going on, or have no realization yet. Of a run opened with ``damaged="skip"`` the page names
+    the damaged files and shows the rest. `path` ends in .html, ValueError if not; left out: beside the run folder,
+    named after it.
     """
     folder = run.folder.resolve()
     place = folder.with_name(f"{folder.name}.html") if path is None else Path(path)
@@ -99,7 +100,7 @@ def page(run: Run) -> str:
 
 
 def header(run: Run) -> Html:
-    """Return the title and where the run stands."""
+    """Return title, state and warnings."""
     failed = f"; {run.failed} did not converge and are left out of the means" if run.failed else ""
     what = "Flash temperature of a sliding rough contact, theory beside simulation."
     parts = [
@@ -112,7 +113,7 @@ def header(run: Run) -> Html:
             bullets(*run.damaged.values()),
         ]
     if warnings := judge(run.scene, run.numerics).warnings:
-        parts += [tag("p", "Where this scene leaves what the model means:", css="warning"), bullets(*warnings)]
+        parts += [tag("p", "Numbers of this scene that the model is not meant for:", css="warning"), bullets(*warnings)]
     return joined(*parts)
 
 
@@ -149,20 +150,23 @@ def answer(comparison: Comparison) -> Html:
 
 
 def errors_section(run: Run) -> Html:
-    """Return each mean at the highest speed with the parts of its error, and what was done about the cut-off."""
+    """Return each mean at the highest speed with the parts of its error, and notes on the extrapolation."""
     if not run.sound(run.realizations):
         return tag("p", "There is no sound realization yet.", css="warning")
     parts = [tag("p", "Means over all sound realizations, at the highest speed, with each source of error by itself:")]
     parts.append(bullets(*(f"{name}: {x}" for name, x in SOURCES.items() if name != "scan" or run.scene.scanned)))
     fastest = int(np.argmax(run.scene.speeds))
     for column in run.numerics.columns:
-        # what the estimates say beyond numbers, each once, with the observables that it is said of, unless of all
-        said: dict[str, list[str]] = {}
+        # the notes of the estimates, each once, after the names of its observables if not all have it
+        observables_by_note: dict[str, list[str]] = {}
         for observable in OBSERVABLES:
             for note in run.estimate(observable, column).notes:
                 if not note.startswith("speeds "):
-                    said.setdefault(note, []).append(observable)
-        notes = (x if len(said[x]) == len(OBSERVABLES) else f"{', '.join(said[x])}: {x}" for x in said)
+                    observables_by_note.setdefault(note, []).append(observable)
+        notes = (
+            note if len(names) == len(OBSERVABLES) else f"{', '.join(names)}: {note}"
+            for note, names in observables_by_note.items()
+        )
         parts += [tag("h3", COLUMNS[column]), html_table(budget_table(run, column, [fastest]))]
         parts.append(bullets(*notes, css="plain note"))
     return joined(*parts)
@@ -207,7 +211,7 @@ def plan_section(run: Run) -> Html:
 
 
 def scene_section(run: Run) -> Html:
-    """Return the scene file, long tables C(q) cut short, and what follows from it."""
+    """Return the scene file, with long tables C(q) shortened, and sizes that follow from it."""
     scene = run.scene
     follows: list[list[Cell]] = [
         ["effective modulus E*", Number(scene.effective_modulus / 1e9), "GPa"],
@@ -236,7 +240,7 @@ def shortened(match: re.Match[str]) -> str:
 
 
 def provenance_section(run: Run) -> Html:
-    """Return what is needed to have the same numbers again, and what they cost."""
+    """Return what is needed to compute the same numbers again, and the time that they took."""
     name, records = run.folder.resolve().name, [m.provenance for m in run.members.values() if not m.failure]
     rows = [["run", name], ["seed", str(run.seed)], ["files", f"{len(run.members)} of one realization and level each"]]
     if records:

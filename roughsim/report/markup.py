@@ -1,4 +1,4 @@
-"""HTML from text that is not trusted: everything is escaped unless it was built here."""
+"""HTML from text that is not trusted: everything is escaped but elements made by this module."""
 
 import re
 from html import escape

@@ -1,1 +1,1 @@
-"""How things are shown: numbers with their units and errors, tables, and the terminal."""
+"""Output for people: numbers with their units and errors, tables, and the terminal."""

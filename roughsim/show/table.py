@@ -45,7 +45,7 @@ class Number:
     value: float  # NaN and inf are written "–"
     unit: str = "1"  # SI
     error: float = 0.0  # total, 95 %; 0 where the number has none, as of theory
-    unknown: Sequence[str] = ()  # parts of the error that no level tells: the rest is a lower bound, "208.33 ± ≥0.38"
+    unknown: Sequence[str] = ()  # unknown parts of the error: the rest is a lower bound, "208.33 ± ≥0.38"
     digits: int = 4  # significant, of a number without an error
 
     def written(self) -> Written:
@@ -80,11 +80,11 @@ Row = Sequence[Cell]
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """The title of a column, with its unit where all its numbers have one, and how its cells stand."""
+    """A column of a table: its title, with the unit of its numbers, and how its cells are aligned."""
 
     title: str
-    number: bool = False  # cells stand right and are never broken
-    name: bool = False  # cells name groups of rows: never broken, and empty where they repeat the one above
+    number: bool = False  # cells are aligned right and never broken
+    name: bool = False  # cells name groups of rows: never broken, and a name is shown only in its first row
 
 
 @dataclass(frozen=True, slots=True)

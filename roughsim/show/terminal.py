@@ -1,4 +1,4 @@
-"""Where tables and lines are printed: every text as it is, whatever brackets, colons or control characters it has."""
+"""Printing tables and lines to a terminal; brackets, colons and control characters in a text have no effect."""
 
 import sys
 from io import StringIO
@@ -19,7 +19,7 @@ LEAST_TEXT = 12  # columns that a text may be narrowed to; longer words, such as
 
 
 class PlainConsole(Console):
-    """A console of rich on which no text is markup, an emoji or a command; styles are set by code alone."""
+    """A console of rich that takes no text as markup, emoji or command; only code sets styles."""
 
     def __init__(self, *, stderr: bool = False, file: IO[str] | None = None):
         stream = file or (sys.stderr if stderr else sys.stdout)  # None where it was closed before the start
@@ -27,7 +27,7 @@ class PlainConsole(Console):
         super().__init__(stderr=stderr, file=file, markup=False, emoji=False, highlight=False, width=width)
 
     def render_str(self, text: str, **rest: Any) -> Text:
-        """Return a text to render; all that is not rich's own comes by here: lines, cells and titles."""
+        """Return a text to render, made harmless: rich calls this for every line, cell and title."""
         return super().render_str(plain_lines(text), **rest)
 
     def print_parts(self, *parts: str | Table) -> None:

@@ -1,6 +1,6 @@
-"""What is written to people: text that is not ours commands nothing, and an error is one line.
+"""Text for people: lines to the terminal, warnings and errors of one line, and making foreign text harmless.
 
-Titles, paths and messages of other libraries are printed as they are, without what a terminal would obey.
+Titles, paths and messages of other libraries may contain commands to the terminal; these characters are replaced.
 """
 
 import codecs
@@ -33,7 +33,7 @@ def plain_lines(text: object) -> str:
 
 
 def print_in_any_language() -> None:
-    """Let the streams of this process write what their encoding lacks in ASCII, "+/-" for "±", instead of failing."""
+    """Let the output of this process replace letters that its encoding lacks, "+/-" for "±", instead of failing."""
     codecs.register_error("roughsim.ascii", in_ascii)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -41,7 +41,7 @@ def print_in_any_language() -> None:
 
 
 def in_ascii(error: UnicodeError) -> tuple[str, int]:
-    """Return what stands for the letters that an encoding lacks, and where to go on: a handler of encoding errors."""
+    """Handle an encoding error: return the replacement of the letters, and the position where to go on."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     lacking = error.object[error.start : error.end]
@@ -55,7 +55,7 @@ def say(text: str) -> None:
 
 
 def tell(text: str) -> None:
-    """Write lines to the standard error, where it takes any."""
+    """Write lines to the standard error; nothing if it is closed."""
     if sys.stderr is not None:
         with suppress(OSError):
             sys.stderr.write(f"{plain_lines(text)}\n")
@@ -68,7 +68,7 @@ def warn(text: object) -> None:
 
 
 def show_warnings_once() -> None:
-    """Show Python's warnings without the place in the code, each once: every picture of a report warns again."""
+    """Show Python's warnings as one line, each once: every picture of a report would repeat them."""
     before: set[str] = set()
 
     def show(message: Warning | str, *_: Any, **__: Any) -> None:
@@ -80,14 +80,14 @@ def show_warnings_once() -> None:
 
 
 def fail(message: str, code: int) -> NoReturn:
-    """End with a line and an exit code."""
+    """End the process with a line on the standard error and an exit code."""
     tell(f"roughsim: {message}")
     raise SystemExit(code)
 
 
 @contextmanager
-def errors_in_one_line(asked: str) -> Iterator[None]:
-    """End with one line and a non-zero exit code if what is done inside fails; `asked` are the words of the command."""
+def errors_in_one_line(command: str) -> Iterator[None]:
+    """Turn an exception inside into one line and a non-zero exit code; `command` is what was typed."""
     try:
         yield
     except BrokenPipeError:  # nobody reads on: `| head`
@@ -96,18 +96,18 @@ def errors_in_one_line(asked: str) -> Iterator[None]:
         fail(f"out of memory ({one_line(error)}); lower numerics.levels or the number of workers", 1)
     except ArithmeticError as error:
         kind = type(error).__name__
-        fail(f"{asked}: {kind} ({one_line(error)}): a number of it is too large or too small to compute with", 1)
+        fail(f"{command}: {kind} ({one_line(error)}): a number is too large or too small to compute with", 1)
     except (ValueError, TypeError, OSError, RuntimeError, ImportError) as error:
         fail(one_line(error), 1)
     except Exception as error:
-        if not hasattr(error, "format_message"):  # what the command line says of words that it does not know
+        if not hasattr(error, "format_message"):  # not an error of typer about the words of the command
             raise
         message = io.StringIO()
         error.show(file=message)  # type: ignore[attr-defined]
         tell(message.getvalue().rstrip("\n"))
         raise SystemExit(getattr(error, "exit_code", 2)) from None
     finally:
-        # full or closed streams are led to nowhere: Python writes what they hold at its end, and would end with 120
+        # a stream that is full or closed goes to /dev/null: Python flushes it at its end, and would exit with 120
         for stream in (sys.stdout, sys.stderr):
             try:
                 if stream is not None:

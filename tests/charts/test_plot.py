@@ -45,7 +45,7 @@ def test_full_contact_in_an_oblong_cell_is_drawn_too(full_run, tmp_path, quantit
 
 
 WRONG = {
-    "quantity": (("gap",), {}, "quantity = 'gap' is no picture; choose one of heights, pressure"),
+    "quantity": (("gap",), {}, "quantity = 'gap' cannot be drawn; choose one of heights, pressure"),
     "ending": (("heights", "a.gif"), {}, "must end in .png, .pdf, .svg"),
     "column": (("heights",), {"column": "elastic"}, "column = 'elastic' is not in this run"),
     "not kept": (("pressure",), {"realization": 4}, "fields of realization 4 at level 2; .*--keep-fields 5.*index=4"),

@@ -161,7 +161,7 @@ def test_letters_that_the_font_lacks_are_named_once_for_all_pictures(capsys, mon
         with pytest.raises(SystemExit):
             cli.main(["theory", "demo"])
     first, second = capsys.readouterr().err.splitlines()
-    assert first == "roughsim: warning: the font of the pictures has no 日 本: boxes stand in their place"
+    assert first == "roughsim: warning: the font of the pictures has no 日 本: boxes are drawn instead"
     assert second.startswith("roughsim: warning: the heat share")
 
 
