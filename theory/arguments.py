@@ -1,4 +1,4 @@
-"""What the formulas accept: checks that refuse an argument before any work starts."""
+"""Checks of arguments, which refuse a wrong one before any work starts, and the interface of a spectrum."""
 
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -52,6 +52,11 @@ def positive(name: str, value: Any, unit: str) -> float:
     return float(result)
 
 
+def float_if_scalar(values: Array) -> Array | float:
+    """Return one number as a float, and an array with axes as it is."""
+    return float(values) if values.ndim == 0 else values
+
+
 def breaks_of(spectrum: Spectrum) -> Array:
     """Return the distinct breaks of `spectrum`, ascending; TypeError or ValueError when they bound no interval."""
     if not callable(spectrum) or not hasattr(spectrum, "breaks"):
@@ -68,12 +73,12 @@ def breaks_of(spectrum: Spectrum) -> Array:
 def density(spectrum: Spectrum, wavenumber: Array, place: tuple[Array, Array] | None = None) -> Array:
     """Return `spectrum` at `wavenumber`; ValueError when it is not finite, negative, or of another shape.
 
-    `place` is a break q_k at or below each wavenumber and ln(q/q_k). A spectrum with a method `above` is asked with it:
-    close above a break q itself, one rounded number, does not say how far above it lies.
+    `place` is a break q_k at or below each wavenumber, and ln(q/q_k). It is handed to a spectrum with a method `above`:
+    close above a break q alone, a rounded number, does not say how far above the break it lies.
     """
-    finer = getattr(spectrum, "above", None)
-    given = spectrum(wavenumber) if place is None or finer is None else finer(wavenumber, *place)
-    values = np.asarray(given, dtype=np.float64)
+    above = getattr(spectrum, "above", None)
+    result = spectrum(wavenumber) if place is None or above is None else above(wavenumber, *place)
+    values = np.asarray(result, dtype=np.float64)
     if values.shape != wavenumber.shape:
         raise ValueError(f"spectrum returned shape {values.shape} for wavenumbers of shape {wavenumber.shape}")
     good = np.isfinite(values) & (values >= 0.0)

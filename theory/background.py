@@ -76,5 +76,8 @@ def _accumulated(heat_flux: Callable[[float], float], end: float, breaks: Array)
     total, error = sum(piece[0] for piece in pieces), sum(piece[1] for piece in pieces)
     scale = sum(abs(piece[0]) for piece in pieces)
     if not error <= max(_ACCURACY * scale, np.finfo(float).tiny):
-        raise QuadratureError(f"the background at t = {end:.6g} s errs by {error / scale:.1e}; name the breaks of q̇(t)")
+        raise QuadratureError(
+            f"the background at t = {end:.6g} s has the relative error {error / scale:.1e}, above {_ACCURACY:.0e}; "
+            "name the breaks of q̇(t)"
+        )
     return float(total)

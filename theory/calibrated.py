@@ -138,7 +138,7 @@ class CalibratedSpectrum:
         return float(floor), float(edge), exp(u[0] + u[1] * s)
 
     def _check_range(self) -> None:
-        """Refuse what the calibration has not seen."""
+        """Refuse loads and spectra outside the range of the contacts that the law was fitted to."""
         high = np.array([self.breaks[-2]])
         zeroth, first, third, fourth, seventh = (float(self._moments[n](high)[0]) for n in (0, 1, 3, 4, 7))
         slope, top = sqrt(2 * pi * third), float(high[0])

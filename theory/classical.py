@@ -10,7 +10,7 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike
 
-from theory.arguments import Array, real_array
+from theory.arguments import Array, float_if_scalar, real_array
 from theory.hertz.limits import DISC_FAST, DISC_STATIC, FAST, SQUARE_FAST, SQUARE_STATIC, STATIC
 
 _SLOW, _QUICK = 0.1, 5.0  # L, bounds of the regimes of Jaeger and Archard
@@ -51,7 +51,7 @@ def jaeger(peclet: ArrayLike) -> Array | float:
     """
     magnitude = np.abs(real_array("peclet", peclet, "1"))
     with np.errstate(divide="ignore"):
-        return _as_given(np.minimum(0.946, 1.064 / np.sqrt(magnitude)))
+        return float_if_scalar(np.minimum(0.946, 1.064 / np.sqrt(magnitude)))
 
 
 def archard(peclet: ArrayLike) -> Array | float:
@@ -74,7 +74,7 @@ def archard(peclet: ArrayLike) -> Array | float:
     middle = np.interp(np.log(np.clip(magnitude / 2, _SLOW, _QUICK)), np.log([_SLOW, _QUICK]), [0.85, 0.35])
     fast = 0.31 * pi / np.sqrt(np.maximum(magnitude, 2 * _QUICK))
     slower = np.where(magnitude < 2 * _SLOW, pi / 4, pi / 4 * middle)
-    return _as_given(np.where(magnitude > 2 * _QUICK, fast, slower))
+    return float_if_scalar(np.where(magnitude > 2 * _QUICK, fast, slower))
 
 
 def greenwood(peclet: ArrayLike, *, source: str = "hertz", quantity: str = "flash") -> Array | float:
@@ -92,7 +92,7 @@ def greenwood(peclet: ArrayLike, *, source: str = "hertz", quantity: str = "flas
     source : {"hertz", "disc", "square"}
         Shape of the source.
     quantity : {"flash", "max", "mean"}
-        What is interpolated: T_flash (of the Hertz source only; for a uniform one it is the mean), T_max or T_av.
+        T_flash (of the Hertz source only; for a uniform one it is the mean), T_max or T_av.
 
     Returns
     -------
@@ -108,7 +108,7 @@ def greenwood(peclet: ArrayLike, *, source: str = "hertz", quantity: str = "flas
         raise ValueError(f"source = {source!r}, quantity = {quantity!r} must be one of {sorted(_LIMITS)}")
     static, fast = _LIMITS[source, quantity]
     magnitude = np.abs(real_array("peclet", peclet, "1"))
-    return _as_given(1 / np.sqrt(static**-2 + magnitude / fast**2))
+    return float_if_scalar(1 / np.sqrt(static**-2 + magnitude / fast**2))
 
 
 def tian_kennedy(peclet: ArrayLike, *, source: str = "hertz") -> Array | float:
@@ -127,8 +127,4 @@ def tian_kennedy(peclet: ArrayLike, *, source: str = "hertz") -> Array | float:
         raise ValueError(f"source = {source!r} must be one of {sorted(_TIAN_KENNEDY)}")
     factor, offset, mean_flux = _TIAN_KENNEDY[source]
     magnitude = np.abs(real_array("peclet", peclet, "1"))
-    return _as_given(mean_flux * factor / np.sqrt(pi * (offset + magnitude / 2)))
-
-
-def _as_given(values: Array) -> Array | float:
-    return float(values) if values.ndim == 0 else values
+    return float_if_scalar(mean_flux * factor / np.sqrt(pi * (offset + magnitude / 2)))

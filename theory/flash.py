@@ -13,7 +13,7 @@ from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike
 from scipy.special import ellipk, elliprd
 
-from theory.arguments import Array, Spectrum, positive, real_array
+from theory.arguments import Array, Spectrum, float_if_scalar, positive, real_array
 from theory.persson import StressDensity, Weight, stress_density
 
 _DEGREE = 24  # K − D has its singularity at m = 1, far from 0 ≤ m ≤ 1/2: the interpolation errs by 6^(−24)
@@ -119,7 +119,7 @@ def flash_temperature(
     velocity = real_array("speed", speed, "m/s")
     factor = _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    return _as_given(factor * bracket(velocity, diffusivity, stress, even_integral, -1))
+    return float_if_scalar(factor * bracket(velocity, diffusivity, stress, even_integral, -1))
 
 
 def flash_gradient(
@@ -142,7 +142,7 @@ def flash_gradient(
     velocity = real_array("speed", speed, "m/s")
     factor = _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    return _as_given(factor * bracket(velocity, diffusivity, stress, odd_integral, 0))
+    return float_if_scalar(factor * bracket(velocity, diffusivity, stress, odd_integral, 0))
 
 
 def flash_laplacian(
@@ -164,7 +164,7 @@ def flash_laplacian(
     velocity = real_array("speed", speed, "m/s")
     factor = _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    return _as_given(-factor * bracket(velocity, diffusivity, stress, even_integral, 1))
+    return float_if_scalar(-factor * bracket(velocity, diffusivity, stress, even_integral, 1))
 
 
 def flash_width(
@@ -187,7 +187,7 @@ def flash_width(
     _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
     curvature = _defined(bracket(velocity, diffusivity, stress, even_integral, 1))
-    return _as_given(np.sqrt(bracket(velocity, diffusivity, stress, even_integral, -1) / curvature))
+    return float_if_scalar(np.sqrt(bracket(velocity, diffusivity, stress, even_integral, -1) / curvature))
 
 
 def slope_length(
@@ -211,7 +211,7 @@ def slope_length(
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
     temperature = _defined(bracket(velocity, diffusivity, stress, even_integral, -1))
     with np.errstate(divide="ignore"):
-        return _as_given(temperature / np.abs(bracket(velocity, diffusivity, stress, odd_integral, 0)))
+        return float_if_scalar(temperature / np.abs(bracket(velocity, diffusivity, stress, odd_integral, 0)))
 
 
 Kernel = Callable[[Array], Array]
@@ -238,10 +238,7 @@ def _heating(velocity: Array, friction_coefficient: float, conductivity: float, 
 def _defined(integral: Array) -> Array:
     if (integral == 0.0).any():
         raise ValueError(
-            "the stress is uniform (its spectrum is 0), so the flash temperature has no width and no slope"
+            "the stress is uniform (its spectrum is 0), so the flash temperature has no width and no slope; give a "
+            "rough surface"
         )
     return integral
-
-
-def _as_given(values: Array) -> Array | float:
-    return float(values) if values.ndim == 0 else values

@@ -1,6 +1,6 @@
 """Integrals with J₀(qr), exact to rounding however often the Bessel function oscillates.
 
-A panel that sees little more than one oscillation is summed over its Gauss nodes. Where the phase turns faster,
+A panel over which J₀ oscillates little more than once is summed over its Gauss nodes. Where the phase turns faster,
 the method of Levin applies: ∫ F J₀ dt is p₀J₀ + p₁J₁ between the ends, where p₀′ + rq′p₁ = F and
 p₁′ − rq′p₀ − (q′/q)p₁ = 0 have a solution as smooth as F, found by collocation at the nodes. Its cost does not grow
 with r.
@@ -43,7 +43,10 @@ def hankel_transform(panels: Panels, values: Array, distance: Array) -> Array:
         result[place] = _transform(halves, finer, float(r))
         error = abs(result[place] - _transform(panels, values, float(r)))
         if not error <= TOLERANCE * whole:
-            raise QuadratureError(f"the integral with J₀(qr) at r = {r:.6g} m errs by {error / whole:.1e} of that at 0")
+            raise QuadratureError(
+                f"the integral with J₀(qr) at r = {r:.6g} m has the error {error / whole:.1e} of that at r = 0, above "
+                f"{TOLERANCE:.0e}; name the kinks of the spectrum in its breaks"
+            )
     return result
 
 

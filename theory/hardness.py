@@ -1,4 +1,4 @@
-"""Hardness of a hot contact: the penetration hardness at the temperature that it itself brings about."""
+"""Hardness of a hot contact: the penetration hardness at the very temperature that the contact reaches with it."""
 
 from collections.abc import Callable
 
@@ -41,33 +41,41 @@ def self_consistent(
     TypeError, ValueError
         If the table is not as above, T₀ lies below it, or the contact becomes hotter than the table reaches.
     """
-    known, hardness = _table(temperature, penetration_hardness)
+    temperatures, hardness = _table(temperature, penetration_hardness)
     start = float(real_array("background", background, "K"))
-    if not known[0] <= start <= known[-1]:
-        raise ValueError(f"background = {start:.6g} K lies outside the table of {known[0]:.6g} to {known[-1]:.6g} K")
+    if not temperatures[0] <= start <= temperatures[-1]:
+        raise ValueError(
+            f"background = {start:.6g} K lies outside the table of {temperatures[0]:.6g} to {temperatures[-1]:.6g} K"
+        )
 
     def excess(contact: float) -> float:
         """Return T₀ + T_flash at the hardness of the temperature `contact`, less that temperature."""
-        return start + flash_temperature(float(np.interp(contact, known, hardness))) - contact
+        return start + flash_temperature(float(np.interp(contact, temperatures, hardness))) - contact
 
-    if excess(float(known[-1])) > 0.0:
+    if excess(float(temperatures[-1])) > 0.0:
         raise ValueError(
-            f"the contact becomes hotter than the table, whose last temperature is {known[-1]:.6g} K; extend the table"
+            f"the contact becomes hotter than the table, whose last temperature is {temperatures[-1]:.6g} K; extend "
+            "the table"
         )
-    contact = float(brentq(excess, start, float(known[-1]), xtol=1e-12 * max(abs(start), 1.0), rtol=1e-14))
-    return float(np.interp(contact, known, hardness)), contact - start
+    contact = float(brentq(excess, start, float(temperatures[-1]), xtol=1e-12 * max(abs(start), 1.0), rtol=1e-14))
+    return float(np.interp(contact, temperatures, hardness)), contact - start
 
 
 def _table(temperature: ArrayLike, penetration_hardness: ArrayLike) -> tuple[Array, Array]:
-    known, hardness = (
+    temperatures, hardness = (
         real_array("temperature", temperature, "K"),
         real_array("penetration_hardness", penetration_hardness, "Pa"),
     )
-    if known.ndim != 1 or known.size < 2 or hardness.shape != known.shape or (np.diff(known) <= 0.0).any():
+    if (
+        temperatures.ndim != 1
+        or temperatures.size < 2
+        or hardness.shape != temperatures.shape
+        or (np.diff(temperatures) <= 0.0).any()
+    ):
         raise ValueError(
-            f"temperature and penetration_hardness have shapes {known.shape} and {hardness.shape}; "
+            f"temperature and penetration_hardness have shapes {temperatures.shape} and {hardness.shape}; "
             "give one hardness for each of two or more rising temperatures"
         )
     if (hardness <= 0.0).any() or (np.diff(hardness) > 0.0).any():
         raise ValueError("penetration_hardness must be positive and must not rise with the temperature")
-    return known, hardness
+    return temperatures, hardness

@@ -191,7 +191,7 @@ def correlation_radius(
 def calibrated_spectrum(
     spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float
 ) -> "CalibratedSpectrum":
-    """Stress spectrum of elastic contact as boundary-element contacts have it, beside the paper's W.
+    """Stress spectrum of elastic contact, calibrated to boundary-element contacts, as an alternative to the paper's W.
 
     Pass it as `stress_spectrum` to `pressure_correlation`, `correlation_radius` and every function of `flash`.
 
@@ -264,13 +264,16 @@ def stress_density(
     nominal_pressure: float | None = None,
     gamma: Weight = 0.45,
 ) -> StressDensity:
-    """Return s(q) on panels that resolve ∫ s/q, ∫ s and ∫ s q to 1e-11; arguments as in `pressure_correlation`."""
-    given: Any = (spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    return _remembered(*given) if all(_is_value(item) for item in given) else _resolved(*given)
+    """Return s(q) on panels that resolve ∫ s/q, ∫ s and ∫ s q to 1e-11; arguments as in `pressure_correlation`.
+
+    The results for spectra that compare by value are kept: all quantities of one surface share them, at every speed.
+    """
+    arguments: Any = (spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
+    return _remembered(*arguments) if all(_is_value(item) for item in arguments) else _resolved(*arguments)
 
 
 def _is_value(item: object) -> bool:
-    """Tell whether equal hashes mean equal spectra: not for objects that are known by their identity alone."""
+    """Whether an argument compares by value, so that a result may be kept under it: not if it only equals itself."""
     if item is None or isinstance(item, (int, float)):
         return True
     if type(item).__hash__ in {None, object.__hash__}:
@@ -294,7 +297,7 @@ def _resolved(
     if spectrum is not None:
         start, stress = _stress_of(spectrum, effective_modulus, nominal_pressure, gamma)
     elif stress_spectrum is not None:
-        start, stress = _given(stress_spectrum)
+        start, stress = _stress_itself(stress_spectrum)
     else:
         raise TypeError("spectrum is missing; give spectrum or stress_spectrum")
 
@@ -308,13 +311,13 @@ def _resolved(
     return StressDensity(panels, values[1])
 
 
-_remembered = lru_cache(maxsize=64, typed=True)(_resolved)  # all quantities of one surface share it, and every speed
+_remembered = lru_cache(maxsize=64, typed=True)(_resolved)
 
 
 _Stress = Callable[[quadrature.Panels, Array], Array]
 
 
-def _given(stress_spectrum: Spectrum) -> tuple[quadrature.Panels, _Stress]:
+def _stress_itself(stress_spectrum: Spectrum) -> tuple[quadrature.Panels, _Stress]:
     panels = quadrature.panels_between(breaks_of(stress_spectrum))
     return panels, lambda at, q: 2 * pi * q * density(stress_spectrum, q, at.place())
 
@@ -322,7 +325,7 @@ def _given(stress_spectrum: Spectrum) -> tuple[quadrature.Panels, _Stress]:
 def _stress_of(
     spectrum: Spectrum, effective_modulus: float | None, nominal_pressure: float | None, gamma: Weight
 ) -> tuple[quadrature.Panels, _Stress]:
-    """Return s of Eq. (2), and panels that already see how thin the layer is in which contact is lost."""
+    """Return s of Eq. (2), and panels fine enough for the thin layer of wavenumbers in which contact is lost."""
     modulus = positive("effective_modulus", effective_modulus, "Pa")
     pressure = positive("nominal_pressure", nominal_pressure, "Pa")
     table = half_variance_table(spectrum)

@@ -1,4 +1,4 @@
-"""Elastoplastic contact without hardening: area fractions, plastic smoothing of the spectrum (Eq. 27), where it yields.
+"""Elastoplastic contact without hardening: area fractions, yield wavenumber, plastic smoothing of C(q) (Eq. 27).
 
 The area fractions come from `theory.walls`, the law of the stress spectrum of contact that yields from
 `theory.yielding`.

@@ -17,7 +17,7 @@ from theory.arguments import Array, Which
 NODES = 16
 TOLERANCE = 1e-11
 POINTS, WEIGHTS = legendre.leggauss(NODES)
-_WIDEST = 1.0  # in ln q: then the kernels in v/Dq, analytic within ±iπ/2, are resolved to rounding at every speed
+_WIDEST = 1.0  # of a panel in ln q: then kernels in v/Dq, analytic within ±iπ/2, are exact to rounding at every speed
 _PER_PANEL = TOLERANCE / 100  # a panel's share of the tolerance
 _MOST_PANELS = 20_000
 
@@ -173,7 +173,10 @@ def refine(integrands: Integrands, panels: Panels, *, running: bool = False) -> 
         panels, values, error = _replace(panels, values, error, split, halves, finer, split[untested])
         error[:, np.repeat(bad & ~untested, 1 + split)] = np.inf  # the scale has shrunk since: test again
         if panels.start.size > _MOST_PANELS:
-            raise QuadratureError(f"an integral over wavenumber needs more than {_MOST_PANELS} panels; name its breaks")
+            raise QuadratureError(
+                f"an integral over wavenumber needs more than {_MOST_PANELS} panels; name the kinks of the spectrum "
+                "in its breaks"
+            )
     _confirm(error, _scale(values, running))
     return panels, values
 
@@ -209,7 +212,10 @@ def _confirm(error: Array, scale: Array) -> None:
     total = np.maximum(scale[:, -1], np.finfo(float).tiny)
     worst = float((error.sum(axis=1) / total).max())
     if not worst <= TOLERANCE:
-        raise QuadratureError(f"an integral over wavenumber has the relative error {worst:.1e}, above {TOLERANCE:.0e}")
+        raise QuadratureError(
+            f"an integral over wavenumber has the relative error {worst:.1e}, above {TOLERANCE:.0e}; name the kinks "
+            "of the spectrum in its breaks"
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

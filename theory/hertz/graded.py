@@ -55,7 +55,9 @@ class Rule:
         error = np.abs(integrand(self.coarse_nodes) @ self.coarse_weights - result)
         scale = np.abs(values) @ self.weights
         if not (error <= TOLERANCE * scale).all():
-            raise QuadratureError(f"an integral over the source has the relative error {(error / scale).max():.1e}")
+            raise QuadratureError(
+                f"an integral over the source has the relative error {(error / scale).max():.1e}, above {TOLERANCE:.0e}"
+            )
         return np.asarray(result)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ellipe, ellipk
 
-from theory.arguments import Array, real_array
+from theory.arguments import Array, float_if_scalar, real_array
 
 _PER_POWER = 3 / 2 / pi  # q̇₁R² of the total power Q̇, Eq. (12)
 _FAR = 6.0  # from here on series: the closed forms cancel
@@ -90,7 +90,7 @@ def static_temperature(x: ArrayLike, y: ArrayLike) -> Array | float:
     outside = np.maximum(r, 1.0)
     beyond = np.sqrt((outside - 1) * (outside + 1))
     result = np.where(r <= 1.0, pi / 8 * (2 - r**2), ((2 - outside**2) * np.arcsin(1 / outside) + beyond) / 4)
-    return _as_given(np.where(r < _FAR, result, _far(np.maximum(r, _FAR))))
+    return float_if_scalar(np.where(r < _FAR, result, _far(np.maximum(r, _FAR))))
 
 
 def _far(r: Array) -> Array:
@@ -118,7 +118,7 @@ def fast_temperature(x: ArrayLike, y: ArrayLike) -> Array | float:
     hot = (square > 0.0) & (behind > -half)
     t = behind[hot] / half[hot]
     result[hot] = half[hot] ** 1.5 * np.where(t <= 1.0, _within(np.minimum(t, 1.0)), _wake(np.maximum(t, 1.0)))
-    return _as_given(result / sqrt(pi))
+    return float_if_scalar(result / sqrt(pi))
 
 
 def _within(t: Array) -> Array:
@@ -146,7 +146,3 @@ def _far_wake(t: Array) -> Array:
 def _below_one(m: Array) -> Array:
     """Keep K(m) finite where its factor vanishes."""
     return np.minimum(m, np.nextafter(1.0, 0.0))
-
-
-def _as_given(values: Array) -> Array | float:
-    return float(values) if values.ndim == 0 else values
