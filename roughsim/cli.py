@@ -201,7 +201,7 @@ def plot(
     Maps: heights, pressure, temperature, heat_flux. Curves: such as distribution or spectrum; another word lists them.
     Temperatures are computed from the stored pressure.
     """
-    from roughsim.charts import plot_run
+    from roughsim.charts.plot import plot_run
     from roughsim.results.folder import gap
 
     choices: dict[str, Any] = {"realization": realization, "speed": speed, "column": column}
@@ -267,7 +267,7 @@ def bench(
     """
     from roughsim.bench import STAGES, bench_dict, bench_tables
     from roughsim.bench import bench as measure
-    from roughsim.charts import error_over_cost_chart
+    from roughsim.charts.error_over_cost import error_over_cost_chart
 
     points = measure(rs.load_scene(scene), stages=stage or STAGES, realizations=realizations)
     if as_json:

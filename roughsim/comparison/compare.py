@@ -170,7 +170,7 @@ class Comparison:
 
         ValueError if the ending of `path` is none of these.
         """
-        from roughsim.charts import comparison_chart
+        from roughsim.charts.comparison import comparison_chart
 
         comparison_chart(self.run, self.rows, Path(path))
 

@@ -4,28 +4,20 @@
 temperature around one heated pixel there, and `partition` shares the heat between two bodies. `statistics` evaluates
 temperature fields. Each body occupies z > 0 below the plane of the grid, and the source moves through it. The means
 that a run reports come from `observables`, which averages over all directions in closed form.
-
-A module is imported when one of its names is first used: a member of a run needs `periodic` alone.
 """
 
-from importlib import import_module
-from typing import Any
-
-_NAMES = {
-    "half_space": "SourceTemperature half_space_temperature source_temperature",
-    "partition": "Body Partition partition_heat",
-    "periodic": "sliding_temperature uniform_temperature",
-    "statistics": "contact_temperature depth_profile effective_conductivity effective_temperature hot_spots profiles "
-    "share_above",
-}
-
-
-def __getattr__(name: str) -> Any:
-    for module, names in _NAMES.items():
-        if name in names.split():
-            return getattr(import_module(f"roughsim.heat.{module}"), name)
-    raise AttributeError(f"module 'roughsim.heat' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted(" ".join(_NAMES.values()).split())
+from roughsim.heat.half_space import SourceTemperature as SourceTemperature
+from roughsim.heat.half_space import half_space_temperature as half_space_temperature
+from roughsim.heat.half_space import source_temperature as source_temperature
+from roughsim.heat.partition import Body as Body
+from roughsim.heat.partition import Partition as Partition
+from roughsim.heat.partition import partition_heat as partition_heat
+from roughsim.heat.periodic import sliding_temperature as sliding_temperature
+from roughsim.heat.periodic import uniform_temperature as uniform_temperature
+from roughsim.heat.statistics import contact_temperature as contact_temperature
+from roughsim.heat.statistics import depth_profile as depth_profile
+from roughsim.heat.statistics import effective_conductivity as effective_conductivity
+from roughsim.heat.statistics import effective_temperature as effective_temperature
+from roughsim.heat.statistics import hot_spots as hot_spots
+from roughsim.heat.statistics import profiles as profiles
+from roughsim.heat.statistics import share_above as share_above

@@ -5,7 +5,7 @@ is integrated over C(q), over all of it or up to a cut-off, or it is summed over
 record (`Theory`), from which an observable takes its value.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from functools import lru_cache
 from math import inf, nan, pi
 from typing import Any
@@ -28,6 +28,7 @@ from roughsim.surface.spectrum import TruncatedSpectrum
 from roughsim.surface.synthesis import mean_over_cells, mode_variance
 
 OVER_SPEED = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
+NOTHING = Theory({}, nan, correlation_radius=lambda _: nan, total=lambda _: nan)  # for what a theory does not give
 _NEAR = 16.0  # mode spacings above q_min up to which W is averaged over Fourier cells
 # share of the theory's contact that has yielded at a cut-off: from the first value on, T_flash falls with the cut-off.
 # Below it T_flash follows the theory if up to q_max at most the second is added (measured on rocks of 1 to 30 GPa)
@@ -43,10 +44,7 @@ def predictions(scene: Scene, q_max: float = inf) -> dict[str, Array]:
 
     The arrays over speed, or of one entry, are read-only. Temperatures are with all the heat in the moving body.
     """
-    result = observables_of(integrals(scene, q_max), scene)
-    for values in result.values():
-        values.flags.writeable = False
-    return result
+    return observables_of(integrals(scene, q_max), scene)
 
 
 def mode_sums(scene: Scene, spectrum: Any, grid: Grid) -> dict[str, Array]:
@@ -57,9 +55,13 @@ def mode_sums(scene: Scene, spectrum: Any, grid: Grid) -> dict[str, Array]:
     return observables_of(summed_over_modes(scene, spectrum, grid), scene)
 
 
-def observables_of(view: Theory, scene: Scene) -> dict[str, Array]:
-    """Return every observable by a theory of the scene, arrays over its speeds or of one entry."""
-    return {name: record.of_theory(view, len(scene.speeds)) for name, record in OBSERVABLES.items()}
+def observables_of(view: Theory, scene: Scene, known: Container[str] = OBSERVABLES) -> dict[str, Array]:
+    """Return every observable by a theory of the scene, read-only, over speeds or of one entry; NaN if not `known`."""
+    speeds = len(scene.speeds)
+    result = {name: x.of_theory(view if name in known else NOTHING, speeds) for name, x in OBSERVABLES.items()}
+    for values in result.values():
+        values.flags.writeable = False
+    return result
 
 
 def integrals(scene: Scene, q_max: float = inf) -> Theory:
@@ -151,21 +153,14 @@ def stress_spectrum(scene: Scene, q: Array) -> Array:
 @lru_cache(maxsize=64)
 def calibrated_predictions(scene: Scene) -> dict[str, Array]:
     """Return every observable by the calibrated law, as `predictions`; NaN where the law does not hold."""
-    compared = calibrated(scene).observables
-    result = {
-        name: values if name in compared else np.full_like(values, nan)
-        for name, values in observables_of(calibrated_integrals(scene), scene).items()
-    }
-    for values in result.values():
-        values.flags.writeable = False
-    return result
+    return observables_of(calibrated_integrals(scene), scene, calibrated(scene).observables)
 
 
 def calibrated_integrals(scene: Scene) -> Theory:
     """Return the calibrated law as a theory over the whole spectrum; NaN where the law does not hold."""
     law = calibrated(scene).stress_spectrum
     if law is None:
-        return Theory({}, nan, correlation_radius=lambda _: nan, total=lambda _: nan)
+        return NOTHING
     areas = {name: getattr(law, name, nan) for name in ("contact_fraction", "plastic_fraction")}
     temperatures = calibrated_over_speed(scene, np.array(scene.speeds))
     return integrated(scene, {**temperatures, **areas}, {"stress_spectrum": law})

@@ -15,14 +15,14 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from roughsim import prediction
-from roughsim.charts import plot_run
+from roughsim.charts.plot import plot_run
 from roughsim.comparison.compare import Comparison, compare
 from roughsim.comparison.tables import budget_table, comparison_table
 from roughsim.ensemble.status import clock, state_line
 from roughsim.estimate.errors import SOURCES
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.planning.limits import judge
-from roughsim.planning.plan import plan_table
+from roughsim.planning.plan import level_text, plan_table
 from roughsim.report.markup import Html, bullets, digits, html_table, joined, tag, text
 from roughsim.results.run import Run
 from roughsim.scene import Scene
@@ -202,9 +202,7 @@ def plan_section(run: Run) -> Html:
     if run.reasons:
         return html_table(plan_table([Reason(*reason) for reason in run.reasons]))
     values = run.numerics.to_dict()
-    values["levels"] = "; ".join(
-        f"{a['column']} {a['shape'][0]} × {a['shape'][1]} to q_c = {a['q_max']:.3g} rad/m" for a in values["levels"]
-    )
+    values["levels"] = level_text(run.numerics.levels)
     rows = [[key.replace("_", " "), str(value)] for key, value in values.items()]
     why = "These numerics were given to the run without a plan, so there are no reasons to show."
     return joined(tag("p", why), html_table(Table([Column("numerics"), Column("value")], rows)))

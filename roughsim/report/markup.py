@@ -39,11 +39,8 @@ def bullets(*lines: object, css: str = "plain") -> Html:
 
 def digits(number: Number) -> Html:
     """Return the digits of a number with its error, in its shown unit; powers of ten are written out."""
-    value, error, power = number.written()
-    both = f"{value} ± {error}" if error else value
-    both = f"({both})e{power}" if power else both
     # a minus sign is no hyphen, and 3.04e+07 is 3.04 × 10⁷
-    return Html(re.sub(r"e\+?(−?)0*(\d+)", r" × 10<sup>\1\2</sup>", both.replace("-", "−")))
+    return Html(re.sub(r"e\+?(−?)0*(\d+)", r" × 10<sup>\1\2</sup>", str(number).replace("-", "−")))
 
 
 def html_table(table: Table) -> Html:

@@ -7,7 +7,7 @@ for each level its table and wavenumbers in NumPy's .npy format, and the SHA-256
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, MutableMapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from io import BytesIO
 from itertools import compress
@@ -44,7 +44,7 @@ PROVENANCE: list[Any] = [
 ]
 
 
-class Members(MutableMapping[Key, Member]):
+class Members(Mapping[Key, Member]):
     """Members by (level, index), without their stress spectra and fields: about 1 kB each.
 
     `every` has the stride of each level's realizations, `lengths` the sides of the cell, m, `speeds` are in m/s. Row r
@@ -94,9 +94,6 @@ class Members(MutableMapping[Key, Member]):
             provenance=provenance,
             kept=tuple(compress(KEPT_FIELDS, row["kept"])),
         )
-
-    def __setitem__(self, key: Key, member: Member) -> None:
-        self.put(key, member)
 
     def __delitem__(self, key: Key) -> None:
         row = self.row(key)

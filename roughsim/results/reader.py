@@ -99,7 +99,7 @@ class Reader:
             if not self._skip_damaged:
                 raise
             self.damaged[level, index] = str(error)
-            self.members[level, index] = Member(level, index, failure=str(error))
+            self.members.put((level, index), Member(level, index, failure=str(error)))
         return True
 
     def sample(self, level: int, indices: NDArray[np.int64], *, with_spectra: bool) -> Sample:

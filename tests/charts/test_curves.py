@@ -7,7 +7,8 @@ from matplotlib.figure import Figure
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.charts import plot_run, spectra, temperature
+from roughsim.charts import spectra, temperature
+from roughsim.charts.plot import plot_run
 from roughsim.charts.style import CALIBRATED, COLOURS
 from roughsim.heat.statistics import contact_temperature
 

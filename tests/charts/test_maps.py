@@ -7,7 +7,8 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 import roughsim as rs
-from roughsim.charts import maps, plot_run
+from roughsim.charts import maps
+from roughsim.charts.plot import plot_run
 from roughsim.charts.style import scaled
 
 

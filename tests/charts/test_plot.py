@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from chart_cases import SPEED
 
-from roughsim.charts import QUANTITIES, plot_run
+from roughsim.charts.plot import QUANTITIES, plot_run
 from roughsim.charts.style import scaled
 from roughsim.cli import main
 

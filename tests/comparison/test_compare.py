@@ -222,7 +222,7 @@ def test_a_number_that_older_files_lack_is_not_compared(capped_run):
     assert old.realizations
     for key, member in old.members.items():
         numbers = {name: values for name, values in member.numbers.items() if name != "plastic_fraction"}
-        old.members[key] = replace(member, numbers=numbers)
+        old.members.put(key, replace(member, numbers=numbers))
     rows = {row.observable: row for row in rs.compare(old).rows if row.speed is None}
     assert np.isnan([rows["plastic_fraction"].columns[name].mean for name in ("smoothed", "capped")]).all()
     expected = capped_run.estimate("contact_fraction").mean[0]

@@ -187,7 +187,7 @@ def test_no_text_of_a_scene_becomes_html(quick, tmp_path):
     scene = replace(quick, title=HOSTILE)
     run = rs.run(scene, tmp_path / "<b>run", max_realizations=2)
     failed = replace(run.members[0, 1], failure="<i onload=x>stalled", numbers={})
-    run.members[0, 1] = failed
+    run.members.put((0, 1), failed)
     run.__dict__.pop("realizations", None)
     run.damaged[0, 1] = "<u>file</u>"
     seen = Reader(page(run))

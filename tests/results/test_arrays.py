@@ -72,7 +72,7 @@ def test_a_failed_member_is_nan_and_counted(kept_run):
     xarray = pytest.importorskip("xarray")
     run = rs.open_run(kept_run.folder)
     failed = replace(run.members[1, 2], failure="stalled", numbers={})
-    run.members[1, 2] = failed
+    run.members.put((1, 2), failed)
     data = run.to_xarray()
     assert isinstance(data, xarray.Dataset)
     assert data.converged.values.tolist() == [[1, 1, 1], [1, 1, 0], [1, 1, 1]]
