@@ -179,7 +179,7 @@ def test_numerics_that_no_plan_made_are_shown_without_reasons(quick, tmp_path):
     words = Reader(page(rs.run(quick, tmp_path / "run", numerics=numerics, max_realizations=1))).words
     assert "These numerics were given to the run without a plan" in words
     assert "tolerance 0.001" in words
-    assert "capped 32 × 32 to q_c = 4e+04 rad/m" in words
+    assert "32 × 32 to q_c = 4e+04 rad/m" in words
 
 
 @pytest.mark.usefixtures("no_pictures")
