@@ -153,10 +153,10 @@ class Scene(Record, section=""):
     def identity(self) -> dict[str, Any]:
         """Return what identifies this scene: physics, numerics and seed, as dotted key → JSON value.
 
-        Left out are texts (title); `ensemble.max_realizations`, `ensemble.until` and `numerics.keep_fields`, which say
-        how long to go on and what to keep; and `psd_source`, the melting temperature and a background temperature
-        without a table κ(T), which change what is said of the numbers only. Keys without a value are absent, except
-        where absence has a meaning of its own as a number (``q_roll_off`` is then `q_min`, ``roll_off_exponent`` 0).
+        Keys that change no number of a member are left out: texts (title); `ensemble.max_realizations`,
+        `ensemble.until` and `numerics.keep_fields`; `psd_source` and the melting temperature; a background temperature
+        without a table κ(T). Keys without a value are absent, but two have a number then: `q_roll_off` is `q_min`, and
+        `roll_off_exponent` is 0.
         """
         sections = to_jsonable_python(self, exclude_none=True)
         sections = {name: section for name, section in sections.items() if isinstance(section, dict)}
