@@ -227,7 +227,8 @@ def rows_of(run: Run) -> Iterator[Row]:
             for name, q in ratios.items():
                 value, error, total = (float(x[k]) for x in (q.mean, q.standard_error, q.total_error))
                 quotients[name] = Ratio(value, error, total, q.unknown_at(k))
-            note = "identity" if all_yields and record.by_force_balance else "at q_c" if no_limit[k] else ""
+            at_cut_off = no_limit[k] and not all(isnan(cell.mean) for cell in cells.values())
+            note = "identity" if all_yields and record.by_force_balance else "at q_c" if at_cut_off else ""
             yield Row(observable, record.unit, speed, columns=cells, ratios=quotients, note=note, **said)
 
 

@@ -10,7 +10,8 @@ import roughsim as rs
 from roughsim import prediction
 from roughsim.comparison.compare import Ratio
 from roughsim.comparison.tables import comparison_table
-from roughsim.observables.catalogue import UNITS
+from roughsim.observables.catalogue import OBSERVABLES, UNITS
+from roughsim.observables.record import Observable
 
 HEADINGS = {"observable", "speed", "theory", "theory_full_spectrum", "calibrated", "smoothed", "capped", "note"}
 
@@ -258,3 +259,14 @@ def test_the_calibrated_law_stands_after_theory_where_it_was_compared_with_conta
     near, far = prediction.calibrated_correlation(table.run.scene, np.array([0.0, r]))
     assert near == pytest.approx(told["pressure_variance", None], rel=1e-9)
     assert far == pytest.approx(0.5 * near, rel=1e-6)
+
+
+def test_what_no_member_has_carries_no_note(capped_run, monkeypatch):
+    """As an observable that is younger than the run."""
+    younger = Observable("younger", "1", values=lambda sample: np.full((len(sample.rows), 1), np.nan), limit=False)
+    monkeypatch.setitem(OBSERVABLES, "younger", younger)
+    run = rs.open_run(capped_run.folder)
+    run.scene = replace(run.scene, theory=replace(run.scene.theory, gamma=0.31))  # one that nothing is remembered of
+    (row,) = (row for row in rs.compare(run).rows if row.observable == "younger")
+    assert all(np.isnan(cell.mean) for cell in row.columns.values())
+    assert row.note == ""
