@@ -41,7 +41,9 @@ _REACH = 1e3  # times q_max to which the rest of the variance is followed, as q�
 _DEGREE = 5  # of the splines, whose knots are an e-fold apart
 _LAST = 1e-4  # of the sidebands is cut off at the upper end
 _FAINT = 1e-2  # the least weight of a bin of sidebands, those that hardly a wave reaches
-_NOTHING = 1e-14  # of the largest density: full contact has no sidebands, and they have a logarithm all the same
+_NOTHING = (
+    1e-14  # of the largest variance of a bin: full contact has no sidebands, and they have a logarithm all the same
+)
 
 # the range of the contacts that the law was compared with
 SHARE = (0.005, 0.6)  # σ₀/σ_P
@@ -100,7 +102,7 @@ def stress_spectrum(
     if pressure + UNREACHED * sqrt(2 * variance[-1]) < hardness:
         return calibrated(spectrum, modulus, pressure)
     _, elastic, plastic = area_fractions(variance, pressure, hardness)
-    yielded = elastic / (elastic + plastic) < ELASTIC_SHARE
+    yielded = elastic < ELASTIC_SHARE * (elastic + plastic)
     solid = {"effective_modulus": modulus, "nominal_pressure": pressure, "penetration_hardness": hardness}
     seen = {
         "nominal_pressure/penetration_hardness": (share, SHARE),
@@ -295,9 +297,9 @@ def _density(logs: Array, power: Array, first: float, width: float) -> Table:
     x: Array = first + width * np.arange(last, dtype=np.float64)
     area = 2 * pi * np.exp(2 * x) * width
     area[0] = pi * np.exp(2 * x[0])  # of the whole disc below
-    values = held[:last] / area
+    values = np.maximum(held[:last], _NOTHING * held.max() + np.finfo(float).tiny) / area
     weight = np.sqrt(np.maximum(held[:last] / held.max(), _FAINT**2)) if held.any() else np.ones(last)
-    return Table(x, np.log(np.maximum(values, _NOTHING * values.max() + np.finfo(float).tiny)), weight)
+    return Table(x, np.log(values), weight)
 
 
 def _smooth(table: Table, first: float) -> BSpline:
