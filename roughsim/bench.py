@@ -54,10 +54,7 @@ class Split(NamedTuple):
 
 
 def cpu_seconds(work: Callable[[], Any]) -> float:
-    """Return the least CPU time of one call, s, out of up to three after a first one that fills caches.
-
-    No further call is timed once all have taken a second together.
-    """
+    """Return the least CPU time of up to three calls after one that fills caches, s; one second in all is enough."""
     spent: list[float] = []
     while len(spent) < 4 and sum(spent) < 1.0:
         spent.append(timeit(work, timer=time.process_time, number=1))
@@ -89,10 +86,7 @@ def contact(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Poi
 
 
 def pixels(problem: Problem) -> Iterator[Point]:
-    """Yield the error of T_flash of one contact at a fixed cut-off over the number of pixels per shortest wave.
-
-    The reference has four times the pixels of the plan.
-    """
+    """Yield the error of T_flash at fixed cut-off over pixels per shortest wave; four times the plan's are the reference."""
     q_max = problem.spectrum.breaks[-1]
     planned = problem.grid.shape[0] * 2 * pi / (problem.grid.lengths[0] * q_max)
     values: dict[float, tuple[float, float]] = {}

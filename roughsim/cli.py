@@ -1,7 +1,4 @@
-"""The command line: each verb is one public function.
-
-A verb imports what it needs inside its function, so that ``--help`` comes at once.
-"""
+"""The command line: each verb is one public function, which imports what it needs, so that help comes at once."""
 
 import json
 import sys

@@ -10,12 +10,12 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from multiprocessing.context import SpawnContext, SpawnProcess
 from pathlib import Path
 from types import FrameType, TracebackType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -113,7 +113,7 @@ class RememberingContext(SpawnContext):
         return self.born[-1]
 
 
-class Workforce:
+class Workforce(AbstractContextManager["Workforce"]):
     """What computes the members of a run: this process, a pool of worker processes, or an executor of the caller.
 
     At the end all processes made here have ended. After an error or an interrupt they are killed at once: a member
@@ -126,9 +126,6 @@ class Workforce:
         self.workers = workers
         self.context = RememberingContext()
         self._made: list[Executor] = []
-
-    def __enter__(self) -> Self:
-        return self
 
     @property
     def in_flight(self) -> int:

@@ -1,7 +1,4 @@
-"""Convolutions of a field with a kernel, by the spectrum of the kernel.
-
-Rows and columns of zeros are not transformed, and columns are multiplied while they are in the cache.
-"""
+"""Convolutions of a field with a kernel, by the spectrum of the kernel: zeros are not transformed."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any

@@ -220,6 +220,9 @@ def check_scene(scene: Scene) -> None:
             f'sliding.heat_partition = "{rule}" shares the heat with a second body, but {missing} is missing; add it '
             '(like = "body" for the same material), or write "all" or a number'
         )
+    if rule == "total" and scene.sliding.duration is None:
+        needed = 'needs the time since sliding began; add for example duration = "1 ms"'
+        raise ValueError(f'sliding.heat_partition = "total" {needed}')
     check_background(scene)
     rows = sum(len(face.psd or ()) for face in (scene.surface, scene.counterface) if face is not None)
     if rows > MAX_ROWS:

@@ -5,7 +5,7 @@ A key that is left out is None, or has the default given here. The section [nume
 
 import re
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, WrapValidator, model_validator
 from pydantic.dataclasses import dataclass
@@ -312,14 +312,6 @@ class SlidingSection(Record, section="sliding"):
     """Time since sliding began; None is steady."""
     background_temperature: Annotated[float, KELVIN] | None = None
     """T₀ of both bodies without their flash temperatures, absolute; goes with a table κ(T) or a melting temperature."""
-
-    @model_validator(mode="after")
-    def _fits(self) -> Self:
-        if self.heat_partition == "total" and self.duration is None:
-            raise ValueError(
-                'heat_partition = "total" needs the time since sliding began; add for example duration = "1 ms"'
-            )
-        return self
 
 
 @dataclass(frozen=True, kw_only=True)
