@@ -86,7 +86,7 @@ def contact(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Poi
 
 
 def pixels(problem: Problem) -> Iterator[Point]:
-    """Yield the error of T_flash at fixed cut-off over pixels per shortest wave; four times the plan's are the reference."""
+    """Yield the error of T_flash at fixed cut-off over pixels per shortest wave; four times the plan's are exact."""
     q_max = problem.spectrum.breaks[-1]
     planned = problem.grid.shape[0] * 2 * pi / (problem.grid.lengths[0] * q_max)
     values: dict[float, tuple[float, float]] = {}
