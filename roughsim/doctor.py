@@ -1,4 +1,4 @@
-"""`roughsim doctor`: versions, missing packages, threads, memory, runs at work, and two contacts with exact answers.
+"""`roughsim doctor`: versions, missing packages, threads, memory, runs at work, and two cases with exact answers.
 
 No run needs this module. A broken part is reported, not raised: `examine` always returns.
 """
