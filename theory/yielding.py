@@ -17,6 +17,7 @@ force balance leaves no choice: the tail is higher or lower where it must be. do
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from math import ceil, inf, log, pi, sqrt
 from typing import NamedTuple
 
@@ -138,8 +139,7 @@ class YieldingSpectrum:
     nominal_pressure: float
     penetration_hardness: float
     breaks: tuple[float, ...] = field(init=False, compare=False)
-    contact_fraction: float = field(init=False, compare=False)
-    plastic_fraction: float = field(init=False, compare=False)
+    _whole: float = field(init=False, repr=False, compare=False)  # g_σ(0)/σ_P²
     _coherent: BSpline = field(init=False, repr=False, compare=False)
     _sidebands: BSpline = field(init=False, repr=False, compare=False)
     _scale: float = field(init=False, repr=False, compare=False)
@@ -155,12 +155,10 @@ class YieldingSpectrum:
         values = {"_coherent": coherent, "_sidebands": sidebands, "_scale": 1.0, "_edge": 0.0}
         for name, value in {**values, "breaks": tuple(_distinct(breaks).tolist())}.items():
             object.__setattr__(self, name, value)
-        contact, plastic = self._areas(self._balance(diffusion))
-        object.__setattr__(self, "contact_fraction", contact)
-        object.__setattr__(self, "plastic_fraction", plastic)
+        self._balance(diffusion)
 
-    def _balance(self, diffusion: Diffusion) -> float:
-        """Give the edges their tail, within what the variance of P and force balance leave; return g_σ(0), Pa²."""
+    def _balance(self, diffusion: Diffusion) -> None:
+        """Give the edges of the contacts their tail, within what the variance of P and force balance leave."""
         mean, hardness = self.nominal_pressure, self.penetration_hardness
         most = mean * (hardness - mean)
         whole = min(float(diffusion.probability[-1] @ (diffusion.pressure - mean) ** 2), most)
@@ -172,17 +170,17 @@ class YieldingSpectrum:
         tail = min(max(wanted, whole - own), max(most - own, 0.0))
         object.__setattr__(self, "_edge", tail / room)
         object.__setattr__(self, "_scale", min(most / own, 1.0))
-        return float(min(own, most) + tail)
+        object.__setattr__(self, "_whole", float(min(own, most) + tail) / hardness**2)
 
-    def _areas(self, variance: float) -> tuple[float, float]:
-        """Return both areas of a pressure that diffuses between absorbing walls: `variance` rises by 2A_el dG."""
-        share = self.nominal_pressure / self.penetration_hardness
-        g = np.concatenate([[0.0], np.geomspace(1e-4 * share**2, 10.0, 600)])
-        elastic = between(min(share, 1 - share), g)
-        rising = np.append(0.0, np.cumsum((elastic[1:] + elastic[:-1]) * np.diff(g)))
-        half = np.interp(variance / self.penetration_hardness**2, rising, g)
-        _, left, plastic = area_fractions(half, share, 1.0)
-        return float(left + plastic), float(plastic)
+    @property
+    def contact_fraction(self) -> float:
+        """A/A₀, the share of the nominal area in contact."""
+        return sum(_areas(self.nominal_pressure / self.penetration_hardness, self._whole))
+
+    @property
+    def plastic_fraction(self) -> float:
+        """A_pl/A₀, the share of the nominal area that has yielded."""
+        return _areas(self.nominal_pressure / self.penetration_hardness, self._whole)[1]
 
     def __call__(self, q: ArrayLike) -> Array:
         """Return |σ_q|² at the wavenumbers `q`, rad/m, elementwise, Pa² m²."""
@@ -200,6 +198,16 @@ class YieldingSpectrum:
         above = (wavenumber > high) & (wavenumber <= self.breaks[-1])
         result[above] += self._edge * (high / wavenumber[above]) ** 3
         return result
+
+
+@lru_cache(maxsize=64)  # of one contact both areas are asked for
+def _areas(share: float, variance: float) -> tuple[float, float]:
+    """Return A_el/A₀ and A_pl/A₀ of a pressure between absorbing walls; `variance`, over σ_P², rises by 2A_el dg."""
+    g = np.concatenate([[0.0], np.geomspace(1e-4 * share**2, 10.0, 600)])
+    elastic = between(min(share, 1 - share), g)
+    rising = np.append(0.0, np.cumsum((elastic[1:] + elastic[:-1]) * np.diff(g)))
+    _, left, plastic = area_fractions(np.interp(variance, rising, g), share, 1.0)
+    return float(left), float(plastic)
 
 
 def _value(spline: BSpline, q: Array) -> Array:
