@@ -150,7 +150,7 @@ def test_a_scheduler_of_dask_that_dies_ends_the_run_with_a_sentence(quick, tmp_p
             cluster.close()
 
     executor = client.get_executor(pure=False)
-    with pytest.raises(RuntimeError, match="its scheduler or its workers are gone"):
+    with pytest.raises(RuntimeError, match="its scheduler or its workers have ended"):
         rs.run(quick, tmp_path / "run", max_realizations=100, until={}, executor=executor, workers=2, observer=end)
     client.close()
     assert rs.run(quick, tmp_path / "run", max_realizations=4, until={}).realizations == 4
