@@ -55,9 +55,9 @@ class Diffusion:
     rates: tuple[Array, Array]  # per κ² dv, to the next higher and to the next lower pressure, 1/Pa², (m,) each
 
 
-def diffuse(spectrum: Spectrum, modulus: float, pressure: float, hardness: float) -> Diffusion:
+def diffuse(spectrum: Spectrum, modulus: float, pressure: float, hardness: float, *, step: float = STEP) -> Diffusion:
     """Solve both equations for checked numbers: C(q) in m⁴, E*, σ₀ and σ_P in Pa; σ_P may be beyond all pressures."""
-    wavenumber, variance, spread = _shells(spectrum, modulus)
+    wavenumber, variance, spread = _shells(spectrum, modulus, step)
     highest = min(hardness, pressure + UNREACHED * spread)
     start = float(ndtri(pressure / highest))
     below, above = ceil((start + FURTHEST) / SPACING), ceil((FURTHEST - start) / SPACING)
@@ -73,7 +73,7 @@ def diffuse(spectrum: Spectrum, modulus: float, pressure: float, hardness: float
     return Diffusion(wavenumber, variance, highest * ndtr(z), stiffness, probability, growth, rates)
 
 
-def _shells(spectrum: Spectrum, modulus: float) -> tuple[Array, Array, float]:
+def _shells(spectrum: Spectrum, modulus: float, step: float) -> tuple[Array, Array, float]:
     """Return wavenumbers, v there, and the standard deviation of the pressure in full contact, √(2G)."""
     breaks = breaks_of(spectrum)
     pieces = [np.geomspace(low, high, _FINE + 1) for low, high in pairwise(breaks)]
@@ -85,7 +85,7 @@ def _shells(spectrum: Spectrum, modulus: float) -> tuple[Array, Array, float]:
     spread = sqrt(modulus**2 / 4 * float(np.sum(power * np.exp(2 * (logs[:-1] + width / 2)))))
     last = 2 * pi * float(np.exp(2 * logs[-1]) * density(spectrum, np.exp(logs[-1:]))[0]) * _SMOOTHED
     table = max(last, _SMOOTHED * power[-1]) + np.append(np.cumsum(power[::-1])[::-1], 0.0)
-    steps = np.maximum(-np.diff(np.log(table)), width) / STEP
+    steps = np.maximum(-np.diff(np.log(table)), width) / step
     count = np.append(0.0, np.cumsum(steps))
     at = np.interp(np.linspace(0.0, count[-1], ceil(count[-1]) + 1), count, logs)
     return np.exp(at), np.exp(np.interp(at, logs, np.log(table))), spread

@@ -28,12 +28,11 @@ from scipy.linalg.lapack import dgtsv
 
 from theory.arguments import Array, Spectrum, breaks_of, density, positive, real_array
 from theory.calibrated import CalibratedSpectrum, calibrated
-from theory.interface import UNREACHED, Diffusion, between_shells, diffuse
+from theory.interface import STEP, UNREACHED, Diffusion, between_shells, diffuse
 from theory.persson import half_variance
 from theory.quadrature import WEIGHTS, panels_between
 from theory.walls import area_fractions, between, shares, yield_wavenumber
 
-SHELL = 0.25  # width of a shell of waves in ln q, at most
 ANGLES = 24
 _FEWEST = 16  # shells
 _BELOW = 1.0  # e-folds below q_min to which sidebands are told apart; they are constant from there on
@@ -61,7 +60,12 @@ ERROR_BANDS = {"flash_temperature": 0.07, "pressure_variance": 0.12}
 
 
 def stress_spectrum(
-    spectrum: Spectrum, *, effective_modulus: float, nominal_pressure: float, penetration_hardness: float
+    spectrum: Spectrum,
+    *,
+    effective_modulus: float,
+    nominal_pressure: float,
+    penetration_hardness: float,
+    step: float = STEP,
 ) -> YieldingSpectrum | CalibratedSpectrum:
     """Stress spectrum of contact that yields, from elastic to fully yielded, beside the paper's W on C_sm.
 
@@ -73,6 +77,9 @@ def stress_spectrum(
         C(q), m⁴, with `breaks`; the result is hashable and picklable when it is.
     effective_modulus, nominal_pressure, penetration_hardness : float
         E*, σ₀ and σ_P, Pa, σ₀ ≤ σ_P.
+    step : float
+        Of the solution, in ln q. The error of the steps in T_flash, some .3 %, jumps with the end of C(q): quotients of
+        two ends want finer ones.
 
     Returns
     -------
@@ -122,7 +129,7 @@ def stress_spectrum(
                 f"{name} = {value:.3g} lies outside {least:g} … {most:g}, where the law for contact that yields was "
                 "compared with contacts; use the paper's weight for it"
             )
-    return YieldingSpectrum(spectrum, **solid)
+    return YieldingSpectrum(spectrum, **solid, step=positive("step", step, "e-folds"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,6 +145,7 @@ class YieldingSpectrum:
     effective_modulus: float
     nominal_pressure: float
     penetration_hardness: float
+    step: float = STEP
     breaks: tuple[float, ...] = field(init=False, compare=False)
     _whole: float = field(init=False, repr=False, compare=False)  # g_σ(0)/σ_P²
     _coherent: BSpline = field(init=False, repr=False, compare=False)
@@ -146,8 +154,9 @@ class YieldingSpectrum:
     _edge: float = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        diffusion = diffuse(self.spectrum, self.effective_modulus, self.nominal_pressure, self.penetration_hardness)
-        scattering = scatter(diffusion, self.effective_modulus)
+        solid = self.effective_modulus, self.nominal_pressure, self.penetration_hardness
+        diffusion = diffuse(self.spectrum, *solid, step=self.step)
+        scattering = scatter(diffusion, self.effective_modulus, self.step)
         ends = breaks_of(self.spectrum)
         coherent, sidebands = (_smooth(table, log(ends[0])) for table in scattering)
         inner = np.concatenate([ends, np.exp(coherent.t), np.exp(sidebands.t)])
@@ -229,10 +238,10 @@ class Scattering(NamedTuple):
     sidebands: Table  # |σ_Q|², Pa² m²
 
 
-def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
-    """Return what the waves make at their own wavenumber and beside it; E* in Pa."""
+def scatter(diffusion: Diffusion, modulus: float, step: float = STEP) -> Scattering:
+    """Return what the waves make at their own wavenumber and beside it; E* in Pa, shells of at most `step` in ln q."""
     logs = np.log(diffusion.wavenumber)
-    edges = np.linspace(logs[0], logs[-1], max(ceil((logs[-1] - logs[0]) / SHELL), _FEWEST) + 1)
+    edges = np.linspace(logs[0], logs[-1], max(ceil((logs[-1] - logs[0]) / step), _FEWEST) + 1)
     width, x = edges[1] - edges[0], (edges[1:] + edges[:-1]) / 2
     q = np.exp(x)
     total = diffusion.probability @ (diffusion.pressure - diffusion.pressure @ diffusion.probability[0]) ** 2

@@ -27,12 +27,14 @@ from roughsim.scene.numerics import Numerics
 # capped contact has steep edges of its plastic patches: these have no limit in q_c and are never extrapolated
 NO_LIMIT = tuple(name for name, record in OBSERVABLES.items() if not record.limit)
 # where the lowest rung stands at 4 q_y or above, fitted exponents were 0.9…1.4 for H = 0.8, 0.4…0.8 for H = 0.3, and a
-# tenth of the remainder was left over at most; without a fit half of it is in doubt
-DOUBT_FITTED, DOUBT_UNFITTED = 0.1, 0.5
+# fifth of the remainder was left over in 19 of 20 cases; without a fit half of it is in doubt
+DOUBT_FITTED, DOUBT_UNFITTED = 0.2, 0.5
 USUAL_SCATTER = 0.3  # how far exponents lie from the usual one
 # exponents below that part of the usual one are mostly of rungs that stand too low: the usual one is taken instead, and
 # what the fit has beyond it is the doubt, with a quarter to spare
 LEAST_EXPONENT, WIDER = 0.7, 1.25
+# what the law for contact that yields leaves in doubt: a share of the value, and of what follows after it
+DOUBT_OF_LAW = (0.005, 0.1)
 # lengths that turn back with the pixel: beyond 8 pixels per wave they went on by 0.2 to 1.5 of the change from 4 to 8
 TURNING = 1.5
 # the doubt about a remainder with the theory's shape held in 156 of 158 comparisons on six ladders, many of them on the
@@ -86,6 +88,8 @@ def values_of(
     if column == "capped" and theory is None:  # it has yielded, and falls as a power of the cut-off from 4 q_y on
         fall["settled"] = 4.0 * prediction.yield_wavenumber(scene)
         fall["usual"] = prediction.usual_exponent(scene, cut_offs[-1])
+        if observable == "flash_temperature" and len(cut_offs) > 1 and cut_offs[-1] < end * (1 - SAME):
+            fall["law"] = prediction.yielded_fall(scene, cut_offs[-2:])
     values = observe(observable, samples, capped=column == "capped", end=end, theory=theory, **fall)
     at_rest = OBSERVABLES[observable].at_rest
     if at_rest is None:
@@ -105,13 +109,15 @@ def observe(
     theory: Array | None = None,
     settled: float = 0.0,
     usual: float = 1.0,
+    law: Array | None = None,
 ) -> Values:
     """Return the values of an observable from the levels of one column, by q_c, then by points.
 
     The first level has every realization. They are extrapolated to `end`, rad/m, where C(q) ends: with the shape of
     `theory`, which has what the theory says at each cut-off and at `end`, (cut-offs + 1, speeds) or of one speed, NaN
     where it is not known to hold; without it as a power of the cut-off. `settled`, rad/m, is the cut-off from which on
-    steps show that power, as it rises on the way up; `usual` is the power where they do not.
+    steps show that power, as it rises on the way up; `usual` is the power where they do not. `law` has what the law for
+    contact that yields says at the upper two cut-offs and at `end`, (3, speeds), to continue where that is surer.
     """
     record, ladder = OBSERVABLES[observable], climb(observable, samples)
     first, top = ladder[0].rows, ladder[-1].rows
@@ -132,6 +138,8 @@ def observe(
         bandwidth = np.abs((top - ladder[-2].rows).mean(axis=0))
     else:
         exponent, remainder, bandwidth = remainder_by_power(ladder, end, settled, usual)
+        if law is not None:
+            exponent, remainder, bandwidth = the_surer((exponent, remainder, bandwidth), ladder, law)
         limit, pixel = top + remainder, pixel_of_limit(ladder, order)
     # levels are nested, so that their number is the pattern of those that a realization has
     group = np.zeros(len(first), dtype=np.intp)
@@ -255,6 +263,28 @@ def remainder_by_power(ladder: list[Rung], end: float, settled: float, usual: fl
     return np.where(low, usual, exponent), np.where(low, unfitted, remainder), np.where(low, widest, error)
 
 
+def the_surer(power: tuple[Array, Array, Array], ladder: list[Rung], law: Array) -> tuple[Array, Array, Array]:
+    """Return exponent (NaN by the law), remainder and error of the surer of two ways: by a power, or by the law's ratio.
+
+    `law` as in `observe`. The rungs may refute it: what measured/law has changed over the last step, at the worst speed,
+    is part of its error. Where both ways lie further apart than their errors and scatter allow, the power stays, and
+    the distance is the error.
+    """
+    (exponent, remainder, error), below, top = power, ladder[-2].rows, ladder[-1].rows
+    mean = top.mean(axis=0)
+    with np.errstate(all="ignore"):  # 0/0 at rest, where nothing follows
+        by_law = top * (law[2] / law[1] - 1.0)
+        change = np.nan_to_num((mean * (law[0] / law[1]) - below.mean(axis=0)) / mean)
+    doubts = DOUBT_OF_LAW[0] * mean, DOUBT_OF_LAW[1] * by_law.mean(axis=0), np.abs(change).max() * mean
+    doubt = np.linalg.norm(doubts, axis=0)
+    apart = np.abs((remainder - by_law).mean(axis=0))
+    scatter = 2.0 * (remainder - by_law).std(axis=0) / np.sqrt(len(top))
+    contrary = apart > np.linalg.norm([error, doubt, scatter], axis=0)
+    chosen = (doubt < error) & ~contrary
+    surest = np.where(contrary, apart, np.where(chosen, doubt, error))
+    return np.where(chosen, nan, exponent), np.where(chosen, by_law, remainder), surest
+
+
 def fitted_exponent(cut_offs: list[float], values: list[Array], usual: float = 1.0) -> Array:
     """Return p of T∞ + c q_c^(−p) through the means at three cut-offs, per speed.
 
@@ -298,7 +328,7 @@ def notes_of(scene: Scene, numerics: Numerics, column: str, observable: str, val
     grids = ", ".join(f"{level.shape[0]} × {level.shape[1]} to {level.q_max:.3g}" for level in levels)
     notes = [f"{column} contact on {grids} rad/m, solver tolerance {numerics.tolerance:.1g}"]
     if np.any(np.isfinite(values.exponent)):
-        exponents = ", ".join(dict.fromkeys(f"{p:.2f}" for p in values.exponent))
+        exponents = ", ".join(dict.fromkeys(f"{p:.2f}" for p in values.exponent if np.isfinite(p)))
         notes.append(f"extrapolated as q_c^(−p) with p = {exponents}")
     elif column == "capped" and not OBSERVABLES[observable].limit:
         notes.append("does not converge with the grid: the value of the finest level, not extrapolated")
@@ -306,7 +336,9 @@ def notes_of(scene: Scene, numerics: Numerics, column: str, observable: str, val
         if values.extrapolated is values.finest and np.any(values.bandwidth > 0.0):
             notes.append("shorter than a wave of the cut-offs: the value of the highest q_c, the last step is in doubt")
         elif np.any(values.bandwidth > 0.0):
-            notes.append("continued from q_c to q_max with the shape of the theory")
+            shape = prediction.follows_theory(scene, column, levels[-1].q_max) is not False
+            way = "with the shape of the theory" if shape else "by the law for contact that yields"
+            notes.append(f"continued from q_c to q_max {way}")
         if np.any(np.isnan(values.bandwidth)):
             notes.append("where the bandwidth is unknown, the value of the highest q_c")
     if OBSERVABLES[observable].per_speed:

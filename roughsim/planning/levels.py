@@ -6,8 +6,8 @@ their own; the same scene gives the same pilot. What it measures scales to the r
 
 - Contact that yields needs no resolution of its own: the yield wavenumber q_y sets the scale, not q_max.
 - Contact on the smoothed spectrum C_sm converges by itself: one cut-off a little above q_y, on two grids.
-- Capped contact errs by the cut-off more than by the pixel: three cut-offs, continued as T∞ + c q_c^(−p), the lower two
-  also at half the pixel.
+- Capped contact errs by the cut-off more than by the pixel: three cut-offs, continued as T∞ + c q_c^(−p) or by the law
+  for contact that yields, the lower two also at half the pixel.
 - Where no grid holds C(q), or reaches q_y: three cut-offs, continued with the theory's shape.
 """
 
@@ -24,7 +24,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.errors import ConvergenceError
-from roughsim.estimate.ladder import DOUBT_OF_SHAPE
+from roughsim.estimate.ladder import DOUBT_OF_LAW, DOUBT_OF_SHAPE
 from roughsim.grid import Array
 from roughsim.planning.realization import realize
 from roughsim.scene import Scene
@@ -39,14 +39,15 @@ PILOT_TOP = 4.0  # q_y: highest cut-off of a pilot of capped contact, the lowest
 SEED = 20  # any number: a pilot must not see the surfaces of the run
 ELASTIC_SIDE, CAPPED_SIDE = 2048, 4096  # points per side of the finest grids of a plan; beyond, C(q) is cut
 PIXELS = 4  # per shortest wave of a level; its partner at half the pixel has twice as many
-SYSTEMATIC = 0.6  # share of the target that bandwidth and pixel may take; the rest is for the scatter
+SYSTEMATIC = 0.6  # share of the target that the pixel may take; the rest is for the scatter
+SYSTEMATIC_CUT = 0.75  # with the bandwidth, where another rung costs more than many realizations of the lowest one
 
 # cut-offs and doubts of capped contact, measured on steel: docs/errors.md
 SMOOTHED_TOP = 1.5  # q_y: the end of C_sm
 CAPPED_TOPS = (8, 16, 32)  # q_y: tops of ladders to choose from
 FITTED_TOP = 16  # q_y: from there on the lowest rung stands at 4 q_y, and the rungs tell an exponent
 SLOW_FALL = 0.75  # exponent below which three rungs do not tell it well: H = 0.43
-UNFITTED_DOUBT, SLOW_DOUBT, FITTED_DOUBT = 1.0, 0.5, 0.12  # share of the remainder beyond the top that is in doubt
+UNFITTED_DOUBT, SLOW_DOUBT, FITTED_DOUBT = 1.0, 0.5, 0.2  # share of the remainder beyond the top that is in doubt
 UNCUT_PIXEL = 0.6  # of the pilot's change, what the pixel leaves where all of C(q) is solved; falls as 1/√q_c
 
 
@@ -203,7 +204,9 @@ def capped_ladder(scene: Scene, lengths: Lengths, target: float, seen: Pilot) ->
         exponent = prediction.usual_exponent(scene, top)
         doubt = UNFITTED_DOUBT if factor < FITTED_TOP else FITTED_DOUBT if exponent > SLOW_FALL else SLOW_DOUBT
         errors = capped_errors(top, top < q_max, seen, exponent, doubt)
-        if hypot(*errors) <= SYSTEMATIC * target or top < factor * q_yield:
+        if top < q_max and seen.measured:
+            errors = min(errors[0], law_error(scene, top)), errors[1]
+        if hypot(*errors) <= SYSTEMATIC_CUT * target or top < factor * q_yield:
             break
     height = f"{top / q_yield:.3g} q_y"
     if top >= q_max:
@@ -211,7 +214,7 @@ def capped_ladder(scene: Scene, lengths: Lengths, target: float, seen: Pilot) ->
         return Ladder([*smoothed, *pair("capped", lengths, top, PIXELS, whole)], *errors)
     first = f"{top / 4 / q_yield:.3g} q_y at {PIXELS} pixels per shortest wave"
     last = height + (f": the limit of {CAPPED_SIDE} points per side" if top == limit else "")
-    last += ": how that falls, T∞ + c q_c^(−p)"
+    last += ": how that falls, T∞ + c q_c^(−p), or by the law for contact that yields"
     return Ladder([*smoothed, *climb("capped", lengths, top, first, last, halved=(4, 2))], *errors)
 
 
@@ -225,6 +228,15 @@ def capped_errors(top: float, cut: bool, seen: Pilot, exponent: float, doubt: fl
     # the pilot's step from q_max/2 to q_max is (2^p − 1) of what remains beyond q_max
     remainder = seen.step / (2.0**exponent - 1.0) * (seen.q_max / top) ** exponent
     return doubt * remainder, seen.pixel * seen.q_max / top
+
+
+def law_error(scene: Scene, top: float) -> float:
+    """Return the bandwidth error to expect of the highest T_flash by the law for contact that yields; else infinite."""
+    law = prediction.yielded_fall(scene, (top / 2, top))
+    if law is None or not law.any():  # outside its range, or at rest
+        return inf
+    hottest = int(np.argmax(law[-1]))
+    return hypot(DOUBT_OF_LAW[0], DOUBT_OF_LAW[1] * (1.0 - float(law[-1, hottest] / law[-2, hottest])))
 
 
 def rung(column: Column, lengths: Lengths, q_c: float, pixels: int, reason: str) -> Rung:

@@ -36,6 +36,7 @@ _YIELDED, _ADDED = 0.99, 0.1
 # T_flash of yielded contact falls as q_c^−(0.3 + 1.05 H) between slow and fast sliding; from H = 2/3 on the exponent 1
 # fits as well, and extrapolates less
 _FALL = (0.3, 1.05)
+_STEP = 0.1  # of the law for contact that yields: coarser ones move T_flash by .3 % from one cut-off to the next
 
 
 @lru_cache(maxsize=64)
@@ -212,6 +213,23 @@ def follows_theory(scene: Scene, column: str, q_max: float) -> bool | None:
     if now >= _YIELDED:
         return False
     return True if at_the_end - now <= _ADDED else None
+
+
+@lru_cache(maxsize=64)
+def yielded_fall(scene: Scene, cut_offs: tuple[float, ...]) -> Array | None:
+    """Return T_flash, K, by the law for contact that yields up to each cut-off, rad/m, and over all of C(q).
+
+    Its shape is (cut-offs + 1, speeds), with all heat in the moving body; None outside the range of the law.
+    """
+    spectra = [*(TruncatedSpectrum(scene.spectrum, q) for q in cut_offs), scene.spectrum]
+    name = "flash_temperature"
+    try:
+        laws = [theory.plasticity.stress_spectrum(c, **pressure_arguments(scene), step=_STEP) for c in spectra]
+        return np.stack(
+            [over_speed(scene, np.array(scene.speeds), stress_spectrum=law, names=(name,))[name] for law in laws]
+        )
+    except (ValueError, theory.quadrature.QuadratureError):
+        return None
 
 
 def usual_exponent(scene: Scene, q_c: float) -> float:
