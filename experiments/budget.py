@@ -1,12 +1,14 @@
 """The error budget, predicted and found: three steels, ten random scenes, ten of two faces, and what levels are worth.
 
-    python experiments/budget.py [--toy] [-o FOLDER] [--workers N] [--only NAME ...]
+    python experiments/budget.py [--toy] [-o FOLDER] [--workers N] [--only NAME ...] [--plans]
 
 Each scene is planned for a total error of T_flash (1 % for the steels, 2 % for the random ones, 3 % for those of two
 faces with different C(q), one of them with 2 µm), run until the statistical error that the plan names, and set beside
 what the plan predicted: realizations, error in all, CPU and wall time. Then the gain of solving fine levels for few
 realizations, by observable: the cost of all levels for every realization over that of the best split at equal
-statistical error, from the scatter that each steel run has found. --toy takes two quick scenes at 4 %.
+statistical error, from the scatter that each steel run has found. --toy takes two quick scenes at 4 %. --plans runs
+nothing: it prints what plans of the capped scenes for 1, 2 and 3 % expect with the law for contact that yields, and
+without it.
 """
 
 from __future__ import annotations
@@ -16,12 +18,14 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 from matplotlib.figure import Figure
 from script import Command
 
 import roughsim as rs
+from roughsim import prediction
 from roughsim.estimate.ladder import observe
 from roughsim.observables.catalogue import UNITS
 from roughsim.scene import parse_scene
@@ -169,6 +173,22 @@ def told(rows: list[Row]) -> None:
     print("predicted/found; the total error is of the highest T_flash; CPU includes starting the workers")
 
 
+def plans_told(scenes: dict[str, rs.Scene]) -> None:
+    """Print top, CPU time and error of plans of the capped scenes, without the law for yielding contact and with it."""
+    for name, each in scenes.items():
+        scene = replace(each, ensemble=replace(each.ensemble, until={}))
+        for target in () if scene.elastic else (0.01, 0.02, 0.03):
+            with patch.object(prediction, "yielded_fall", lambda *_: None):
+                plans = {"power": rs.plan(scene, target)}
+            plans["law"] = rs.plan(scene, target)
+            told = ""
+            for way, numerics in plans.items():
+                forecast, top = numerics.forecast, numerics.levels[-1].q_max / prediction.yield_wavenumber(scene)
+                assert forecast is not None
+                told += f"   {way}: to {top:.3g} q_y, {forecast.cpu_seconds:.3g} s, ± {100 * forecast.total:.2f} %"
+            print(f"{name:14s} for {100 * target:g} %{told}", flush=True)
+
+
 def chart(rows: list[Row], path: Path) -> None:
     figure = Figure((7.2, 3.4), layout="constrained")
     for axes, title, pairs in zip(
@@ -193,12 +213,16 @@ def main() -> None:
     command = Command(__file__, __doc__, "two quick scenes at 4 %")
     command.add_argument("--workers", type=int, default=1, help="processes")
     command.add_argument("--only", nargs="*", help="names of scenes, as steel-1.2GPa and random-3")
+    command.add_argument("--plans", action="store_true", help="plans alone, with the law and without")
     options = command.parse()
     steels = [] if options.toy else [f"steel-{x}GPa" for x in ("0.5", "1.2", "2.0")]
     scenes = {name: rs.load_scene(name) for name in steels or ["demo"]}
     scenes |= {f"random-{i}": random_scene(i) for i in ((2,) if options.toy else range(1, 11))}
     scenes |= {} if options.toy else {f"faces-{i}": two_faces(i) for i in range(1, 11)}
     scenes = {name: scene for name, scene in scenes.items() if name in (options.only or scenes)}
+    if options.plans:
+        plans_told(scenes)
+        return
     rows, runs = [], {}
     for name, scene in scenes.items():
         target = 0.04 if options.toy else 0.01 if name in steels else 0.03 if name.startswith("faces") else 0.02

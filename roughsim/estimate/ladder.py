@@ -140,7 +140,7 @@ def observe(
         exponent, remainder, bandwidth = remainder_by_power(ladder, end, settled, usual)
         if law is not None:
             exponent, remainder, bandwidth = the_surer((exponent, remainder, bandwidth), ladder, law)
-        limit, pixel = top + remainder, pixel_of_limit(ladder, order)
+        limit, pixel = top + remainder, pixel_of_limit(ladder, order, np.isnan(exponent))
     # levels are nested, so that their number is the pattern of those that a realization has
     group = np.zeros(len(first), dtype=np.intp)
     for sample in samples[1:]:
@@ -195,24 +195,27 @@ def vanishing_pixel(order: float, refined: float) -> float:
     return TURNING if isnan(order) else 1.0 / (1.0 - refined**-order)
 
 
-def pixel_of_limit(ladder: list[Rung], order: float) -> Array:
+def pixel_of_limit(ladder: list[Rung], order: float, by_law: bool | NDArray[np.bool_] = False) -> Array:
     """Return the error of the pixel in an extrapolated value, (speeds,); NaN where no rung has a partner.
 
     Most of what a finer pixel changes goes with 1/q_c and is extrapolated away. Two partners on successive rungs show
-    what is left; one alone is taken to fall with the root of q_c.
+    what is left; one alone is taken to fall with the root of q_c. `by_law` nothing is taken away: all of it is left.
     """
     q_top = ladder[-1].sample.q_max
+    highest = next((rung for rung in reversed(ladder) if rung.partner is not None), None)
+    if highest is None or highest.partner is None:
+        return np.full(ladder[-1].rows.shape[1:], nan)
+    fallen = highest.sample.q_max / q_top
+    change = vanishing_pixel(order, highest.refined) * np.abs((highest.partner - highest.rows).mean(axis=0))
+    left, whole = np.sqrt(fallen) * change, fallen * change
     for below, rung in reversed(list(pairwise(ladder))):
         if below.partner is not None and rung.partner is not None:
             weight = 1.0 / (rung.sample.q_max / below.sample.q_max - 1.0)
-            change = (1.0 + weight) * (rung.partner - rung.rows) - weight * (below.partner - below.rows)
+            rest = (1.0 + weight) * (rung.partner - rung.rows) - weight * (below.partner - below.rows)
             scale = rung.sample.q_max / q_top * vanishing_pixel(order, rung.refined)
-            return np.asarray(scale * np.abs(change.mean(axis=0)))
-    for rung in reversed(ladder):
-        if rung.partner is not None:
-            scale = np.sqrt(rung.sample.q_max / q_top) * vanishing_pixel(order, rung.refined)
-            return np.asarray(scale * np.abs((rung.partner - rung.rows).mean(axis=0)))
-    return np.full(ladder[-1].rows.shape[1:], nan)
+            left = scale * np.abs(rest.mean(axis=0))
+            break
+    return np.where(by_law, whole, left)
 
 
 def remainder_by_theory(ladder: list[Rung], top: Array, theory: Array) -> tuple[Array, Array]:
@@ -264,11 +267,11 @@ def remainder_by_power(ladder: list[Rung], end: float, settled: float, usual: fl
 
 
 def the_surer(power: tuple[Array, Array, Array], ladder: list[Rung], law: Array) -> tuple[Array, Array, Array]:
-    """Return exponent (NaN by the law), remainder and error of the surer of two ways: by a power, or by the law's ratio.
+    """Return exponent (NaN by the law), remainder and error of the surer of two ways: a power, or a constant ratio.
 
-    `law` as in `observe`. The rungs may refute it: what measured/law has changed over the last step, at the worst speed,
-    is part of its error. Where both ways lie further apart than their errors and scatter allow, the power stays, and
-    the distance is the error.
+    `law` as in `observe`, measured/law is constant. The rungs may refute it: what that has changed over the last step,
+    at the worst speed, is part of its error. Where both ways lie further apart than their errors and scatter allow, the
+    power stays, and the distance is the error.
     """
     (exponent, remainder, error), below, top = power, ladder[-2].rows, ladder[-1].rows
     mean = top.mean(axis=0)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim import report
+from roughsim import prediction, report
 from roughsim.charts.style import half_width
 from roughsim.comparison.tables import budget_table, comparison_table
 from roughsim.ensemble.status import status_lines
@@ -70,7 +70,8 @@ def test_at_rest_nothing_heats_and_that_is_exact(at_rest):
     assert at_rest.estimate("flash_temperature").explain().splitlines()[1].startswith("0 K: ")
 
 
-def test_a_run_of_a_rough_surface_is_continued_with_its_own_exponent(capped_scene, tmp_path):
+def test_a_run_of_a_rough_surface_is_continued_with_its_own_exponent(capped_scene, tmp_path, monkeypatch):
+    monkeypatch.setattr(prediction, "yielded_fall", lambda *_: None)
     rough = replace(capped_scene, surface=replace(capped_scene.surface, hurst=0.3, q_max=1e7))
     levels = tuple(Level("capped", (n, n), 1e3 * n) for n in (48, 96))
     run = rs.run(rough, tmp_path / "run", numerics=Numerics(levels, (2e-3, 2e-3)), max_realizations=2, workers=1)

@@ -120,6 +120,7 @@ def half_width(n, scatter, change=0.0, every=1):
 
 
 def test_the_plan_expects_a_rough_surface_to_fall_slowly(monkeypatch):
+    monkeypatch.setattr(prediction, "yielded_fall", lambda *_: None)
     steel = rs.load_scene("steel-1.2GPa")
     numerics = planned(monkeypatch, replace(steel, surface=replace(steel.surface, hurst=0.3)), 0.02)
     top, p = numerics.levels[-1].q_max, 0.3 + 1.05 * 0.3
@@ -128,7 +129,25 @@ def test_the_plan_expects_a_rough_surface_to_fall_slowly(monkeypatch):
     assert numerics.forecast.bandwidth == pytest.approx(0.5 * remainder, rel=1e-9)
 
 
+@pytest.mark.parametrize("power", [0.5, None])
+def test_the_plan_expects_what_the_law_leaves_in_doubt(monkeypatch, power):
+    def fall(_, cut_offs):  # at a slow and a fast speed; what follows 8 q_y is 1.2 % of the value, or all of it
+        q = np.array([*cut_offs, 1e30])
+        return None if power is None else np.stack([5.0 + 0.0 * q, 100.0 * (1 + 7.65 * q**-power)], axis=1)
+
+    monkeypatch.setattr(prediction, "yielded_fall", fall)
+    numerics = planned(monkeypatch, rs.load_scene("steel-1.2GPa"), 0.02)
+    top = numerics.levels[-1].q_max
+    if power is None:
+        assert top == pytest.approx(16 * 5.07e4, rel=0.01)
+        return
+    assert top == pytest.approx(8 * 5.07e4, rel=0.01)
+    follows = 1.0 - 1.0 / (1.0 + 7.65 * top**-0.5)  # of the value at 8 q_y
+    assert numerics.forecast.bandwidth == pytest.approx(sqrt(0.005**2 + (0.1 * follows) ** 2), rel=1e-9)
+
+
 def test_the_plan_expects_what_the_pilot_says(monkeypatch):
+    monkeypatch.setattr(prediction, "yielded_fall", lambda *_: None)
     scene = rs.load_scene("steel-1.2GPa")
     numerics = planned(monkeypatch, scene, 0.02)
     forecast, ladder = numerics.forecast, [numerics.levels[i] for i in numerics.of_column("capped")]
@@ -136,7 +155,7 @@ def test_the_plan_expects_what_the_pilot_says(monkeypatch):
     assert forecast.pixel == pytest.approx(0.012 * 2e5 / top)
     q_y = ladder[-1].q_max / (16 if top > 6e5 else 8)
     assert q_y == pytest.approx(5.07e4, rel=0.01)
-    assert forecast.bandwidth == pytest.approx((0.12 if top > 6e5 else 1.0) * 0.2 * 2e5 / top)
+    assert forecast.bandwidth == pytest.approx((0.2 if top > 6e5 else 1.0) * 0.2 * 2e5 / top)
     assert forecast.size == pytest.approx(0.004)
     assert forecast.cpu_seconds == pytest.approx(2e-8 * work(numerics.levels, every, forecast.realizations))
     systematic = np.linalg.norm([forecast.bandwidth, forecast.pixel, forecast.size])
