@@ -215,7 +215,7 @@ def pixel_of_limit(ladder: list[Rung], order: float, by_law: bool | NDArray[np.b
             scale = rung.sample.q_max / q_top * vanishing_pixel(order, rung.refined)
             left = scale * np.abs(rest.mean(axis=0))
             break
-    return np.where(by_law, whole, left)
+    return np.asarray(np.where(by_law, whole, left))
 
 
 def remainder_by_theory(ladder: list[Rung], top: Array, theory: Array) -> tuple[Array, Array]:
