@@ -8,7 +8,7 @@ from ladder_cases import NAME, level
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.estimate.ladder import notes_of, observe, values_of
+from roughsim.estimate.ladder import Rung, notes_of, observe, the_surer, values_of
 from roughsim.scene.numerics import Level, Numerics
 from theory import flash, plasticity
 
@@ -84,6 +84,29 @@ def test_scatter_alone_does_not_refute_a_law():
     values = observed(fall, fall, scatter=0.05, every=8)
     assert np.isnan(values.exponent[0])
     assert values.bandwidth[0] < 0.03 * fall(END)
+
+
+@pytest.mark.parametrize(
+    ("distance", "scatter", "error", "chosen", "expected"),
+    [
+        (0.0, 0.0, 2.0, True, 1.0),  # the law: 0.5 % of 100 and a tenth of the 8.66 that follow, and no change
+        (0.0, 0.0, 0.9, False, 0.9),  # the power is surer
+        (3.0, 0.0, 2.0, False, 3.0),  # 3 > √(1 + 4): one of the two is wrong
+        (2.0, 0.0, 2.0, True, 1.0),
+        (3.0, 1.5, 2.0, True, 1.0),  # 3 < √(1 + 4 + 3²): the mean of four rows that scatter by 3, twice
+    ],
+)
+def test_power_or_law_or_neither(distance, scatter, error, chosen, expected):
+    follows = np.sqrt(1.0 - 0.25) / 0.1
+    top = np.full((4, 1), 100.0)
+    ladder = [Rung(level(rows), rows) for rows in (top, top)]
+    law = np.array([[1.0], [1.0], [1.0 - follows / 100.0]])
+    noise = 2.0 * scatter * np.array([[1.0], [-1.0], [1.0], [-1.0]])
+    power = np.array([1.2]), -follows + distance + noise, np.array([error])
+    exponent, remainder, stated = the_surer(power, ladder, law)
+    assert bool(np.isnan(exponent[0])) is chosen
+    assert stated[0] == pytest.approx(expected, rel=1e-9)
+    assert remainder.mean() == pytest.approx(-follows + (0.0 if chosen else distance), rel=1e-9)
 
 
 def test_rows_scatter_as_the_top_rung_does():
