@@ -32,7 +32,10 @@ from theory import flash, persson, plasticity
 from theory.walls import between
 from theory.yielding import YieldingSpectrum
 
-SEEN = "A04 A05 A06 A07 A08 A09 A10 A13 A14 B01 B02 B03 B04 B05 B06 C01 C03 C04 C05 C06 C07 C08 C09 C11 C12"
+SEEN = (
+    "A04 A05 A06 A07 A08 A09 A10 A13 A14 A16 A18 A19 A20 B01 B02 B03 B04 B05 B06 B08 B10 B12 B13 "
+    "C01 C03 C04 C05 C06 C07 C08 C09 C11 C13 C12 C14 C15 C17 C18 C20 C22"
+)
 CERTAIN = 0.03  # the largest relative error of g_σ(r), measured, at which it is compared
 SHOWN = (0.001, 1.0, 1000.0)  # Péclet numbers
 STIFF = 1e5  # times E*: the bearing limit

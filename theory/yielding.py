@@ -1,24 +1,25 @@
-"""The stress spectrum of rough contact that yields, from elastic to fully yielded, with one fitted constant.
+"""The stress spectrum of rough contact that yields, from elastic to fully yielded, with three fitted constants.
 
 With κ and P of `theory.interface`, a wave of q and height dh makes the pressure κ dh. κ differs from place to place
 with the coarser waves, so that the wave makes pressure at its own q and at |q + k|, k < q:
 
-    coherent     C ⟨κ⟩² [1 + 2 Σ_k V (ρ − 1)/⟨κ⟩²],   ρ = mean over angles of g(|q + k|)/g(q)
-    sidebands    2πqC dq V(q, k) at Q = |q + k|, times [g(Q)/g(q)]²,   uniform in angle
+    coherent     C ⟨κ⟩² [1 + 2 Σ_K N (ρ − 1)],   ρ = mean over angles of [g(|q + K|)/g(q)]^ANSWER
+    sidebands    2πqC dq ⟨κ⟩² N(q, K) at Q = |q + K|, times [g(Q)/g(q)]^(2 ANSWER),   uniform in angle
 
-V(q, k) is the variance of κ(q) that shell k makes, g(Q) = 1/(⟨c⟩ + 2/E*Q) the response of the half-space behind a mean
-interface, ⟨c⟩ = ⟨κ⟩/⟨κ²⟩ − 2/E*q. Both terms are of the second order of the response to an uneven interface.
+⟨κ⟩² N(q, K) is the variance of κ(q) at the wavenumber K. Shell k makes the part V(q, k) of it, and the waves of that
+part are modulated by coarser ones as the pressure of k is: some lie at k, some at |k + k′|, and so on. The half-space
+behind a mean interface responds with g(Q) = 1/(⟨c⟩ + 2/E*Q), ⟨c⟩ = ⟨κ⟩/⟨κ²⟩ − 2/E*q.
 
-Above q_max the edges of the contacts make a tail, EDGE |σ_q|²(q_max) (q_max/q)³. EDGE is the one fitted constant. The
-variance of the whole lies between M, that of P, and M₁ = σ₀σ_P − σ₀², that of contact which has all yielded, where
-force balance leaves no choice: the tail is higher or lower where it must be. docs/yielding.md derives all of it.
+Above q_max the edges of the contacts make a tail, ~ (q_max/q)³. It has the share EDGE of the sidebands above q_max. It
+also has what is missing from M₁ = σ₀σ_P − σ₀², the variance of contact which has all yielded, but for the part
+exp(−D/(RIM σ_P²)) of that, where D is the variance of full contact. docs/yielding.md derives all of it.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import lru_cache
-from math import ceil, inf, log, pi, sqrt
+from math import ceil, expm1, inf, log, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -33,17 +34,16 @@ from theory.persson import half_variance
 from theory.quadrature import WEIGHTS, panels_between
 from theory.walls import area_fractions, between, shares, yield_wavenumber
 
-ANGLES = 24
-_FEWEST = 16  # shells
+BIN = 0.125  # of ln q, in which sidebands are counted
+ANGLES = 48
 _BELOW = 1.0  # e-folds below q_min to which sidebands are told apart; they are constant from there on
+_ABOVE = 2.5  # and above q_max
 _DEPTH = 1e3  # and followed down to q_min over this
 _REACH = 1e3  # times q_max to which the rest of the variance is followed, as q⁻³
 _DEGREE = 5  # of the splines, whose knots are an e-fold apart
 _LAST = 1e-4  # of the sidebands is cut off at the upper end
 _FAINT = 1e-2  # the least weight of a bin of sidebands, those that hardly a wave reaches
-_NOTHING = (
-    1e-14  # of the largest variance of a bin: full contact has no sidebands, and they have a logarithm all the same
-)
+_NOTHING = 1e-14  # of the largest variance of a bin: full contact has no sidebands, but they have a logarithm
 
 # the range of the contacts that the law was compared with
 SHARE = (0.005, 0.6)  # σ₀/σ_P
@@ -54,7 +54,9 @@ YIELDED = (0.25, 8.0)  # q_y/q_r where all has yielded at q_max
 YIELDING = (1.0, 32.0)  # q_max/q_r where it has not
 
 ELASTIC_SHARE = 0.01  # of the contact: below, all has yielded
-EDGE = 0.05  # of |σ_q|² at q_max: the level at which the tail of the edges begins there
+ANSWER = 0.8  # power of g(Q)/g(q) with which the half-space answers beside q: 1 to second order
+EDGE = 0.5  # share of the sidebands above q_max that lies in the tail of the edges
+RIM = 7.0  # D/σ_P² at which 1/e of the variance that is missing from full yield is truly missing
 # the worst over 40 drawn contacts and the map is 7.0 % of T_flash and 11 % of g_σ(0); of others no band is known
 ERROR_BANDS = {"flash_temperature": 0.07, "pressure_variance": 0.12}
 
@@ -156,7 +158,7 @@ class YieldingSpectrum:
     def __post_init__(self) -> None:
         solid = self.effective_modulus, self.nominal_pressure, self.penetration_hardness
         diffusion = diffuse(self.spectrum, *solid, step=self.step)
-        scattering = scatter(diffusion, self.effective_modulus, self.step)
+        scattering = scatter(diffusion, self.effective_modulus)
         ends = breaks_of(self.spectrum)
         coherent, sidebands = (_smooth(table, log(ends[0])) for table in scattering)
         inner = np.concatenate([ends, np.exp(coherent.t), np.exp(sidebands.t)])
@@ -164,22 +166,23 @@ class YieldingSpectrum:
         values = {"_coherent": coherent, "_sidebands": sidebands, "_scale": 1.0, "_edge": 0.0}
         for name, value in {**values, "breaks": tuple(_distinct(breaks).tolist())}.items():
             object.__setattr__(self, name, value)
-        self._balance(diffusion)
+        self._balance()
 
-    def _balance(self, diffusion: Diffusion) -> None:
-        """Give the edges of the contacts their tail, within what the variance of P and force balance leave."""
+    def _balance(self) -> None:
+        """Give the edges of the contacts their tail, within what force balance leaves."""
         mean, hardness = self.nominal_pressure, self.penetration_hardness
         most = mean * (hardness - mean)
-        whole = min(float(diffusion.probability[-1] @ (diffusion.pressure - mean) ** 2), most)
         q, slope = panels_between(np.array(self.breaks)).nodes()
-        own = float(np.sum(2 * pi * q * self(q) * slope @ WEIGHTS))
+        variance = 2 * pi * q * self(q) * slope @ WEIGHTS
         top = breaks_of(self.spectrum)[-1]
-        room = 2 * pi * top**2 * (1 - 1 / _REACH)  # the variance of a tail of unit level
-        wanted = EDGE * float(self(np.array([top]))[0]) * room
-        tail = min(max(wanted, whole - own), max(most - own, 0.0))
-        object.__setattr__(self, "_edge", tail / room)
-        object.__setattr__(self, "_scale", min(most / own, 1.0))
-        object.__setattr__(self, "_whole", float(min(own, most) + tail) / hardness**2)
+        moved = EDGE / (1 - EDGE) * float(variance[q[:, 0] > top].sum())
+        own = float(variance.sum()) + moved
+        full = 2 * float(half_variance(top, self.spectrum, effective_modulus=self.effective_modulus))
+        missing = max(most - own, 0.0) * -expm1(-full / (RIM * hardness**2))
+        scale = min(most / own, 1.0)
+        object.__setattr__(self, "_edge", (scale * moved + missing) / (2 * pi * top**2 * (1 - 1 / _REACH)))
+        object.__setattr__(self, "_scale", scale)
+        object.__setattr__(self, "_whole", (scale * own + missing) / hardness**2)
 
     @property
     def contact_fraction(self) -> float:
@@ -203,8 +206,9 @@ class YieldingSpectrum:
         band = wavenumber[inside]
         full = (self.effective_modulus * band / 2) ** 2 * density(self.spectrum, band)
         result[inside] += full * _value(self._coherent, band)
-        result *= self._scale
         above = (wavenumber > high) & (wavenumber <= self.breaks[-1])
+        result[above] *= 1 - EDGE
+        result *= self._scale
         result[above] += self._edge * (high / wavenumber[above]) ** 3
         return result
 
@@ -238,39 +242,77 @@ class Scattering(NamedTuple):
     sidebands: Table  # |σ_Q|², Pa² m²
 
 
-def scatter(diffusion: Diffusion, modulus: float, step: float = STEP) -> Scattering:
-    """Return what the waves make at their own wavenumber and beside it; E* in Pa, shells of at most `step` in ln q."""
+def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
+    """Return what the waves make at their own wavenumber and beside it; E* in Pa."""
     logs = np.log(diffusion.wavenumber)
-    edges = np.linspace(logs[0], logs[-1], max(ceil((logs[-1] - logs[0]) / step), _FEWEST) + 1)
-    width, x = edges[1] - edges[0], (edges[1:] + edges[:-1]) / 2
+    x = (logs[1:] + logs[:-1]) / 2  # a shell of waves between any two wavenumbers
     q = np.exp(x)
     total = diffusion.probability @ (diffusion.pressure - diffusion.pressure @ diffusion.probability[0]) ** 2
-    grown = np.diff(np.interp(edges, logs, total))  # by which each shell raises the variance of the pressure
-    whole = (modulus * diffusion.wavenumber / 2) ** 2
-    steps = between_shells(whole, diffusion.variance)
-    full = np.diff(np.interp(edges, logs, np.append(0.0, np.cumsum(steps))))  # the same in full contact
-    variance = stiffness_variance(diffusion, x, edges)
-    mean = np.interp(x, logs, np.einsum("ij,ij->i", diffusion.probability, diffusion.stiffness))
-    square = np.interp(x, logs, np.einsum("ij,ij->i", diffusion.probability, diffusion.stiffness**2))
-    shells = np.diff(variance, axis=1)  # V(q, k), k in the same shells
-    row, column = np.tril_indices(q.size)  # each wave and those before it, k ≤ q: V(q, k) of others is 0
-    this, before = q[row, None], q[column, None]
-    other = np.sqrt(this**2 + before**2 + 2 * this * before * np.cos((np.arange(ANGLES) + 0.5) * pi / ANGLES))
-    soft = np.maximum(mean / square - 2 / (modulus * q), 0.0)[row, None]
-    response = (soft + 2 / (modulus * this)) / (soft + 2 / (modulus * other))  # g(Q)/g(q)
-    pairs = shells[row, column]
-    beside = np.maximum(shells.sum(axis=1), np.finfo(float).tiny)
-    change = 2 * np.bincount(row, pairs * (response.mean(axis=1) - 1)) / mean**2
-    own = mean**2 / (mean**2 + beside)  # before the response g, coherent part and sidebands add up to what has grown
-    coherent = own * grown / full * np.where(change < 0.0, 1 / (1 + np.abs(change)), 1 + change)
-    source = (1 - own) * grown / beside
-    power = (source[row] * pairs)[:, None] * response**2 / ANGLES
-    ends = np.concatenate([edges[:1], x, edges[-1:]])
-    values = np.log(coherent)
-    wide = np.concatenate([[1.5 * values[0] - 0.5 * values[1]], values, [1.5 * values[-1] - 0.5 * values[-2]]])
-    return Scattering(
-        Table(ends, wide, np.ones(ends.size)), _density(np.log(other).ravel(), power.ravel(), logs[0] - _BELOW, width)
-    )
+    grown = np.diff(total)  # by which each shell raises the variance of the pressure
+    full = between_shells((modulus * diffusion.wavenumber / 2) ** 2, diffusion.variance)  # the same in full contact
+    mean = middle(np.einsum("ij,ij->i", diffusion.probability, diffusion.stiffness))
+    square = middle(np.einsum("ij,ij->i", diffusion.probability, diffusion.stiffness**2))
+    uneven = np.diff(stiffness_variance(diffusion, x, logs), axis=1)  # V(q, k), k in the same shells
+    whole = mean**2 + uneven.sum(axis=1)
+    own = mean**2 / whole  # before the response g, coherent part and sidebands add up to what has grown
+    grid = np.arange(x[0] - _BELOW, x[-1] + _ABOVE, BIN)
+    beside = _beside(x, own, uneven / whole[:, None], grid)
+    soft = np.maximum(mean / square - 2 / (modulus * q), 0.0)[:, None]
+    response = ((soft + 2 / (modulus * q[:, None])) / (soft + 2 / (modulus * np.exp(grid)))) ** ANSWER  # g(Q)/g(q)
+    change = 2 * np.sum(beside * (response - 1), axis=1) / own
+    kept = own * grown * np.where(change < 0.0, 1 / (1 + np.abs(change)), 1 + change)
+    ends = np.concatenate([logs[:1], x, logs[-1:]])
+    values = np.log(kept / full)
+    wide = np.concatenate([[1.5 * values[0] - 0.5 * values[1]], values, values[-1:]])
+    weight = np.sqrt(np.maximum(kept / kept.max(), _FAINT**2))
+    coherent = Table(ends, wide, np.concatenate([weight[:1], weight, weight[-1:]]))
+    return Scattering(coherent, _density(grid, grown @ (beside * response**2)))
+
+
+def middle(values: Array) -> Array:
+    """Return the means of neighbours."""
+    return np.asarray((values[1:] + values[:-1]) / 2)
+
+
+def _beside(x: Array, own: Array, share: Array, grid: Array) -> Array:
+    """Return which part of the pressure of each shell lies at each ln Q of a uniform `grid`, not at its own ln q = `x`.
+
+    κ of a shell holds the share `own` that is the same everywhere, and `share` (shell, k) of waves k. These waves are
+    modulated as the pressure of k is: part `own` of them lies at k, the rest beside it.
+    """
+    count = grid.size
+    table = sums_of_waves(count)
+    at = (x - grid[0]) / BIN
+    low, part = at.astype(np.intp), at - at.astype(np.intp)
+    rows = np.arange(x.size)
+    lies = np.zeros((x.size, count))  # all the pressure of a shell
+    lies[rows, low], lies[rows, low + 1] = 1 - part, part
+    beside = np.zeros((x.size, count))
+    before = lies[0].copy()  # of the waves of the shell itself, as of the shell before
+    for i in range(x.size):
+        waves = share[i, :i] @ lies[:i] + share[i, i] * before
+        for bin_of_q, weight in ((low[i], 1 - part[i]), (low[i] + 1, part[i])):
+            start = count - bin_of_q
+            beside[i] += weight * (waves @ table[start : start + count, start : start + count])
+        beside[i, 0] += waves.sum() - beside[i].sum()  # what has fallen below the grid
+        lies[i] = own[i] * lies[i] + beside[i]
+        before = lies[i]
+    return beside
+
+
+@lru_cache(maxsize=8)
+def sums_of_waves(count: int) -> Array:
+    """Return the chance of ln |q + k| in bins from ln q, by ln k in bins from ln q: both from −count to count − 1."""
+    apart = np.arange(-count, count)
+    steep = np.exp(BIN * apart)[:, None]
+    at = np.log(1 + steep**2 + 2 * steep * np.cos((np.arange(ANGLES) + 0.5) * pi / ANGLES)) / (2 * BIN) + count
+    low = np.clip(at.astype(np.intp), 0, 2 * count - 2)
+    part = np.clip(at - low, 0.0, 1.0)
+    result = np.zeros((2 * count, 2 * count))
+    rows = np.broadcast_to(np.arange(2 * count)[:, None], low.shape)
+    np.add.at(result, (rows, low), (1 - part) / ANGLES)
+    np.add.at(result, (rows, low + 1), part / ANGLES)
+    return result
 
 
 def stiffness_variance(diffusion: Diffusion, x: Array, edges: Array) -> Array:
@@ -303,20 +345,14 @@ def stiffness_variance(diffusion: Diffusion, x: Array, edges: Array) -> Array:
     return np.maximum.accumulate(np.maximum(result - mean[:, None] ** 2, 0.0), axis=1)
 
 
-def _density(logs: Array, power: Array, first: float, width: float) -> Table:
-    """Return ln q on a uniform grid and ln of the density per area of wavenumbers of `power` at `logs`."""
-    place = np.maximum((logs - first) / width, 0.0)
-    low = place.astype(np.intp)
-    count = int(low.max()) + 2
-    share = place - low
-    held = np.bincount(low, power * (1 - share), count) + np.bincount(low + 1, power * share, count)
+def _density(grid: Array, held: Array) -> Table:
+    """Return ln of the density per area of wavenumbers of the power `held` at each ln q of a uniform grid."""
     last = int(np.searchsorted(np.cumsum(held), (1 - _LAST) * held.sum())) + 1
-    x: Array = first + width * np.arange(last, dtype=np.float64)
-    area = 2 * pi * np.exp(2 * x) * width
-    area[0] = pi * np.exp(2 * x[0])  # of the whole disc below
+    area = 2 * pi * np.exp(2 * grid[:last]) * BIN
+    area[0] = pi * np.exp(2 * grid[0])  # of the whole disc below
     values = np.maximum(held[:last], _NOTHING * held.max() + np.finfo(float).tiny) / area
     weight = np.sqrt(np.maximum(held[:last] / held.max(), _FAINT**2)) if held.any() else np.ones(last)
-    return Table(x, np.log(values), weight)
+    return Table(grid[:last], np.log(values), weight)
 
 
 def _smooth(table: Table, first: float) -> BSpline:
