@@ -3,12 +3,13 @@
     python experiments/yielding_points.py [--draw] [--solve] [--toy] [-o FOLDER]
 
 The first list was drawn before the law had any form; the second one, numbers from A15, B07 and C13 on, when it had a
-first form that seemed final; the third one, numbers from A21, B14 and C24 on, when it had that of today. Contact is elastic and perfectly plastic, 0 ≤ p ≤ σ_P, with H in 0.3 … 1, σ₀/σ_P in 0.005 … 0.6 and a plateau of
-C(q) of q_r/q_min in 1 … 16. Let q_y be, as in the map of validity, where roughness must be seen up to for 1 % of the
-contact to stay elastic, by the theory. Kind A has yielded altogether under roughness without end, q_y/q_r in 0.25 … 8.
-Kind B has yielded too, and C(q) ends at q_max = 1 … 10 q_y. All were committed before any was solved. Kind C has
-yielded in part where C(q) ends, at q_max/q_r in 1 … 32. Its hardness aims at A_pl/A in 0.1 … 0.9; that of the first
-list was corrected once, after pilots of a few members that looked at this share alone.
+first form that seemed final; the third one, numbers from A21, B14 and C24 on, when it had that of today. All were
+committed before any was solved. Contact is elastic and perfectly plastic, 0 ≤ p ≤ σ_P, with H in 0.3 … 1, σ₀/σ_P in
+0.005 … 0.6 and a plateau of C(q) of q_r/q_min in 1 … 16. Let q_y be, as in the map of validity, where roughness must be
+seen up to for 1 % of the contact to stay elastic, by the theory. Kind A has yielded altogether under roughness without
+end, q_y/q_r in 0.25 … 8. Kind B has yielded too, and C(q) ends at q_max = 1 … 10 q_y. Kind C has yielded in part where
+C(q) ends, at q_max/q_r in 1 … 32. Its hardness aims at A_pl/A in 0.1 … 0.9; that of the first list was corrected once,
+after pilots of a few members that looked at this share alone.
 
 H and A_pl/A of kind C are drawn uniformly, the rest log-uniformly: one point of a kind in each of as many equal strata,
 in random order. Only q_r/q_min, and q_y/q_r of kind B, are drawn until a grid holds all waves, q_min lies well below

@@ -256,17 +256,17 @@ def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
     whole = mean**2 + uneven.sum(axis=1)
     own = mean**2 / whole  # before the response g, coherent part and sidebands add up to what has grown
     grid = np.arange(x[0] - _BELOW, x[-1] + _ABOVE, BIN)
-    beside = _beside(x, own, uneven / whole[:, None], grid)
+    sides = beside(x, own, uneven / whole[:, None], grid)
     soft = np.maximum(mean / square - 2 / (modulus * q), 0.0)[:, None]
     response = ((soft + 2 / (modulus * q[:, None])) / (soft + 2 / (modulus * np.exp(grid)))) ** ANSWER  # g(Q)/g(q)
-    change = 2 * np.sum(beside * (response - 1), axis=1) / own
+    change = 2 * np.sum(sides * (response - 1), axis=1) / own
     kept = own * grown * np.where(change < 0.0, 1 / (1 + np.abs(change)), 1 + change)
     ends = np.concatenate([logs[:1], x, logs[-1:]])
     values = np.log(kept / full)
     wide = np.concatenate([[1.5 * values[0] - 0.5 * values[1]], values, values[-1:]])
     weight = np.sqrt(np.maximum(kept / kept.max(), _FAINT**2))
     coherent = Table(ends, wide, np.concatenate([weight[:1], weight, weight[-1:]]))
-    return Scattering(coherent, _density(grid, grown @ (beside * response**2)))
+    return Scattering(coherent, _density(grid, grown @ (sides * response**2)))
 
 
 def middle(values: Array) -> Array:
@@ -274,7 +274,7 @@ def middle(values: Array) -> Array:
     return np.asarray((values[1:] + values[:-1]) / 2)
 
 
-def _beside(x: Array, own: Array, share: Array, grid: Array) -> Array:
+def beside(x: Array, own: Array, share: Array, grid: Array) -> Array:
     """Return which part of the pressure of each shell lies at each ln Q of a uniform `grid`, not at its own ln q = `x`.
 
     κ of a shell holds the share `own` that is the same everywhere, and `share` (shell, k) of waves k. These waves are
@@ -287,17 +287,17 @@ def _beside(x: Array, own: Array, share: Array, grid: Array) -> Array:
     rows = np.arange(x.size)
     lies = np.zeros((x.size, count))  # all the pressure of a shell
     lies[rows, low], lies[rows, low + 1] = 1 - part, part
-    beside = np.zeros((x.size, count))
+    result = np.zeros((x.size, count))
     before = lies[0].copy()  # of the waves of the shell itself, as of the shell before
     for i in range(x.size):
         waves = share[i, :i] @ lies[:i] + share[i, i] * before
         for bin_of_q, weight in ((low[i], 1 - part[i]), (low[i] + 1, part[i])):
             start = count - bin_of_q
-            beside[i] += weight * (waves @ table[start : start + count, start : start + count])
-        beside[i, 0] += waves.sum() - beside[i].sum()  # what has fallen below the grid
-        lies[i] = own[i] * lies[i] + beside[i]
+            result[i] += weight * (waves @ table[start : start + count, start : start + count])
+        result[i, 0] += waves.sum() - result[i].sum()  # what has fallen below the grid
+        lies[i] = own[i] * lies[i] + result[i]
         before = lies[i]
-    return beside
+    return result
 
 
 @lru_cache(maxsize=8)
