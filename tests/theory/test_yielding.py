@@ -203,7 +203,6 @@ class Gap(SelfAffine):
     ("spectrum", "pressure", "name"),
     [
         (SelfAffine(), 1e-90, "nominal_pressure/penetration_hardness = 8.33e-100"),
-        (SelfAffine(), 1e-90, "nominal_pressure/penetration_hardness = 8.33e-100"),
         (SelfAffine(), 0.003 * HARDNESS, "nominal_pressure/penetration_hardness = 0.003"),
         (SelfAffine(), 0.7 * HARDNESS, "nominal_pressure/penetration_hardness = 0.7"),
         (SelfAffine(q_min=4e3), 0.1 * HARDNESS, "q_roll_off/q_min = 25"),
