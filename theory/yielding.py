@@ -1,18 +1,9 @@
 """The stress spectrum of rough contact that yields, from elastic to fully yielded, with three fitted constants.
 
-With κ and P of `theory.interface`, a wave of q and height dh makes the pressure κ dh. κ differs from place to place
-with the coarser waves, so that the wave makes pressure at its own q and at |q + k|, k < q:
-
-    coherent     C ⟨κ⟩² [1 + 2 Σ_K N (ρ − 1)],   ρ = mean over angles of [g(|q + K|)/g(q)]^ANSWER
-    sidebands    2πqC dq ⟨κ⟩² N(q, K) at Q = |q + K|, times [g(Q)/g(q)]^(2 ANSWER),   uniform in angle
-
-⟨κ⟩² N(q, K) is the variance of κ(q) at the wavenumber K. Shell k makes the part V(q, k) of it, and the waves of that
-part are modulated by coarser ones as the pressure of k is: some lie at k, some at |k + k′|, and so on. The half-space
-behind a mean interface responds with g(Q) = 1/(⟨c⟩ + 2/E*Q), ⟨c⟩ = ⟨κ⟩/⟨κ²⟩ − 2/E*q.
-
-Above q_max the edges of the contacts make a tail, ~ (q_max/q)³. It has the share EDGE of the sidebands above q_max. It
-also has what is missing from M₁ = σ₀σ_P − σ₀², the variance of contact which has all yielded, but for the part
-exp(−D/(RIM σ_P²)) of that, where D is the variance of full contact. docs/yielding.md derives all of it.
+The waves put their pressure at their own wavenumber and beside it, `theory.scattering`. Above q_max the edges of the
+contacts make a tail, ~ (q_max/q)³. It has the share EDGE of the sidebands above q_max. It also has what is missing from
+M₁ = σ₀σ_P − σ₀², the variance of contact which has all yielded, but for the part exp(−D/(RIM σ_P²)) of that, where D is
+the variance of full contact. The third constant is the ANSWER of the half-space. docs/yielding.md derives all of it.
 """
 
 from __future__ import annotations
@@ -20,30 +11,22 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import lru_cache
 from math import ceil, expm1, inf, log, pi, sqrt
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline, make_lsq_spline
-from scipy.linalg.lapack import dgtsv
 
 from theory.arguments import Array, Spectrum, breaks_of, density, positive, real_array
 from theory.calibrated import CalibratedSpectrum, calibrated
-from theory.interface import STEP, UNREACHED, Diffusion, between_shells, diffuse
+from theory.interface import STEP, UNREACHED, diffuse
 from theory.persson import half_variance
 from theory.quadrature import WEIGHTS, panels_between
+from theory.scattering import Table, scatter
 from theory.walls import area_fractions, between, shares, yield_wavenumber
 
-BIN = 0.125  # of ln q, in which sidebands are counted
-ANGLES = 48
-_BELOW = 1.0  # e-folds below q_min to which sidebands are told apart; they are constant from there on
-_ABOVE = 2.5  # and above q_max
 _DEPTH = 1e3  # and followed down to q_min over this
 _REACH = 1e3  # times q_max to which the rest of the variance is followed, as q⁻³
 _DEGREE = 5  # of the splines, whose knots are an e-fold apart
-_LAST = 1e-4  # of the sidebands is cut off at the upper end
-_FAINT = 1e-2  # the least weight of a bin of sidebands, those that hardly a wave reaches
-_NOTHING = 1e-14  # of the largest variance of a bin: full contact has no sidebands, but they have a logarithm
 
 # the range of the contacts that the law was compared with
 SHARE = (0.005, 0.6)  # σ₀/σ_P
@@ -54,7 +37,6 @@ YIELDED = (0.25, 8.0)  # q_y/q_r where all has yielded at q_max
 YIELDING = (1.0, 32.0)  # q_max/q_r where it has not
 
 ELASTIC_SHARE = 0.01  # of the contact: below, all has yielded
-ANSWER = 0.8  # power of g(Q)/g(q) with which the half-space answers beside q: 1 to second order
 EDGE = 0.5  # share of the sidebands above q_max that lies in the tail of the edges
 RIM = 7.0  # D/σ_P² at which 1/e of the variance that is missing from full yield is truly missing
 # the worst over 65 drawn contacts and the map is 4.4 % of T_flash and 3.1 % of g_σ(0); of others no band is known
@@ -225,134 +207,6 @@ def _areas(share: float, variance: float) -> tuple[float, float]:
 
 def _value(spline: BSpline, q: Array) -> Array:
     return np.asarray(np.exp(spline(np.clip(np.log(q), spline.t[0], spline.t[-1]))))
-
-
-class Table(NamedTuple):
-    """A logarithm over ln q, and how much each entry counts in a fit."""
-
-    place: Array  # ln q, rising
-    value: Array
-    weight: Array
-
-
-class Scattering(NamedTuple):
-    """Where the waves put their pressure."""
-
-    coherent: Table  # |σ_q|²/[(E*q/2)² C]
-    sidebands: Table  # |σ_Q|², Pa² m²
-
-
-def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
-    """Return what the waves make at their own wavenumber and beside it; E* in Pa."""
-    logs = np.log(diffusion.wavenumber)
-    x = (logs[1:] + logs[:-1]) / 2  # a shell of waves between any two wavenumbers
-    q = np.exp(x)
-    total = diffusion.probability @ (diffusion.pressure - diffusion.pressure @ diffusion.probability[0]) ** 2
-    grown = np.diff(total)  # by which each shell raises the variance of the pressure
-    full = between_shells((modulus * diffusion.wavenumber / 2) ** 2, diffusion.variance)  # the same in full contact
-    mean = middle(np.einsum("ij,ij->i", diffusion.probability, diffusion.stiffness))
-    square = middle(np.einsum("ij,ij->i", diffusion.probability, diffusion.stiffness**2))
-    uneven = np.diff(stiffness_variance(diffusion, x, logs), axis=1)  # V(q, k), k in the same shells
-    whole = mean**2 + uneven.sum(axis=1)
-    own = mean**2 / whole  # before the response g, coherent part and sidebands add up to what has grown
-    grid = np.arange(x[0] - _BELOW, x[-1] + _ABOVE, BIN)
-    sides = beside(x, own, uneven / whole[:, None], grid)
-    soft = np.maximum(mean / square - 2 / (modulus * q), 0.0)[:, None]
-    response = ((soft + 2 / (modulus * q[:, None])) / (soft + 2 / (modulus * np.exp(grid)))) ** ANSWER  # g(Q)/g(q)
-    change = 2 * np.sum(sides * (response - 1), axis=1) / own
-    kept = own * grown * np.where(change < 0.0, 1 / (1 + np.abs(change)), 1 + change)
-    ends = np.concatenate([logs[:1], x, logs[-1:]])
-    values = np.log(kept / full)
-    wide = np.concatenate([[1.5 * values[0] - 0.5 * values[1]], values, values[-1:]])
-    weight = np.sqrt(np.maximum(kept / kept.max(), _FAINT**2))
-    coherent = Table(ends, wide, np.concatenate([weight[:1], weight, weight[-1:]]))
-    return Scattering(coherent, _density(grid, grown @ (sides * response**2)))
-
-
-def middle(values: Array) -> Array:
-    """Return the means of neighbours."""
-    return np.asarray((values[1:] + values[:-1]) / 2)
-
-
-def beside(x: Array, own: Array, share: Array, grid: Array) -> Array:
-    """Return which part of the pressure of each shell lies at each ln Q of a uniform `grid`, not at its own ln q = `x`.
-
-    κ of a shell holds the share `own` that is the same everywhere, and `share` (shell, k) of waves k. These waves are
-    modulated as the pressure of k is: part `own` of them lies at k, the rest beside it.
-    """
-    count = grid.size
-    table = sums_of_waves(count)
-    at = (x - grid[0]) / BIN
-    low, part = at.astype(np.intp), at - at.astype(np.intp)
-    rows = np.arange(x.size)
-    lies = np.zeros((x.size, count))  # all the pressure of a shell
-    lies[rows, low], lies[rows, low + 1] = 1 - part, part
-    result = np.zeros((x.size, count))
-    before = lies[0].copy()  # of the waves of the shell itself, as of the shell before
-    for i in range(x.size):
-        waves = share[i, :i] @ lies[:i] + share[i, i] * before
-        for bin_of_q, weight in ((low[i], 1 - part[i]), (low[i] + 1, part[i])):
-            start = count - bin_of_q
-            result[i] += weight * (waves @ table[start : start + count, start : start + count])
-        result[i, 0] += waves.sum() - result[i].sum()  # what has fallen below the grid
-        lies[i] = own[i] * lies[i] + result[i]
-        before = lies[i]
-    return result
-
-
-@lru_cache(maxsize=8)
-def sums_of_waves(count: int) -> Array:
-    """Return the chance of ln |q + k| in bins from ln q, by ln k in bins from ln q: both from −count to count − 1."""
-    apart = np.arange(-count, count)
-    steep = np.exp(BIN * apart)[:, None]
-    at = np.log(1 + steep**2 + 2 * steep * np.cos((np.arange(ANGLES) + 0.5) * pi / ANGLES)) / (2 * BIN) + count
-    low = np.clip(at.astype(np.intp), 0, 2 * count - 2)
-    part = np.clip(at - low, 0.0, 1.0)
-    result = np.zeros((2 * count, 2 * count))
-    rows = np.broadcast_to(np.arange(2 * count)[:, None], low.shape)
-    np.add.at(result, (rows, low), (1 - part) / ANGLES)
-    np.add.at(result, (rows, low + 1), part / ANGLES)
-    return result
-
-
-def stiffness_variance(diffusion: Diffusion, x: Array, edges: Array) -> Array:
-    """Return the variance of κ at ln q = x that waves up to each of `edges` make, shape (x, edges), (Pa/m)².
-
-    `edges` in ln q bound the shells, and each x is the middle of one. κ there is carried back as its mean at each
-    coarser q, given the pressure there, by implicit steps of the first order: those of the second change T_flash by
-    .25 % at most.
-    """
-    logs = np.log(diffusion.wavenumber)
-    up, down = diffusion.rates
-    place = np.minimum(np.searchsorted(logs, x, side="right") - 1, logs.size - 2)
-    share = ((x - logs[place]) / (logs[place + 1] - logs[place]))[:, None]
-    carried = np.asfortranarray(((1 - share) * diffusion.stiffness[place] + share * diffusion.stiffness[place + 1]).T)
-    there = (1 - share) * diffusion.probability[place] + share * diffusion.probability[place + 1]
-    carried_there = carried.copy()
-    square_there = np.einsum("ij,ji->i", there, carried**2)
-    grown = np.empty((x.size, logs.size))
-    for i in range(logs.size - 1, -1, -1):
-        since = int(np.searchsorted(place, i))  # the columns from here on have been reached
-        grown[:, i] = diffusion.probability[i] @ carried**2
-        if i and since < x.size:
-            power = diffusion.growth[i - 1]
-            matrix = (-(power * down)[1:], 1 + power * (up + down), -(power * up)[:-1])
-            carried[:, since:] = dgtsv(*matrix, carried[:, since:])[3]
-    result = np.array([np.interp(edges, logs, row) for row in grown])
-    for m, row in enumerate(result):
-        row[m + 1 :] = square_there[m]
-    mean = np.einsum("ij,ji->i", there, carried_there)
-    return np.maximum.accumulate(np.maximum(result - mean[:, None] ** 2, 0.0), axis=1)
-
-
-def _density(grid: Array, held: Array) -> Table:
-    """Return ln of the density per area of wavenumbers of the power `held` at each ln q of a uniform grid."""
-    last = int(np.searchsorted(np.cumsum(held), (1 - _LAST) * held.sum())) + 1
-    area = 2 * pi * np.exp(2 * grid[:last]) * BIN
-    area[0] = pi * np.exp(2 * grid[0])  # of the whole disc below
-    values = np.maximum(held[:last], _NOTHING * held.max() + np.finfo(float).tiny) / area
-    weight = np.sqrt(np.maximum(held[:last] / held.max(), _FAINT**2)) if held.any() else np.ones(last)
-    return Table(grid[:last], np.log(values), weight)
 
 
 def _smooth(table: Table, first: float) -> BSpline:

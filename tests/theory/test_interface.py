@@ -10,7 +10,7 @@ from scipy.special import ndtr, ndtri
 from scipy.stats import multivariate_normal
 
 from theory.interface import between_shells, diffuse, interface_law
-from theory.yielding import stiffness_variance
+from theory.scattering import stiffness_variance
 
 
 def bell(x):

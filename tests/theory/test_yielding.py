@@ -9,8 +9,9 @@ from scipy.special import j0, ndtr, ndtri, owens_t
 
 from theory import flash, persson, plasticity
 from theory.interface import between_shells, diffuse, interface_law
+from theory.scattering import ANSWER, BIN, beside, scatter, stiffness_variance, sums_of_waves
 from theory.walls import area_fractions
-from theory.yielding import ANSWER, BIN, EDGE, YieldingSpectrum, beside, scatter, stiffness_variance, sums_of_waves
+from theory.yielding import EDGE, YieldingSpectrum
 
 MODULUS, HARDNESS = 1.1e11, 1.2e9
 HEATING = {"friction_coefficient": 1.0, "conductivity": 1.0, "diffusivity": 1.0}
