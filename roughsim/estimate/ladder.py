@@ -34,7 +34,7 @@ USUAL_SCATTER = 0.3  # how far exponents lie from the usual one
 # what the fit has beyond it is the doubt, with a quarter to spare
 LEAST_EXPONENT, WIDER = 0.7, 1.25
 # what the law for contact that yields leaves in doubt: a share of the value, and of what follows after it
-DOUBT_OF_LAW = (0.005, 0.1)
+DOUBT_OF_LAW = (0.005, 0.07)
 # lengths that turn back with the pixel: beyond 8 pixels per wave they went on by 0.2 to 1.5 of the change from 4 to 8
 TURNING = 1.5
 # the doubt about a remainder with the theory's shape held in 156 of 158 comparisons on six ladders, many of them on the
