@@ -64,7 +64,7 @@ def test_what_arithmetic_gives_up_names_the_command(capsys, monkeypatch):
         cli.main(["theory", "demo"])
     error = capsys.readouterr().err
     assert error == (
-        "roughsim: theory demo: ZeroDivisionError (float division by zero): a number of it is too large or too small "
+        "roughsim: theory demo: ZeroDivisionError (float division by zero): a number is too large or too small "
         "to compute with\n"
     )
 
