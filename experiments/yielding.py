@@ -30,7 +30,7 @@ from validity_map.members import spectrum_of
 from roughsim.store.validity_map import read_validity
 from theory import flash, persson, plasticity
 from theory.walls import between
-from theory.yielding import YieldingSpectrum
+from theory.yielding import ERROR_BANDS, YieldingSpectrum
 
 SEEN = (
     "A04 A05 A06 A07 A08 A09 A10 A13 A14 A16 A18 A19 A20 B01 B02 B03 B04 B05 B06 B08 B10 B12 B13 "
@@ -41,6 +41,7 @@ SHOWN = (0.001, 1.0, 1000.0)  # Péclet numbers
 STIFF = 1e5  # times E*: the bearing limit
 FAR = 1e5  # q_max/q_r that stands for roughness without end
 GAMMA = 0.45
+BAND = ERROR_BANDS["flash_temperature"]
 
 
 @dataclass(frozen=True)
@@ -227,7 +228,7 @@ def draw(cases: list[Case], errors: dict[str, Any], folder: Path) -> None:
                 label=f"Pe = {pe:g}" if row == 0 else None,
             )
     right.axhline(0.0, color="0.4", linewidth=0.8)
-    right.axhspan(-5, 5, color="0.92", zorder=0)
+    right.axhspan(-100 * BAND, 100 * BAND, color="0.92", zorder=0)
     right.set_xticks(range(len(fresh)), [cases[k].name for k in fresh], rotation=90, fontsize=6)
     right.set(ylabel="law less measured $T_{flash}$, %", xlim=(-0.7, len(fresh) - 0.3))
     right.legend(
