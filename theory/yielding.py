@@ -39,8 +39,8 @@ YIELDING = (1.0, 32.0)  # q_max/q_r where it has not
 ELASTIC_SHARE = 0.01  # of the contact: below, all has yielded
 EDGE = 0.5  # share of the sidebands above q_max that lies in the tail of the edges
 RIM = 7.0  # D/σ_P² at which 1/e of the variance that is missing from full yield is truly missing
-# the worst over 66 drawn contacts and the map is 4.4 % of T_flash and 3.1 % of g_σ(0); at the passage to elastic contact
-# it is 5.9 % and 7.1 %. Of other quantities no band is known
+# the worst over 66 drawn contacts and the map is 4.4 % of T_flash and 3.1 % of g_σ(0), and at the passage to elastic
+# contact 5.9 % and 7.1 %; of other quantities no band is known
 ERROR_BANDS = {"flash_temperature": 0.06, "pressure_variance": 0.07}
 
 
