@@ -26,6 +26,7 @@ BIN = 0.125  # of ln q, in which sidebands are counted
 ANGLES = 48
 _BELOW = 1.0  # e-folds below q_min to which sidebands are told apart; they are constant from there on
 _ABOVE = 2.5  # and above q_max
+_FURTHER = 20  # bins above q that the sums of waves up to q can reach
 _LAST = 1e-4  # of the sidebands is cut off at the upper end
 _FAINT = 1e-2  # the least weight of a bin of sidebands, those that hardly a wave reaches
 _NOTHING = 1e-14  # of the largest variance of a bin: full contact has no sidebands, but they have a logarithm
@@ -94,10 +95,11 @@ def beside(x: Array, own: Array, share: Array, grid: Array) -> Array:
     result = np.zeros((x.size, count))
     before = lies[0].copy()  # of the waves of the shell itself, as of the shell before
     for i in range(x.size):
-        waves = share[i, :i] @ lies[:i] + share[i, i] * before
+        end = min(low[i] + _FURTHER, count)  # hardly a sum of waves up to q is longer
+        waves = share[i, :i] @ lies[:i, :end] + share[i, i] * before[:end]
         for bin_of_q, weight in ((low[i], 1 - part[i]), (low[i] + 1, part[i])):
             start = count - bin_of_q
-            result[i] += weight * (waves @ table[start : start + count, start : start + count])
+            result[i, :end] += weight * (waves @ table[start : start + end, start : start + end])
         result[i, 0] += waves.sum() - result[i].sum()  # what has fallen below the grid
         lies[i] = own[i] * lies[i] + result[i]
         before = lies[i]
