@@ -71,6 +71,7 @@ def test_each_cost_is_that_of_one_call(monkeypatch):
 # the stages
 
 
+@pytest.mark.slow
 def test_tighter_tolerances_cost_more_and_err_less():
     scene, numerics = small()
     points = bench(scene, numerics=numerics, stages=["contact"], realizations=4)

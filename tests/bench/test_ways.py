@@ -44,6 +44,7 @@ def test_a_hertz_contact_as_wide_as_the_theory_at_the_highest_speed():
     assert flash_temperature == pytest.approx(0.7438575075933 / np.sqrt(peclet), rel=0.02)
 
 
+@pytest.mark.slow
 def test_heat_and_theory_meet_the_exact_values_of_others():
     points = points_of("heat") + points_of("theory")
     kernels = {p.method: p.error for p in points if p.setting.startswith("64 pixels")}

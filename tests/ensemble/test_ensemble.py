@@ -117,6 +117,7 @@ def test_two_workers_and_threads_give_the_same_bits(capped_scene, capped_run, tm
     )
 
 
+@pytest.mark.slow
 def test_dask_gives_the_same_bits(quick, tmp_path):
     distributed = pytest.importorskip("distributed", reason="the extra dask is not installed")
     alone = rs.run(quick, tmp_path / "alone", max_realizations=4)
@@ -163,6 +164,7 @@ def test_a_changed_scene_is_refused_naming_the_key(quick, tmp_path):
     assert again.realizations == 3
 
 
+@pytest.mark.slow
 def test_it_stops_at_the_target_with_the_same_members_for_any_workers(quick, tmp_path):
     goal = {"flash_temperature": 0.2}
     alone = rs.run(quick, tmp_path / "alone", until=goal, max_realizations=60)

@@ -201,6 +201,7 @@ def test_a_file_size_limit_stops_with_the_path_and_can_be_resumed(quick, tmp_pat
     assert rs.run(quick, folder, max_realizations=3, until={}).realizations == 3
 
 
+@pytest.mark.slow
 def test_a_run_can_be_read_while_it_is_written(scene_file, tmp_path):
     folder = tmp_path / "run"
     process = start(scene_file, folder, most=24)

@@ -166,6 +166,7 @@ def test_the_hot_spot_radius_is_where_the_pressure_has_lost_half_its_correlation
     assert half / peak == pytest.approx(0.5, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_heat_that_gets_in_less_than_its_carriers_go_is_told():
     rubber = rs.load_scene("rubber")
     radius, diffusivity = facts(rubber).hot_spot_radius, 0.23 / (1200 * 1650)

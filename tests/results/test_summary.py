@@ -75,6 +75,7 @@ def test_a_member_that_came_or_changed_since_is_read_and_wins(folder, whole, eag
     np.testing.assert_array_equal(found.spectrum, true.spectrum * np.where(np.arange(COUNT) == 3, 3.0, 1.0)[:, None])
 
 
+@pytest.mark.slow
 def test_a_reader_holds_no_spectrum_of_50_or_500_realizations(folder, tmp_path, monkeypatch):
     monkeypatch.setattr(os, "fsync", lambda handle: None)
     wavenumber, spectrum = np.geomspace(1e3, 1e5, 5000), np.random.default_rng(2).random(5000)

@@ -258,7 +258,7 @@ def test_waves_that_are_modulated_in_turn_add_up_as_vectors(spectrum, pressure, 
     parts, rng = beside(x, own, share, grid), np.random.default_rng(1)
     assert parts.sum(axis=1) == pytest.approx(1 - own, abs=1e-12)
     for shell in (x.size // 2, x.size - 1):
-        squares, count = [], 6000
+        squares, count = [], 2000
         for _ in range(count):
             here, total, steps = shell, 0.0, 0
             while True:
@@ -281,7 +281,7 @@ def test_the_half_space_answers_beside_a_wave_as_two_springs_in_series_want(spec
     parts = beside(x, mean**2 / whole, made / whole[:, None], grid)
     total = diffusion.probability @ (diffusion.pressure - pressure) ** 2
     square = np.sum(diffusion.probability * diffusion.stiffness**2, axis=1)
-    made_of, power = scatter(diffusion, MODULUS), 0.0
+    made_of, power, lowest = scatter(diffusion, MODULUS), 0.0, 0.0
     q = diffusion.wavenumber
     for m in range(x.size):
         compliance = max(2 * mean[m] / (square[m] + square[m + 1]) - 2 / (MODULUS * np.exp(x[m])), 0.0)
@@ -294,10 +294,15 @@ def test_the_half_space_answers_beside_a_wave_as_two_springs_in_series_want(spec
         coherent = growth / full * mean[m] ** 2 / whole[m] * factor
         assert np.exp(made_of.coherent.value[m + 1]) == pytest.approx(coherent, rel=1e-9)
         power += growth * parts[m] @ answer**2
+        lowest += growth * parts[m, 0] * answer[0] ** 2
     other = np.exp(made_of.sidebands.place)
     area = 2 * np.pi * other**2 * BIN
     area[0] = np.pi * other[0] ** 2
     assert np.exp(made_of.sidebands.value) @ area == pytest.approx(power, rel=1e-3)
+    assert np.exp(made_of.sidebands.value[0]) * area[0] == pytest.approx(lowest, rel=1e-9)  # a whole disc
+    ends = made_of.coherent.place[[0, -1]], made_of.coherent.value[-2:]
+    assert ends[0] == pytest.approx(np.log(q[[0, -1]]), rel=1e-12)
+    assert ends[1][0] == ends[1][1]
 
 
 def test_beyond_q_max_part_of_the_sidebands_lies_in_the_tail_of_edges():
@@ -320,6 +325,30 @@ def test_roughness_without_end_has_a_limit():
         assert 2 * np.trapezoid(np.abs(spectrum - limit) * q**2, np.log(q)) < 0.03 * np.trapezoid(
             (spectrum + limit) * q**2, np.log(q)
         )
+
+
+def test_edges_take_their_share_from_the_sidebands_and_nothing_is_lost():
+    # far from yielding nothing is added, so that the variance is what the waves make at their own place and beside it
+    given = (SelfAffine(level=1e-27, q_max=2e6), MODULUS, 3e7, 1e14)
+    made_of = scatter(diffuse(*given), MODULUS)
+    q = np.geomspace(*given[0].breaks[::2], 20001)
+    coherent = np.exp(np.interp(np.log(q), made_of.coherent.place, made_of.coherent.value))
+    whole = np.trapezoid(2 * np.pi * q**2 * (MODULUS * q / 2) ** 2 * given[0](q) * coherent, np.log(q))
+    other = np.exp(made_of.sidebands.place)
+    area = 2 * np.pi * other**2 * BIN
+    beside_them = np.exp(made_of.sidebands.value) @ np.append(np.pi * other[0] ** 2, area[1:])
+    assert beside_them > 0.1 * whole
+    variance = float(persson.pressure_correlation(0.0, stress_spectrum=YieldingSpectrum(*given)))
+    assert variance == pytest.approx(whole + beside_them, rel=0.02)
+
+
+def test_the_variance_never_exceeds_what_force_balance_leaves():
+    # E* = 1, q_r = 1: what the waves make is 0.4 % more
+    spectrum = InUnits(SelfAffine(level=1e20, hurst=0.9675, q_min=1e5 / 1.697, q_max=1e10), 1e5)
+    stress = YieldingSpectrum(spectrum, 1.0, 0.05527 * 1.622659, 1.622659)
+    variance = float(persson.pressure_correlation(0.0, stress_spectrum=stress))
+    assert variance == pytest.approx(0.05527 * (1 - 0.05527) * 1.622659**2, rel=1e-9)
+    assert stress._scale < 1.0
 
 
 def test_the_tail_leaves_what_force_balance_leaves():
