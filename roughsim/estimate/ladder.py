@@ -7,8 +7,6 @@ subsets (multilevel Monte Carlo, Giles, Operations Research 56, 607, 2008). Alon
 1/q_c, so that T∞ + c q_c^(−p) takes most of its error along.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 from math import inf, isnan, nan, pi
 from typing import Any, NamedTuple
@@ -35,6 +33,7 @@ USUAL_SCATTER = 0.3  # how far exponents lie from the usual one
 LEAST_EXPONENT, WIDER = 0.7, 1.25
 # what the law for contact that yields leaves in doubt: a share of the value, and of what follows after it
 DOUBT_OF_LAW = (0.005, 0.07)
+LAW_TESTED = 16.0  # of `settled`: up to there it was, with four pixels per wave on all rungs
 # lengths that turn back with the pixel: beyond 8 pixels per wave they went on by 0.2 to 1.5 of the change from 4 to 8
 TURNING = 1.5
 # the doubt about a remainder with the theory's shape held in 156 of 158 comparisons on six ladders, many of them on the
@@ -140,7 +139,8 @@ def observe(
         exponent, remainder, bandwidth = remainder_by_power(ladder, end, settled, usual)
         if law is not None:
             exponent, remainder, bandwidth = the_surer((exponent, remainder, bandwidth), ladder, law)
-        limit, pixel = top + remainder, pixel_of_limit(ladder, order, np.isnan(exponent))
+        until = min(end, LAW_TESTED * settled)
+        limit, pixel = top + remainder, pixel_of_limit(ladder, order, np.isnan(exponent), until)
     # levels are nested, so that their number is the pattern of those that a realization has
     group = np.zeros(len(first), dtype=np.intp)
     for sample in samples[1:]:
@@ -195,11 +195,12 @@ def vanishing_pixel(order: float, refined: float) -> float:
     return TURNING if isnan(order) else 1.0 / (1.0 - refined**-order)
 
 
-def pixel_of_limit(ladder: list[Rung], order: float, by_law: bool | NDArray[np.bool_] = False) -> Array:
+def pixel_of_limit(ladder: list[Rung], order: float, by_law: Any = False, until: float = 0.0) -> Array:
     """Return the error of the pixel in an extrapolated value, (speeds,); NaN where no rung has a partner.
 
     Most of what a finer pixel changes goes with 1/q_c and is extrapolated away. Two partners on successive rungs show
-    what is left; one alone is taken to fall with the root of q_c. `by_law` nothing is taken away: all of it is left.
+    what is left; one alone is taken to fall with the root of q_c. `by_law` what falls up to `until`, rad/m, is in the
+    doubt of the law already: the rest is left.
     """
     q_top = ladder[-1].sample.q_max
     highest = next((rung for rung in reversed(ladder) if rung.partner is not None), None)
@@ -207,7 +208,7 @@ def pixel_of_limit(ladder: list[Rung], order: float, by_law: bool | NDArray[np.b
         return np.full(ladder[-1].rows.shape[1:], nan)
     fallen = highest.sample.q_max / q_top
     change = vanishing_pixel(order, highest.refined) * np.abs((highest.partner - highest.rows).mean(axis=0))
-    left, whole = np.sqrt(fallen) * change, fallen * change
+    left, rest_by_law = np.sqrt(fallen) * change, highest.sample.q_max / max(q_top, until) * change
     for below, rung in reversed(list(pairwise(ladder))):
         if below.partner is not None and rung.partner is not None:
             weight = 1.0 / (rung.sample.q_max / below.sample.q_max - 1.0)
@@ -215,7 +216,7 @@ def pixel_of_limit(ladder: list[Rung], order: float, by_law: bool | NDArray[np.b
             scale = rung.sample.q_max / q_top * vanishing_pixel(order, rung.refined)
             left = scale * np.abs(rest.mean(axis=0))
             break
-    return np.asarray(np.where(by_law, whole, left))
+    return np.asarray(np.where(by_law, rest_by_law, left))
 
 
 def remainder_by_theory(ladder: list[Rung], top: Array, theory: Array) -> tuple[Array, Array]:
