@@ -8,8 +8,8 @@ two limits, and the errors of the law at the fresh points.
 
 The limits: "walls", where finer roughness does not yield (c = 0, so |σ_q|² = (E*q/2)² C A_el with Persson's diffusion
 between both walls), and "bearing", where it alone yields (E* → ∞, so that the pressure is σ_P on the highest points).
-The points of yielding_points.py come in two groups. The form of the law and its one constant were final when SEEN had
-been looked at; the others had not been solved by then, and only they are a test.
+The points of yielding_points.py come in two groups. The form of the law and its three constants were final when SEEN
+had been looked at. The others had been compared with nothing by then, and only they are a test.
 """
 
 from __future__ import annotations
