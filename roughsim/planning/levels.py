@@ -45,6 +45,7 @@ SYSTEMATIC_CUT = 0.75  # with the bandwidth, where another rung costs more than 
 # cut-offs and doubts of capped contact, measured on steel: docs/errors.md
 SMOOTHED_TOP = 1.5  # q_y: the end of C_sm
 CAPPED_TOPS = (8, 16, 32)  # q_y: tops of ladders to choose from
+NEAR_END = 1.25  # times a top: C(q) that ends below is solved to its end
 FITTED_TOP = 16  # q_y: from there on the lowest rung stands at 4 q_y, and the rungs tell an exponent
 SLOW_FALL = 0.75  # exponent below which three rungs do not tell it well: H = 0.43
 UNFITTED_DOUBT, SLOW_DOUBT, FITTED_DOUBT = 1.0, 0.5, 0.2  # share of the remainder beyond the top that is in doubt
@@ -201,6 +202,8 @@ def capped_ladder(scene: Scene, lengths: Lengths, target: float, seen: Pilot) ->
     smoothed = pair("smoothed", lengths, smoothed_top, PIXELS, whole)
     for factor in CAPPED_TOPS:
         top = min(factor * q_yield, q_max, limit)
+        if q_max <= min(limit, NEAR_END * top):  # little is left out: all of C(q), which serves every observable
+            top = q_max
         exponent = prediction.usual_exponent(scene, top)
         doubt = UNFITTED_DOUBT if factor < FITTED_TOP else FITTED_DOUBT if exponent > SLOW_FALL else SLOW_DOUBT
         errors = capped_errors(top, top < q_max, seen, exponent, doubt)
