@@ -93,16 +93,15 @@ def beside(x: Array, own: Array, share: Array, grid: Array) -> Array:
     lies = np.zeros((x.size, count))  # all the pressure of a shell
     lies[rows, low], lies[rows, low + 1] = 1 - part, part
     result = np.zeros((x.size, count))
-    before = lies[0].copy()  # of the waves of the shell itself, as of the shell before
     for i in range(x.size):
         end = min(low[i] + _FURTHER, count)  # hardly a sum of waves up to q is longer
-        waves = share[i, :i] @ lies[:i, :end] + share[i, i] * before[:end]
+        # waves of the shell itself are modulated as those of the shell before
+        waves = share[i, :i] @ lies[:i, :end] + share[i, i] * lies[max(i - 1, 0), :end]
         for bin_of_q, weight in ((low[i], 1 - part[i]), (low[i] + 1, part[i])):
             start = count - bin_of_q
             result[i, :end] += weight * (waves @ table[start : start + end, start : start + end])
         result[i, 0] += waves.sum() - result[i].sum()  # what has fallen below the grid
         lies[i] = own[i] * lies[i] + result[i]
-        before = lies[i]
     return result
 
 

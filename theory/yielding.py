@@ -24,7 +24,7 @@ from theory.quadrature import WEIGHTS, panels_between
 from theory.scattering import Table, scatter
 from theory.walls import area_fractions, between, shares, yield_wavenumber
 
-_DEPTH = 1e3  # and followed down to q_min over this
+_DEPTH = 1e3  # sidebands are followed down to q_min over this, constant at the end
 _REACH = 1e3  # times q_max to which the rest of the variance is followed, as q⁻³
 _DEGREE = 5  # of the splines, whose knots are an e-fold apart
 

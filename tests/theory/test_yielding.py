@@ -6,36 +6,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 from scipy.special import j0, ndtr, ndtri, owens_t
+from yielding_cases import HARDNESS, HEATING, MODULUS, InUnits, SelfAffine, law
 
 from theory import flash, persson, plasticity
-from theory.interface import between_shells, diffuse, interface_law
-from theory.scattering import ANSWER, BIN, beside, scatter, stiffness_variance, sums_of_waves
+from theory.interface import diffuse, interface_law
+from theory.scattering import BIN, scatter
 from theory.walls import area_fractions
 from theory.yielding import EDGE, YieldingSpectrum
-
-MODULUS, HARDNESS = 1.1e11, 1.2e9
-HEATING = {"friction_coefficient": 1.0, "conductivity": 1.0, "diffusivity": 1.0}
-
-
-@dataclasses.dataclass(frozen=True)
-class SelfAffine:
-    """C(q) with a plateau from q_min to q_r = 1e5 1/m."""
-
-    level: float = 2e-26
-    hurst: float = 0.8
-    q_min: float = 5e4
-    q_max: float = 4e7
-
-    @property
-    def breaks(self):
-        return (self.q_min, 1e5, self.q_max)
-
-    def __call__(self, q):
-        return self.level * np.where(q < 1e5, 1.0, (np.maximum(q, 1e5) / 1e5) ** (-2 - 2 * self.hurst))
-
-
-def law(spectrum=None, modulus=MODULUS, pressure=0.1 * HARDNESS, hardness=HARDNESS):
-    return YieldingSpectrum(spectrum or SelfAffine(), modulus, pressure, hardness)
 
 
 def missing_from_full_yield(share, **spectrum):
@@ -75,15 +52,6 @@ def test_stress_behind_a_soft_half_space_is_that_of_the_bearing_set():
     exact = np.trapezoid(joint - share**2, r) * HARDNESS**2
     q = np.geomspace(stress.breaks[0], stress.breaks[-1], 20001)
     assert np.trapezoid(2 * np.pi * q * stress(q), np.log(q)) == pytest.approx(exact, rel=0.06)
-
-
-def test_a_wave_beside_another_has_the_sum_of_their_squares():
-    count, bins = 60, np.arange(-60, 60)
-    table = sums_of_waves(count)
-    assert table.sum(axis=1) == pytest.approx(1.0, abs=1e-12)
-    squares = table @ np.exp(2 * BIN * bins)
-    near = np.abs(bins) < 20
-    assert squares[near] == pytest.approx(1 + np.exp(2 * BIN * bins[near]), rel=1e-2)
 
 
 def test_the_mean_pressure_is_kept_and_probabilities_sum_to_one():
@@ -135,21 +103,6 @@ def test_the_law_of_one_wavenumber_is_a_bed_of_springs():
     expected = compliance * np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi)
     middle = np.abs(z) < 3.5
     assert interface_law(z, variance, np.ones(400))[0][middle] == pytest.approx(expected[middle], rel=5e-3)
-
-
-@dataclasses.dataclass(frozen=True)
-class InUnits:
-    """The same spectrum with lengths in another unit."""
-
-    spectrum: SelfAffine
-    length: float
-
-    @property
-    def breaks(self):
-        return tuple(q / self.length for q in self.spectrum.breaks)
-
-    def __call__(self, q):
-        return self.spectrum(np.asarray(q) * self.length) * self.length**4
 
 
 @pytest.mark.parametrize(("length", "stress"), [(1e6, 1.0), (1.0, 1e-9)])
@@ -226,83 +179,6 @@ def test_more_load_than_yielded_contact_carries_is_refused():
         plasticity.stress_spectrum(
             SelfAffine(), effective_modulus=MODULUS, nominal_pressure=2 * HARDNESS, penetration_hardness=HARDNESS
         )
-
-
-CONTACTS = pytest.mark.parametrize(
-    ("spectrum", "pressure", "hardness"),
-    [
-        (SelfAffine(q_max=1e6), 0.1 * HARDNESS, HARDNESS),
-        (SelfAffine(), 0.02 * HARDNESS, HARDNESS),
-        (SelfAffine(level=2e-25), 0.02 * HARDNESS, HARDNESS),
-        (SelfAffine(level=1e-27, q_max=2e6), 3e8, 1e12),
-    ],
-)
-
-
-def unevenness(diffusion):
-    """ln q of the shells, mean of kappa, and the variance of kappa that each shell makes, (shell, k)."""
-    x = np.log(diffusion.wavenumber)
-    x = (x[1:] + x[:-1]) / 2
-    mean = np.sum(diffusion.probability * diffusion.stiffness, axis=1)
-    made = np.diff(stiffness_variance(diffusion, x, np.log(diffusion.wavenumber)), axis=1)
-    return x, (mean[1:] + mean[:-1]) / 2, made
-
-
-@CONTACTS
-def test_waves_that_are_modulated_in_turn_add_up_as_vectors(spectrum, pressure, hardness):
-    # walks by chance: a wave k for the unevenness of kappa, another one for that of its own, until there is none
-    x, mean, made = unevenness(diffuse(spectrum, MODULUS, pressure, hardness))
-    whole = mean**2 + made.sum(axis=1)
-    own, share = mean**2 / whole, made / whole[:, None]
-    grid = np.arange(x[0] - 1.0, x[-1] + 2.5, BIN)
-    parts, rng = beside(x, own, share, grid), np.random.default_rng(1)
-    assert parts.sum(axis=1) == pytest.approx(1 - own, abs=1e-12)
-    for shell in (x.size // 2, x.size - 1):
-        squares, count = [], 2000
-        for _ in range(count):
-            here, total, steps = shell, 0.0, 0
-            while True:
-                total += np.exp(x[here] + 2j * np.pi * rng.uniform())
-                if rng.uniform() < own[here]:
-                    break
-                k = int(rng.choice(here + 1, p=share[here, : here + 1] / share[here, : here + 1].sum()))
-                here, steps = max(k - 1, 0) if k == here else k, steps + 1
-            squares.append(abs(total) ** 2 if steps else 0.0)
-        expected, doubt = np.mean(squares), np.std(squares) / np.sqrt(count)
-        assert parts[shell] @ np.exp(2 * grid) == pytest.approx(expected, abs=4 * doubt + 0.03 * expected)
-
-
-@CONTACTS
-def test_the_half_space_answers_beside_a_wave_as_two_springs_in_series_want(spectrum, pressure, hardness):
-    diffusion = diffuse(spectrum, MODULUS, pressure, hardness)
-    x, mean, made = unevenness(diffusion)
-    whole = mean**2 + made.sum(axis=1)
-    grid = np.arange(x[0] - 1.0, x[-1] + 2.5, BIN)
-    parts = beside(x, mean**2 / whole, made / whole[:, None], grid)
-    total = diffusion.probability @ (diffusion.pressure - pressure) ** 2
-    square = np.sum(diffusion.probability * diffusion.stiffness**2, axis=1)
-    made_of, power, lowest = scatter(diffusion, MODULUS), 0.0, 0.0
-    q = diffusion.wavenumber
-    for m in range(x.size):
-        compliance = max(2 * mean[m] / (square[m] + square[m + 1]) - 2 / (MODULUS * np.exp(x[m])), 0.0)
-        near, far = compliance + 2 / (MODULUS * np.exp(x[m])), compliance + 2 / (MODULUS * np.exp(grid))
-        answer = (near / far) ** ANSWER
-        change = 2 * parts[m] @ (answer - 1) * whole[m] / mean[m] ** 2
-        full = (MODULUS / 2) ** 2 * float(between_shells(q[m : m + 2] ** 2, diffusion.variance[m : m + 2])[0])
-        factor = 1 + change if change > 0 else 1 / (1 - change)
-        growth = total[m + 1] - total[m]
-        coherent = growth / full * mean[m] ** 2 / whole[m] * factor
-        assert np.exp(made_of.coherent.value[m + 1]) == pytest.approx(coherent, rel=1e-9)
-        power += growth * parts[m] @ answer**2
-        lowest += growth * parts[m, 0] * answer[0] ** 2
-    other = np.exp(made_of.sidebands.place)
-    area = 2 * np.pi * other**2 * BIN
-    area[0] = np.pi * other[0] ** 2
-    assert np.exp(made_of.sidebands.value) @ area == pytest.approx(power, rel=1e-3)
-    assert np.exp(made_of.sidebands.value[0]) * area[0] == pytest.approx(lowest, rel=1e-9)  # a whole disc
-    ends = made_of.coherent.place[[0, -1]], made_of.coherent.value[-2:]
-    assert ends[0] == pytest.approx(np.log(q[[0, -1]]), rel=1e-12)
-    assert ends[1][0] == ends[1][1]
 
 
 def test_beyond_q_max_part_of_the_sidebands_lies_in_the_tail_of_edges():
