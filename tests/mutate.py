@@ -62,6 +62,7 @@ TESTS = {
     "roughsim/observables/record.py": "observables/test_observable_record.py estimate/test_estimate.py",
     "roughsim/observables/catalogue.py": "estimate/test_estimate.py",
     "roughsim/scene/spectra/k_correlation.py": "surface/test_spectrum.py",
+    "roughsim/estimate/continuation.py": "estimate/test_estimate.py estimate/test_law.py estimate/test_continuation.py",
     "roughsim/estimate/ladder.py": "estimate/test_ladder.py estimate/test_pixel.py estimate/test_continuation.py "
     "estimate/test_total_errors.py",
     "roughsim/estimate/errors.py": "estimate/test_estimate.py estimate/test_ladder.py estimate/test_total_errors.py",

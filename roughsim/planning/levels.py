@@ -24,7 +24,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.errors import ConvergenceError
-from roughsim.estimate.ladder import DOUBT_OF_LAW, DOUBT_OF_SHAPE
+from roughsim.estimate.continuation import DOUBT_OF_LAW, DOUBT_OF_SHAPE
 from roughsim.grid import Array
 from roughsim.planning.realization import realize
 from roughsim.scene import Scene

@@ -5,8 +5,9 @@ import pytest
 from scipy import special, stats
 
 from roughsim.estimate import errors as est
+from roughsim.estimate.continuation import fitted_exponent
 from roughsim.estimate.errors import relative_half_width
-from roughsim.estimate.ladder import NO_LIMIT, Values, fitted_exponent, observe
+from roughsim.estimate.ladder import NO_LIMIT, Values, observe
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample, ratio
 

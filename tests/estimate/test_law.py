@@ -8,7 +8,8 @@ from ladder_cases import NAME, level
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.estimate.ladder import Rung, notes_of, observe, the_surer, values_of
+from roughsim.estimate.continuation import Rung, the_surer
+from roughsim.estimate.ladder import notes_of, observe, values_of
 from roughsim.scene.numerics import Level, Numerics
 from theory import flash, plasticity
 
