@@ -34,6 +34,15 @@ def refine(start: int, stop: int, coarse: Any, cap: float, p: Any, free: Any) ->
 
 
 @kernel()
+def interpolate(start: int, stop: int, coarse: Any, fine: Any) -> None:
+    """Write the interpolated field; its grid may also be the coarser one."""
+    line = np.empty(coarse.shape[1], coarse.dtype)
+    for i in range(start, stop):
+        _across(coarse, i, fine.shape[0], line)
+        _along(line, fine[i])
+
+
+@kernel()
 def _weights(points: int, coarse: int, i: int) -> Any:
     """The coarse point before fine point i, and the weights of the four around it."""
     position = i * (coarse / points)

@@ -18,7 +18,7 @@ from roughsim.contact.solver.problem import coarser, dimensionless, full_contact
 from roughsim.contact.solver.solve import solve_cascade
 from roughsim.contact.solver.state import State, rounding_floor
 from roughsim.errors import ConvergenceError, number, real_field
-from roughsim.grid import Grid
+from roughsim.grid import Field, Grid
 
 
 def solve_contact(
@@ -30,6 +30,7 @@ def solve_contact(
     tolerance: float = 1e-6,
     max_iterations: int | None = None,
     precision: Literal["double", "single"] = "double",
+    start: Contact | None = None,
 ) -> Contact:
     """Solve for the contact pressure.
 
@@ -53,6 +54,9 @@ def solve_contact(
         Limit on each grid; 1000 if left out.
     precision : {"double", "single"}, optional
         Of the returned fields; how precisely the solve computes follows from the tolerance.
+    start : Contact, optional
+        An earlier contact of the same cell, on any grid, to begin from: at a neighbouring load, after a small slide, or
+        on a coarser grid. It saves work, the result meets the same tolerance.
 
     Returns
     -------
@@ -67,6 +71,7 @@ def solve_contact(
     if precision not in ("double", "single"):
         raise ValueError(f'precision = {precision!r} must be "double" or "single"')
     surface = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
+    earlier = None if start is None else _checked_start(start)
     problem, spectrum, pressure_unit = dimensionless(
         surface, grid, solid.effective_modulus, load, solid.penetration_hardness
     )
@@ -75,10 +80,12 @@ def solve_contact(
     if closed_form is not None:
         (pressure, gap), residual, iterations, transforms = closed_form, 0.0, 0, 2.0
     else:
-        levels = coarser(problem, spectrum)
+        if earlier is not None:
+            earlier = earlier[0] / pressure_unit, earlier[1] / problem.unit
+        levels = coarser(problem, spectrum, 0 if earlier is None else earlier[0].size)
         del spectrum  # as large as the heights
         limit = 1000 if max_iterations is None else int(max_iterations)
-        state, transforms = solve_cascade(levels, tolerance, limit)
+        state, transforms = solve_cascade(levels, tolerance, limit, earlier)
         pressure, gap, residual, iterations = state.pressure, state.gap, state.residual, state.iterations
         transforms += 1.0  # that of the heights
         if residual > tolerance:
@@ -103,6 +110,17 @@ def solve_contact(
         iterations=iterations,
         transforms=transforms,
     )
+
+
+def _checked_start(start: Contact) -> tuple[Field, Field]:
+    """Return pressure and displacement of an earlier contact as float64; refuse what no solve can begin from."""
+    if not isinstance(start, Contact):
+        raise TypeError(f"start is a {type(start).__name__}; give the Contact of an earlier solve, or leave it out")
+    pressure = real_field("start.pressure", start.pressure).astype(np.float64, copy=False)
+    displacement = real_field("start.displacement", start.displacement, pressure.shape).astype(np.float64, copy=False)
+    if not pressure.max() > 0.0:
+        raise ValueError("start.pressure = 0 Pa everywhere: no solve can begin from it; leave start out")
+    return pressure, displacement
 
 
 def _warn_or_raise(state: State, tolerance: float, limit: int, pressure_unit: float) -> None:

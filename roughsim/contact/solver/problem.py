@@ -56,13 +56,13 @@ def dimensionless(
     return ScaledProblem(heights, middle, unit, unit_grid, load, cap, stiffness), spectrum, pressure_unit
 
 
-def coarser(finest: ScaledProblem, spectrum: Field) -> list[ScaledProblem]:
-    """Return the problem and its spectrally truncated versions, finest first."""
+def coarser(finest: ScaledProblem, spectrum: Field, known: int = 0) -> list[ScaledProblem]:
+    """Return the problem and its spectrally truncated versions of more than `known` points, finest first."""
     levels = [finest]
     while True:
         fine = levels[-1].grid.shape
         nx, ny = ((n + 1) // 2 if n >= 2 * COARSEST else n for n in fine)
-        if (nx, ny) == fine:
+        if (nx, ny) == fine or nx * ny <= known:
             return levels
         # keep the modes that the coarse grid resolves; a Nyquist row or column that was not there before is dropped
         spectrum = spectrum[: ny // 2 + 1, np.rint(np.fft.fftfreq(nx) * nx).astype(int)]

@@ -13,11 +13,12 @@ Where all at once lead in circles, ever fewer change, the worst of them (block p
 import numpy as np
 
 from roughsim._kernels import active_set as kernels
-from roughsim._kernels.interpolation import refine
+from roughsim._kernels.interpolation import interpolate, refine
 from roughsim.contact.solver.operators import rms_compliance
 from roughsim.contact.solver.problem import ScaledProblem
 from roughsim.contact.solver.state import BEARABLE, NEGLIGIBLE, REACH, State, rounding_floor
 from roughsim.fourier.blocks import run, spans, total
+from roughsim.grid import Field
 
 COARSE_TOLERANCE = 1e-2  # tighter coarse solves do not help the next level
 CONTINUATION = 0.15  # of κ(gap − d), by which the pressure is continued below zero before it is interpolated
@@ -28,16 +29,23 @@ STEPS = 300  # of conjugate gradients on one set of free points
 ENOUGH = (1e-4, 1e-8, 1e-13)  # a step that gains less than this share of the energy gained so far ends them
 
 
-def solve_cascade(levels: list[ScaledProblem], tolerance: float, max_iterations: int) -> tuple[State, float]:
-    """Solve the levels, finest first in the list; return the finest state and all work in its float64 transforms."""
+def solve_cascade(
+    levels: list[ScaledProblem], tolerance: float, max_iterations: int, start: tuple[Field, Field] | None = None
+) -> tuple[State, float]:
+    """Solve the levels, finest first in the list; return the finest state and all work in its float64 transforms.
+
+    `start`, pressure and displacement of an earlier contact on any grid, is where the coarsest level begins.
+    """
     finest, work = levels[0], 0.0
     coarse: State | None = None
     for problem in reversed(levels):
         state, final = State(problem), problem is finest
-        if coarse is None:
-            state.pressure[...] = problem.load
-        else:
+        if coarse is not None:
             start_from(coarse, state)
+        elif start is not None:
+            resume(*start, state)
+        else:
+            state.pressure[...] = problem.load
         # single precision is enough for the first gap unless rounding already blurs the coarse solution
         precise = final and coarse is not None and coarse.assessment.blur > 0.3 * NEGLIGIBLE * tolerance
         state.refresh(np.float64 if precise else state.kind)
@@ -56,6 +64,27 @@ def start_from(coarse: State, fine: State) -> None:
     sums = total(run(lambda a, b: refine(a, b, field, fine.problem.cap, fine.pressure, fine.free), rows))
     if not fine.balance(1e-12, sums):  # no free point can take the load
         fine.pressure[...] = fine.problem.load
+
+
+def resume(pressure: Field, displacement: Field, state: State) -> None:
+    """Set the pressure to that of an earlier contact, at the load, and moved towards the optimum for these heights."""
+    problem, p, gap = state.problem, *state.flat[:2]
+    for earlier, field in ((pressure, state.pressure), (displacement, state.gap)):
+        if earlier.shape == field.shape:
+            field[...] = earlier
+        else:
+            run(lambda a, b, source=earlier, result=field: interpolate(a, b, source, result), spans(*field.shape))
+    state.sums(kernels.subtract_heights, problem.heights.ravel(), problem.middle, problem.unit, p, gap)
+    # clip(p − κ′(gap − d), 0, cap), d for the load: where the heights have risen, contact begins, and elsewhere it ends
+    stiffness, goals = CONTINUATION * problem.stiffness, (problem.target, min(problem.cap, problem.load * (1 + 1e-12)))
+    state.begin()
+    first = state.offset, stiffness, problem.cap
+    clipped, inside = state.sums(kernels.clipped_sum, p, gap, first)
+    offset, *_ = kernels.find_offset(state.blocks[0][1], p, gap, first, goals, clipped - problem.target, inside)
+    np.clip(state.pressure - stiffness * (state.gap - offset), 0.0, problem.cap, out=state.pressure)
+    state.free[...] = (state.pressure > 0.0) & (state.pressure < problem.cap)
+    if not state.balance(1e-12):  # no free point can take the load
+        state.pressure[...] = problem.load
 
 
 def solve(state: State, tolerance: float, max_iterations: int, *, final: bool) -> None:
