@@ -245,7 +245,8 @@ def ratios_of(run: Run, observable: str, summed: Array, integral: Array) -> dict
     are less sensitive to it than the sum.
     """
     columns = run.numerics.columns
-    known: Any = {"tolerance": run.numerics.tolerance, "scanned": run.scene.scanned}
+    solver = OBSERVABLES[observable].solver_share * run.numerics.tolerance
+    known: Any = {"solver": solver, "scanned": run.scene.scanned}
     sizes = [size_error(run.scene, run.numerics.lengths, observable, column) for column in columns]
     first = run.values(observable, columns[0], extrapolated=False)
     with np.errstate(all="ignore"):  # 0/0 at rest

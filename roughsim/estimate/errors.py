@@ -21,7 +21,7 @@ SOURCES = {
     "bandwidth": "left by the cut-off q_c",
     "pixel": "left by the grid at fixed q_c",
     "size": "at most what a larger cell changes, as measured by doubling cells with as many waves per side",
-    "solver": "twice the contact solver's tolerance: moments are quadratic in the pressure",
+    "solver": "at most what the contact solver's tolerance changed in measured contacts: for T_flash 0.3 of it",
     "scan": "of C(q) measured on one map: few long waves, a tilt taken off, a finite size",
 }
 
@@ -95,13 +95,13 @@ def estimate(
     notes: tuple[str, ...] = (),
     *,
     size: float = 0.0,
-    tolerance: float = 0.0,
+    solver: float = 0.0,
     scanned: bool = False,
 ) -> Estimate:
     """Return mean, errors and bias of an observable from its values.
 
-    `size` is the relative error of the finite cell, from `cell_size.size_error`; `tolerance` the relative pressure
-    error of the contact solves; `scanned` whether C(q) was measured on one map, whose error is unknown.
+    `size` is the relative error of the finite cell, from `cell_size.size_error`; `solver` that of the contact solves;
+    `scanned` whether C(q) was measured on one map, whose error is unknown.
     """
     mean = values.extrapolated.mean(axis=0)
     error, freedom = spread(values.extrapolated, values.base, values.group)
@@ -111,7 +111,7 @@ def estimate(
             "bandwidth": values.bandwidth,
             "pixel": values.pixel,
             "size": np.abs(mean) * size,
-            "solver": 2.0 * tolerance * np.abs(mean),
+            "solver": solver * np.abs(mean),
         }
         bias = values.finest.mean(axis=0) - mean
     if scanned:
@@ -125,12 +125,12 @@ def quotient(
     below: Values | Array,
     *,
     size: Array | float = 0.0,
-    tolerance: float = 0.0,
+    solver: float = 0.0,
     scanned: bool = False,
 ) -> Uncertain:
     """Return ⟨above⟩/⟨below⟩ and its errors, (speeds,), of two columns of a run, or of a column and exact values.
 
-    `size` is the relative error of the ratio by the finite cell; `tolerance` and `scanned` as in `estimate`. The rows
+    `size` is the relative error of the ratio by the finite cell; `solver` and `scanned` as in `estimate`. The rows
     of one realization stay paired, so that scatter which both columns share drops out of the statistical part. The
     other parts are added as squares: the columns differ in levels and in the kind of contact, and doubled cells changed
     one by ten times what they changed the other. Exact values share the cut-off of the column and have no errors: then
@@ -160,7 +160,7 @@ def quotient(
             "bandwidth": np.abs(value) * relative("bandwidth"),
             "pixel": np.abs(value) * relative("pixel"),
             "size": np.abs(value) * size,
-            "solver": np.abs(value) * 2.0 * tolerance * np.sqrt(len(columns)),
+            "solver": np.abs(value) * solver * np.sqrt(len(columns)),
         }
     if scanned:  # both columns use the one C(q), but nothing shows that its error cancels
         budget["scan"] = np.full(value.shape, np.nan)

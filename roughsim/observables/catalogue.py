@@ -54,6 +54,7 @@ def correlation_radius(percent: int) -> Observable:
         spectra=True,
         distance=True,
         pixel_orders=(2.0, np.nan),  # 4, 8, 16, 32 pixels per wave: up by 2 %, then back
+        solver_share=1.0,
     )
 
 
@@ -65,6 +66,7 @@ TABLE: tuple[Observable, ...] = (
         per_speed=True,
         heated=True,
         at_rest=0.0,
+        solver_share=0.3,
     ),
     Observable(
         "flash_gradient",
@@ -75,6 +77,7 @@ TABLE: tuple[Observable, ...] = (
         at_rest=0.0,
         limit=False,
         pixel_orders=(2.0, 0.8),
+        solver_share=1.0,
     ),
     Observable(
         "flash_laplacian",
@@ -85,6 +88,7 @@ TABLE: tuple[Observable, ...] = (
         at_rest=0.0,
         limit=False,
         pixel_orders=(0.7, 0.7),
+        solver_share=3.0,
     ),
     Observable(
         "flash_width",
@@ -101,6 +105,7 @@ TABLE: tuple[Observable, ...] = (
         per_speed=True,
         at_rest=np.inf,
         limit=False,
+        solver_share=1.0,
     ),
     Observable(
         "resting_flash_temperature",
@@ -109,6 +114,7 @@ TABLE: tuple[Observable, ...] = (
         only_stored=True,
         per_speed=True,
         heated=True,
+        solver_share=0.3,
     ),
     Observable(
         "heat_partition",
@@ -116,6 +122,7 @@ TABLE: tuple[Observable, ...] = (
         values=heat_share,
         per_speed=True,
         spectra=True,  # the balance of the two bodies after a time of sliding
+        solver_share=0.3,
     ),
     Observable("contact_fraction", "1", stored="A/A0", pixel_orders=(1.0, 1.0), by_force_balance=True),
     Observable(
@@ -144,6 +151,7 @@ TABLE: tuple[Observable, ...] = (
         theory=lambda theory: theory.total(np.ones_like),
         pixel_orders=(2.0, 1.0),
         by_force_balance=True,
+        solver_share=1.0,
     ),
     correlation_radius(50),
     correlation_radius(10),

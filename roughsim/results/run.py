@@ -199,7 +199,7 @@ class Run:
             values,
             notes_of(self.scene, self.numerics, name, observable, values),
             size=size_error(self.scene, self.numerics.lengths, observable, name),
-            tolerance=self.numerics.tolerance,
+            solver=OBSERVABLES[observable].solver_share * self.numerics.tolerance,
             scanned=self.scene.scanned,
         )
 

@@ -182,7 +182,7 @@ def test_agreement_to_all_digits_is_no_scatter():
 
 def test_an_estimate_explains_itself():
     values = observe("flash_temperature", [sample()], capped=False)
-    found = est.estimate("flash_temperature", values, size=0.01, tolerance=1e-4)
+    found = est.estimate("flash_temperature", values, size=0.01, solver=2e-4)
     text = found.explain()
     assert "flash_temperature" in text
     assert "n = 20" in text

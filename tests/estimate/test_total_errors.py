@@ -141,7 +141,7 @@ def test_a_ratio_has_the_errors_of_both_columns_but_for_the_scatter_that_they_sh
         bandwidth=np.array([0.04]),  # 2 %
         pixel=np.array([0.0]),
     )
-    found = est.quotient(above, below, size=0.003, tolerance=1e-4)
+    found = est.quotient(above, below, size=0.003, solver=2e-4)
     mean = below.extrapolated.mean()
     assert found.mean[0] == pytest.approx(0.5)
     assert found.standard_error[0] < 1e-12

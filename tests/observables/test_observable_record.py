@@ -5,6 +5,7 @@ import pytest
 
 import roughsim as rs
 from roughsim import prediction
+from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Observable, Sample, Theory, ratio
 
 THEORY = Theory(
@@ -55,3 +56,27 @@ def test_the_theory_of_an_observable_may_divide_by_the_load():
     )
     for view in views:
         assert concentration.of_theory(view, 1) == pytest.approx(view.total(np.ones_like) / 90e6, rel=1e-12)
+
+
+@pytest.mark.parametrize("hardness", [np.inf, 0.1])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
+def test_the_contact_solve_changes_each_observable_by_no_more_than_its_share_of_the_tolerance(hardness, tolerance):
+    grid = rs.Grid((192, 192), (1.0, 1.0))
+    spectrum = rs.SelfAffineSpectrum.from_rms_slope(
+        0.3, hurst=0.8, q_min=2 * np.pi, q_roll_off=8 * np.pi, q_max=40 * np.pi
+    )
+    sliding = rs.Sliding([0.1, 10.0, 1e3], friction_coefficient=0.1, conductivity=1.0, diffusivity=1.0)
+
+    def measured(heights, precise):
+        contact = rs.solve_contact(heights, grid, rs.Solid(1.0, hardness), nominal_pressure=0.005, tolerance=precise)
+        moments = rs.measure(contact, grid, sliding)
+        radii = {f"correlation_radius_{k}": moments.stress_spectrum.correlation_radius(k / 100) for k in (50, 10, 0)}
+        direct = [name for name in OBSERVABLES if hasattr(moments, name)]
+        return radii | {name: getattr(moments, name) for name in direct}
+
+    for seed in range(4):
+        heights = rs.synthesize(spectrum, grid, np.random.default_rng(seed))
+        exact, found = measured(heights, 1e-9), measured(heights, tolerance)
+        assert len(exact) >= 11
+        for name, value in exact.items():
+            assert np.all(abs(found[name] - value) <= OBSERVABLES[name].solver_share * tolerance * abs(value)), name

@@ -21,7 +21,7 @@ def test_the_bundled_steel_is_the_paper_s_in_si_to_the_last_bit(steel):
     assert steel.speeds == (0.001, 0.01, 0.1, 1.0, 10.0, 35.0, 100.0)
     assert (steel.sliding.heat_partition, steel.sliding.duration) == (0.938, None)
     assert (steel.theory.gamma, steel.ensemble.seed, steel.ensemble.max_realizations) == (0.294, 1, 400)
-    assert (steel.ensemble.until, steel.numerics.tolerance) == ((("flash_temperature", 0.01),), 1e-4)
+    assert (steel.ensemble.until, steel.numerics.tolerance) == ((("flash_temperature", 0.01),), 3e-3)
 
 
 @pytest.mark.parametrize(("name", "hardness"), [("0.5", 5e8), ("1.2", 1.2e9), ("2.0", 2e9)])
