@@ -87,8 +87,8 @@ class Observable:
     pixel_orders: tuple[float, float] = (2.0, 1.4)
     distance: bool = False  # a distance in the plane: extrapolated only where the shortest waves are shorter than it
     by_force_balance: bool = False  # force balance alone fixes it where all contact has yielded
-    # its error by the contact solve over the tolerance of the solve: at most that was measured, for tolerances up to
-    # 1e-2, in elastic and capped contact of all bundled scenes
+    # error of its mean by the contact solves over their tolerance: at most this was measured in elastic and capped
+    # contact of all bundled scenes, for tolerances up to 1e-2
     solver_share: float = 2.0
 
     def of_member(self, measured: Measured) -> Array:

@@ -60,7 +60,9 @@ def test_the_theory_of_an_observable_may_divide_by_the_load():
 
 @pytest.mark.parametrize("hardness", [np.inf, 0.1])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
-def test_the_contact_solve_changes_each_observable_by_no_more_than_its_share_of_the_tolerance(hardness, tolerance):
+def test_the_contact_solve_changes_the_mean_of_each_observable_by_no_more_than_its_share_of_the_tolerance(
+    hardness, tolerance
+):
     grid = rs.Grid((192, 192), (1.0, 1.0))
     spectrum = rs.SelfAffineSpectrum.from_rms_slope(
         0.3, hurst=0.8, q_min=2 * np.pi, q_roll_off=8 * np.pi, q_max=40 * np.pi
@@ -74,9 +76,14 @@ def test_the_contact_solve_changes_each_observable_by_no_more_than_its_share_of_
         direct = [name for name in OBSERVABLES if hasattr(moments, name)]
         return radii | {name: getattr(moments, name) for name in direct}
 
-    for seed in range(4):
+    changes = {}
+    for seed in range(6):
         heights = rs.synthesize(spectrum, grid, np.random.default_rng(seed))
         exact, found = measured(heights, 1e-9), measured(heights, tolerance)
-        assert len(exact) >= 11
         for name, value in exact.items():
-            assert np.all(abs(found[name] - value) <= OBSERVABLES[name].solver_share * tolerance * abs(value)), name
+            pixel = 1.0 / grid.points if name.endswith("_fraction") else 0.0  # areas change by whole pixels
+            change = np.maximum(abs(found[name] - value) - pixel, 0.0) * np.sign(found[name] - value)
+            changes.setdefault(name, []).append(change / np.where(value == 0.0, 1.0, abs(value)) / tolerance)
+    assert len(changes) >= 11
+    for name, change in changes.items():
+        assert np.all(abs(np.mean(change, axis=0)) <= OBSERVABLES[name].solver_share), name

@@ -22,6 +22,8 @@ from roughsim.grid import Field
 
 COARSE_TOLERANCE = 1e-2  # tighter coarse solves do not help the next level
 CONTINUATION = 0.15  # of κ(gap − d), by which the pressure is continued below zero before it is interpolated
+LONGEST = 0.95  # multiple of the preconditioned gap in a step after a first one: where points are still sent to their
+# bounds the best length of the whole step is that of their part, up to 4, and free points would overshoot with it
 LEAST_REACH = 1e-3  # of the active set after short steps: then points leave or join a bound nearly one by one
 PATIENCE = 30  # iterations without a new best residual after which a solve counts as stalled; exchanges likewise
 LEAST_SHARE = 0.02  # of the points on the wrong side, that change sides at least
@@ -168,7 +170,7 @@ def advance(state: State) -> None:
         (descend if state.failures < state.bearable else exchange)(state)
         return
     state.failures = 0
-    state.alpha = min(max(state.alpha * length, 0.2), 3.0)
+    state.alpha = min(max(state.alpha * length, 0.2), LONGEST)
     # a short step was cut by points sent to their bound too many at a time: more of them stay free
     state.reach = min(1.5 * state.reach, REACH) if length > 0.5 else max(0.2 * state.reach, LEAST_REACH)
     state.move(length)
