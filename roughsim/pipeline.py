@@ -13,7 +13,6 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import ThreadpoolController
 
 from roughsim import fourier
@@ -51,7 +50,6 @@ class Problem:
 class Solution(Measured):
     """A surface, its contact, and what was measured of it, with all heat in the moving body."""
 
-    heights: NDArray[np.float64]  # of both faces together, shape `grid.shape`, m
     seconds: dict[str, float]  # spent in each stage: surface, contact, observables
 
 

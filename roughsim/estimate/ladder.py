@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from roughsim import prediction
 from roughsim.estimate.continuation import Rung, remainder_by_power, remainder_by_theory, the_surer
+from roughsim.estimate.regression import at_zero_skewness
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
@@ -129,18 +130,25 @@ def observe(
 
 
 def climb(observable: str, samples: list[Sample]) -> list[Rung]:
-    """Return the rungs with rows for all realizations: those of the rung below, corrected by the known differences."""
+    """Return the rungs with rows for all realizations: those of the rung below, corrected by the known differences.
+
+    Where all realizations have a level, its rows are at zero skewness; the differences do not follow the skewness.
+    """
     of_level, count = OBSERVABLES[observable].of_level, len(samples[0].rows)
-    ladder = [Rung(samples[0], of_level(samples[0]))]
-    for sample in samples[1:]:
-        below, rows = ladder[-1], of_level(sample)
-        if len(rows) < count:
+    ladder: list[Rung] = []
+    for sample in samples:
+        rows = of_level(sample)
+        if len(rows) == count:
+            rows = at_zero_skewness(rows, sample.numbers.get("skewness", np.zeros(count)))
+        else:
+            below = ladder[-1]
             # all rows move by the mean change; those that have the level also by their own, as much as they stand for
             change = rows - of_level(below.sample.at(sample.rows))
             mean = change.mean(axis=0)
             rows = below.rows + mean
             rows[sample.rows] += count / len(change) * (change - mean)
-        if sample.q_max <= below.sample.q_max * (1 + SAME):
+        if ladder and sample.q_max <= ladder[-1].sample.q_max * (1 + SAME):
+            below = ladder[-1]
             ladder[-1] = below._replace(partner=rows, refined=sample.side / below.sample.side)
         else:
             ladder.append(Rung(sample, rows))

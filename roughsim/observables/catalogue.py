@@ -11,7 +11,7 @@ import numpy as np
 
 from roughsim.extensions import extensions
 from roughsim.grid import Array
-from roughsim.observables.record import Observable, Sample, ratio
+from roughsim.observables.record import Measured, Observable, Sample, ratio
 
 
 def heat_share(sample: Sample) -> Array:
@@ -25,12 +25,21 @@ def heat_share(sample: Sample) -> Array:
     return values
 
 
+def skewness(measured: Measured) -> float:
+    """Return the skewness of the long waves of the surface of a member."""
+    from roughsim.surface.skewness import (
+        long_wave_skewness,
+    )  # slow to import: reading the names alone must not wait for it
+
+    return long_wave_skewness(measured.heights, measured.grid)
+
+
 def radius(sample: Sample, fraction: float) -> Array:
     """Return influence values of the smallest r with g(r) = fraction·g(0) of the mean spectrum; NaN if there is none.
 
     A change δg of one realization moves the crossing by −δg/g′.
     """
-    from scipy.special import j0, j1  # slow to import: reading the names alone must not wait for it
+    from scipy.special import j0, j1  # slow to import, as above
 
     from roughsim.observables.stress_spectrum import StressSpectrum
 
@@ -142,6 +151,13 @@ TABLE: tuple[Observable, ...] = (
         "plastic_fraction_corrected",
         "1",
         stored="plastic_fraction with what the pixels take along its edge",
+        only_stored=True,
+    ),
+    Observable(
+        "skewness",
+        "1",
+        stored="<h^3>/<h^2>^(3/2) of the long waves of the surface; its mean over surfaces is zero",
+        measure=skewness,
         only_stored=True,
     ),
     Observable(

@@ -23,6 +23,7 @@ class Measured:
     """One solved contact and what was measured of it, with all heat in the moving body."""
 
     grid: Grid
+    heights: NDArray[np.float64]  # of both faces together, shape `grid.shape`, m
     contact: "Contact"
     observables: "Moments"  # at the speeds asked for, averaged over directions
 

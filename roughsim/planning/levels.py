@@ -25,14 +25,16 @@ import numpy as np
 from roughsim import prediction
 from roughsim.errors import ConvergenceError
 from roughsim.estimate.continuation import DOUBT_OF_LAW, DOUBT_OF_SHAPE
+from roughsim.estimate.regression import at_zero_skewness
 from roughsim.grid import Array
 from roughsim.planning.realization import realize
 from roughsim.scene import Scene
 from roughsim.scene.numerics import DEFAULT_SOLVER, Column, Level, Numerics
+from roughsim.surface.skewness import long_wave_skewness
 
 Lengths = tuple[float, float]  # of the cell, m
 SOLVES = 12  # of each level: scatter is then known to a fifth, one standard error
-SCATTER_KNOWN = (0.71, 1.70)  # true over measured scatter, 95 % of normal ones: √(11/χ²) with 11 degrees of freedom
+SCATTER_KNOWN = (0.70, 1.75)  # true over measured scatter, 95 % of normal ones: √(10/χ²) with 10 degrees of freedom
 POINTS = 512  # points per side that no solve of a pilot exceeds
 LEAST_POINTS = 8  # points per side of its coarsest grid
 PILOT_TOP = 4.0  # q_y: highest cut-off of a pilot of capped contact, the lowest rung of most ladders
@@ -56,7 +58,8 @@ UNCUT_PIXEL = 0.6  # of the pilot's change, what the pixel leaves where all of C
 class Pilot:
     """What the pilot of one column says of T_flash, relative to its limit at the speed with the highest T_flash."""
 
-    scatter: float  # standard deviation of one realization over its mean, at the worst speed
+    raw_scatter: float  # standard deviation of one realization over its mean, at the worst speed
+    scatter: float  # the same at zero skewness
     hot_scatter: float  # the same at the speed with the highest T_flash
     step: float  # change of the mean from q_max/2 to q_max
     pixel: float  # change of the mean from 4 to 8 pixels per shortest wave, at q_max/2
@@ -67,7 +70,7 @@ class Pilot:
 
 
 # what stands for a pilot whose solves do not converge: about what those of steel say
-GUESS = Pilot(0.02, 0.02, step=0.2, pixel=0.009, change_scatter=0.004, q_max=inf, pace=1.2e-8, measured=False)
+GUESS = Pilot(0.02, 0.02, 0.02, step=0.2, pixel=0.009, change_scatter=0.004, q_max=inf, pace=1.2e-8, measured=False)
 
 
 def work(points: float) -> float:
@@ -91,15 +94,20 @@ def pilot(scene: Scene, column: Column, lengths: Lengths, q_max: float) -> Pilot
     )
     numerics = Numerics(levels, lengths, solver=scene.numerics.solver or DEFAULT_SOLVER)
     try:
-        (coarse, quick), (fine, seconds), (finer, other) = (flash_temperatures(scene, numerics, k) for k in range(3))
+        levels_of_pilot = (flash_temperatures(scene, numerics, k) for k in range(3))
+        (coarse, _, quick), (fine, skewness, seconds), (finer, _, other) = levels_of_pilot
     except ConvergenceError:
         return replace(GUESS, q_max=cut)
     mean = fine.mean(axis=0)
     hottest = int(np.argmax(mean))
     limit = float((2.0 * fine - coarse).mean(axis=0)[hottest])  # of first order in 1/q_c
     steps, pixels = ((level - coarse)[:, hottest] / limit for level in (fine, finer))
-    scatter = np.divide(fine.std(axis=0, ddof=1), mean, out=np.zeros_like(mean), where=mean > 0.0)
+    raw_scatter, scatter = (
+        np.divide(rows.std(axis=0, ddof=1), mean, out=np.zeros_like(mean), where=mean > 0.0)
+        for rows in (fine, at_zero_skewness(fine, skewness))
+    )
     return Pilot(
+        raw_scatter=float(raw_scatter.max()),
         scatter=float(scatter.max()),
         hot_scatter=float(scatter[hottest]),
         step=abs(float(steps.mean())),
@@ -116,16 +124,18 @@ def pace(numerics: Numerics, coarse: float, fine: float) -> float:
     return max((fine - coarse) / (large - small), 0.5 * fine / large)
 
 
-def flash_temperatures(scene: Scene, numerics: Numerics, level: int) -> tuple[Array, float]:
-    """Return T_flash of all realizations (SOLVES, speeds), and the least CPU time of one, s."""
-    rows, least = [], inf
+def flash_temperatures(scene: Scene, numerics: Numerics, level: int) -> tuple[Array, Array, float]:
+    """Return T_flash (SOLVES, speeds) and skewness (SOLVES,) of all realizations, and the least CPU time of one, s."""
+    rows, skewness, least = [], [], inf
     for index in range(SOLVES):
         start = time.process_time()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # the run itself says what is to be said
-            rows.append(realize(scene, numerics, seed=SEED, level=level, index=index).observables.flash_temperature)
+            solution = realize(scene, numerics, seed=SEED, level=level, index=index)
         least = min(least, time.process_time() - start)
-    return np.stack(rows), least
+        rows.append(solution.observables.flash_temperature)
+        skewness.append(long_wave_skewness(solution.heights, solution.grid))
+    return np.stack(rows), np.array(skewness), least
 
 
 def fast_size(points: float) -> int:

@@ -121,13 +121,14 @@ def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | N
     if count < needed:
         why += f"; max_realizations ends the run before, as that takes about {needed:.3g}"
     elif fewest < largest:
-        why += f"; {fewest} to {largest}, as the scatter from {SOLVES} pilot solves is known within a factor 1.7"
+        why += f"; {fewest} to {largest}, as the scatter from {SOLVES} pilot solves is known within a factor 1.8"
     text, explanation = "none", "a cheap solve did not converge: the errors expected below are a guess"
     if seen.measured:
         text = f"scatter {100 * seen.scatter:.2g} %, step {100 * seen.step:.2g} %, pixel {100 * seen.pixel:.2g} %"
         explanation = (
             f"cheap solves up to q_c = {seen.q_max:.3g} rad/m: how much T_flash scatters from one realization to the "
-            "next, falls when q_c is doubled, and changes at half the pixel"
+            f"next ({100 * seen.raw_scatter:.2g} % before its regression on the skewness of the surface), falls when "
+            "q_c is doubled, and changes at half the pixel"
         )
     reasons = [
         *(Reason(a.column, level_text((a,)), rung.reason) for a, rung in zip(levels, ladder.rungs, strict=True)),

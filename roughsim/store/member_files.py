@@ -29,7 +29,7 @@ from roughsim.observables.catalogue import NUMBERS
 from roughsim.store.disk import DamagedError, damaged, hdf5_bytes, place_bytes, read_bytes
 from roughsim.untrusted import ChildEndedError, call_in_child, check_hdf5
 
-FORMAT = 2  # to be raised when older readers would misread a file
+FORMAT = 3  # to be raised when older readers would misread a file, or take it for damaged
 OLDEST = 2  # the oldest version that is still read
 KEPT_FIELDS = {  # unit, and description in exported files
     "heights": ("m", "composite heights"),
