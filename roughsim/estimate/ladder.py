@@ -138,8 +138,8 @@ def climb(observable: str, samples: list[Sample]) -> list[Rung]:
     ladder: list[Rung] = []
     for sample in samples:
         rows = of_level(sample)
-        if len(rows) == count:
-            rows = at_zero_skewness(rows, sample.numbers.get("skewness", np.zeros(count)))
+        if not ladder or len(rows) == count:
+            rows = at_zero_skewness(rows, sample.numbers.get("skewness", np.zeros(len(rows))))
         else:
             below = ladder[-1]
             # all rows move by the mean change; those that have the level also by their own, as much as they stand for

@@ -27,5 +27,5 @@ def at_zero_skewness(values: Array, skewness: Array) -> Array:
         # sums over all other realizations, about their own means
         products = (x * y).sum(axis=0) - n / (n - 1) * x * y
         squares = (x * x).sum() - n / (n - 1) * x * x
-        slopes = products / squares
+        slopes = np.where(squares > 1e-12 * (known * known).sum(), products / squares, 0.0)
     return values - np.where(np.isfinite(slopes), slopes, 0.0) * known

@@ -71,7 +71,7 @@ def test_a_plan_says_when_the_realizations_end_before_the_target():
         return next(reason for reason in reasons if reason.choice == "realizations")
 
     assert "max_realizations" not in told(1000, 0.05).reason
-    short = told(20, 1e-3)
+    short = told(20, 5e-4)
     assert short.value == "about 20"
     wanted = float(short.reason.rpartition("max_realizations ends the run before, as that takes about ")[2])
     assert wanted > 1e3  # a scatter of some percent falls as 1/√n
