@@ -17,6 +17,18 @@ def test_a_wave_beside_another_has_the_sum_of_their_squares():
     assert squares[near] == pytest.approx(1 + np.exp(2 * BIN * bins[near]), rel=1e-2)
 
 
+@pytest.mark.parametrize(("wave", "other"), [(0, 0), (1, 1), (2, 1)])
+def test_a_shell_modulated_by_one_other_lies_at_their_vector_sum_wherever_the_bins_fall(wave, other):
+    # half of the pressure of shell 2 is that of a wave of one other shell added to it; its own waves are those before
+    x, own, share = np.array([0.0112, 0.4463, 0.8863]), np.array([1.0, 1.0, 0.5]), np.zeros((3, 3))
+    share[2, wave] = 0.5
+    grid = np.arange(-1.0, 3.5, BIN)
+    parts = beside(x, own, share, grid)
+    assert parts[:2] == pytest.approx(0.0, abs=1e-15)
+    expected = 0.5 * (np.exp(2 * x[2]) + np.exp(2 * x[other]))
+    assert parts[2] @ np.exp(2 * grid) == pytest.approx(expected, rel=1.5e-2)  # bins: (2 BIN)²/8 at most
+
+
 CONTACTS = pytest.mark.parametrize(
     ("spectrum", "pressure", "hardness"),
     [

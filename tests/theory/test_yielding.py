@@ -174,6 +174,69 @@ def test_what_was_not_compared_is_refused_by_name(spectrum, pressure, name):
         )
 
 
+SOFT = {"level": 2e-24}  # q_y is little above q_r
+
+
+@pytest.mark.parametrize(
+    ("name", "inside", "outside"),
+    [
+        ("nominal_pressure/penetration_hardness", SOFT | {"share": 0.0051}, SOFT | {"share": 0.0049}),
+        ("nominal_pressure/penetration_hardness", SOFT | {"share": 0.59}, SOFT | {"share": 0.61}),
+        ("q_roll_off/q_min", SOFT | {"q_min": 1e5 / 15.8}, SOFT | {"q_min": 1e5 / 16.2}),
+        ("Hurst exponent", SOFT | {"hurst": 0.31}, SOFT | {"hurst": 0.29}),
+        ("Hurst exponent", SOFT | {"hurst": 0.99}, SOFT | {"hurst": 1.01}),
+        ("q_max/q_min", SOFT | {"q_min": 7e4, "q_max": 1.42e5}, SOFT | {"q_min": 7e4, "q_max": 1.38e5}),
+        ("q_y/q_roll_off", {"level": 2.68e-25}, {"level": 2.59e-25}),  # 7.8, 8.2
+        ("q_y/q_roll_off", {"level": 8.9e-22, "q_min": 1e4}, {"level": 1.05e-21, "q_min": 1e4}),  # 0.255, 0.245
+        # in part: 7 % of the contact is elastic at q_max, and half of it at 8 q_r
+        ("q_max/q_roll_off", {"level": 8e-26, "q_max": 3.17e6}, {"level": 8e-26, "q_max": 3.23e6}),
+        # H tells nothing below 1.5 q_r
+        ("Hurst exponent", {"hurst": 0.2, "q_max": 1.45e5}, {"hurst": 0.2, "q_max": 1.55e5}),
+    ],
+)
+def test_the_range_ends_where_it_is_said_to(name, inside, outside):
+    def made(share=0.1, **spectrum):
+        return plasticity.stress_spectrum(
+            SelfAffine(**spectrum),
+            effective_modulus=MODULUS,
+            nominal_pressure=share * HARDNESS,
+            penetration_hardness=HARDNESS,
+        )
+
+    assert isinstance(made(**inside), YieldingSpectrum)
+    with pytest.raises(ValueError, match=f"^{name} = .* lies outside"):
+        made(**outside)
+
+
+@dataclasses.dataclass(frozen=True)
+class Smooth(SelfAffine):
+    """C(q) that says nothing of q_r in its breaks."""
+
+    @property
+    def breaks(self):
+        return self.q_min, self.q_max
+
+
+def test_the_roll_off_is_found_between_breaks():
+    solid = {"effective_modulus": MODULUS, "nominal_pressure": 0.1 * HARDNESS, "penetration_hardness": HARDNESS}
+    with pytest.raises(ValueError, match=r"q_roll_off/q_min = 2[45]"):
+        plasticity.stress_spectrum(Smooth(q_min=4e3), **solid)
+
+
+def test_the_step_is_that_of_the_solution():
+    solid = {"effective_modulus": MODULUS, "nominal_pressure": 0.1 * HARDNESS, "penetration_hardness": HARDNESS}
+    heat = {"nominal_pressure": 0.1 * HARDNESS, **HEATING}
+
+    def temperature(**step):
+        stress = plasticity.stress_spectrum(SelfAffine(q_max=1e6), **solid, **step)
+        return float(flash.flash_temperature(1e8, stress_spectrum=stress, **heat))
+
+    finest = temperature(step=0.06)
+    errors = [abs(temperature(step=step) / finest - 1) for step in (0.5, 0.25, 0.125)]
+    assert 0.005 > errors[0] > errors[1] > errors[2] > 0.0
+    assert temperature() == temperature(step=0.25)
+
+
 def test_more_load_than_yielded_contact_carries_is_refused():
     with pytest.raises(ValueError, match="exceeds the penetration_hardness"):
         plasticity.stress_spectrum(
@@ -228,15 +291,15 @@ def test_the_variance_never_exceeds_what_force_balance_leaves():
 
 
 def test_the_tail_leaves_what_force_balance_leaves():
-    # the roughness stiff, all yields and the edges as well want more than sigma_0 sigma_P - sigma_0²
+    # the roughness stiff: all has yielded, and the tail has what the waves lack
     stress = law(SelfAffine(q_max=2e5), modulus=1e15, pressure=0.5 * HARDNESS)
     variance = float(persson.pressure_correlation(0.0, stress_spectrum=stress))
     assert variance == pytest.approx(0.25 * HARDNESS**2, rel=1e-9)
 
 
-def test_the_areas_are_those_of_a_pressure_between_absorbing_walls_with_the_variance_of_the_spectrum():
-    share = 0.1
-    stress = law(SelfAffine(q_max=3e5), pressure=share * HARDNESS)
+@pytest.mark.parametrize(("share", "q_max"), [(0.1, 3e5), (0.6, 2e6)])
+def test_the_areas_are_those_of_a_pressure_between_absorbing_walls_with_the_variance_of_the_spectrum(share, q_max):
+    stress = law(SelfAffine(q_max=q_max), pressure=share * HARDNESS)
     variance = float(persson.pressure_correlation(0.0, stress_spectrum=stress)) / HARDNESS**2
     pressure = np.linspace(0.0, 1.0, 4001)
 
