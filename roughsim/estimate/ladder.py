@@ -212,7 +212,9 @@ def notes_of(scene: Scene, numerics: Numerics, column: str, observable: str, val
     notes = [f"{column} contact on {grids} rad/m, solver tolerance {numerics.tolerance:.1g}"]
     if np.any(np.isfinite(values.exponent)):
         exponents = ", ".join(dict.fromkeys(f"{p:.2f}" for p in values.exponent if np.isfinite(p)))
-        notes.append(f"extrapolated as q_c^(−p) with p = {exponents}")
+        by_law = np.any(np.isnan(values.exponent) & (values.bandwidth > 0.0))
+        others = ", at other speeds by the law for contact that yields" if by_law else ""
+        notes.append(f"extrapolated as q_c^(−p) with p = {exponents}{others}")
     elif column == "capped" and not OBSERVABLES[observable].limit:
         notes.append("does not converge with the grid: the value of the finest level, not extrapolated")
     elif levels[-1].q_max < scene.spectrum.breaks[-1] * (1 - SAME):

@@ -8,6 +8,7 @@ from ladder_cases import NAME, level
 
 import roughsim as rs
 from roughsim import prediction
+from roughsim.estimate import ladder
 from roughsim.estimate.continuation import Rung, the_surer
 from roughsim.estimate.ladder import notes_of, observe, values_of
 from roughsim.scene.numerics import Level, Numerics
@@ -66,6 +67,14 @@ def test_the_worst_speed_counts_for_all():
     assert bandwidth[0] == pytest.approx(np.hypot(alone, fall(8.0) * (1.01 / 1.005 - 1.0)), rel=1e-9)
 
 
+def test_a_speed_at_rest_says_nothing_of_the_others():
+    samples = [level(np.full((13, 2), fall(q)) * [0.0, 1.0], q_max=q, side=64.0 * q) for q in CUT_OFFS[-2:]]
+    table = np.stack([np.zeros(3), fall(np.array([*CUT_OFFS[-2:], END]))], axis=1)
+    values = observe(NAME, samples, capped=True, end=END, law=table)
+    assert values.extrapolated[:, 1].mean() == pytest.approx(fall(END), rel=1e-12)
+    assert values.bandwidth[1] == pytest.approx(observed(fall, fall, count=2).bandwidth[0], rel=1e-12)
+
+
 @pytest.mark.parametrize("count", [2, 3])
 @pytest.mark.parametrize("power", [0.2, -0.2])
 def test_the_rungs_refute_a_law_that_is_wrong_by_a_power(count, power):
@@ -94,17 +103,19 @@ def test_scatter_alone_does_not_refute_a_law():
         (0.0, 0.0, 0.9, False, 0.9),  # the power is surer
         (3.0, 0.0, 2.0, False, 3.0),  # 3 > √(1 + 4): one of the two is wrong
         (2.0, 0.0, 2.0, True, 1.0),
+        (2.1, 0.0, 2.0, True, 1.0),  # 2 < 2.1 < √5
+        (3.0, 0.9, 2.0, False, 3.0),  # 9 > 5 + 1.8²
         (3.0, 1.5, 2.0, True, 1.0),  # 3 < √(1 + 4 + 3²): the mean of four rows that scatter by 3, twice
     ],
 )
 def test_power_or_law_or_neither(distance, scatter, error, chosen, expected):
     follows = np.sqrt(1.0 - 0.25) / 0.07
     top = np.full((4, 1), 100.0)
-    ladder = [Rung(level(rows), rows) for rows in (top, top)]
+    rungs = [Rung(level(rows), rows) for rows in (top, top)]
     law = np.array([[1.0], [1.0], [1.0 - follows / 100.0]])
     noise = 2.0 * scatter * np.array([[1.0], [-1.0], [1.0], [-1.0]])
     power = np.array([1.2]), -follows + distance + noise, np.array([error])
-    exponent, remainder, stated = the_surer(power, ladder, law)
+    exponent, remainder, stated = the_surer(power, rungs, law)
     assert bool(np.isnan(exponent[0])) is chosen
     assert stated[0] == pytest.approx(expected, rel=1e-9)
     assert remainder.mean() == pytest.approx(-follows + (0.0 if chosen else distance), rel=1e-9)
@@ -116,18 +127,84 @@ def test_rows_scatter_as_the_top_rung_does():
     np.testing.assert_allclose(values.extrapolated, top * fall(END) / fall(16.0), rtol=1e-12)
 
 
-def test_the_pixel_is_in_the_doubt_of_the_law_up_to_where_it_was_tested():
-    def rungs(law):
+@pytest.mark.parametrize(("end", "until"), [(800.0, 64.0), (40.0, 40.0)])
+def test_the_pixel_is_in_the_doubt_of_the_law_up_to_where_it_was_tested(end, until):
+    def pixel(law):
         samples = []
-        for q in (4.0, 8.0, 16.0):  # half the pixel changes 2 % at 4, 1 % at 8: all of it goes with 1/q_c
-            samples.append(level(np.full((13, 1), fall(q)), q_max=q, side=64.0 * q))
-            if q < 16.0:
-                samples.append(level(np.full((13, 1), fall(q) - 0.56 / q), q_max=q, side=128.0 * q))
-        table = fall(np.array([8.0, 16.0, END]))[:, None] if law else None
-        return observe(NAME, samples, capped=True, end=END, settled=4.0, law=table)
+        for q, change in ((4.0, 0.2), (8.0, 0.07), (16.0, 0.0)):  # by half the pixel: the highest one shown counts
+            samples.append(level(np.full((13, 2), fall(q)), q_max=q, side=64.0 * q))
+            if change:
+                samples.append(level(np.full((13, 2), fall(q) - change), q_max=q, side=128.0 * q))
+        table = fall(np.array([8.0, 16.0, end]))[:, None] * law
+        return observe(NAME, samples, capped=True, end=end, settled=4.0, law=table).pixel
 
-    assert rungs(law=False).pixel[0] == pytest.approx(0.0, abs=1e-12)
-    assert rungs(law=True).pixel[0] == pytest.approx(0.56 / min(END, 64.0) / (1.0 - 2.0**-1.4), rel=1e-9)
+    vanishing = 1.0 / (1.0 - 2.0**-1.4)
+    by_law, by_power = 0.07 * 8.0 / until * vanishing, (0.2 - 2.0 * 0.07) * 8.0 / 16.0 * vanishing
+    assert pixel(np.ones((3, 2))) == pytest.approx(by_law, rel=1e-9)
+    refuted = np.array([[1.0, 1.0], [1.0, 1.0], [1.0, 1.5]])  # at the second speed, far from the power
+    assert pixel(refuted) == pytest.approx([by_law, by_power], rel=1e-9)
+
+
+@pytest.mark.slow  # contacts on 1024² points
+def test_the_pixel_and_the_doubt_of_the_law_hold_what_vanishing_pixels_change():
+    # C(q) ends at 16 q_y, q_y = q_r = 1: rungs to 8 q_y with four pixels per wave, against all of it with 4, 8, 16 on
+    # the same surfaces; at rest <T sigma> is the sum of |sigma_q|²/q
+    hardness, length = 0.55165, 4 * 2 * np.pi
+    load = 0.1 * hardness
+
+    def solved(depth, pixels, count):
+        side = int(4 * depth * pixels)
+        grid, values = rs.Grid((side, side), (length, length)), []
+        roughness = rs.SelfAffineSpectrum(1.0, 0.8, 0.5, 1.0, depth)
+        for index in range(count):
+            heights = rs.synthesize(roughness, grid, np.random.default_rng([7, index]))
+            solid = rs.Solid(1.0, hardness)
+            pressure = rs.solve_contact(heights, grid, solid, nominal_pressure=load, tolerance=1e-4).pressure
+            power = np.abs(np.fft.fft2(pressure) / side**2) ** 2
+            q = 2 * np.pi * np.fft.fftfreq(side, length / side)
+            wavenumber = np.hypot(q[:, None], q[None, :])
+            wavenumber[0, 0] = np.inf
+            values.append([(power / wavenumber).sum()])
+        return np.array(values)
+
+    whole, finer, finest = solved(16.0, 4, 8), solved(16.0, 8, 8), solved(16.0, 16, 4)
+    last = (finest - finer[:4]).mean()
+    vanishing = finer.mean() + last * 2**1.4 / (2**1.4 - 1)  # an error that falls with the power 1.4 of the pixel
+    assert abs(whole.mean() / vanishing - 1) > 0.002
+
+    samples = [level(solved(2.0**k, p, 8), q_max=2.0**k, side=4 * 2.0**k * p) for k in (1, 2) for p in (4, 8)]
+    samples.append(level(solved(8.0, 4, 8), q_max=8.0, side=128.0))
+    heat = {"nominal_pressure": load, "friction_coefficient": load, "conductivity": 1.0, "diffusivity": 1.0}
+    law = []
+    for q_max in (4.0, 8.0, 16.0):
+        stress = plasticity.stress_spectrum(
+            rs.SelfAffineSpectrum(1.0, 0.8, 0.5, 1.0, q_max),
+            effective_modulus=1.0,
+            nominal_pressure=load,
+            penetration_hardness=hardness,
+            step=0.1,
+        )
+        law.append([float(flash.flash_temperature(1e-3, stress_spectrum=stress, **heat))])
+    values = observe(NAME, samples, capped=True, end=16.0, settled=4.0, law=np.array(law))
+    assert np.isnan(values.exponent[0])  # by the law
+    stated = np.hypot(values.bandwidth[0], values.pixel[0])
+    assert abs(values.extrapolated.mean() - vanishing) < 0.5 * stated
+    assert stated < 0.015 * vanishing
+
+
+def test_only_t_flash_of_two_rungs_or_more_is_continued_by_the_law_of_the_upper_two(monkeypatch):
+    seen = []
+    monkeypatch.setattr(ladder, "observe", lambda *_, **names: (seen.append(names), observed(fall, None))[1])
+    scene = rs.load_scene("steel-1.2GPa")
+    q_yield = 50695.4  # of the map's point with these numbers, rad/m
+    cut_offs = tuple(q_yield * depth for depth in (4.0, 8.0, 16.0))
+    samples = [level(np.ones((13, len(scene.speeds))), q_max=q) for q in cut_offs]
+    values_of(scene, "capped", NAME, samples)
+    values_of(scene, "capped", "pressure_variance", samples)
+    values_of(scene, "capped", NAME, samples[:1])
+    assert [names["settled"] for names in seen] == pytest.approx([4.0 * q_yield] * 3, rel=1e-3)
+    assert ["law" in names for names in seen] == [True, False, False]
+    np.testing.assert_array_equal(seen[0]["law"], prediction.yielded_fall(scene, cut_offs[1:]))
 
 
 def test_a_scene_is_continued_by_the_law_over_its_own_spectrum():
@@ -156,5 +233,10 @@ def test_a_run_says_that_it_was_continued_by_the_law():
     assert any(
         "by the law for contact that yields" in note for note in notes_of(scene, numerics, "capped", NAME, values)
     )
+    mixed = values._replace(exponent=np.where(np.arange(values.exponent.size) == 1, 1.2, np.nan))
+    told = "extrapolated as q_c^(−p) with p = 1.20, at other speeds by the law for contact that yields"
+    assert told in notes_of(scene, numerics, "capped", NAME, mixed)
+    alone = values._replace(exponent=np.full_like(values.exponent, 1.2))
+    assert "extrapolated as q_c^(−p) with p = 1.20" in notes_of(scene, numerics, "capped", NAME, alone)
     plain = values_of(scene, "capped", NAME, samples, extrapolated=False)
     np.testing.assert_array_equal(plain.extrapolated, plain.finest)

@@ -153,7 +153,8 @@ def test_a_lighter_load_than_calibrated_is_refused():
     ("spectrum", "words"),
     [
         (PowerLaw(2e-27, (6e3, 2e4, 4e5), -0.3), "memory m₁"),
-        (PowerLaw(2e-27, (6e3, 6.1e3, 1.2e4), 0.7), "bandwidth"),
+        (PowerLaw(2e-27, (6e3, 2.4e4, 4.2e4), 0.7), "bandwidth"),
+        (PowerLaw(2e-27, (6e3, 7e3, 3.5e4), 0.7), r"width q_max/q_min = 5\.83"),
         (PowerLaw(2e-27, (6e3, 2e4, 4e8), 0.7), "bandwidth"),
     ],
 )
