@@ -30,6 +30,17 @@ def subtract_heights(start: int, stop: int, heights: Any, middle: float, unit: f
 
 
 @kernel(fastmath=REORDER)
+def extent(start: int, stop: int, heights: Any, middle: float, unit: float, gap: Any) -> Any:
+    """The least and the largest displacement gap + (heights − middle)/unit."""
+    heights, gap = heights[start:stop], gap[start:stop]
+    low, high = np.inf, -np.inf
+    for i in range(stop - start):
+        u = gap[i] + (heights[i] - middle) / unit
+        low, high = min(low, u), max(high, u)
+    return low, high
+
+
+@kernel(fastmath=REORDER)
 def contact_sum(start: int, stop: int, p: Any, gap: Any) -> Any:
     """Σ gap where p > 0, and the number of these points."""
     p, gap = p[start:stop], gap[start:stop]
@@ -146,17 +157,17 @@ def propose(
     alpha, beta = mix
     total, count = 0.0, 0
     for i in range(stop - start):
-        if free[i]:
-            c = beta * change[i] - alpha * z[i]
-        else:
-            # pressed beyond the flat it goes to the cap, else to zero; at exactly d it goes where it carries already
-            r = gap[i] - offset
-            c = (cap if r < 0.0 or (r == 0.0 and p[i] > 0.0) else 0.0) - p[i]
-        change[i] = c
+        inside = free[i] != 0
+        # pressed beyond the flat it goes to the cap, else to zero; at exactly d it goes where it carries already
+        r = gap[i] - offset
+        bound = cap if (r < 0.0) | ((r == 0.0) & (p[i] > 0.0)) else 0.0
+        # both are computed and one is taken: a branch here would keep the loop from vector units
+        own, other = beta * change[i] - alpha * z[i], bound - p[i]
+        change[i] = own if inside else other
         x = p[i] + change[i]
         y = min(max(x, 0.0), cap)
         total += y
-        count += 1 if (x == y) & (free[i] == 1) else 0
+        count += 1 if (x == y) & inside else 0
     return total, count
 
 
@@ -205,6 +216,14 @@ def find_shift(
             count += number
         excess = clipped - target
     return abs(excess) <= 1e-9 * target, shift
+
+
+@kernel()
+def shift_free(start: int, stop: int, free: Any, p: Any, shift: float, cap: float) -> None:
+    """Add the shift to the pressure of the free points, and put all within the bounds."""
+    free, p = free[start:stop], p[start:stop]
+    for i in range(stop - start):
+        p[i] = min(max(p[i] + (shift if free[i] else 0.0), 0.0), cap)
 
 
 @kernel(fastmath=REORDER)

@@ -47,13 +47,23 @@ def dimensionless(
     unit = max(high - middle, middle - low) or side
     pressure_unit = effective_modulus * (unit / side)
     unit_grid = Grid(grid.shape, (grid.lengths[0] / side, grid.lengths[1] / side))
-    spectrum = half_space(unit_grid, np.float64).forward((heights - middle) / unit)
+    scaled = heights - middle
+    scaled /= unit
+    spectrum = half_space(unit_grid, np.float64).forward(scaled)
     # κ = q_s/2 makes the residual close to the error of the pressure; modes below rounding are not in the heights
-    power = np.abs(spectrum)
-    highest = float(np.max(unit_grid.wavenumbers.T, initial=0.0, where=power > 1e-12 * power.max()))
+    power = np.square(spectrum.real)
+    power += np.square(spectrum.imag)
+    highest = float((wavenumbers(unit_grid) * (power > 1e-24 * power.max())).max())
     stiffness = 0.5 * max(highest, 2 * np.pi / max(unit_grid.lengths))
     load, cap = nominal_pressure / pressure_unit, hardness / pressure_unit
     return ScaledProblem(heights, middle, unit, unit_grid, load, cap, stiffness), spectrum, pressure_unit
+
+
+def wavenumbers(grid: Grid) -> Field:
+    """Return |q| of a transposed half spectrum."""
+    along, across = (np.square(q.ravel()) for q in grid.wavevectors)
+    squares: Field = across[:, None] + along
+    return np.sqrt(squares, out=squares)
 
 
 def coarser(finest: ScaledProblem, spectrum: Field, known: int = 0) -> list[ScaledProblem]:
@@ -87,11 +97,13 @@ def full_contact(problem: ScaledProblem, spectrum: Field) -> tuple[Field, Field]
     row, column = np.unravel_index(np.argmin(problem.heights), grid.shape)
     along = np.exp(2j * np.pi * row / grid.shape[0] * np.arange(grid.shape[0]))
     across = np.exp(2j * np.pi * column / grid.shape[1] * np.arange(grid.half_shape[1]))
-    lines = np.einsum("ji,ji,i->j", spectrum, 0.5 * grid.wavenumbers.T, along)  # not BLAS: its threads spin on
+    half = wavenumbers(grid)
+    half *= 0.5
+    lines = np.einsum("ji,ji,i->j", spectrum, half, along)  # not BLAS: its threads spin on
     if load + np.sum(grid.multiplicity[0] * (across * lines).real) < -1e-3 * load:
         return None
     operator, fluctuation = half_space(grid, np.float64), np.empty(grid.shape)
-    operator.complex_spectrum[...] = spectrum * (0.5 * grid.wavenumbers.T)
+    operator.complex_spectrum[...] = spectrum * half
     operator.inverse(fluctuation)
     rounding = 1e-14 * (load + float(np.abs(fluctuation).max()))
     pressure = load + fluctuation

@@ -108,13 +108,9 @@ class State:
 
     def range_shrank(self) -> bool:
         """Measure the range of the displacement anew; return whether it has shrunk by more than a tenth."""
-        problem, heights, gap, old = self.problem, self.problem.heights.ravel(), self.flat[1], self.range
-
-        def extremes(a: int, b: int) -> tuple[float, float]:
-            displacement = gap[a:b] + (heights[a:b] - problem.middle) / problem.unit
-            return float(displacement.min()), float(displacement.max())
-
-        lows, highs = zip(*run(extremes, self.blocks), strict=True)
+        problem, gap, old = self.problem, self.flat[1], self.range
+        arguments = problem.heights.ravel(), problem.middle, problem.unit, gap
+        lows, highs = zip(*run(lambda a, b: kernels.extent(a, b, *arguments), self.blocks), strict=True)
         self.range = max(highs) - min(lows)
         return self.range < 0.9 * old
 
@@ -212,8 +208,7 @@ class State:
         shift = self.load_shift(sums, accuracy)
         if shift is None:
             return False
-        np.add(self.pressure, shift, out=self.pressure, where=self.free.view(bool))
-        np.clip(self.pressure, 0.0, self.problem.cap, out=self.pressure)
+        run(lambda a, b: kernels.shift_free(a, b, free, p, shift, self.problem.cap), self.blocks)
         return True
 
     def move(self, length: float) -> None:
