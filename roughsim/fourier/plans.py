@@ -9,6 +9,7 @@ records.
 import ctypes
 import operator
 import os
+import sys
 import threading
 import warnings
 import weakref
@@ -21,11 +22,17 @@ import numpy as np
 import scipy.fft
 from numpy.typing import DTypeLike, NDArray
 
+# pyfftw.interfaces, of which nothing is used here, would load dask and with it pandas, which takes longer than all the
+# rest; for the time of the import dask is hidden, and `import pyfftw.interfaces.dask_fft` still works afterwards
+_hidden = sys.modules.setdefault("dask", None) is None  # type: ignore[arg-type]
 try:
     import pyfftw
 except ImportError:  # the wheel of pyfftw bundles GPL code; some sites do without it
     pyfftw = None
     warnings.warn("pyfftw is not installed: scipy.fft takes over, slower", RuntimeWarning, stacklevel=2)
+finally:
+    if _hidden:
+        del sys.modules["dask"]
 
 ALIGNMENT = 64  # bytes, of what is handed to FFTW by address
 PADDING = 8  # complex numbers between lines, so that equal places do not all fall onto the same part of the cache

@@ -313,3 +313,18 @@ def test_plans_are_made_from_many_python_threads_at_a_time():
 
     with ThreadPoolExecutor(8) as pool:
         assert max(pool.map(work, range(200))) < 1e-12
+
+
+@pytest.mark.skipif(plans.pyfftw is None, reason="there is no FFTW")
+def test_transforms_load_no_dask_and_leave_it_to_those_who_want_it():
+    code = """
+        import sys
+        import roughsim.fourier
+        assert not {"dask", "pandas", "xarray"} & set(sys.modules)
+        import importlib.util
+        if importlib.util.find_spec("dask"):
+            from pyfftw.interfaces import dask_fft
+            assert sys.modules["dask"].__version__ and dask_fft.fft
+    """
+    done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
