@@ -5,8 +5,8 @@ mean is the observable and whose scatter gives its error. Ratios of observables 
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Self
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,8 +41,12 @@ class Theory:
     total: Callable[[Callable[[Array], Array]], float]
 
 
-class Sample(NamedTuple):
-    """The numbers of one level, a row for each realization that was solved at it."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Sample:
+    """The numbers of one level, a row for each realization that was solved at it.
+
+    It remembers what was computed of it: `replace` makes one that remembers nothing.
+    """
 
     q_max: float  # the cut-off of the level, rad/m
     side: float  # points along a side of the cell
@@ -51,16 +55,34 @@ class Sample(NamedTuple):
     wavenumber: Array  # of the stress spectra, (m,), rad/m
     spectrum: Array  # (n, m), Pa²
     reach: float  # the distance up to which the spectra hold, m
+    # samples of fewer realizations by their rows, and influence values by the name of the observable
+    _known: dict[bytes | str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def at(self, rows: NDArray[np.intp]) -> Self:
         """Return the sample of the realizations `rows` alone, where they are in it."""
         chosen = np.isin(self.rows, rows)
-        numbers = {name: values[chosen] for name, values in self.numbers.items()}
-        return self._replace(rows=self.rows[chosen], numbers=numbers, spectrum=self.spectrum[chosen])
+        if np.all(chosen):
+            return self
+        key = chosen.tobytes()
+        if key not in self._known:
+            self._known[key] = self._taken(chosen)
+        known: Self = self._known[key]
+        return known
 
     def first(self, count: int) -> Self:
         """Return the sample of the first `count` realizations alone."""
-        return self.at(np.arange(count))
+        return self._taken(slice(int(np.searchsorted(self.rows, count))))
+
+    def _taken(self, chosen: Any) -> Self:
+        numbers = {name: values[chosen] for name, values in self.numbers.items()}
+        return replace(self, rows=self.rows[chosen], numbers=numbers, spectrum=self.spectrum[chosen])
+
+    def values_of(self, name: str, values: "Callable[[Sample], Array]") -> Array:
+        """Return the influence values of an observable, computed by `values` the first time."""
+        if name not in self._known:
+            self._known[name] = values(self)
+        known: Array = self._known[name]
+        return known
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +121,7 @@ class Observable:
 
     def of_level(self, sample: Sample) -> Array:
         """Return the influence values at one level, (realizations, speeds) or (realizations, 1)."""
-        return sample.numbers[self.name] if self.values is None else self.values(sample)
+        return sample.numbers[self.name] if self.values is None else sample.values_of(self.name, self.values)
 
     def of_theory(self, theory: Theory, speeds: int) -> Array:
         """Return what the theory says at so many speeds, (speeds,) or (1,); NaN where it says nothing."""

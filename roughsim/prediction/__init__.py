@@ -6,6 +6,7 @@ record (`Theory`), from which an observable takes its value.
 """
 
 from collections.abc import Callable, Container
+from dataclasses import replace
 from functools import lru_cache
 from math import inf, nan, pi
 from typing import Any
@@ -326,4 +327,4 @@ def balanced(scene: Scene, sample: Sample) -> Sample:
     bodies = conduction(scene)
     resting = resting * (bodies.conductivity / bodies.counter_conductivity)
     common = {"resting_flash_temperature": resting, "flash_temperature": moving}
-    return sample._replace(numbers=sample.numbers | common)
+    return replace(sample, numbers=sample.numbers | common)

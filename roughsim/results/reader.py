@@ -30,6 +30,7 @@ from roughsim.store.member_files import (
 
 # the summary is written again after so many new members or looks at the targets, and not before this share of all
 LEAST_NEW, SHARE_NEW = 64, 0.1
+MOST_KEPT = 64 << 20  # bytes of stress spectra of a level that stay in memory before anyone has asked for them
 
 
 class Reader:
@@ -50,6 +51,8 @@ class Reader:
         # the last look at the targets that no number of realizations met
         self._insufficient = self.members.load(folder / SUMMARY, identity)
         self._news = 0  # members and looks at the targets that the summary on disk lacks
+        # stress spectra of each level by the row of the table, and whether a row was read
+        self._spectra: dict[int, tuple[Array, NDArray[np.bool_]]] = {}
 
     def refresh(self, most: int) -> None:
         """Read the members that have appeared since, of at most `most` realizations; damaged ones again."""
@@ -92,6 +95,10 @@ class Reader:
                 spectrum_start=content.find(spectrum),
                 spectrum_check=crc32(spectrum),
             )
+            count = index // self.members.every[level] + 1
+            if spectrum and count * len(spectrum) <= MOST_KEPT:  # so that the file need not be opened again
+                spectra, known = self._room(level, count)
+                spectra[count - 1], known[count - 1] = member.spectrum, True
             self._news += 1
         except FileNotFoundError:
             return False
@@ -112,16 +119,31 @@ class Reader:
         return Sample(q_max, side, rows, numbers, wavenumber, spectra, 0.5 * float(np.hypot(*self.numerics.lengths)))
 
     def spectra(self, level: int, indices: NDArray[np.int64]) -> tuple[Array, Array]:
-        """Return the wavenumbers of a level, rad/m, and the stress spectra of sound members, Pa², from their files.
+        """Return the wavenumbers of a level, rad/m, and the stress spectra of sound members, Pa².
 
-        RecordError or OSError if a file was damaged or moved after its numbers had been read.
+        Those that are not in memory are read from the files of the members, and stay in memory. RecordError or OSError
+        if such a file was damaged or moved after its numbers had been read.
         """
-        wavenumber = self.members.wavenumber[level]
-        spectra = np.empty((len(indices), len(wavenumber)))
-        starts, checks = (self.members.column(level, f"spectrum_{name}", indices) for name in ("start", "check"))
-        for row, index, start, check in zip(spectra, indices.tolist(), starts.tolist(), checks.tolist(), strict=True):
-            row[:] = read_spectrum(member_path(self.folder, level, index), start, len(wavenumber), check)
-        return wavenumber, spectra
+        wavenumber, rows = self.members.wavenumber[level], indices // self.members.every[level]
+        spectra, known = self._room(level, int(rows.max(initial=-1)) + 1)
+        unread = indices[~known[rows]]
+        starts, checks = (self.members.column(level, f"spectrum_{name}", unread) for name in ("start", "check"))
+        for index, start, check in zip(unread.tolist(), starts.tolist(), checks.tolist(), strict=True):
+            row, path = index // self.members.every[level], member_path(self.folder, level, index)
+            spectra[row], known[row] = read_spectrum(path, start, len(wavenumber), check), True
+        whole = np.array_equal(rows, np.arange(len(rows)))  # then nothing is copied
+        return wavenumber, spectra[: len(rows)] if whole else spectra[rows]
+
+    def _room(self, level: int, count: int) -> tuple[Array, NDArray[np.bool_]]:
+        """Return the spectra of a level in memory, and whether each was read, with room for so many rows."""
+        empty = np.empty((0, len(self.members.wavenumber[level]))), np.zeros(0, bool)
+        spectra, known = self._spectra.get(level, empty)
+        if count > len(known):  # twice as long, so that n spectra are copied O(log n) times
+            more = max(count - len(known), len(known))
+            grown = np.empty((len(known) + more, spectra.shape[1]))
+            grown[: len(known)] = spectra
+            spectra, known = self._spectra[level] = grown, np.concatenate([known, np.zeros(more, bool)])
+        return spectra, known
 
     def save_now_and_then(self) -> None:
         """Write the summary again if enough is new."""

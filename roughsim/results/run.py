@@ -68,7 +68,9 @@ class Run:
         self._reader = Reader(folder, numerics, scene.speeds, identity_of(description), skip_damaged)
         self.members = self._reader.members
         self.damaged = self._reader.damaged
-        self._counted: tuple[int, bool] | None = None  # since the last `refresh`
+        # since the last `refresh`: the count, and the samples by column and whether they have spectra
+        self._counted: tuple[int, bool] | None = None
+        self._samples: dict[tuple[str, bool], list[Sample]] = {}
 
     @property
     def missing(self) -> list[str]:
@@ -81,6 +83,7 @@ class Run:
         RecordError if one is damaged or of another run, OSError if one cannot be read now, which is no damage.
         """
         self._counted = None
+        self._samples.clear()
         self._reader.refresh(self.max_realizations)
 
     def take(self, level: int, index: int) -> bool:
@@ -150,9 +153,13 @@ class Run:
 
         The stress spectra are empty without `spectra`.
         """
+        key = self.column(column), spectra
+        if rows is None and key in self._samples:
+            return self._samples[key]
         indices = np.array(self.sound(self.realizations) if rows is None else rows, np.int64)
-        levels = self.numerics.of_column(self.column(column))
-        return [self._reader.sample(level, indices, with_spectra=spectra) for level in levels]
+        levels = self.numerics.of_column(key[0])
+        samples = [self._reader.sample(level, indices, with_spectra=spectra) for level in levels]
+        return samples if rows is not None else self._samples.setdefault(key, samples)
 
     def values(self, observable: str, column: str | None = None, *, extrapolated: bool = True) -> Values:
         """Return the values of an observable, a row per sound realization, with all heat in the moving body.
@@ -161,7 +168,8 @@ class Run:
         """
         if observable not in OBSERVABLES:
             raise ValueError(f"observable = {observable!r} is unknown; choose one of {', '.join(OBSERVABLES)}")
-        samples = self.samples(column, self._sound_rows(), spectra=OBSERVABLES[observable].spectra)
+        self._sound_rows()
+        samples = self.samples(column, spectra=OBSERVABLES[observable].spectra)
         return values_of(self.scene, self.column(column), observable, samples, extrapolated=extrapolated)
 
     def _sound_rows(self) -> list[int]:

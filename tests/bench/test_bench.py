@@ -123,7 +123,7 @@ def test_where_only_the_fine_members_scatter_their_number_alone_counts(monkeypat
         sample, seconds = solve_level(problem, level, realizations)
         if level.shape == (64, 64):
             numbers = {name: np.zeros_like(rows) + rows[0] for name, rows in sample.numbers.items()}
-            sample = sample._replace(numbers=numbers, spectrum=np.zeros_like(sample.spectrum) + sample.spectrum[0])
+            sample = replace(sample, numbers=numbers, spectrum=np.zeros_like(sample.spectrum) + sample.spectrum[0])
         return sample, seconds
 
     monkeypatch.setattr(measurements, "solve_level", without_scatter_of_the_first)

@@ -34,7 +34,7 @@ def test_the_error_of_the_slope_is_the_scatter_of_the_realizations(full, monkeyp
     q = samples[-1].wavenumber
     tilts = np.array([-0.05, 0.01, 0.04])
     shape = samples[-1].spectrum[:1] * (q / q[0]) ** tilts[:, None]
-    tilted = [samples[-1]._replace(spectrum=shape)]
+    tilted = [replace(samples[-1], spectrum=shape)]
     monkeypatch.setattr(type(full), "samples", lambda *_: tilted)
     flat = -2 * 0.8
     found = stress_slope(full)
@@ -55,7 +55,7 @@ def test_the_slope_stands_under_the_table_and_in_the_json(full):
 def test_the_slope_of_one_realization_has_an_unknown_error(full, monkeypatch):
     sample = full.samples("elastic")[-1]
     table = rs.compare(full)
-    monkeypatch.setattr(type(full), "samples", lambda *_: [sample._replace(spectrum=sample.spectrum[:1])])
+    monkeypatch.setattr(type(full), "samples", lambda *_: [replace(sample, spectrum=sample.spectrum[:1])])
     alone = replace(table, slopes=(stress_slope(full),))
     assert "± unknown (statistical" in comparison_table(alone).notes[0]
     assert alone.to_dict()["stress_slopes"][0]["error"] is None  # JSON has no infinity
