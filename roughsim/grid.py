@@ -134,7 +134,7 @@ def quarter_plane(power: Array, grid: Grid) -> Array:
     return quarter
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=8)  # the grids of a run come in turn: fewer than there are would never be met again
 def distinct_wavenumbers(grid: Grid) -> tuple[Array, NDArray[np.intp]]:
     """Return the |q| of the quarter plane, rad/m, 0 first, and the entry of each of its modes, flattened.
 

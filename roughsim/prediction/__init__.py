@@ -197,7 +197,8 @@ def continuation(scene: Scene, column: str, cut_offs: tuple[float, ...], observa
     follows = follows_theory(scene, column, cut_offs[-1])
     if follows is False:
         return None
-    values = np.stack([predictions(scene, q)[observable] for q in (*cut_offs, inf)])
+    theories = *(predictions(scene, q) for q in cut_offs), predictions(scene)
+    values = np.stack([theory[observable] for theory in theories])
     return values if follows else np.full_like(values, nan)
 
 

@@ -92,7 +92,7 @@ class DrawnModes(NamedTuple):
     deviation: Array  # √variance of one mode of the full plane, m
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=12)  # the levels of a run come in turn: fewer than there are would never be met again
 def independent_modes(spectrum: Spectrum, grid: Grid) -> DrawnModes:
     """Return the modes of a surface, one of each conjugate pair, in order of the shortest wavenumber of their cells.
 
