@@ -10,10 +10,12 @@ import os
 import re
 import secrets
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from roughsim.errors import RecordError
 from roughsim.untrusted import machine_memory, regular_file
@@ -84,14 +86,30 @@ def is_temporary(name: str) -> bool:
     return _TEMPORARY.fullmatch(name) is not None
 
 
-def hdf5_bytes(fill: Callable[[Any], None]) -> bytes:
+def hdf5_bytes(fill: Callable[[Any], None]) -> memoryview:
     """Return the bytes of an HDF5 file that `fill` fills, made in memory: HDF5 never meets a full disk."""
     import h5py
 
     image = io.BytesIO()  # not the core driver: before HDF5 2.0 its images of v110 files have a stale checksum
     with h5py.File(image, "w", libver="v110") as file:
         fill(file)
-    return image.getvalue()
+    return image.getbuffer()
+
+
+def add_attributes(place: Any, attributes: Mapping[str, str | list[str] | int]) -> None:
+    """Give a new group or dataset of an HDF5 file its attributes.
+
+    `attrs` of h5py looks for an older attribute first and then renames the new one: more than twice the time.
+    """
+    from h5py import h5a, h5s, h5t, string_dtype
+
+    text = string_dtype()
+    kind_of_text, one = h5t.py_create(text, logical=True), h5s.create(h5s.SCALAR)
+    for name, value in attributes.items():
+        data = np.asarray(value, np.int64 if isinstance(value, int) else text)
+        kind = h5t.STD_I64LE if isinstance(value, int) else kind_of_text
+        space = h5s.create_simple(data.shape) if data.ndim else one
+        h5a.create(place.id, name.encode(), kind, space).write(data)
 
 
 def read_bytes(path: Path, most: int | None = None) -> bytes:

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from roughsim.errors import RecordError
 from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
-from roughsim.store.disk import DamagedError, damaged, hdf5_bytes, place_bytes, read_bytes
+from roughsim.store.disk import DamagedError, add_attributes, damaged, hdf5_bytes, place_bytes, read_bytes
 from roughsim.untrusted import ChildEndedError, call_in_child, check_hdf5
 
 FORMAT = 3  # to be raised when older readers would misread a file, or take it for damaged
@@ -76,8 +76,10 @@ def write_member(folder: Path, member: Member) -> None:
     path = member_path(folder, member.level, member.index)
     content = hdf5_bytes(lambda file: _fill(file, member))
     # the seal lies behind the HDF5 file, where HDF5 does not look
-    content += f"\nroughsim {path.name} sha256 ".encode()
-    place_bytes(path, content + hashlib.sha256(content).hexdigest().encode() + b"\n")
+    seal = f"\nroughsim {path.name} sha256 ".encode()
+    digest = hashlib.sha256(content)
+    digest.update(seal)
+    place_bytes(path, content, seal + digest.hexdigest().encode() + b"\n")
 
 
 def read_member(path: Path, *, with_fields: bool = False) -> Member:
@@ -187,9 +189,10 @@ def check_format(path: Path, version: int) -> None:
 
 def _fill(file: Any, member: Member) -> None:
     """Put the header and all arrays into the root group, as netCDF-4 wants it, and what viewers draw into `entry`."""
-    file.attrs.update(NX_class="NXroot", default="entry", format="roughsim realization", format_version=FORMAT)
+    attributes = {"NX_class": "NXroot", "default": "entry", "format": "roughsim realization"}
+    add_attributes(file, attributes | {"format_version": FORMAT})
     entry = file.create_group("entry")
-    entry.attrs.update(NX_class="NXentry", default="fields" if member.fields else "stress")
+    add_attributes(entry, {"NX_class": "NXentry", "default": "fields" if member.fields else "stress"})
     header = json.dumps(
         {
             "level": member.level,
@@ -203,7 +206,7 @@ def _fill(file: Any, member: Member) -> None:
         },
         sort_keys=True,
     )
-    file.attrs["header"] = header
+    add_attributes(file, {"header": header})
     guarded: list[NDArray[Any]] = []
     if member.numbers:
         speed = _add(file, "speed", np.array(member.speeds, dtype="<f8"), "m/s")
@@ -220,7 +223,7 @@ def _fill(file: Any, member: Member) -> None:
         _link(file, "stress", "stress_spectrum", ["wavenumber"], [])
     if member.fields:
         _fill_fields(file, member)
-    file.attrs["sha256"] = _digest(header, guarded)
+    add_attributes(file, {"sha256": _digest(header, guarded)})
 
 
 def _fill_fields(file: Any, member: Member) -> None:
@@ -231,9 +234,11 @@ def _fill_fields(file: Any, member: Member) -> None:
     for name, values in member.fields.items():
         data = np.ascontiguousarray(values, dtype="<f4")
         # small chunks: viewers read a part of a large field at a time
-        options = {"chunks": tuple(min(points, 256) for points in shape), "compression": "gzip", "compression_opts": 1}
+        options: dict[str, Any] = {"chunks": tuple(min(points, 256) for points in shape)}
+        if name == "pressure":  # mostly zeros; heights would shrink by a sixth in twenty times the time
+            options |= {"compression": "gzip", "compression_opts": 1}
         attributes = {"sha256": _digest(name, [data]), "interpretation": "image"}
-        _add(file, name, data, KEPT_FIELDS[name][0], [file["x"], file["y"]], attributes, shuffle=True, **options)
+        _add(file, name, data, KEPT_FIELDS[name][0], [file["x"], file["y"]], attributes, **options)
     _link(file, "fields", "pressure", ["x", "y"], [name for name in member.fields if name != "pressure"])
 
 
@@ -250,7 +255,7 @@ def _add(
     if data.ndim:  # HDF5 guards chunks by a checksum; a scalar takes no filter
         options = {"chunks": data.shape, "fletcher32": True} | options
     dataset = file.create_dataset(name, data=data, **options)
-    dataset.attrs.update({"units": unit} | (attributes or {}))
+    add_attributes(dataset, {"units": unit} | (attributes or {}))
     for number, axis in enumerate(axes):
         dataset.dims[number].attach_scale(axis)
     return dataset
@@ -259,10 +264,11 @@ def _add(
 def _link(file: Any, name: str, signal: str, axes: list[str], others: list[str]) -> None:
     """Make a group that viewers draw: hard links to a signal, its axes, and other arrays."""
     group = file["entry"].create_group(name)
-    group.attrs.update(NX_class="NXdata", signal=signal, axes=axes)
+    add_attributes(group, {"NX_class": "NXdata", "signal": signal, "axes": axes})
+    stored = set(file)
     for array in dict.fromkeys((signal, *axes, *others)):
-        if array in file:
-            group[array] = file[array]
+        if array in stored:
+            group.id.links.create_hard(array.encode(), file.id, array.encode())
 
 
 def _digest(text: str, arrays: Iterable[NDArray[Any]]) -> str:
