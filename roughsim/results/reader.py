@@ -30,7 +30,7 @@ from roughsim.store.member_files import (
 
 # the summary is written again after so many new members or looks at the targets, and not before this share of all
 LEAST_NEW, SHARE_NEW = 64, 0.1
-MOST_KEPT = 64 << 20  # bytes of stress spectra of a level that stay in memory before anyone has asked for them
+MOST_KEPT = 256 << 20  # bytes of stress spectra that stay in memory: those of more members are read when asked for
 
 
 class Reader:
@@ -95,10 +95,11 @@ class Reader:
                 spectrum_start=content.find(spectrum),
                 spectrum_check=crc32(spectrum),
             )
-            count = index // self.members.every[level] + 1
-            if spectrum and count * len(spectrum) <= MOST_KEPT:  # so that the file need not be opened again
-                spectra, known = self._room(level, count)
-                spectra[count - 1], known[count - 1] = member.spectrum, True
+            if member.spectrum.size:  # so that the file need not be opened again
+                place = index // self.members.every[level]
+                spectra, known = self._room(level, place + 1)
+                if place < len(known):
+                    spectra[place], known[place] = member.spectrum, True
             self._news += 1
         except FileNotFoundError:
             return False
@@ -121,28 +122,37 @@ class Reader:
     def spectra(self, level: int, indices: NDArray[np.int64]) -> tuple[Array, Array]:
         """Return the wavenumbers of a level, rad/m, and the stress spectra of sound members, Pa².
 
-        Those that are not in memory are read from the files of the members, and stay in memory. RecordError or OSError
-        if such a file was damaged or moved after its numbers had been read.
+        Those that are not in memory are read from the files of the members. RecordError or OSError if such a file was
+        damaged or moved after its numbers had been read.
         """
         wavenumber, rows = self.members.wavenumber[level], indices // self.members.every[level]
         spectra, known = self._room(level, int(rows.max(initial=-1)) + 1)
-        unread = indices[~known[rows]]
-        starts, checks = (self.members.column(level, f"spectrum_{name}", unread) for name in ("start", "check"))
-        for index, start, check in zip(unread.tolist(), starts.tolist(), checks.tolist(), strict=True):
-            row, path = index // self.members.every[level], member_path(self.folder, level, index)
-            spectra[row], known[row] = read_spectrum(path, start, len(wavenumber), check), True
-        whole = np.array_equal(rows, np.arange(len(rows)))  # then nothing is copied
-        return wavenumber, spectra[: len(rows)] if whole else spectra[rows]
+        inside = rows < len(known)
+        whole = np.array_equal(rows[inside], np.arange(len(rows)))
+        result = spectra[: len(rows)] if whole else np.empty((len(rows), len(wavenumber)))  # whole: nothing is copied
+        starts, checks = (self.members.column(level, f"spectrum_{name}", indices) for name in ("start", "check"))
+        for place, (row, index) in enumerate(zip(rows.tolist(), indices.tolist(), strict=True)):
+            if inside[place] and known[row]:
+                if not whole:
+                    result[place] = spectra[row]
+                continue
+            path = member_path(self.folder, level, index)
+            result[place] = read_spectrum(path, starts[place], len(wavenumber), checks[place])
+            if inside[place]:
+                spectra[row], known[row] = result[place], True
+        return wavenumber, result
 
     def _room(self, level: int, count: int) -> tuple[Array, NDArray[np.bool_]]:
-        """Return the spectra of a level in memory, and whether each was read, with room for so many rows."""
-        empty = np.empty((0, len(self.members.wavenumber[level]))), np.zeros(0, bool)
-        spectra, known = self._spectra.get(level, empty)
-        if count > len(known):  # twice as long, so that n spectra are copied O(log n) times
-            more = max(count - len(known), len(known))
-            grown = np.empty((len(known) + more, spectra.shape[1]))
-            grown[: len(known)] = spectra
-            spectra, known = self._spectra[level] = grown, np.concatenate([known, np.zeros(more, bool)])
+        """Return the spectra of a level that stay in memory, and which of them were read; up to `count` if they fit."""
+        length = len(self.members.wavenumber[level])
+        most = MOST_KEPT // (8 * length * len(self.members.every))
+        spectra, known = self._spectra.get(level, (np.empty((0, length)), np.zeros(0, bool)))
+        if len(known) < min(count, most):  # twice as long, so that n spectra are copied O(log n) times
+            size = min(max(count, 2 * len(known)), most)
+            longer = np.empty((size, length)), np.zeros(size, bool)
+            for new, old in zip(longer, (spectra, known), strict=True):
+                new[: len(old)] = old
+            spectra, known = self._spectra[level] = longer
         return spectra, known
 
     def save_now_and_then(self) -> None:

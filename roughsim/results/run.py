@@ -68,9 +68,9 @@ class Run:
         self._reader = Reader(folder, numerics, scene.speeds, identity_of(description), skip_damaged)
         self.members = self._reader.members
         self.damaged = self._reader.damaged
-        # since the last `refresh`: the count, and the samples by column and whether they have spectra
+        # since the last `refresh`
         self._counted: tuple[int, bool] | None = None
-        self._samples: dict[tuple[str, bool], list[Sample]] = {}
+        self._samples: dict[tuple[str, bool], list[Sample]] = {}  # of a column, with or without spectra
 
     @property
     def missing(self) -> list[str]:
@@ -157,8 +157,8 @@ class Run:
         if rows is None and key in self._samples:
             return self._samples[key]
         indices = np.array(self.sound(self.realizations) if rows is None else rows, np.int64)
-        levels = self.numerics.of_column(key[0])
-        samples = [self._reader.sample(level, indices, with_spectra=spectra) for level in levels]
+        levels, sample = self.numerics.of_column(key[0]), self._reader.sample
+        samples = [sample(level, indices, with_spectra=spectra) for level in levels]
         return samples if rows is not None else self._samples.setdefault(key, samples)
 
     def values(self, observable: str, column: str | None = None, *, extrapolated: bool = True) -> Values:
