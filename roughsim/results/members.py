@@ -187,6 +187,14 @@ class Members(Mapping[Key, Member]):
         every = self.every[level]
         return np.flatnonzero(self.tables[level]["state"][: -(-count // every)] == FAILED) * every
 
+    def sound(self, count: int) -> list[int]:
+        """Return the indices below `count` that failed at no level."""
+        converged = np.ones(count, bool)
+        for level in range(len(self.every)):
+            converged[self.failed(level, count)] = False
+        rows: list[int] = np.flatnonzero(converged).tolist()
+        return rows
+
     def column(self, level: int, name: str, indices: NDArray[np.int64]) -> NDArray[Any]:
         """Return a field of the table at some realizations; numbers (n, speeds) or (n, 1), NaN where there is none."""
         rows: NDArray[Any] = self.tables[level][name][indices // self.every[level]]

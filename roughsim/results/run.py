@@ -68,9 +68,10 @@ class Run:
         self._reader = Reader(folder, numerics, scene.speeds, identity_of(description), skip_damaged)
         self.members = self._reader.members
         self.damaged = self._reader.damaged
-        # since the last `refresh`
+        # what was computed since the last `refresh`
         self._counted: tuple[int, bool] | None = None
-        self._samples: dict[tuple[str, bool], list[Sample]] = {}  # of a column, with or without spectra
+        self._samples: dict[tuple[str, bool], list[Sample]] = {}
+        self._values: dict[tuple[str, str, bool], Values] = {}
 
     @property
     def missing(self) -> list[str]:
@@ -82,8 +83,7 @@ class Run:
 
         RecordError if one is damaged or of another run, OSError if one cannot be read now, which is no damage.
         """
-        self._counted = None
-        self._samples.clear()
+        self._counted, self._samples, self._values = None, {}, {}
         self._reader.refresh(self.max_realizations)
 
     def take(self, level: int, index: int) -> bool:
@@ -103,10 +103,9 @@ class Run:
     def _count(self) -> tuple[int, bool]:
         """How many realizations count, and whether the targets are met; computed once after each `refresh`."""
         if self._counted is None:
-            available = self._reader.available
-            rows = self.sound(available)
+            rows = self.sound(self._reader.available)
             stop = self._stop(rows) if self.until else None
-            self._counted = (available, False) if stop is None else (rows[stop - 1] + 1, True)
+            self._counted = (self._reader.available, False) if stop is None else (rows[stop - 1] + 1, True)
         return self._counted
 
     def _stop(self, rows: list[int]) -> int | None:
@@ -134,10 +133,7 @@ class Run:
 
     def sound(self, count: int) -> list[int]:
         """Return the indices below `count` of which every level is sound."""
-        converged = np.ones(count, bool)
-        for level in range(len(self.numerics.levels)):
-            converged[self.members.failed(level, count)] = False
-        return [int(index) for index in np.flatnonzero(converged)]
+        return self.members.sound(count)
 
     def column(self, column: str | None) -> str:
         """Return the name of a column; None is the capped one, or else the elastic one. ValueError if it is missing."""
@@ -154,12 +150,12 @@ class Run:
         The stress spectra are empty without `spectra`.
         """
         key = self.column(column), spectra
-        if rows is None and key in self._samples:
+        if rows is None and key not in self._samples:
+            self._samples[key] = self.samples(column, self.sound(self.realizations), spectra=spectra)
+        if rows is None:
             return self._samples[key]
-        indices = np.array(self.sound(self.realizations) if rows is None else rows, np.int64)
-        levels, sample = self.numerics.of_column(key[0]), self._reader.sample
-        samples = [sample(level, indices, with_spectra=spectra) for level in levels]
-        return samples if rows is not None else self._samples.setdefault(key, samples)
+        levels, indices = self.numerics.of_column(key[0]), np.array(rows, np.int64)
+        return [self._reader.sample(level, indices, with_spectra=spectra) for level in levels]
 
     def values(self, observable: str, column: str | None = None, *, extrapolated: bool = True) -> Values:
         """Return the values of an observable, a row per sound realization, with all heat in the moving body.
@@ -168,9 +164,11 @@ class Run:
         """
         if observable not in OBSERVABLES:
             raise ValueError(f"observable = {observable!r} is unknown; choose one of {', '.join(OBSERVABLES)}")
-        self._sound_rows()
-        samples = self.samples(column, spectra=OBSERVABLES[observable].spectra)
-        return values_of(self.scene, self.column(column), observable, samples, extrapolated=extrapolated)
+        key = observable, self.column(column), extrapolated
+        if self._sound_rows() and key not in self._values:
+            samples = self.samples(column, spectra=OBSERVABLES[observable].spectra)
+            self._values[key] = values_of(self.scene, key[1], observable, samples, extrapolated=extrapolated)
+        return self._values[key]
 
     def _sound_rows(self) -> list[int]:
         """The sound realizations that count; ValueError if there is none."""
