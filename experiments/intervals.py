@@ -1,24 +1,34 @@
 """How often 95 % intervals hold the truth, when a run stops itself and fine levels are solved for few realizations.
 
-    python experiments/intervals.py [--toy] [-o FOLDER]
+    python experiments/intervals.py [--toy] [-o FOLDER] [--runs NAME ...] [--seeds N]
 
 A made-up observable with a known limit: T(q_c) = 10 + 8/q_c on three cut-offs, every fourth realization at the finer
 ones, scatter of 3 % between realizations (normal, or skewed as a gamma distribution) and of 0.2 or 2 % of each step.
-Each trial stops at the first n ≥ 12 whose relative half-width meets the target, as a run does. --toy makes few trials.
+Each trial stops at the first n ≥ 12 whose relative half-width meets the target, as a run does.
+
+--runs runs scenes instead, with N seeds each, and asks how many statistical intervals of T_flash hold the mean of all
+other seeds: with the regression on the skewness of the surfaces, and without it on the same members. Runs in FOLDER are
+not computed again. --toy makes few trials, or two seeds of a coarse level.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 from script import Command
 
-from roughsim.estimate.errors import LEAST, estimate, relative_half_width
-from roughsim.estimate.ladder import Values, observe
+import roughsim as rs
+from roughsim.estimate.errors import LEAST, Estimate, estimate, relative_half_width
+from roughsim.estimate.ladder import Values, observe, values_of
 from roughsim.observables.record import Sample
 
 NAME, LIMIT, MOST = "flash_temperature", 10.0, 240
 TARGETS = (0.03, 0.02, 0.015, 0.012, 0.01)
+RUNS = {"demo": 0.003, "granite": 0.02, "rubber": 0.015, "steel-0.5GPa": 0.005, "steel-1.2GPa": 0.01}  # their targets
+FIRST_SEED = 3000
 SERIES = (
     ("normal scatter", 0.0, 0.002, "#0072b2"),
     ("gamma scatter, skewness 1", 0.5, 0.002, "#d55e00"),
@@ -54,8 +64,57 @@ def coverage(trials: int, target: float, skew: float, seed: int, step: float = 0
     return float(told[:, 0].mean()), float(told[:, 1].mean())
 
 
+def of_members(run: rs.Run, *, regression: bool) -> Estimate:
+    """Return T_flash of a run, with the regression on the skewness or without it."""
+    column, samples = run.column(None), run.samples(spectra=False)
+    if not regression:
+        samples = [
+            sample._replace(numbers={name: x for name, x in sample.numbers.items() if name != "skewness"})
+            for sample in samples
+        ]
+    return estimate(NAME, values_of(run.scene, column, NAME, samples))
+
+
+def runs_told(name: str, folder: Path, seeds: int, *, toy: bool) -> None:
+    """Run a scene with several seeds, and print how many intervals hold the mean of all other seeds, at each speed."""
+    stop, scene = RUNS[name], rs.load_scene(name)
+    column = "elastic" if scene.elastic else "capped"
+    numerics = rs.plan(replace(scene, ensemble=replace(scene.ensemble, until={})), 2.0 * stop)
+    # without the partners of half the pixel, which would take most of the time: the first level of each cut-off
+    distinct = {(numerics.grid(i).lengths, numerics.levels[i].q_max): i for i in reversed(numerics.of_column(column))}
+    levels = tuple(numerics.levels[i] for i in reversed(distinct.values()))
+    numerics = replace(numerics, levels=(rs.Level("capped", (64, 64), 2e4),) if toy else levels, keep_fields=0)
+    runs = []
+    for seed in range(FIRST_SEED, FIRST_SEED + seeds):
+        limits = {"max_realizations": 8} if toy else {"until": {NAME: stop}}
+        runs.append(rs.run(scene, folder / f"{name}-{seed}", numerics=numerics, seed=seed, **limits))
+        print(f"{name}: seed {seed}, n = {runs[-1].realizations}", flush=True)
+    for regression in (True, False):
+        found = [of_members(run, regression=regression) for run in runs]
+        means, errors, halves = (
+            np.stack([getattr(each, part) for each in found]) for part in ("mean", "standard_error", "half_width")
+        )
+        others = (means.sum(axis=0) - means) / (seeds - 1)
+        held = np.abs(means - others) <= halves * np.sqrt(1.0 + 1.0 / (seeds - 1))  # the others scatter too
+        way = "at zero skewness" if regression else "surfaces as they are"
+        for k, speed in enumerate(scene.speeds):
+            percent = 100.0 / means[:, k].mean()
+            print(
+                f"{name}, {way}, {speed:g} m/s: {np.count_nonzero(held[:, k])} of {seeds} hold; means scatter by "
+                f"{percent * means[:, k].std(ddof=1):.3f} %, standard error {percent * errors[:, k].mean():.3f} %, "
+                f"half-width {percent * halves[:, k].mean():.3f} %, mean {means[:, k].mean():.5g} K before its share"
+            )
+
+
 def main() -> None:
-    options = Command(__file__, __doc__, "few trials").parse()
+    command = Command(__file__, __doc__, "few trials")
+    command.add_argument("--runs", nargs="*", choices=sorted(RUNS), help="scenes to run in place of trials")
+    command.add_argument("--seeds", type=int, default=40, help="of each scene: 40")
+    options = command.parse()
+    if options.runs:
+        for name in options.runs:
+            runs_told(name, options.output, 2 if options.toy else options.seeds, toy=options.toy)
+        return
     trials = 40 if options.toy else 5000
     figure = Figure((5.6, 3.4), layout="constrained")
     axes = figure.subplots()
