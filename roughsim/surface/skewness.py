@@ -41,5 +41,5 @@ def long_wave_skewness(heights: Array, grid: Grid) -> float:
     spectrum[(coarse.wavenumbers > longest * (1 + 1e-9)) | (coarse.wavenumbers == 0.0)] = 0.0
     waves = fourier.inverse(spectrum, coarse.shape)
     variance = float((waves**2).mean())
-    rounding = 1e-12 * float(np.abs(heights).max(initial=0.0))
+    rounding = 1e-12 * float(np.abs(thinned).max())
     return float((waves**3).mean()) / variance**1.5 if variance > rounding**2 else 0.0
