@@ -29,7 +29,8 @@ from roughsim.surface.synthesis import synthesize
 class Problem:
     """Everything that decides the bits of one member; `replace(problem, index=7)` is that of another realization.
 
-    The random stream is SeedSequence(seed, spawn_key=(stream, index)): all levels of a realization share it.
+    The random stream is SeedSequence(seed, spawn_key=(stream, index)): all levels of a realization share it, but for
+    those in half the cell, which share another.
     """
 
     spectrum: Spectrum  # C(q) that the surface is drawn from, m⁴, up to the cut-off of the level
@@ -41,7 +42,7 @@ class Problem:
     precision: Literal["double", "single"]  # of the fields of the contact
     solver: str  # a name among the extensions
     seed: int  # of the ensemble
-    stream: int  # number of the level that gives all levels their random stream
+    stream: int  # number of the level that names the random stream of all levels in the same cell
     index: int = 0  # of the realization
     threads: int = 1  # of the linear algebra: the last bits of its sums depend on it
 

@@ -25,7 +25,7 @@ def choose_subject(
 ) -> Subject:
     """Return the data that a quantity is drawn from; ValueError without kept fields, or if an argument does not fit."""
     column = run.column(column)
-    level = run.numerics.of_column(column)[-1]
+    level = run.numerics.picture(column)
     if not run.sound(run.realizations):
         raise ValueError(f"{run.folder} has no sound realization yet; let it run first")
     if quantity == "correlation" and realization is not None:

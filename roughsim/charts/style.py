@@ -51,7 +51,10 @@ STYLE: Any = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Subject:
-    """The data of a figure: a run, a column and its finest level, one realization or all (None), and a speed, m/s."""
+    """The data of a figure: a run, a column and its finest level in the run's cell, a realization, and a speed, m/s.
+
+    The realization is None for all of them.
+    """
 
     run: Run
     column: str
@@ -118,8 +121,11 @@ def band(axes: Axes, x: Array, mean: Array, error: Array, colour: str) -> None:
 
 
 def half_width(run: Run, column: str | None, standard_error: Array) -> Array:
-    """Return the half-width of the 95 % interval of a mean over a column's finest level, from its standard error."""
-    level = run.numerics.levels[run.numerics.of_column(run.column(column))[-1]]
+    """Return the half-width of the 95 % interval of a mean over a column's finest level in the run's cell.
+
+    It follows from the standard error of the mean.
+    """
+    level = run.numerics.levels[run.numerics.picture(run.column(column))]
     count = sum(index % level.every == 0 for index in run.sound(run.realizations))
     return standard_error * quantile(count - 1.0)
 

@@ -9,16 +9,17 @@ the theory is formed over the modes that the simulation itself has.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain
-from math import copysign, hypot, inf, isfinite, isnan, log, nan
+from math import copysign, inf, isfinite, isnan, log, nan
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.cell_size import size_error
+from roughsim.estimate.cell_size import size_error_of_sum
 from roughsim.estimate.errors import Uncertain, quantile, quotient, spread
-from roughsim.grid import Array, modes_between
+from roughsim.estimate.ladder import Values
+from roughsim.grid import Array, Grid, modes_between
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.folder import left_out
 from roughsim.results.run import Run
@@ -202,10 +203,10 @@ def compare(run: Run) -> Comparison:
 
 def rows_of(run: Run) -> Iterator[Row]:
     """Yield a row for each observable and speed."""
-    level, q_c = finest(run)
+    grid, q_c = finest(run)
     drawn = TruncatedSpectrum(prediction.smoothed_spectrum(run.scene), q_c)
     theories = {  # by the field of a row that has it
-        "theory": prediction.mode_sums(run.scene, drawn, run.numerics.grid(level)),
+        "theory": prediction.mode_sums(run.scene, drawn, grid),
         "theory_at_cut_off": prediction.predictions(run.scene, q_c),
         "theory_full_spectrum": prediction.predictions(run.scene),
         "calibrated": prediction.calibrated_predictions(run.scene),
@@ -232,10 +233,11 @@ def rows_of(run: Run) -> Iterator[Row]:
             yield Row(observable, record.unit, speed, columns=cells, ratios=quotients, note=note, **said)
 
 
-def finest(run: Run) -> tuple[int, float]:
-    """Return the number of the finest level of the first column, and its cut-off, rad/m."""
-    level = run.numerics.of_column(run.numerics.columns[0])[-1]
-    return level, run.numerics.levels[level].q_max
+def finest(run: Run) -> tuple[Grid, float]:
+    """Return a grid in the run's cell with the pixel of the first column's finest level, and its cut-off, rad/m."""
+    level = run.numerics.levels[run.numerics.of_column(run.numerics.columns[0])[-1]]
+    parts = 2 if level.cell == "half" else 1
+    return Grid((parts * level.shape[0], parts * level.shape[1]), run.numerics.lengths), level.q_max
 
 
 def ratios_of(run: Run, observable: str, summed: Array, integral: Array) -> dict[str, Uncertain]:
@@ -247,14 +249,19 @@ def ratios_of(run: Run, observable: str, summed: Array, integral: Array) -> dict
     columns = run.numerics.columns
     solver = OBSERVABLES[observable].solver_share * run.numerics.tolerance
     known: Any = {"solver": solver, "scanned": run.scene.scanned}
-    sizes = [size_error(run.scene, run.numerics.lengths, observable, column) for column in columns]
+
+    def size_of(values: Values, column: str) -> Array:
+        return size_error_of_sum(run.scene, run.numerics.lengths, observable, column, values.from_half)
+
     first = run.values(observable, columns[0], extrapolated=False)
     with np.errstate(all="ignore"):  # 0/0 at rest
         apart = np.nan_to_num(summed / integral - 1.0, nan=0.0, posinf=0.0, neginf=0.0)
-    result = {f"{columns[0]}_over_theory": quotient(first, summed, size=np.hypot(sizes[0], apart), **known)}
+    size = np.hypot(size_of(first, columns[0]), apart)
+    result = {f"{columns[0]}_over_theory": quotient(first, summed, size=size, **known)}
     if len(columns) > 1:
-        pair = (run.values(observable, column) for column in (columns[1], columns[0]))
-        result[f"{columns[1]}_over_{columns[0]}"] = quotient(*pair, size=hypot(*sizes), **known)
+        above, below = (run.values(observable, column) for column in (columns[1], columns[0]))
+        size = np.hypot(size_of(above, columns[1]), size_of(below, columns[0]))
+        result[f"{columns[1]}_over_{columns[0]}"] = quotient(above, below, size=size, **known)
     return result
 
 

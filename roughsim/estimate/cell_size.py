@@ -7,6 +7,9 @@ per side it is within 0.6 % of its integral.
 
 from math import nan, pi, sqrt
 
+import numpy as np
+
+from roughsim.grid import Array
 from roughsim.scene import Scene
 
 # relative error at 4 longest waves per side, or 8 of the roll-off where C(q) is flat below it
@@ -55,6 +58,19 @@ def size_error(
     spots = share_of_spots(scene)
     few = FEW_SPOTS.get(column or "capped", 0.0) / (spots * waves**2) if spots else 0.0
     return max(SIZE_ERROR * max(short, short**2), few)
+
+
+def size_error_of_sum(
+    scene: Scene, lengths: tuple[float, float], observable: str, column: str, from_half: Array | float
+) -> Array:
+    """Return the relative error of the cell's size where a share `from_half` of a mean comes from half the cell.
+
+    It is an array of the shape of that share. The rest is as in `size_error`, which holds for the corrections by finer
+    levels too: in half the cell they changed by −0.7 to +0.4 % of themselves, that of a cell of twice the sides.
+    """
+    half = (lengths[0] / 2, lengths[1] / 2)
+    whole, corrections = (size_error(scene, sides, observable, column) for sides in (lengths, half))
+    return np.hypot(whole, np.multiply(from_half, corrections))
 
 
 def share_of_spots(scene: Scene) -> float:

@@ -94,17 +94,17 @@ def estimate(
     values: Values,
     notes: tuple[str, ...] = (),
     *,
-    size: float = 0.0,
+    size: Array | float = 0.0,
     solver: float = 0.0,
     scanned: bool = False,
 ) -> Estimate:
     """Return mean, errors and bias of an observable from its values.
 
-    `size` is the relative error of the finite cell, from `cell_size.size_error`; `solver` that of the contact solves;
-    `scanned` whether C(q) was measured on one map, whose error is unknown.
+    `size` is the relative error of the finite cell, from `cell_size.size_error_of_sum`; `solver` that of the contact
+    solves; `scanned` whether C(q) was measured on one map, whose error is unknown.
     """
     mean = values.extrapolated.mean(axis=0)
-    error, freedom = spread(values.extrapolated, values.base, values.group)
+    error, freedom = spread(values.extrapolated, values.base, values.group, independent=values.independent)
     with np.errstate(invalid="ignore"):  # slope_length is infinite at rest: its errors are undefined
         budget = {
             "statistical": half_width(error, freedom),
@@ -140,12 +140,13 @@ def quotient(
         rows, base = ratio(above.extrapolated, below.extrapolated), ratio(above.base, below.base)
         group = above.group + (above.group.max() + 1) * below.group  # 0 where both columns have their coarsest alone
         columns = [above, below]
+        independent = above.independent and below.independent
     else:
         exact = np.broadcast_to(below, above.base.shape)
         rows, base, group = ratio(above.extrapolated, exact), ratio(above.base, exact), above.group
-        columns = [above._replace(bandwidth=np.zeros_like(above.bandwidth))]
+        columns, independent = [above._replace(bandwidth=np.zeros_like(above.bandwidth))], above.independent
     value = rows.mean(axis=0)
-    error, freedom = spread(rows, base, group)
+    error, freedom = spread(rows, base, group, independent=independent)
     if not np.any(above.extrapolated):  # elastic contact has no plastic area: there is no ratio to speak of
         value = np.full_like(value, np.nan)
 
@@ -167,13 +168,16 @@ def quotient(
     return Uncertain(value, error, budget)
 
 
-def spread(values: Array, base: Array | None = None, group: NDArray[np.intp] | None = None) -> tuple[Array, Array]:
+def spread(
+    values: Array, base: Array | None = None, group: NDArray[np.intp] | None = None, *, independent: bool = False
+) -> tuple[Array, Array]:
     """Return the standard error of the mean over axis 0 of influence values (n, speeds), and its degrees of freedom.
 
     `base` and `group` as in `Values`; left out, all rows have the same levels. The coarsest level scatters alike in all
     rows. The corrections by finer levels scatter about their mean over the rows that have them, and these rows show how
-    they correlate with the coarsest level. Where only one row has them, the error is infinite. Degrees of freedom after
-    Satterthwaite. Scatter below rounding counts as none: realizations that agree to all digits have no error.
+    they correlate with the coarsest level, unless they are known to be `independent` of it. Where only one row has
+    them, the error is infinite. Degrees of freedom after Satterthwaite. Scatter below rounding counts as none:
+    realizations that agree to all digits have no error.
     """
     n, shape = len(values), values.shape[1:]
     if n < 2:
@@ -193,7 +197,7 @@ def spread(values: Array, base: Array | None = None, group: NDArray[np.intp] | N
             own, other = base[rows].std(axis=0, ddof=1), added[rows].std(axis=0, ddof=1)
             product = ((base[rows] - base[rows].mean(axis=0)) * (added[rows] - added[rows].mean(axis=0))).sum(axis=0)
             correlation = np.divide(product / freedom, own * other, out=np.zeros(shape), where=own * other > 0.0)
-            correlation = np.clip(correlation, -1.0, 1.0)
+            correlation = 0.0 * own if independent else np.clip(correlation, -1.0, 1.0)
             along, beside = common + correlation * other, np.sqrt(1.0 - correlation**2) * other
             shared = shared + weight * (along**2 - common**2)
             rest = rest + weight * beside**2
@@ -228,7 +232,7 @@ def relative_half_width(values: Values) -> float:
     with_finest = np.count_nonzero(values.group == values.group.max())
     if with_finest < min(LEAST_FINE, len(values.group)):
         return inf
-    half = half_width(*spread(values.extrapolated, values.base, values.group))
+    half = half_width(*spread(values.extrapolated, values.base, values.group, independent=values.independent))
     mean = np.abs(values.extrapolated.mean(axis=0))
     relative = np.divide(half, mean, out=np.zeros_like(half), where=half > 0.0)
     return float(relative.max())

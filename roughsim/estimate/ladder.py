@@ -5,6 +5,9 @@ is one, a second level of the same q_c on a finer grid, its partner. Levels shar
 the difference between neighbours scatters little and a few realizations give it: T = ⟨T₀⟩ + ⟨T₁ − T₀⟩ + … over nested
 subsets (multilevel Monte Carlo, Giles, Operations Research 56, 607, 2008). Along the ladder the pixel shrinks with
 1/q_c, so that T∞ + c q_c^(−p) takes most of its error along.
+
+Levels in half the cell have surfaces of their own. They start from a level that repeats the highest one of the run's
+cell, and only their differences from it and from each other are used: those hardly depend on the cell.
 """
 
 from itertools import pairwise
@@ -37,7 +40,9 @@ class Values(NamedTuple):
     Rows with the same number in `group` (n,) have the same levels, those with 0 the coarsest alone. `base` has the rows
     of the coarsest level, moved to the mean of `extrapolated`: the rest of the scatter is that of finer levels.
     `exponent`, `bandwidth` and `pixel` (speeds,) are the fitted p (NaN if nothing was extrapolated), and the errors
-    left in the mean by q_c and by the pixel; NaN where no pair of levels shows them.
+    left in the mean by q_c and by the pixel; NaN where no pair of levels shows them. `from_half` (speeds,) is the share
+    of the mean that comes from levels in half the cell. With `independent` all finer levels are of that kind: they do
+    not scatter with the coarsest one.
     """
 
     extrapolated: Array
@@ -47,6 +52,8 @@ class Values(NamedTuple):
     exponent: Array
     bandwidth: Array
     pixel: Array
+    from_half: Array | float = 0.0
+    independent: bool = False
 
 
 def values_of(
@@ -74,7 +81,8 @@ def values_of(
         return values
     # members are measured at a tiny speed instead of at rest: there the exact limit counts, without error
     moving = np.array(scene.speeds) > 0.0
-    exact = dict.fromkeys(("extrapolated", "finest", "base"), at_rest) | {"bandwidth": 0.0, "pixel": 0.0}
+    exact: dict[str, Any] = dict.fromkeys(("extrapolated", "finest", "base"), at_rest)
+    exact |= {"bandwidth": 0.0, "pixel": 0.0, "from_half": 0.0}
     return values._replace(**{key: np.where(moving, getattr(values, key), x) for key, x in exact.items()})
 
 
@@ -89,7 +97,7 @@ def observe(
     usual: float = 1.0,
     law: Array | None = None,
 ) -> Values:
-    """Return the values of an observable from the levels of one column, by q_c, then by points.
+    """Return the values of an observable from the levels of one column, by q_c, then by points; half cells come last.
 
     The first level has every realization. They are extrapolated to `end`, rad/m, where C(q) ends: with the shape of
     `theory`, which has what the theory says at each cut-off and at `end`, (cut-offs + 1, speeds) or of one speed, NaN
@@ -126,7 +134,12 @@ def observe(
         group[sample.rows] += 1
     with np.errstate(invalid="ignore"):  # infinite at rest
         base = first + (limit.mean(axis=0) - first.mean(axis=0))
-    return Values(limit, finest, base, group, exponent, bandwidth, pixel)
+        mean = limit.mean(axis=0)
+        start = next((rung for rung in ladder if rung.sample.half), None)  # its rows are still those of the run's cell
+        added = np.zeros_like(mean) if start is None else np.abs(mean - start.rows.mean(axis=0))
+    from_half = np.divide(added, np.abs(mean), out=np.zeros_like(mean), where=added > 0.0)
+    independent = start is not None and all(sample.half for sample in samples[1:])
+    return Values(limit, finest, base, group, exponent, bandwidth, pixel, from_half, independent)
 
 
 def climb(observable: str, samples: list[Sample]) -> list[Rung]:
@@ -137,8 +150,11 @@ def climb(observable: str, samples: list[Sample]) -> list[Rung]:
     of_level, count = OBSERVABLES[observable].of_level, len(samples[0].rows)
     ladder: list[Rung] = []
     for sample in samples:
+        if sample.half and not ladder[-1].sample.half:  # it repeats the rung: the differences that follow start from it
+            ladder[-1] = ladder[-1]._replace(sample=sample)
+            continue
         rows = of_level(sample)
-        if not ladder or len(rows) == count:
+        if not ladder or (len(rows) == count and not sample.half):
             rows = at_zero_skewness(rows, sample.numbers.get("skewness", np.zeros(len(rows))))
         else:
             below = ladder[-1]
@@ -208,7 +224,10 @@ def pixel_of_limit(ladder: list[Rung], order: float, by_law: Any = False, until:
 def notes_of(scene: Scene, numerics: Numerics, column: str, observable: str, values: Values) -> tuple[str, ...]:
     """Return in words what values were made of: the levels, how they were continued to the end of C(q), the speeds."""
     levels = [numerics.levels[i] for i in numerics.of_column(column)]
-    grids = ", ".join(f"{level.shape[0]} × {level.shape[1]} to {level.q_max:.3g}" for level in levels)
+    grids = ", ".join(
+        f"{level.shape[0]} × {level.shape[1]} to {level.q_max:.3g}" + " in half the cell" * (level.cell == "half")
+        for level in levels
+    )
     notes = [f"{column} contact on {grids} rad/m, solver tolerance {numerics.tolerance:.1g}"]
     if np.any(np.isfinite(values.exponent)):
         exponents = ", ".join(dict.fromkeys(f"{p:.2f}" for p in values.exponent if np.isfinite(p)))

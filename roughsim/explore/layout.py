@@ -85,7 +85,7 @@ class Controls:
             (str(k), f"{level.column}, q_c {level.q_max:.3g}, {level.shape[0]} × {level.shape[1]}")
             for k, level in enumerate(run.numerics.levels)
         ]
-        finest = str(run.numerics.of_column(run.column(None))[-1])
+        finest = str(run.numerics.picture(run.column(None)))
         self.level = models.Select(title="contact", options=levels, value=finest, width=240, name="level")
         self.member = models.Select(title="realization", options=[], value="", width=150, disabled=True, name="member")
         low, high = (round(log10(end)) for end in speed_range(run.scene))

@@ -74,6 +74,6 @@ def level_problem(scene: Scene, numerics: Numerics, level: int) -> Problem:
             precision=numerics.precision,
             solver=numerics.solver,
             seed=scene.ensemble.seed,
-            stream=numerics.stream,
+            stream=numerics.stream(level),
             threads=numerics.threads,
         )

@@ -52,7 +52,7 @@ def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
     try:
         with DeferringFile(temporary) as handle:
             with h5py.File(handle, "w", libver="v110", track_order=True) as file:
-                write_arrays(file, *run.arrays(), finest=run.numerics.of_column(run.column(None))[-1], bits=bits)
+                write_arrays(file, *run.arrays(), finest=run.numerics.picture(run.column(None)), bits=bits)
             handle.settle()
         os.replace(temporary, path)
     except BaseException as error:
@@ -75,7 +75,7 @@ def export_surface(run: Run, path: str | Path, realization: int = 0, column: str
     realization : int, optional
         Which kept one.
     column : str, optional
-        As in `Run.estimate`; its finest level is written.
+        As in `Run.estimate`; its finest level in the run's cell is written.
 
     ValueError if the ending is none of these, or the fields of the realization were not kept. RecordError if its file
     is damaged. OSError, naming the path, if the disk refuses.
@@ -83,7 +83,7 @@ def export_surface(run: Run, path: str | Path, realization: int = 0, column: str
     path = Path(path)
     if path.suffix.lower() not in topography.ENDINGS:
         raise ValueError(f"path = {str(path)!r} of a surface must end in {' or '.join(topography.ENDINGS)}")
-    level = run.numerics.of_column(run.column(column))[-1]
+    level = run.numerics.picture(run.column(column))
     if realization not in run.kept(level):
         raise run.not_kept(level, realization)
     heights = run.field(level, realization, "heights")

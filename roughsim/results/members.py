@@ -47,12 +47,12 @@ PROVENANCE: list[Any] = [
 class Members(Mapping[Key, Member]):
     """Members by (level, index), without their stress spectra and fields: about 1 kB each.
 
-    `every` has the stride of each level's realizations, `lengths` the sides of the cell, m, `speeds` are in m/s. Row r
+    `every` has the stride of each level's realizations, `lengths` the sides of its cell, m, `speeds` are in m/s. Row r
     of a table is realization r·every. `wavenumber` has that of the stress spectra of each level, rad/m. `failures` says
     why members failed, `versions` has those of packages.
     """
 
-    def __init__(self, every: Iterable[int], lengths: tuple[float, float], speeds: tuple[float, ...]):
+    def __init__(self, every: Iterable[int], lengths: list[tuple[float, float]], speeds: tuple[float, ...]):
         self.every = list(every)
         numbers = [(name, "f8", (len(speeds) if n.per_speed else 1,)) for name, n in NUMBERS.items()]
         self.tables: list[NDArray[Any]] = [np.zeros(0, PROVENANCE + numbers) for _ in self.every]
@@ -89,7 +89,7 @@ class Members(Mapping[Key, Member]):
             *key,
             failure,
             {} if failure else {name: row[name].copy() for name in NUMBERS if not np.all(np.isnan(row[name]))},
-            lengths=self._lengths,
+            lengths=self._lengths[key[0]],
             speeds=self._speeds,
             provenance=provenance,
             kept=tuple(compress(KEPT_FIELDS, row["kept"])),

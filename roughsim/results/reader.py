@@ -47,7 +47,8 @@ class Reader:
         self.damaged: dict[Key, str] = {}
         self.available = 0
         self._skip_damaged = skip_damaged
-        self.members = Members([level.every for level in numerics.levels], numerics.lengths, speeds)
+        lengths = [numerics.grid(level).lengths for level in range(len(numerics.levels))]
+        self.members = Members([level.every for level in numerics.levels], lengths, speeds)
         # the last look at the targets that no number of realizations met
         self._insufficient = self.members.load(folder / SUMMARY, identity)
         self._news = 0  # members and looks at the targets that the summary on disk lacks
@@ -112,12 +113,13 @@ class Reader:
 
     def sample(self, level: int, indices: NDArray[np.int64], *, with_spectra: bool) -> Sample:
         """Return numbers and, if asked for, stress spectra of a level, over the realizations that were solved at it."""
-        q_max, side = self.numerics.levels[level].q_max, float(self.numerics.levels[level].shape[0])
+        of_level, reach = self.numerics.levels[level], 0.5 * float(np.hypot(*self.numerics.grid(level).lengths))
         rows = np.flatnonzero(indices % self.members.every[level] == 0)
         numbers = {name: self.members.column(level, name, indices[rows]) for name in NUMBERS}
         nothing = np.empty(0), np.empty((len(rows), 0))
         wavenumber, spectra = self.spectra(level, indices[rows]) if with_spectra else nothing
-        return Sample(q_max, side, rows, numbers, wavenumber, spectra, 0.5 * float(np.hypot(*self.numerics.lengths)))
+        side, half = float(of_level.shape[0]), of_level.cell == "half"
+        return Sample(of_level.q_max, side, rows, numbers, wavenumber, spectra, reach, half)
 
     def spectra(self, level: int, indices: NDArray[np.int64]) -> tuple[Array, Array]:
         """Return the wavenumbers of a level, rad/m, and the stress spectra of sound members, Pa².

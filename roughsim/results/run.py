@@ -11,7 +11,7 @@ from scipy.special import j0
 
 from roughsim import prediction
 from roughsim.errors import RecordError
-from roughsim.estimate.cell_size import size_error
+from roughsim.estimate.cell_size import size_error_of_sum
 from roughsim.estimate.errors import LEAST, Estimate, estimate, relative_half_width, spread
 from roughsim.estimate.ladder import Values, notes_of, values_of
 from roughsim.grid import Array, Grid
@@ -157,6 +157,11 @@ class Run:
         levels, indices = self.numerics.of_column(key[0]), np.array(rows, np.int64)
         return [self._reader.sample(level, indices, with_spectra=spectra) for level in levels]
 
+    def sample(self, level: int) -> Sample:
+        """Return the numbers and spectra of one level over the realizations that count."""
+        column = self.numerics.levels[level].column
+        return self.samples(column)[self.numerics.of_column(column).index(level)]
+
     def values(self, observable: str, column: str | None = None, *, extrapolated: bool = True) -> Values:
         """Return the values of an observable, a row per sound realization, with all heat in the moving body.
 
@@ -204,17 +209,17 @@ class Run:
             observable,
             values,
             notes_of(self.scene, self.numerics, name, observable, values),
-            size=size_error(self.scene, self.numerics.lengths, observable, name),
+            size=size_error_of_sum(self.scene, self.numerics.lengths, observable, name, values.from_half),
             solver=OBSERVABLES[observable].solver_share * self.numerics.tolerance,
             scanned=self.scene.scanned,
         )
 
     def correlation(self, distance: Array, column: str | None = None) -> tuple[Array, Array]:
-        """Return g_σ(r) of the finest level of a column and its standard error, Pa².
+        """Return g_σ(r) of the finest level of a column in the run's cell and its standard error, Pa².
 
         `distance` is r, m, one-dimensional; ValueError beyond half the diagonal of the cell.
         """
-        sample = self.samples(column)[-1]
+        sample = self.sample(self.numerics.picture(self.column(column)))
         if distance.max(initial=0.0) > sample.reach * (1 + 1e-12):
             raise ValueError(
                 f"distance = {distance.max():.4g} m exceeds half the diagonal of the cell, {sample.reach:.4g} m; "
@@ -245,7 +250,7 @@ class Run:
     def fields(
         self, name: str, column: str | None = None, *, speed: float | None = None, direction: float = 0.0
     ) -> Iterator[tuple[int, Field]]:
-        """Go through the kept fields of a column's finest level, one in memory at a time.
+        """Go through the kept fields of a column's finest level in the run's cell, one in memory at a time.
 
         Parameters
         ----------
@@ -275,7 +280,7 @@ class Run:
         """
         arrays.check_field(name, speed)
         unit_vector(direction)
-        level = self.numerics.of_column(self.column(column))[-1]
+        level = self.numerics.picture(self.column(column))
         indices = self.kept(level, name)
         if not indices:
             raise self.not_kept(level)
@@ -292,7 +297,7 @@ class Run:
         return flux if name == "heat_flux" else self.temperature(flux, grid, speed, direction)
 
     def temperature(self, flux: Field, grid: Grid, speed: float, direction: float = 0.0) -> Field:
-        """Return the temperature, K, by the frictional heat of both bodies, W/m², on any grid of the cell."""
+        """Return the temperature, K, by the frictional heat of both bodies, W/m², on any grid of any cell."""
         moving = prediction.conduction(self.scene, (abs(speed),)).each[0]
         temperature: Field = sliding_temperature(
             flux,

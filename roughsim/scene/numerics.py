@@ -76,12 +76,17 @@ class Level(Record, section="numerics.levels"):
         The level is solved for realizations 0, `every`, 2 `every`, … A fine level needs few, since its difference from
         the next coarser one scatters little. 1 for the coarsest level of a column; for each finer one a multiple of the
         value before.
+    cell : {"half"} or None
+        "half": the cell has half the sides of the run's, and surfaces of its own. Such levels only correct: each adds
+        its mean difference from the one before. The first of a column repeats the pixel and q_max of the column's
+        highest level in the run's cell. None: the run's cell.
     """
 
     column: Column
     shape: Annotated[tuple[Points, Points], one_or_list(2)]
     q_max: QMax
     every: Annotated[int, whole("1", 1, 1_000_000)] = 1
+    cell: Literal["half"] | None = None
 
 
 def read_levels(value: Any) -> Any:
@@ -141,6 +146,7 @@ class Numerics(Record, section="numerics"):
                     f"{nyquist:.4g} rad/m of the grid {level.shape}; refine the grid or lower q_max"
                 )
         for column in self.columns:
+            self._check_half(column)
             coarser = 0  # how often the level before is solved; 0 before the coarsest
             for i in self.of_column(column):
                 every = self.levels[i].every
@@ -152,14 +158,40 @@ class Numerics(Record, section="numerics"):
                 coarser = every
         return self
 
+    def _check_half(self, column: str) -> None:
+        """Refuse levels in half the cell that do not begin where those in the run's cell end."""
+        levels = [self.levels[i] for i in self.of_column(column)]
+        whole = [level for level in levels if level.cell is None]
+        start = next((level for level in levels if level.cell == "half"), None)
+        if start is None:
+            return
+        if not whole:
+            raise ValueError(
+                f'levels of column {column} all have cell = "half", which only correct; add one in the run\'s cell'
+            )
+        end = next(level for level in whole if level.q_max == whole[-1].q_max)
+        if start.q_max != end.q_max or tuple(2 * n for n in start.shape) != end.shape:
+            half = f"{end.shape[0] / 2:g} × {end.shape[1] / 2:g} points to q_max = {end.q_max:.6g} rad/m"
+            raise ValueError(
+                f'the first {column} level with cell = "half" has {start.shape[0]} × {start.shape[1]} points to q_max '
+                f"= {start.q_max:.6g} rad/m; it must repeat the highest one in the run's cell, here {half}: "
+                "corrections are differences from it"
+            )
+
     def grid(self, level: int) -> Grid:
         """Return the grid of a level."""
-        return Grid(self.levels[level].shape, self.lengths)
+        share = 0.5 if self.levels[level].cell == "half" else 1.0
+        return Grid(self.levels[level].shape, (share * self.lengths[0], share * self.lengths[1]))
 
     def of_column(self, column: str) -> tuple[int, ...]:
-        """Return the levels of a column in order of q_max, then of the number of points."""
+        """Return the levels of a column: first in the run's cell, each by q_max, then by the number of points."""
         numbers = [i for i, level in enumerate(self.levels) if level.column == column]
-        return tuple(sorted(numbers, key=lambda i: (self.levels[i].q_max, self.grid(i).points)))
+        place = [(level.cell == "half", level.q_max, level.shape[0] * level.shape[1]) for level in self.levels]
+        return tuple(sorted(numbers, key=place.__getitem__))
+
+    def picture(self, column: str) -> int:
+        """Return the finest level of a column in the run's cell: its fields are the pictures of the scene."""
+        return [i for i in self.of_column(column) if self.levels[i].cell is None][-1]
 
     def of_index(self, index: int) -> tuple[int, ...]:
         """Return the numbers of the levels that are solved for the realization `index`."""
@@ -174,14 +206,20 @@ class Numerics(Record, section="numerics"):
         """The columns that are computed, in the order smoothed, capped, elastic."""
         return tuple(column for column in get_args(Column) if self.of_column(column))
 
-    @property
-    def stream(self) -> int:
-        """The level that names the random stream of all levels: the finest. So paired levels see the same modes."""
-        return max(range(len(self.levels)), key=lambda i: (self.levels[i].q_max, self.levels[i].shape))
+    def stream(self, level: int) -> int:
+        """Return the level that names the random stream of a level: the finest in the same cell.
+
+        So levels of one cell see the same modes, and those of the other cell have surfaces of their own.
+        """
+        alike = [i for i, other in enumerate(self.levels) if other.cell == self.levels[level].cell]
+        return max(alike, key=lambda i: (self.levels[i].q_max, self.levels[i].shape))
 
     def to_dict(self) -> dict[str, Any]:
         """Return these numerics as JSON values, without reasons and forecast."""
         values: dict[str, Any] = to_jsonable_python(self, exclude={"reasons", "forecast"})
+        for level in values["levels"]:
+            if level["cell"] is None:
+                del level["cell"]  # older runs do not have the key
         if self.slid_distance is not None:
             values["slid_distance"] = str(values["slid_distance"])  # as in all runs so far
         defaults = {key.name: key.default for key in fields(self)}
