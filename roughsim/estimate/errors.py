@@ -201,7 +201,8 @@ def spread(
             along, beside = common + correlation * other, np.sqrt(1.0 - correlation**2) * other
             shared = shared + weight * (along**2 - common**2)
             rest = rest + weight * beside**2
-            doubt = doubt + weight**2 * (beside**4 + 2.0 * (along * beside) ** 2) / freedom
+            of_correlation = 0.0 if independent else 2.0 * (along * beside) ** 2
+            doubt = doubt + weight**2 * (beside**4 + of_correlation) / freedom
         variance, doubt = shared + rest, doubt + shared**2 / (n - 1)
         worth = np.divide(variance**2, doubt, out=np.full(shape, n - 1.0), where=doubt > 0.0)
         rounding = 1e-12 * np.abs(values).max(axis=0)

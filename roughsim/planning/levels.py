@@ -9,6 +9,7 @@ their own; the same scene gives the same pilot. What it measures scales to the r
 - Capped contact errs by the cut-off more than by the pixel: three cut-offs, continued as T∞ + c q_c^(−p) or by the law
   for contact that yields, the lower two also at half the pixel.
 - Where no grid holds C(q), or reaches q_y: three cut-offs, continued with the theory's shape.
+- Corrections of capped contact may come from half the cell: docs/errors.md. Those of elastic contact do not.
 """
 
 from __future__ import annotations
@@ -24,7 +25,9 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.errors import ConvergenceError
+from roughsim.estimate.cell_size import SIZE_ERROR, size_error
 from roughsim.estimate.continuation import DOUBT_OF_LAW, DOUBT_OF_SHAPE
+from roughsim.estimate.ladder import SAME
 from roughsim.estimate.regression import at_zero_skewness
 from roughsim.grid import Array
 from roughsim.planning.realization import realize
@@ -152,16 +155,36 @@ class Rung(NamedTuple):
 
 
 class Ladder(NamedTuple):
-    """The rungs of a scene, and the relative errors to expect of T_flash; NaN is a bandwidth that no level tells."""
+    """The rungs of a scene, and the relative errors to expect of T_flash; NaN is a bandwidth that no level tells.
+
+    `correction` is the share of T_flash that the capped levels above the first add, where half the cell may give it;
+    else 0.
+    """
 
     rungs: list[Rung]
     bandwidth: float
     pixel: float
+    correction: float = 0.0
 
-    def levels(self, every: int) -> tuple[Level, ...]:
-        """Return the levels; those that correct the first of their column are solved for one realization in `every`."""
-        first = {rung.level.column: rung.level for rung in reversed(self.rungs)}
-        return tuple(a if a is first[a.column] else replace(a, every=every) for a, _ in self.rungs)
+    def divided(self, every: int, half: bool) -> list[Rung]:
+        """Return the rungs, those that correct the first of their column for one realization in `every`.
+
+        With `half` those of capped contact lie in half the cell, and so does a repetition of the first.
+        """
+        rungs: list[Rung] = []
+        for level, reason in self.rungs:
+            first = level.column not in (rung.level.column for rung in rungs)
+            rungs.append(Rung(level, reason) if first else Rung(replace(level, every=every), reason))
+            if half and level.column == "capped":
+                again = "the first again: only differences from it count, which hardly depend on the cell"
+                (x, y), kept = level.shape, rungs if first else rungs[:-1]
+                small = replace(level, shape=(x // 2, y // 2), every=every, cell="half")
+                rungs = [*kept, Rung(small, again if first else reason)]
+        return rungs
+
+    def levels(self, every: int, half: bool = False) -> tuple[Level, ...]:
+        """Return the levels of the rungs `divided`."""
+        return tuple(rung.level for rung in self.divided(every, half))
 
 
 def highest_cut_off(lengths: Lengths, side: int) -> float:
@@ -210,6 +233,7 @@ def capped_ladder(scene: Scene, lengths: Lengths, target: float, seen: Pilot) ->
         return cut_ladder(scene, ("smoothed", "capped"), lengths, seen, f"yields beyond any grid ({where})")
     whole = f"{SMOOTHED_TOP:g} × {where}; {PIXELS} pixels per shortest wave"
     smoothed = pair("smoothed", lengths, smoothed_top, PIXELS, whole)
+    may_halve = size_error(scene, lengths) <= SIZE_ERROR * (1.0 + SAME)
     for factor in CAPPED_TOPS:
         top = min(factor * q_yield, q_max, limit)
         if q_max <= min(limit, NEAR_END * top):  # little is left out: all of C(q), which serves every observable
@@ -224,11 +248,12 @@ def capped_ladder(scene: Scene, lengths: Lengths, target: float, seen: Pilot) ->
     height = f"{top / q_yield:.3g} q_y"
     if top >= q_max:
         whole = f"all of C(q), {height}, at {PIXELS} pixels per shortest wave"
-        return Ladder([*smoothed, *pair("capped", lengths, top, PIXELS, whole)], *errors)
+        return Ladder([*smoothed, *pair("capped", lengths, top, PIXELS, whole)], *errors, may_halve * seen.pixel)
     first = f"{top / 4 / q_yield:.3g} q_y at {PIXELS} pixels per shortest wave"
     last = height + (f": the limit of {CAPPED_SIDE} points per side" if top == limit else "")
     last += ": how that falls, T∞ + c q_c^(−p), or by the law for contact that yields"
-    return Ladder([*smoothed, *climb("capped", lengths, top, first, last, halved=(4, 2))], *errors)
+    correction = may_halve * remainder(seen, top / 4, exponent)
+    return Ladder([*smoothed, *climb("capped", lengths, top, first, last, halved=(4, 2))], *errors, correction)
 
 
 def capped_errors(top: float, cut: bool, seen: Pilot, exponent: float, doubt: float) -> tuple[float, float]:
@@ -238,9 +263,13 @@ def capped_errors(top: float, cut: bool, seen: Pilot, exponent: float, doubt: fl
     """
     if not cut:
         return 0.0, UNCUT_PIXEL * seen.pixel * min(seen.q_max / top, 1.0) ** 0.5
+    return doubt * remainder(seen, top, exponent), seen.pixel * seen.q_max / top
+
+
+def remainder(seen: Pilot, q_c: float, exponent: float) -> float:
+    """Return what remains beyond a cut-off, relative: T_flash falls as q_c^(−exponent)."""
     # the pilot's step from q_max/2 to q_max is (2^p − 1) of what remains beyond q_max
-    remainder = seen.step / (2.0**exponent - 1.0) * (seen.q_max / top) ** exponent
-    return doubt * remainder, seen.pixel * seen.q_max / top
+    return float(seen.step / (2.0**exponent - 1.0) * (seen.q_max / q_c) ** exponent)
 
 
 def law_error(scene: Scene, top: float) -> float:

@@ -8,12 +8,13 @@ import os
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from math import hypot, inf, isfinite, isnan, sqrt
+from typing import NamedTuple
 
 from roughsim import prediction
 from roughsim.errors import ResolutionError, number
-from roughsim.estimate.cell_size import choose_lengths, size_error
+from roughsim.estimate.cell_size import choose_lengths, size_error_of_sum
 from roughsim.estimate.errors import LEAST, LEAST_FINE, quantile
-from roughsim.planning.levels import SCATTER_KNOWN, SOLVES, Ladder, Lengths, ladder_of, work
+from roughsim.planning.levels import SCATTER_KNOWN, SOLVES, Ladder, Lengths, Pilot, ladder_of, work
 from roughsim.scene import Scene
 from roughsim.scene.numerics import DEFAULT_REASONS, Forecast, Level, Numerics, Reason
 from roughsim.show.table import Column, Table
@@ -22,6 +23,7 @@ from roughsim.untrusted import machine_memory
 TARGET = 0.01  # relative total error where neither the caller nor the scene states one
 LEAST_SHARE = 0.1  # of the squared target, kept for the statistical error however large the systematic errors are
 CORRECTIONS = 0.75  # scatter of the corrections by fine levels, over that of the changes in the pilot
+HALF_SCATTER = 2.3  # times so much in half the cell: a quarter of the area; 1.8 … 2.4 were measured
 MEMORY_SHARE = 0.8  # share of the machine's memory that the largest grid may take
 BYTES_PER_POINT = 120  # peak memory of a solve, measured
 STRIDES = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512]  # powers of two, so that all fine levels share their realizations
@@ -99,15 +101,14 @@ def plan_table(reasons: Sequence[Reason]) -> Table:
 
 def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | None) -> Numerics:
     """Return levels and forecast with their reasons; `stop` is the statistical target, None if free."""
-    (ladder, seen), size = ladder_of(scene, lengths, target), size_error(scene, lengths)
-    # the statistical error may take the rest of the target that the systematic errors leave
-    systematic = hypot(0.0 if isnan(ladder.bandwidth) else ladder.bandwidth, ladder.pixel, size)
-    goal = sqrt(max(target**2 - systematic**2, LEAST_SHARE * target**2)) if stop is None else stop
-    # the number of realizations follows from the speed that scatters most, the forecast from the hottest one
-    scatter, change, most = seen.scatter, CORRECTIONS * seen.change_scatter, scene.ensemble.max_realizations
-    every = choose_stride(ladder, goal, scatter, change, most)
-    levels, needed = ladder.levels(every), realizations_for(goal, scatter, change, every)
-    count = min(needed, most)
+    ladder, seen = ladder_of(scene, lengths, target)
+    most = scene.ensemble.max_realizations
+    in_whole = split_of(scene, lengths, ladder, seen, target, stop, half=False)
+    in_half = split_of(scene, lengths, ladder, seen, target, stop, half=True) if ladder.correction else in_whole
+    chosen = min(in_whole, in_half, key=lambda split: split.work)
+    size, goal, change, every, needed = chosen.size, chosen.goal, chosen.change, chosen.every, chosen.needed
+    scatter, rungs = seen.scatter, ladder.divided(every, chosen.half)
+    levels, count = tuple(rung.level for rung in rungs), min(needed, most)
     statistical = half_width(count, seen.hot_scatter, change, every)
     cpu_seconds = seen.pace * total_work(levels, count)
     forecast = Forecast(count, statistical, ladder.bandwidth, ladder.pixel, size, cpu_seconds)
@@ -131,12 +132,59 @@ def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | N
             "q_c is doubled, and changes at half the pixel"
         )
     reasons = [
-        *(Reason(a.column, level_text((a,)), rung.reason) for a, rung in zip(levels, ladder.rungs, strict=True)),
+        *(Reason(level.column, level_text((level,)), reason) for level, reason in rungs),
+        *cell_reasons(ladder, in_whole, in_half),
         Reason("pilot", text, explanation),
         Reason("realizations", f"about {count}", why),
         *forecast_reasons(forecast, scene.scanned),
     ]
     return Numerics(levels, lengths, forecast=forecast, reasons=tuple(reasons))
+
+
+class Split(NamedTuple):
+    """A way to share the work among levels, by the number of realizations that it needs.
+
+    `goal` and `size` are relative errors: the statistical one to reach, and that of the cell. `change` is the relative
+    scatter of the corrections.
+    """
+
+    half: bool
+    every: int
+    goal: float
+    size: float
+    change: float
+    needed: int
+    work: float
+
+
+def split_of(
+    scene: Scene, lengths: Lengths, ladder: Ladder, seen: Pilot, target: float, stop: float | None, *, half: bool
+) -> Split:
+    """Return the cheapest split with the corrections in the run's cell, or, with `half`, in half of it."""
+    size = float(size_error_of_sum(scene, lengths, "flash_temperature", "", ladder.correction if half else 0.0))
+    # the statistical error may take the rest of the target that the systematic errors leave
+    systematic = hypot(0.0 if isnan(ladder.bandwidth) else ladder.bandwidth, ladder.pixel, size)
+    goal = sqrt(max(target**2 - systematic**2, LEAST_SHARE * target**2)) if stop is None else stop
+    # the number of realizations follows from the speed that scatters most, the forecast from the hottest one
+    change = CORRECTIONS * seen.change_scatter * (HALF_SCATTER if half else 1.0)
+    every = choose_stride(ladder, goal, seen.scatter, change, scene.ensemble.max_realizations, half)
+    needed = realizations_for(goal, seen.scatter, change, every)
+    count = min(needed, scene.ensemble.max_realizations)
+    return Split(half, every, goal, size, change, needed, total_work(ladder.levels(every, half), count))
+
+
+def cell_reasons(ladder: Ladder, in_whole: Split, in_half: Split) -> list[Reason]:
+    """Return in which cell the corrections are computed, and why; nothing where half the cell may not serve."""
+    if not ladder.correction:
+        return []
+    chosen, other = sorted((in_half, in_whole), key=lambda split: split.work)
+    names = {True: "half the cell", False: "the run's cell"}
+    size = f"{100 * sqrt(max(in_half.size**2 - in_whole.size**2, 0.0)):.1g}"
+    why = (
+        f"takes {chosen.work / other.work:.2g} of the work that {names[other.half]} takes; half the cell has the same "
+        f"corrections within {size} % of T_flash, which is in the size error, and {HALF_SCATTER:g} times their scatter"
+    )
+    return [Reason("corrections", f"in {names[chosen.half]}", why)]
 
 
 def half_width(count: int, scatter: float, change: float, every: int) -> float:
@@ -162,11 +210,14 @@ def realizations_for(goal: float, scatter: float, change: float, every: int) -> 
     return count
 
 
-def choose_stride(ladder: Ladder, goal: float, scatter: float, change: float, most: int) -> int:
-    """Return the cheapest stride of the fine levels of which at least three are solved in `most` realizations."""
+def choose_stride(ladder: Ladder, goal: float, scatter: float, change: float, most: int, half: bool = False) -> int:
+    """Return the cheapest stride of the fine levels of which at least three are solved in `most` realizations.
+
+    With `half` the corrections of capped contact are computed in half the cell.
+    """
     counts = {every: realizations_for(goal, scatter, change, every) for every in STRIDES}  # allowed or not
     enough = [every for every in STRIDES if every == 1 or (LEAST_FINE - 1) * every < min(counts[every], most)]
-    return min(enough, key=lambda every: total_work(ladder.levels(every), counts[every]))
+    return min(enough, key=lambda every: total_work(ladder.levels(every, half), counts[every]))
 
 
 def total_work(levels: Iterable[Level], count: int) -> float:
@@ -203,6 +254,7 @@ def level_text(levels: Sequence[Level]) -> str:
     texts = (
         f"{level.column} " * (len(levels) > 1)
         + f"{level.shape[0]} × {level.shape[1]} to q_c = {level.q_max:.3g} rad/m"
+        + " in half the cell" * (level.cell == "half")
         + f", 1 in {level.every}" * (level.every > 1)
         for level in levels
     )

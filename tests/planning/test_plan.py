@@ -26,18 +26,19 @@ def test_steel_is_planned_from_where_it_yields(name):
     assert fine.q_max == coarse.q_max == pytest.approx(1.5 * YIELD[name], rel=0.02)
     assert (pixels(coarse, numerics), pixels(fine, numerics)) == (4, 8)
     ladder = [numerics.levels[i] for i in numerics.of_column("capped")]
-    assert [pixels(level, numerics) for level in ladder] == [4, 8, 4, 8, 4]  # partners on the lower rungs
+    assert [level.cell for level in ladder] == [None, *["half"] * 5]  # which begins with the first rung again
+    assert [pixels(level, numerics) for level in ladder] == [4, 4, 8, 4, 8, 4]  # partners on the lower rungs
     top = ladder[-1].q_max
-    assert [top / level.q_max for level in ladder] == pytest.approx([4, 4, 2, 2, 1])
+    assert [top / level.q_max for level in ladder] == pytest.approx([4, 4, 4, 2, 2, 1])
     assert top / YIELD[name] == pytest.approx(TOP[name], rel=0.02)
-    assert [level.every == 1 for level in ladder] == [True, False, False, False, False]
+    assert [level.every == 1 for level in ladder] == [True, *[False] * 5]
     told = {r.choice for r in numerics.reasons}
     assert {"cell", "smoothed", "capped", "pilot", "realizations", "error", "workers", "tolerance", "memory"} <= told
 
 
 def pixels(level, numerics):
     """Pixels per shortest wave, to the nearest whole number below 4/3 of the wanted."""
-    per_wave = level.shape[0] * 2 * pi / (level.q_max * numerics.lengths[0])
+    per_wave = level.shape[0] * 2 * pi / (level.q_max * numerics.lengths[0] / (2 if level.cell == "half" else 1))
     return next(n for n in (4, 8, 16) if 0.98 * n <= per_wave < 1.34 * n)
 
 
@@ -120,7 +121,7 @@ def test_levels_of_a_column_are_ordered_and_the_finest_names_the_stream():
     numerics = Numerics(levels, (2e-3, 2e-3))
     assert numerics.of_column("capped") == (2, 0)
     assert numerics.columns == ("smoothed", "capped")
-    assert numerics.stream == 0
+    assert {numerics.stream(level) for level in range(3)} == {0}
 
 
 @pytest.mark.parametrize("points", np.geomspace(1, 5000, 60))

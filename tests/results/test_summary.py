@@ -38,7 +38,8 @@ def eager(monkeypatch):
 
 def empty_members(run, speeds):
     """A table without members for as many speeds."""
-    return Members([level.every for level in run.numerics.levels], run.numerics.lengths, speeds)
+    lengths = [run.numerics.lengths] * len(run.numerics.levels)
+    return Members([level.every for level in run.numerics.levels], lengths, speeds)
 
 
 def bits(run):

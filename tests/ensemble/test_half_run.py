@@ -1,0 +1,163 @@
+"""Levels in half the cell: their cells, streams, numbers and files, resuming, and what pictures are made of."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim.results.members import Members
+from roughsim.scene import parse_scene
+from roughsim.scene.numerics import Numerics
+from roughsim.store.member_files import member_path, read_member
+
+LENGTHS = (2e-3, 2e-3)
+WHOLE = rs.Level("capped", (64, 64), 5e4)
+START = rs.Level("capped", (32, 32), 5e4, every=2, cell="half")
+FINE = rs.Level("capped", (64, 64), 1e5, every=2, cell="half")
+LEVELS = (FINE, WHOLE, START)  # in any order
+
+
+@pytest.fixture(scope="module")
+def half_run(capped_scene, tmp_path_factory):
+    numerics = Numerics(LEVELS, LENGTHS)
+    return rs.run(capped_scene, tmp_path_factory.mktemp("half") / "run", numerics=numerics, workers=1)
+
+
+def test_levels_in_half_the_cell_come_after_those_of_the_runs_cell():
+    numerics = Numerics((*LEVELS, rs.Level("capped", (128, 128), 1e5, every=2, cell="half")), LENGTHS)
+    assert numerics.of_column("capped") == (1, 2, 0, 3)
+    assert numerics.picture("capped") == 1
+    assert [numerics.grid(level).lengths for level in range(3)] == [(1e-3, 1e-3), LENGTHS, (1e-3, 1e-3)]
+    # a stream for each cell, named by its finest level
+    assert [numerics.stream(level) for level in range(4)] == [3, 1, 3, 3]
+    assert [numerics.of_index(index) for index in (0, 1)] == [(0, 1, 2, 3), (1,)]
+
+
+def test_only_levels_in_half_the_cell_have_the_key():
+    numerics = Numerics(LEVELS, LENGTHS)
+    levels = numerics.to_dict()["levels"]
+    assert [level.get("cell") for level in levels] == ["half", None, "half"]
+    assert "cell" not in levels[1]  # as in older runs
+    assert Numerics.from_dict(json.loads(json.dumps(numerics.to_dict()))) == numerics
+
+
+@pytest.mark.parametrize(
+    ("levels", "match"),
+    [
+        ((START, FINE), 'levels of column capped all have cell = "half"'),
+        ((WHOLE, replace(START, shape=(64, 64)), FINE), "has 64 × 64 points .* here 32 × 32 points"),
+        ((WHOLE, FINE), r"to q_max = 100000 rad/m; it must repeat .* to q_max = 50000 rad/m"),
+        ((WHOLE, replace(START, every=1), replace(FINE, every=3), replace(FINE, every=4)), "every = 4 does not fit"),
+    ],
+)
+def test_half_cells_that_do_not_begin_where_the_runs_cell_ends_are_refused(levels, match):
+    with pytest.raises(ValueError, match=match):
+        Numerics(levels, LENGTHS)
+
+
+def test_a_cell_of_another_size_is_refused():
+    with pytest.raises(ValueError, match=r'levels.cell = "quarter" is not known; the choice is half'):
+        rs.Level("capped", 64, 5e4, cell="quarter")
+    text = rs.Level("capped", 64, 5e4)
+    assert text.cell is None
+
+
+def test_a_scene_may_state_them_and_writes_them_back(capped_scene):
+    levels = tuple({"column": a.column, "shape": a.shape, "q_max": a.q_max, "every": a.every} for a in LEVELS)
+    levels = tuple(a | ({"cell": "half"} if i != 1 else {}) for i, a in enumerate(levels))
+    scene = replace(capped_scene, numerics=replace(capped_scene.numerics, levels=levels))
+    assert parse_scene(scene.to_toml()) == scene
+    assert scene.to_toml().count('cell = "half"') == 2
+    assert ["cell" in level for level in scene.identity()["numerics.levels"]] == [True, False, True]
+    assert rs.plan(scene).levels == LEVELS
+
+
+def test_the_surfaces_of_half_the_cell_are_its_own_and_the_same_on_all_its_grids(capped_scene):
+    numerics = Numerics(LEVELS, LENGTHS)
+    heights = [rs.realize(capped_scene, numerics, seed=3, level=level, index=4).heights for level in range(3)]
+    # the finest level of each cell names the stream
+    for level, stream in ((0, 0), (2, 0), (1, 1)):
+        generator = np.random.default_rng(np.random.SeedSequence(3, spawn_key=(stream, 4)))
+        spectrum = capped_scene.spectrum.truncated(q_max=LEVELS[level].q_max)
+        side = 1e-3 if stream == 0 else 2e-3
+        grid = rs.Grid(LEVELS[level].shape, (side, side))
+        np.testing.assert_array_equal(heights[level], rs.synthesize(spectrum, grid, generator))
+    low = (slice(0, 4), slice(0, 4))
+    fine, start = (np.fft.fft2(heights[level])[low] / heights[level].size for level in (0, 2))
+    np.testing.assert_allclose(fine[1:], start[1:], rtol=1e-9)
+
+
+def test_members_are_numbered_by_realization_and_state_their_cell(half_run):
+    assert half_run.realizations == 6
+    assert set(half_run.members) == {(1, i) for i in range(6)} | {(level, i) for level in (0, 2) for i in (0, 2, 4)}
+    for level, side in ((0, 1e-3), (1, 2e-3), (2, 1e-3)):
+        assert read_member(member_path(half_run.folder, level, 0)).lengths == (side, side)
+        assert half_run.members[level, 0].lengths == (side, side)
+
+
+def test_the_mean_is_that_of_the_runs_cell_with_the_mean_corrections(half_run):
+    def numbers(level, index):
+        return read_member(member_path(half_run.folder, level, index)).numbers["contact_fraction"][0]
+
+    changes = [numbers(0, index) - numbers(2, index) for index in (0, 2, 4)]
+    expected = np.mean([numbers(1, index) for index in range(6)]) + np.mean(changes)
+    values = half_run.values("contact_fraction", extrapolated=False)
+    assert values.finest.mean() == pytest.approx(expected, rel=1e-12)
+    # 8 waves of the roll-off per side have 0.4 %; the run's cell has 6.4, half of it 3.2
+    whole = 0.004 * (8 / (2e-3 * 2e4 / (2 * np.pi))) ** 2
+    told = half_run.estimate("contact_fraction")
+    share = half_run.values("contact_fraction").from_half[0]
+    assert told.budget["size"][0] == pytest.approx(told.mean[0] * whole * np.hypot(1.0, 4.0 * share), rel=1e-9)
+    assert share > 0.01
+
+
+def test_a_resumed_run_has_the_same_bits(half_run, capped_scene, tmp_path):
+    numerics = Numerics(LEVELS, LENGTHS)
+    few = rs.run(capped_scene, tmp_path / "run", numerics=numerics, max_realizations=3, workers=1)
+    assert set(few.members) == {(1, 0), (1, 1), (1, 2), (0, 0), (2, 0), (0, 2), (2, 2)}
+    member_path(few.folder, 0, 2).unlink()
+    again = rs.run(capped_scene, tmp_path / "run", numerics=numerics, max_realizations=6, workers=1)
+    assert set(again.members) == set(half_run.members)
+    for key in half_run.members:
+        one, other = (read_member(member_path(run.folder, *key)).numbers for run in (half_run, again))
+        for name in one:
+            np.testing.assert_array_equal(one[name], other[name])
+
+
+def test_a_damaged_member_in_half_the_cell_is_computed_again(half_run, capped_scene, tmp_path):
+    numerics = Numerics(LEVELS, LENGTHS)
+    run = rs.run(capped_scene, tmp_path / "run", numerics=numerics, max_realizations=3, workers=1)
+    path = member_path(run.folder, 0, 2)
+    content = path.read_bytes()
+    path.write_bytes(content[:-200] + bytes(200))
+    with pytest.warns(RuntimeWarning, match="L0-000002"):
+        run = rs.run(capped_scene, tmp_path / "run", numerics=numerics, max_realizations=3, workers=1)
+    assert path.read_bytes()[:8] == content[:8]
+    again, first = (read_member(member_path(one.folder, 0, 2)).numbers for one in (run, half_run))
+    np.testing.assert_array_equal(again["flash_temperature"], first["flash_temperature"])
+
+
+def test_pictures_are_of_the_runs_cell(half_run):
+    (index, pressure), *_ = half_run.fields("pressure")
+    stored = read_member(member_path(half_run.folder, 1, 0), with_fields=True).fields["pressure"]
+    assert index == 0
+    np.testing.assert_array_equal(pressure, stored)
+    np.testing.assert_array_equal(half_run.field(0, 0, "pressure").shape, (64, 64))  # those of others by their level
+    g, _ = half_run.correlation(np.array([0.0, 1.4e-3]))  # as far as half the diagonal of the run's cell
+    variance = [read_member(member_path(half_run.folder, 1, i)).numbers["pressure_variance"][0] for i in range(6)]
+    assert g[0] == pytest.approx(np.mean(variance), rel=1e-9)
+
+
+def test_a_comparison_has_the_modes_of_the_runs_cell_up_to_the_highest_cut_off(half_run, capped_scene):
+    whole = Numerics((WHOLE, rs.Level("capped", (128, 128), 1e5, every=2)), LENGTHS)
+    run = rs.run(capped_scene, half_run.folder.parent / "whole", numerics=whole, workers=1)
+    theories = [[row.theory for row in rs.compare(one).rows] for one in (half_run, run)]
+    np.testing.assert_array_equal(*theories)
+
+
+def test_a_summary_knows_the_cell_of_each_level(half_run):
+    members = Members([2, 1, 2], [(1e-3, 1e-3), LENGTHS, (1e-3, 1e-3)], half_run.scene.speeds)
+    members.put((0, 2), half_run.members[0, 2])
+    assert members[0, 2].lengths == (1e-3, 1e-3)

@@ -1,0 +1,105 @@
+"""Corrections from half the cell: hand-computed means and errors, and what they add to the error of the size."""
+
+from dataclasses import replace
+from math import sqrt
+
+import numpy as np
+import pytest
+from ladder_cases import NAME, level, seldom
+
+import roughsim as rs
+from roughsim.estimate.cell_size import size_error_of_sum
+from roughsim.estimate.errors import estimate, quotient, relative_half_width
+from roughsim.estimate.ladder import observe
+
+RNG = np.random.default_rng(4)
+BASE = 100.0 + 4.0 * RNG.standard_normal((12, 2))
+# on other surfaces, with another mean; the finer level lies 10 and 20 below on average
+START = 140.0 + 9.0 * RNG.standard_normal((12, 2))
+CHANGE = np.array([-10.0, -20.0]) + 0.5 * RNG.standard_normal((12, 2))
+
+
+def half(sample):
+    return sample._replace(half=True)
+
+
+def ladder(every):
+    """The run's cell up to q_c = 1, and half the cell from there to 2 for each `every`-th realization."""
+    start, fine = (half(seldom(rows, every, q_max=q)) for rows, q in ((START, 1.0), (START + CHANGE, 2.0)))
+    return [level(BASE), start, fine]
+
+
+@pytest.mark.parametrize("every", [1, 3])
+def test_half_the_cell_adds_its_mean_differences_and_no_mean_of_its_own(every):
+    values = observe(NAME, ladder(every), capped=True, end=2.0)
+    expected = BASE.mean(axis=0) + CHANGE[::every].mean(axis=0)
+    np.testing.assert_allclose(values.extrapolated.mean(axis=0), expected, rtol=1e-12)
+    np.testing.assert_allclose(values.finest.mean(axis=0), expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("every", [2, 3])
+def test_corrections_on_surfaces_of_their_own_add_their_variance_to_that_of_the_base(every):
+    values = observe(NAME, ladder(every), capped=True, end=2.0)
+    few = CHANGE[::every]
+    variances = BASE.var(axis=0, ddof=1) / 12, few.var(axis=0, ddof=1) / len(few)
+    error = np.sqrt(sum(variances))
+    told = estimate(NAME, values)
+    np.testing.assert_allclose(told.standard_error, error, rtol=1e-12)
+    # Satterthwaite
+    freedom = sum(variances) ** 2 / (variances[0] ** 2 / 11 + variances[1] ** 2 / (len(few) - 1))
+    np.testing.assert_allclose(told.effective_n - 1.0, np.minimum(freedom, 11.0), rtol=1e-12)
+    half_width = told.half_width / expected_mean(every)
+    assert relative_half_width(values) == pytest.approx(half_width.max(), rel=1e-12)
+
+
+def expected_mean(every):
+    return BASE.mean(axis=0) + CHANGE[::every].mean(axis=0)
+
+
+def test_the_error_of_a_ratio_takes_corrections_as_independent_too():
+    values = observe(NAME, ladder(3), capped=True, end=2.0)
+    told = quotient(values, np.array([2.0, 2.0]))
+    np.testing.assert_allclose(told.standard_error, estimate(NAME, values).standard_error / 2.0, rtol=1e-12)
+
+
+def test_the_partner_in_half_the_cell_shows_the_pixel():
+    start = half(level(START, side=32.0))
+    finer = half(level(START + CHANGE, side=64.0))
+    values = observe(NAME, [level(BASE), start, finer], capped=False, end=1.0)
+    # second order: half the pixel shows three quarters of what a vanishing one changes
+    expected = BASE.mean(axis=0) + 4.0 / 3.0 * CHANGE.mean(axis=0)
+    np.testing.assert_allclose(values.extrapolated.mean(axis=0), expected, rtol=1e-12)
+    np.testing.assert_allclose(values.pixel, np.abs(CHANGE.mean(axis=0)) / 3.0, rtol=1e-12)
+
+
+def test_levels_in_the_runs_cell_come_before_those_in_half_of_it():
+    # a whole level to q_c = 2, from which half the cell goes on to 4
+    more = np.array([-3.0, -4.0])
+    start, fine = (half(seldom(rows, 3, q_max=q)) for rows, q in ((START, 2.0), (START + more, 4.0)))
+    samples = [level(BASE), level(BASE + CHANGE, q_max=2.0), start, fine]
+    values = observe(NAME, samples, capped=True, end=4.0)
+    expected = (BASE + CHANGE).mean(axis=0) + more
+    np.testing.assert_allclose(values.extrapolated.mean(axis=0), expected, rtol=1e-12)
+    np.testing.assert_allclose(values.from_half, -more / expected, rtol=1e-12)
+    assert not values.independent  # the second level has the surfaces of the first
+
+
+def test_the_share_that_half_the_cell_adds_has_the_size_error_of_half_the_cell():
+    values = observe(NAME, ladder(3), capped=True, end=2.0)
+    share = -CHANGE[::3].mean(axis=0) / expected_mean(3)
+    np.testing.assert_allclose(values.from_half, share, rtol=1e-12)
+    steel = rs.load_scene("steel-1.2GPa")
+    lengths = (4 * 2 * np.pi / 6350,) * 2  # four longest waves: 0.4 %; two: four times that
+    size = size_error_of_sum(steel, lengths, NAME, "capped", values.from_half)
+    np.testing.assert_allclose(size, np.sqrt(0.004**2 + (0.016 * share) ** 2), rtol=1e-12)
+    # few spots: 0.0002 over (waves per side)² σ₀/σ_P
+    light = replace(steel, sliding=replace(steel.sliding, nominal_pressure=1e-4 * 1.2e9))
+    size = size_error_of_sum(light, lengths, NAME, "capped", np.array([0.5]))
+    assert size[0] == pytest.approx(sqrt(0.125**2 + (0.5 * 0.5) ** 2), rel=1e-9)
+    np.testing.assert_array_equal(size_error_of_sum(steel, lengths, NAME, "capped", np.zeros(2)), 0.004)
+
+
+def test_without_half_cells_nothing_comes_from_them():
+    values = observe(NAME, [level(BASE), seldom(BASE + CHANGE, 3, q_max=2.0)], capped=True, end=2.0)
+    np.testing.assert_array_equal(values.from_half, 0.0)
+    assert not values.independent
