@@ -71,6 +71,7 @@ def scene_text(run: Run) -> str:
     """Return the scene file, the cell and the grids of a run."""
     grids = (
         f"# L{number}: {level.column}, {level.shape[0]} × {level.shape[1]} points, q_c = {level.q_max:.4g} rad/m"
+        + ", in half the cell" * (level.cell == "half")
         for number, level in enumerate(run.numerics.levels)
     )
     sides = " × ".join(f"{1e3 * length:.4g}" for length in run.numerics.lengths)
@@ -82,7 +83,11 @@ class Controls:
 
     def __init__(self, run: Run, speed: float):
         levels = [
-            (str(k), f"{level.column}, q_c {level.q_max:.3g}, {level.shape[0]} × {level.shape[1]}")
+            (
+                str(k),
+                f"{level.column}, q_c {level.q_max:.3g}, {level.shape[0]} × {level.shape[1]}"
+                + ", half the cell" * (level.cell == "half"),
+            )
             for k, level in enumerate(run.numerics.levels)
         ]
         finest = str(run.numerics.picture(run.column(None)))

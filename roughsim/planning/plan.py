@@ -165,12 +165,16 @@ def split_of(
     # the statistical error may take the rest of the target that the systematic errors leave
     systematic = hypot(0.0 if isnan(ladder.bandwidth) else ladder.bandwidth, ladder.pixel, size)
     goal = sqrt(max(target**2 - systematic**2, LEAST_SHARE * target**2)) if stop is None else stop
-    # the number of realizations follows from the speed that scatters most, the forecast from the hottest one
-    change = CORRECTIONS * seen.change_scatter * (HALF_SCATTER if half else 1.0)
-    every = choose_stride(ladder, goal, seen.scatter, change, scene.ensemble.max_realizations, half)
-    needed = realizations_for(goal, seen.scatter, change, every)
-    count = min(needed, scene.ensemble.max_realizations)
-    return Split(half, every, goal, size, change, needed, total_work(ladder.levels(every, half), count))
+    # the target holds at the speed that scatters most and at the hottest one. Where the coarsest level scatters less,
+    # few fine realizations count with fewer degrees of freedom, and the interval may be wider
+    change, most = CORRECTIONS * seen.change_scatter * (HALF_SCATTER if half else 1.0), scene.ensemble.max_realizations
+    counts = {
+        every: max(realizations_for(goal, scatter, change, every) for scatter in {seen.scatter, seen.hot_scatter})
+        for every in STRIDES
+    }
+    every = choose_stride(ladder, counts, most, half)
+    work = total_work(ladder.levels(every, half), min(counts[every], most))
+    return Split(half, every, goal, size, change, counts[every], work)
 
 
 def cell_reasons(ladder: Ladder, in_whole: Split, in_half: Split) -> list[Reason]:
@@ -210,12 +214,12 @@ def realizations_for(goal: float, scatter: float, change: float, every: int) -> 
     return count
 
 
-def choose_stride(ladder: Ladder, goal: float, scatter: float, change: float, most: int, half: bool = False) -> int:
+def choose_stride(ladder: Ladder, counts: dict[int, int], most: int, half: bool) -> int:
     """Return the cheapest stride of the fine levels of which at least three are solved in `most` realizations.
 
-    With `half` the corrections of capped contact are computed in half the cell.
+    `counts` has the realizations that each stride needs. With `half` the corrections of capped contact are computed in
+    half the cell.
     """
-    counts = {every: realizations_for(goal, scatter, change, every) for every in STRIDES}  # allowed or not
     enough = [every for every in STRIDES if every == 1 or (LEAST_FINE - 1) * every < min(counts[every], most)]
     return min(enough, key=lambda every: total_work(ladder.levels(every, half), counts[every]))
 

@@ -19,6 +19,7 @@ from roughsim.store.member_files import KEPT_FIELDS, member_path, read_field
 
 Array = NDArray[Any]
 DERIVED_UNITS = {"heat_flux": "W/m^2", "temperature": "K"}  # of fields that depend on the speed
+OF_LEVELS = ("column", "q_max", "cell")  # names of coordinates of the levels
 SPECTRUM = "shares of the pressure variance by wavenumber; single entries may be negative, sums are exact"
 
 
@@ -73,13 +74,15 @@ class Labelled:
 
 
 def coordinates(numerics: Numerics, speeds: tuple[float, ...], count: int, kept: list[int]) -> Iterator[Labelled]:
-    """Yield the axes, and the column and cut-off of each level; `kept` are the realizations with fields."""
+    """Yield the axes, and the column, cut-off and cell of each level; `kept` are the realizations with fields."""
     levels = numerics.levels
     yield Labelled("level", ("level",), np.arange(len(levels)), {"units": "1"})
     yield Labelled("realization", ("realization",), np.arange(count), {"units": "1"})
     yield Labelled("speed", ("speed",), np.array(speeds), {"units": "m/s"})
     yield Labelled("column", ("level",), np.array([level.column for level in levels]), {})
     yield Labelled("q_max", ("level",), np.array([level.q_max for level in levels]), {"units": "1/m"})
+    cells = np.array([level.cell or "whole" for level in levels])
+    yield Labelled("cell", ("level",), cells, {"description": "half: of half the sides, on surfaces of its own"})
     if not kept:
         return
     yield Labelled("kept_realization", ("kept_realization",), np.array(kept), {"units": "1"})
@@ -174,6 +177,6 @@ def to_dataset(arrays: list[Labelled], attributes: dict[str, Any]) -> Any:
     variables: dict[str, Any] = {}
     for array in arrays:
         data = indexing.LazilyIndexedArray(Unread(array.data)) if isinstance(array.data, Stored) else array.data
-        is_coordinate = array.is_axis or array.name in ("column", "q_max")
+        is_coordinate = array.is_axis or array.name in OF_LEVELS
         (axes if is_coordinate else variables)[array.name] = (array.axes, data, array.attributes)
     return xarray.Dataset(variables, axes, attributes)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.results.arrays import Labelled, Stored
+from roughsim.results.arrays import OF_LEVELS, Labelled, Stored
 from roughsim.results.run import Run
 from roughsim.store.disk import place_bytes
 from roughsim.surface import topography
@@ -138,8 +138,8 @@ def write_arrays(
             continue
         for number, axis in enumerate(array.axes):
             dataset.dims[number].attach_scale(file[axis])
-        if "level" in array.axes and array.name not in ("column", "q_max"):
-            dataset.attrs["coordinates"] = "column q_max"
+        if "level" in array.axes and array.name not in OF_LEVELS:
+            dataset.attrs["coordinates"] = " ".join(OF_LEVELS)
     default = f"pressure_L{finest}"
     entry = file.create_group("entry")
     entry.attrs.update(NX_class="NXentry", default=default if default in file else "flash_temperature")
