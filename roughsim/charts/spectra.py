@@ -53,7 +53,7 @@ def draw_stress_spectrum(axes: Axes, subject: Subject) -> None:
     """Draw 2π q² |σ_q|², the variance of the pressure per ln q, measured and in the theory."""
     run, colour = subject.run, COLOURS[subject.column]
     q = drawn_wavenumbers(2 * np.pi / max(subject.grid.lengths), subject.grid.nyquist)
-    sample = run.sample(subject.level)
+    sample = run.samples(subject.column)[run.numerics.of_column(subject.column).index(subject.level)]
     spectra = sample.spectrum
     if subject.index is not None:
         spectra = spectra[[run.sound(run.realizations).index(subject.index)]]

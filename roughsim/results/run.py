@@ -157,11 +157,6 @@ class Run:
         levels, indices = self.numerics.of_column(key[0]), np.array(rows, np.int64)
         return [self._reader.sample(level, indices, with_spectra=spectra) for level in levels]
 
-    def sample(self, level: int) -> Sample:
-        """Return the numbers and spectra of one level over the realizations that count."""
-        column = self.numerics.levels[level].column
-        return self.samples(column)[self.numerics.of_column(column).index(level)]
-
     def values(self, observable: str, column: str | None = None, *, extrapolated: bool = True) -> Values:
         """Return the values of an observable, a row per sound realization, with all heat in the moving body.
 
@@ -219,7 +214,7 @@ class Run:
 
         `distance` is r, m, one-dimensional; ValueError beyond half the diagonal of the cell.
         """
-        sample = self.sample(self.numerics.picture(self.column(column)))
+        sample = next(sample for sample in reversed(self.samples(column)) if not sample.half)
         if distance.max(initial=0.0) > sample.reach * (1 + 1e-12):
             raise ValueError(
                 f"distance = {distance.max():.4g} m exceeds half the diagonal of the cell, {sample.reach:.4g} m; "

@@ -20,7 +20,7 @@ CHANGE = np.array([-10.0, -20.0]) + 0.5 * RNG.standard_normal((12, 2))
 
 
 def half(sample):
-    return sample._replace(half=True)
+    return replace(sample, half=True)
 
 
 def ladder(every):
