@@ -30,6 +30,10 @@ TESTS = {
     "theory/flash.py": "theory/test_theory_flash.py",
     "theory/hankel.py": "theory/test_theory_stress.py theory/test_theory_persson.py",
     "theory/plasticity.py": "theory/test_theory_plasticity.py theory/test_theory_stress.py",
+    "theory/interface.py": "theory/test_interface.py theory/test_scattering.py theory/test_yielding.py",
+    "theory/scattering.py": "theory/test_scattering.py theory/test_yielding.py test_yielding_points.py",
+    "theory/yielding.py": "theory/test_yielding.py",
+    "theory/walls.py": "theory/test_theory_plasticity.py theory/test_yielding.py",
     "theory/partition.py": "theory/test_theory_heat_balance.py",
     "theory/background.py": "theory/test_theory_heat_balance.py",
     "theory/classical.py": "theory/test_theory_classical.py",
@@ -64,7 +68,7 @@ TESTS = {
     "roughsim/scene/spectra/k_correlation.py": "surface/test_spectrum.py",
     "roughsim/estimate/continuation.py": "estimate/test_estimate.py estimate/test_law.py estimate/test_continuation.py",
     "roughsim/estimate/ladder.py": "estimate/test_ladder.py estimate/test_pixel.py estimate/test_continuation.py "
-    "estimate/test_total_errors.py",
+    "estimate/test_law.py estimate/test_total_errors.py",
     "roughsim/estimate/errors.py": "estimate/test_estimate.py estimate/test_ladder.py estimate/test_total_errors.py",
     "roughsim/prediction/__init__.py": "prediction/test_prediction.py prediction/test_one_theory.py",
     "roughsim/prediction/bodies.py": "prediction/test_prediction.py heat/test_conductivity.py",
@@ -73,7 +77,7 @@ TESTS = {
     ),
     "roughsim/show/table.py": "show/test_units.py show/test_table.py",
     "roughsim/comparison/trust.py": "comparison/test_trust.py comparison/test_validity_page.py",
-    "roughsim/planning/levels.py": "planning/test_pilot.py planning/test_plan.py",
+    "roughsim/planning/levels.py": "planning/test_capped_ladder.py planning/test_pilot.py planning/test_plan.py",
     "roughsim/planning/plan.py": "planning/test_pilot.py planning/test_plan.py",
     "roughsim/estimate/cell_size.py": "estimate/test_cell.py",
     "roughsim/_kernels/active_set.py": (

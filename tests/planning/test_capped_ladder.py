@@ -1,0 +1,80 @@
+"""The ladder of capped contact: where it ends, and what the law for contact that yields leaves in doubt."""
+
+from dataclasses import replace
+from math import hypot, inf, pi
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim import prediction
+from roughsim.planning import levels as stage
+from roughsim.planning.levels import Pilot
+
+Q_YIELD = 5e4
+SEEN = Pilot(
+    raw_scatter=0.03, scatter=0.03, hot_scatter=0.02, step=0.2, pixel=0.02, change_scatter=0.004, q_max=2e5, pace=2e-8
+)
+
+
+def ladder(monkeypatch, *, end=800.0, limit=64.0, law=inf, target=0.01, seen=SEEN):
+    """The ladder of steel that yields at Q_YIELD; the end of C(q) and the limit of grids over it."""
+    monkeypatch.setattr(stage, "yield_scale", lambda _: (Q_YIELD, "q_y"))
+    monkeypatch.setattr(stage, "law_error", lambda *_: law)
+    steel = rs.load_scene("steel-1.2GPa")
+    scene = replace(steel, surface=replace(steel.surface, q_max=end * Q_YIELD))
+    side = 4096 * 2 * pi / (4 * limit * Q_YIELD)  # four pixels per wave at the limit
+    return stage.capped_ladder(scene, (side, side), target, seen)
+
+
+def capped(found):
+    """Cut-offs of capped contact over q_y."""
+    return [rung.level.q_max / Q_YIELD for rung in found.rungs if rung.level.column == "capped"]
+
+
+@pytest.mark.parametrize(("end", "whole"), [(7.0, True), (9.9, True), (10.1, False)])
+def test_what_ends_little_above_a_top_is_solved_whole(monkeypatch, end, whole):
+    found = ladder(monkeypatch, end=end, law=1e-4, target=0.2)
+    assert capped(found) == pytest.approx([end, end] if whole else [2.0, 2.0, 4.0, 4.0, 8.0])
+    assert (found.bandwidth == 0.0) is whole
+
+
+@pytest.mark.parametrize(("limit", "end", "top"), [(9.0, 9.5, 8.0), (7.0, 8.0, 7.0), (12.0, 800.0, 12.0)])
+def test_no_grid_is_larger_than_the_limit(monkeypatch, limit, end, top):
+    found = ladder(monkeypatch, limit=limit, end=end, target=0.2 if limit < 10.0 else 1e-4)
+    assert capped(found)[-1] == pytest.approx(top)
+    assert len(capped(found)) == 5
+    assert (f"the limit of {stage.CAPPED_SIDE} points" in found.rungs[-1].reason) is (limit == top)
+
+
+def test_all_that_follows_a_ladder_below_8_q_y_is_in_doubt(monkeypatch):
+    found = ladder(monkeypatch, limit=7.0, target=1e-4)
+    assert found.bandwidth == pytest.approx(0.2 * 4.0 / 7.0)  # the step of the pilot, up to 4 q_y, by the power 1
+
+
+@pytest.mark.parametrize(("part", "top"), [(0.74, 8.0), (0.76, 16.0)])
+def test_bandwidth_and_pixel_take_three_quarters_of_the_target(monkeypatch, part, top):
+    equal = part / 2**0.5 * 0.01  # of both, at 8 q_y
+    seen = replace(SEEN, pixel=equal * 8 * Q_YIELD / SEEN.q_max)
+    found = ladder(monkeypatch, law=equal, seen=seen)
+    assert capped(found)[-1] == pytest.approx(top)
+    assert (found.bandwidth, found.pixel) == pytest.approx((equal, equal * 8.0 / top), rel=1e-12)
+
+
+def test_the_surer_of_law_and_power_is_expected_but_of_a_guess_the_power(monkeypatch):
+    # at 8 q_y all of the remainder by the power 1, 0.2 × 2e5/4e5, is in doubt
+    for law, expected in ((0.05, 0.05), (0.3, 0.1)):
+        assert ladder(monkeypatch, law=law, target=0.5).bandwidth == pytest.approx(expected)
+    guess = replace(SEEN, measured=False)
+    assert ladder(monkeypatch, law=0.05, target=0.5, seen=guess).bandwidth == pytest.approx(0.1)
+
+
+def test_what_the_law_leaves_in_doubt_is_that_of_the_highest_temperature(monkeypatch):
+    asked, said = [], [np.array([[9.0, 110.0], [8.0, 80.0], [7.0, 78.0]]), np.zeros((3, 2)), None]
+    monkeypatch.setattr(
+        prediction, "yielded_fall", lambda _, cut_offs: (asked.append(cut_offs), said[len(asked) - 1])[1]
+    )
+    scene = rs.load_scene("steel-1.2GPa")
+    found = [stage.law_error(scene, 4e5) for _ in said]
+    assert found == [pytest.approx(hypot(0.005, 0.07 * 2.0 / 80.0), rel=1e-12), inf, inf]
+    assert asked[0] == (2e5, 4e5)
