@@ -99,6 +99,7 @@ def run(
         result.refresh()
         with Workforce(workers, executor) as force:
             Tasks(scene, numerics, home, result, claims, check, observer).complete(force)
+        result.save()
         clear(home, claims)
     return result
 

@@ -160,6 +160,11 @@ class Reader:
     def save_now_and_then(self) -> None:
         """Write the summary again if enough is new."""
         if self._news >= max(LEAST_NEW, SHARE_NEW * len(self.members)):
+            self.save()
+
+    def save(self) -> None:
+        """Write the summary unless nothing is new."""
+        if self._news:
             self.members.save(self.folder / SUMMARY, self.identity, self._insufficient)
             self._news = 0
 

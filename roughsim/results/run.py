@@ -57,9 +57,7 @@ class Run:
     def __init__(
         self, folder: Path, description: dict[str, Any], scene: Scene, numerics: Numerics, *, skip_damaged: bool = False
     ):
-        self.folder = folder
-        self.scene = scene
-        self.numerics = numerics
+        self.folder, self.scene, self.numerics = folder, scene, numerics
         self.seed: int = description["seed"]
         self.until: dict[str, float] = description["until"]
         self.max_realizations: int = description["max_realizations"]
@@ -68,10 +66,6 @@ class Run:
         self._reader = Reader(folder, numerics, scene.speeds, identity_of(description), skip_damaged)
         self.members = self._reader.members
         self.damaged = self._reader.damaged
-        # what was computed since the last `refresh`
-        self._counted: tuple[int, bool] | None = None
-        self._samples: dict[tuple[str, bool], list[Sample]] = {}
-        self._values: dict[tuple[str, str, bool], Values] = {}
 
     @property
     def missing(self) -> list[str]:
@@ -83,12 +77,18 @@ class Run:
 
         RecordError if one is damaged or of another run, OSError if one cannot be read now, which is no damage.
         """
-        self._counted, self._samples, self._values = None, {}, {}
+        self._counted: tuple[int, bool] | None = None  # these remember what is computed until the next `refresh`
+        self._samples: dict[tuple[str, bool], list[Sample]] = {}
+        self._values: dict[tuple[str, str, bool], Values] = {}
         self._reader.refresh(self.max_realizations)
 
     def take(self, level: int, index: int) -> bool:
         """Read one member now, also beyond a gap; False if its file is missing. Errors as `refresh`."""
         return self._reader.take(level, index)
+
+    def save(self) -> None:
+        """Write the summary: who opens the run next need not open the files of its members as HDF5."""
+        self._reader.save()
 
     @property
     def realizations(self) -> int:
