@@ -93,11 +93,11 @@ def _datasets(file: Any, path: Path, hard_links_only: bool) -> Iterator[tuple[st
             if link != h5l.TYPE_HARD:
                 kind, rule = refused.get(link, "a link of an unknown kind"), "only what lies in the file itself is read"
                 raise RecordError(f"{path}: {name} is {kind}; {rule}, and nothing was read")
-            item = h5o.open(group, key)
-            address = h5o.get_info(item).addr
+            address = h5o.get_info(group, key).addr
             if address in visited:  # hard links may form a cycle
                 continue
             visited.add(address)
+            item = h5o.open(group, key)
             if isinstance(item, h5g.GroupID):
                 groups.append((name, item))
             elif isinstance(item, h5d.DatasetID):

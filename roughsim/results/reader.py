@@ -30,6 +30,7 @@ from roughsim.store.member_files import (
 
 # the summary is written again after so many new members or looks at the targets, and not before this share of all
 LEAST_NEW, SHARE_NEW = 64, 0.1
+LEAST_AT_END = 16  # and at the end of a run after so many: fewer are read in no time
 MOST_KEPT = 256 << 20  # bytes of stress spectra that stay in memory: those of more members are read when asked for
 
 
@@ -163,8 +164,8 @@ class Reader:
             self.save()
 
     def save(self) -> None:
-        """Write the summary unless nothing is new."""
-        if self._news:
+        """Write the summary unless next to nothing is new."""
+        if self._news >= LEAST_AT_END:
             self.members.save(self.folder / SUMMARY, self.identity, self._insufficient)
             self._news = 0
 

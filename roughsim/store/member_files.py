@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from roughsim.errors import RecordError
 from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
-from roughsim.store.disk import DamagedError, add_attributes, damaged, hdf5_bytes, place_bytes, read_bytes
+from roughsim.store.disk import DamagedError, add_attributes, damaged, hdf5_bytes, place_bytes, read_bytes, read_numbers
 from roughsim.untrusted import ChildEndedError, call_in_child, check_hdf5
 
 FORMAT = 3  # to be raised when older readers would misread a file, or take it for damaged
@@ -189,8 +189,8 @@ def check_format(path: Path, version: int) -> None:
 
 def _fill(file: Any, member: Member) -> None:
     """Put the header and all arrays into the root group, as netCDF-4 wants it, and what viewers draw into `entry`."""
-    attributes = {"NX_class": "NXroot", "default": "entry", "format": "roughsim realization"}
-    add_attributes(file, attributes | {"format_version": FORMAT})
+    add_attributes(file, {"NX_class": "NXroot", "default": "entry"})
+    add_attributes(file, {"format": "roughsim realization", "format_version": FORMAT})
     entry = file.create_group("entry")
     add_attributes(entry, {"NX_class": "NXentry", "default": "fields" if member.fields else "stress"})
     header = json.dumps(
@@ -301,8 +301,10 @@ def _taken(file: Any, path: Path, fields: Sequence[str]) -> Member:
     level, index = header["level"], header["index"]
     if member_path(path.parent.parent, level, index).name != path.name:
         raise ValueError(f"it holds level {level}, index {index}, not what its name says")
-    numbers = {name: np.reshape(file[name][()], shape) for name, shape in header["numbers"]}
-    wavenumber, spectrum = (file[name][()] if numbers else np.empty(0) for name in ("wavenumber", "stress_spectrum"))
+    numbers = {name: np.reshape(read_numbers(file, name), shape) for name, shape in header["numbers"]}
+    wavenumber, spectrum = (
+        read_numbers(file, name) if numbers else np.empty(0) for name in ("wavenumber", "stress_spectrum")
+    )
     if _digest(text, [*numbers.values(), wavenumber, spectrum]) != file.attrs["sha256"]:
         raise ValueError("its SHA-256 does not match")
     kept: dict[str, list[int]] = dict(header["fields"])

@@ -24,7 +24,7 @@ from roughsim.store.member_files import check_member, member_path, read_member, 
 
 @pytest.fixture
 def folder(whole, tmp_path):
-    return shutil.copytree(whole.folder, tmp_path / "run", ignore=shutil.ignore_patterns(SUMMARY))
+    return shutil.copytree(whole.folder, tmp_path / "run")
 
 
 @pytest.fixture
@@ -63,9 +63,12 @@ def test_a_run_is_read_from_its_summary_to_the_last_bit_and_each_member_once(fol
         assert (other.provenance, other.kept) == (member.provenance, member.kept)
 
 
-def test_a_run_that_ends_leaves_a_summary_however_few_members_it_has(whole, eager, tmp_path, monkeypatch):
+def test_a_run_that_ends_leaves_a_summary_of_few_members_too(whole, eager, tmp_path, monkeypatch):
     monkeypatch.setattr(reader, "LEAST_NEW", 1000)
     run = rs.run(whole.scene, tmp_path / "run", numerics=whole.numerics, max_realizations=2)
+    assert not (run.folder / SUMMARY).exists()  # three are read in no time
+    monkeypatch.setattr(reader, "LEAST_AT_END", 4)
+    run = rs.run(whole.scene, tmp_path / "run", numerics=whole.numerics, max_realizations=3)
     assert (run.folder / SUMMARY).exists()
     eager.clear()
     assert bits(rs.open_run(run.folder)) == bits(run)
