@@ -160,12 +160,14 @@ class Reader:
 
     def save_now_and_then(self) -> None:
         """Write the summary again if enough is new."""
-        if self._news >= max(LEAST_NEW, SHARE_NEW * len(self.members)):
-            self.save()
+        self._save(max(LEAST_NEW, SHARE_NEW * len(self.members)))
 
     def save(self) -> None:
-        """Write the summary unless next to nothing is new."""
-        if self._news >= LEAST_AT_END:
+        """Write the summary at the end of a run."""
+        self._save(LEAST_AT_END)
+
+    def _save(self, least: float) -> None:
+        if self._news >= least:
             self.members.save(self.folder / SUMMARY, self.identity, self._insufficient)
             self._news = 0
 
