@@ -39,6 +39,7 @@ def test_a_fourth_root_of_the_variance_would_not_be_free_of_the_amplitude():
 def test_thirty_two_waves_per_side_count_and_shorter_ones_do_not():
     grid = rs.Grid((512, 512), (1.0, 1.0))
     assert long_wave_skewness(cosines(grid, 0, 16, 32), grid) == pytest.approx(IN_PHASE, rel=1e-9)
+    assert long_wave_skewness(cosines(grid, 0, 11, 22, 33), grid) == pytest.approx(IN_PHASE, rel=1e-9)
     assert long_wave_skewness(cosines(grid, 0, 17, 34), grid) == pytest.approx(0.0, abs=1e-12)
     mixed = cosines(grid, 0, 5, 10) + 0.8 * cosines(grid, 1, 40, 80)
     assert long_wave_skewness(mixed, grid) == pytest.approx(IN_PHASE, rel=1e-9)
