@@ -5,7 +5,7 @@
 Each scene is solved at the coarsest level of its plan, N surfaces h and each also as −h. Printed is, for T_flash at the
 slowest and fastest speed, g_σ(0) and the contact area: the scatter of one contact; the correlation of h with −h; the
 variance × cost of pairs over that of single contacts; and what a regression on the skewness of the long waves leaves of
-the variance, which takes no further contact. The same for the step to the next level, over 12 of the surfaces. --toy
+the variance, which takes no further contact. The same for the step to twice the cut-off, over 12 of the surfaces. --toy
 takes 10 small surfaces.
 """
 
@@ -82,10 +82,12 @@ def main() -> None:
     for name in options.only or (SCENES[:1] if options.toy else SCENES):
         scene = rs.load_scene(name)
         numerics = rs.plan(scene)
-        levels = [numerics.levels[i] for i in numerics.of_column(numerics.columns[-1])][:2]
+        first_level = numerics.levels[numerics.of_column(numerics.columns[-1])[0]]
         if options.toy:
-            levels = [replace(level, shape=(64, 64), q_max=2e4 * (1 + k)) for k, level in enumerate(levels)]
-        numerics = replace(numerics, levels=tuple(replace(level, every=1) for level in levels))
+            first_level = replace(first_level, shape=(64, 64), q_max=2e4)
+        finer, end = tuple(2 * points for points in first_level.shape), scene.spectrum.breaks[-1]
+        levels = (first_level, replace(first_level, shape=finer, q_max=min(2 * first_level.q_max, end)))
+        numerics = replace(numerics, levels=levels)
         count = 10 if options.toy else options.pairs
         first, skewness = pairs(level_problem(scene, numerics, 0), count)
         whole = first.mean(axis=(0, 1))

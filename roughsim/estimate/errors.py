@@ -17,7 +17,10 @@ LEAST = 12  # realizations before a run may stop: below, the scatter itself is t
 LEAST_FINE = 3  # of these with the finest level: two can agree by chance
 
 SOURCES = {
-    "statistical": "half-width of the 95 % interval: Student t, wider by 1/f for runs that stop where scatter is low",
+    "statistical": (
+        "half-width of the 95 % interval, at zero skewness of the surfaces where members have it: Student t, wider by "
+        "1/f for runs that stop where scatter is low"
+    ),
     "bandwidth": "left by the cut-off q_c",
     "pixel": "left by the grid at fixed q_c",
     "size": "at most what a larger cell changes, as measured by doubling cells with as many waves per side",
