@@ -69,7 +69,7 @@ def of_members(run: rs.Run, *, regression: bool) -> Estimate:
     column, samples = run.column(None), run.samples(spectra=False)
     if not regression:
         samples = [
-            sample._replace(numbers={name: x for name, x in sample.numbers.items() if name != "skewness"})
+            replace(sample, numbers={name: x for name, x in sample.numbers.items() if name != "skewness"})
             for sample in samples
         ]
     return estimate(NAME, values_of(run.scene, column, NAME, samples))
