@@ -2,14 +2,14 @@
 
     python experiments/yielding_points.py [--draw] [--solve] [--toy] [-o FOLDER]
 
-The first list was drawn before the law had any form; the second one, numbers from A15, B07 and C13 on, when it had a
-first form that seemed final; the third one, numbers from A21, B14 and C24 on, when it had that of today. All were
-committed before any was solved. Contact is elastic and perfectly plastic, 0 ≤ p ≤ σ_P, with H in 0.3 … 1, σ₀/σ_P in
-0.005 … 0.6 and a plateau of C(q) of q_r/q_min in 1 … 16. Let q_y be, as in the map of validity, where roughness must be
-seen up to for 1 % of the contact to stay elastic, by the theory. Kind A has yielded altogether under roughness without
-end, q_y/q_r in 0.25 … 8. Kind B has yielded too, and C(q) ends at q_max = 1 … 10 q_y. Kind C has yielded in part where
-C(q) ends, at q_max/q_r in 1 … 32. Its hardness aims at A_pl/A in 0.1 … 0.9; that of the first list was corrected once,
-after pilots of a few members that looked at this share alone.
+The first list was drawn before the law had any form; the later ones, numbers from A15, B07, C13, from A21, B14, C24,
+and from A23, B17, C29 on, when it had a form that seemed final, the last one that of today. All were committed before
+any was solved. Contact is elastic and perfectly plastic, 0 ≤ p ≤ σ_P, with H in 0.3 … 1, σ₀/σ_P in 0.005 … 0.6 and
+q_r/q_min, the plateau of C(q), in 1 … 16. Let q_y be, as in the map of validity, where roughness must be seen up to for
+1 % of the contact to stay elastic, by the theory. Kind A has yielded altogether under roughness without end, q_y/q_r in
+0.25 … 8. Kind B has yielded too, and C(q) ends at q_max = 1 … 10 q_y. Kind C has yielded in part where C(q) ends, at
+q_max/q_r in 1 … 32. Its hardness aims at A_pl/A in 0.1 … 0.9; that of the first list was corrected once, after pilots
+of a few members that looked at this share alone.
 
 H and A_pl/A of kind C are drawn uniformly, the rest log-uniformly: one point of a kind in each of as many equal strata,
 in random order. Only q_r/q_min, and q_y/q_r of kind B, are drawn until a grid holds all waves, q_min lies well below
@@ -46,12 +46,13 @@ from theory import plasticity
 SEED = 20261123
 LIST = Path(__file__).parent / "reference" / "yielding_points.json"
 MEASURED = LIST.parent / "yielding_measured"
-COUNTS = {"A": 14, "B": 6, "C": 12}
-LATER, LATER_SEED = {"A": 6, "B": 7, "C": 11}, 20261124  # drawn when the first law was final
-LAST, LAST_SEED = (
-    {"A": 2, "B": 3, "C": 5},
-    20261125,
-)  # drawn when the law of today was final, none of them solved by then
+LISTS = {  # contacts of each kind by seed
+    SEED: {"A": 14, "B": 6, "C": 12},
+    20261124: {"A": 6, "B": 7, "C": 11},
+    20261125: {"A": 2, "B": 3, "C": 5},
+    20261126: {"A": 3, "B": 8, "C": 14},
+}
+KINDS = "ABC"
 HURST, SHARE, PLATEAU = (0.3, 1.0), (0.005, 0.6), (1.0, 16.0)
 YIELDS, DEPTH, END = (0.25, 8.0), (1.0, 10.0), (1.0, 32.0)  # q_y/q_r of A and B, q_max/q_y of B, q_max/q_r of C
 YIELDED, SOONER = (0.08, 0.97), 7.0  # A_pl/A of C aimed at; A_pl/A_el is so much larger by the theory (pilots of C)
@@ -116,11 +117,13 @@ def hardness_at(share: float, elastic: float, spectrum: rs.SelfAffineSpectrum) -
 
 
 def drawn() -> list[Contact]:
-    """Draw all contacts of the three lists; each kind has random numbers of its own."""
-    first = [contact for kind, count in COUNTS.items() for contact in _drawn(kind, count, SEED, 1)]
-    later = [c for kind, count in LATER.items() for c in _drawn(kind, count, LATER_SEED, COUNTS[kind] + 1)]
-    number = {kind: COUNTS[kind] + LATER[kind] + 1 for kind in LAST}
-    return first + later + [c for kind, count in LAST.items() for c in _drawn(kind, count, LAST_SEED, number[kind])]
+    """Draw all contacts of the lists, one after another; each kind of a list has random numbers of its own."""
+    contacts, number = [], dict.fromkeys(KINDS, 1)
+    for seed, counts in LISTS.items():
+        for kind, count in counts.items():
+            contacts += _drawn(kind, count, seed, number[kind])
+            number[kind] += count
+    return contacts
 
 
 def _drawn(kind: str, count: int, seed: int, number: int) -> list[Contact]:
@@ -180,7 +183,7 @@ def draw(contacts: list[Contact], path: Path) -> None:
     """Where the contacts lie: H and how far the roughness is seen over σ₀/σ_P."""
     figure = Figure(figsize=(7.0, 3.0), layout="constrained")
     left, right = figure.subplots(1, 2)
-    for kind, colour in zip(COUNTS, ("#0072b2", "#d55e00", "#009e73"), strict=True):
+    for kind, colour in zip(KINDS, ("#0072b2", "#d55e00", "#009e73"), strict=True):
         some = [contact for contact in contacts if contact.kind == kind]
         shares = [contact.share for contact in some]
         left.scatter(shares, [contact.hurst for contact in some], s=12, color=colour, label=kind)
@@ -200,7 +203,7 @@ def measured(folder: Path = MEASURED) -> dict[str, dict[str, Any]]:
 def in_turn(contacts: list[Contact]) -> list[Contact]:
     """Return the contacts in the order in which they are solved: kinds in turn, small grids first."""
     order = []
-    for kind in COUNTS:
+    for kind in KINDS:
         some = [contact for contact in contacts if contact.kind == kind]
         some.sort(key=lambda contact: sum(rung.side**2 * rung.members for rung in yielding.ladder(contact)[1]))
         order += [((rank + 0.5) / len(some), contact.name, contact) for rank, contact in enumerate(some)]

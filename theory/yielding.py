@@ -1,9 +1,10 @@
-"""The stress spectrum of rough contact that yields, from elastic to fully yielded, with three fitted constants.
+"""The stress spectrum of rough contact that yields, from elastic to fully yielded, with four fitted constants.
 
-The waves put their pressure at their own wavenumber and beside it, `theory.scattering`. Above q_max the edges of the
-contacts make a tail, ~ (q_max/q)³. It has the share EDGE of the sidebands above q_max. It also has what is missing from
-M₁ = σ₀σ_P − σ₀², the variance of contact which has all yielded, but for the part exp(−D/(RIM σ_P²)) of that, where D is
-the variance of full contact. The third constant is the ANSWER of the half-space. docs/yielding.md derives all of it.
+The waves put their pressure at their own wavenumber and beside it, `theory.scattering`. Beyond the sums of two waves,
+from ONSET q_max on, the edges of the contacts make a tail: q⁻³ of a step up to the width of its rim, q⁻⁴ beyond. It has
+the share EDGE of the sidebands above q_max. It also has what is missing from M₁ = σ₀σ_P − σ₀², the variance of contact
+which has all yielded, but for the part exp(−D/(RIM σ_P²)) of that, where D is the variance of full contact. The fourth
+constant is the ANSWER of the half-space. docs/yielding.md derives all of it.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from theory.scattering import Table, scatter
 from theory.walls import area_fractions, between, shares, yield_wavenumber
 
 _DEPTH = 1e3  # sidebands are followed down to q_min over this, constant at the end
-_REACH = 1e3  # times q_max to which the rest of the variance is followed, as q⁻³
+_REACH = 1e3  # times q_max to which the tail is followed
 _DEGREE = 5  # of the splines, whose knots are an e-fold apart
 
 # the range of the contacts that the law was compared with
@@ -37,7 +38,8 @@ YIELDED = (0.25, 8.0)  # q_y/q_r where all has yielded at q_max
 YIELDING = (1.0, 32.0)  # q_max/q_r where it has not
 
 ELASTIC_SHARE = 0.01  # of the contact: below, all has yielded
-EDGE = 0.5  # share of the sidebands above q_max that lies in the tail of the edges
+EDGE = 0.4  # share of the sidebands above q_max that lies in the tail of the edges
+ONSET = 1.7  # q/q_max at which half of the tail has set in: sums of two waves reach 2
 RIM = 7.0  # D/σ_P² at which 1/e of the variance that is missing from full yield is truly missing
 # the worst over 66 drawn contacts and the map is 4.4 % of T_flash and 3.1 % of g_σ(0), and at the passage to elastic
 # contact 5.9 % and 7.1 %; of other quantities no band is known
@@ -136,7 +138,8 @@ class YieldingSpectrum:
     _coherent: BSpline = field(init=False, repr=False, compare=False)
     _sidebands: BSpline = field(init=False, repr=False, compare=False)
     _scale: float = field(init=False, repr=False, compare=False)
-    _edge: float = field(init=False, repr=False, compare=False)
+    _rim: float = field(init=False, repr=False, compare=False)  # (E*h′/σ_P)²
+    _edge: float = field(init=False, repr=False, compare=False)  # |σ_q|² at q_max of the edges, were they steps
 
     def __post_init__(self) -> None:
         solid = self.effective_modulus, self.nominal_pressure, self.penetration_hardness
@@ -145,8 +148,8 @@ class YieldingSpectrum:
         ends = breaks_of(self.spectrum)
         coherent, sidebands = (_smooth(table, log(ends[0])) for table in scattering)
         inner = np.concatenate([ends, np.exp(coherent.t), np.exp(sidebands.t)])
-        breaks = np.concatenate([ends[:1] / _DEPTH, inner, ends[-1:] * _REACH])
-        values = {"_coherent": coherent, "_sidebands": sidebands, "_scale": 1.0, "_edge": 0.0}
+        breaks = np.concatenate([ends[:1] / _DEPTH, inner, ends[-1:] * np.array([ONSET, 4.0, _REACH])])
+        values = {"_coherent": coherent, "_sidebands": sidebands, "_scale": 1.0, "_rim": 1.0, "_edge": 0.0}
         for name, value in {**values, "breaks": tuple(_distinct(breaks).tolist())}.items():
             object.__setattr__(self, name, value)
         self._balance()
@@ -160,12 +163,15 @@ class YieldingSpectrum:
         top = breaks_of(self.spectrum)[-1]
         moved = EDGE / (1 - EDGE) * float(variance[q[:, 0] > top].sum())
         own = float(variance.sum()) + moved
-        full = 2 * float(half_variance(top, self.spectrum, effective_modulus=self.effective_modulus))
-        missing = max(most - own, 0.0) * -expm1(-full / (RIM * hardness**2))
+        full = 2 * float(half_variance(top, self.spectrum, effective_modulus=self.effective_modulus)) / hardness**2
+        missing = max(most - own, 0.0) * -expm1(-full / RIM)
         scale = min(most / own, 1.0)
-        object.__setattr__(self, "_edge", (scale * moved + missing) / (2 * pi * top**2 * (1 - 1 / _REACH)))
-        object.__setattr__(self, "_scale", scale)
-        object.__setattr__(self, "_whole", (scale * own + missing) / hardness**2)
+        rim = 4 * full
+        x, slope = panels_between(np.geomspace(1.0, _REACH, 61)).nodes()
+        tail = 2 * pi * top**2 * float((x * edges(x, rim) * slope @ WEIGHTS).sum())
+        values = {"_rim": rim, "_edge": (scale * moved + missing) / tail, "_scale": scale}
+        for name, value in {**values, "_whole": (scale * own + missing) / hardness**2}.items():
+            object.__setattr__(self, name, value)
 
     @property
     def contact_fraction(self) -> float:
@@ -192,8 +198,13 @@ class YieldingSpectrum:
         above = (wavenumber > high) & (wavenumber <= self.breaks[-1])
         result[above] *= 1 - EDGE
         result *= self._scale
-        result[above] += self._edge * (high / wavenumber[above]) ** 3
+        result[above] += self._edge * edges(wavenumber[above] / high, self._rim)
         return result
+
+
+def edges(x: Array, rim: float) -> Array:
+    """Return the tail of the edges at q = x q_max over that of steps at q_max; 1/`rim` is the width of the rims."""
+    return np.asarray(x**-3 / (1 + (ONSET / x) ** 8) / (1 + x / rim))
 
 
 @lru_cache(maxsize=64)  # of one contact both areas are asked for

@@ -244,16 +244,47 @@ def test_more_load_than_yielded_contact_carries_is_refused():
         )
 
 
-def test_beyond_q_max_part_of_the_sidebands_lies_in_the_tail_of_edges():
-    stress = law(SelfAffine(q_max=2e5))
-    inside, outside = np.array([2e5 * (1 - 1e-9)]), np.array([2e5 * (1 + 1e-9), 1e7, 2e7])
-    full = (MODULUS * 1e5) ** 2 * SelfAffine(q_max=2e5)(inside)
-    assert stress(outside)[1] == pytest.approx(8 * stress(outside)[2], rel=1e-9)
-    tail = stress(outside)[1] * (1e7 / 2e5) ** 3
-    sidebands = (stress(outside)[0] - tail) / (1 - EDGE)
-    assert 0.0 < sidebands < stress(inside)[0] < sidebands + full[0]
+def times_a_step(stress, x, q_max):
+    # q^3 |sigma_q|^2 at q = x q_max: constant for edges that are steps
+    return np.array(x) ** 3 * stress(np.array(x) * q_max)
+
+
+def inverse_width_of_rims(spectrum, modulus):
+    # (E* h'/sigma_P)^2, over q_max
+    q = np.geomspace(5e4, 2e5, 20001)
+    return (modulus / HARDNESS) ** 2 * 2 * np.pi * np.trapezoid(q**3 * spectrum(q), q)
+
+
+def test_part_of_the_sidebands_above_q_max_lies_in_the_tail_of_edges():
+    spectrum = SelfAffine(q_max=2e5)
+    stress, rim = law(spectrum), inverse_width_of_rims(spectrum, MODULUS)
+    inside, outside = stress(np.array([2e5 * (1 - 1e-9), 2e5 * (1 + 1e-9)]))
+    full = (MODULUS * 1e5) ** 2 * spectrum(np.array(2e5))
+    tail = times_a_step(stress, [200.0], 2e5)[0] * (1 + 200 / rim) / (1 + 1.7**8) / (1 + 1 / rim)
+    assert tail < 0.1 * outside
+    assert 0.0 < (outside - tail) / (1 - EDGE) < inside < (outside - tail) / (1 - EDGE) + full
     assert float(stress(4e4)) < float(stress(6e4))
     assert float(stress(60.0)) == pytest.approx(float(stress(1.5e4)), rel=1e-12)  # shot noise: constant
+
+
+@pytest.mark.parametrize("modulus", [0.5 * MODULUS, 2 * MODULUS, 10 * MODULUS, 1e3 * MODULUS])
+def test_edges_are_steps_but_for_rims_in_which_elastic_pressure_rises(modulus):
+    # a step makes |sigma_q|^2 ~ q^-3, a pressure that rises as the root of the distance q^-4
+    spectrum = SelfAffine(q_max=2e5)
+    rim = inverse_width_of_rims(spectrum, modulus)
+    near, far = times_a_step(law(spectrum, modulus=modulus), [50.0, 500.0], 2e5)
+    assert near / far == pytest.approx((1 + 500 / rim) / (1 + 50 / rim), rel=1e-3)
+
+
+def test_the_tail_of_edges_begins_where_sums_of_two_waves_end():
+    # in a contact that has all yielded the tail is that of steps: half of it has set in at 1.7 q_max
+    spectrum = SelfAffine(q_max=2e5)
+    stress = law(spectrum, modulus=1e3 * MODULUS)
+    place, value, _ = scatter(diffuse(spectrum, 1e3 * MODULUS, 0.1 * HARDNESS, HARDNESS), 1e3 * MODULUS).sidebands
+    x = np.array([1.7, 100.0])
+    beside = (1 - EDGE) * np.interp(np.log(x * 2e5), place, np.exp(value), right=0.0) * stress._scale
+    near, far = x**3 * (stress(x * 2e5) - beside)
+    assert near / far == pytest.approx(0.5, rel=0.05)
 
 
 def test_roughness_without_end_has_a_limit():
