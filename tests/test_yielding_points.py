@@ -28,7 +28,7 @@ def test_the_committed_list_is_what_the_seed_draws(tmp_path):
 def test_the_kinds_cover_what_they_are_for():
     contacts = yielding_points.points()
     kinds = {kind: [c for c in contacts if c.kind == kind] for kind in "ABC"}
-    assert [len(some) for some in kinds.values()] == [22, 16, 28]
+    assert [len(some) for some in kinds.values()] == [25, 24, 42]
     assert all(c.q_max == inf and 0.25 <= c.yields <= 8 for c in kinds["A"])
     assert all(1 <= c.q_max / c.yields <= 10 for c in kinds["B"])
     assert all(1 <= c.q_max <= 32 and 0.1 <= c.yielded < 1 for c in kinds["C"])
@@ -96,7 +96,7 @@ def test_what_is_measured_covers_the_kinds_and_is_small():
         assert max(error[0], error[3]) < (0.03 if record["name"] == "C24" else 0.02)
         assert error[6] < 0.07  # H = 0.31 without end falls slowly with the cut-off under fast sliding
         assert len(record["correlation"]["r"]) >= 10
-    assert sum(path.stat().st_size for path in yielding_points.MEASURED.iterdir()) < 300_000
+    assert sum(path.stat().st_size for path in yielding_points.MEASURED.iterdir()) < 400_000
 
 
 @pytest.mark.parametrize("name", [name for name in MEASURED if name[0] == "A"])

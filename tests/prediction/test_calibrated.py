@@ -79,7 +79,7 @@ def test_theory_says_it_beside_the_paper_with_the_share_of_the_heat():
     demo = rs.load_scene("demo")
     said = json.loads(CliRunner().invoke(app, ["theory", "demo", "--json"]).stdout)["calibrated"]
     assert set(said) == {"flash_temperature", "error", "range"}
-    assert (said["error"], said["range"]) == (0.06, "inside")
+    assert (said["error"], said["range"]) == (0.07, "inside")
     whole = prediction.calibrated_predictions(demo)["flash_temperature"]
     np.testing.assert_allclose(said["flash_temperature"], 0.938 * whole, rtol=1e-12)
     table = theory_table(demo)
@@ -87,7 +87,7 @@ def test_theory_says_it_beside_the_paper_with_the_share_of_the_heat():
     assert titles[1:3] == ["flash_temperature, K", "calibrated, K"]
     assert table.cells(2) == [f"{value:.4g}" for value in said["flash_temperature"]]
     assert table.notes[1] == (
-        "calibrated: by the calibrated stress spectrum, within 6% (flash_temperature), 7% (pressure_variance) of "
+        "calibrated: by the calibrated stress spectrum, within 7% (flash_temperature), 7% (pressure_variance) of "
         "simulations; other values may be further off."
     )
 
