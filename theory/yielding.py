@@ -27,7 +27,7 @@ from theory.walls import area_fractions, between, shares, yield_wavenumber
 
 _DEPTH = 1e3  # sidebands are followed down to q_min over this, constant at the end
 _REACH = 1e3  # times q_max to which the tail is followed
-STEPS = (0.02, 0.5)  # e-folds: finer ones take minutes, coarser ones leave splines without points
+STEPS = (0.01, 0.5)  # e-folds: finer ones take long, coarser ones leave splines without points
 _DEGREE = 5  # of the splines, whose knots are an e-fold apart
 
 # the range of the contacts that the law was compared with
@@ -66,7 +66,7 @@ def stress_spectrum(
     effective_modulus, nominal_pressure, penetration_hardness : float
         E*, σ₀ and σ_P, Pa, σ₀ ≤ σ_P.
     step : float
-        Of the solution, in ln q, .02 to .5. The error of the steps in T_flash, some .3 %, jumps with the end of C(q):
+        Of the solution, in ln q, .01 to .5. The error of the steps in T_flash, some .3 %, jumps with the end of C(q):
         quotients of two ends want finer ones.
 
     Returns

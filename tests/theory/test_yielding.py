@@ -237,6 +237,13 @@ def test_the_step_is_that_of_the_solution():
     assert temperature() == temperature(step=0.25)
 
 
+@pytest.mark.parametrize("step", [0.009, 0.6, 10.0])
+def test_a_step_that_the_law_cannot_take_is_refused(step):
+    solid = {"effective_modulus": MODULUS, "nominal_pressure": 0.1 * HARDNESS, "penetration_hardness": HARDNESS}
+    with pytest.raises(ValueError, match=rf"step = {step:g} e-folds lies outside 0\.01 … 0\.5"):
+        plasticity.stress_spectrum(SelfAffine(q_max=2e5), **solid, step=step)
+
+
 def test_more_load_than_yielded_contact_carries_is_refused():
     with pytest.raises(ValueError, match="exceeds the penetration_hardness"):
         plasticity.stress_spectrum(
