@@ -11,8 +11,8 @@ between both walls), and "bearing", where it alone yields (E* → ∞, so that t
 The points of yielding_points.py come in two groups. The form of the law and its four constants were final when SEEN
 had been looked at. The others had been compared with nothing by then, and only they are a test.
 
-Of roughness without end, kind A, the curve g_σ(r) is compared where the finest grid ends, with the law of the same C(q):
-continued to finer ones, at distances that only the last two grids resolve, it is not known to its stated error.
+Of roughness without end, kind A, the curve g_σ(r) is compared where the finest grid ends, with the law of the same
+C(q): continued to finer ones, at distances that only the last two grids resolve, it is not known to its stated error.
 """
 
 from __future__ import annotations
