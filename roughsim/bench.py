@@ -132,9 +132,11 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
     """
     levels = numerics.of_column("elastic" if scene.elastic else "capped")
     samples, seconds = [], []
-    for number in levels:  # all levels see the same surfaces
-        problem = replace(level_problem(scene, numerics, number), seed=SEED, stream=len(levels) - 1)
-        sample, median = solve_level(problem, numerics.levels[number], realizations)
+    for number in levels:  # all levels of one cell see the same surfaces
+        level = numerics.levels[number]
+        stream = len(levels) - 1 if level.cell is None else len(levels)
+        problem = replace(level_problem(scene, numerics, number), seed=SEED, stream=stream)
+        sample, median = solve_level(problem, level, realizations)
         samples.append(sample)
         seconds.append(median)
     splits = splits_of([numerics.levels[level] for level in levels])
@@ -184,18 +186,23 @@ def solve_level(problem: Problem, level: Level, realizations: int) -> tuple[Samp
     spectra = np.stack([m.stress_spectrum.variance for m in moments])
     reach, side = 0.5 * float(np.hypot(*problem.grid.lengths)), float(level.shape[0])
     wavenumber, rows = moments[0].stress_spectrum.wavenumber, np.arange(realizations, dtype=np.intp)
-    return Sample(level.q_max, side, rows, numbers, wavenumber, spectra, reach), float(np.median(seconds))
+    sample = Sample(level.q_max, side, rows, numbers, wavenumber, spectra, reach, half=level.cell == "half")
+    return sample, float(np.median(seconds))
 
 
 def splits_of(levels: list[Level]) -> list[Split]:
-    """Return the splits to compare: each grid alone, the first k cut-offs, and all levels with ever rarer fine ones."""
+    """Return the splits to compare: each grid alone, the first k cut-offs, and all levels with ever rarer fine ones.
+
+    Levels in half the cell correct others, and are in the last kind alone.
+    """
     if len(levels) == 1:
         return [Split("the plan's level", (0,), planned=True)]
-    cut_offs = [level.q_max for level in levels]
+    alone = [level for level in levels if level.cell is None]  # they come first
+    cut_offs = [level.q_max for level in alone]
     rungs = [cut_offs.index(q_c) for q_c in sorted(set(cut_offs))]  # the coarsest grid of each cut-off
     splits = [
         Split(f"one grid, {level.q_max / cut_offs[0]:.3g}× q_c, {level.shape[0]}²", (i,))
-        for i, level in enumerate(levels)
+        for i, level in enumerate(alone)
     ]
     splits += [Split(f"{k} cut-offs, all levels", tuple(rungs[:k])) for k in range(2, len(rungs) + 1)]
     planned = levels[-1].every

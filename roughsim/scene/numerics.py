@@ -173,8 +173,8 @@ class Numerics(Record, section="numerics"):
         if start.q_max != end.q_max or tuple(2 * n for n in start.shape) != end.shape:
             half = f"{end.shape[0] / 2:g} × {end.shape[1] / 2:g} points to q_max = {end.q_max:.6g} rad/m"
             raise ValueError(
-                f'the first {column} level with cell = "half" has {start.shape[0]} × {start.shape[1]} points to q_max '
-                f"= {start.q_max:.6g} rad/m; it must repeat the highest one in the run's cell, here {half}: "
+                f'levels: the first {column} one with cell = "half" has {start.shape[0]} × {start.shape[1]} points to '
+                f"q_max = {start.q_max:.6g} rad/m; it must repeat the highest one in the run's cell, here {half}: "
                 "corrections are differences from it"
             )
 

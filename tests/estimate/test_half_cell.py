@@ -103,3 +103,30 @@ def test_without_half_cells_nothing_comes_from_them():
     values = observe(NAME, [level(BASE), seldom(BASE + CHANGE, 3, q_max=2.0)], capped=True, end=2.0)
     np.testing.assert_array_equal(values.from_half, 0.0)
     assert not values.independent
+
+
+@pytest.mark.slow
+@pytest.mark.statistical
+def test_half_the_cell_has_the_same_mean_corrections():
+    demo = rs.load_scene("demo")
+    side = 4 * 2 * np.pi / 6350
+
+    def rows(share, level, count):
+        """T_flash in a cell of this share of the sides, a row per realization."""
+        levels = (rs.Level("capped", (int(share * n),) * 2, q) for n, q in ((128, 5e4), (256, 1e5)))
+        numerics = rs.Numerics(tuple(levels), (share * side, share * side))
+        seed = int(10 * share)
+        members = (rs.realize(demo, numerics, seed=seed, level=level, index=index) for index in range(count))
+        return np.array([member.observables.flash_temperature for member in members])
+
+    (low, high), (start, fine) = ([rows(share, k, n) for k in (0, 1)] for share, n in ((1.0, 60), (0.5, 240)))
+    base = low.mean(axis=0)
+    whole, half = ((b - a) / base for a, b in ((low, high), (start, fine)))
+    error = np.hypot(whole.std(axis=0, ddof=1) / sqrt(60), half.std(axis=0, ddof=1) / sqrt(240))
+    assert np.all(error < 0.002)
+    # the error of the size that half the cell has, of the change, and three standard errors
+    apart = np.abs(whole.mean(axis=0) - half.mean(axis=0))
+    assert np.all(apart <= 0.016 * np.abs(whole.mean(axis=0)) + 3.0 * error)
+    # a quarter of the area scatters about four times as much, in variance
+    gain = half.var(axis=0, ddof=1) / whole.var(axis=0, ddof=1)
+    assert np.all((gain > 2.0) & (gain < 8.0))
