@@ -115,6 +115,30 @@ def test_the_splits_begin_with_the_coarsest_level_and_end_with_the_choice_of_the
     assert [(split.every, split.planned) for split in splits[7:]] == [(1, False), (2, False), (4, False), (8, True)]
 
 
+def test_levels_in_half_the_cell_are_never_alone_and_have_surfaces_of_their_own(monkeypatch):
+    levels = [rs.Level("capped", (64, 64), 2e4)]
+    levels += [rs.Level("capped", (n, n), q_c, 2, "half") for n, q_c in ((32, 2e4), (64, 4e4))]
+    splits = measurements.splits_of(levels)
+    assert [split.levels for split in splits] == [(0,)] + [(0, 1, 2)] * 3
+    seen = []
+    solve_level = measurements.solve_level
+
+    def noted(problem, level, realizations):
+        sample, seconds = solve_level(problem, level, realizations)
+        seen.append((problem.stream, problem.grid.lengths[0], sample.half))
+        return sample, seconds
+
+    monkeypatch.setattr(measurements, "solve_level", noted)
+    scene, numerics = small(every=2)
+    side = numerics.lengths[0]
+    bench(scene, numerics=replace(numerics, levels=tuple(levels)), stages=["chain"], realizations=4)
+    (first, *whole), *halves = seen
+    assert whole == [side, False]
+    assert [half[1:] for half in halves] == [(side / 2, True)] * 2
+    assert first not in {stream for stream, _, _ in halves}
+    assert len({stream for stream, _, _ in halves}) == 1
+
+
 def test_where_only_the_fine_members_scatter_their_number_alone_counts(monkeypatch):
     # T = T₀ + (T − T₀) with n values of T₀ and n/k of T − T₀. If T₀ is the same in all, n/k is all that counts
     solve_level = measurements.solve_level

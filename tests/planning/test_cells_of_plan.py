@@ -1,0 +1,100 @@
+"""Where a plan takes corrections from half the cell, and where it does not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+import roughsim.planning.levels as stage
+from roughsim.planning import plan as planning
+from roughsim.planning.levels import Ladder, Pilot, Rung
+from roughsim.scene.numerics import Level
+
+SEEN = Pilot(
+    scatter=0.01, hot_scatter=0.01, step=0.2, pixel=0.012, change_scatter=0.004, q_max=2e5, pace=2e-8, raw_scatter=0.02
+)
+WAVE = 2 * np.pi / 6350
+
+
+def planned(monkeypatch, scene, seen=SEEN, target=0.012):
+    monkeypatch.setattr(stage, "pilot", lambda *_: seen)
+    return rs.plan(replace(scene, ensemble=replace(scene.ensemble, until={})), target)
+
+
+def cells(numerics, column):
+    return [numerics.levels[i].cell for i in numerics.of_column(column)]
+
+
+def why(numerics):
+    return next((reason for reason in numerics.reasons if reason.choice == "corrections"), None)
+
+
+def test_only_capped_levels_above_the_first_move_to_half_the_cell():
+    smoothed = [Rung(Level("smoothed", (n, n), 1e4), "s") for n in (64, 128)]
+    capped = [Rung(Level("capped", (n, 2 * n), q), str(q)) for n, q in ((64, 2e4), (128, 2e4), (128, 4e4))]
+    ladder = Ladder([*smoothed, *capped], 0.0, 0.0)
+    assert ladder.levels(8) == (
+        smoothed[0].level,
+        replace(smoothed[1].level, every=8),
+        capped[0].level,
+        *(replace(rung.level, every=8) for rung in capped[1:]),
+    )
+    shapes = [(level.shape, level.every, level.cell) for level in ladder.levels(8, half=True)]
+    assert shapes == [
+        ((64, 64), 1, None),
+        ((128, 128), 8, None),
+        ((64, 128), 1, None),
+        ((32, 64), 8, "half"),
+        ((64, 128), 8, "half"),
+        ((64, 128), 8, "half"),
+    ]
+    assert [rung.reason for rung in ladder.divided(8, half=True)[-2:]] == ["20000.0", "40000.0"]
+
+
+def test_steel_takes_its_corrections_from_half_the_cell_and_says_what_the_other_way_costs(monkeypatch):
+    scene = rs.load_scene("steel-1.2GPa")
+    half = planned(monkeypatch, scene)
+    assert cells(half, "capped") == [None, *["half"] * (len(half.of_column("capped")) - 1)]
+    assert set(cells(half, "smoothed")) == {None}
+    assert why(half).value == "in half the cell"
+    monkeypatch.setattr(planning, "HALF_SCATTER", 100.0)
+    whole = planned(monkeypatch, scene)
+    assert set(cells(whole, "capped")) == {None}
+    assert why(whole).value == "in the run's cell"
+    ratio = float(why(half).reason.split()[1])
+    assert ratio == pytest.approx(half.forecast.cpu_seconds / whole.forecast.cpu_seconds, rel=0.02)
+    assert ratio < 0.7
+    # the share of the size that half the cell adds
+    added = np.sqrt(half.forecast.size**2 - whole.forecast.size**2)
+    assert whole.forecast.size == pytest.approx(0.004)
+    assert f"within {100 * added:.1g} % of T_flash" in why(half).reason
+
+
+@pytest.mark.parametrize("name", ["rubber", "granite"])
+def test_contact_that_does_not_yield_stays_in_the_runs_cell(monkeypatch, name):
+    numerics = planned(monkeypatch, rs.load_scene(name), target=0.05)
+    assert {level.cell for level in numerics.levels} == {None}
+    assert why(numerics) is None
+
+
+@pytest.mark.parametrize(("waves", "half"), [(3.9, False), (4.0, True), (8.0, True)])
+def test_a_short_cell_is_not_halved(monkeypatch, waves, half):
+    scene = rs.load_scene("steel-1.2GPa")
+    scene = replace(scene, numerics=replace(scene.numerics, lengths=(waves * WAVE, waves * WAVE)))
+    numerics = planned(monkeypatch, scene)
+    assert ("half" in cells(numerics, "capped")) is half
+
+
+def test_few_spots_are_not_halved(monkeypatch):
+    scene = rs.load_scene("steel-1.2GPa")
+    light = replace(scene, sliding=replace(scene.sliding, nominal_pressure=5e-4 * 1.2e9))
+    assert "half" not in cells(planned(monkeypatch, light), "capped")
+
+
+def test_the_hottest_speed_meets_the_target_too(monkeypatch):
+    # three fine realizations: the interval of 0.5 % scatter has so few degrees of freedom that it is the wider one
+    few = replace(SEEN, scatter=0.015, hot_scatter=0.002, change_scatter=0.004)
+    numerics = planned(monkeypatch, rs.load_scene("steel-1.2GPa"), few, 0.02)
+    goal = float(next(r.reason for r in numerics.reasons if r.choice == "realizations").split("=")[1].split("%")[0])
+    assert 100 * numerics.forecast.statistical <= goal
