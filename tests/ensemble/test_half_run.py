@@ -48,7 +48,12 @@ def test_only_levels_in_half_the_cell_have_the_key():
     [
         ((START, FINE), 'levels of column capped all have cell = "half"'),
         ((WHOLE, replace(START, shape=(64, 64)), FINE), "has 64 × 64 points .* here 32 × 32 points"),
-        ((WHOLE, FINE), r"to q_max = 100000 rad/m; it must repeat .* to q_max = 50000 rad/m"),
+        (
+            (WHOLE, replace(FINE, shape=(32, 32), q_max=4e4)),
+            r"to q_max = 40000 rad/m; it must repeat .* to q_max = 50000 rad/m",
+        ),
+        # where the highest cut-off of the run's cell has two grids, the coarser one is repeated
+        ((WHOLE, replace(WHOLE, shape=(128, 128)), replace(START, shape=(64, 64))), "here 32 × 32 points"),
         ((WHOLE, replace(START, every=1), replace(FINE, every=3), replace(FINE, every=4)), "every = 4 does not fit"),
     ],
 )
