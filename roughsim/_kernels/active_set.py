@@ -147,15 +147,17 @@ def classify(
 
 @kernel(fastmath=REORDER)
 def propose(
-    start: int, stop: int, free: Any, p: Any, gap: Any, offset: float, z: Any, mix: Any, cap: float, change: Any
+    start: int, stop: int, free: Any, p: Any, gap: Any, z: Any, mix: Any, law: Any, change: Any, results: Any
 ) -> Any:
     """Turn the last step into a trial change: β step − α z on the free points, to the nearest bound elsewhere.
 
-    Return Σ clip(p + change, 0, cap) and how many free points stay between the bounds.
+    `results` are filled with what the bounds add to the load of each point, and with the free points that stay between
+    the bounds. Return Σ clip(p + change, 0, cap), the number of these points, and Σ |what the bounds add|.
     """
-    free, p, gap, z, change = free[start:stop], p[start:stop], gap[start:stop], z[start:stop], change[start:stop]
-    alpha, beta = mix
-    total, count = 0.0, 0
+    free, p, gap, z = free[start:stop], p[start:stop], gap[start:stop], z[start:stop]
+    change, load, inner = change[start:stop], results[0][start:stop], results[1][start:stop]
+    (alpha, beta), (offset, _, cap) = mix, law
+    total, count, added = 0.0, 0, 0.0
     for i in range(stop - start):
         inside = free[i] != 0
         # pressed beyond the flat it goes to the cap, else to zero; at exactly d it goes where it carries already
@@ -166,9 +168,14 @@ def propose(
         change[i] = own if inside else other
         x = p[i] + change[i]
         y = min(max(x, 0.0), cap)
+        stays = (x == y) & inside
+        more = y - x if inside else other
+        load[i] = more
+        inner[i] = 1 if stays else 0
         total += y
-        count += 1 if (x == y) & inside else 0
-    return total, count
+        count += 1 if stays else 0
+        added += abs(more)
+    return total, count, added
 
 
 @kernel(fastmath=REORDER, inline=True)

@@ -59,6 +59,31 @@ def scatter_finest(
     return cross, own
 
 
+@kernel(fastmath=REORDER)
+def scatter_load(start: int, stop: int, free: Any, parent: Any, inverse: Any, p: Any, cap: float, change: Any) -> Any:
+    """Take what reaches the free points from their change.
+
+    Return Σ clip(p + change, 0, cap) and how many free points stay between the bounds.
+    """
+    columns, zero = change.shape[1], change.dtype.type(0.0)
+    line = np.zeros(columns, change.dtype)
+    total, count = 0.0, 0
+    for i in range(start, stop):
+        k = i // 2
+        for j in range(columns // 2):
+            line[2 * j] = line[2 * j + 1] = inverse[k, j] * parent[k, j]
+        if columns % 2:
+            line[columns - 1] = inverse[k, columns // 2] * parent[k, columns // 2]
+        for j in range(columns):
+            stays = free[i, j] != 0
+            change[i, j] -= line[j] if stays else zero
+            x = p[i, j] + change[i, j]
+            y = min(max(x, 0.0), cap)
+            total += y
+            count += 1 if (x == y) & stays else 0
+    return total, count
+
+
 @kernel()
 def extend(rows: Any, bottom: int, free: Any, field: Any, parents: Any, pyramid: Any) -> None:
     """Extend at all levels: the rows start … stop − 1 of level 0, and above them `extend_coarse` of the pyramid."""
@@ -68,10 +93,10 @@ def extend(rows: Any, bottom: int, free: Any, field: Any, parents: Any, pyramid:
 
 
 @kernel()
-def extend_coarse(bottom: int, shapes: Any, starts: Any, weights: Any, inverses: Any, values: Any) -> None:
-    """Push from the level `bottom` to the top and pull back to it."""
+def push_coarse(bottom: int, shapes: Any, starts: Any, weights: Any, inverses: Any, values: Any) -> None:
+    """Push from the level `bottom` to the top: the mean of the children."""
     top = len(shapes) - 1
-    # up: the mean of the children; nearly all levels halve both axes, and these have a loop of their own
+    # nearly all levels halve both axes, and these have a loop of their own
     for level in range(bottom, top):
         weight, value = _level(weights, shapes, starts, level), _level(values, shapes, starts, level)
         above = level + 1
@@ -81,7 +106,13 @@ def extend_coarse(bottom: int, shapes: Any, starts: Any, weights: Any, inverses:
             _push(weight, value, parent_weight, parent_value, inverse)
         else:
             _push_one(weight, value, parent_weight, parent_value, inverse)
-    # down: what the free points leave open comes from the level above
+
+
+@kernel()
+def extend_coarse(bottom: int, shapes: Any, starts: Any, weights: Any, inverses: Any, values: Any) -> None:
+    """Push from the level `bottom` to the top and pull back to it: what is left open comes from the level above."""
+    push_coarse(bottom, shapes, starts, weights, inverses, values)
+    top = len(shapes) - 1
     for level in range(top - 1, bottom - 1, -1):
         weight, value = _level(weights, shapes, starts, level), _level(values, shapes, starts, level)
         parent = _level(values, shapes, starts, level + 1)

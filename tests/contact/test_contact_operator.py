@@ -175,6 +175,17 @@ def test_the_extension_is_push_pull_and_its_transpose_the_transpose(shape, lengt
     assert cross == pytest.approx(np.sum(gathered * response), rel=1e-12)
     assert own == pytest.approx(np.sum(free * step * response), rel=1e-12)
     assert np.all(gathered[free == 0] == 0.0)
+    # load that bounds add to the other points is taken from the free points: the transpose, but on the free points
+    load = other * (1 - free)
+    change, pressure = step.copy(), rng.uniform(0.0, 2.0, shape)
+    clipped, count = extension.gather_load(free, load, pressure, 1.5, change)
+    assert np.sum(field * (step - change)) == pytest.approx(np.sum(extended * load), rel=1e-11, abs=1e-12)
+    trial = pressure + change
+    assert clipped == pytest.approx(np.clip(trial, 0.0, 1.5).sum(), rel=1e-12)
+    assert count == np.count_nonzero((trial >= 0.0) & (trial <= 1.5) & (free == 1))
+    assert np.array_equal(change[free == 0], step[free == 0])
+    if free.any():  # nothing is lost
+        assert np.sum(step - change) == pytest.approx(load.sum(), rel=1e-10, abs=1e-11)
 
 
 @pytest.mark.parametrize("shape", [((32, 32), (64, 64)), ((33, 32), (65, 32)), ((50, 20), (100, 39))])

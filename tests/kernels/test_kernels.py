@@ -159,15 +159,22 @@ def test_a_proposal_is_conjugate_where_free_and_a_bound_elsewhere(state):
         state.gap = np.maximum(state.gap, OFFSET)
         state.p[(state.free == 0) & (state.gap == OFFSET)] = 0.0
     change, mix = state.step.copy(), (0.3, 0.6)
-    args = (state.free, state.p, state.gap, OFFSET, state.response, mix, state.cap, change)
-    total, count = kernels.propose(START, STOP, *args)
+    load, inner = np.full(POINTS, 7.0), np.full(POINTS, 7, np.int8)
+    args = (state.free, state.p, state.gap, state.response, mix, state.law, change, (load, inner))
+    total, count, added = kernels.propose(START, STOP, *args)
     rise = state.gap - OFFSET
     to_cap = (rise < 0.0) | ((rise == 0.0) & (state.p > 0.0))
     bound = np.where(to_cap, state.cap, 0.0)
     expected = np.where(state.free == 1, 0.6 * state.step - 0.3 * state.response, bound - state.p)
     np.testing.assert_allclose(change, changed(state.step, expected), rtol=1e-14, atol=1e-16)
     x = state.p + expected
-    same((total, count), state.clip(x)[PART].sum(), (inside(x, state.cap) & (state.free == 1))[PART].sum())
+    stays = inside(x, state.cap) & (state.free == 1)
+    same((total, count), state.clip(x)[PART].sum(), stays[PART].sum())
+    # bounds move the free points that would leave them, and the others all the way
+    moved = np.where(state.free == 1, state.clip(x) - x, expected)
+    np.testing.assert_allclose(load, changed(np.full(POINTS, 7.0), moved), rtol=1e-14, atol=1e-16)
+    assert np.array_equal(inner, changed(np.full(POINTS, 7), stays))
+    same((added,), abs(moved)[PART].sum())
 
 
 def test_a_shift_moves_the_free_points_alone(state):
@@ -179,6 +186,18 @@ def test_a_shift_moves_the_free_points_alone(state):
     expected = state.clip(x) - state.p
     np.testing.assert_allclose(step, changed(state.step, expected), rtol=1e-13, atol=1e-16)
     same(found, (expected * (state.gap - OFFSET))[PART].sum(), (expected**2)[PART].sum())
+
+
+def test_a_shift_of_the_pressure_itself_ends_at_the_bounds(state):
+    p = state.p.copy()
+    kernels.shift_free(START, STOP, state.free, p, -0.15, state.cap)
+    np.testing.assert_allclose(p, changed(state.p, state.clip(state.p - 0.15 * state.free)), atol=1e-16)
+
+
+def test_the_extent_is_that_of_the_displacement(state):
+    displacement = (state.gap + (state.heights - 0.1) / 0.4)[PART]
+    found = kernels.extent(START, STOP, state.heights, 0.1, 0.4, state.gap)
+    same(found, displacement.min(), displacement.max())
 
 
 def test_a_gradient_step_goes_to_a_share_of_the_target(state):

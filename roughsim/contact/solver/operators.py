@@ -208,6 +208,32 @@ class Extension:
         cross, own = total(run(task, self.rows))
         return cross, own
 
+    def gather_load(
+        self, free: NDArray[np.int8], load: Field, pressure: Field, cap: float, change: Field
+    ) -> tuple[float, int]:
+        """Take the load of the points that are not free from the change of the free points around them.
+
+        The transpose of `extend` spreads it: close by, and without loss. Return Σ clip(pressure + change, 0, cap), and
+        how many free points stay between the bounds.
+        """
+        if self.bottom == 0:
+            self.parents[0][...], self.parents[1][...] = free, 0.0
+            extension.push_coarse(self.bottom, *self.pyramid)
+            self.parents[1][...] = load
+            extension.transpose_coarse(self.bottom, *self.pyramid)
+            change -= self.parents[1] * free
+            trial = pressure + change
+            clipped = np.clip(trial, 0.0, cap)
+            return float(clipped.sum()), int(np.count_nonzero((clipped == trial) & (free > 0)))
+        run(lambda a, b: extension.push_finest(a, b, free, load, *self.parents), self.rows)
+        extension.push_coarse(self.bottom, *self.pyramid)
+        run(lambda a, b: extension.gather(a, b, free, load, self.parents[1]), self.parent_rows)
+        extension.transpose_coarse(self.bottom, *self.pyramid)
+        parents = self.parents[1], self.parents[2]
+        task = lambda a, b: extension.scatter_load(a, b, free, *parents, pressure, cap, change)  # noqa: E731
+        clipped_sum, count = total(run(task, self.rows))
+        return clipped_sum, int(count)
+
 
 def _shapes(grid: Grid) -> list[tuple[int, int]]:
     """The shapes of the levels, finest first, down to one cell."""

@@ -23,6 +23,7 @@ REACH = 0.5  # a point is free where 0 < p − REACH κ(gap − d) < cap
 DOUBLE = float(np.finfo(np.float64).eps)
 ROUNDING = 64 * DOUBLE  # what rounding may leave of the gap, in units of the heights
 NEGLIGIBLE = 0.1  # share of the tolerance that rounding may take
+NEARBY = 0.01  # of the residual: from this share of the load on it matters where the load of the bounds goes
 BEARABLE = 3  # bad steps in a row before points are exchanged on solved problems; doubled each time
 
 
@@ -51,7 +52,8 @@ class State:
         self.problem, self.kind = problem, kind
         self.blocks = [(a * shape[1], b * shape[1]) for a, b in spans(*shape)]
         self.operator, self.extension = half_space(problem.grid, kind), Extension(problem.grid, kind)
-        self.free = np.zeros(shape, np.int8)
+        # the free points, and those of them that stay between the bounds in the step that is proposed
+        self.free, self.inner = np.zeros(shape, np.int8), np.zeros(shape, np.int8)
         self.step, self.response, self.field = (np.zeros(shape, kind) for _ in range(3))
         self.pressure, self.gap = np.empty(shape), np.empty(shape)
         # the same arrays in one dimension, as kernels take them
@@ -175,7 +177,13 @@ class State:
         """
         p, gap, free, field, step = self.flat
         cap = self.problem.cap
-        sums = self.sums(kernels.propose, free, p, gap, self.offset, field, (alpha, beta), cap, step)
+        load = self.response  # of the last step, which is done with
+        arguments = free, p, gap, field, (alpha, beta), self.law, step, (load.ravel(), self.inner.ravel())
+        *sums, added = self.sums(kernels.propose, *arguments)
+        # the load that bounds add or take is made up for by the free points nearby: a shift of all of them would move
+        # it across the cell, where long waves answer strongly. Where most of the load moves there is no nearby
+        if sums[1] and NEARBY * self.residual < added / self.problem.target < 0.5:
+            sums = self.extension.gather_load(self.inner, load, self.pressure, cap, self.step)
         accuracy = min(1e-9, 1e-3 * self.residual) * self.room / self.problem.target
         shift = self.load_shift(sums, max(accuracy, 1e-15))
         if shift is None:
@@ -186,6 +194,7 @@ class State:
     def best_length(self, slope: float) -> float:
         """Return the length of least energy along `step`, given its slope; 0 where the energy does not fall."""
         if not slope < 0.0:
+            self.response[...] = 0.0  # the next step starts anew
             return 0.0
         self.respond()
         return -slope / self.curvature if self.curvature > 0.0 else 1.0
