@@ -1,8 +1,8 @@
 """The contact solve: a cascade of grids, with preconditioned conjugate gradients on the free points of each.
 
-A step is proposed on the free points. What the bounds then add to the load is taken from the free points nearby, and what
-is left from all of them by a shift. The step is clipped to the bounds and taken with its exact length. A bad step is
-replaced by one of projected gradients.
+A step is proposed on the free points. What the bounds then add to the load is taken from the free points nearby, and
+what is left from all of them by a shift. The step is clipped to the bounds and taken with its exact length. A bad step
+is replaced by one of projected gradients.
 
 In cells with very unlike sides, or under noise on every point, what clipping does to a step moves the load between
 regions, and long waves answer so strongly that no clipped step lowers the energy. Where bad steps keep coming, the
@@ -21,7 +21,7 @@ from roughsim.contact.solver.state import BEARABLE, NEGLIGIBLE, REACH, State, ro
 from roughsim.fourier.blocks import run, spans, total
 from roughsim.grid import Field
 
-COARSE_TOLERANCE = 0.1  # tighter coarse solves do not help the next level
+COARSE_TOLERANCE = 0.03  # tighter coarse solves do not help the next level
 CONTINUATION = 0.15  # of κ(gap − d), by which the pressure is continued below zero before it is interpolated
 LONGEST = 0.95  # multiple of the preconditioned gap in a step after a first one: where points are still sent to their
 # bounds the best length of the whole step is that of their part, up to 4, and free points would overshoot with it
