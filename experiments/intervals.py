@@ -109,7 +109,7 @@ def runs_told(name: str, folder: Path, seeds: int, *, toy: bool) -> None:
 def main() -> None:
     command = Command(__file__, __doc__, "few trials")
     command.add_argument("--runs", nargs="*", choices=sorted(RUNS), help="scenes to run in place of trials")
-    command.add_argument("--seeds", type=int, default=40, help="of each scene: 40")
+    command.add_argument("--seeds", type=int, default=40, help="seeds of each scene: 40")
     options = command.parse()
     if options.runs:
         for name in options.runs:
