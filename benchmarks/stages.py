@@ -42,7 +42,7 @@ STAGES = {
     "targets looked at": ["results.run:Run._stop"],
     "hand-out": ["ensemble.run:run"],
     "comparison": ["comparison.compare:compare", "comparison.tables:comparison_table"],
-    "theory of the comparison": [
+    "theory of plan and comparison": [
         "prediction:predictions",
         "prediction:mode_sums",
         "prediction:calibrated_predictions",
