@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import asdict
+from functools import lru_cache
 from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
@@ -68,6 +69,7 @@ class Scene(Record, section=""):
         return self
 
     @property
+    @lru_cache(maxsize=64)  # noqa: B019  (equal scenes share it)
     def spectrum(self) -> Face | SumSpectrum:
         """Composite C(q) = C₁(q) + C₂(q) of the two uncorrelated faces, m⁴, Persson's convention."""
         faces = self.faces
