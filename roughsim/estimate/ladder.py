@@ -82,7 +82,7 @@ def values_of(
     # members are measured at a tiny speed instead of at rest: there the exact limit counts, without error
     moving = np.array(scene.speeds) > 0.0
     exact: dict[str, Any] = dict.fromkeys(("extrapolated", "finest", "base"), at_rest)
-    exact |= {"bandwidth": 0.0, "pixel": 0.0, "from_half": 0.0}
+    exact |= {"bandwidth": 0.0, "pixel": 0.0}
     return values._replace(**{key: np.where(moving, getattr(values, key), x) for key, x in exact.items()})
 
 

@@ -70,6 +70,9 @@ class Pilot:
     q_max: float  # its highest cut-off, rad/m
     pace: float  # CPU time of one realization over `work` of its points, s; never decides
     measured: bool = True
+    widest_change_scatter: float = (
+        0.0  # of these changes at the speed where they scatter most, relative to T_flash there
+    )
 
 
 # what stands for a pilot whose solves do not converge: about what those of steel say
@@ -103,8 +106,10 @@ def pilot(scene: Scene, column: Column, lengths: Lengths, q_max: float) -> Pilot
         return replace(GUESS, q_max=cut)
     mean = fine.mean(axis=0)
     hottest = int(np.argmax(mean))
-    limit = float((2.0 * fine - coarse).mean(axis=0)[hottest])  # of first order in 1/q_c
-    steps, pixels = ((level - coarse)[:, hottest] / limit for level in (fine, finer))
+    limit = (2.0 * fine - coarse).mean(axis=0)  # of first order in 1/q_c
+    changes = fine - coarse, finer - coarse
+    steps, pixels = (change[:, hottest] / limit[hottest] for change in changes)
+    widest = (change.std(axis=0, ddof=1)[limit > 0.0] / limit[limit > 0.0] for change in changes)
     raw_scatter, scatter = (
         np.divide(rows.std(axis=0, ddof=1), mean, out=np.zeros_like(mean), where=mean > 0.0)
         for rows in (fine, at_zero_skewness(fine, skewness))
@@ -118,6 +123,7 @@ def pilot(scene: Scene, column: Column, lengths: Lengths, q_max: float) -> Pilot
         change_scatter=max(float(change.std(ddof=1)) for change in (steps, pixels)),
         q_max=cut,
         pace=pace(numerics, quick, min(seconds, other)),
+        widest_change_scatter=max(float(scatter.max(initial=0.0)) for scatter in widest),
     )
 
 

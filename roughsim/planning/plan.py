@@ -23,6 +23,7 @@ from roughsim.untrusted import machine_memory
 TARGET = 0.01  # relative total error where neither the caller nor the scene states one
 LEAST_SHARE = 0.1  # of the squared target, kept for the statistical error however large the systematic errors are
 CORRECTIONS = 0.75  # scatter of the corrections by fine levels, over that of the changes in the pilot
+WIDEST_CORRECTIONS = 0.4  # the same at the speed where they scatter most, mostly the slowest; 0.3 … 0.5 on the steels
 HALF_SCATTER = 2.3  # times so much in half the cell: a quarter of the area; 1.8 … 2.4 were measured
 MEMORY_SHARE = 0.8  # share of the machine's memory that the largest grid may take
 BYTES_PER_POINT = 120  # peak memory of a solve, measured
@@ -167,11 +168,11 @@ def split_of(
     goal = sqrt(max(target**2 - systematic**2, LEAST_SHARE * target**2)) if stop is None else stop
     # the target holds at the speed that scatters most and at the hottest one. Where the coarsest level scatters less,
     # few fine realizations count with fewer degrees of freedom, and the interval may be wider
-    change, most = CORRECTIONS * seen.change_scatter * (HALF_SCATTER if half else 1.0), scene.ensemble.max_realizations
-    counts = {
-        every: max(realizations_for(goal, scatter, change, every) for scatter in {seen.scatter, seen.hot_scatter})
-        for every in STRIDES
-    }
+    factor, most = HALF_SCATTER if half else 1.0, scene.ensemble.max_realizations
+    change = factor * CORRECTIONS * seen.change_scatter
+    widest = max(change, factor * WIDEST_CORRECTIONS * seen.widest_change_scatter)
+    speeds = {(seen.hot_scatter, change), (seen.scatter, widest)}
+    counts = {every: max(realizations_for(goal, *scatters, every) for scatters in speeds) for every in STRIDES}
     every = choose_stride(ladder, counts, most, half)
     work = total_work(ladder.levels(every, half), min(counts[every], most))
     return Split(half, every, goal, size, change, counts[every], work)

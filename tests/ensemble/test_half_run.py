@@ -155,10 +155,14 @@ def test_pictures_are_of_the_runs_cell(half_run):
     assert g[0] == pytest.approx(np.mean(variance), rel=1e-9)
 
 
-def test_a_comparison_has_the_modes_of_the_runs_cell_up_to_the_highest_cut_off(half_run, capped_scene):
-    whole = Numerics((WHOLE, rs.Level("capped", (128, 128), 1e5, every=2)), LENGTHS)
-    run = rs.run(capped_scene, half_run.folder.parent / "whole", numerics=whole, workers=1)
-    theories = [[row.theory for row in rs.compare(one).rows] for one in (half_run, run)]
+def test_a_comparison_has_the_modes_of_the_runs_cell_up_to_the_highest_cut_off(capped_scene, tmp_path):
+    # 128 points in the run's cell hold q_max, 64 would not
+    fine = replace(FINE, q_max=1.5e5)
+    theories = []
+    for name, levels in (("half", (WHOLE, START, fine)), ("whole", (WHOLE, rs.Level("capped", (128, 128), 1.5e5)))):
+        numerics = Numerics(levels, LENGTHS)
+        run = rs.run(capped_scene, tmp_path / name, numerics=numerics, max_realizations=3, workers=1)
+        theories.append([row.theory for row in rs.compare(run).rows])
     np.testing.assert_array_equal(*theories)
 
 

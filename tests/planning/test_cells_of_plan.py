@@ -68,6 +68,9 @@ def test_steel_takes_its_corrections_from_half_the_cell_and_says_what_the_other_
     # the share of the size that half the cell adds
     added = np.sqrt(half.forecast.size**2 - whole.forecast.size**2)
     assert whole.forecast.size == pytest.approx(0.004)
+    # a step of 20 % up to q_max and as much beyond; the first capped level stands at half of 8 q_y / 2 or 16 q_y / 4
+    first = half.levels[half.of_column("capped")[0]].q_max
+    assert added == pytest.approx(0.016 * 0.2 * 2e5 / first, rel=1e-6)
     assert f"within {100 * added:.1g} % of T_flash" in why(half).reason
 
 
@@ -90,6 +93,16 @@ def test_few_spots_are_not_halved(monkeypatch):
     scene = rs.load_scene("steel-1.2GPa")
     light = replace(scene, sliding=replace(scene.sliding, nominal_pressure=5e-4 * 1.2e9))
     assert "half" not in cells(planned(monkeypatch, light), "capped")
+
+
+def test_corrections_scatter_most_at_another_speed_than_the_hottest(monkeypatch):
+    scene = rs.load_scene("steel-1.2GPa")
+    alike, wide = (planned(monkeypatch, scene, replace(SEEN, widest_change_scatter=x), 0.02) for x in (0.0, 0.03))
+    fine = [plan.forecast.realizations / plan.levels[-1].every for plan in (alike, wide)]
+    assert fine[1] > 2.0 * fine[0]
+    # 2.3 times 0.4 of 3 % alone takes (1.96 · 2.8 % / goal)² of them
+    goal = float(next(r.reason for r in wide.reasons if r.choice == "realizations").split("=")[1].split("%")[0])
+    assert fine[1] > (1.96 * 2.3 * 0.4 * 3.0 / goal) ** 2
 
 
 def test_the_hottest_speed_meets_the_target_too(monkeypatch):

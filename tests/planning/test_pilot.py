@@ -58,6 +58,10 @@ def test_a_pilot_tells_scatter_step_and_pixel(monkeypatch):
     assert found.scatter == pytest.approx(relative.max(), rel=1e-12)
     assert found.hot_scatter == pytest.approx(relative[1], rel=1e-12)
     assert found.scatter > found.hot_scatter
+    each = [np.array([temperatures(i, level) for i in range(12)]) for level in (0, 1, 2)]
+    limits = (2 * each[1] - each[0]).mean(axis=0)
+    changes = [(rows - each[0]).std(axis=0, ddof=1) / limits for rows in each[1:]]
+    assert found.widest_change_scatter == pytest.approx(np.max(changes), rel=1e-12)
     assert found.step == pytest.approx(-(above - first).mean() / limit, rel=1e-12)
     assert found.pixel == pytest.approx(-(finer - first).mean() / limit, rel=1e-12)
     assert found.change_scatter == pytest.approx((above - first).std(ddof=1) / limit, rel=1e-12)
