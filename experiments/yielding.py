@@ -208,8 +208,8 @@ MARKS = {"paper": ("C3", "^"), "walls": ("C1", "v"), "bearing": ("C2", "s"), "la
 
 def draw(cases: list[Case], errors: dict[str, Any], folder: Path) -> None:
     """Draw predicted over measured for all forms, and the law at the fresh points."""
-    figure = Figure(figsize=(11.0, 4.2), layout="constrained")
-    left, right = figure.subplots(1, 2, width_ratios=(1.0, 2.0))
+    figure = Figure(figsize=(13.0, 4.2), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(1.0, 2.8))
     order = np.argsort([case.load / case.hardness for case in cases])
     shares = np.array([cases[k].load / cases[k].hardness for k in order])
     for name, (color, mark) in MARKS.items():
@@ -239,7 +239,7 @@ def draw(cases: list[Case], errors: dict[str, Any], folder: Path) -> None:
             )
     right.axhline(0.0, color="0.4", linewidth=0.8)
     right.axhspan(-100 * BAND, 100 * BAND, color="0.92", zorder=0)
-    right.set_xticks(range(len(fresh)), [cases[k].name for k in fresh], rotation=90, fontsize=6)
+    right.set_xticks(range(len(fresh)), [cases[k].name for k in fresh], rotation=90, fontsize=5.5)
     right.set(ylabel="law less measured $T_{flash}$, %", xlim=(-0.7, len(fresh) - 0.3))
     right.legend(
         frameon=False, fontsize=8, ncols=3, title="filled: not seen before the law was final", title_fontsize=8
