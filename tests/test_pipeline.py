@@ -64,7 +64,7 @@ def test_each_stage_gets_what_the_problem_says(capped_scene, capped_numerics, mo
 
 def test_the_levels_of_a_realization_share_one_random_stream(capped_scene, capped_numerics):
     problems = [level_problem(capped_scene, capped_numerics, level) for level in range(len(capped_numerics.levels))]
-    assert {problem.stream for problem in problems} == {1}  # the finest level has place 1
+    assert {problem.stream for problem in problems} == {len(capped_numerics.levels) - 1}
     assert {problem.seed for problem in problems} == {capped_scene.ensemble.seed}
 
 
