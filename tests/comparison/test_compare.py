@@ -8,7 +8,7 @@ import pytest
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.comparison.compare import Ratio
+from roughsim.comparison.compare import Ratio, ratios_of
 from roughsim.comparison.tables import comparison_table
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
 from roughsim.observables.record import Observable
@@ -140,6 +140,15 @@ def test_ratios_keep_the_pairing(table, capped_run):
     row = next(r for r in table.rows if r.observable == "flash_temperature" and r.speed == 35.0)
     assert row.ratios["capped_over_smoothed"].value == pytest.approx(above.mean() / below.mean(), rel=1e-12)
     assert row.ratios["capped_over_smoothed"].standard_error == pytest.approx(jackknife, rel=0.2)
+
+
+def test_the_cell_makes_both_columns_of_a_ratio_uncertain(capped_run):
+    both = [capped_run.estimate("flash_temperature", column) for column in ("capped", "smoothed")]
+    relative = [estimate.budget["size"][1:] / estimate.mean[1:] for estimate in both]  # the first speed is rest
+    theory = np.ones(len(capped_run.scene.speeds))
+    ratio = ratios_of(capped_run, "flash_temperature", theory, theory)["capped_over_smoothed"]
+    assert np.min(relative) > 0.0
+    np.testing.assert_allclose(ratio.budget["size"][1:] / ratio.mean[1:], np.hypot(*relative), rtol=1e-9)
 
 
 def test_theory_stands_beside_the_whole_spectrum(table):
