@@ -71,10 +71,10 @@ def test_theory_and_plan_print_tables(capsys):
     assert "258.9" in out
     code, out, _ = inside(capsys, "plan", "steel-1.2GPa")
     assert code == 0
-    assert "2048 × 2048" in out
+    assert "1024 × 1024 to q_c = 8.11e+05 rad/m in half the cell" in out
     assert "99 % of the contact has yielded" in out
     code, out, _ = inside(capsys, "plan", "steel-1.2GPa", "--json")
-    assert json.loads(out)["levels"][-1]["shape"] == [2048, 2048]
+    assert json.loads(out)["levels"][-1]["shape"] == [1024, 1024]
 
 
 def test_new_prints_a_scene_to_start_from(capsys, tmp_path):

@@ -1,5 +1,7 @@
 """Estimates: means, errors, extrapolation and stopping, against closed forms and a plain jackknife."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import special, stats
@@ -166,7 +168,7 @@ def test_each_row_is_its_realizations_own_influence(name):
 
     def statistic(rows):
         numbers = {key: values[rows] for key, values in data.numbers.items()}
-        part = data._replace(numbers=numbers, spectrum=data.spectrum[rows])
+        part = replace(data, numbers=numbers, spectrum=data.spectrum[rows])
         return observe(name, [part], capped=False).extrapolated.mean(axis=0)
 
     rows = observe(name, [data], capped=False).extrapolated[:, 0]

@@ -1,6 +1,7 @@
 """Ladders of levels: corrections from few realizations, the limit in q_c, the pixel, and what an interval is worth."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -76,7 +77,7 @@ def test_the_fitted_exponent_scatters_too():
 def test_each_speed_has_its_own_exponent():
     slow, fast = (power_law([1.0, 2.0, 4.0], p) for p in (1.5, 0.8))
     both = [
-        a._replace(numbers={NAME: np.hstack([a.numbers[NAME], b.numbers[NAME]])})
+        replace(a, numbers={NAME: np.hstack([a.numbers[NAME], b.numbers[NAME]])})
         for a, b in zip(slow, fast, strict=True)
     ]
     np.testing.assert_allclose(observe(NAME, both, capped=True).exponent, [1.5, 0.8], rtol=1e-9)
