@@ -69,9 +69,9 @@ def contact(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Poi
     exact = solve_surface(tolerance=1e-10)
     for precision in ("double", "single"):
         method = f"{precision} precision"
-        for tolerance in 10.0 ** -np.arange(1.0, 9.0):
-            solve = partial(solve_surface, tolerance=float(tolerance), precision=precision)
-            chosen = precision == numerics.precision and bool(np.isclose(tolerance, numerics.tolerance))
+        for tolerance in sorted({numerics.tolerance, *(float(f"1e-{k}") for k in range(1, 9))}, reverse=True):
+            solve = partial(solve_surface, tolerance=tolerance, precision=precision)
+            chosen = (precision, tolerance) == (numerics.precision, numerics.tolerance)
             setting = f"tolerance {tolerance:.0e}"
             try:
                 solved, cost = solve(), cpu_seconds(solve)
