@@ -190,6 +190,7 @@ def test_the_chart_is_a_picture(tmp_path):
     assert (tmp_path / "chart.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_the_command_prints_the_front_and_the_choice_of_the_plan(capsys):
     with pytest.raises(SystemExit) as ended:
         cli.main(["bench", "demo", "--stage", "contact", "--realizations", "4"])
