@@ -117,9 +117,12 @@ def stress_spectrum(
                 f"{name} = {value:.3g} lies outside {least:g} … {most:g}, where the law for contact that yields was "
                 "compared with contacts; use the paper's weight for it"
             )
-    if not STEPS[0] <= positive("step", step, "e-folds") <= STEPS[1]:
-        raise ValueError(f"step = {step:g} e-folds lies outside {STEPS[0]:g} … {STEPS[1]:g}: leave it out for {STEP:g}")
-    return YieldingSpectrum(spectrum, **solid, step=step)
+    width = positive("step", step, "e-folds")
+    if not STEPS[0] <= width <= STEPS[1]:
+        raise ValueError(
+            f"step = {width:g} e-folds lies outside {STEPS[0]:g} … {STEPS[1]:g}: leave it out for {STEP:g}"
+        )
+    return YieldingSpectrum(spectrum, **solid, step=width)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,122 @@
+"""Where the law of contact that yields may be asked: the ends of its range, its step, and what it refuses by name."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from yielding_cases import HARDNESS, HEATING, MODULUS, SelfAffine
+
+from theory import flash, plasticity
+from theory.yielding import YieldingSpectrum
+
+
+@dataclasses.dataclass(frozen=True)
+class Gap(SelfAffine):
+    """C(q) that lacks some waves."""
+
+    def __call__(self, q):
+        return SelfAffine.__call__(self, q) * ((np.asarray(q) < 2e5) | (np.asarray(q) > 1e6))
+
+
+@pytest.mark.parametrize(
+    ("spectrum", "pressure", "name"),
+    [
+        (SelfAffine(), 1e-90, "nominal_pressure/penetration_hardness = 8.33e-100"),
+        (SelfAffine(), 0.003 * HARDNESS, "nominal_pressure/penetration_hardness = 0.003"),
+        (SelfAffine(), 0.7 * HARDNESS, "nominal_pressure/penetration_hardness = 0.7"),
+        (SelfAffine(q_min=4e3), 0.1 * HARDNESS, "q_roll_off/q_min = 25"),
+        (SelfAffine(level=2e-25, hurst=0.2), 0.1 * HARDNESS, "Hurst exponent = 0.2"),
+        (SelfAffine(level=8e-28), 0.1 * HARDNESS, "q_max/q_roll_off"),
+        (SelfAffine(level=1e-21, q_min=1e4), 0.1 * HARDNESS, "q_y/q_roll_off"),
+        (SelfAffine(level=2e-24, q_max=1.1e5, q_min=1e5 / 1.5), 0.1 * HARDNESS, "q_max/q_min = 1.65"),
+        (Gap(), 0.1 * HARDNESS, r"C\(q\) = 0 at q = "),
+    ],
+)
+def test_what_was_not_compared_is_refused_by_name(spectrum, pressure, name):
+    with pytest.raises(ValueError, match=name):
+        plasticity.stress_spectrum(
+            spectrum, effective_modulus=MODULUS, nominal_pressure=pressure, penetration_hardness=HARDNESS
+        )
+
+
+SOFT = {"level": 2e-24}  # q_y is little above q_r
+
+
+@pytest.mark.parametrize(
+    ("name", "inside", "outside"),
+    [
+        ("nominal_pressure/penetration_hardness", SOFT | {"share": 0.0051}, SOFT | {"share": 0.0049}),
+        ("nominal_pressure/penetration_hardness", SOFT | {"share": 0.59}, SOFT | {"share": 0.61}),
+        ("q_roll_off/q_min", SOFT | {"q_min": 1e5 / 15.8}, SOFT | {"q_min": 1e5 / 16.2}),
+        ("Hurst exponent", SOFT | {"hurst": 0.31}, SOFT | {"hurst": 0.29}),
+        ("Hurst exponent", SOFT | {"hurst": 0.99}, SOFT | {"hurst": 1.01}),
+        ("q_max/q_min", SOFT | {"q_min": 7e4, "q_max": 1.42e5}, SOFT | {"q_min": 7e4, "q_max": 1.38e5}),
+        ("q_y/q_roll_off", {"level": 2.68e-25}, {"level": 2.59e-25}),  # 7.8, 8.2
+        ("q_y/q_roll_off", {"level": 8.9e-22, "q_min": 1e4}, {"level": 1.05e-21, "q_min": 1e4}),  # 0.255, 0.245
+        # in part: 7 % of the contact is elastic at q_max, and half of it at 8 q_r
+        ("q_max/q_roll_off", {"level": 8e-26, "q_max": 3.17e6}, {"level": 8e-26, "q_max": 3.23e6}),
+        # H tells nothing below 1.5 q_r
+        ("Hurst exponent", {"hurst": 0.2, "q_max": 1.45e5}, {"hurst": 0.2, "q_max": 1.55e5}),
+    ],
+)
+def test_the_range_ends_where_it_is_said_to(name, inside, outside):
+    def made(share=0.1, **spectrum):
+        return plasticity.stress_spectrum(
+            SelfAffine(**spectrum),
+            effective_modulus=MODULUS,
+            nominal_pressure=share * HARDNESS,
+            penetration_hardness=HARDNESS,
+        )
+
+    assert isinstance(made(**inside), YieldingSpectrum)
+    with pytest.raises(ValueError, match=f"^{name} = .* lies outside"):
+        made(**outside)
+
+
+@dataclasses.dataclass(frozen=True)
+class Smooth(SelfAffine):
+    """C(q) that says nothing of q_r in its breaks."""
+
+    @property
+    def breaks(self):
+        return self.q_min, self.q_max
+
+
+def test_the_roll_off_is_found_between_breaks():
+    solid = {"effective_modulus": MODULUS, "nominal_pressure": 0.1 * HARDNESS, "penetration_hardness": HARDNESS}
+    with pytest.raises(ValueError, match=r"q_roll_off/q_min = 2[45]"):
+        plasticity.stress_spectrum(Smooth(q_min=4e3), **solid)
+
+
+def test_the_step_is_that_of_the_solution():
+    solid = {"effective_modulus": MODULUS, "nominal_pressure": 0.1 * HARDNESS, "penetration_hardness": HARDNESS}
+    heat = {"nominal_pressure": 0.1 * HARDNESS, **HEATING}
+
+    def temperature(**step):
+        stress = plasticity.stress_spectrum(SelfAffine(q_max=1e6), **solid, **step)
+        return float(flash.flash_temperature(1e8, stress_spectrum=stress, **heat))
+
+    finest = temperature(step=0.06)
+    errors = [abs(temperature(step=step) / finest - 1) for step in (0.5, 0.25, 0.125)]
+    assert 0.005 > errors[0] > errors[1] > errors[2] > 0.0
+    assert temperature() == temperature(step=0.25)
+
+
+@pytest.mark.parametrize("step", [0.009, 0.6, 10.0])
+def test_a_step_that_the_law_cannot_take_is_refused(step):
+    solid = {"effective_modulus": MODULUS, "nominal_pressure": 0.1 * HARDNESS, "penetration_hardness": HARDNESS}
+    with pytest.raises(ValueError, match=rf"step = {step:g} e-folds lies outside 0\.01 … 0\.5"):
+        plasticity.stress_spectrum(SelfAffine(q_max=2e5), **solid, step=step)
+
+
+@pytest.mark.parametrize("step", [0.011, 0.5])
+def test_steps_inside_the_range_are_taken(step):
+    solid = {"effective_modulus": MODULUS, "nominal_pressure": 0.1 * HARDNESS, "penetration_hardness": HARDNESS}
+    assert plasticity.stress_spectrum(SelfAffine(q_max=2e5), **solid, step=np.array(step)).step == step
+
+
+def test_more_load_than_yielded_contact_carries_is_refused():
+    with pytest.raises(ValueError, match="exceeds the penetration_hardness"):
+        plasticity.stress_spectrum(
+            SelfAffine(), effective_modulus=MODULUS, nominal_pressure=2 * HARDNESS, penetration_hardness=HARDNESS
+        )
