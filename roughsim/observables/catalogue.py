@@ -27,9 +27,8 @@ def heat_share(sample: Sample) -> Array:
 
 def skewness(measured: Measured) -> float:
     """Return the skewness of the long waves of the surface of a member."""
-    from roughsim.surface.skewness import (
-        long_wave_skewness,
-    )  # slow to import: reading the names alone must not wait for it
+    # slow to import: reading the names alone must not wait for it
+    from roughsim.surface.skewness import long_wave_skewness
 
     return long_wave_skewness(measured.heights, measured.grid)
 

@@ -70,9 +70,8 @@ class Pilot:
     q_max: float  # its highest cut-off, rad/m
     pace: float  # CPU time of one realization over `work` of its points, s; never decides
     measured: bool = True
-    widest_change_scatter: float = (
-        0.0  # of these changes at the speed where they scatter most, relative to T_flash there
-    )
+    # of these changes at the speed where they scatter most, relative to T_flash there
+    widest_change_scatter: float = 0.0
 
 
 # what stands for a pilot whose solves do not converge: about what those of steel say

@@ -46,6 +46,17 @@ def arrive(folder, aside, index):
         shutil.copy(path, folder / "realizations")
 
 
+@pytest.fixture
+def watched(empty):
+    """A page on a run of which three realizations are there, with its folder and the other members beside it."""
+    folder, aside = empty
+    for index in (0, 1, 2):
+        arrive(folder, aside, index)
+    run = WatchedRun(folder)
+    assert run.summary().problems == []
+    return folder, aside, run
+
+
 def test_an_empty_run_shows_its_scene_and_theory(empty):
     run = WatchedRun(empty[0])
     summary = run.summary()
@@ -92,12 +103,8 @@ def test_a_damaged_file_is_named_and_the_others_are_shown(copied):
     assert run.summary().problems == []
 
 
-def test_a_file_that_is_damaged_when_the_page_comes_to_it_is_named(empty):
-    folder, aside = empty
-    for index in (0, 1, 2):
-        arrive(folder, aside, index)
-    run = WatchedRun(folder)
-    assert run.summary().problems == []
+def test_a_file_that_is_damaged_when_the_page_comes_to_it_is_named(watched):
+    folder, aside, run = watched
     arrive(folder, aside, 3)
     (folder / "realizations" / "L2-000003.h5").write_bytes(b"no HDF5")
     assert "L2-000003.h5 is damaged" in run.summary().problems[0]
@@ -109,12 +116,8 @@ def test_a_file_that_is_damaged_when_the_page_comes_to_it_is_named(empty):
     assert run.summary().sound[2] == [0, 1, 2]
 
 
-def test_what_was_read_stays_when_its_file_is_damaged_and_the_next_page_names_it(empty):
-    folder, aside = empty
-    for index in (0, 1, 2):
-        arrive(folder, aside, index)
-    run = WatchedRun(folder)
-    assert run.summary().problems == []
+def test_what_was_read_stays_when_its_file_is_damaged_and_the_next_page_names_it(watched):
+    folder, aside, run = watched
     (folder / "realizations" / "L2-000001.h5").write_bytes(b"no HDF5")
     arrive(folder, aside, 3)
     assert run.summary().sound[2] == [0, 1, 2, 3]

@@ -1,5 +1,6 @@
 """Small runs: one with kept fields and its exported file, and one of many realizations on two levels."""
 
+import shutil
 from dataclasses import replace
 
 import pytest
@@ -30,3 +31,9 @@ def whole(capped_scene, tmp_path_factory):
     )
     scene = replace(capped_scene, numerics=replace(capped_scene.numerics, levels=levels, keep_fields=1))
     return rs.run(scene, tmp_path_factory.mktemp("whole") / "run", max_realizations=COUNT)
+
+
+@pytest.fixture
+def folder(whole, tmp_path):
+    """A copy of the folder of `whole`."""
+    return shutil.copytree(whole.folder, tmp_path / "run")

@@ -1,7 +1,5 @@
 """What a run lacks is named: members missing in the middle, and damaged ones, in every output."""
 
-import shutil
-
 import pytest
 
 import roughsim as rs
@@ -10,11 +8,6 @@ from roughsim.comparison.tables import comparison_table
 from roughsim.ensemble.status import status_dict, status_lines
 from roughsim.explore.content import WatchedRun
 from roughsim.store.member_files import member_path
-
-
-@pytest.fixture
-def folder(whole, tmp_path):
-    return shutil.copytree(whole.folder, tmp_path / "run")
 
 
 def test_a_missing_member_in_the_middle_is_named_and_what_follows_is_said(folder):

@@ -3,28 +3,21 @@
 import builtins
 import errno
 import os
-import pickle
 import shutil
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from damage_cases import PASSING, without_seal
-from summary_cases import COUNT
+from summary_cases import COUNT, bits
 
 import roughsim as rs
 from roughsim.estimate.errors import relative_half_width
-from roughsim.estimate.ladder import Values, values_of
+from roughsim.estimate.ladder import values_of
 from roughsim.results import members, reader
 from roughsim.results.members import SUMMARY, Members
 from roughsim.store import member_files
 from roughsim.store.member_files import check_member, member_path, read_member, write_member
-
-
-@pytest.fixture
-def folder(whole, tmp_path):
-    return shutil.copytree(whole.folder, tmp_path / "run")
 
 
 @pytest.fixture
@@ -40,13 +33,6 @@ def empty_members(run, speeds):
     """A table without members for as many speeds."""
     lengths = [run.numerics.lengths] * len(run.numerics.levels)
     return Members([level.every for level in run.numerics.levels], lengths, speeds)
-
-
-def bits(run):
-    """What estimates are made of, of numbers and of spectra."""
-    found = {name: run.values(name) for name in ("flash_temperature", "plastic_fraction", "correlation_radius_50")}
-    fields = [(name, field) for name in found for field in Values._fields]
-    return {(name, field): np.asarray(getattr(found[name], field)).tobytes() for name, field in fields}
 
 
 def test_a_run_is_read_from_its_summary_to_the_last_bit_and_each_member_once(folder, whole, eager, monkeypatch):
@@ -75,30 +61,6 @@ def test_a_run_that_ends_leaves_a_summary_of_few_members_too(whole, eager, tmp_p
     assert eager == []
 
 
-def test_a_comparison_opens_the_file_of_each_member_once(folder):
-    opened, watching = [], [True]
-
-    def watched(event, arguments):
-        if event == "open" and str(arguments[0]).endswith(".h5") and watching:
-            opened.append(os.path.basename(arguments[0]))
-
-    sys.addaudithook(watched)  # sees what NumPy opens too
-    rs.compare(rs.open_run(folder)).to_dict()
-    watching.clear()
-    assert sorted(opened) == sorted(path.name for path in (folder / "realizations").iterdir())
-
-
-@pytest.mark.parametrize("most", [0, 50_000, 1 << 20])
-def test_spectra_are_the_same_however_many_stay_in_memory(folder, whole, most, monkeypatch):
-    monkeypatch.setattr(reader, "MOST_KEPT", most)
-    run, every = rs.open_run(folder), [level.every for level in whole.numerics.levels]
-    assert bits(run) == bits(whole)
-    for rows in ([4, 6], [0, 2, 4], list(range(COUNT)), [6]):
-        for level, sample in zip(whole.numerics.of_column(whole.column(None)), run.samples(None, rows), strict=True):
-            stored = [read_member(member_path(folder, level, k)).spectrum for k in rows if k % every[level] == 0]
-            np.testing.assert_array_equal(sample.spectrum, np.reshape(stored, sample.spectrum.shape))
-
-
 def test_a_member_that_came_or_changed_since_is_read_and_wins(folder, whole, eager):
     rs.open_run(folder)
     eager.clear()
@@ -111,26 +73,6 @@ def test_a_member_that_came_or_changed_since_is_read_and_wins(folder, whole, eag
     expected = true.numbers["flash_temperature"] * np.where(np.arange(COUNT) == 3, 2.0, 1.0)[:, None]
     np.testing.assert_array_equal(found.numbers["flash_temperature"], expected)
     np.testing.assert_array_equal(found.spectrum, true.spectrum * np.where(np.arange(COUNT) == 3, 3.0, 1.0)[:, None])
-
-
-@pytest.mark.slow
-def test_a_reader_holds_no_more_spectra_of_500_than_of_50_realizations(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(os, "fsync", lambda handle: None)
-    monkeypatch.setattr(reader, "MOST_KEPT", 1 << 20)
-    wavenumber, spectrum = np.geomspace(1e3, 1e5, 5000), np.random.default_rng(2).random(5000)
-    held = {}
-    for count in (50, 500):
-        other = shutil.copytree(folder, tmp_path / str(count), ignore=shutil.ignore_patterns("L*"))
-        for level, every in ((0, 1), (1, 2)):
-            one = replace(read_member(member_path(folder, level, 0)), wavenumber=wavenumber)
-            for index in range(0, count, every):
-                write_member(other, replace(one, index=index, spectrum=spectrum + index))
-        run = rs.open_run(other)
-        run.max_realizations = count
-        run.refresh()
-        np.testing.assert_array_equal(run.samples()[0].spectrum, spectrum + np.arange(count)[:, None])
-        held[count] = len(pickle.dumps(run._reader))
-    assert held[500] - held[50] < 1000 * 1.5 * 450  # rows of numbers; their spectra take 40 kB each
 
 
 def test_a_member_damaged_after_the_summary_is_named(folder, eager):
