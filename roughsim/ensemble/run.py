@@ -24,7 +24,7 @@ from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics, Reason
 from roughsim.store.claims import Claims
-from roughsim.store.member_files import FORMAT
+from roughsim.store.member_hdf5 import FORMAT
 
 
 def run(

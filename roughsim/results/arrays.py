@@ -15,7 +15,8 @@ from roughsim.observables.catalogue import NUMBERS
 from roughsim.results.members import SOUND, Members
 from roughsim.results.reader import Reader
 from roughsim.scene.numerics import Numerics
-from roughsim.store.member_files import KEPT_FIELDS, member_path, read_field
+from roughsim.store.member_files import member_path, read_field
+from roughsim.store.member_hdf5 import KEPT_FIELDS
 
 Array = NDArray[Any]
 DERIVED_UNITS = {"heat_flux": "W/m^2", "temperature": "K"}  # of fields that depend on the speed

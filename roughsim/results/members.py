@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.store.disk import place_bytes, read_bytes
-from roughsim.store.member_files import KEPT_FIELDS, STAGES, Member
+from roughsim.store.member_files import STAGES, Member
+from roughsim.store.member_hdf5 import KEPT_FIELDS
 
 Key = tuple[int, int]  # level and index
 SUMMARY = "summary.bin"

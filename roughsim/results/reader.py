@@ -20,7 +20,6 @@ from roughsim.store.disk import not_readable, read_bytes
 from roughsim.store.member_files import (
     MEMBER_NAME,
     Member,
-    digest_of,
     is_unchanged,
     member_name,
     member_of,
@@ -93,7 +92,7 @@ class Reader:
                 member,
                 size=len(content),
                 changed=status.st_mtime_ns,
-                digest=digest_of(path, content),
+                digest=member.digest.encode(),
                 spectrum_start=content.find(spectrum),
                 spectrum_check=crc32(spectrum),
             )

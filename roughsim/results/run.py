@@ -22,7 +22,8 @@ from roughsim.results import arrays
 from roughsim.results.reader import Reader, identity_of
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
-from roughsim.store.member_files import KEPT_FIELDS, member_path, read_field
+from roughsim.store.member_files import member_path, read_field
+from roughsim.store.member_hdf5 import KEPT_FIELDS
 
 Field = NDArray[np.float32]
 

@@ -1,9 +1,8 @@
 """The file of a member (one realization at one level): its format, written whole and checked to the last byte.
 
-The file is HDF5 and netCDF-4 at once. All arrays lie in the root group with dimension scales and units; the group
-`entry` links to them as NeXus wants it. The attribute `header` is JSON and holds what is no array. `sha256` guards the
-header and the numbers, and each field has a digest of its own. After the end of the HDF5 file stands the seal: a line
-with the name of the file and the SHA-256 of all bytes before it.
+The file is HDF5 and netCDF-4 at once (`roughsim.store.member_hdf5`). After the end of the HDF5 data it has two lines.
+The first says where the header and the numbers lie, so that reading them needs no HDF5. The second is the seal: the
+name of the file and the SHA-256 of all bytes before it.
 """
 
 import errno
@@ -13,9 +12,10 @@ import json
 import os
 import re
 import stat
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 from zlib import crc32
@@ -26,19 +26,17 @@ from numpy.typing import NDArray
 from roughsim.errors import RecordError
 from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
-from roughsim.store.disk import DamagedError, add_attributes, damaged, hdf5_bytes, place_bytes, read_bytes, read_numbers
+from roughsim.store.disk import DamagedError, damaged, place_bytes, read_bytes, read_numbers
+from roughsim.store.member_hdf5 import FORMAT, KEPT_FIELDS, digest_of_arrays, hdf5_of
 from roughsim.untrusted import ChildEndedError, call_in_child, check_hdf5
 
-FORMAT = 3  # to be raised when older readers would misread a file, or take it for damaged
 OLDEST = 2  # the oldest version that is still read
-KEPT_FIELDS = {  # unit, and description in exported files
-    "heights": ("m", "composite heights"),
-    "pressure": ("Pa", "contact pressure, positive in compression"),
-}
 STAGES = ("surface", "contact", "observables")  # of the pipeline: the seconds of each are stored
 MEMBER_NAME = re.compile(r"L(\d+)-(\d{6,})")  # level and index; of the file, of its claim, and in messages
 _SEAL = re.compile(rb"\nroughsim (L(\d+)-(\d{6,})\.h5) sha256 ([0-9a-f]{64})\n\Z")
 _LONGEST_SEAL = 200  # bytes
+_PLACES = b"\nroughsim places "  # begins the line with the places
+_LONGEST_PLACES = 4096  # bytes
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
@@ -59,6 +57,7 @@ class Member:
     speeds: tuple[float, ...] = ()  # of the arrays over speed, m/s
     provenance: dict[str, Any] = field(default_factory=dict)  # scene, numerics, versions, residual, times
     kept: tuple[str, ...] = ()  # names of the fields in its file, also where `fields` are not in memory
+    digest: str = ""  # SHA-256 of its file, hexadecimal, if it was read from one
 
 
 def member_name(level: int, index: int) -> str:
@@ -74,12 +73,30 @@ def member_path(folder: Path, level: int, index: int) -> Path:
 def write_member(folder: Path, member: Member) -> None:
     """Write a member's file, whole or not at all; OSError, naming the path, if the disk refuses."""
     path = member_path(folder, member.level, member.index)
-    content = hdf5_bytes(lambda file: _fill(file, member))
-    # the seal lies behind the HDF5 file, where HDF5 does not look
-    seal = f"\nroughsim {path.name} sha256 ".encode()
+    header = {
+        "level": member.level,
+        "index": member.index,
+        "failure": member.failure,
+        "numbers": [[name, list(np.shape(values))] for name, values in member.numbers.items()],  # in their order
+        "fields": [[name, list(values.shape)] for name, values in member.fields.items()],
+        "lengths": list(member.lengths),
+        "speeds": list(member.speeds),
+        "provenance": member.provenance,
+    }
+    arrays: dict[str, Any] = {}
+    if member.numbers:
+        scalars = {name: values[0] for name, values in member.numbers.items() if not NUMBERS[name].per_speed}
+        arrays = {"speed": member.speeds} | member.numbers | scalars
+        arrays |= {"wavenumber": member.wavenumber, "stress_spectrum": member.spectrum}
+    content, places = hdf5_of(
+        header, {name: np.asarray(values, "<f8", order="C") for name, values in arrays.items()}, member.fields
+    )
+    # these lines lie behind the HDF5 data, where HDF5 does not look
+    lines = _PLACES + json.dumps({"format_version": FORMAT} | places).encode()
+    lines += f"\nroughsim {path.name} sha256 ".encode()
     digest = hashlib.sha256(content)
-    digest.update(seal)
-    place_bytes(path, content, seal + digest.hexdigest().encode() + b"\n")
+    digest.update(lines)
+    place_bytes(path, content, lines + digest.hexdigest().encode() + b"\n")
 
 
 def read_member(path: Path, *, with_fields: bool = False) -> Member:
@@ -114,14 +131,15 @@ def read_spectrum(path: Path, start: int, count: int, check: int) -> Array:
 
 def member_of(path: Path, content: bytes, fields: Sequence[str] = ()) -> Member:
     """Return the member that the bytes of a file hold, with these of its fields; RecordError as for `read_member`."""
-    if seal_of(path, content) is not None:
-        return _opened(path, content, fields)
+    if (digest := seal_of(path, content)) is not None:
+        member: Member = _opened(path, content, fields) if fields else _read_in_place(path, content)
+        return replace(member, digest=digest)
     # older versions wrote no seal: such a file is opened in another process, where a crash of HDF5 does no harm
     try:
-        member: Member = call_in_child(_opened, path, content, fields, seconds=5.0 + len(content) / 1e7)
+        member = call_in_child(_opened, path, content, fields, seconds=5.0 + len(content) / 1e7)
     except ChildEndedError as error:
         raise damaged(path, error) from error
-    return member
+    return replace(member, digest=hashlib.sha256(content).hexdigest())
 
 
 def check_member(path: Path) -> None:
@@ -161,11 +179,6 @@ def seal_of(path: Path, content: bytes) -> str | None:
     return digest
 
 
-def digest_of(path: Path, content: bytes) -> bytes:
-    """Return the digest in the seal of a file, or, without a seal, that of its bytes; errors as for `seal_of`."""
-    return (seal_of(path, content) or hashlib.sha256(content).hexdigest()).encode()
-
-
 def is_unchanged(path: Path, status: os.stat_result, size: int, changed: int, digest: bytes) -> bool:
     """Whether a member's file still has a digest; with the same size and time, ns, its seal is believed unread."""
     if status.st_size != size or not stat.S_ISREG(status.st_mode):
@@ -176,7 +189,8 @@ def is_unchanged(path: Path, status: os.stat_result, size: int, changed: int, di
             seal = _SEAL.search(file.read())
             if seal and seal.group(1, 4) == (path.name.encode(), digest):
                 return True
-    return digest_of(path, read_bytes(path)) == digest
+    content = read_bytes(path)
+    return (seal_of(path, content) or hashlib.sha256(content).hexdigest()).encode() == digest
 
 
 def check_format(path: Path, version: int) -> None:
@@ -187,95 +201,25 @@ def check_format(path: Path, version: int) -> None:
         raise RecordError(f"{path} has format version {version}; this one reads from {OLDEST} on: run the scene again")
 
 
-def _fill(file: Any, member: Member) -> None:
-    """Put the header and all arrays into the root group, as netCDF-4 wants it, and what viewers draw into `entry`."""
-    add_attributes(file, {"NX_class": "NXroot", "default": "entry"})
-    add_attributes(file, {"format": "roughsim realization", "format_version": FORMAT})
-    entry = file.create_group("entry")
-    add_attributes(entry, {"NX_class": "NXentry", "default": "fields" if member.fields else "stress"})
-    header = json.dumps(
-        {
-            "level": member.level,
-            "index": member.index,
-            "failure": member.failure,
-            "numbers": [[name, list(np.shape(values))] for name, values in member.numbers.items()],  # in their order
-            "fields": [[name, list(values.shape)] for name, values in member.fields.items()],
-            "lengths": list(member.lengths),
-            "speeds": list(member.speeds),
-            "provenance": member.provenance,
-        },
-        sort_keys=True,
-    )
-    add_attributes(file, {"header": header})
-    guarded: list[NDArray[Any]] = []
-    if member.numbers:
-        speed = _add(file, "speed", np.array(member.speeds, dtype="<f8"), "m/s")
-        speed.make_scale("speed")
-        for name, values in member.numbers.items():
-            axes = [speed] if NUMBERS[name].per_speed else []
-            guarded.append(np.asarray(values, dtype="<f8").reshape([len(axis) for axis in axes]))
-            _add(file, name, guarded[-1], NUMBERS[name].unit, axes)
-        _link(file, "numbers", "flash_temperature", ["speed"], list(member.numbers))
-        guarded += [np.ascontiguousarray(values, dtype="<f8") for values in (member.wavenumber, member.spectrum)]
-        wavenumber = _add(file, "wavenumber", guarded[-2], "1/m")
-        wavenumber.make_scale("wavenumber")
-        _add(file, "stress_spectrum", guarded[-1], "Pa^2", [wavenumber])
-        _link(file, "stress", "stress_spectrum", ["wavenumber"], [])
-    if member.fields:
-        _fill_fields(file, member)
-    add_attributes(file, {"sha256": _digest(header, guarded)})
+def _read_in_place(path: Path, content: bytes) -> Member:
+    """Return the member of a file whose seal is sound, from the places that it states; without them by HDF5."""
+    start = content.rfind(_PLACES, max(len(content) - _LONGEST_PLACES, 0))
+    if start < 0:
+        return _opened(path, content, ())
+    try:
+        places = json.loads(content[start + len(_PLACES) : content.index(b"\n", start + 1)])
+        check_format(path, int(places["format_version"]))
 
+        def read(name: str) -> Array:
+            first, size = places[name]
+            return np.frombuffer(content, "<f8", size // 8, first).copy()  # a view would keep the whole file in memory
 
-def _fill_fields(file: Any, member: Member) -> None:
-    """Store the kept fields, each with its own digest: a reader of the numbers need not read them."""
-    shape = next(iter(member.fields.values())).shape
-    for axis, points, length in zip("xy", shape, member.lengths, strict=True):
-        _add(file, axis, np.arange(points) * (length / points), "m").make_scale(axis)
-    for name, values in member.fields.items():
-        data = np.ascontiguousarray(values, dtype="<f4")
-        # small chunks: viewers read a part of a large field at a time
-        options: dict[str, Any] = {"chunks": tuple(min(points, 256) for points in shape)}
-        if name == "pressure":  # mostly zeros; heights would shrink by a sixth in twenty times the time
-            options |= {"compression": "gzip", "compression_opts": 1}
-        attributes = {"sha256": _digest(name, [data]), "interpretation": "image"}
-        _add(file, name, data, KEPT_FIELDS[name][0], [file["x"], file["y"]], attributes, **options)
-    _link(file, "fields", "pressure", ["x", "y"], [name for name in member.fields if name != "pressure"])
-
-
-def _add(
-    file: Any,
-    name: str,
-    data: NDArray[Any],
-    unit: str,
-    axes: Sequence[Any] = (),
-    attributes: dict[str, str] | None = None,
-    **options: Any,
-) -> Any:
-    """Store an array over datasets that are its axes, and return its dataset."""
-    if data.ndim:  # HDF5 guards chunks by a checksum; a scalar takes no filter
-        options = {"chunks": data.shape, "fletcher32": True} | options
-    dataset = file.create_dataset(name, data=data, **options)
-    add_attributes(dataset, {"units": unit} | (attributes or {}))
-    for number, axis in enumerate(axes):
-        dataset.dims[number].attach_scale(axis)
-    return dataset
-
-
-def _link(file: Any, name: str, signal: str, axes: list[str], others: list[str]) -> None:
-    """Make a group that viewers draw: hard links to a signal, its axes, and other arrays."""
-    group = file["entry"].create_group(name)
-    add_attributes(group, {"NX_class": "NXdata", "signal": signal, "axes": axes})
-    stored = set(file)
-    for array in dict.fromkeys((signal, *axes, *others)):
-        if array in stored:
-            group.id.links.create_hard(array.encode(), file.id, array.encode())
-
-
-def _digest(text: str, arrays: Iterable[NDArray[Any]]) -> str:
-    digest = hashlib.sha256(text.encode())
-    for array in arrays:
-        digest.update(np.ascontiguousarray(array).data)
-    return digest.hexdigest()
+        first, size = places["header"]
+        return _member(_header_of(path, content[first : first + size].decode()), read, {})
+    except RecordError:
+        raise
+    except (LookupError, ValueError, TypeError, OverflowError, RecursionError) as error:
+        raise damaged(path, error) from error
 
 
 def _opened(path: Path, content: bytes, fields: Sequence[str]) -> Member:
@@ -286,45 +230,49 @@ def _opened(path: Path, content: bytes, fields: Sequence[str]) -> Member:
         with h5py.File(io.BytesIO(content), "r") as file:
             check_format(path, int(file.attrs["format_version"]))
             check_hdf5(file, path)
-            return _taken(file, path, fields)
+            text = str(file.attrs["header"])
+            header = _header_of(path, text)
+            shapes = {name: shape for name, shape in header["fields"] if name in fields}
+            member = _member(header, partial(read_numbers, file), {name: file[name][()] for name in shapes})
+            guarded = [*member.numbers.values(), member.wavenumber, member.spectrum]
+            if digest_of_arrays(text, guarded) != file.attrs["sha256"]:
+                raise ValueError("its SHA-256 does not match")
+            for name, data in member.fields.items():
+                if digest_of_arrays(name, [data]) != file[name].attrs["sha256"] or list(data.shape) != shapes[name]:
+                    raise ValueError(f"the SHA-256 of its {name} does not match")
+            return member
     except RecordError:
         raise
     except (OSError, LookupError, ValueError, TypeError, RuntimeError) as error:
         raise damaged(path, error) from error
 
 
-def _taken(file: Any, path: Path, fields: Sequence[str]) -> Member:
-    """Return the member that `_fill` stored; ValueError if a digest or the header is wrong."""
-    text = str(file.attrs["header"])
-    header = json.loads(text)
+def _member(header: dict[str, Any], read: Callable[[str], Array], fields: dict[str, NDArray[np.float32]]) -> Member:
+    """Return the member of a header, with arrays that `read` gives by name."""
+    numbers = {name: np.reshape(read(name), shape) for name, shape in header["numbers"]}
+    return Member(
+        header["level"],
+        header["index"],
+        header["failure"],
+        numbers,
+        read("wavenumber") if numbers else np.empty(0),
+        read("stress_spectrum") if numbers else np.empty(0),
+        fields,
+        (header["lengths"][0], header["lengths"][1]),
+        tuple(header["speeds"]),
+        header["provenance"],
+        tuple(name for name, _ in header["fields"]),
+    )
+
+
+def _header_of(path: Path, text: str) -> dict[str, Any]:
+    """Return the header of a file from its JSON; ValueError if it is of another member, or no writer makes it."""
+    header: dict[str, Any] = json.loads(text)
     _check_header(header)
     level, index = header["level"], header["index"]
     if member_path(path.parent.parent, level, index).name != path.name:
         raise ValueError(f"it holds level {level}, index {index}, not what its name says")
-    numbers = {name: np.reshape(read_numbers(file, name), shape) for name, shape in header["numbers"]}
-    wavenumber, spectrum = (
-        read_numbers(file, name) if numbers else np.empty(0) for name in ("wavenumber", "stress_spectrum")
-    )
-    if _digest(text, [*numbers.values(), wavenumber, spectrum]) != file.attrs["sha256"]:
-        raise ValueError("its SHA-256 does not match")
-    kept: dict[str, list[int]] = dict(header["fields"])
-    arrays: dict[str, NDArray[np.float32]] = {name: file[name][()] for name in kept if name in fields}
-    for name, data in arrays.items():
-        if _digest(name, [data]) != file[name].attrs["sha256"] or list(data.shape) != kept[name]:
-            raise ValueError(f"the SHA-256 of its {name} does not match")
-    return Member(
-        level,
-        index,
-        header["failure"],
-        numbers,
-        wavenumber,
-        spectrum,
-        arrays,
-        (header["lengths"][0], header["lengths"][1]),
-        tuple(header["speeds"]),
-        header["provenance"],
-        tuple(kept),
-    )
+    return header
 
 
 def _check_header(header: dict[str, Any]) -> None:

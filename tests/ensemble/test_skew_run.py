@@ -10,7 +10,7 @@ from small_scene import CAPPED
 import roughsim as rs
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.scene import parse_scene
-from roughsim.store import member_files
+from roughsim.store import member_files, member_hdf5
 from roughsim.store.member_files import member_path, read_member
 
 COUNT = 9  # one more than the regression needs
@@ -55,7 +55,7 @@ def test_a_run_reports_the_mean_at_zero_skewness(scene, tmp_path):
 def test_a_run_from_before_reads_as_it_did_and_goes_on(scene, tmp_path, monkeypatch):
     with monkeypatch.context() as before:  # what an older version stored
         before.delitem(NUMBERS, "skewness")
-        for module in (member_files, importlib.import_module("roughsim.ensemble.run")):
+        for module in (member_files, member_hdf5, importlib.import_module("roughsim.ensemble.run")):
             before.setattr(module, "FORMAT", 2)
         rs.run(scene, tmp_path / "run")
     run = rs.open_run(tmp_path / "run")

@@ -6,7 +6,7 @@ import pytest
 from damage_cases import without_seal
 
 import roughsim as rs
-from roughsim.store import member_files
+from roughsim.store import member_files, member_hdf5
 from roughsim.store.member_files import Member, member_path, read_member, write_member
 
 
@@ -151,7 +151,7 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path):
 
 def test_an_older_format_is_read_from_the_oldest_on_and_refused_before(folder, monkeypatch):
     write_member(folder, member())
-    path, kept = member_path(folder, 1, 42), {**member_files.KEPT_FIELDS, "displacement": ("m", "elastic")}
+    path, kept = member_path(folder, 1, 42), {**member_hdf5.KEPT_FIELDS, "displacement": ("m", "elastic")}
     # a later version, which keeps one field more
     monkeypatch.setattr(member_files, "FORMAT", 4)
     monkeypatch.setattr(member_files, "KEPT_FIELDS", kept)

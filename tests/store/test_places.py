@@ -1,0 +1,139 @@
+"""Members without HDF5: copies of a file of their kind, to the bit what HDF5 writes, and read from their places."""
+
+import hashlib
+import io
+import json
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+from damage_cases import member, without_seal
+
+import roughsim as rs
+from roughsim.store import member_hdf5
+from roughsim.store.member_files import Member, member_path, read_member, write_member
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "realizations").mkdir()
+    return tmp_path
+
+
+def sealed(path, content):
+    """Write bytes with a seal that is sound."""
+    content += f"\nroughsim {path.name} sha256 ".encode()
+    path.write_bytes(content + hashlib.sha256(content).hexdigest().encode() + b"\n")
+
+
+def with_places(path, **changes):
+    """Give the file of a member other places; None leaves one out."""
+    content = path.read_bytes()
+    data, line = without_seal(content), content[len(without_seal(content)) :].splitlines()[1]
+    places = json.loads(line.removeprefix(b"roughsim places ")) | changes
+    places = {name: place for name, place in places.items() if place is not None}
+    sealed(path, data + b"\nroughsim places " + json.dumps(places).encode())
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_copy_has_the_bytes_that_hdf5_writes(seed):
+    rng = np.random.default_rng(seed)
+    numbers = [rng.random(3), np.array(rng.random()), 1e300 * rng.standard_normal(40), np.zeros(40)]
+    names = ("speed", "contact_fraction", "wavenumber", "stress_spectrum")
+    arrays = dict(zip(names, numbers, strict=True))
+    header = {"text": "x" * int(rng.integers(5000))}
+    content, places = member_hdf5.hdf5_of(header, arrays, {})
+    for name, values in arrays.items():
+        start, count = places[name]
+        np.testing.assert_array_equal(np.frombuffer(content[start : start + count]), np.ravel(values))
+    with h5py.File(io.BytesIO(content)) as file:
+        text, digest = file.attrs["header"], file.attrs["sha256"]
+        for name, values in arrays.items():
+            np.testing.assert_array_equal(file[name][()], values)  # HDF5 checks the checksum behind each array
+    assert json.loads(text) == header
+    assert digest == hashlib.sha256(text.encode() + b"".join(values.tobytes() for values in numbers[1:])).hexdigest()
+    assert content == member_hdf5._made(text, digest, arrays, {}, ())[0]
+
+
+@pytest.mark.parametrize("words", [[0], [0xFFFF], [0xFFFE, 1], [1, 0xFFFE], [0xFFFF] * 1000, [0, 0, 7], range(721)])
+def test_the_checksum_is_that_of_hdf5(words):
+    data = np.array(words, ">u2")
+    file = h5py.File(io.BytesIO(), "w")
+    dataset = file.create_dataset("data", data=data, chunks=data.shape, fletcher32=True)
+    _, stored = dataset.id.read_direct_chunk((0,))
+    assert member_hdf5.fletcher32(data.tobytes()) == int.from_bytes(stored[-4:], "little")
+
+
+def test_all_kinds_of_members_are_read_without_hdf5_as_hdf5_reads_them(folder, monkeypatch):
+    one = member(fields=False)
+    kinds = [
+        member(),
+        one,
+        replace(one, index=43, provenance={"text": "ünïcode " * 200}),
+        replace(one, index=44, spectrum=np.zeros(8), numbers={name: 0.0 * x for name, x in one.numbers.items()}),
+        replace(one, index=45, speeds=(1.0,), numbers={"skewness": np.array([-0.5])}),
+        Member(1, 46, failure="stalled", provenance={"residual": 1.0}),
+    ]
+    for kind in kinds:
+        path = member_path(folder, 1, kind.index)
+        write_member(folder, kind)
+        with h5py.File(path) as file:
+            by_hdf5 = {name: np.ravel(file[name][()]) for name in file if isinstance(file[name], h5py.Dataset)}
+        with monkeypatch.context() as closed:
+            closed.setattr(h5py, "File", lambda *_, **__: pytest.fail("HDF5 is not needed"))
+            back = read_member(path)
+        for name, values in kind.numbers.items():
+            np.testing.assert_array_equal(back.numbers[name], values)
+            np.testing.assert_array_equal(by_hdf5[name], values)
+        np.testing.assert_array_equal(back.spectrum, kind.spectrum)
+        np.testing.assert_array_equal(back.wavenumber, kind.wavenumber)
+        assert (back.index, back.failure, back.provenance) == (kind.index, kind.failure, kind.provenance)
+        assert (back.speeds, back.lengths, back.kept) == (kind.speeds, kind.lengths, tuple(kind.fields))
+        assert back.digest == path.read_bytes().split()[-1].decode()
+
+
+def test_a_sealed_file_without_places_is_read_by_hdf5(folder):
+    write_member(folder, member())
+    path = member_path(folder, 1, 42)
+    before = read_member(path)
+    sealed(path, without_seal(path.read_bytes()))
+    back = read_member(path)
+    for name, values in before.numbers.items():
+        np.testing.assert_array_equal(back.numbers[name], values)
+    np.testing.assert_array_equal(back.spectrum, before.spectrum)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"flash_temperature": [10**9, 24]},
+        {"flash_temperature": [-24, 24]},
+        {"flash_temperature": [0, 16]},
+        {"flash_temperature": [0, 10**30]},
+        {"flash_temperature": ["0", "24"]},
+        {"flash_temperature": None},
+        {"flash_temperature": 7},
+        {"wavenumber": None},
+        {"stress_spectrum": [0]},
+        {"header": [0, 8]},
+        {"header": [10**9, 8]},
+        {"header": None},
+        {"format_version": None},
+        {"format_version": "three"},
+    ],
+)
+def test_places_that_no_writer_makes_are_refused_by_name(folder, changes):
+    write_member(folder, member())
+    path = member_path(folder, 1, 42)
+    with_places(path, **changes)
+    with pytest.raises(rs.RecordError, match="L1-000042.h5 is damaged"):
+        read_member(path)
+
+
+def test_a_newer_format_is_refused_by_the_line_of_places_too(folder):
+    write_member(folder, member())
+    path = member_path(folder, 1, 42)
+    with_places(path, format_version=99)
+    with pytest.raises(rs.RecordError, match="format version 99; this roughsim reads up to"):
+        read_member(path)
