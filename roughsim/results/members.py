@@ -196,6 +196,12 @@ class Members(Mapping[Key, Member]):
         rows: list[int] = np.flatnonzero(converged).tolist()
         return rows
 
+    def kept(self, level: int, name: str, indices: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Return which realizations store a field, or the pressure, which gives all other fields."""
+        field = list(KEPT_FIELDS).index(name if name in KEPT_FIELDS else "pressure")
+        stored: NDArray[np.bool_] = self.column(level, "kept", indices)[:, field]
+        return stored
+
     def column(self, level: int, name: str, indices: NDArray[np.int64]) -> NDArray[Any]:
         """Return a field of the table at some realizations; numbers (n, speeds) or (n, 1), NaN where there is none."""
         rows: NDArray[Any] = self.tables[level][name][indices // self.every[level]]

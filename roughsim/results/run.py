@@ -23,7 +23,6 @@ from roughsim.results.reader import Reader, identity_of
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.store.member_files import member_path, read_field
-from roughsim.store.member_hdf5 import KEPT_FIELDS
 
 Field = NDArray[np.float32]
 
@@ -228,8 +227,7 @@ class Run:
         """Return the sound realizations that count and whose field of this name, or what gives it, a level stores."""
         sound = np.array(self.sound(self.realizations), np.int64)
         sound = sound[sound % self.numerics.levels[level].every == 0]
-        field = list(KEPT_FIELDS).index(name if name in KEPT_FIELDS else "pressure")
-        return [int(index) for index in sound[self.members.column(level, "kept", sound)[:, field]]]
+        return [int(index) for index in sound[self.members.kept(level, name, sound)]]
 
     def not_kept(self, level: int, index: int | None = None) -> ValueError:
         """Return the error that says how to get the fields of a realization, or, without an index, of any."""
