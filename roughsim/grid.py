@@ -134,16 +134,16 @@ def quarter_plane(power: Array, grid: Grid) -> Array:
     return quarter
 
 
-@lru_cache(maxsize=8)  # the grids of a run come in turn: fewer than there are would never be met again
 def distinct_wavenumbers(grid: Grid) -> tuple[Array, NDArray[np.intp]]:
-    """Return the |q| of the quarter plane, rad/m, 0 first, and the entry of each of its modes, flattened.
+    """Return the distinct |q| of the quarter plane, rad/m, increasing from 0, and the entry of each mode, flattened.
 
-    In a square cell many modes share k_x² + k_y²; in any other each mode has an entry of its own.
+    In a square cell many modes share k_x² + k_y².
     """
     nx, ny = (n // 2 + 1 for n in grid.shape)
-    qx, qy = (np.abs(q) for q in grid.wavevectors)
     if grid.lengths[0] != grid.lengths[1]:
-        return np.hypot(qx[:nx], qy).ravel(), np.arange(nx * ny)
+        qx, qy = (np.abs(q) for q in grid.wavevectors)
+        wavenumber, entry = np.unique(np.hypot(qx[:nx], qy).ravel(), return_inverse=True)
+        return wavenumber, entry
     square = (np.arange(nx)[:, None] ** 2 + np.arange(ny)[None, :] ** 2).ravel()
     present = np.zeros(square.max() + 1, np.bool_)
     present[square] = True

@@ -12,12 +12,13 @@ from one pixel to the next, neither is known to be too large or too small, and n
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughsim.errors import positive, real_field
+from roughsim.fourier.blocks import run, spans, total
 from roughsim.grid import Array, Field, Grid
 
 Mask = NDArray[np.bool_]
@@ -99,7 +100,8 @@ def corrected_area(mask: ArrayLike, grid: Grid) -> float:
     `mask` is of bool and shape `grid.shape`, true at the points with p > 0; TypeError or ValueError otherwise.
     """
     pixels = _pixels(mask, grid)
-    return float(pixels.sum() - EDGE_SHARE * _sides(pixels, ~pixels)) * math.prod(grid.spacing)
+    touching, _, outer, _ = _counts(pixels, math.inf)
+    return (touching - EDGE_SHARE * outer) * math.prod(grid.spacing)
 
 
 def corrected_fractions(pressure: ArrayLike, penetration_hardness: float = math.inf) -> tuple[float, float]:
@@ -114,16 +116,23 @@ def corrected_fractions(pressure: ArrayLike, penetration_hardness: float = math.
     its bounds, or the hardness is not positive.
     """
     field = real_field("pressure", pressure)
-    yielded = yielded_points(field, penetration_hardness)
-    empty = field == 0.0
-    elastic = ~(yielded | empty)
-    contact = field.size - np.count_nonzero(empty) - EDGE_SHARE * _sides(elastic, empty)
-    plastic = np.count_nonzero(yielded) + EDGE_SHARE * _sides(elastic, yielded)
-    return float(contact / field.size), float(plastic / field.size)
+    return edge_corrected(field, _checked_hardness(field, penetration_hardness))
+
+
+def edge_corrected(field: Field, hardness: Any) -> tuple[float, float]:
+    """Return `corrected_fractions` of a pressure whose bounds are known to hold."""
+    touching, yielded, outer, inner = _counts(field, hardness)
+    return (touching - EDGE_SHARE * outer) / field.size, (yielded + EDGE_SHARE * inner) / field.size
 
 
 def yielded_points(pressure: Field, penetration_hardness: float) -> Mask:
     """Return where p = σ_P, in the precision of the field; ValueError for pressures that no such solid carries."""
+    result: Mask = pressure == _checked_hardness(pressure, penetration_hardness)
+    return result
+
+
+def _checked_hardness(pressure: Field, penetration_hardness: float) -> Any:
+    """Return σ_P in the precision of the field; ValueError for pressures that no such solid carries."""
     if penetration_hardness != math.inf:
         positive("penetration_hardness", penetration_hardness, "Pa")
     limit = pressure.dtype.type(penetration_hardness)
@@ -132,8 +141,7 @@ def yielded_points(pressure: Field, penetration_hardness: float) -> Mask:
             f"pressure = {pressure.min():.6g} to {pressure.max():.6g} Pa leaves the range from 0 to "
             f"penetration_hardness = {penetration_hardness:.6g} Pa; give the solid that the contact was solved with"
         )
-    result: Mask = pressure == limit
-    return result
+    return limit
 
 
 def patch_sizes(mask: Mask, *, periodic: bool = True) -> NDArray[np.int64]:
@@ -153,10 +161,20 @@ def patch_sizes(mask: Mask, *, periodic: bool = True) -> NDArray[np.int64]:
     return np.sort(pixels.astype(np.int64))[::-1]
 
 
-def _sides(first: Mask, second: Mask) -> int:
-    """Number of pixel sides with `first` on one side and `second` on the other, over the sides of the cell too."""
-    neighbours = (np.roll(second, shift, axis) for axis in (0, 1) for shift in (1, -1))
-    return sum(int(np.count_nonzero(first & neighbour)) for neighbour in neighbours)
+def _counts(field: Field, hardness: Any) -> tuple[float, ...]:
+    """Count the points with p > 0 and with p = σ_P, and the sides of elastic points: to empty ones, to yielded ones."""
+
+    def count(start: int, stop: int) -> tuple[Any, ...]:
+        part = field.take(range(start - 1, stop), axis=0, mode="wrap")  # with the row before, periodic
+        touching, yielded = part > 0, part == hardness
+        # 0 without contact, 1 elastic, 3 yielded: the three pairs of unlike neighbours differ by different bits
+        kind = touching.view(np.uint8) + 2 * yielded.view(np.uint8)
+        unlike = kind[1:] ^ kind[:-1], kind[1:] ^ np.roll(kind[1:], 1, axis=1)
+        outer, inner = (sum(np.count_nonzero(pair == bits) for pair in unlike) for bits in (0 ^ 1, 1 ^ 3))
+        return np.count_nonzero(touching[1:]), np.count_nonzero(yielded[1:]), outer, inner
+
+    counts: tuple[float, ...] = total(run(count, spans(*field.shape)))
+    return counts
 
 
 def _pixels(mask: ArrayLike, grid: Grid) -> Mask:

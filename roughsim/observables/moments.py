@@ -15,6 +15,7 @@ import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -23,11 +24,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughsim import fourier
 from roughsim.contact import Contact
-from roughsim.contact.patches import corrected_fractions
+from roughsim.contact.patches import edge_corrected
 from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.grid import Array, Grid
 from roughsim.heat.periodic import responses, unit_vector
-from roughsim.observables.stress_spectrum import StressSpectrum, stress_spectrum
+from roughsim.observables.stress_spectrum import StressSpectrum, nyquist_waves, stress_spectrum, uniform_nodes
 
 # K = (π/2) Σ and D = (K−E)/m = (π/4) Σ in powers of the parameter: (½)ₙ²/(1)ₙ² and (½)ₙ(3/2)ₙ/((2)ₙ(1)ₙ)
 _K_SERIES = [math.comb(2 * n, n) ** 2 / 16**n for n in range(10)]
@@ -133,7 +134,7 @@ def measure(contact: Contact, grid: Grid, sliding: Sliding) -> Moments:
     it is not zero. A RuntimeWarning if there is no contact: temperatures, width and length are then NaN.
     """
     pressure = real_field("pressure", contact.pressure, grid.shape).astype(np.float64, copy=False)
-    mean = float(pressure.mean())
+    mean, low, high = float(pressure.mean()), float(pressure.min()), float(pressure.max())
     if mean < 0.0 or (mean == 0.0 and pressure.any()):
         raise ValueError(
             f"pressure has the mean {mean:.6g} Pa, but compression is positive; give the pressure of a solved contact"
@@ -143,16 +144,16 @@ def measure(contact: Contact, grid: Grid, sliding: Sliding) -> Moments:
             "pressure = 0 Pa everywhere: without contact temperatures, width and length are NaN", RuntimeWarning, 2
         )
     amplitude = fourier.forward(pressure)
-    if pressure.min() == pressure.max():  # only q = 0, whatever the rounding of the transform
+    if low == high:  # only q = 0, whatever the rounding of the transform
         amplitude[...] = 0.0
     spectrum, unseen = stress_spectrum(amplitude, grid)
     if sliding.direction is None:
-        sums = sums_over_directions(spectrum, unseen, sliding)
+        sums = sums_over_directions(spectrum, unseen, grid, sliding)
     else:
         sums = sums_of_one_direction(amplitude, grid, sliding)
     # what the pixels add and take along the edges of the contact
-    hardness = float(contact.pressure.max()) if contact.plastic_fraction > 0.0 else math.inf
-    corrected = corrected_fractions(np.maximum(contact.pressure, 0.0), hardness)
+    hardness = high if contact.plastic_fraction > 0.0 else math.inf
+    corrected = edge_corrected(np.maximum(pressure, 0.0) if low < 0.0 else pressure, hardness)
     # the factor of the sums, and their ratios; 0/0 without stress variance is NaN
     with np.errstate(divide="ignore", invalid="ignore"):
         heating = sliding.heat_partition * sliding.friction_coefficient * np.abs(sliding.speeds)
@@ -196,14 +197,23 @@ def angular_means(ratio: Array) -> tuple[Array, Array]:
     return scale * complete, -0.5 * scale * slid * odd
 
 
-def sums_over_directions(spectrum: StressSpectrum, unseen: Array, sliding: Sliding) -> Array:
+def sums_over_directions(spectrum: StressSpectrum, unseen: Array, grid: Grid, sliding: Sliding) -> Array:
     """Return Σ w Re F/|q|, −Σ w Re(i cosφ F), Σ w |q| Re F, averaged over all directions; shape (3, speeds)."""
     q, w = spectrum.wavenumber, spectrum.variance
-    sums = np.empty((3, len(sliding.speeds)))
-    for column, rate in zip(sums.T, sliding.rates, strict=True):
-        even, odd = angular_means(abs(rate) / q)
-        column[:] = np.sum(w / q * even), -np.sum((w - unseen) * odd), np.sum(w * q * even)
-    return sums
+    even, odd, odd_at_nyquist = responses_of_grid(grid, tuple(abs(rate) for rate in sliding.rates))
+    gradient = (odd_at_nyquist * unseen).sum(axis=1) - (odd * w).sum(axis=1)
+    return np.stack(((even * (w / q)).sum(axis=1), gradient, (even * (w * q)).sum(axis=1)))
+
+
+@lru_cache(maxsize=8)  # the grids of a run come in turn: fewer than there are would never be met again
+def responses_of_grid(grid: Grid, rates: tuple[float, ...]) -> tuple[Array, Array, Array]:
+    """Return `angular_means` at the compact wavenumbers of a grid, and the second one at its `nyquist_waves`.
+
+    `rates` are v/D ≥ 0, 1/m; shapes (rates, wavenumbers).
+    """
+    q, q_nyquist = uniform_nodes(grid).entries, nyquist_waves(grid).wavenumber
+    even, odd = np.stack([angular_means(rate / q) for rate in rates], axis=1)
+    return even, odd, np.stack([angular_means(rate / q_nyquist)[1] for rate in rates])
 
 
 def sums_of_one_direction(amplitude: NDArray[np.complex128], grid: Grid, sliding: Sliding) -> Array:

@@ -10,7 +10,8 @@ compact entries then equals the sum over the modes to rounding.
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
+from functools import cache, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.polynomial import polyfromroots
@@ -90,33 +91,48 @@ class StressSpectrum:
 
 
 def stress_spectrum(amplitude: NDArray[np.complex128], grid: Grid) -> tuple[StressSpectrum, Array]:
-    """Return the spectrum of the stress, and the part of it without a derivative along an axis, Pa² at each entry.
+    """Return the spectrum of the stress, and the part of it without a derivative along an axis, Pa².
 
-    `amplitude` is σ(q), shape `grid.half_shape`, Pa. A wave at the Nyquist wavenumber of an axis has no derivative
-    along that axis on the points of the grid. Averaged over directions it keeps q_y²/q² (or q_x²/q², or nothing) of its
-    gradient; the rest is not seen.
+    `amplitude` is σ(q), shape `grid.half_shape`, Pa. That part is given at each wavenumber of `nyquist_waves`.
     """
-    nx, ny = grid.shape
     power: Array = amplitude.real**2
     power += amplitude.imag**2
-    quarter = quarter_plane(power, grid)
+    quarter = quarter_plane(power, grid).ravel()
+    nodes, waves = uniform_nodes(grid), nyquist_waves(grid)
+    share: Array = quarter[waves.mode] * waves.unseen_share
+    unseen: Array = np.bincount(waves.entry, share, minlength=waves.wavenumber.size).astype(np.float64, copy=False)
+    return StressSpectrum(nodes.entries, nodes.compacted(quarter), 0.5 * math.hypot(*grid.lengths)), unseen
+
+
+class NyquistWaves(NamedTuple):
+    """The modes of the quarter plane at the Nyquist wavenumber of an axis, and their distinct wavenumbers.
+
+    Such a wave has no derivative along that axis on the points of the grid. Averaged over directions it keeps q_y²/q²
+    (or q_x²/q², or nothing) of its gradient; the rest is not seen.
+    """
+
+    mode: NDArray[np.intp]  # place of each in the flattened quarter plane
+    unseen_share: Array  # of each, 0 to 1
+    entry: NDArray[np.intp]  # of each among the wavenumbers
+    wavenumber: Array  # rad/m, increasing
+
+
+@lru_cache(maxsize=8)
+def nyquist_waves(grid: Grid) -> NyquistWaves:
+    """Return the waves of a grid that have no derivative along an axis."""
+    (nx, ny), (qx, qy) = grid.shape, grid.wavevectors
     wavenumber, entry = distinct_wavenumbers(grid)
-    variance = np.bincount(entry, quarter.ravel(), minlength=wavenumber.size).astype(np.float64, copy=False)
-    # the part that an odd derivative does not see, of the modes at the Nyquist wavenumber of an axis
-    qx, qy = (np.abs(q) for q in grid.wavevectors)
-    lost = np.zeros_like(quarter)
+    q = wavenumber[entry].reshape(nx // 2 + 1, ny // 2 + 1)
+    share = np.zeros_like(q)
     if nx % 2 == 0:
-        lost[-1] += quarter[-1] * (qx[nx // 2] / np.hypot(qx[nx // 2], qy[0])) ** 2
+        share[-1] = (qx[nx // 2] / q[-1]) ** 2
     if ny % 2 == 0:
-        lost[:, -1] += quarter[:, -1] * (qy[0, -1] / np.hypot(qx[: nx // 2 + 1, 0], qy[0, -1])) ** 2
+        share[:, -1] = (qy[0, -1] / q[:, -1]) ** 2
     if nx % 2 == 0 and ny % 2 == 0:
-        lost[-1, -1] = quarter[-1, -1]  # both derivatives vanish: exactly all of it
-    at_nyquist = np.flatnonzero(lost)
-    # both spread over the same entries; the first wavenumber is q = 0
-    reach = 0.5 * math.hypot(*grid.lengths)
-    parts = (wavenumber[1:], variance[1:]), (wavenumber[entry[at_nyquist]], lost.ravel()[at_nyquist])
-    entries, (seen, unseen) = compacted(wavenumber, _NODE_PHASE / reach, *parts)
-    return StressSpectrum(entries, seen, reach), unseen
+        share[-1, -1] = 1.0  # both derivatives vanish: exactly all of it
+    mode = np.flatnonzero(share)
+    present, own = np.unique(entry[mode], return_inverse=True)
+    return NyquistWaves(mode, share.ravel()[mode], own, wavenumber[present])
 
 
 def ordered_sum(weight: Array, values: Array) -> float:
@@ -124,39 +140,68 @@ def ordered_sum(weight: Array, values: Array) -> float:
     return float(np.sum(weight * values))
 
 
-def compacted(table: Array, spacing: float, *parts: tuple[Array, Array]) -> tuple[Array, list[Array]]:
-    """Return the compact wavenumbers, and of each part (wavenumber, variance) its variance at these.
+@dataclass(frozen=True, slots=True, eq=False)
+class UniformNodes:
+    """How the modes of a grid are gathered at compact wavenumbers: for smooth f both give the same sum of variance·f.
 
-    For smooth f the sum of f over the entries equals Σ variance·f(wavenumber). `table` holds the wavenumbers of the
-    grid, 0 first. If it is not longer than the nodes, every mode keeps an entry of its own.
+    The distinct wavenumbers below `kept` keep entries of their own. All others are spread over the nodes around them,
+    by cells of one node spacing: entry (k, c) of a table is the k-th wavenumber in cell c.
     """
-    split = _STENCIL * spacing  # modes below it keep entries of their own
-    cells = int((table.max() - split) / spacing) + 1
-    nodes = spacing * np.arange(_STENCIL // 2 + 1, _STENCIL // 2 + cells + _STENCIL)
-    if cells < 1 or nodes.size >= table.size:
-        split, nodes = math.inf, nodes[:0]
-    kept = np.unique(table[1:][table[1:] < split])
-    entries = np.concatenate((kept, nodes))
-    order = np.argsort(entries, kind="stable")
-    variances: list[Array] = []
-    for wavenumber, variance in parts:
-        low = wavenumber < split
-        own = np.bincount(np.searchsorted(kept, wavenumber[low]), variance[low], minlength=kept.size)
-        spread = np.zeros(nodes.size)
-        if nodes.size:
-            # the transpose of Lagrange's interpolation, from positions in units of the spacing to nodes −11, −10 …:
-            # the moments of the variance about the middle of each cell, times the coefficients of the polynomials
-            position = wavenumber[~low] / spacing - _STENCIL
-            cell = np.minimum(position.astype(np.intp), cells - 1)
-            offset = position - cell - 0.5
-            power, moments = variance[~low], np.empty((_STENCIL, cells))
+
+    slot: NDArray[np.intp]  # of each mode of the quarter plane: q = 0, the kept wavenumbers, the flattened table
+    kept: int  # wavenumbers with entries of their own, q = 0 among them
+    offset: Array  # from the middle of the cell, in node spacings: shape of the table
+    order: NDArray[np.intp]  # of kept wavenumbers and nodes that sorts them
+    entries: Array  # these wavenumbers sorted, rad/m
+
+    def compacted(self, quarter: Array) -> Array:
+        """Return the variance at each entry from that of each mode of the quarter plane, flattened."""
+        size = self.kept + self.offset.size
+        sums: Array = np.bincount(self.slot, quarter, minlength=size).astype(np.float64, copy=False)
+        own = sums[1 : self.kept]
+        table: Array = sums[self.kept :].reshape(self.offset.shape)
+        cells, half = table.shape[1], _STENCIL // 2
+        spread = np.zeros(self.entries.size - own.size)
+        if cells:
+            # the transpose of Lagrange's interpolation: the moments of the variance about the middle of each cell,
+            # times the coefficients of the polynomials
+            moments = np.empty((_STENCIL, cells))
             for row in moments:
-                row[:] = np.bincount(cell, power, minlength=cells)
-                power *= offset
-            for j, coefficients in enumerate(lagrange_coefficients()):
-                spread[j : j + cells] += np.einsum("k,kc->c", coefficients, moments)
-        variances.append(np.concatenate((own, spread), dtype=np.float64)[order])
-    return entries[order], variances
+                table.sum(axis=0, out=row)
+                table *= self.offset
+            # the polynomials of nodes ±x are mirror images: their even powers are equal, their odd ones opposite
+            coefficients = lagrange_coefficients()[:half]
+            even, odd = (np.einsum("jk,kc->jc", coefficients[:, s::2], moments[s::2]) for s in (0, 1))
+            for j in range(half):
+                spread[j : j + cells] += even[j] + odd[j]
+                mirrored = _STENCIL - 1 - j
+                spread[mirrored : mirrored + cells] += even[j] - odd[j]
+        return np.concatenate((own, spread), dtype=np.float64)[self.order]
+
+
+@lru_cache(maxsize=8)
+def uniform_nodes(grid: Grid) -> UniformNodes:
+    """Return the compact wavenumbers of a grid; every mode keeps its own if there are not fewer nodes than modes."""
+    wavenumber, entry = distinct_wavenumbers(grid)
+    spacing = _NODE_PHASE / (0.5 * math.hypot(*grid.lengths))
+    split = _STENCIL * spacing  # modes below it keep entries of their own
+    cells = int((wavenumber[-1] - split) / spacing) + 1
+    nodes = spacing * np.arange(_STENCIL // 2 + 1, _STENCIL // 2 + cells + _STENCIL)
+    if cells < 1 or nodes.size >= wavenumber.size:
+        split, cells, nodes = math.inf, 0, nodes[:0]
+    kept = int(np.searchsorted(wavenumber, split))
+    # positions in units of the spacing: a cell lies between the nodes 0 and 1 of the nodes −11 … 12 around it
+    position = wavenumber[kept:] / spacing - _STENCIL
+    cell = np.minimum(position.astype(np.intp), cells - 1)
+    row = np.arange(cell.size) - np.searchsorted(cell, cell)  # wavenumbers increase
+    offset = np.zeros((row.max(initial=-1) + 1, cells))
+    offset[row, cell] = position - cell - 0.5
+    slot = np.concatenate((np.arange(kept), kept + row * cells + cell))
+    unsorted = np.concatenate((wavenumber[1:kept], nodes))
+    order = np.argsort(unsorted, kind="stable")
+    entries = unsorted[order]
+    entries.flags.writeable = False  # all spectra of the grid share them
+    return UniformNodes(slot[entry], kept, offset, order, entries)
 
 
 @cache

@@ -153,6 +153,18 @@ def test_corrected_fractions_keep_their_order():
         assert 0 <= plastic <= contact <= 1
 
 
+def test_areas_are_corrected_alike_in_a_cell_that_is_counted_in_several_blocks():
+    kinds = np.random.default_rng(3).choice([0.0, 1.0, 2.0], size=(700, 1000))  # three blocks, the last one shorter
+    empty, elastic, yielded = (kinds == value for value in (0.0, 1.0, 2.0))
+
+    def sides(other):
+        return sum(np.sum(elastic & np.roll(other, way, axis)) for axis in (0, 1) for way in (1, -1))
+
+    strip = 0.11811415975623911 / kinds.size
+    expected = 1 - empty.mean() - strip * sides(empty), yielded.mean() + strip * sides(yielded)
+    assert rs.corrected_fractions(kinds, 2.0) == pytest.approx(expected, rel=1e-13)
+
+
 def solved(heights, grid, load, hardness=np.inf, tolerance=1e-6):
     return rs.solve_contact(heights, grid, rs.Solid(1.0, hardness), nominal_pressure=load, tolerance=tolerance)
 

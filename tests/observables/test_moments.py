@@ -146,6 +146,21 @@ def test_the_corrected_areas_are_those_of_the_pressure_up_to_its_rounding_below_
     assert (expected[1] > 0.0) == (hardness == 1.0)
 
 
+def test_a_measurement_does_not_depend_on_those_before_it():
+    # what depends on cell and speeds alone is remembered: each of these would be wrong with that of another
+    fast, slow = Sliding([3.0, 10.0], **UNIT), Sliding([0.1, 0.3], **UNIT)
+    phi = np.linspace(0.0, 2 * pi, 400, endpoint=False)
+    for grid in (Grid((16, 16), (1.0, 1.0)), Grid((16, 16), (2.0, 2.0)), Grid((16, 15), (1.0, 1.0))):
+        pressure = patches(grid)
+        qx, qy, variance = plane(pressure, grid)
+        q, variance = np.hypot(qx, qy).ravel()[1:], variance.ravel()[1:]
+        for sliding in (fast, slow, fast):
+            seen = measure(Pressed(pressure), grid, sliding)
+            for speed, value in zip(sliding.speeds, seen.flash_temperature, strict=True):
+                even = np.mean(((1 - 1j * speed / q[:, None] * np.cos(phi)) ** -0.5).real, axis=1)
+                assert value == pytest.approx(speed / pressure.mean() * np.sum(variance / q * even), rel=1e-12)
+
+
 # limits in the speed
 
 
