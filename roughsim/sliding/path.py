@@ -1,0 +1,62 @@
+"""The way of one rough body over another, in whole pixels, slightly oblique to the cell."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim.grid import Grid
+
+# After each length of the cell the path has moved across by this part of it, so that a wave meets new rows. 1/φ⁴: any
+# number of laps spreads evenly over the cell.
+ACROSS = ((math.sqrt(5.0) - 1.0) / 2.0) ** 4
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Path:
+    """Where the moving body stands at each step.
+
+    Attributes
+    ----------
+    offsets : ndarray
+        Pixels along x and y that the moving body has been displaced towards −x and −y, shape (steps + 1, 2), from 0.
+    distance : ndarray
+        Slid distance, m, shape (steps + 1,), in equal steps.
+    """
+
+    offsets: NDArray[np.intp]
+    distance: NDArray[np.float64]
+
+    @property
+    def steps(self) -> int:
+        return self.distance.size - 1
+
+
+def oblique_path(grid: Grid, slid_distance: float, steps: int | None = None, *, backwards: bool = False) -> Path:
+    """Return the path along x over `slid_distance`, m, to the nearest whole step.
+
+    Each step is a whole number of pixels along x: one, or as many as bring the number of steps nearest to `steps`.
+    Across, the direction is straight and each position the nearest pixel to it. ValueError if the distance, or a step,
+    would be under a pixel.
+    """
+    spacing = grid.spacing[0] * math.hypot(1.0, ACROSS * grid.lengths[1] / grid.lengths[0])
+    pixels = slid_distance / spacing
+    if pixels < 1.0 - _ROUNDING:
+        raise ValueError(
+            f"slid_distance = {slid_distance:.6g} m is under a step of one pixel, {spacing:.6g} m; slide further or "
+            "refine the grid"
+        )
+    stride = 1
+    if steps is not None:
+        if steps > pixels + 0.5:
+            raise ValueError(
+                f"steps = {steps} over {slid_distance:.6g} m would be shorter than one pixel, {spacing:.6g} m; take at "
+                f"most {round(pixels)}, or refine the grid"
+            )
+        stride = max(1, round(pixels / steps))
+    along = stride * np.arange(max(1, round(pixels / stride)) + 1)
+    across = along * (ACROSS * grid.shape[1] / grid.shape[0])
+    offsets = np.rint(np.stack([along, across], axis=1)).astype(np.intp)
+    return Path(-offsets if backwards else offsets, along * spacing)
