@@ -53,6 +53,8 @@ if TYPE_CHECKING:  # for type checkers; at run time each name is imported when i
     from roughsim.scene import load_scene as load_scene
     from roughsim.scene.numerics import Level as Level
     from roughsim.scene.numerics import Numerics as Numerics
+    from roughsim.sliding.slide import Slide as Slide
+    from roughsim.sliding.slide import slide as slide
     from roughsim.surface.power_laws import SelfAffineSpectrum as SelfAffineSpectrum
     from roughsim.surface.power_laws import TabulatedSpectrum as TabulatedSpectrum
     from roughsim.surface.synthesis import synthesize as synthesize
@@ -72,6 +74,7 @@ _HOME = {
         "heat.partition": "Body partition_heat",
         "heat.half_space": "half_space_temperature",
         "heat.periodic": "sliding_temperature",
+        "sliding.slide": "slide Slide",
         "observables.moments": "Sliding measure",
         "fourier": "set_threads",
         "scene": "Scene load_scene",

@@ -22,6 +22,7 @@ ORDER = (
     "surface",
     "contact",
     "heat",
+    "sliding",
     "observables",
     "pipeline",
     "scene",

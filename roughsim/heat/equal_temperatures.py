@@ -13,57 +13,52 @@ from numpy.typing import NDArray
 
 from roughsim import fourier
 from roughsim.errors import ConvergenceError
-from roughsim.grid import Array
+from roughsim.grid import Array, Field
 
-TOLERANCE = 1e-6  # ‖T₁ − T₂‖ over ‖T₁ + T₂‖ on the contact
+_FLAT = 4.0  # ratio of the largest to the smallest response up to which no preconditioner is worth its transforms
 _LIMIT = 200  # iterations: 2 to 10 are usual
 
 
-def equalize(
-    contact: NDArray[np.bool_], right: Array, response: Array, start: Array, scale: float
-) -> tuple[Array, float, int]:
-    """Return the flux at the points of the contact, the residual, and the iterations.
+def equalize(contact: NDArray[np.bool_], jump: Array, response: Array, limit: float) -> Array:
+    """Return the change of flux at the points of the contact that closes a jump of temperature there, W/m².
 
     Parameters
     ----------
     contact : ndarray of bool
         Where the bodies touch.
-    right : ndarray
-        The right side at the points of the contact, K.
+    jump : ndarray
+        Temperature of the first body less that of the second, at the points of the contact, K.
     response : ndarray
         R₁ + R₂ of each mode, shape `grid.half_shape`, K m²/W.
-    start : ndarray
-        A first guess of the flux at the points of the contact, W/m².
-    scale : float
-        Norm of the temperatures at the points of the contact, K: the residual is relative to it.
+    limit : float
+        Norm of the jump that may be left, K, as far as single precision goes: check it, and go on from there.
 
-    ConvergenceError if the residual does not come below `TOLERANCE`.
+    ConvergenceError if it is not reached.
     """
-    field = np.zeros(contact.shape)
+    field, responses = np.zeros(contact.shape, np.float32), response.astype(np.float32)
+    inverse = None if response.max() < _FLAT * response.min() else 1 / responses
 
-    def between(values: Array, factor: Array) -> Array:
+    def between(values: Array, factor: Field) -> Array:
         field[contact] = values
         result: Array = fourier.inverse(fourier.forward(field) * factor, contact.shape)[contact]
-        return result
+        return result.astype(np.float64)
 
-    inverse = 1 / response
-    flux = start.copy()
-    jump = right - between(flux, response)
+    flux, jump = np.zeros_like(jump), jump.copy()
     direction, power = np.zeros_like(flux), 1.0
     for iteration in range(_LIMIT + 1):
-        residual = float(np.linalg.norm(jump)) / scale
-        if residual <= TOLERANCE:
-            return flux, residual, iteration
-        steepest = between(jump, inverse)
+        left = float(np.linalg.norm(jump))
+        if left <= limit:
+            return flux
+        steepest = jump if inverse is None else between(jump, inverse)
         last, power = power, float(jump @ steepest)
         direction = steepest + (power / last if iteration else 0.0) * direction
-        change = between(direction, response)
+        change = between(direction, responses)
         length = power / float(direction @ change)
         flux += length * direction
         jump -= length * change
     raise ConvergenceError(
-        f"temperatures of the two bodies: they differ by {residual:.3g} of their norm on the contact after {_LIMIT} "
-        f"iterations, {TOLERANCE:g} is allowed; take more steps or a finer grid",
-        residual,
+        f"temperatures of the two bodies: the norm of their difference is {left:.3g} K after {_LIMIT} iterations, "
+        f"{limit:.3g} K is allowed; take more steps or a finer grid",
+        left / limit,
         _LIMIT,
     )

@@ -43,14 +43,14 @@ class History:
     def __init__(
         self, grid: Grid, conductivity: float, diffusivity: float, step: float, steps: int, start: Spectrum
     ) -> None:
-        self.rates, self.weights = exponentials(steps)
+        self.rates, weights = exponentials(steps)
         self.unit = math.sqrt(diffusivity * step / math.pi) / conductivity  # K m²/W
         qx, qy = grid.wavevectors
         self.along, self.across = diffusivity * step * qx[:, 0] ** 2, diffusivity * step * qy[0] ** 2
         late, early = latest_step(self.along[:, None] + self.across)
         self.response, self._previous = self.unit * late, self.unit * early  # K m²/W, real and positive
-        self.flux, self._memory = start, np.zeros((*grid.half_shape, self.rates.size), np.complex128)
-        self._past: Spectrum = np.zeros(grid.half_shape, np.complex128)
+        self.weights, self._memory = self.unit * weights, np.zeros((*grid.half_shape, 2, self.rates.size))
+        self._flux, self._known = start, self._previous * start
         self._mean_flux = np.zeros(steps + 1)
         self._mean_weights, self._first_weights = mean_weights(steps)
         self._mean_flux[0], self._step = start[0, 0].real, 0
@@ -60,11 +60,11 @@ class History:
 
         The flux at that end adds `response` times its spectrum.
         """
-        temperature = self._previous * self.flux + self.unit * self._past
         n = self._step + 1
-        earlier = self._first_weights[n] * self._mean_flux[0] + self._mean_flux[1:n] @ self._mean_weights[n - 1 : 0 : -1]
-        temperature[0, 0] = self.unit * earlier
-        return temperature
+        earlier = self._first_weights[n] * self._mean_flux[0]
+        earlier += self._mean_flux[1:n] @ self._mean_weights[n - 1 : 0 : -1]
+        self._known[0, 0] = self.unit * earlier
+        return self._known
 
     def advance(self, flux: Spectrum) -> None:
         """Take the flux at the end of the next step, W/m²; the history then ends there."""
@@ -72,8 +72,9 @@ class History:
 
         self._step += 1
         self._mean_flux[self._step] = flux[0, 0].real
-        remember(self.along, self.across, self.rates, self.weights, flux, self.flux, self._memory, self._past)
-        self.flux = flux
+        past = self.along, self.across, self.rates, self.weights
+        remember(*past, flux, self._flux, self._previous, self._memory, self._known)
+        self._flux = flux
 
 
 def latest_step(decay: Array) -> tuple[Array, Array]:

@@ -31,6 +31,7 @@ class Path:
 
     @property
     def steps(self) -> int:
+        """How many there are; positions are one more."""
         return self.distance.size - 1
 
 
@@ -56,7 +57,7 @@ def oblique_path(grid: Grid, slid_distance: float, steps: int | None = None, *, 
                 f"most {round(pixels)}, or refine the grid"
             )
         stride = max(1, round(pixels / steps))
-    along = stride * np.arange(max(1, round(pixels / stride)) + 1)
+    along = stride * np.arange(max(1, round(pixels / stride)) + 1, dtype=np.float64)
     across = along * (ACROSS * grid.shape[1] / grid.shape[0])
     offsets = np.rint(np.stack([along, across], axis=1)).astype(np.intp)
     return Path(-offsets if backwards else offsets, along * spacing)

@@ -1,0 +1,244 @@
+"""Two bodies that slide: exact mode sums of full contact, symmetries, limits, equal temperatures, and refusals."""
+
+from dataclasses import replace
+from math import hypot, pi, sqrt
+
+import numpy as np
+import pytest
+
+from roughsim import Body, Grid, Solid, partition_heat, slide
+from roughsim.sliding.path import ACROSS, oblique_path
+
+CELL, E = 1e-3, 1e9
+STEEL, COPPER = Body(30.0, 7.6e-6), Body(300.0, 1e-4)
+HIGHEST = 4  # waves per cell
+
+
+def waves(count, seed, rms=1e-6):
+    """A few waves, the same on every grid."""
+    rng = np.random.default_rng(seed)
+    x = np.arange(count) / count * 2 * pi
+    pairs = [(i, j) for i in range(-HIGHEST, HIGHEST + 1) for j in range(HIGHEST + 1) if j > 0 or i > 0]
+    heights = sum(np.cos(i * x[:, None] + j * x + rng.uniform(0, 2 * pi)) / (i * i + j * j) for i, j in pairs)
+    return rms * heights / heights.std()
+
+
+def full(first, second, distance, speed=5.0, moving=STEEL, resting=STEEL, **kwargs):
+    """Slide in full contact, where the stress is known mode by mode."""
+    grid = Grid(first.shape, (CELL, CELL))
+    return grid, slide(
+        first,
+        grid,
+        Solid(E),
+        nominal_pressure=E * 1e-6 * 2 * pi / CELL * HIGHEST * 3,
+        friction_coefficient=0.3,
+        speed=speed,
+        moving=replace(moving, speed=speed),
+        resting=resting,
+        counter_heights=second,
+        slid_distance=distance,
+        **kwargs,
+    )
+
+
+def mode_sum(grid, first, second, slid, speed, moving, resting):
+    """T_flash of full contact in the steady state at the given positions, each wave at rest in one body."""
+    qx, qy = (2 * pi * np.fft.fftfreq(n, d) for n, d in zip(grid.shape, grid.spacing, strict=True))
+    square = qx[:, None] ** 2 + qy**2
+    square[0, 0] = 1.0
+    drift = speed * (qx[:, None] + ACROSS * qy) / hypot(1, ACROSS)
+    # at rest in the resting body, and at rest in the moving one
+    inverse = [
+        1
+        / (
+            resting.conductivity * np.sqrt(square)
+            + moving.conductivity * np.sqrt(square - 1j * drift / moving.diffusivity)
+        ),
+        1
+        / (
+            moving.conductivity * np.sqrt(square)
+            + resting.conductivity * np.sqrt(square + 1j * drift / resting.diffusivity)
+        ),
+    ]
+    load = E * 1e-6 * 2 * pi / CELL * HIGHEST * 3
+    still, riding = (np.fft.fft2(h) / h.size * E * np.sqrt(square) / 2 for h in (first, second))
+    for stress in (still, riding):
+        stress[0, 0] = 0.0
+    result = []
+    for s in slid:
+        phase = np.exp(1j * s * (qx[:, None] + ACROSS * qy) / hypot(1, ACROSS))
+        temperature = 0.3 * speed * (still * inverse[0] + riding * phase * inverse[1])
+        result.append(np.sum(temperature * (still + riding * phase).conj()).real / load)
+    return np.array(result)
+
+
+@pytest.mark.parametrize(("moving", "resting"), [(STEEL, STEEL), (COPPER, STEEL)], ids=["steels", "copper"])
+@pytest.mark.parametrize("part", [0.0, 0.3, 1.0])
+def test_full_contact_is_the_mode_sum_of_each_wave_in_its_own_body(part, moving, resting):
+    # the longest wave takes L²/(4π²D) = 3.3 ms to warm the body that carries it: 4 cells take .8 ms at 5 m/s
+    first, second = sqrt(1 - part) * waves(64, 1), sqrt(part) * waves(64, 2)
+    grid, slid = full(first, second, 8 * CELL, speed=1.0, moving=moving, resting=resting)
+    steady = slid.slid_distance > 6 * CELL
+    expected = mode_sum(grid, first, second, slid.slid_distance[steady], 1.0, moving, resting)
+    assert slid.flash_temperature[steady].mean() == pytest.approx(expected.mean(), rel=0.01)
+    assert slid.resting_flash_temperature[steady].mean() == pytest.approx(expected.mean(), rel=0.01)
+
+
+def test_the_error_of_the_step_falls_at_second_order():
+    # a wave along x alone, so that no position is rounded: 1, 2 and 4 pixels a step of the same grid
+    x = np.cos(2 * pi * 3 * np.arange(96) / 96)[:, None] * 1e-6
+    distance = 48 * CELL / 96 * hypot(1, ACROSS)
+    ends = [full(x, None, distance, steps=steps)[1].flash_temperature[-1] for steps in (48, 24, 12)]
+    fine = np.cos(2 * pi * 3 * np.arange(384) / 384)[:, None] * 1e-6
+    finest = full(fine, None, distance)[1].flash_temperature[-1]
+    errors = np.array(ends) / finest - 1
+    assert abs(errors[0]) < 3e-3
+    assert errors[1:] / errors[:-1] == pytest.approx([4, 4], rel=0.25)
+
+
+def test_exchanging_the_bodies_mirrors():
+    first, second = waves(32, 1), waves(32, 2)
+    one = full(first, second, CELL, moving=COPPER)[1]
+    other = full(second, first, CELL, speed=-5.0, resting=COPPER)[1]
+    assert other.moving_share == pytest.approx(1 - one.moving_share, rel=1e-6)
+    assert other.resting_flash_temperature == pytest.approx(one.flash_temperature, rel=1e-6)
+    assert other.resting_background == pytest.approx(one.background, rel=1e-6)
+    assert other.contact_temperature == pytest.approx(one.contact_temperature, rel=1e-6)
+    turned = full(first[::-1, ::-1], second[::-1, ::-1], CELL, speed=-5.0, moving=COPPER)[1]
+    assert turned.flash_temperature == pytest.approx(one.flash_temperature, rel=1e-6)
+
+
+def bumps(count, seed):
+    """Rough enough for partial contact."""
+    return waves(count, seed, rms=3e-6)
+
+
+def partial(first, second, speed, distance=CELL / 2, moving=STEEL, resting=STEEL, **kwargs):
+    grid = Grid(first.shape, (CELL, CELL))
+    several = np.ndim(speed) > 0
+    return slide(
+        first,
+        grid,
+        kwargs.pop("solid", Solid(E)),
+        nominal_pressure=1e6,
+        friction_coefficient=0.3,
+        speed=speed,
+        moving=moving if several else replace(moving, speed=speed),
+        resting=resting,
+        counter_heights=second,
+        slid_distance=distance,
+        **kwargs,
+    )
+
+
+def test_the_temperatures_of_both_bodies_agree_and_all_heat_goes_into_them():
+    slid = partial(bumps(64, 1), bumps(64, 2), 5.0, moving=COPPER)
+    assert (slid.residual <= 1e-5).all()
+    assert (slid.contact_fraction < 0.6).all()
+    both = slid.flash_temperature + slid.background, slid.resting_flash_temperature + slid.resting_background
+    assert both[0] == pytest.approx(both[1], rel=1e-4)
+    assert slid.contact_temperature == pytest.approx(both[0], rel=1e-12)
+    # the backgrounds follow from the shares alone: heat flows one way in the mean
+    step = slid.slid_distance[0] / 5.0
+    effusivity = [body.conductivity / sqrt(body.diffusivity) for body in (COPPER, STEEL)]
+    start = effusivity[0] / sum(effusivity)
+    share = np.concatenate([[start], slid.moving_share])
+    n = share.size - 1
+    times = (np.arange(200 * n) + 0.5) / 200
+    kernel = 2 * (np.sqrt(n - times + 0.5 / 200) - np.sqrt(n - times - 0.5 / 200))
+    for part, rise, e in ((share, slid.background, effusivity[0]), (1 - share, slid.resting_background, effusivity[1])):
+        flux = 0.3 * 5.0 * 1e6 * np.interp(times, np.arange(n + 1), part)
+        assert rise[-1] == pytest.approx((kernel @ flux) * sqrt(step / pi) / e, rel=1e-5)
+
+
+def test_equal_bodies_at_rest_against_one_another_share_by_conductivity():
+    slow = partial(bumps(48, 1), None, 1e-4, resting=Body(10.0, 7.6e-6))
+    assert slow.moving_share[-1] == pytest.approx(0.75, rel=1e-3)
+
+
+def test_speeds_in_one_march_are_the_same_as_alone():
+    first, second = bumps(32, 1), bumps(32, 2)
+    both = partial(first, second, [5.0, 0.5])
+    for k, speed in enumerate((5.0, 0.5)):
+        alone = partial(first, second, speed)
+        assert (both.flash_temperature[k] == alone.flash_temperature).all()
+        assert (both.moving_share[k] == alone.moving_share).all()
+
+
+def test_over_a_flat_the_answer_is_that_of_the_frozen_contact():
+    # one contact spot far from its images; the resting body is steady after many R²/D
+    count, radius = 64, 8.0
+    x = np.arange(count) - count / 2
+    heights = -(x[:, None] ** 2 + x**2) / (2 * radius) * (CELL / count)
+    heights = np.maximum(heights, heights.min() / 4)
+    grid, speed = Grid((count, count), (CELL, CELL)), 0.5
+    slid = slide(
+        heights,
+        grid,
+        Solid(E),
+        nominal_pressure=5e5,
+        friction_coefficient=0.3,
+        speed=speed,
+        moving=replace(STEEL, speed=speed),
+        resting=STEEL,
+        slid_distance=CELL,
+    )
+    flux = 0.3 * speed * slid.contact.pressure
+    frozen = partition_heat(
+        flux, grid, moving=replace(STEEL, speed=speed), resting=STEEL, time=slid.slid_distance[-1] / speed
+    )
+    assert slid.contact_fraction[-1] < 0.05
+    assert slid.moving_share[-1] == pytest.approx(frozen.moving_share, abs=0.01)
+    assert slid.contact_temperature[-1] == pytest.approx(frozen.flash_temperature, rel=0.02)
+
+
+def test_the_stress_correlation_of_two_equal_faces_keeps_a_part_on_the_summits_of_each():
+    still = partial(bumps(32, 1), None, 1.0, distance=2 * CELL)
+    assert still.stress_correlation == pytest.approx(np.ones(still.slid_distance.size))
+    rides = partial(0 * bumps(32, 1), bumps(32, 2), 1.0, distance=8 * CELL)
+    assert abs(rides.stress_correlation[32:].mean()) < 0.05
+    both = partial(bumps(32, 1), bumps(32, 2), 1.0, distance=8 * CELL)
+    assert 0.05 < both.stress_correlation[32:].mean() < 0.3
+
+
+def test_a_step_is_whole_pixels_and_laps_meet_new_rows():
+    grid = Grid((64, 64), (CELL, CELL))
+    path = oblique_path(grid, 3 * CELL)
+    assert (np.diff(path.offsets[:, 0]) == 1).all()
+    assert np.diff(path.distance) == pytest.approx(CELL / 64 * hypot(1, ACROSS))
+    rows = path.offsets[[64, 128, 192 - 3], 1] % 64
+    assert len({int(row) // 4 for row in rows}) == 3
+    assert np.diff(oblique_path(grid, CELL, 16).offsets[:, 0]).tolist() == [4] * 16
+    assert (oblique_path(grid, CELL, backwards=True).offsets == -oblique_path(grid, CELL).offsets).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"speed": 0.0}, "speed = 0.0 m/s must be finite, not 0"),
+        ({"speed": [1.0, -1.0]}, "of one sign"),
+        ({"speed": [1.0, 2.0], "moving": replace(STEEL, speed=1.0)}, "several speeds, but moving.speed"),
+        ({"moving": replace(STEEL, speed=2.0)}, "moving.speed − resting.speed = 2 m/s, but speed = 1 m/s"),
+        ({"slid_distance": 1e-6}, "slid_distance = 1e-06 m is under a step of one pixel"),
+        ({"slid_distance": -1.0}, "slid_distance = -1 m must be positive"),
+        ({"steps": 100}, "steps = 100 over 0.001 m would be shorter than one pixel"),
+        ({"steps": 0}, "steps = 0 must be a whole number"),
+        ({"friction_coefficient": -0.1}, "friction_coefficient = -0.1 must not be negative"),
+        ({"counter_heights": np.zeros((8, 8))}, "counter_heights has shape"),
+        ({"nominal_pressure": 2e9, "solid": Solid(E, 1e9)}, "exceeds penetration_hardness"),
+    ],
+)
+def test_bad_input_is_refused(change, message):
+    arguments = {
+        "heights": waves(16, 1),
+        "grid": Grid((16, 16), (CELL, CELL)),
+        "solid": Solid(E),
+        "nominal_pressure": 1e6,
+        "friction_coefficient": 0.3,
+        "speed": 1.0,
+        "moving": replace(STEEL, speed=1.0),
+        "resting": STEEL,
+        "slid_distance": CELL,
+    } | change
+    with pytest.raises(ValueError, match=message.replace("(", r"\(")):
+        slide(arguments.pop("heights"), arguments.pop("grid"), arguments.pop("solid"), **arguments)
