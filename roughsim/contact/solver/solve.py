@@ -11,6 +11,8 @@ fixed; then the points that left their bounds, or pull away from them, change si
 Where all at once lead in circles, ever fewer change, the worst of them (block pivoting: Júdice & Pires 1994).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from roughsim._kernels import active_set as kernels
@@ -32,6 +34,14 @@ STEPS = 300  # of conjugate gradients on one set of free points
 ENOUGH = (1e-4, 1e-8, 1e-13)  # a step that gains less than this share of the energy gained so far ends them
 
 
+class Coarse(NamedTuple):
+    """What the solve on one grid hands on to that on the next: nothing else is kept of it."""
+
+    pressure: Field  # continued smoothly below zero, so that an interpolation keeps the edges of the contact
+    blur: float  # of its residual, by rounding
+    transforms: float
+
+
 def solve_cascade(
     levels: list[ScaledProblem], tolerance: float, max_iterations: int, start: tuple[Field, Field] | None = None
 ) -> tuple[State, float]:
@@ -40,31 +50,50 @@ def solve_cascade(
     `start`, pressure and displacement of an earlier contact on any grid, is where the coarsest level begins.
     """
     finest, work = levels[0], 0.0
-    coarse: State | None = None
-    for problem in reversed(levels):
-        state, final = State(problem), problem is finest
-        if coarse is not None:
-            start_from(coarse, state)
-        elif start is not None:
-            resume(*start, state)
-        else:
-            state.pressure[...] = problem.load
-        # single precision is enough for the first gap unless rounding already blurs the coarse solution
-        precise = final and coarse is not None and coarse.assessment.blur > 0.3 * NEGLIGIBLE * tolerance
-        state.refresh(np.float64 if precise else state.kind)
-        solve(state, tolerance if final else max(COARSE_TOLERANCE, tolerance), max_iterations, final=final)
-        work += state.transforms * problem.grid.points / finest.grid.points
-        coarse = state
-    return state, work
+    coarse: Coarse | None = None
+    for problem in reversed(levels[1:]):
+        coarse = handed_on(
+            solve_level(problem, coarse, start, max(COARSE_TOLERANCE, tolerance), max_iterations, final=False)
+        )
+        work += coarse.transforms * problem.grid.points / finest.grid.points
+    state = solve_level(finest, coarse, start, tolerance, max_iterations, final=True)
+    return state, work + state.transforms
 
 
-def start_from(coarse: State, fine: State) -> None:
-    """Set the pressure of a finer grid to the solution of a coarser one, at the load."""
-    # p − κ(gap − d) goes on smoothly below zero, so that the interpolation keeps the edges of the contact
-    rise = CONTINUATION * coarse.problem.stiffness * (coarse.gap - coarse.offset)
-    field = (coarse.pressure - rise).astype(fine.kind)
+def solve_level(
+    problem: ScaledProblem,
+    coarse: Coarse | None,
+    start: tuple[Field, Field] | None,
+    tolerance: float,
+    max_iterations: int,
+    *,
+    final: bool,
+) -> State:
+    """Solve on one grid, from a coarser one, from an earlier contact, or from the mean pressure."""
+    state = State(problem)
+    if coarse is not None:
+        start_from(coarse.pressure, state)
+    elif start is not None:
+        resume(*start, state)
+    else:
+        state.pressure[...] = problem.load
+    # single precision is enough for the first gap unless rounding already blurs the coarse solution
+    precise = final and coarse is not None and coarse.blur > 0.3 * NEGLIGIBLE * tolerance
+    state.refresh(np.float64 if precise else state.kind)
+    solve(state, tolerance, max_iterations, final=final)
+    return state
+
+
+def handed_on(state: State) -> Coarse:
+    """Return what the next grid begins from."""
+    rise = CONTINUATION * state.problem.stiffness * (state.gap - state.offset)
+    return Coarse((state.pressure - rise).astype(state.kind), state.assessment.blur, state.transforms)
+
+
+def start_from(coarse: Field, fine: State) -> None:
+    """Set the pressure of a finer grid to that of a coarser one, at the load."""
     rows = spans(*fine.problem.grid.shape)
-    sums = total(run(lambda a, b: refine(a, b, field, fine.problem.cap, fine.pressure, fine.free), rows))
+    sums = total(run(lambda a, b: refine(a, b, coarse, fine.problem.cap, fine.pressure, fine.free), rows))
     if not fine.balance(1e-12, sums):  # no free point can take the load
         fine.pressure[...] = fine.problem.load
 
