@@ -1,0 +1,43 @@
+"""How the stress of two sliding bodies turns over: its correlation with that at earlier positions."""
+
+import numpy as np
+
+from roughsim.grid import Array, Grid
+from roughsim.heat.history import Spectrum
+
+_ANCHORS = 8  # positions with which the stress of later ones is correlated
+
+
+class StressCorrelation:
+    """Correlation of the stress at points of the resting body with that at several earlier positions."""
+
+    def __init__(self, grid: Grid) -> None:
+        self.grid, self.every, self.taken = grid, 1, 0
+        self.anchors: list[tuple[int, Spectrum]] = []
+        self.sums, self.counts = np.zeros(16), np.zeros(16, np.intp)
+
+    def add(self, stress: Spectrum) -> None:
+        """Take the stress of the next position."""
+        if self.taken == self.sums.size:
+            self.sums, self.counts = (np.concatenate([part, np.zeros_like(part)]) for part in (self.sums, self.counts))
+        if self.taken % self.every == 0:
+            self.anchors.append((self.taken, stress))
+        if len(self.anchors) > _ANCHORS:  # every other one: they stay spread over the whole way
+            self.anchors, self.every = self.anchors[::2], 2 * self.every
+        square = stress[0, 0].real ** 2
+        for position, earlier in self.anchors:
+            self.sums[self.taken - position] += mean_product(self.grid, earlier, stress) - square
+            self.counts[self.taken - position] += 1
+        self.taken += 1
+
+    def mean(self) -> Array:
+        """Return the correlation at lags of 1, 2 … steps, relative to the mean variance."""
+        correlation = self.sums[: self.taken] / self.counts[: self.taken]
+        relative: Array = correlation[1:] / correlation[0]
+        return relative
+
+
+def mean_product(grid: Grid, first: Spectrum, second: Spectrum) -> float:
+    """Return the mean over the cell of the product of two real fields, from their half spectra."""
+    edges = [0] if grid.shape[1] % 2 else [0, -1]  # columns that stand for themselves; the others for two
+    return float(2 * np.vdot(first, second).real - sum(np.vdot(first[:, k], second[:, k]).real for k in edges))

@@ -1,0 +1,212 @@
+"""The march of two sliding bodies: at each position the contact, and the temperatures of both bodies."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roughsim import fourier
+from roughsim.contact import Contact, Solid, checked_load
+from roughsim.contact.active_set import solve_contact
+from roughsim.errors import ConvergenceError, not_negative, number, positive, real_field
+from roughsim.grid import Array, Field, Grid
+from roughsim.heat.equal_temperatures import equalize
+from roughsim.heat.history import History, Spectrum
+from roughsim.heat.partition import Body
+from roughsim.sliding.correlation import mean_product
+from roughsim.sliding.path import Path, oblique_path
+
+_EQUAL = 1e-5  # ‖T₁ − T₂‖ over ‖T₁ + T₂‖ on the contact
+_ROUNDS = 10  # of conjugate gradients in single precision: 1 is usual
+NUMBERS = (  # of a step at each speed, as `Slide` explains them
+    "flash_temperature",
+    "resting_flash_temperature",
+    "moving_share",
+    "background",
+    "resting_background",
+    "contact_temperature",
+    "residual",
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """One position of two sliding bodies.
+
+    Attributes
+    ----------
+    slid_distance : float
+        m; 0 at the start, where both bodies are still cold.
+    contact : Contact
+        In the frame of the resting body.
+    stress : ndarray
+        Half spectrum of its pressure, Pa.
+    numbers : ndarray
+        Those of `NUMBERS` at each speed, shape (numbers, speeds).
+    """
+
+    slid_distance: float
+    contact: Contact
+    stress: Spectrum
+    numbers: Array
+
+
+def march(  # noqa: PLR0913  (two bodies)
+    heights: ArrayLike,
+    grid: Grid,
+    solid: Solid,
+    *,
+    nominal_pressure: float,
+    friction_coefficient: float,
+    speed: ArrayLike,
+    moving: Body,
+    resting: Body,
+    counter_heights: ArrayLike | None = None,
+    slid_distance: float,
+    steps: int | None = None,
+    tolerance: float = 3e-3,
+) -> Iterator[Step]:
+    """Yield each position of `slide`, whose arguments and errors these are, from the start on.
+
+    All arguments are checked before the first step is asked for.
+    """
+    load = checked_load("nominal_pressure", nominal_pressure, solid)
+    friction = not_negative("friction_coefficient", friction_coefficient)
+    speeds = _checked_speeds(speed, moving, resting)
+    distance = positive("slid_distance", slid_distance, "m")
+    if steps is not None and (number("steps", steps) < 1 or steps % 1):
+        raise ValueError(f"steps = {steps} must be a whole number ≥ 1")
+    path = oblique_path(grid, distance, None if steps is None else int(steps), backwards=bool(speeds[0] < 0))
+    still = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
+    riding = None
+    if counter_heights is not None:
+        riding = real_field("counter_heights", counter_heights, grid.shape).astype(np.float64, copy=False)
+
+    def steps_of_path() -> Iterator[Step]:
+        pairs: list[Pair] = []
+        numbers = np.zeros((len(NUMBERS), speeds.size))
+        for n, contact in enumerate(contacts(still, riding, grid, solid, load, path, tolerance)):
+            stress = fourier.forward(contact.pressure)
+            if n == 0:
+                pairs = [Pair(grid, friction * abs(v), (resting, moving), stress, path, abs(v)) for v in speeds]
+            else:
+                numbers = np.array([pair.advance(contact, stress) for pair in pairs]).T
+            yield Step(float(path.distance[n]), contact, stress, numbers)
+
+    return steps_of_path()
+
+
+def contacts(
+    heights: Field, counter_heights: Field | None, grid: Grid, solid: Solid, load: float, path: Path, tolerance: float
+) -> Iterator[Contact]:
+    """Yield the contact at each position of the path, each solve begun from the last; one for all over a flat."""
+    contact = None
+    for offset in path.offsets:
+        if contact is None or counter_heights is not None:
+            composite = heights
+            if counter_heights is not None:
+                composite = heights + np.roll(counter_heights, -offset, axis=(0, 1))
+            contact = solve_contact(composite, grid, solid, nominal_pressure=load, tolerance=tolerance, start=contact)
+        yield contact
+
+
+class Pair:
+    """Both bodies at one speed: their histories, and the share of the heat of the latest step."""
+
+    def __init__(
+        self, grid: Grid, heating: float, bodies: tuple[Body, Body], stress: Spectrum, path: Path, speed: float
+    ) -> None:
+        self.grid, self.path, self.heating = grid, path, heating
+        # at first heat flows straight down into both: the share of their effusivities, at every point
+        resting, moving = (body.conductivity / math.sqrt(body.diffusivity) for body in bodies)
+        share = moving / (resting + moving)
+        step = (path.distance[1] - path.distance[0]) / speed
+        self.resting, self.moving = (
+            History(grid, body.conductivity, body.diffusivity, step, path.steps, part * heating * stress)
+            for body, part in zip(bodies, (1 - share, share), strict=True)
+        )
+        self.response = self.resting.response + self.moving.response
+        self.share, self.step = np.full(grid.shape, share), 0
+
+    def advance(self, contact: Contact, stress: Spectrum) -> tuple[float, ...]:
+        """Share the heat of the next step, and return the `NUMBERS`."""
+        self.step += 1
+        phase = phases(self.grid, self.path.offsets[self.step])
+        known, moving_known = self.resting.known(), self.moving.known() * phase
+        heat = self.heating * stress
+        touching = contact.pressure > 0.0
+        released = self.heating * contact.pressure[touching]
+        # as the heat was shared in the last step; then the change that makes the temperatures equal, until they are
+        entering = np.zeros(self.grid.shape)
+        entering[touching] = self.share[touching] * released
+        for _ in range(_ROUNDS):
+            moving_heat = fourier.forward(entering)
+            resting_temperature = known + self.resting.response * (heat - moving_heat)
+            moving_temperature = moving_known + self.moving.response * moving_heat
+            jump = fourier.inverse(resting_temperature - moving_temperature, self.grid.shape)[touching]
+            load, both = stress[0, 0].real, mean_product(self.grid, resting_temperature + moving_temperature, stress)
+            scale = abs(both) / load * math.sqrt(jump.size)
+            residual = float(np.linalg.norm(jump)) / scale
+            if residual <= _EQUAL:
+                break
+            entering[touching] += equalize(touching, jump, self.response, _EQUAL / 2 * scale)
+        else:
+            raise ConvergenceError(
+                f"temperatures of the two bodies: after {_ROUNDS} rounds they differ by {residual:.3g} of their norm "
+                f"on the contact, {_EQUAL:g} is allowed; take more steps or a finer grid",
+                residual,
+                _ROUNDS,
+            )
+        # points that touch in the next step and not in this one begin with the mean share
+        share = moving_heat[0, 0].real / heat[0, 0].real
+        self.share.fill(share)
+        self.share[touching] = np.clip(entering[touching] / released, 0.0, 1.0)  # at edges it has no bounds
+        self.resting.advance(heat - moving_heat)
+        self.moving.advance(moving_heat * phase.conj())
+        resting_total, moving_total = (
+            mean_product(self.grid, temperature, stress) / load
+            for temperature in (resting_temperature, moving_temperature)
+        )
+        resting_background, background = resting_temperature[0, 0].real, moving_temperature[0, 0].real
+        return (
+            moving_total - background,
+            resting_total - resting_background,
+            share,
+            background,
+            resting_background,
+            moving_total,
+            residual,
+        )
+
+
+def phases(grid: Grid, offset: Any) -> Spectrum:
+    """Return e^(iq·s) of each mode: it brings a spectrum from the frame of the moving body to that of the resting."""
+    qx, qy = grid.wavevectors
+    along, across = (1j * q * (n * d) for q, n, d in zip((qx, qy), offset, grid.spacing, strict=True))
+    phase: Spectrum = np.exp(along) * np.exp(across)
+    return phase
+
+
+def _checked_speeds(speed: ArrayLike, moving: Body, resting: Body) -> Array:
+    """Return the relative speeds, m/s, shape (speeds,), of one sign and not 0."""
+    array = np.asarray(speed)
+    if array.dtype.kind not in "iuf" or array.ndim > 1 or array.size == 0:
+        raise TypeError(f"speed = {speed!r} must be one real number or a 1-D array of them, in m/s")
+    speeds = np.atleast_1d(array.astype(np.float64))
+    if not np.isfinite(speeds).all() or not (speeds.min() > 0.0 or speeds.max() < 0.0):
+        raise ValueError(f"speed = {speed!r} m/s must be finite, not 0, and of one sign: the bodies slide one way")
+    difference = moving.speed - resting.speed
+    if array.ndim == 0 and difference != speeds[0]:
+        raise ValueError(
+            f"moving.speed − resting.speed = {difference:.6g} m/s, but speed = {speeds[0]:.6g} m/s; give the bodies "
+            "the speeds of the contact through them"
+        )
+    if array.ndim and (moving.speed or resting.speed):
+        raise ValueError(
+            f"several speeds, but moving.speed = {moving.speed:.6g} m/s and resting.speed = {resting.speed:.6g} m/s; "
+            "leave both at 0"
+        )
+    return speeds
