@@ -3,9 +3,9 @@
 import re
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from roughsim.ensemble.workers import Job, Workforce, store_member
@@ -14,7 +14,7 @@ from roughsim.planning.realization import level_problem
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
-from roughsim.store.claims import Claims
+from roughsim.store.claims import RENEWAL, Claims
 from roughsim.store.disk import DamagedError, is_temporary, set_aside
 from roughsim.store.member_files import MEMBER_NAME, check_member, member_name, member_path
 
@@ -47,6 +47,9 @@ class Tasks:
     check: Callable[[], None]  # raises an interrupt that Python has dropped
     observer: Callable[[Run], None] | None = None
     longest: float = 0.0  # s from handing a member out until it came back
+    jobs: dict[int, Job] = field(default_factory=dict)  # by level
+    order: Iterator[Task] = field(default_factory=lambda: iter(()))  # members that were not looked at yet
+    look_again: float = 0.0  # from the first on, since other processes may have ended: when, by `time.monotonic`
 
     def complete(self, force: Workforce) -> None:
         """Work through the tasks until the targets are met or all members are there, whoever computes them.
@@ -80,6 +83,7 @@ class Tasks:
     def _work(self, pool: Executor, force: Workforce) -> None:
         """Keep a pool busy until the run is finished; BrokenExecutor if its workers die."""
         pending: dict[Future[str], tuple[Task, float]] = {}  # which member, and since when, by `time.monotonic`
+        self.look_again = 0.0
         try:
             while not (self.run.target_met or self.run.realizations >= self.run.max_realizations):
                 while len(pending) < force.in_flight and (task := self._next()) is not None:
@@ -108,15 +112,24 @@ class Tasks:
             self.claims.release_all()
 
     def _next(self) -> Task | None:
-        """Claim the first member that is not stored and not being computed: by index, then the largest grid first."""
-        for index in range(self.run.realizations, self.run.max_realizations):
-            levels = sorted(self.numerics.of_index(index), key=lambda level: -self.numerics.grid(level).points)
-            for task in ((level, index) for level in levels):
-                if not self.is_stored(task) and self.claims.take(member_name(*task)):
-                    if not self.is_stored(task):
-                        return task
-                    self.claims.release(member_name(*task))  # stored since the first look
+        """Claim the first member that is not stored and not being computed; None if there is none now."""
+        if time.monotonic() > self.look_again:
+            self.order, self.look_again = self._in_order(), time.monotonic() + RENEWAL
+        for task in self.order:
+            if task not in self.run.members and self.claims.take(member_name(*task)):
+                if not self.is_stored(task):
+                    return task
+                self.claims.release(member_name(*task))
+                self._refresh(task)  # another process has stored it
+        self.look_again = 0.0
         return None
+
+    def _in_order(self) -> Iterator[Task]:
+        """Go through the members that do not count yet: by index, then the largest grid first."""
+        levels = sorted(enumerate(self.numerics.levels), key=lambda level: -level[1].shape[0] * level[1].shape[1])
+        every = [(number, level.every) for number, level in levels]
+        for index in range(self.run.realizations, self.run.max_realizations):
+            yield from ((number, index) for number, stride in every if index % stride == 0)
 
     def is_stored(self, task: Task) -> bool:
         """Whether this process sees the file of a member."""
@@ -124,14 +137,16 @@ class Tasks:
 
     def _job(self, level: int) -> Job:
         """Return the job of a level for a worker: numbers and JSON values only, no scene."""
-        return Job(
-            level,
-            level_problem(self.scene, self.numerics, level),
-            speeds=self.scene.speeds,
-            keep_fields=self.numerics.keep_fields,
-            provenance={"scene": self.scene.identity(), "numerics": self.numerics.to_dict()},
-            folder=self.folder,
-        )
+        if level not in self.jobs:
+            self.jobs[level] = Job(
+                level,
+                level_problem(self.scene, self.numerics, level),
+                speeds=self.scene.speeds,
+                keep_fields=self.numerics.keep_fields,
+                provenance={"scene": self.scene.identity(), "numerics": self.numerics.to_dict()},
+                folder=self.folder,
+            )
+        return self.jobs[level]
 
     def _hand_out(self, pool: Executor, task: Task) -> Future[str]:
         try:
@@ -190,6 +205,7 @@ class Tasks:
             self.run.refresh()
         except (DamagedError, FileNotFoundError):
             sweep(self.folder, self.claims)
+            self.look_again = 0.0
             self.run.refresh()
         self.check()
         if self.observer is not None and len(self.run.members) != before:

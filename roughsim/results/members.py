@@ -60,10 +60,11 @@ class Members(Mapping[Key, Member]):
         self.wavenumber: dict[int, Array] = {}
         self.versions: list[dict[str, str]] = []
         self.failures: dict[Key, str] = {}
+        self._count = 0
         self._lengths, self._speeds = lengths, speeds
 
     def __len__(self) -> int:
-        return sum(int(np.count_nonzero(table["state"] > 0)) for table in self.tables)
+        return self._count
 
     def __contains__(self, key: object) -> bool:
         row = self.row(cast(Key, key))
@@ -98,6 +99,7 @@ class Members(Mapping[Key, Member]):
 
     def __delitem__(self, key: Key) -> None:
         row = self.row(key)
+        self._count -= bool(row["state"] > 0)
         row["state"] = row["size"] = 0
         self.failures.pop(key, None)
 
@@ -122,6 +124,7 @@ class Members(Mapping[Key, Member]):
         if row >= len(table):  # twice as long, so that a run of n members copies its rows O(log n) times
             more = np.zeros(max(64, len(table), row + 1 - len(table)), table.dtype)
             table = self.tables[level] = np.concatenate([table, more])
+        self._count += bool(table["state"][row] <= 0)
         table[row] = np.zeros((), table.dtype)
         values: dict[str, Any] = {
             **dict.fromkeys((*NUMBERS, "residual"), np.nan),
@@ -135,6 +138,12 @@ class Members(Mapping[Key, Member]):
         }
         for name, value in values.items():
             table[name][row] = value
+
+    def see(self, key: Key, changed: int) -> None:
+        """Count a member of a summary, whose file was seen and has this time, ns."""
+        row = self.row(key)
+        row["state"], row["changed"] = -row["state"], changed
+        self._count += 1
 
     def load(self, path: Path, run: list[Any]) -> dict[str, Any]:
         """Fill the empty tables from a summary; their rows are marked unseen. Return the `stop` that `save` was given.
@@ -185,8 +194,8 @@ class Members(Mapping[Key, Member]):
 
     def failed(self, level: int, count: int) -> NDArray[np.int64]:
         """Return the indices below `count` at which a level has no numbers."""
-        every = self.every[level]
-        return np.flatnonzero(self.tables[level]["state"][: -(-count // every)] == FAILED) * every
+        indices = [index for of_level, index in self.failures if of_level == level and index < count]
+        return np.array(sorted(index for index in indices if (level, index) in self), np.int64)
 
     def sound(self, count: int) -> list[int]:
         """Return the indices below `count` that failed at no level."""

@@ -77,7 +77,7 @@ class Reader:
             row = self.members.row((level, index))
             unseen = row is not None and row["state"] < 0
             if unseen and is_unchanged(path, status, *row[["size", "changed", "digest"]].item()):
-                row["state"], row["changed"] = -row["state"], status.st_mtime_ns  # a copy has another time
+                self.members.see((level, index), status.st_mtime_ns)  # a copy has another time
                 return True
             content = read_bytes(path)
             member = member_of(path, content)

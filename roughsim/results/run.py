@@ -103,9 +103,9 @@ class Run:
     def _count(self) -> tuple[int, bool]:
         """How many realizations count, and whether the targets are met; computed once after each `refresh`."""
         if self._counted is None:
-            rows = self.sound(self._reader.available)
-            stop = self._stop(rows) if self.until else None
-            self._counted = (self._reader.available, False) if stop is None else (rows[stop - 1] + 1, True)
+            self._counted = self._reader.available, False
+            if self.until and (stop := self._stop(rows := self.sound(self._reader.available))) is not None:
+                self._counted = rows[stop - 1] + 1, True
         return self._counted
 
     def _stop(self, rows: list[int]) -> int | None:

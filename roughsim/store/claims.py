@@ -80,23 +80,29 @@ class Claims:
                 self.sign(count)
 
     def take(self, claim: str) -> bool:
-        """Claim a member, also from a process that has ended; False if another process computes it.
+        """Claim a member, also from a process that has ended; False if it was claimed by this process or another one.
 
-        Where claim files cannot be made, every claim succeeds, and a warning says so once.
+        Where claim files cannot be made, no other process is asked, and a warning says so once.
         """
+        if claim in self.held:
+            return False
         path = self.folder / claim
         try:
-            for _ in range(2):  # once more after a stale claim was removed
-                self.folder.mkdir(exist_ok=True)  # the last process to leave removes it
-                with suppress(FileExistsError):
+            for _ in range(3):  # again without the folder, and again after a stale claim was removed
+                try:
                     _write_in_place(path, self.name, os.O_EXCL)
+                except FileNotFoundError:
+                    self.folder.mkdir(exist_ok=True)  # the last process to leave removes it
+                except FileExistsError:
+                    if not self._is_stale(path):
+                        return False
+                    path.unlink(missing_ok=True)
+                else:
                     self.held.add(claim)
                     return True
-                if not self._is_stale(path):
-                    return False
-                path.unlink(missing_ok=True)
         except OSError as error:
             self._go_on_without(error)
+            self.held.add(claim)
             return True
         return False  # another process was quicker
 

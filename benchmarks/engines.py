@@ -1,0 +1,258 @@
+"""What it costs to hand members out to 1 to 64 workers, by engine: process pools, threads, dask and MPI.
+
+    python benchmarks/engines.py [--engines NAME ...] [--workers N ...] [--seconds S ...]
+
+Nothing is solved: a member sleeps, and writes a file with random numbers. So many workers share few cores. The folder
+is a temporary one: with TMPDIR on a disk, 64 workers wait for each other there. Each row has:
+
+- alone: CPU time of the leading process for each call that the engine hands out, takes back and that only sleeps;
+- run: the same with a run: claim, file read, summary, stopping rule. Files that threads of this process write are taken
+  off. The difference to "alone" is what roughsim adds;
+- of the ideal: the wall time of the run over that of workers that never wait. Where the cores are full, writing counts;
+- a file: CPU time to write the file of a member, measured apart.
+
+An engine that is not installed is named and skipped. MPI needs `mpiexec` on the path.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import json
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import cache
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import roughsim as rs
+from roughsim.ensemble.workers import Job
+from roughsim.observables.catalogue import NUMBERS
+from roughsim.pipeline import versions
+from roughsim.store.member_files import STAGES, Member, write_member
+
+MODES = 509  # wavenumbers of the stress spectrum of a grid of 1024²
+LASTS = 3.0  # s that a measurement takes, if the engine keeps up
+LEAST, MOST = 4, 1000  # members for each worker, and in all
+NEEDS = {"dask threads": "distributed", "dask processes": "distributed", "mpi": "mpi4py"}
+ENGINES = ("threads", "processes", "dask threads", "dask processes", "mpi")
+writing = [0.0]  # s of CPU time that threads of this process spent on files
+
+
+def scene() -> rs.Scene:
+    """A scene whose numerics need no pilot."""
+    steel = rs.load_scene("steel-0.5GPa")
+    level = {"column": "capped", "shape": [1024, 1024], "q_max": 4.06e5}
+    return replace(steel, numerics=replace(steel.numerics, levels=(level,), keep_fields=0))
+
+
+def simulated_member(level: int, index: int, speeds: tuple[float, ...], provenance: dict[str, Any]) -> Member:
+    """Return a member with random numbers; its file is as long as that of a real one."""
+    rng = np.random.default_rng((level, index))
+    return Member(
+        level,
+        index,
+        numbers={name: 1.0 + 0.1 * rng.random(len(speeds) if one.per_speed else 1) for name, one in NUMBERS.items()},
+        wavenumber=np.arange(1.0, MODES + 1.0),
+        spectrum=rng.random(MODES),
+        lengths=(1e-3, 1e-3),
+        speeds=speeds,
+        provenance=provenance
+        | {
+            "residual": float(rng.random()),
+            "iterations": 20,
+            "seconds": {stage: float(rng.random()) for stage in STAGES},
+        }
+        | {"seed": 1, "stream": 0, "threads": 1, "versions": known_versions(), "written": "2026-01-31T12:00:00Z"},
+    )
+
+
+@cache
+def known_versions() -> dict[str, str]:
+    return versions()
+
+
+def simulate(job: Job, index: int, seconds: float) -> str:
+    """What a worker does in place of a solve."""
+    time.sleep(seconds)
+    began = time.thread_time()
+    write_member(job.folder, simulated_member(job.level, index, job.speeds, job.provenance))
+    writing[0] += time.thread_time() - began
+    return socket.gethostname()
+
+
+def only_sleep(job: Any, index: int, seconds: float) -> str:
+    time.sleep(seconds)
+    return socket.gethostname()
+
+
+class Simulated(Executor):
+    """An executor whose workers solve nothing."""
+
+    def __init__(self, inner: Executor, seconds: float):
+        self.inner, self.seconds = inner, seconds
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **_: Any) -> Future[Any]:
+        """Hand out a sleep and a file."""
+        return self.inner.submit(simulate, *arguments, self.seconds)
+
+
+@contextmanager
+def started(engine: str, workers: int) -> Iterator[Executor]:
+    """Start an engine with so many workers."""
+    if engine == "threads":
+        with ThreadPoolExecutor(workers) as pool:
+            yield pool
+    elif engine == "processes":
+        with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+            yield pool
+    elif engine == "mpi":
+        from mpi4py.futures import MPIPoolExecutor
+
+        with MPIPoolExecutor() as pool:
+            yield pool
+    else:
+        from dask.distributed import Client, LocalCluster
+
+        processes = engine == "dask processes"
+        shape = (
+            {"n_workers": workers, "threads_per_worker": 1}
+            if processes
+            else {"n_workers": 1, "threads_per_worker": workers}
+        )
+        cluster = LocalCluster(processes=processes, dashboard_address=None, **shape)
+        with cluster, Client(cluster, timeout=120) as client:
+            client.wait_for_workers(shape["n_workers"], timeout=300)
+            yield client.get_executor(pure=False)
+
+
+def alone(pool: Executor, job: Any, workers: int, seconds: float, count: int) -> float:
+    """CPU seconds of this process for each of `count` calls that sleep."""
+    pending: set[Future[Any]] = set()
+    began = time.process_time()
+    for index in range(count):
+        if len(pending) >= 2 * workers:
+            pending = set(wait(pending, return_when=FIRST_COMPLETED).not_done)
+        pending.add(pool.submit(only_sleep, job, index, seconds))
+    wait(pending)
+    return (time.process_time() - began) / count
+
+
+def of_run(pool: Executor, workers: int, seconds: float, count: int, folder: Path) -> tuple[float, float]:
+    """CPU seconds of this process for each member of a run, and the wall time over the ideal one.
+
+    Both count from the first member that came back to the last one.
+    """
+    marks: list[tuple[float, float]] = []
+
+    def mark(_: Any) -> None:
+        marks.append((time.process_time() - writing[0], time.perf_counter()))
+
+    executor = Simulated(pool, seconds)
+    rs.run(scene(), folder, until={}, max_realizations=count, workers=workers, executor=executor, observer=mark)
+    (cpu, wall), (cpu_end, wall_end) = marks[0], marks[-1]
+    return (cpu_end - cpu) / (count - 1), (wall_end - wall) / (seconds * (count - 1) / workers)
+
+
+def measure(engine: str, workers: int, durations: list[float]) -> list[dict[str, Any]]:
+    """Measure one engine with so many workers, in this process."""
+    rows = []
+    with tempfile.TemporaryDirectory() as folder, started(engine, workers) as pool:
+        warm = rs.run(scene(), Path(folder) / "warm", until={}, max_realizations=2, executor=Simulated(pool, 0.0))
+        job = Job(
+            0,
+            None,
+            warm.scene.speeds,
+            0,
+            {"scene": warm.scene.identity(), "numerics": warm.numerics.to_dict()},
+            warm.folder,
+        )  # type: ignore[arg-type]
+        alone(pool, job, workers, 0.5, 2 * workers)  # until all workers have started
+        for seconds in durations:
+            count = int(min(max(LEAST * workers, LASTS * workers / seconds), max(MOST, LEAST * workers)))
+            handing = alone(pool, job, workers, seconds, count)
+            whole, ideal = of_run(pool, workers, seconds, count, Path(folder) / f"{seconds}")
+            rows.append(
+                {
+                    "engine": engine,
+                    "workers": workers,
+                    "seconds": seconds,
+                    "members": count,
+                    "alone": handing,
+                    "run": whole,
+                    "ideal": ideal,
+                }
+            )
+    return rows
+
+
+def cost_of_a_file(count: int = 300) -> float:
+    """CPU seconds to write the file of a member."""
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "realizations").mkdir()
+        chosen = scene()
+        provenance = {"scene": chosen.identity(), "numerics": rs.plan(chosen).to_dict()}
+        members = [simulated_member(0, index, chosen.speeds, provenance) for index in range(count + 1)]
+        write_member(Path(folder), members.pop())
+        began = time.process_time()
+        for member in members:
+            write_member(Path(folder), member)
+        return (time.process_time() - began) / count
+
+
+def missing(engine: str) -> str:
+    """Why an engine cannot be measured here; empty if it can."""
+    module = NEEDS.get(engine)
+    if module is not None and importlib.util.find_spec(module) is None:
+        return f"{module} is not installed"
+    return "mpiexec is not on the path" if engine == "mpi" and shutil.which("mpiexec") is None else ""
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("--engines", nargs="+", choices=ENGINES, default=list(ENGINES))
+    options.add_argument("--workers", nargs="+", type=int, default=[1, 2, 4, 8, 16, 32, 64])
+    options.add_argument("--seconds", nargs="+", type=float, default=[0.01, 0.1, 1.0])
+    options.add_argument(
+        "--inside", action="store_true", help=argparse.SUPPRESS
+    )  # measure here: one engine, one number
+    given = options.parse_args()
+    if given.inside:
+        print(json.dumps(measure(given.engines[0], given.workers[0], given.seconds)))
+        return
+    print(f"a file: {1e3 * cost_of_a_file():.2f} ms of CPU time\n")
+    print("| engine | workers | a member, s | members | alone, ms | run, ms | roughsim adds, ms | of the ideal |")
+    print("|---|---|---|---|---|---|---|---|")
+    for engine in given.engines:
+        if reason := missing(engine):
+            print(f"| {engine} | skipped: {reason} | | | | | | |")
+            continue
+        for workers in given.workers:
+            words = [__file__, "--inside", "--engines", engine, "--workers", str(workers)]
+            words += ["--seconds", *(str(seconds) for seconds in given.seconds)]
+            start = [sys.executable]
+            if engine == "mpi":  # one rank leads
+                start = ["mpiexec", "-n", str(workers + 1), sys.executable, "-m", "mpi4py.futures"]
+            done = subprocess.run([*start, *words], stdout=subprocess.PIPE, text=True, check=True)
+            for row in json.loads(done.stdout.splitlines()[-1]):
+                added = row["run"] - row["alone"]
+                print(
+                    f"| {engine} | {workers} | {row['seconds']:g} | {row['members']} | {1e3 * row['alone']:.2f} | "
+                    f"{1e3 * row['run']:.2f} | {1e3 * added:.2f} | {row['ideal']:.2f} |",
+                    flush=True,
+                )
+
+
+if __name__ == "__main__":
+    main()
