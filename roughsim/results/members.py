@@ -200,10 +200,17 @@ class Members(Mapping[Key, Member]):
     def sound(self, count: int) -> list[int]:
         """Return the indices below `count` that failed at no level."""
         converged = np.ones(count, bool)
-        for level in range(len(self.every)):
-            converged[self.failed(level, count)] = False
+        converged[list(self._lost(count))] = False
         rows: list[int] = np.flatnonzero(converged).tolist()
         return rows
+
+    def count_sound(self, count: int) -> int:
+        """Return how many indices below `count` failed at no level."""
+        return count - len(self._lost(count))
+
+    def _lost(self, count: int) -> set[int]:
+        """The indices below `count` that failed at some level; failures are few, so this does not go through all."""
+        return {index for level, index in self.failures if index < count and (level, index) in self}
 
     def kept(self, level: int, name: str, indices: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Return which realizations store a field, or the pressure, which gives all other fields."""

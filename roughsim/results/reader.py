@@ -51,6 +51,8 @@ class Reader:
         self.members = Members([level.every for level in numerics.levels], lengths, speeds)
         # the last look at the targets that no number of realizations met
         self._insufficient = self.members.load(folder / SUMMARY, identity)
+        # how many realizations were found too few by this process, and for which targets; None before the first look
+        self._tried: tuple[int, dict[str, float]] | None = None
         self._news = 0  # members and looks at the targets that the summary on disk lacks
         # stress spectra of each level by the row of the table, and whether a row was read
         self._spectra: dict[int, tuple[Array, NDArray[np.bool_]]] = {}
@@ -60,6 +62,7 @@ class Reader:
         while self.damaged:
             (level, index), _ = self.damaged.popitem()
             del self.members[level, index]
+            self._tried = None
             self.available = min(self.available, index)
         while self.available < most and all(
             self.take(level, self.available) for level in self.numerics.of_index(self.available)
@@ -167,28 +170,32 @@ class Reader:
 
     def _save(self, least: float) -> None:
         if self._news >= least:
+            if self._tried is not None and self._tried[0]:
+                self._insufficient = self.look(*self._tried)
             self.members.save(self.folder / SUMMARY, self.identity, self._insufficient)
             self._news = 0
 
-    def insufficient(self, rows: list[int], until: dict[str, float]) -> int:
-        """Return how many rows an earlier look at the same members found too few for the targets; 0 if unknown."""
-        count = int(self._insufficient.get("count", 0))
-        known = 0 < count <= len(rows) and self._insufficient == self.look(rows[:count], until)
-        return count if known else 0
+    def insufficient(self, until: dict[str, float]) -> int:
+        """Return how many sound realizations an earlier look found too few for the targets; 0 if unknown."""
+        if self._tried is None:  # the summary is believed if members, targets and code are the same
+            count = int(self._insufficient.get("count", 0))
+            known = 0 < count <= self.members.count_sound(self.available)
+            self._tried = (count, dict(until)) if known and self._insufficient == self.look(count, until) else (0, {})
+        count, targets = self._tried
+        return count if targets == until else 0
 
-    def remember_insufficient(self, rows: list[int], until: dict[str, float]) -> None:
-        """Remember that no number of these rows meets the targets."""
-        self._news += len(rows) - self.insufficient(rows, until)
-        self._insufficient = self.look(rows, until)
-        self.save_now_and_then()
+    def remember_insufficient(self, count: int, until: dict[str, float]) -> None:
+        """Remember that the first `count` sound realizations do not meet the targets, nor fewer."""
+        self._tried = count, dict(until)
+        self._news += 1
 
-    def look(self, rows: list[int], until: dict[str, float]) -> dict[str, Any]:
+    def look(self, count: int, until: dict[str, float]) -> dict[str, Any]:
         """Return members, targets and code of a look at the targets: its result holds while these are the same."""
-        digest, indices = hashlib.sha256(), np.array(rows, np.int64)
+        digest, indices = hashlib.sha256(), np.array(self.members.sound(self.available)[:count], np.int64)
         for level, every in enumerate(self.members.every):
             of_level = indices[indices % every == 0]
             digest.update(of_level.tobytes() + self.members.column(level, "digest", of_level).tobytes())
-        return {"count": len(rows), "until": dict(until), "code": code_digest(), "members": digest.hexdigest()}
+        return {"count": count, "until": dict(until), "code": code_digest(), "members": digest.hexdigest()}
 
     def missing(self) -> list[str]:
         """Return the names of the members that are missing although those of later realizations are there."""

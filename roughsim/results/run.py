@@ -12,7 +12,7 @@ from scipy.special import j0
 from roughsim import prediction
 from roughsim.errors import RecordError
 from roughsim.estimate.cell_size import size_error_of_sum
-from roughsim.estimate.errors import LEAST, Estimate, estimate, relative_half_width, spread
+from roughsim.estimate.errors import Estimate, estimate, looks, relative_half_width, spread
 from roughsim.estimate.ladder import Values, notes_of, values_of
 from roughsim.grid import Array, Grid
 from roughsim.heat.periodic import sliding_temperature, unit_vector
@@ -103,27 +103,26 @@ class Run:
     def _count(self) -> tuple[int, bool]:
         """How many realizations count, and whether the targets are met; computed once after each `refresh`."""
         if self._counted is None:
-            self._counted = self._reader.available, False
-            if self.until and (stop := self._stop(rows := self.sound(self._reader.available))) is not None:
-                self._counted = rows[stop - 1] + 1, True
+            last = self._last() if self.until else None
+            self._counted = (self._reader.available, False) if last is None else (last + 1, True)
         return self._counted
 
-    def _stop(self, rows: list[int]) -> int | None:
-        """The least number of sound realizations that meets the targets; those known to be too few are not tried."""
-        insufficient = max(LEAST - 1, self._reader.insufficient(rows, self.until))
-        if insufficient >= len(rows):
+    def _last(self) -> int | None:
+        """The index of the realization with which the targets are met; numbers known to be too few are not tried."""
+        available = self._reader.available
+        counts = looks(self._reader.insufficient(self.until) + 1, self.members.count_sound(available))
+        if not counts:
             return None
-        column = self.column(None)
+        rows, column = self.sound(available), self.column(None)
         samples = {name: self.samples(column, rows, spectra=OBSERVABLES[name].spectra) for name in self.until}
-
-        def width(name: str, count: int) -> float:
-            first = [sample.first(count) for sample in samples[name]]
-            return relative_half_width(values_of(self.scene, column, name, first))
-
-        counts = range(insufficient + 1, len(rows) + 1)
-        stop = next((n for n in counts if all(width(name, n) <= goal for name, goal in self.until.items())), None)
-        self._reader.remember_insufficient(rows[: None if stop is None else stop - 1], self.until)
-        return stop
+        for count in counts:
+            first = {name: [sample.first(count) for sample in of_levels] for name, of_levels in samples.items()}
+            values = {name: values_of(self.scene, column, name, of_levels) for name, of_levels in first.items()}
+            if all(relative_half_width(values[name]) <= goal for name, goal in self.until.items()):
+                return rows[count - 1]
+            self._reader.remember_insufficient(count, self.until)
+        self._reader.save_now_and_then()
+        return None
 
     @property
     def failed(self) -> int:

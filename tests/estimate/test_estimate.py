@@ -220,6 +220,16 @@ def test_the_relative_half_width_of_a_run_that_may_stop_is_of_its_worst_speed():
     assert relative_half_width(values_of(np.ones((12, 1)))) == 0.0
 
 
+def test_a_long_run_looks_at_its_targets_at_every_second_fourth_eighth_realization():
+    assert est.looks(0, 14) == [12, 13, 14]
+    assert est.looks(250, 262) == [250, 251, 252, 253, 254, 255, 256, 258, 260, 262]
+    assert est.looks(509, 520) == [510, 512, 516, 520]
+    assert est.looks(100_000, 102_000) == [100_352, 100_864, 101_376, 101_888]  # 512 apart
+    assert est.looks(20, 19) == []
+    at = np.array(est.looks(0, 50_000))
+    assert ((at[1:] - at[:-1]) / at[:-1])[at[:-1] >= 256].max() <= 1 / 128
+
+
 def values_of(rows):
     none = np.zeros(rows.shape[1:])
     return Values(rows, rows, rows, np.zeros(len(rows), dtype=int), none, none, none)

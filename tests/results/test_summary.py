@@ -12,6 +12,7 @@ from damage_cases import PASSING, without_seal
 from summary_cases import COUNT, bits
 
 import roughsim as rs
+from roughsim.estimate import errors
 from roughsim.estimate.errors import relative_half_width
 from roughsim.estimate.ladder import values_of
 from roughsim.results import members, reader
@@ -190,7 +191,7 @@ def test_a_folder_that_takes_no_files_is_read_all_the_same(folder, whole, eager,
 def test_what_did_not_suffice_is_not_tried_again_unless_targets_members_or_code_change(folder, eager, monkeypatch):
     from roughsim.results import run as module
 
-    monkeypatch.setattr(module, "LEAST", 2)
+    monkeypatch.setattr(errors, "LEAST", 2)
     tried, true = [], module.relative_half_width
     monkeypatch.setattr(module, "relative_half_width", lambda values: tried.append(len(values.base)) or true(values))
 
@@ -213,9 +214,7 @@ def test_what_did_not_suffice_is_not_tried_again_unless_targets_members_or_code_
 
 
 def test_a_run_stops_where_prefixes_that_are_tried_afresh_say(folder, monkeypatch):
-    from roughsim.results import run as module
-
-    monkeypatch.setattr(module, "LEAST", 2)
+    monkeypatch.setattr(errors, "LEAST", 2)
     run = rs.open_run(folder)
     observable = "correlation_radius_50"  # of the spectra
     width = {
@@ -232,6 +231,35 @@ def test_a_run_stops_where_prefixes_that_are_tried_afresh_say(folder, monkeypatc
         again.refresh()
         assert again.realizations == first
         assert again.target_met
+
+
+def test_a_long_run_stops_at_the_first_look_that_meets_the_target_as_it_grows_and_when_it_is_opened(quick, tmp_path):
+    count = 300
+    run = rs.run(quick, tmp_path / "run", max_realizations=1)
+    one, rng = read_member(member_path(run.folder, 0, 0)), np.random.default_rng(2)
+    rows = 10.0 + rng.standard_normal((count, 3)) * [0.0, 0.6, 0.2]
+    for index, row in enumerate(rows):
+        write_member(run.folder, replace(one, index=index, numbers=one.numbers | {"flash_temperature": row}))
+    run.max_realizations = count
+    run.refresh()
+    (sample,) = run.samples(None, list(range(count)))
+    width = {
+        n: relative_half_width(values_of(run.scene, "capped", "flash_temperature", [sample.first(n)]))
+        for n in range(12, count)
+    }
+    # the least width so far, at a number at which no run looks: it stops at a later one
+    goal = next(width[n] for n in range(257, count, 2) if width[n] < min(width[m] for m in range(12, n)))
+    stop = next(n for n in range(258, count, 2) if width[n] <= goal)
+    growing = rs.open_run(run.folder)
+    growing.until = {"flash_temperature": goal}
+    for growing.max_realizations in range(1, count):
+        growing.refresh()
+    opened = rs.open_run(run.folder)
+    opened.until, opened.max_realizations = {"flash_temperature": goal}, count
+    opened.refresh()
+    for result in (growing, opened):
+        assert result.target_met
+        assert result.realizations == stop
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -324,3 +325,36 @@ def test_a_process_keeps_its_own_end_when_another_writes_run_json_at_its_start(q
     monkeypatch.setattr(ensemble_run, "open_run", late)
     run = rs.run(quick, tmp_path / "run", max_realizations=4)
     assert (run.realizations, run.until, run.max_realizations) == (4, {}, 4)
+
+
+def test_where_claims_cannot_be_made_no_member_is_handed_out_twice(quick, tmp_path):
+    folder = rs.run(quick, tmp_path / "run", max_realizations=1).folder
+    (folder / "claims").write_text("a file of somebody")
+    handed = []
+
+    class Threads(ThreadPoolExecutor):
+        def submit(self, function, job, index):
+            handed.append(index)
+            return super().submit(function, job, index)
+
+    with Threads(1) as pool, pytest.warns(RuntimeWarning, match="claims cannot be made"):
+        assert rs.run(quick, folder, max_realizations=6, executor=pool, workers=3).realizations == 6
+    assert handed == [1, 2, 3, 4, 5]
+
+
+def test_a_member_that_another_process_has_left_comes_before_those_after_it(quick, tmp_path, monkeypatch):
+    monkeypatch.setattr(tasks, "RENEWAL", 0.0)
+    run = rs.run(quick, tmp_path / "run", max_realizations=1)
+    computed, genuine = [], tasks.store_member
+
+    def store(job, index):
+        computed.append(index)
+        if len(computed) == 3:
+            other.release("L0-000001")
+        return genuine(job, index)
+
+    monkeypatch.setattr(tasks, "store_member", store)
+    with Claims(run.folder) as other:
+        other.take("L0-000001")
+        assert rs.run(quick, run.folder, max_realizations=9).realizations == 9
+    assert computed == [2, 3, 4, 1, 5, 6, 7, 8]
