@@ -240,6 +240,7 @@ def test_a_long_run_stops_at_the_first_look_that_meets_the_target_as_it_grows_an
     rows = 10.0 + rng.standard_normal((count, 3)) * [0.0, 0.6, 0.2]
     for index, row in enumerate(rows):
         write_member(run.folder, replace(one, index=index, numbers=one.numbers | {"flash_temperature": row}))
+    run = rs.open_run(run.folder)
     run.max_realizations = count
     run.refresh()
     (sample,) = run.samples(None, list(range(count)))
@@ -254,6 +255,8 @@ def test_a_long_run_stops_at_the_first_look_that_meets_the_target_as_it_grows_an
     growing.until = {"flash_temperature": goal}
     for growing.max_realizations in range(1, count):
         growing.refresh()
+        if growing.target_met:
+            break
     opened = rs.open_run(run.folder)
     opened.until, opened.max_realizations = {"flash_temperature": goal}, count
     opened.refresh()
