@@ -217,8 +217,9 @@ HEAT = {
 
 
 def body_of(sliding):
-    """The one speed, m/s, with κ, W/(m K), and D, m²/s, of the body."""
-    return tuple(float(np.ravel(x)[0]) for x in (sliding.speeds, sliding.conductivity, sliding.diffusivity))
+    """The one speed, m/s, with μ, and κ, W/(m K), and D, m²/s, of the body."""
+    values = sliding.speeds, sliding.friction_coefficient, sliding.conductivity, sliding.diffusivity
+    return tuple(float(np.ravel(x)[0]) for x in values)
 
 
 def moments(scene, problem, realizations):
@@ -231,10 +232,10 @@ def moments(scene, problem, realizations):
         return float(np.mean([flash(replace(problem, sliding=sliding), contact) for sliding in turned]))
 
     def of_field(contact, dtype, slid_distance):
-        flux, (speed, conductivity, diffusivity) = contact.pressure.astype(dtype), body_of(problem.sliding)
+        flux, (speed, friction, conductivity, diffusivity) = contact.pressure.astype(dtype), body_of(problem.sliding)
         body = {"speed": speed, "conductivity": conductivity, "diffusivity": diffusivity}
         temperature = rs.sliding_temperature(flux, problem.grid, slid_distance=slid_distance, **body)
-        rate = problem.sliding.friction_coefficient * speed
+        rate = friction * speed
         return rate * float(np.mean(temperature * flux, dtype=np.float64)) / float(flux.mean())
 
     ways = {
@@ -280,9 +281,9 @@ def gauss_flash(scene, sliding, *, panels, nodes):
     edges = np.append(edges, ends[-1])
     half = np.diff(edges)[:, None] / 2
     q = np.exp(edges[:-1, None] + half * (1 + x)).ravel()
-    speed, conductivity, diffusivity = body_of(sliding)
+    speed, friction, conductivity, diffusivity = body_of(sliding)
     even, _ = angular_means(speed / diffusivity / q)
-    rate = sliding.friction_coefficient * speed / (conductivity * scene.sliding.nominal_pressure)
+    rate = friction * speed / (conductivity * scene.sliding.nominal_pressure)
     density = 2 * pi * q * prediction.stress_spectrum(scene, q) * even
     return float(rate * np.sum((half * w).ravel() * density))
 

@@ -106,9 +106,9 @@ def pixels(problem: Problem) -> Iterator[Point]:
 def base_problem(scene: Scene, numerics: Numerics) -> Problem:
     """Return the contact problem of the coarsest capped (or elastic) level, sliding at the highest speed alone."""
     level = numerics.of_column("elastic" if scene.elastic else "capped")[0]
-    bodies = prediction.conduction(scene, [max(scene.speeds)])
-    conductivity, diffusivity = float(bodies.conductivity[0]), float(bodies.diffusivity[0])
-    sliding = Sliding([max(scene.speeds)], scene.sliding.friction_coefficient, conductivity, diffusivity)
+    speeds = [max(scene.speeds)]
+    (friction,), (bodies,) = prediction.friction_coefficient(scene, speeds), prediction.conduction(scene, speeds).each
+    sliding = Sliding(speeds, float(friction), bodies.conductivity, bodies.diffusivity)
     return replace(level_problem(scene, numerics, level), sliding=sliding, seed=SEED, stream=0)
 
 

@@ -61,7 +61,7 @@ def draw_over_speed(axes: Axes, run: Run, rows: Sequence[Any], observable: str) 
         return
     scene, (words, label, si) = run.scene, DRAWN[observable]
     unit, factor = shown(si)
-    beyond = 1.5 if np.isinf(scene.temperature_range[1]) else 1.0  # a table of conductivity may end there
+    beyond = 1.5 if np.isinf(scene.temperature_range[1]) else 1.0  # a table over temperature may end there
     dense = np.union1d(np.geomspace(speed.min() / 1.5, speed.max() * beyond, 60), speed)
     share = prediction.heat_partition(scene, dense) if OBSERVABLES[observable].heated else 1.0
     axes.plot(dense, prediction.over_speed(scene, dense)[observable] * share * factor, color=THEORY, lw=1.4)

@@ -23,6 +23,7 @@ def theory_values(scene: Scene) -> dict[str, Any]:
     values, share = prediction.predictions(scene), prediction.heat_partition(scene)
     result: dict[str, Any] = {"speed": scene.speeds} | {name: values[name] * share for name in HEATED}
     result |= {name: values[name] for name in WIDTHS}
+    result["friction_coefficient"] = prediction.friction_coefficient(scene)
     result |= {"conductivity": prediction.conduction(scene).conductivity, "heat_partition": share}
     result["heat_partition_theory"] = values["heat_partition"]
     law = prediction.calibrated_over_speed(scene, np.array(scene.speeds))
@@ -47,8 +48,8 @@ def theory_table(scene: Scene) -> Table:
     values = theory_values(scene)
     units = UNITS | {"calibrated": UNITS["flash_temperature"]}
     columns = {name: with_unit(name, units[name]) for name in (HEATED[0], "calibrated", *HEATED[1:], *WIDTHS)}
-    if np.isfinite(scene.temperature_range[1]):  # κ(T) differs from speed to speed
-        columns["conductivity"] = "κ, W/(m K)"
+    titles_of_tables = {"friction_coefficient": "μ", "conductivity": "κ, W/(m K)"}  # they differ from speed to speed
+    columns |= {name: title for name, title in titles_of_tables.items() if name in scene.tables}
     columns |= {"heat_partition": "share used", "heat_partition_theory": "share in theory"}
     rows: list[Row] = [
         (f"{speed:g}", *(Number(float(values[name][k]), units.get(name, "1")) for name in columns))

@@ -116,7 +116,7 @@ def summarized(run: Run) -> Summary:
 def speed_range(scene: Scene) -> tuple[float, float]:
     """Return the speeds that can be chosen, m/s: a decade beyond those of the scene on either side.
 
-    None is faster than those of the scene where a table of conductivity may end.
+    None is faster than those of the scene where a table over temperature may end.
     """
     moving = [speed for speed in scene.speeds if speed > 0.0] or [1.0]
     highest = 10.0 ** (ceil(log10(max(moving))) + 1) if isinf(scene.temperature_range[1]) else max(moving)
@@ -185,8 +185,8 @@ class MemberFields:
     def temperature(self, speed: float, direction: float, *, preview: bool = False) -> Temperature:
         """Return the temperature at a speed, m/s, and direction, rad, on the whole grid or on that of the preview."""
         pressure, grid = (self.preview_pressure, self.preview_grid) if preview else (self.pressure, self.grid)
-        friction = pressure.dtype.type(self.run.scene.sliding.friction_coefficient * abs(speed))
-        field = self.run.temperature(pressure * friction, grid, speed, direction)
+        heat = pressure.dtype.type(prediction.heat_per_pressure(self.run.scene, speed))
+        field = self.run.temperature(pressure * heat, grid, speed, direction)
         # the heat that a pixel sets free is in proportion to its pressure
         contact = None if preview else contact_temperature(field, pressure)
         return Temperature(self, field, grid, speed, direction, contact)

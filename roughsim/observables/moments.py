@@ -45,8 +45,8 @@ class Sliding:
     ----------
     speeds : sequence of float
         Sliding speeds, m/s, at least one. A negative speed slides the other way; heat is μσ|v|.
-    friction_coefficient : float
-        μ ≥ 0.
+    friction_coefficient : float or sequence of float
+        μ ≥ 0: one for all speeds, or one for each.
     conductivity, diffusivity : float or sequence of float
         κ, W/(m K), and D, m²/s, of the body whose temperature is measured: one for all speeds, or one for each.
     heat_partition : float
@@ -57,7 +57,7 @@ class Sliding:
     """
 
     speeds: Sequence[float]
-    friction_coefficient: float
+    friction_coefficient: float | Sequence[float]
     conductivity: float | Sequence[float]
     diffusivity: float | Sequence[float]
     heat_partition: float = 1.0
@@ -68,18 +68,22 @@ class Sliding:
             raise TypeError(f"speeds = {self.speeds!r} must be a sequence of at least one speed in m/s")
         checked: dict[str, Any] = {
             "speeds": tuple(number("speeds", speed, "m/s") for speed in self.speeds),
-            "friction_coefficient": not_negative("friction_coefficient", self.friction_coefficient),
             "heat_partition": not_negative("heat_partition", self.heat_partition),
             "direction": None if self.direction is None else number("direction", self.direction, "rad"),
         }
         if self.heat_partition > 1.0:
             raise ValueError(f"heat_partition = {self.heat_partition:.6g} must lie between 0 and 1")
-        for name, unit in (("conductivity", "W/(m K)"), ("diffusivity", "m²/s")):
+        checks = {
+            "friction_coefficient": (not_negative, "1"),
+            "conductivity": (positive, "W/(m K)"),
+            "diffusivity": (positive, "m²/s"),
+        }
+        for name, (check, unit) in checks.items():
             value: Any = getattr(self, name)
             if np.ndim(value) == 0:
-                checked[name] = positive(name, value, unit)
+                checked[name] = check(name, value, unit)
             elif np.shape(value) == (len(self.speeds),):
-                checked[name] = tuple(positive(name, entry, unit) for entry in value)
+                checked[name] = tuple(check(name, entry, unit) for entry in value)
             else:
                 raise ValueError(
                     f"{name} has shape {np.shape(value)} for {len(self.speeds)} speeds; give one number in {unit} or "
@@ -156,7 +160,7 @@ def measure(contact: Contact, grid: Grid, sliding: Sliding) -> Moments:
     corrected = edge_corrected(np.maximum(pressure, 0.0) if low < 0.0 else pressure, hardness)
     # the factor of the sums, and their ratios; 0/0 without stress variance is NaN
     with np.errstate(divide="ignore", invalid="ignore"):
-        heating = sliding.heat_partition * sliding.friction_coefficient * np.abs(sliding.speeds)
+        heating = sliding.heat_partition * np.asarray(sliding.friction_coefficient) * np.abs(sliding.speeds)
         factor = heating / (np.asarray(sliding.conductivity) * mean)
         ratios = sums[0] / (sums[1:] + 0.0)  # a sum of −0 would give −inf at rest
         return Moments(

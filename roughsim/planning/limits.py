@@ -287,8 +287,9 @@ def load_lines(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines:
 
 def heat_lines(scene: Scene, known: Facts) -> Lines:
     """Warn of friction that no solid has, of contact that melts, and of heat that is not diffusive."""
-    friction = scene.sliding.friction_coefficient
-    if not FRICTION[0] < friction <= FRICTION[1]:
+    given = scene.sliding.friction_coefficient
+    values = [row[1] for row in given] if isinstance(given, tuple) else [given]
+    if friction := next((value for value in values if not FRICTION[0] < value <= FRICTION[1]), None):
         yield (
             f"sliding.friction_coefficient = {friction:.3g} is not within {FRICTION[0]:g} to {FRICTION[1]:g}, the "
             "range of dry solids; check it"
@@ -326,7 +327,7 @@ def share_lines(scene: Scene, known: Facts) -> Lines:
     alike = alike and np.array_equal(bodies.diffusivity, bodies.counter_diffusivity)
     first, second = (face.rms_height for face in scene.faces)
     if alike and 1 / LIKE <= first / second <= LIKE:
-        about = "about " if isfinite(scene.temperature_range[1]) else ""  # a table κ(T) has another κ at another share
+        about = "about " if scene.tables else ""  # a table over temperature has another value at another share
         yield (
             f"the heat share {share:.3g} at {scene.speeds[k]:g} m/s is that of hot spots that rest on the counterface, "
             "but two equally rough faces of one material share the heat evenly; heat_partition = 0.5 makes "

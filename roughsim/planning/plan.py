@@ -14,6 +14,7 @@ from roughsim import prediction
 from roughsim.errors import ResolutionError, number
 from roughsim.estimate.cell_size import choose_lengths, size_error_of_sum
 from roughsim.estimate.errors import LEAST, LEAST_FINE, quantile
+from roughsim.grid import Array
 from roughsim.planning.levels import SCATTER_KNOWN, SOLVES, Ladder, Lengths, Pilot, ladder_of, work
 from roughsim.scene import Scene
 from roughsim.scene.numerics import DEFAULT_REASONS, Forecast, Level, Numerics, Reason
@@ -78,12 +79,12 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
         reasons.append(Reason(key, text, "given in the scene" if key in stated else reason))
     isotropic = "averaged over all sliding directions in closed form; C(q) is isotropic"
     reasons.append(Reason("moments", "all speeds at once", isotropic))
-    if isfinite(scene.temperature_range[1]):  # κ depends on temperature
-        kappa = prediction.conduction(scene).conductivity
-        text = " … ".join(dict.fromkeys(f"{value:.4g}" for value in (kappa.max(), kappa.min())))
-        reasons.append(
-            Reason("conductivity", f"{text} W/(m K)", "of the moving body at T₀ + 0.75 T_flash of the theory")
-        )
+    if "conductivity" in scene.tables:
+        text = f"{at_speeds(prediction.conduction(scene).conductivity)} W/(m K)"
+        reasons.append(Reason("conductivity", text, "of the moving body at T₀ + 0.75 T_flash of the theory"))
+    if "friction_coefficient" in scene.tables:
+        text = at_speeds(prediction.friction_coefficient(scene))
+        reasons.append(Reason("friction_coefficient", text, "at T₀ + T_flash of the theory, speed by speed"))
     points = max(level.shape[0] * level.shape[1] for level in numerics.levels)
     memory, available = BYTES_PER_POINT * points, machine_memory()
     if memory > MEMORY_SHARE * available:
@@ -93,6 +94,11 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
         )
     reasons.append(Reason("memory", f"{memory / 1e9:.2g} GB per worker", "largest grid"))
     return replace(numerics, reasons=tuple(reasons))
+
+
+def at_speeds(values: Array) -> str:
+    """Return the numbers at the speeds of a scene, as "0.11, 0.09"; one if they are equal."""
+    return ", ".join(dict.fromkeys(f"{value:.4g}" for value in values))
 
 
 def plan_table(reasons: Sequence[Reason]) -> Table:

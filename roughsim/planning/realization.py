@@ -66,7 +66,7 @@ def level_problem(scene: Scene, numerics: Numerics, level: int) -> Problem:
             nominal_pressure=scene.sliding.nominal_pressure,
             sliding=Sliding(
                 speeds=[speed or _AT_REST for speed in scene.speeds],
-                friction_coefficient=scene.sliding.friction_coefficient,
+                friction_coefficient=prediction.friction_coefficient(scene).tolist(),
                 conductivity=bodies.conductivity.tolist(),
                 diffusivity=bodies.diffusivity.tolist(),
             ),

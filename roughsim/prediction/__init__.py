@@ -20,8 +20,10 @@ from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample, Theory
 from roughsim.observables.stress_spectrum import StressSpectrum
 from roughsim.prediction.bodies import conduction as conduction
-from roughsim.prediction.bodies import heat_arguments, load_arguments, pressure_arguments, stress_arguments
+from roughsim.prediction.bodies import friction_coefficient as friction_coefficient
+from roughsim.prediction.bodies import groups, heat_arguments, load_arguments, pressure_arguments, stress_arguments
 from roughsim.prediction.bodies import heat_partition as heat_partition
+from roughsim.prediction.bodies import heat_per_pressure as heat_per_pressure
 from roughsim.prediction.bodies import smoothed_spectrum as smoothed_spectrum
 from roughsim.prediction.law import calibrated as calibrated
 from roughsim.scene import Scene
@@ -109,10 +111,10 @@ def over_speed(
     else:
         stress = {"spectrum": smoothed_spectrum(scene) if spectrum is None else spectrum} | stress_arguments(scene)
     result = {name: np.empty(speeds.shape) for name in names}
-    for indices, bodies in conduction(scene, speeds).groups():
+    for indices, constants in groups(scene, speeds):
         for name, values in result.items():
             formula = getattr(theory.flash, name)
-            values[indices] = formula(speeds[indices], **stress, **heat_arguments(scene, bodies))
+            values[indices] = formula(speeds[indices], **stress, **heat_arguments(*constants))
     return result
 
 
@@ -256,7 +258,7 @@ def summed_over_modes(scene: Scene, spectrum: Any, grid: Grid) -> Theory:
     even, odd = theory.flash.angular_integrals(speeds[:, None] / (bodies.diffusivity[:, None] * q))
     temperature, gradient = (2 / pi * even) @ (stress / q), (2 / pi * odd) @ stress
     laplacian = -(2 / pi * even) @ (stress * q)
-    rate = sliding.friction_coefficient * speeds / (bodies.conductivity * sliding.nominal_pressure)
+    rate = friction_coefficient(scene) * speeds / (bodies.conductivity * sliding.nominal_pressure)
     with np.errstate(divide="ignore"):
         slope_length = temperature / np.abs(gradient)
     flash = rate * temperature, rate * gradient, rate * laplacian, np.sqrt(-temperature / laplacian), slope_length

@@ -1,23 +1,26 @@
-"""Conductivity and diffusivity of the two bodies at each speed, how they share the heat, and arguments of the theory.
+"""Friction, conductivity and diffusivity at each speed, how the bodies share the heat, and arguments of the theory.
 
-Where a conductivity is a table over temperature, one constant replaces it at each speed. It comes from the theory over
-the whole spectrum. So it is known before a run, and it is the same for theory and simulation: it does not disturb their
-ratio.
+Where a friction coefficient or a conductivity is a table over temperature, one constant replaces it at each speed. It
+comes from the theory over the whole spectrum. So it is known before a run, and it is the same for theory and
+simulation: it does not disturb their ratio.
 """
 
 from collections.abc import Iterator
 from functools import lru_cache
+from itertools import pairwise
 from math import inf, nan
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import brentq
 
 import theory
 from roughsim.grid import Array
-from roughsim.heat.statistics import effective_temperature
 from roughsim.scene import Scene, SceneError
 from roughsim.scene.model import Conduction
+
+_STEPS = 64  # from the background to the end of the tables, in which the temperature of the contact is looked for
 
 
 def load_arguments(scene: Scene) -> dict[str, float]:
@@ -35,10 +38,10 @@ def stress_arguments(scene: Scene) -> dict[str, Any]:
     return load_arguments(scene) | {"gamma": scene.theory.gamma}
 
 
-def heat_arguments(scene: Scene, bodies: Conduction) -> dict[str, float]:
+def heat_arguments(friction_coefficient: float, bodies: Conduction) -> dict[str, float]:
     """Return μ, κ and D of the moving body as arguments of the theory."""
     return {
-        "friction_coefficient": scene.sliding.friction_coefficient,
+        "friction_coefficient": friction_coefficient,
         "conductivity": bodies.conductivity,
         "diffusivity": bodies.diffusivity,
     }
@@ -52,6 +55,13 @@ def smoothed_spectrum(scene: Scene) -> Any:
     return theory.plasticity.smoothed_spectrum(scene.spectrum, **pressure_arguments(scene))
 
 
+class Heating(NamedTuple):
+    """What turns sliding at one speed into heat and temperature: μ, and κ and D of both bodies."""
+
+    friction_coefficient: float
+    bodies: Conduction
+
+
 class Conductions(NamedTuple):
     """κ, W/(m K), and D, m²/s, of both bodies as arrays (speeds,); those of an insulating counterface hold NaN."""
 
@@ -61,49 +71,108 @@ class Conductions(NamedTuple):
     counter_conductivity: Array
     counter_diffusivity: Array
 
-    def groups(self) -> Iterator[tuple[list[int], Conduction]]:
-        """Yield the indices of the speeds that share a conduction, and that conduction."""
-        indices: dict[Conduction, list[int]] = {}
-        for k, bodies in enumerate(self.each):
-            indices.setdefault(bodies, []).append(k)
-        return ((speeds, bodies) for bodies, speeds in indices.items())
-
 
 def conduction(scene: Scene, speeds: ArrayLike | None = None) -> Conductions:
     """Return the constants κ and D of the bodies of a scene at each speed, the same for all columns.
 
-    Where a κ is a table they are its values at T₀ + 0.75 s T_flash, with the share s of the scene and T_flash of the
-    theory over the whole spectrum: both bodies are taken at the temperature of their contact.
+    Where a κ is a table they are its values at the background temperature + T₀(t) + 0.75 s T_flash, with the share s of
+    the scene, and T_flash of the theory over the whole spectrum. T₀(t) is the warming of the moving body in the
+    `duration`, 0 without one. Both bodies are taken at this temperature of their contact.
 
     The speeds, m/s, ≥ 0, if None, are those of the scene. SceneError if the contact gets hotter than a table goes.
     """
-    speed: list[float] = np.ravel(scene.speeds if speeds is None else speeds).tolist()
-    if scene.temperature_range[1] == inf:
-        each = (scene.conduction(),) * len(speed)
-    else:
-        each = tuple(scene.conduction(contact_temperature(scene, v)) for v in speed)
+    each = tuple(heating(scene, speed).bodies for speed in speeds_of(scene, speeds))
     return Conductions(each, *np.array(list(zip(*each, strict=True)), dtype=np.float64))  # None becomes NaN
 
 
-@lru_cache(maxsize=1024)
-def contact_temperature(scene: Scene, speed: float) -> float:
-    """Return T₀ + 0.75 s T_flash, K, with the conductivities that both bodies have at that temperature."""
-    high, spectrum = scene.temperature_range[1], smoothed_spectrum(scene)
+def friction_coefficient(scene: Scene, speeds: ArrayLike | None = None) -> Array:
+    """Return μ at each speed, shape (speeds,), the same for all columns.
 
-    def rise(temperature: float) -> float:
-        bodies = scene.conduction(min(temperature, high))
-        arguments = stress_arguments(scene) | heat_arguments(scene, bodies)
-        flash_temperature = theory.flash.flash_temperature(speed, spectrum, **arguments)
-        share = share_of(scene, scene.sliding.heat_partition, np.array([speed]), spectrum, bodies)
-        return float(share[0] * flash_temperature)
+    Where μ is a table it is its value at the background temperature + T₀(t) + s T_flash: friction acts where there is
+    pressure, and T_flash is the mean temperature there. Speeds and errors: as `conduction`.
+    """
+    return np.array([heating(scene, speed).friction_coefficient for speed in speeds_of(scene, speeds)])
 
-    result = effective_temperature(rise, background_temperature=scene.sliding.background_temperature or 0.0)
-    if result > high:
-        raise SceneError(
-            f"sliding.speed = {speed:g} m/s heats the contact to T₀ + 0.75 T_flash = {result:.4g} K at constant "
-            f"conductivity beyond {high:g} K, where the tables end; extend them or lower the speed"
-        )
+
+def heat_per_pressure(scene: Scene, speed: float) -> float:
+    """Return μ|v|, m/s, at a speed of either sign: the frictional heat of both bodies is q̇ = μ|v|σ."""
+    return float(friction_coefficient(scene, (abs(speed),))[0]) * abs(speed)
+
+
+def speeds_of(scene: Scene, speeds: ArrayLike | None) -> list[float]:
+    """Return speeds as a list, those of the scene if None."""
+    result: list[float] = np.ravel(scene.speeds if speeds is None else speeds).tolist()
     return result
+
+
+def groups(scene: Scene, speeds: Array) -> Iterator[tuple[list[int], Heating]]:
+    """Yield the indices of the speeds that share their constants, and these constants."""
+    indices: dict[Heating, list[int]] = {}
+    for k, speed in enumerate(speeds.tolist()):
+        indices.setdefault(heating(scene, speed), []).append(k)
+    return ((several, constants) for constants, several in indices.items())
+
+
+def heating(scene: Scene, speed: float) -> Heating:
+    """Return μ, and κ and D of both bodies, at a speed, m/s."""
+    if not scene.tables:
+        return Heating(scene.friction_coefficient(), scene.conduction())
+    return heating_of_contact(scene, speed)
+
+
+@lru_cache(maxsize=1024)
+def heating_of_contact(scene: Scene, speed: float) -> Heating:
+    """Return μ, κ and D from their tables, at the temperature that the contact reaches with them.
+
+    If there are several such temperatures it is the lowest, because a cold contact reaches it first. It is looked for
+    in 64 steps and at the rows of the tables: if only μ is a table, none lies between. SceneError if there is none.
+    """
+    ends = {key: min(rows[-1][0] for rows in tables) for key, tables in scene.tables.items()}
+    start, end = scene.sliding.background_temperature or 0.0, min(ends.values())
+    friction_end = ends.get("friction_coefficient", inf)
+
+    def contact_with(temperature: float) -> tuple[Heating, float, float]:
+        """Return the constants with κ at a temperature, the temperature there with them, and that of the contact."""
+        bodies = scene.conduction(temperature)
+        background, flash = rises(scene, speed, bodies)
+        layer, contact = background + 0.75 * flash, background + flash
+        # the temperature of the contact follows from that of κ: both rises are in proportion to μ
+        hot = start + (temperature - start) * (contact / layer if layer else 1.0)
+        friction = scene.friction_coefficient(min(hot, friction_end))
+        return Heating(friction, bodies), start + friction * layer, start + friction * contact
+
+    def excess(temperature: float) -> float:
+        return contact_with(temperature)[1] - temperature
+
+    background, flash = rises(scene, speed, scene.conduction(start))
+    part = (background + 0.75 * flash) / (background + flash) if flash else 1.0
+    rows = [kelvin for tables in scene.tables.values() for table in tables for kelvin, _ in table]
+    rows += [start + part * (kelvin - start) for kelvin in rows]
+    marks = {*np.linspace(start, end, 1 + _STEPS).tolist(), *rows}
+    for low, high in pairwise(sorted(kelvin for kelvin in marks if start <= kelvin <= end)):
+        if excess(high) <= 0.0:
+            root = brentq(excess, low, high, xtol=1e-11 * high, rtol=1e-13) if excess(low) > 0.0 else low
+            constants, _, contact = contact_with(root)
+            if contact <= friction_end:
+                return constants
+            break
+    raise SceneError(
+        f"sliding.speed = {speed:g} m/s heats the contact to T₀ + T_flash = {contact_with(end)[2]:.4g} K at constant "
+        f"{' and '.join(ends)} beyond {end:g} K, where the tables end; extend them or lower the speed"
+    )
+
+
+def rises(scene: Scene, speed: float, bodies: Conduction) -> tuple[float, float]:
+    """Return T₀(t) of the moving body and s T_flash, K, with μ = 1: both are in proportion to it."""
+    stress, unit = stress_arguments(scene), heat_arguments(1.0, bodies)
+    spectrum, time = smoothed_spectrum(scene), scene.sliding.duration
+    share = float(share_of(scene, scene.sliding.heat_partition, np.array([speed]), spectrum, bodies)[0])
+    flash = float(theory.flash.flash_temperature(speed, spectrum, **stress, **unit))
+    if time is None or speed == 0.0:
+        return 0.0, share * flash
+    flux = share * scene.sliding.nominal_pressure * speed
+    conducts = {"conductivity": bodies.conductivity, "diffusivity": bodies.diffusivity}
+    return float(theory.background.temperature(time, heat_flux=flux, **conducts)), share * flash
 
 
 def heat_partition(
@@ -118,8 +187,8 @@ def heat_partition(
     rule = scene.sliding.heat_partition if rule is None else rule
     spectrum = smoothed_spectrum(scene) if spectrum is None else spectrum
     result = np.empty(speed.shape)
-    for indices, bodies in conduction(scene, speed).groups():
-        result[indices] = share_of(scene, rule, speed[indices], spectrum, bodies)
+    for indices, constants in groups(scene, speed):
+        result[indices] = share_of(scene, rule, speed[indices], spectrum, constants.bodies)
     return result
 
 

@@ -286,7 +286,7 @@ class Run:
         if speed is None:
             return read_field(path, name, grid.shape)
         flux = read_field(path, "pressure", grid.shape)
-        flux *= np.float32(self.scene.sliding.friction_coefficient * abs(speed))
+        flux *= np.float32(prediction.heat_per_pressure(self.scene, speed))
         return flux if name == "heat_flux" else self.temperature(flux, grid, speed, direction)
 
     def temperature(self, flux: Field, grid: Grid, speed: float, direction: float = 0.0) -> Field:

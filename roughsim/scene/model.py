@@ -13,7 +13,6 @@ from pydantic_core import to_jsonable_python
 from roughsim.scene.numerics import NumericsSection
 from roughsim.scene.schema import Record, SceneError, as_written, key_line, literal
 from roughsim.scene.sections import (
-    MAX_ROWS,
     NOT_IDENTITY,
     BodySection,
     CounterfaceSection,
@@ -23,6 +22,7 @@ from roughsim.scene.sections import (
     TheorySection,
     read_title,
 )
+from roughsim.scene.tables import MAX_ROWS, Rows
 from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
 from roughsim.surface.spectrum import Face, SumSpectrum, TruncatedSpectrum
 
@@ -120,23 +120,28 @@ class Scene(Record, section=""):
         return len(self.bodies) == 2 and self.bodies[1].conductivity is not None
 
     @property
+    def tables(self) -> dict[str, list[Rows]]:
+        """Tables over the absolute temperature by their keys; no entry where all of a key are numbers."""
+        keys = {
+            "conductivity": [body.conductivity for body in self.bodies],
+            "friction_coefficient": [self.sliding.friction_coefficient],
+        }
+        tables = {key: [value for value in values if isinstance(value, tuple)] for key, values in keys.items()}
+        return {key: rows for key, rows in tables.items() if rows}
+
+    @property
     def temperature_range(self) -> tuple[float, float]:
-        """Absolute temperatures, K, at which all conductivities are known: (0, inf) if they are numbers."""
-        tables = [body.conductivity for body in self.bodies if isinstance(body.conductivity, tuple)]
+        """Absolute temperatures, K, at which all tables are given: (0, inf) if there is none."""
+        tables = [rows for several in self.tables.values() for rows in several]
         low, high = ([rows[end][0] for rows in tables] for end in (0, -1))
         return max(low, default=0.0), min(high, default=math.inf)
 
-    def conduction(self, temperature: float | None = None) -> Conduction:
-        """Return κ and D of both bodies at an absolute `temperature`, K, which is needed where a κ is a table.
+    def friction_coefficient(self, temperature: float | None = None) -> float:
+        """Return μ at an absolute `temperature`, K; SceneError if it is not within a table of μ, or missing then."""
+        return at_temperature(self.sliding.friction_coefficient, temperature)
 
-        SceneError if it is missing then, or not within `temperature_range`.
-        """
-        low, high = self.temperature_range
-        if high < math.inf and (temperature is None or not low <= temperature <= high):
-            raise SceneError(
-                f"temperature = {as_written(temperature, 'K')} must lie between {low:g} K and {high:g} K, where the "
-                "tables of conductivity are given"
-            )
+    def conduction(self, temperature: float | None = None) -> Conduction:
+        """Return κ and D of both bodies at an absolute `temperature`, K; SceneError as `friction_coefficient`."""
         bodies = (body for body in self.bodies if body.conductivity is not None)
         return Conduction(*(number for body in bodies for number in conduction_of(body, temperature)))
 
@@ -157,8 +162,8 @@ class Scene(Record, section=""):
 
         Keys that change no number of a member are left out: texts (title); `ensemble.max_realizations`,
         `ensemble.until` and `numerics.keep_fields`; `psd_source` and the melting temperature; a background temperature
-        without a table κ(T). Keys without a value are absent, but two have a number then: `q_roll_off` is `q_min`, and
-        `roll_off_exponent` is 0.
+        without a table κ(T) or μ(T). Keys without a value are absent, but two have a number then: `q_roll_off` is
+        `q_min`, and `roll_off_exponent` is 0.
         """
         sections = to_jsonable_python(self, exclude_none=True)
         sections = {name: section for name, section in sections.items() if isinstance(section, dict)}
@@ -183,11 +188,22 @@ class Scene(Record, section=""):
         return "".join(texts) + "\n\n".join(blocks) + "\n"
 
 
+def at_temperature(value: float | Rows, temperature: float | None) -> float:
+    """Return a number as it is, or a table at an absolute temperature, K, linear between its rows."""
+    if not isinstance(value, tuple):
+        return value
+    low, high = value[0][0], value[-1][0]
+    if temperature is None or not low <= temperature <= high:
+        raise SceneError(
+            f"temperature = {as_written(temperature, 'K')} must lie between {low:g} K and {high:g} K, where the table "
+            "is given"
+        )
+    return float(np.interp(temperature, *np.array(value).T))
+
+
 def conduction_of(body: BodySection | CounterfaceSection, temperature: float | None) -> tuple[float, float]:
-    """Return κ, W/(m K), and D, m²/s, of a body that conducts; κ is linear between the rows of a table."""
-    kappa = body.conductivity
-    if isinstance(kappa, tuple):
-        kappa = float(np.interp(temperature or 0.0, *np.array(kappa).T))
+    """Return κ, W/(m K), and D, m²/s, of a body that conducts."""
+    kappa = at_temperature(body.conductivity, temperature)
     return kappa, kappa / (body.density * body.heat_capacity)
 
 
@@ -241,25 +257,25 @@ def check_scene(scene: Scene) -> None:
 
 
 def check_background(scene: Scene) -> None:
-    """Refuse a background temperature that is missing, needed for nothing, or outside the tables κ(T)."""
+    """Refuse a background temperature that is missing, needed for nothing, or outside a table κ(T) or μ(T)."""
     low, high = scene.temperature_range
     kelvin = scene.sliding.background_temperature
     if kelvin is None:
         if high < math.inf:
             raise ValueError(
-                "sliding.background_temperature is missing; a conductivity that is a table over temperature needs it: "
-                'add for example background_temperature = "300 K"'
+                f"sliding.background_temperature is missing; a {next(iter(scene.tables))} that is a table over "
+                'temperature needs it: add for example background_temperature = "300 K"'
             )
         return
     background = f"sliding.background_temperature = {kelvin:g} K"
     if min(high, scene.melting_temperature) == math.inf:
         raise ValueError(
-            f"{background} goes with a conductivity that is a table over temperature, or with a melting_temperature; "
-            "remove it"
+            f"{background} goes with a conductivity that is a table over temperature, with a friction_coefficient that "
+            "is one, or with a melting_temperature; remove it"
         )
     if not low <= kelvin <= high:
         raise ValueError(
-            f"{background} must lie between {low:g} K and {high:g} K, where the tables of conductivity are given; "
+            f"{background} must lie between {low:g} K and {high:g} K, where the tables over temperature are given; "
             "extend them"
         )
 

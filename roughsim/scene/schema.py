@@ -292,9 +292,9 @@ def key_line(section: str, key: str, value: Any) -> str:
         return f"psd = [  # q in rad/m, C in m⁴\n{rows}]"
     if key == "until":
         value = dict(value)
-    if key == "conductivity" and isinstance(value, tuple):
+    if key in ("conductivity", "friction_coefficient") and isinstance(value, tuple):
         temperatures, values = zip(*value, strict=True)
-        value, unit = {"temperature": temperatures, "value": values}, "K, W/(m K)"
+        value, unit = {"temperature": temperatures, "value": values}, f"K, {unit or 1}"
     return f"{key} = {literal(value)}" + (f"  # {unit}" if unit else "")
 
 

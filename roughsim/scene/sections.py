@@ -30,15 +30,11 @@ from roughsim.scene.schema import (
     quantity,
     whole,
 )
+from roughsim.scene.tables import Conductivity, FrictionCoefficient, Rows, read_psd
 
-WAVENUMBER = Quantity("rad/m", "1e4", above=0)
-PSD = Quantity("", "1e-24", above=0, smallest=1e-100)
-MAX_TEMPERATURES = 100  # of a table over temperature
-CONDUCTIVITY = Quantity("W/(m K)", '"30 W/(m K)"', above=0)
 SHARE = Quantity("", "0.938", above=0, at_most=1)
 SHARE_RULES = ("mean", "total", "all")
 TARGET = Quantity("", '"1 %"', above=0, below=1)
-Rows = tuple[tuple[float, float], ...]
 SELF_AFFINE_KEYS = ("hurst", "q_min", "q_roll_off", "q_max", "roll_off_exponent")
 SIZE_KEYS = ("rms_height", "rms_slope", "psd", "spectrum")  # one of them says how rough a face is
 ROUGHNESS_KEYS = (*SIZE_KEYS, "psd_convention", "psd_source", *SELF_AFFINE_KEYS)
@@ -47,27 +43,7 @@ THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
 NOT_IDENTITY = {"ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"} | {
     f"{face}.{key}" for face in ("surface", "body", "counterface") for key in ("psd_source", "melting_temperature")
 }
-MAX_ROWS = 1200  # of all tables C(q) of a scene together: written inline they still fit into 64 KiB
 WIDEST_BAND = 1e12  # q_max/q_min; a metre over the size of an atom is 1e10
-
-
-def read_psd(value: Any) -> Rows:
-    """Read a table C(q) of rows [q, C]: q in rad/m rising, C in m⁴ positive."""
-    example = "[[1e4, 1e-24], [1e5, 1e-27]]"
-    if not isinstance(value, (list, tuple)) or not 2 <= len(value) <= MAX_ROWS:
-        size = f"{len(value)} rows" if isinstance(value, (list, tuple)) else as_written(value)
-        raise ValueError(f" = {size}: a table C(q) has 2 to {MAX_ROWS} rows [q, C]; average C over bins of log q")
-    rows: list[tuple[float, float]] = []
-    for i, row in enumerate(value):
-        if not isinstance(row, (list, tuple)) or len(row) != 2 or any(isinstance(entry, str) for entry in row):
-            numbers = "two numbers without units, q in rad/m and C in m⁴"
-            raise ValueError(f"[{i}] = {as_written(row)} must be {numbers}, for example {example}")
-        rows.append((WAVENUMBER(row[0], f"[{i}] q"), PSD(row[1], f"[{i}] C")))
-        if i and rows[i][0] <= rows[i - 1][0]:
-            raise ValueError(
-                f"[{i}] has q = {rows[i][0]!r} rad/m after {rows[i - 1][0]!r} rad/m; q must rise, so sort the rows"
-            )
-    return tuple(rows)
 
 
 def read_spectrum(value: Any) -> Any:
@@ -89,36 +65,6 @@ def read_spectrum(value: Any) -> Any:
         return record(**value)
     except SceneError as error:
         raise ValueError(f".{error}") from None  # the record does not know its key in the scene
-
-
-@dataclass(frozen=True, kw_only=True)
-class ConductivityTable(Record):
-    """κ over the absolute temperature, as a scene file writes it."""
-
-    temperature: tuple[Annotated[float, KELVIN], ...]
-    value: tuple[Annotated[float, CONDUCTIVITY], ...]
-
-
-def read_conductivity(value: Any) -> float | Rows:
-    """Read κ, or a table of it, kept as rows (temperature, κ) with the temperatures rising."""
-    if isinstance(value, tuple) and all(isinstance(row, tuple) and len(row) == 2 for row in value):
-        value = {"temperature": [row[0] for row in value], "value": [row[1] for row in value]}
-    if not isinstance(value, Mapping):
-        return float(CONDUCTIVITY(value))
-    try:
-        table = ConductivityTable(**value)
-    except SceneError as error:
-        example = '{ temperature = ["300 K", "900 K"], value = ["50 W/(m K)", ...] }'
-        raise ValueError(f".{error}; a table is written as {example}") from None
-    kelvin, kappa = table.temperature, table.value
-    if len(kelvin) != len(kappa) or not 2 <= len(kappa) <= MAX_TEMPERATURES:
-        counts = f"{len(kelvin)} temperatures and {len(kappa)} values"
-        raise ValueError(f" has {counts}; give 2 to {MAX_TEMPERATURES} of each, in pairs")
-    for i in range(1, len(kelvin)):
-        if kelvin[i] <= kelvin[i - 1]:
-            order = f"{kelvin[i]!r} K after {kelvin[i - 1]!r} K"
-            raise ValueError(f".temperature[{i}] = {order}; the temperatures must rise, so sort the table")
-    return tuple(zip(kelvin, kappa, strict=True))
 
 
 def read_speeds(value: Any, handler: Any) -> tuple[float, ...]:
@@ -268,7 +214,7 @@ class BodySection(Record, section="body"):
     poisson_ratio: Annotated[float, Quantity("", "0.3", above=-1, at_most=0.5)]
     penetration_hardness: Annotated[float, Quantity("Pa", '"1.2 GPa"', above=0)] | None = None
     """σ_P; None is elastic."""
-    conductivity: Annotated[Annotated[float, CONDUCTIVITY] | Rows, BeforeValidator(read_conductivity)]
+    conductivity: Conductivity
     """κ, or rows (absolute temperature in K, κ), linear between."""
     density: Annotated[float, Quantity("kg/m^3", '"7900 kg/m^3"', above=0)]
     heat_capacity: Annotated[float, Quantity("J/(kg K)", '"500 J/(kg K)"', above=0)]
@@ -299,7 +245,8 @@ class SlidingSection(Record, section="sliding"):
     """Load, friction and speed."""
 
     nominal_pressure: Annotated[float, Quantity("Pa", '"90 MPa"', above=0)]
-    friction_coefficient: Annotated[float, Quantity("", "0.11", above=0)]
+    friction_coefficient: FrictionCoefficient
+    """μ, or rows (absolute temperature in K, μ), linear between."""
     speed: Annotated[
         tuple[Annotated[float, Quantity("m/s", '"35 m/s"', at_least=0)], ...],
         one_or_list(),
@@ -311,7 +258,7 @@ class SlidingSection(Record, section="sliding"):
     duration: Annotated[float, Quantity("s", '"1 ms"', above=0)] | None = None
     """Time since sliding began; None is steady."""
     background_temperature: Annotated[float, KELVIN] | None = None
-    """T₀ of both bodies without their flash temperatures, absolute; goes with a table κ(T) or a melting temperature."""
+    """Absolute, of both bodies when sliding began; goes with a table κ(T) or μ(T), or with a melting temperature."""
 
 
 @dataclass(frozen=True, kw_only=True)

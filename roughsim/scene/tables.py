@@ -1,0 +1,86 @@
+"""Tables of a scene: C(q) over the wavenumber, and properties over the absolute temperature."""
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator
+from pydantic.dataclasses import dataclass
+
+from roughsim.scene.schema import KELVIN, Quantity, Record, SceneError, as_written
+
+WAVENUMBER = Quantity("rad/m", "1e4", above=0)
+PSD = Quantity("", "1e-24", above=0, smallest=1e-100)
+CONDUCTIVITY = Quantity("W/(m K)", '"30 W/(m K)"', above=0)
+FRICTION = Quantity("", "0.11", above=0)
+MAX_ROWS = 1200  # of all tables C(q) of a scene together: written inline they still fit into 64 KiB
+MAX_TEMPERATURES = 100  # of a table over temperature
+Rows = tuple[tuple[float, float], ...]
+
+
+def read_psd(value: Any) -> Rows:
+    """Read a table C(q) of rows [q, C]: q in rad/m rising, C in m⁴ positive."""
+    example = "[[1e4, 1e-24], [1e5, 1e-27]]"
+    if not isinstance(value, (list, tuple)) or not 2 <= len(value) <= MAX_ROWS:
+        size = f"{len(value)} rows" if isinstance(value, (list, tuple)) else as_written(value)
+        raise ValueError(f" = {size}: a table C(q) has 2 to {MAX_ROWS} rows [q, C]; average C over bins of log q")
+    rows: list[tuple[float, float]] = []
+    for i, row in enumerate(value):
+        if not isinstance(row, (list, tuple)) or len(row) != 2 or any(isinstance(entry, str) for entry in row):
+            numbers = "two numbers without units, q in rad/m and C in m⁴"
+            raise ValueError(f"[{i}] = {as_written(row)} must be {numbers}, for example {example}")
+        rows.append((WAVENUMBER(row[0], f"[{i}] q"), PSD(row[1], f"[{i}] C")))
+        if i and rows[i][0] <= rows[i - 1][0]:
+            raise ValueError(
+                f"[{i}] has q = {rows[i][0]!r} rad/m after {rows[i - 1][0]!r} rad/m; q must rise, so sort the rows"
+            )
+    return tuple(rows)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConductivityTable(Record):
+    """κ over the absolute temperature, as a scene file writes it."""
+
+    temperature: tuple[Annotated[float, KELVIN], ...]
+    value: tuple[Annotated[float, CONDUCTIVITY], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionTable(Record):
+    """μ over the absolute temperature, as a scene file writes it."""
+
+    temperature: tuple[Annotated[float, KELVIN], ...]
+    value: tuple[Annotated[float, FRICTION], ...]
+
+
+def number_or_table(value: Any, number: Quantity, record: type[Any]) -> float | Rows:
+    """Read a number, or a table of it, kept as rows (temperature, number) with the temperatures rising."""
+    if isinstance(value, tuple) and all(isinstance(row, tuple) and len(row) == 2 for row in value):
+        value = {"temperature": [row[0] for row in value], "value": [row[1] for row in value]}
+    if not isinstance(value, Mapping):
+        return float(number(value))
+    try:
+        table = record(**value)
+    except SceneError as error:
+        example = f'{{ temperature = ["300 K", "900 K"], value = [{number.example}, ...] }}'
+        raise ValueError(f".{error}; a table is written as {example}") from None
+    kelvin, values = table.temperature, table.value
+    if len(kelvin) != len(values) or not 2 <= len(values) <= MAX_TEMPERATURES:
+        counts = f"{len(kelvin)} temperatures and {len(values)} values"
+        raise ValueError(f" has {counts}; give 2 to {MAX_TEMPERATURES} of each, in pairs")
+    for i in range(1, len(kelvin)):
+        if kelvin[i] <= kelvin[i - 1]:
+            order = f"{kelvin[i]!r} K after {kelvin[i - 1]!r} K"
+            raise ValueError(f".temperature[{i}] = {order}; the temperatures must rise, so sort the table")
+    return tuple(zip(kelvin, values, strict=True))
+
+
+# a number, or rows (absolute temperature in K, number), linear between
+Conductivity = Annotated[
+    Annotated[float, CONDUCTIVITY] | Rows,
+    BeforeValidator(partial(number_or_table, number=CONDUCTIVITY, record=ConductivityTable)),
+]
+FrictionCoefficient = Annotated[
+    Annotated[float, FRICTION] | Rows,
+    BeforeValidator(partial(number_or_table, number=FRICTION, record=FrictionTable)),
+]
