@@ -67,6 +67,16 @@ def read_spectrum(value: Any) -> Any:
         raise ValueError(f".{error}") from None  # the record does not know its key in the scene
 
 
+def refuse_table_of_hardness(value: Any) -> Any:
+    """Return any value but a table over temperature."""
+    if isinstance(value, Mapping):
+        raise ValueError(
+            " is a table over temperature, with which each speed would have a contact of its own; give a scene of one "
+            "speed the hardness at the temperature of its contact, as docs/partition.md computes it"
+        )
+    return value
+
+
 def read_speeds(value: Any, handler: Any) -> tuple[float, ...]:
     """Read speeds, all different, in their order."""
     if value in ((), []):
@@ -212,7 +222,9 @@ class BodySection(Record, section="body"):
 
     youngs_modulus: Annotated[float, Quantity("Pa", '"200 GPa"', above=0)]
     poisson_ratio: Annotated[float, Quantity("", "0.3", above=-1, at_most=0.5)]
-    penetration_hardness: Annotated[float, Quantity("Pa", '"1.2 GPa"', above=0)] | None = None
+    penetration_hardness: (
+        Annotated[float, Quantity("Pa", '"1.2 GPa"', above=0), BeforeValidator(refuse_table_of_hardness)] | None
+    ) = None
     """σ_P; None is elastic."""
     conductivity: Conductivity
     """κ, or rows (absolute temperature in K, κ), linear between."""

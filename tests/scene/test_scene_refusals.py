@@ -64,6 +64,11 @@ REFUSED = [
     ('"1.2 GPa"', '"89 MPa"', "exceeds body.penetration_hardness = 8.9e+07 Pa"),
     ('"1.2 GPa"', "inf", "body.penetration_hardness"),
     ("[body]", "[bodi]", 'did you mean "body"?'),
+    (
+        '"1.2 GPa"',
+        "{ temperature = [300, 900], value = [1e9, 5e8] }",
+        "body.penetration_hardness is a table over temperature, with which each speed would have a contact of its own",
+    ),
     ("friction_coefficient = 0.11", "friction_coefficient = 0", "sliding.friction_coefficient = 0 must be above 0"),
     ('"35 m/s"', '"10 m/s"', 'sliding.speed[5] = "10 m/s" is there twice'),
     ('"35 m/s"', '"36 km/h"', 'sliding.speed[5] = "36 km/h" is there twice'),
