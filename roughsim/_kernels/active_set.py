@@ -1,4 +1,4 @@
-"""Loops of the contact solver: load equation, active set, directions, steps.
+"""Loops of the contact solver: load, active set, directions, steps.
 
 Arrays are flat and of one or two precisions: p and gap in that of the solution, the others in that of the steps. Each
 loop covers the points start … stop − 1 and returns partial sums. It slices its arrays first, so that no index can be
@@ -52,7 +52,7 @@ def contact_sum(start: int, stop: int, p: Any, gap: Any) -> Any:
     return total, count
 
 
-@kernel(fastmath=REORDER, inline=True)
+@kernel(fastmath=REORDER)
 def clipped_sum(start: int, stop: int, p: Any, gap: Any, law: Any) -> Any:
     """Σ clip(p − κ(gap − d), 0, cap), and how many points lie strictly between the bounds."""
     p, gap = p[start:stop], gap[start:stop]
@@ -64,49 +64,6 @@ def clipped_sum(start: int, stop: int, p: Any, gap: Any, law: Any) -> Any:
         total += y
         inside += 1 if x == y else 0
     return total, inside
-
-
-@kernel(fastmath=REORDER)
-def find_offset(block: int, p: Any, gap: Any, law: Any, goals: Any, excess: float, inside: int) -> Any:
-    """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d by Newton's method, safeguarded by bisection.
-
-    `law` holds the first guess, `goals` the target and a pressure that meets it if all points have it; the excess over
-    the target and how many points lie between the bounds are known there. Return d and these two at d.
-    """
-    offset, stiffness, cap = law
-    target, enough = goals
-    low, high, bracketed, last = -np.inf, np.inf, False, False
-    for _ in range(200):
-        # the sum rises with d: the sign of the excess says on which side of the solution d is
-        if excess > 0.0:
-            high = min(high, offset)
-        else:
-            low = max(low, offset)
-        # Newton: only points between the bounds answer to d, each by κ
-        proposal = offset - excess / (stiffness * inside) if inside > 0 else np.nan
-        if not low < proposal < high:
-            if not bracketed:
-                # at `least` no point carries pressure, at `most` each carries `enough`: the solution lies between
-                least, most = np.inf, -np.inf
-                for i in range(p.size):
-                    least = min(least, gap[i] - p[i] / stiffness)
-                    most = max(most, gap[i] + (enough - p[i]) / stiffness)
-                low, high, bracketed = max(low, least), min(high, max(least, most)), True
-            proposal = 0.5 * (low + high)
-        if proposal == offset or not low < high:
-            if not (excess < -1e-9 * target and high < np.inf):
-                break
-            proposal, last = high, True  # no number meets a tiny load: rather exceed it
-        # block by block, as all sums of the solve: the same bits however many threads there are
-        offset, clipped, inside = proposal, 0.0, 0
-        for start in range(0, p.size, block):
-            part, number = clipped_sum(start, min(start + block, p.size), p, gap, (offset, stiffness, cap))
-            clipped += part
-            inside += number
-        excess = clipped - target
-        if last or abs(excess) <= 1e-14 * target:
-            break
-    return offset, excess, inside
 
 
 @kernel(fastmath=REORDER)
@@ -178,7 +135,7 @@ def propose(
     return total, count, added
 
 
-@kernel(fastmath=REORDER, inline=True)
+@kernel(fastmath=REORDER)
 def shifted_sum(start: int, stop: int, free: Any, p: Any, change: Any, shift: float, cap: float) -> Any:
     """Σ clip(p + change + shift on the free points, 0, cap), and how many of these stay between the bounds."""
     free, p, change = free[start:stop], p[start:stop], change[start:stop]
@@ -189,40 +146,6 @@ def shifted_sum(start: int, stop: int, free: Any, p: Any, change: Any, shift: fl
         total += y
         count += 1 if (x == y) & (free[i] == 1) else 0
     return total, count
-
-
-@kernel(fastmath=REORDER)
-def find_shift(
-    block: int, free: Any, p: Any, change: Any, cap: float, target: float, accuracy: float, clipped: float, count: int
-) -> Any:
-    """Solve Σ clip(p + change + shift on the free points, 0, cap) = target; `shifted_sum` at 0 is known.
-
-    Return whether a shift meets the target, to `accuracy` or as well as rounding allows, and the shift.
-    """
-    shift, low, high = 0.0, -np.inf, np.inf
-    excess = clipped - target
-    # Newton on a sum that rises with the shift, as in `find_offset`; without a bracket no bisection can help
-    for _ in range(100):
-        if abs(excess) <= accuracy * target:
-            return True, shift
-        if excess > 0.0:
-            high = shift
-        else:
-            low = shift
-        proposal = shift - excess / count if count > 0 else np.nan
-        if not low < proposal < high:
-            if not (np.isfinite(low) and np.isfinite(high)):
-                return False, shift
-            proposal = 0.5 * (low + high)
-            if proposal in (low, high):
-                break
-        shift, clipped, count = proposal, 0.0, 0
-        for start in range(0, p.size, block):
-            part, number = shifted_sum(start, min(start + block, p.size), free, p, change, shift, cap)
-            clipped += part
-            count += number
-        excess = clipped - target
-    return abs(excess) <= 1e-9 * target, shift
 
 
 @kernel()

@@ -7,8 +7,7 @@ goes to dimensionless units and back, and judges the result; the algorithm is in
 """
 
 import warnings
-from math import inf
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +17,7 @@ from roughsim.contact.solver.problem import coarser, dimensionless, full_contact
 from roughsim.contact.solver.solve import solve_cascade
 from roughsim.contact.solver.state import State, rounding_floor
 from roughsim.errors import ConvergenceError, number, real_field
+from roughsim.fourier.blocks import run, spans, total
 from roughsim.grid import Field, Grid
 
 
@@ -90,22 +90,28 @@ def solve_contact(
         transforms += 1.0  # that of the heights
         if residual > tolerance:
             _warn_or_raise(state, tolerance, limit, pressure_unit)
-    # back to SI, in place; a yielded point has exactly the hardness, not the hardness to rounding
-    yielded, contact_fraction = pressure >= problem.cap, float(np.mean(pressure > 0.0))
-    pressure *= pressure_unit
-    if solid.penetration_hardness < inf:
-        np.minimum(pressure, solid.penetration_hardness, out=pressure)
-        pressure[yielded] = solid.penetration_hardness
-    displacement = gap
-    displacement *= problem.unit
-    displacement += problem.heights
-    displacement -= problem.middle
+    displacement, hardness = gap, solid.penetration_hardness
+
+    def to_si(start: int, stop: int) -> tuple[Any, Any]:
+        """Go back to SI, in place, and count the points of contact and the yielded ones."""
+        p, u, h = (field[start:stop] for field in (pressure, displacement, problem.heights))
+        touching, yielded = np.count_nonzero(p > 0.0), p >= problem.cap
+        p *= pressure_unit
+        # a yielded point has exactly the hardness, not the hardness to rounding
+        np.minimum(p, hardness, out=p)
+        p[yielded] = hardness
+        u *= problem.unit
+        u += h
+        u -= problem.middle
+        return touching, np.count_nonzero(yielded)
+
+    touching, yielded = total(run(to_si, spans(*grid.shape)))
     kind = np.float32 if precision == "single" else np.float64
     return Contact(
         pressure=pressure.astype(kind, copy=False),
         displacement=displacement.astype(kind, copy=False),
-        contact_fraction=contact_fraction,
-        plastic_fraction=float(np.mean(yielded)),
+        contact_fraction=float(touching / grid.points),
+        plastic_fraction=float(yielded / grid.points),
         residual=residual,
         iterations=iterations,
         transforms=transforms,

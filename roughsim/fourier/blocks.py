@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from roughsim.fourier.plans import get_threads
 
@@ -47,3 +48,9 @@ def run(task: Callable[..., Any], blocks: list[Any]) -> list[Any]:
 def total(parts: list[Any]) -> Any:
     """Sum tuples of partial sums, in the order of the blocks."""
     return parts[0] if len(parts) == 1 else tuple(np.sum(np.array(parts, np.float64), axis=0).tolist())
+
+
+def extremes(field: NDArray[Any]) -> tuple[float, float]:
+    """Return the least and the greatest value of a plane."""
+    lows, highs = zip(*run(lambda a, b: (field[a:b].min(), field[a:b].max()), spans(*field.shape)), strict=True)
+    return float(min(lows)), float(max(highs))

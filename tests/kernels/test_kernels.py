@@ -5,7 +5,6 @@ They hold compiled and, with NUMBA_DISABLE_JIT=1, line by line.
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 from roughsim import _kernels
 from roughsim._kernels import active_set as kernels
@@ -78,59 +77,6 @@ def test_the_gap_of_the_contact_and_its_points_are_summed(state):
 def test_the_clipped_sum_is_that_of_the_target(state):
     found = kernels.clipped_sum(START, STOP, state.p, state.gap, state.law)
     same(found, state.clip(state.target)[PART].sum(), inside(state.target, state.cap)[PART].sum())
-
-
-@pytest.mark.parametrize("cap", [np.inf, 1.5])
-@pytest.mark.parametrize("block", [1000, 64])
-def test_the_offset_and_the_shift_meet_the_load(cap, block):
-    generator = np.random.default_rng(6)
-    p, gap = generator.random(1000), generator.standard_normal(1000)
-    clipped = lambda x: np.minimum(np.maximum(x, 0.0), cap)  # noqa: E731
-    for target in (1e-3, 30.0, 700.0):
-        at = lambda d: clipped(p - 0.7 * (gap - d)).sum() - target  # noqa: E731, B023
-        expected = brentq(at, -20.0, 20.0, xtol=1e-14)
-        for guess in (expected + 0.1, -5.0, 5.0):  # near, without contact, and far beyond
-            inside = np.count_nonzero(clipped(p - 0.7 * (gap - guess)) == p - 0.7 * (gap - guess))
-            goals = target, min(cap, 1.001 * target / 1000)
-            offset, excess, number = kernels.find_offset(block, p, gap, (guess, 0.7, cap), goals, at(guess), inside)
-            assert offset == pytest.approx(expected, abs=1e-12)
-            assert abs(excess) <= 1e-13 * max(target, 1.0)
-            assert number == np.count_nonzero(clipped(p - 0.7 * (gap - offset)) == p - 0.7 * (gap - offset))
-    free, change = generator.integers(0, 2, 1000).astype(np.int8), generator.standard_normal(1000)
-    after = lambda shift: clipped(p + change + shift * free)  # noqa: E731
-    fixed = after(-100.0).sum()
-    for target in (1.01 * fixed, fixed + 100.0):
-        count = np.count_nonzero((after(0.0) == p + change) & (free == 1))
-        found, shift = kernels.find_shift(block, free, p, change, cap, target, 1e-13, after(0.0).sum(), count)
-        assert found
-        assert after(shift).sum() == pytest.approx(target, rel=1e-12)
-    assert not kernels.find_shift(block, free, p, change, cap, 0.9 * fixed, 1e-13, after(0.0).sum(), count)[0]
-
-
-def test_the_offset_over_flat_ground_is_found_from_far_below():
-    offset, _, inside = kernels.find_offset(8, np.zeros(8), np.zeros(8), (-1.0, 0.7, np.inf), (2.8, 0.35), -2.8, 0)
-    assert offset == pytest.approx(0.5, abs=1e-14)
-    assert inside == 8
-
-
-def test_a_point_that_joins_at_the_last_moment_is_allowed_for():
-    # the first step of Newton's method misses by 1e-10, for it knows of one point
-    late = 1.0 - 1e-10
-    law, goals = (0.5, 1.0, np.inf), (1.0, 0.5)
-    offset = kernels.find_offset(2, np.zeros(2), np.array([0.0, late]), law, goals, -0.5, 1)[0]
-    assert offset == pytest.approx((1.0 + late) / 2, abs=1e-14)
-    free, change = np.ones(2, np.int8), np.array([0.0, -late])
-    found, shift = kernels.find_shift(2, free, np.zeros(2), change, np.inf, 1.0, 1e-14, 0.0, 1)
-    assert found
-    assert shift == pytest.approx((1.0 + late) / 2, abs=1e-14)
-
-
-def test_a_shift_counts_where_rounding_leaves_nothing_better_but_not_where_it_leaves_too_much():
-    free, p, change = np.ones(1, np.int8), np.ones(1), np.zeros(1)
-    found, shift = kernels.find_shift(1, free, p, change, np.inf, 1 / 3, 0.0, 1.0, 1)  # 1 + shift is never 1/3 exactly
-    assert found
-    assert shift == pytest.approx(-2 / 3, abs=1e-15)
-    assert not kernels.find_shift(1, free, p, change, np.inf, 1e-20, 1e-15, 1.0, 1)[0]
 
 
 def test_points_are_classified_by_where_a_longer_step_would_take_them(state):

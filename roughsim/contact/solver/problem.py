@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from roughsim.contact.solver.operators import half_space
+from roughsim.fourier.blocks import extremes, run, spans
 from roughsim.grid import Field, Grid
 
 COARSEST = 64  # an axis is halved while it keeps at least this many points
@@ -42,28 +43,43 @@ def dimensionless(
     heights: Field, grid: Grid, effective_modulus: float, nominal_pressure: float, hardness: float
 ) -> tuple[ScaledProblem, Field, float]:
     """Return the problem, the spectrum of its heights, and the unit of its pressures, Pa."""
-    low, high = float(heights.min()), float(heights.max())
+    low, high = extremes(heights)
     middle, side = 0.5 * (high + low), max(grid.lengths)
     unit = max(high - middle, middle - low) or side
     pressure_unit = effective_modulus * (unit / side)
     unit_grid = Grid(grid.shape, (grid.lengths[0] / side, grid.lengths[1] / side))
-    scaled = heights - middle
-    scaled /= unit
+    scaled = np.empty(grid.shape)
+
+    def scale(start: int, stop: int) -> None:
+        scaled[start:stop] = (heights[start:stop] - middle) / unit
+
+    run(scale, spans(*grid.shape))
     spectrum = half_space(unit_grid, np.float64).forward(scaled)
-    # κ = q_s/2 makes the residual close to the error of the pressure; modes below rounding are not in the heights
-    power = np.square(spectrum.real)
-    power += np.square(spectrum.imag)
-    highest = float((wavenumbers(unit_grid) * (power > 1e-24 * power.max())).max())
+    highest = highest_wavenumber(unit_grid, spectrum)
+    # κ = q_s/2 makes the residual close to the error of the pressure
     stiffness = 0.5 * max(highest, 2 * np.pi / max(unit_grid.lengths))
     load, cap = nominal_pressure / pressure_unit, hardness / pressure_unit
     return ScaledProblem(heights, middle, unit, unit_grid, load, cap, stiffness), spectrum, pressure_unit
 
 
-def wavenumbers(grid: Grid) -> Field:
-    """Return |q| of a transposed half spectrum."""
+def wavenumbers(grid: Grid, start: int = 0, stop: int | None = None) -> Field:
+    """Return |q| of the rows start … stop − 1 of a transposed half spectrum."""
     along, across = (np.square(q.ravel()) for q in grid.wavevectors)
-    squares: Field = across[:, None] + along
+    squares: Field = across[start:stop, None] + along
     return np.sqrt(squares, out=squares)
+
+
+def highest_wavenumber(grid: Grid, spectrum: Field) -> float:
+    """Return the highest |q| in the heights of this spectrum; modes below rounding are not in them."""
+
+    def power(start: int, stop: int) -> Field:
+        part = spectrum[start:stop]
+        return np.asarray(np.square(part.real) + np.square(part.imag))
+
+    rows = spans(*spectrum.shape)
+    least = 1e-24 * max(run(lambda a, b: float(power(a, b).max()), rows))
+    highest: float = max(run(lambda a, b: float((wavenumbers(grid, a, b) * (power(a, b) > least)).max()), rows))
+    return highest
 
 
 def coarser(finest: ScaledProblem, spectrum: Field, known: int = 0) -> list[ScaledProblem]:
@@ -97,13 +113,17 @@ def full_contact(problem: ScaledProblem, spectrum: Field) -> tuple[Field, Field]
     row, column = np.unravel_index(np.argmin(problem.heights), grid.shape)
     along = np.exp(2j * np.pi * row / grid.shape[0] * np.arange(grid.shape[0]))
     across = np.exp(2j * np.pi * column / grid.shape[1] * np.arange(grid.half_shape[1]))
-    half = wavenumbers(grid)
-    half *= 0.5
-    lines = np.einsum("ji,ji,i->j", spectrum, half, along)  # not BLAS: its threads spin on
+
+    def stiffened(start: int, stop: int) -> Field:
+        return np.asarray(spectrum[start:stop] * (0.5 * wavenumbers(grid, start, stop)))
+
+    # not BLAS: its threads spin on
+    each = run(lambda a, b: np.einsum("ji,i->j", stiffened(a, b), along), spans(*spectrum.shape))
+    lines: Field = np.concatenate(each)
     if load + np.sum(grid.multiplicity[0] * (across * lines).real) < -1e-3 * load:
         return None
     operator, fluctuation = half_space(grid, np.float64), np.empty(grid.shape)
-    operator.complex_spectrum[...] = spectrum * half
+    operator.complex_spectrum[...] = stiffened(0, len(spectrum))
     operator.inverse(fluctuation)
     rounding = 1e-14 * (load + float(np.abs(fluctuation).max()))
     pressure = load + fluctuation

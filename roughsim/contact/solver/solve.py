@@ -86,8 +86,14 @@ def solve_level(
 
 def handed_on(state: State) -> Coarse:
     """Return what the next grid begins from."""
-    rise = CONTINUATION * state.problem.stiffness * (state.gap - state.offset)
-    return Coarse((state.pressure - rise).astype(state.kind), state.assessment.blur, state.transforms)
+    slope, field = CONTINUATION * state.problem.stiffness, np.empty_like(state.field)
+
+    def extend(start: int, stop: int) -> None:
+        rows = slice(start, stop)
+        field[rows] = state.pressure[rows] - slope * (state.gap[rows] - state.offset)
+
+    run(extend, spans(*field.shape))
+    return Coarse(field, state.assessment.blur, state.transforms)
 
 
 def start_from(coarse: Field, fine: State) -> None:
@@ -108,11 +114,10 @@ def resume(pressure: Field, displacement: Field, state: State) -> None:
             run(lambda a, b, source=earlier, result=field: interpolate(a, b, source, result), spans(*field.shape))
     state.sums(kernels.subtract_heights, problem.heights.ravel(), problem.middle, problem.unit, p, gap)
     # clip(p − κ′(gap − d), 0, cap), d for the load: where the heights have risen, contact begins, and elsewhere it ends
-    stiffness, goals = CONTINUATION * problem.stiffness, (problem.target, min(problem.cap, problem.load * (1 + 1e-12)))
+    stiffness = CONTINUATION * problem.stiffness
     state.begin()
-    first = state.offset, stiffness, problem.cap
-    clipped, inside = state.sums(kernels.clipped_sum, p, gap, first)
-    offset, *_ = kernels.find_offset(state.blocks[0][1], p, gap, first, goals, clipped - problem.target, inside)
+    clipped, inside = state.sums(kernels.clipped_sum, p, gap, (state.offset, stiffness, problem.cap))
+    offset, *_ = state.offset_of(stiffness, (state.offset, clipped - problem.target, inside))
     np.clip(state.pressure - stiffness * (state.gap - offset), 0.0, problem.cap, out=state.pressure)
     state.free[...] = (state.pressure > 0.0) & (state.pressure < problem.cap)
     if not state.balance(1e-12):  # no free point can take the load

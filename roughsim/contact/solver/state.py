@@ -14,9 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from roughsim._kernels import active_set as kernels
+from roughsim.contact.solver.load import find_offset, find_shift
 from roughsim.contact.solver.operators import Extension, half_space, rms_compliance
 from roughsim.contact.solver.problem import ScaledProblem
-from roughsim.fourier.blocks import run, spans, total
+from roughsim.fourier.blocks import extremes, run, spans, total
 from roughsim.grid import Field
 
 REACH = 0.5  # a point is free where 0 < p − REACH κ(gap − d) < cap
@@ -98,7 +99,8 @@ class State:
         operator = self.operator if dtype == self.kind else half_space(problem.grid, dtype)
         operator.comply(self.pressure, self.gap)
         self.transforms += 1.0 if dtype == np.float32 else 2.0
-        self.range = float(np.ptp(self.gap))
+        low, high = extremes(self.gap)
+        self.range = high - low
         heights = problem.heights.ravel()
         sizes = self.sums(kernels.subtract_heights, heights, problem.middle, problem.unit, *self.flat[:2])
         self.noise = 2.0 * float(np.finfo(dtype).eps) * self._size(*sizes)
@@ -141,11 +143,27 @@ class State:
 
     def find_offset(self) -> None:
         """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d."""
-        (p, gap), block, problem = self.flat[:2], self.blocks[0][1], self.problem
-        goals = problem.target, min(problem.cap, problem.load * (1.0 + 1e-12))
         last = self.assessment
-        self.offset, excess, inside = kernels.find_offset(block, p, gap, self.law, goals, last.excess, last.inside)
-        self.assessment = last._replace(excess=excess, inside=inside)
+        first = self.offset, last.excess, last.inside
+        self.offset, excess, inside = self.offset_of(self.problem.stiffness, first)
+        self.assessment = last._replace(excess=excess, inside=int(inside))
+
+    def offset_of(self, stiffness: float, first: tuple[float, float, float]) -> tuple[float, float, float]:
+        """Solve that equation for any stiffness κ; `first` and the result hold d, the excess, and points within."""
+        (p, gap), problem = self.flat[:2], self.problem
+        enough = min(problem.cap, problem.load * (1.0 + 1e-12))
+
+        def bounds(start: int, stop: int) -> tuple[float, float]:
+            pressure, own = p[start:stop], gap[start:stop]
+            return float((own - pressure / stiffness).min()), float((own + (enough - pressure) / stiffness).max())
+
+        def bracket() -> tuple[float, float]:
+            # at `least` no point carries pressure, at `most` each carries `enough`: the solution lies between
+            least, most = zip(*run(bounds, self.blocks), strict=True)
+            return min(least), max(most)
+
+        sums = lambda d: self.sums(kernels.clipped_sum, p, gap, (d, stiffness, problem.cap))  # noqa: E731
+        return find_offset(sums, bracket, stiffness, problem.target, first)
 
     def blurred(self, tolerance: float) -> bool:
         """Whether rounding in the gap now matters for the steps to come."""
@@ -202,8 +220,8 @@ class State:
     def load_shift(self, sums: tuple[float, int], accuracy: float) -> float | None:
         """Solve for the shift of the free points that restores the load; None if none does."""
         p, _, free, _, step = self.flat
-        goal = self.problem.cap, self.problem.target, accuracy
-        met, shift = kernels.find_shift(self.blocks[0][1], free, p, step, *goal, *sums)
+        after = lambda shift: self.sums(kernels.shifted_sum, free, p, step, shift, self.problem.cap)  # noqa: E731
+        met, shift = find_shift(after, self.problem.target, accuracy, *sums)
         return shift if met else None
 
     def balance(self, accuracy: float, sums: tuple[float, int] | None = None) -> bool:
