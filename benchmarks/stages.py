@@ -126,7 +126,8 @@ def main() -> None:
     scene = replace(scene, ensemble=replace(scene.ensemble, until=target))
     with tempfile.TemporaryDirectory() as folder:
         compile_ahead = (
-            f"import roughsim as rs; rs.run(rs.load_scene('demo'), {folder + '/demo'!r}, max_realizations=1)"
+            "import roughsim as rs; "
+            f"rs.run(rs.load_scene({given.scene!r}), {folder + '/ahead'!r}, max_realizations=1, workers=1)"
         )
         subprocess.run([sys.executable, "-c", compile_ahead], check=True)
         clock = Clock()
