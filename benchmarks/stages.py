@@ -33,7 +33,7 @@ PHYSICS = "transforms and kernels"
 # stage: functions, as "module:name" of the package, whose time it is
 STAGES = {
     "plan": ["planning.plan:plan"],
-    "pilot of the plan": ["planning.levels:pilot"],
+    "pilot of the plan": ["planning.pilot:pilot"],
     "surfaces": ["surface.synthesis:synthesize"],
     "contact": ["contact.active_set:solve_contact"],
     "moments": ["observables.moments:measure"],

@@ -25,6 +25,7 @@ from roughsim.grid import Grid
 from roughsim.observables.moments import Sliding, measure
 from roughsim.observables.record import Sample
 from roughsim.pipeline import Problem, solve_problem
+from roughsim.planning.levels import LATER
 from roughsim.planning.plan import plan
 from roughsim.planning.realization import level_problem
 from roughsim.scene import Scene
@@ -50,7 +51,7 @@ class Split(NamedTuple):
 
     method: str  # in words
     levels: tuple[int, ...]  # their positions, coarsest first
-    every: int = 1  # all but the first are solved for one realization in so many
+    strides: tuple[int, ...]  # each is solved for one realization in so many
     planned: bool = False  # whether the plan chooses it
 
 
@@ -155,15 +156,17 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
         for split in splits:
             chosen = [samples[i] for i in split.levels]
             first, all_levels = (estimate(used).extrapolated[:, speed] for used in (chosen[:1], chosen))
-            # T₀ of the first level has n realizations, the correction T − T₀ by the others only n/every. So n times the
-            # variance of the mean is Var T₀ + 2 Cov(T₀, T − T₀) + every · Var(T − T₀)
+            # T₀ of the first level has n realizations, the correction T − T₀ by the others only n/stride. So n times
+            # the variance of the mean is Var T₀ + 2 Cov(T₀, T − T₀) + stride · Var(T − T₀). Where strides differ, the
+            # longest has the share of the scatter that the plan expects
             (own, shared), (_, change) = np.cov(first, all_levels - first)
-            variance = float(own + 2 * shared + split.every * change)
+            often, seldom = (pick(split.strides[1:], default=1) for pick in (min, max))
+            stride = (often + LATER**2 * seldom) / (1.0 + LATER**2)
+            variance = float(own + 2 * shared + stride * change)
             bias, planned = float(all_levels.mean()) - truth, forecast if split.planned else 0
-            for n in sorted({*(k for k in COUNTS if k >= 2 * split.every), planned} - {0}):
+            for n in sorted({*(k for k in COUNTS if k >= 2 * seldom), planned} - {0}):
                 error = hypot(hypot(bias, sqrt(variance / n)) / abs(truth), doubt)
-                few = -(-n // split.every)
-                cost = sum((n if i == split.levels[0] else few) * seconds[i] for i in split.levels)
+                cost = sum(-(-n // every) * seconds[i] for i, every in zip(split.levels, split.strides, strict=True))
                 yield Point("chain", title, split.method, f"{n} realizations", error, cost, n == planned, doubt=doubt)
 
 
@@ -196,19 +199,20 @@ def splits_of(levels: list[Level]) -> list[Split]:
     Levels in half the cell correct others, and are in the last kind alone.
     """
     if len(levels) == 1:
-        return [Split("the plan's level", (0,), planned=True)]
+        return [Split("the plan's level", (0,), (1,), planned=True)]
     alone = [level for level in levels if level.cell is None]  # they come first
     cut_offs = [level.q_max for level in alone]
     rungs = [cut_offs.index(q_c) for q_c in sorted(set(cut_offs))]  # the coarsest grid of each cut-off
     splits = [
-        Split(f"one grid, {level.q_max / cut_offs[0]:.3g}× q_c, {level.shape[0]}²", (i,))
+        Split(f"one grid, {level.q_max / cut_offs[0]:.3g}× q_c, {level.shape[0]}²", (i,), (1,))
         for i, level in enumerate(alone)
     ]
-    splits += [Split(f"{k} cut-offs, all levels", tuple(rungs[:k])) for k in range(2, len(rungs) + 1)]
-    planned = levels[-1].every
-    for every in sorted({1, 2, 4, planned}):
-        name = "the plan's levels" + (f", fine ones 1 in {every}" if every > 1 else ", all of them")
-        splits.append(Split(name, tuple(range(len(levels))), every, every == planned))
+    splits += [Split(f"{k} cut-offs, all levels", tuple(rungs[:k]), (1,) * k) for k in range(2, len(rungs) + 1)]
+    planned = tuple(level.every for level in levels)
+    for strides in sorted({planned, *((1, *[every] * (len(levels) - 1)) for every in (1, 2, 4))}):
+        words = " or ".join(f"{every}" for every in sorted(set(strides[1:])))
+        name = "the plan's levels" + (", all of them" if words == "1" else f", fine ones 1 in {words}")
+        splits.append(Split(name, tuple(range(len(levels))), strides, strides == planned))
     return splits
 
 

@@ -78,6 +78,7 @@ TESTS = {
     "roughsim/show/table.py": "show/test_units.py show/test_table.py",
     "roughsim/comparison/trust.py": "comparison/test_trust.py comparison/test_validity_page.py",
     "roughsim/planning/levels.py": "planning/test_capped_ladder.py planning/test_pilot.py planning/test_plan.py",
+    "roughsim/planning/pilot.py": "planning/test_pilot.py",
     "roughsim/planning/plan.py": "planning/test_pilot.py planning/test_plan.py",
     "roughsim/estimate/cell_size.py": "estimate/test_cell.py",
     "roughsim/_kernels/active_set.py": (

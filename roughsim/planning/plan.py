@@ -15,7 +15,8 @@ from roughsim.errors import ResolutionError, number
 from roughsim.estimate.cell_size import choose_lengths, size_error_of_sum
 from roughsim.estimate.errors import LEAST, LEAST_FINE, quantile
 from roughsim.grid import Array
-from roughsim.planning.levels import SCATTER_KNOWN, SOLVES, Ladder, Lengths, Pilot, ladder_of, work
+from roughsim.planning.levels import Ladder, ladder_of
+from roughsim.planning.pilot import HALF_SCATTER, SCATTER_KNOWN, SOLVES, Lengths, Pilot, work
 from roughsim.scene import Scene
 from roughsim.scene.numerics import DEFAULT_REASONS, Forecast, Level, Numerics, Reason
 from roughsim.show.table import Column, Table
@@ -23,9 +24,8 @@ from roughsim.untrusted import machine_memory
 
 TARGET = 0.01  # relative total error where neither the caller nor the scene states one
 LEAST_SHARE = 0.1  # of the squared target, kept for the statistical error however large the systematic errors are
-CORRECTIONS = 0.75  # scatter of the corrections by fine levels, over that of the changes in the pilot
-WIDEST_CORRECTIONS = 0.4  # the same at the speed where they scatter most, mostly the slowest; 0.3 … 0.5 on the steels
-HALF_SCATTER = 2.3  # times so much in half the cell: a quarter of the area; 1.8 … 2.4 were measured
+CORRECTIONS = 0.4  # scatter of the first correction over that of the changes in the pilot; 0.3 … 0.5 on the steels
+WIDEST_CORRECTIONS = 0.33  # the same at the speed where they scatter most, mostly the slowest; 0.2 … 0.4 on the steels
 MEMORY_SHARE = 0.8  # share of the machine's memory that the largest grid may take
 BYTES_PER_POINT = 120  # peak memory of a solve, measured
 STRIDES = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512]  # powers of two, so that all fine levels share their realizations
@@ -113,14 +113,17 @@ def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | N
     in_whole = split_of(scene, lengths, ladder, seen, target, stop, half=False)
     in_half = split_of(scene, lengths, ladder, seen, target, stop, half=True) if ladder.correction else in_whole
     chosen = min(in_whole, in_half, key=lambda split: split.work)
-    size, goal, change, every, needed = chosen.size, chosen.goal, chosen.change, chosen.every, chosen.needed
-    scatter, rungs = seen.scatter, ladder.divided(every, chosen.half)
+    size, goal, strides, needed = chosen.size, chosen.goal, chosen.strides, chosen.needed
+    rungs, changes = ladder.divided(*strides, chosen.half), corrections(ladder, strides, chosen.change)
     levels, count = tuple(rung.level for rung in rungs), min(needed, most)
-    statistical = half_width(count, seen.hot_scatter, change, every)
+    statistical = half_width(count, seen.hot_scatter, changes)
     cpu_seconds = seen.pace * total_work(levels, count)
     forecast = Forecast(count, statistical, ladder.bandwidth, ladder.pixel, size, cpu_seconds)
     # the scatter of a few pilot solves is uncertain, and so is the count
-    fewest, largest = (min(realizations_for(goal, f * scatter, f * change, every), most) for f in SCATTER_KNOWN)
+    fewest, largest = (
+        min(realizations_for(goal, f * seen.scatter, corrections(ladder, strides, f * chosen.change)), most)
+        for f in SCATTER_KNOWN
+    )
     per_cent = f"{100 * goal:.3g}"
     why = (
         f"--until flash_temperature={per_cent}% stops once its statistical error (95 %) is {per_cent} % at every "
@@ -139,7 +142,7 @@ def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | N
             "q_c is doubled, and changes at half the pixel"
         )
     reasons = [
-        *(Reason(level.column, level_text((level,)), reason) for level, reason in rungs),
+        *(Reason(rung.level.column, level_text((rung.level,)), rung.reason) for rung in rungs),
         *cell_reasons(ladder, in_whole, in_half),
         Reason("pilot", text, explanation),
         Reason("realizations", f"about {count}", why),
@@ -148,15 +151,18 @@ def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | N
     return Numerics(levels, lengths, forecast=forecast, reasons=tuple(reasons))
 
 
+Strides = tuple[int, int]  # of the first correction of each column, and of those by finer levels
+
+
 class Split(NamedTuple):
     """A way to share the work among levels, by the number of realizations that it needs.
 
     `goal` and `size` are relative errors: the statistical one to reach, and that of the cell. `change` is the relative
-    scatter of the corrections.
+    scatter of the first correction.
     """
 
     half: bool
-    every: int
+    strides: Strides
     goal: float
     size: float
     change: float
@@ -167,7 +173,10 @@ class Split(NamedTuple):
 def split_of(
     scene: Scene, lengths: Lengths, ladder: Ladder, seen: Pilot, target: float, stop: float | None, *, half: bool
 ) -> Split:
-    """Return the cheapest split with the corrections in the run's cell, or, with `half`, in half of it."""
+    """Return the cheapest split with the corrections in the run's cell, or, with `half`, in half of it.
+
+    At least three realizations have the finest levels, unless fewer are computed.
+    """
     size = float(size_error_of_sum(scene, lengths, "flash_temperature", "", ladder.correction if half else 0.0))
     # the statistical error may take the rest of the target that the systematic errors leave
     systematic = hypot(0.0 if isnan(ladder.bandwidth) else ladder.bandwidth, ladder.pixel, size)
@@ -178,10 +187,20 @@ def split_of(
     change = factor * CORRECTIONS * seen.change_scatter
     widest = max(change, factor * WIDEST_CORRECTIONS * seen.widest_change_scatter)
     speeds = {(seen.hot_scatter, change), (seen.scatter, widest)}
-    counts = {every: max(realizations_for(goal, *scatters, every) for scatters in speeds) for every in STRIDES}
-    every = choose_stride(ladder, counts, most, half)
-    work = total_work(ladder.levels(every, half), min(counts[every], most))
-    return Split(half, every, goal, size, change, counts[every], work)
+    splits = []
+    for strides in ((every, seldom) for every in STRIDES for seldom in STRIDES if seldom >= every):
+        needed = max(realizations_for(goal, scatter, corrections(ladder, strides, x)) for scatter, x in speeds)
+        if strides == (1, 1) or (LEAST_FINE - 1) * strides[1] < min(needed, most):
+            cost = total_work(ladder.levels(*strides, half), needed)
+            splits.append(Split(half, strides, goal, size, change, needed, cost))
+    return min(splits, key=lambda split: split.work)
+
+
+def corrections(ladder: Ladder, strides: Strides, change: float) -> list[tuple[float, int]]:
+    """Return scatter and stride of each correction of the last column, of which the first scatters by `change`."""
+    column = ladder.rungs[-1].level.column
+    rungs = [rung for rung in ladder.divided(*strides, half=False) if rung.level.column == column]
+    return [(rung.scatter * change, rung.level.every) for rung in rungs if rung.scatter]
 
 
 def cell_reasons(ladder: Ladder, in_whole: Split, in_half: Split) -> list[Reason]:
@@ -198,37 +217,32 @@ def cell_reasons(ladder: Ladder, in_whole: Split, in_half: Split) -> list[Reason
     return [Reason("corrections", f"in {names[chosen.half]}", why)]
 
 
-def half_width(count: int, scatter: float, change: float, every: int) -> float:
+def half_width(count: int, scatter: float, changes: Sequence[tuple[float, int]]) -> float:
     """Return the relative 95 % half-width of a mean after `count` realizations.
 
-    `scatter` is the relative standard deviation of the coarsest level, `change` that of the corrections by the fine
-    levels, which are solved for one in `every`.
+    `scatter` is the relative standard deviation of the coarsest level. `changes` has that of each correction by finer
+    levels, and its stride.
     """
     if count == 1:
         return inf  # one realization shows no scatter
-    fine = -(-count // every)
-    common, added = scatter**2 / count, change**2 / fine
-    doubt = common**2 / (count - 1) + added**2 / max(fine - 1, 1)  # Satterthwaite, as in the estimate
-    freedom = min((common + added) ** 2 / doubt, count - 1.0) if doubt > 0.0 else count - 1.0
-    return float(quantile(freedom)) * sqrt(common + added)
+    parts = [(scatter**2 / count, count - 1)]
+    for change, every in changes:
+        fine = -(-count // every)
+        parts.append((change**2 / fine, max(fine - 1, 1)))
+    variance = sum(part for part, _ in parts)
+    doubt = sum(part**2 / freedom for part, freedom in parts)  # Satterthwaite, as in the estimate
+    freedom = min(variance**2 / doubt, count - 1.0) if doubt > 0.0 else count - 1.0
+    return float(quantile(freedom)) * sqrt(variance)
 
 
-def realizations_for(goal: float, scatter: float, change: float, every: int) -> int:
+def realizations_for(goal: float, scatter: float, changes: Sequence[tuple[float, int]]) -> int:
     """Return how many realizations bring the half-width down to the goal; above 50 in steps of 2 %."""
-    count = max(LEAST, (LEAST_FINE - 1) * every + 1)
-    while half_width(count, scatter, change, every) > goal and count < 1_000_000_000:
+    # fewer do not suffice: an interval is wider than 1.96 standard errors, and three fine realizations are the least
+    variance = scatter**2 + sum(change**2 * every * 2 / 3 for change, every in changes)
+    count = max(LEAST, int((1.96 / goal) ** 2 * variance), *((LEAST_FINE - 1) * every + 1 for _, every in changes))
+    while half_width(count, scatter, changes) > goal and count < 1_000_000_000:
         count += max(1, count // 50)
     return count
-
-
-def choose_stride(ladder: Ladder, counts: dict[int, int], most: int, half: bool) -> int:
-    """Return the cheapest stride of the fine levels of which at least three are solved in `most` realizations.
-
-    `counts` has the realizations that each stride needs. With `half` the corrections of capped contact are computed in
-    half the cell.
-    """
-    enough = [every for every in STRIDES if every == 1 or (LEAST_FINE - 1) * every < min(counts[every], most)]
-    return min(enough, key=lambda every: total_work(ladder.levels(every, half), counts[every]))
 
 
 def total_work(levels: Iterable[Level], count: int) -> float:

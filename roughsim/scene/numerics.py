@@ -74,8 +74,8 @@ class Level(Record, section="numerics.levels"):
         Where the spectrum is cut, rad/m, at most the Nyquist wavenumber.
     every : int
         The level is solved for realizations 0, `every`, 2 `every`, … A fine level needs few, since its difference from
-        the next coarser one scatters little. 1 for the coarsest level of a column; for each finer one a multiple of the
-        value before.
+        the next coarser one scatters little. 1 for the coarsest level of a column; for each other one a multiple of the
+        value of the rung below it, and of all smaller values in the column.
     cell : {"half"} or None
         "half": the cell has half the sides of the run's, and surfaces of its own. Such levels only correct: each adds
         its mean difference from the one before. The first of a column repeats the pixel and q_max of the column's
@@ -147,16 +147,25 @@ class Numerics(Record, section="numerics"):
                 )
         for column in self.columns:
             self._check_half(column)
-            coarser = 0  # how often the level before is solved; 0 before the coarsest
-            for i in self.of_column(column):
-                every = self.levels[i].every
-                if every % coarser if coarser else every != 1:
-                    raise ValueError(
-                        f"levels[{i}].every = {every} does not fit: the coarsest {column} level needs every = 1, "
-                        f"each finer one a multiple of the one before, here of {coarser or 1}"
-                    )
-                coarser = every
+            self._check_strides(column)
         return self
+
+    def _check_strides(self, column: str) -> None:
+        """Refuse strides that leave a level without the rung that it corrects, or realizations that are not nested."""
+        rung, strides = None, set[int]()  # the first level of a cut-off in a cell, and what levels have so far
+        for i in self.of_column(column):
+            level = self.levels[i]
+            every, least = level.every, rung.every if rung else 1
+            nested = all(every % other == 0 or other % every == 0 for other in strides)
+            if every % least or not nested or (rung is None and every != 1):
+                raise ValueError(
+                    f"levels[{i}].every = {every} does not fit: the coarsest {column} level needs every = 1, each "
+                    f"other one a multiple of that of the rung below it, here of {least}, and a multiple or a divisor "
+                    "of those of the levels before"
+                )
+            strides.add(every)
+            if rung is None or (level.cell, level.q_max) != (rung.cell, rung.q_max):
+                rung = level
 
     def _check_half(self, column: str) -> None:
         """Refuse levels in half the cell that do not begin where those in the run's cell end."""

@@ -113,7 +113,17 @@ def test_the_splits_begin_with_the_coarsest_level_and_end_with_the_choice_of_the
     assert [split.levels for split in splits[:5]] == [(0,), (1,), (2,), (3,), (4,)]  # each grid alone
     assert [split.levels for split in splits[5:7]] == [(0, 2), (0, 2, 4)]  # the coarsest grid of each cut-off
     assert [split.levels for split in splits[7:]] == [(0, 1, 2, 3, 4)] * 4
-    assert [(split.every, split.planned) for split in splits[7:]] == [(1, False), (2, False), (4, False), (8, True)]
+    assert [split.strides for split in splits[7:]] == [(1, k, k, k, k) for k in (1, 2, 4, 8)]
+    assert [split.planned for split in splits] == [False] * 10 + [True]
+
+
+def test_a_plan_with_two_strides_is_one_of_the_splits():
+    strides = (1, 8, 2, 8)
+    sides = ((64, 1e4), (128, 1e4), (128, 2e4), (256, 4e4))
+    levels = [rs.Level("capped", (n, n), q_c, every) for (n, q_c), every in zip(sides, strides, strict=True)]
+    chosen = [split for split in measurements.splits_of(levels) if split.planned]
+    assert [split.strides for split in chosen] == [strides]
+    assert chosen[0].method == "the plan's levels, fine ones 1 in 2 or 8"
 
 
 def test_levels_in_half_the_cell_are_never_alone_and_have_surfaces_of_their_own(monkeypatch):

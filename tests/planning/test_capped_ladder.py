@@ -9,7 +9,7 @@ import pytest
 import roughsim as rs
 from roughsim import prediction
 from roughsim.planning import levels as stage
-from roughsim.planning.levels import Pilot
+from roughsim.planning.pilot import Pilot
 
 Q_YIELD = 5e4
 SEEN = Pilot(

@@ -8,7 +8,8 @@ import pytest
 import roughsim as rs
 import roughsim.planning.levels as stage
 from roughsim.planning import plan as planning
-from roughsim.planning.levels import Ladder, Pilot, Rung
+from roughsim.planning.levels import Ladder, Rung
+from roughsim.planning.pilot import Pilot
 from roughsim.scene.numerics import Level
 
 SEEN = Pilot(
@@ -31,25 +32,28 @@ def why(numerics):
 
 
 def test_only_capped_levels_above_the_first_move_to_half_the_cell():
-    smoothed = [Rung(Level("smoothed", (n, n), 1e4), "s") for n in (64, 128)]
-    capped = [Rung(Level("capped", (n, 2 * n), q), str(q)) for n, q in ((64, 2e4), (128, 2e4), (128, 4e4))]
+    smoothed = [Rung(Level("smoothed", (n, n), 1e4), "s", k) for n, k in ((64, 0.0), (128, 0.5))]
+    capped = [
+        Rung(Level("capped", (n, 2 * n), q), str(q), scatter)
+        for n, q, scatter in ((64, 2e4, 0.0), (128, 2e4, 0.0), (128, 4e4, 1.0), (256, 8e4, 0.5))
+    ]
     ladder = Ladder([*smoothed, *capped], 0.0, 0.0)
-    assert ladder.levels(8) == (
+    assert ladder.levels(2, 8) == (
         smoothed[0].level,
         replace(smoothed[1].level, every=8),
-        capped[0].level,
-        *(replace(rung.level, every=8) for rung in capped[1:]),
+        *(replace(rung.level, every=k) for rung, k in zip(capped, (1, 8, 2, 8), strict=True)),
     )
-    shapes = [(level.shape, level.every, level.cell) for level in ladder.levels(8, half=True)]
+    shapes = [(level.shape, level.every, level.cell) for level in ladder.levels(2, 8, half=True)]
     assert shapes == [
         ((64, 64), 1, None),
         ((128, 128), 8, None),
         ((64, 128), 1, None),
-        ((32, 64), 8, "half"),
+        ((32, 64), 2, "half"),
         ((64, 128), 8, "half"),
-        ((64, 128), 8, "half"),
+        ((64, 128), 2, "half"),
+        ((128, 256), 8, "half"),
     ]
-    assert [rung.reason for rung in ladder.divided(8, half=True)[-2:]] == ["20000.0", "40000.0"]
+    assert [rung.reason for rung in ladder.divided(2, 8, half=True)[-3:]] == ["20000.0", "40000.0", "80000.0"]
 
 
 def test_steel_takes_its_corrections_from_half_the_cell_and_says_what_the_other_way_costs(monkeypatch):
@@ -98,11 +102,12 @@ def test_few_spots_are_not_halved(monkeypatch):
 def test_corrections_scatter_most_at_another_speed_than_the_hottest(monkeypatch):
     scene = rs.load_scene("steel-1.2GPa")
     alike, wide = (planned(monkeypatch, scene, replace(SEEN, widest_change_scatter=x), 0.02) for x in (0.0, 0.03))
-    fine = [plan.forecast.realizations / plan.levels[-1].every for plan in (alike, wide)]
+    starts = [next(level for level in plan.levels if level.cell == "half") for plan in (alike, wide)]
+    fine = [plan.forecast.realizations / start.every for plan, start in zip((alike, wide), starts, strict=True)]
     assert fine[1] > 2.0 * fine[0]
-    # 2.3 times 0.4 of 3 % alone takes (1.96 · 2.8 % / goal)² of them
+    # twice 0.33 of 3 % alone takes (1.96 · 2.8 % / goal)² of them
     goal = float(next(r.reason for r in wide.reasons if r.choice == "realizations").split("=")[1].split("%")[0])
-    assert fine[1] > (1.96 * 2.3 * 0.4 * 3.0 / goal) ** 2
+    assert fine[1] > (1.96 * 2.0 * 0.33 * 3.0 / goal) ** 2
 
 
 def test_the_hottest_speed_meets_the_target_too(monkeypatch):

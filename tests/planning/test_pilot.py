@@ -12,8 +12,9 @@ from scipy import stats
 import roughsim as rs
 from roughsim import prediction
 from roughsim.errors import ConvergenceError
-from roughsim.planning import levels as stage
-from roughsim.planning.levels import Pilot
+from roughsim.planning import levels
+from roughsim.planning import pilot as stage
+from roughsim.planning.pilot import HALF_SCATTER, Pilot, Solved
 from roughsim.planning.plan import half_width as expected_half_width
 from roughsim.planning.plan import realizations_for, total_work
 from roughsim.scene.numerics import Level, Numerics
@@ -26,7 +27,12 @@ def why(numerics, choice):
 
 
 def temperatures(index, level):
-    """T_flash at two speeds, the second the hotter: 110, 105 at twice the cut-off, 108.5 at half the pixel."""
+    """T_flash at two speeds, the second the hotter: 110, 105 at twice the cut-off, 108.5 at half the pixel.
+
+    Level 3 stands for that of twice the cut-off in the run's cell, where realizations scatter half as much.
+    """
+    if level == 3:
+        return 0.5 * (temperatures(index, 1) + np.array([10.5, 105.0]))
     scatter = np.random.default_rng(index).standard_normal(2) * [0.02, 0.01]
     slow, fast = np.random.default_rng(100 + index).standard_normal(2) * [0.0, 0.3]
     coarse = np.array([11.0, 110.0]) * (1 + scatter)
@@ -46,12 +52,13 @@ def test_a_pilot_tells_scatter_step_and_pixel(monkeypatch):
 
     def realize(scene, numerics, *, seed, level, index):
         seen.append((numerics.levels[level], numerics.lengths, seed))
-        return solution(temperatures(index, level))
+        in_whole = numerics.lengths == (4 * WAVE, 4 * WAVE)
+        return solution(temperatures(index, 3 if in_whole else level))
 
     monkeypatch.setattr(stage, "realize", realize)
     scene = replace(rs.load_scene("steel-1.2GPa"), title="pilot of known realizations")
     found = stage.pilot(scene, "capped", (4 * WAVE, 4 * WAVE), 1e9)
-    highest = np.array([temperatures(i, 1) for i in range(12)])
+    highest = np.array([temperatures(i, 3) for i in range(12)])
     first, above, finer = (np.array([temperatures(i, level)[1] for i in range(12)]) for level in (0, 1, 2))
     limit = (2 * above - first).mean()  # with an error of first order in 1/q_c
     relative = highest.std(axis=0, ddof=1) / highest.mean(axis=0)
@@ -61,19 +68,39 @@ def test_a_pilot_tells_scatter_step_and_pixel(monkeypatch):
     each = [np.array([temperatures(i, level) for i in range(12)]) for level in (0, 1, 2)]
     limits = (2 * each[1] - each[0]).mean(axis=0)
     changes = [(rows - each[0]).std(axis=0, ddof=1) / limits for rows in each[1:]]
-    assert found.widest_change_scatter == pytest.approx(np.max(changes), rel=1e-12)
+    # what changes was seen in half the cell, and scatters so much less in the run's
+    assert found.widest_change_scatter == pytest.approx(np.max(changes) / HALF_SCATTER, rel=1e-12)
     assert found.step == pytest.approx(-(above - first).mean() / limit, rel=1e-12)
     assert found.pixel == pytest.approx(-(finer - first).mean() / limit, rel=1e-12)
-    assert found.change_scatter == pytest.approx((above - first).std(ddof=1) / limit, rel=1e-12)
+    assert found.change_scatter == pytest.approx((above - first).std(ddof=1) / limit / HALF_SCATTER, rel=1e-12)
     # 512 points resolve the highest cut-off with 4 pixels per wave; half of it on half the points, and with 8
     cut = 512 / 4 / (4 * WAVE) * 2 * pi
     assert found.q_max == pytest.approx(cut)
-    levels = {(a.shape[0], round(a.q_max / cut, 6)) for a, _, _ in seen}
-    assert levels == {(256, 0.5), (512, 1), (512, 0.5)}
-    assert len({(lengths, seed) for _, lengths, seed in seen}) == 1
-    assert seen[0][2] != scene.ensemble.seed
+    grids = {(a.shape[0], round(a.q_max / cut, 6), round(lengths[0] / WAVE, 6)) for a, lengths, _ in seen}
+    assert grids == {(128, 0.5, 2), (256, 1, 2), (256, 0.5, 2), (512, 1, 4)}
+    seeds = {seed for _, _, seed in seen}
+    assert len(seeds) == 1
+    assert scene.ensemble.seed not in seeds
     low = stage.pilot(scene, "capped", (4 * WAVE, 4 * WAVE), cut / 2)
     assert low.q_max == pytest.approx(cut / 2)
+
+
+def test_a_pilot_stays_in_the_runs_cell_where_half_of_it_has_other_changes(monkeypatch):
+    seen = set()
+
+    def realize(scene, numerics, *, level, index, **_):
+        seen.add((numerics.levels[level].shape[0], numerics.lengths[0]))
+        return solution(temperatures(index, level))
+
+    monkeypatch.setattr(stage, "realize", realize)
+    scene = replace(rs.load_scene("steel-1.2GPa"), title="pilot of a short cell")
+    found = stage.pilot(scene, "capped", (3.9 * WAVE, 3.9 * WAVE), 1e9)
+    assert seen == {(256, 3.9 * WAVE), (512, 3.9 * WAVE)}
+    fine = np.array([temperatures(i, 1) for i in range(12)])
+    assert found.hot_scatter == pytest.approx((fine.std(axis=0, ddof=1) / fine.mean(axis=0))[1], rel=1e-12)
+    changes = fine[:, 1] - [temperatures(i, 0)[1] for i in range(12)]
+    limit = fine[:, 1].mean() + changes.mean()
+    assert found.change_scatter == pytest.approx(changes.std(ddof=1) / limit, rel=1e-12)
 
 
 def test_the_scatter_of_a_pilot_is_what_the_skewness_of_the_surfaces_leaves(monkeypatch):
@@ -84,7 +111,8 @@ def test_the_scatter_of_a_pilot_is_what_the_skewness_of_the_surfaces_leaves(monk
 
     def realize(scene, numerics, *, level, index, **_):
         heights = np.tile(np.cos(x) + signs[index] * np.cos(2 * x), (32, 1)).T
-        return solution(np.array([10.0 * (1 + 0.04 * skewness[index] + 0.001 * rest[index]) + level]), heights)
+        change = 1 if numerics.lengths[0] == 4 * WAVE else level
+        return solution(np.array([10.0 * (1 + 0.04 * skewness[index] + 0.001 * rest[index]) + change]), heights)
 
     monkeypatch.setattr(stage, "realize", realize)
     scene = replace(rs.load_scene("steel-1.2GPa"), title="pilot of skew surfaces")
@@ -105,18 +133,18 @@ def test_the_coarsest_grid_of_a_pilot_has_eight_points_per_side_however_low_the_
     monkeypatch.setattr(stage, "realize", realize)
     scene = replace(rs.load_scene("steel-1.2GPa"), title="pilot of one wave")
     stage.pilot(scene, "capped", (4 * WAVE, 8 * WAVE), 2 * pi / (8 * WAVE))
-    assert list(dict.fromkeys(shapes)) == [(8, 8), (16, 16)]
+    assert list(dict.fromkeys(shapes)) == [(8, 8), (16, 16), (32, 32)]
     shapes.clear()
-    stage.pilot(scene, "capped", (4 * WAVE, 8 * WAVE), 6 * 2 * pi / (8 * WAVE))  # 24 points along the longer side
-    assert list(dict.fromkeys(shapes)) == [(8, 12), (16, 24)]
+    stage.pilot(scene, "capped", (4 * WAVE, 8 * WAVE), 12 * 2 * pi / (8 * WAVE))  # 48 points along the longer side
+    assert list(dict.fromkeys(shapes)) == [(8, 12), (16, 24), (32, 48)]
 
 
 def test_the_pace_is_that_of_large_grids():
-    levels = (Level("capped", (128, 128), 1e4), Level("capped", (256, 256), 2e4))
-    numerics = Numerics(levels, (1e-3, 1e-3))
-    coarse, fine = (0.004 + 1e-8 * side**2.5 for side in (128, 256))  # 4 ms for anything, and the solve
-    assert stage.pace(numerics, coarse, fine) == pytest.approx(1e-8, rel=1e-9)
-    assert stage.pace(numerics, fine, fine) == pytest.approx(0.5 * fine / 256**2.5)  # a clock that was disturbed
+    nothing = np.zeros((12, 1)), np.zeros(12)
+    coarse, fine = (Solved(*nothing, side**2, 0.004 + 1e-8 * side**2.5) for side in (128, 256))  # 4 ms for anything
+    assert stage.pace(coarse, fine) == pytest.approx(1e-8, rel=1e-9)
+    disturbed = coarse._replace(seconds=fine.seconds)
+    assert stage.pace(disturbed, fine) == pytest.approx(0.5 * fine.seconds / 256**2.5)
 
 
 def test_a_pilot_that_does_not_converge_is_a_guess(monkeypatch):
@@ -139,16 +167,30 @@ SEEN = Pilot(
 
 
 def planned(monkeypatch, scene, target=None, seen=SEEN):
-    monkeypatch.setattr(stage, "pilot", lambda *_: seen)
+    monkeypatch.setattr(levels, "pilot", lambda *_: seen)
     return rs.plan(replace(scene, ensemble=replace(scene.ensemble, until={})), target)
 
 
-def half_width(n, scatter, change=0.0, every=1):
-    """Student's, with Satterthwaite's degrees of freedom of all n rows and of the few fine ones."""
-    fine = -(-n // every)
-    parts = np.array([scatter**2 / n, change**2 / fine])
-    freedom = min(parts.sum() ** 2 / (parts**2 / [n - 1, max(fine - 1, 1)]).sum(), n - 1)
+def half_width(n, scatter, *changes):
+    """Student's, with Satterthwaite's degrees of freedom of all n rows and of the few fine ones of each correction."""
+    few = [-(-n // every) for _, every in changes]
+    parts = np.array([scatter**2 / n, *(change**2 / fine for (change, _), fine in zip(changes, few, strict=True))])
+    freedom = min(parts.sum() ** 2 / (parts**2 / [n - 1, *(max(fine - 1, 1) for fine in few)]).sum(), n - 1)
     return stats.t.ppf(0.975, freedom) * sqrt(1 + 2 / freedom) * sqrt(parts.sum())
+
+
+def strides_of(numerics):
+    """Of the first correction of the capped column, and of its highest level."""
+    ladder = [numerics.levels[i] for i in numerics.of_column("capped")]
+    step = next(level for level in ladder if level.q_max > ladder[0].q_max)
+    return step.every, ladder[-1].every
+
+
+def corrections(numerics, change):
+    """Scatter and stride: the second step scatters 0.35 times as much as the first; half the cell twice the whole."""
+    often, seldom = strides_of(numerics)
+    change *= 2.0 if numerics.levels[-1].cell == "half" else 1.0
+    return (change, often), (0.35 * change, seldom)
 
 
 def test_the_plan_expects_a_rough_surface_to_fall_slowly(monkeypatch):
@@ -183,7 +225,7 @@ def test_the_plan_expects_what_the_pilot_says(monkeypatch):
     scene = rs.load_scene("steel-1.2GPa")
     numerics = planned(monkeypatch, scene, 0.02)
     forecast, ladder = numerics.forecast, [numerics.levels[i] for i in numerics.of_column("capped")]
-    top, every = ladder[-1].q_max, ladder[-1].every
+    top, seldom = ladder[-1].q_max, ladder[-1].every
     assert forecast.pixel == pytest.approx(0.012 * 2e5 / top)
     q_y = ladder[-1].q_max / (16 if top > 6e5 else 8)
     assert q_y == pytest.approx(5.07e4, rel=0.01)
@@ -192,60 +234,65 @@ def test_the_plan_expects_what_the_pilot_says(monkeypatch):
     # four times the size error of the whole cell, of what the corrections add; they start at a quarter of the top
     added = 0.2 * 2e5 / (top / 4)
     assert forecast.size == pytest.approx(np.hypot(0.004, 4 * 0.004 * added))
-    assert forecast.cpu_seconds == pytest.approx(2e-8 * work(numerics.levels, every, forecast.realizations))
+    assert forecast.cpu_seconds == pytest.approx(2e-8 * work(numerics.levels, forecast.realizations))
     systematic = np.linalg.norm([forecast.bandwidth, forecast.pixel, forecast.size])
     goal = sqrt(0.02**2 - systematic**2)
-    n, change = forecast.realizations, 2.3 * 0.75 * 0.004  # half the cell scatters 2.3 times as much
-    assert n > 2 * every  # three fine ones at least
-    assert half_width(n, 0.03, change, every) <= goal
-    assert n == 2 * every + 1 or goal < half_width(n - 1, 0.03, change, every)
-    assert forecast.statistical == pytest.approx(half_width(n, 0.02, change, every))
+    n, changes = forecast.realizations, corrections(numerics, 0.4 * 0.004)
+    assert n > 2 * seldom  # three fine ones at least
+    assert half_width(n, 0.03, *changes) <= goal
+    assert n == 2 * seldom + 1 or goal < half_width(n - 1, 0.03, *changes)
+    assert forecast.statistical == pytest.approx(half_width(n, 0.02, *changes))
     assert f"flash_temperature={100 * goal:.3g}%" in next(
         r.reason for r in numerics.reasons if r.choice == "realizations"
     )
 
 
-def work(levels, every, n):
-    return sum((a.shape[0] * a.shape[1]) ** 1.25 * (n if a.every == 1 else -(-n // every)) for a in levels)
+def work(levels, n):
+    return sum((a.shape[0] * a.shape[1]) ** 1.25 * -(-n // a.every) for a in levels)
 
 
 def test_a_plan_says_how_far_its_realizations_may_be_off(monkeypatch):
     scene = rs.load_scene("steel-1.2GPa")
     numerics = planned(monkeypatch, scene, 0.012)
-    forecast, every = numerics.forecast, max(level.every for level in numerics.levels)
+    forecast = numerics.forecast
     told = why(numerics, "realizations")
     low, high = (int(word) for word in re.search(r"; (\d+) to (\d+), as the scatter from 12 pilot", told).groups())
     assert low <= forecast.realizations < high
     goal = float(re.search(r"flash_temperature=([\d.]+)%", told).group(1)) / 100
     spread = sqrt(10 / stats.chi2.ppf(0.025, 10))  # how much larger the scatter of 12 values about a line may be
     assert spread == pytest.approx(1.75, abs=0.006)
-    half = 2.3 if numerics.levels[-1].cell == "half" else 1.0
-    assert half_width(high, spread * 0.03, spread * half * 0.003, every) == pytest.approx(goal, rel=0.02)
+    changes = corrections(numerics, spread * 0.4 * 0.004)
+    assert half_width(high, spread * 0.03, *changes) == pytest.approx(goal, rel=0.02)
 
 
-@pytest.mark.parametrize("change", [0.0005, 0.004, 1.0])
-def test_the_stride_of_fine_levels_is_the_cheapest_power_of_two(monkeypatch, change):
+@pytest.mark.parametrize("change", [0.0005, 0.004, 0.05])
+def test_the_strides_of_fine_levels_are_the_cheapest_powers_of_two(monkeypatch, change):
     scene = rs.load_scene("steel-1.2GPa")
     numerics = planned(monkeypatch, scene, 0.012, replace(SEEN, change_scatter=change))
-    forecast = numerics.forecast
+    forecast, chosen = numerics.forecast, strides_of(numerics)
     systematic = np.linalg.norm([forecast.bandwidth, forecast.pixel, forecast.size])
     goal = sqrt(max(0.012**2 - systematic**2, 0.1 * 0.012**2))
     cost = {}
-    change *= 2.3 if numerics.levels[-1].cell == "half" else 1.0
-    for every in (2**k for k in range(10)):
-        spread = np.hypot(0.03, sqrt(every) * 0.75 * change)
-        n = max(int((1.96 * spread / goal) ** 2) - 1, 12, 2 * every + 1)
-        n = next(n for n in range(n, 10**9) if half_width(n, 0.03, 0.75 * change, every) <= goal)
-        if every == 1 or 2 * every < min(n, scene.ensemble.max_realizations):
-            cost[every] = work(numerics.levels, every, n)
-    every = max(level.every for level in numerics.levels)
-    assert cost[every] <= 1.03 * min(cost.values())  # counts above 50 are found in steps of 2 %
-    assert (every == 1) is (change >= 1.0)  # levels that scatter thirty times as much as the coarsest gain nothing
+    for often, seldom in ((2**k, 2**j) for k in range(10) for j in range(k, 10)):
+        first, second = corrections(numerics, 0.4 * change)
+        changes = (first[0], often), (second[0], seldom)
+        n = max(12, 2 * seldom + 1, int((1.9 / goal) ** 2 * (0.03**2 + sum(x * x * k / 2 for x, k in changes))))
+        while half_width(n, 0.03, *changes) > goal:
+            n += max(1, n // 100)
+        if seldom == 1 or 2 * seldom < min(n, scene.ensemble.max_realizations):
+            # two smoothed levels, the first capped one, perhaps again, its partner, a step, its partner, the top
+            repeated = [often] if numerics.levels[-1].cell == "half" else []
+            strides = 1, seldom, 1, *repeated, seldom, often, seldom, seldom
+            cost[often, seldom] = work([replace(a, every=k) for a, k in zip(numerics.levels, strides, strict=True)], n)
+    assert cost[chosen] <= 1.03 * min(cost.values())  # counts above 50 are found in steps of 2 %
+    # a correction that scatters more than the coarsest level is solved each time
+    assert (chosen[0] == 1) is (change > 0.004)
+    assert chosen[1] >= chosen[0]
 
 
 def test_a_run_too_short_for_three_fine_realizations_solves_every_level_each_time(monkeypatch):
     scene = rs.load_scene("steel-1.2GPa")
-    monkeypatch.setattr(stage, "pilot", lambda *_: SEEN)
+    monkeypatch.setattr(levels, "pilot", lambda *_: SEEN)
     numerics = rs.plan(replace(scene, ensemble=replace(scene.ensemble, until={}, max_realizations=2)), 0.012)
     assert {level.every for level in numerics.levels} == {1}
 
@@ -310,7 +357,8 @@ def test_members_are_counted_by_their_stride():
 
 
 def test_a_goal_that_is_met_at_once_still_takes_three_fine_realizations():
-    assert [realizations_for(0.5, 0.01, 0.001, every) for every in (1, 4, 64)] == [12, 12, 2 * 64 + 1]
+    assert [realizations_for(0.5, 0.01, [(0.001, every)]) for every in (1, 4, 64)] == [12, 12, 2 * 64 + 1]
+    assert realizations_for(0.5, 0.01, [(0.001, 2), (0.001, 16)]) == 2 * 16 + 1
 
 
 def test_few_fine_realizations_tell_with_few_degrees_of_freedom():
@@ -319,4 +367,4 @@ def test_few_fine_realizations_tell_with_few_degrees_of_freedom():
     freedom = parts.sum() ** 2 / (parts[0] ** 2 / 16 + parts[1] ** 2 / 2)
     assert 2.0 < freedom < 2.1
     expected = stats.t.ppf(0.975, freedom) * sqrt(1 + 2 / freedom) * sqrt(parts.sum())
-    assert expected_half_width(17, 0.01, 0.05, 8) == pytest.approx(expected, rel=1e-9)
+    assert expected_half_width(17, 0.01, [(0.05, 8)]) == pytest.approx(expected, rel=1e-9)

@@ -31,7 +31,11 @@ def test_steel_is_planned_from_where_it_yields(name):
     top = ladder[-1].q_max
     assert [top / level.q_max for level in ladder] == pytest.approx([4, 4, 4, 2, 2, 1])
     assert top / YIELD[name] == pytest.approx(TOP[name], rel=0.02)
-    assert [level.every == 1 for level in ladder] == [True, *[False] * 5]
+    # the first correction is solved for more realizations than what the rarest levels add or show
+    first, start, *partners, top = (ladder[i].every for i in (0, 1, 2, 4, 5))
+    assert (first, ladder[3].every) == (1, start)
+    assert {*partners, top} == {top}
+    assert top > start
     told = {r.choice for r in numerics.reasons}
     assert {"cell", "smoothed", "capped", "pilot", "realizations", "error", "workers", "tolerance", "memory"} <= told
 
@@ -140,9 +144,22 @@ def test_fine_levels_are_solved_for_few():
     numerics = Numerics(levels, (2e-3, 2e-3))
     assert [numerics.of_index(i) for i in (0, 1, 4)] == [(0, 1), (0,), (0, 1)]
     assert numerics.members(13) == 13 + 4
-    for bad in ((Level("capped", (64, 64), 5e4, every=2),), (*levels, Level("capped", (256, 256), 2e5, every=6))):
+    # the coarsest is for all; a multiple of the rung below; partners may be rarer than rungs, but nested with all
+    finer = Level("capped", (256, 256), 2e5, every=6)
+    refined = Level("capped", (256, 256), 1e5, every=6)
+    for bad in ((Level("capped", (64, 64), 5e4, every=2),), (*levels, finer), (*levels, refined)):
         with pytest.raises(ValueError, match="every = . does not fit"):
             Numerics(bad, (2e-3, 2e-3))
+
+
+def test_a_partner_may_be_solved_for_fewer_realizations_than_the_rung_above():
+    rungs = [Level("capped", (n, n), 800.0 * n, every) for n, every in ((64, 1), (128, 2), (256, 4))]
+    partner = Level("capped", (128, 128), rungs[0].q_max, every=8)
+    assert Numerics((*rungs, partner), (2e-3, 2e-3)).members(9) == 9 + 5 + 3 + 2
+    with pytest.raises(
+        ValueError, match="levels.2..every = 3 does not fit.*multiple of that of the rung below it, here of 2"
+    ):
+        Numerics((*rungs[:2], replace(rungs[2], every=3)), (2e-3, 2e-3))
 
 
 REFUSED = {

@@ -13,7 +13,7 @@ from steel_text import STEEL, changed, with_counterface
 import roughsim as rs
 from roughsim.cli import main
 from roughsim.comparison.tables import theory_dict
-from roughsim.planning import levels
+from roughsim.planning import levels, pilot
 from roughsim.planning.limits import facts, judge
 from roughsim.report import header, scene_section
 from roughsim.scene import SceneError, bundled_scenes, parse_scene
@@ -251,7 +251,7 @@ def test_a_scan_is_said_to_have_an_unknown_error_before_anything_is_computed(mon
     assert warned(text) == []  # a table of one's own is taken as stated
     (line,) = warned(text.replace("psd_convention", 'psd_source = "scan"\npsd_convention'))
     assert line.startswith("C(q) was measured on one scan, and its error is unknown")
-    guess = replace(levels.GUESS, q_max=2e4)  # solves would take seconds, and decide nothing here
+    guess = replace(pilot.GUESS, q_max=2e4)  # solves would take seconds, and decide nothing here
     monkeypatch.setattr(levels, "pilot", lambda *_: guess)
     for scanned in (False, True):
         scene = parse_scene(text.replace("psd_convention", 'psd_source = "scan"\npsd_convention') if scanned else text)
