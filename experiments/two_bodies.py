@@ -1,0 +1,206 @@
+"""Two rough bodies that slide over one another, against the frozen contact: flash temperature, share, backgrounds.
+
+    python experiments/two_bodies.py [--toy] [-o FOLDER] [--solve [CASE ...]]
+
+The steel scenes, whose two faces are equally rough. A part f of C(q) rides with the moving body. Each member is one
+march over `Case.distance` at all speeds; it is kept in experiments/reference/two_bodies, and --solve computes those
+that are missing (minutes each). Without it, tables and figures come from what is kept. Printed is T_flash of the
+sliding bodies over that of the frozen contact of the same positions, which all the heat enters on the moving side.
+--toy solves one small march.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from script import Command
+
+import roughsim as rs
+from roughsim.observables.moments import Sliding, measure
+from roughsim.sliding.correlation import StressCorrelation
+from roughsim.sliding.march import NUMBERS, march
+from roughsim.store.disk import place_bytes
+from roughsim.surface.synthesis import synthesize
+
+KEPT = Path(__file__).parent / "reference" / "two_bodies"
+SPEEDS = (1.0, 5.0, 35.0, 100.0)
+STEEL = rs.Body(conductivity=30.0, diffusivity=30.0 / (7900.0 * 500.0))
+CELL = 3.957912004522574e-3  # m, the cell of the plans of these scenes
+BINS = 24  # of the slid distance, in geometric sequence
+FROZEN = 24  # positions whose contact is also measured as a frozen one
+SHARE = 0.938  # of the scenes at 35 m/s
+SEED = 4100
+
+
+@dataclass(frozen=True)
+class Case:
+    """Members that differ by their surfaces only."""
+
+    hardness: str  # "1.2" of steel-1.2GPa
+    part: float = 0.5  # f
+    q_max: float = 1e5  # 1/m
+    points: int = 256
+    distance: float = 16e-3  # m
+    members: int = 8
+    steps: int | None = None
+
+    @property
+    def name(self) -> str:
+        """Of its files."""
+        stride = f"-{self.steps}steps" if self.steps else ""
+        return f"{self.hardness}GPa-f{self.part:g}-q{self.q_max:.0e}-{self.points}-{1e3 * self.distance:g}mm{stride}"
+
+
+CASES = (
+    *(Case(hardness) for hardness in ("1.2", "0.5", "2.0")),
+    *(Case(hardness, q_max=2e5, points=512, distance=4e-3, members=3) for hardness in ("1.2", "0.5", "2.0")),
+    Case("1.2", part=0.0, distance=8e-3, members=4),
+    Case("1.2", part=0.1, distance=8e-3, members=4),
+    Case("1.2", points=512, distance=4e-3, members=3),  # finer grid, and so finer steps
+    Case("1.2", distance=4e-3, steps=512 // 4, members=3),  # two pixels a step
+)
+TOY = Case("1.2", q_max=4e4, points=64, distance=2e-3, members=1)
+
+
+def member(case: Case, index: int) -> dict[str, list]:
+    """March one pair of surfaces: means over bins of the slid distance."""
+    scene = rs.load_scene(f"steel-{case.hardness}GPa")
+    grid = rs.Grid((case.points, case.points), (CELL, CELL))
+    spectrum = scene.spectrum.truncated(q_max=case.q_max)
+    streams = np.random.SeedSequence(SEED, spawn_key=(index,)).spawn(2)  # the same waves at every cut-off
+    resting, moving = (synthesize(spectrum, grid, np.random.default_rng(stream)) for stream in streams)
+    sliding = Sliding(
+        speeds=SPEEDS,
+        friction_coefficient=0.11,
+        conductivity=STEEL.conductivity,
+        diffusivity=STEEL.diffusivity,
+    )
+    positions = march(
+        np.sqrt(1 - case.part) * resting,
+        grid,
+        rs.Solid(scene.effective_modulus, scene.penetration_hardness),
+        nominal_pressure=scene.sliding.nominal_pressure,
+        friction_coefficient=0.11,
+        speed=SPEEDS,
+        moving=STEEL,
+        resting=STEEL,
+        counter_heights=np.sqrt(case.part) * moving if case.part else None,
+        slid_distance=case.distance,
+        steps=case.steps,
+    )
+    correlation, distances, numbers, areas, frozen = StressCorrelation(grid), [], [], [], []
+    for position in positions:
+        correlation.add(position.stress)
+        if position.slid_distance >= len(frozen) * case.distance / FROZEN * 0.999:
+            frozen.append(measure(position.contact, grid, sliding).flash_temperature)
+        if position.slid_distance > 0.0:
+            distances.append(position.slid_distance)
+            numbers.append(position.numbers)
+            areas.append(position.contact.contact_fraction)
+    edges = np.geomspace(distances[0] * 0.99, distances[-1] * 1.01, BINS + 1)
+    place = np.digitize(distances, edges) - 1
+    used = np.unique(place)
+    rows = np.array([np.mean(np.array(numbers)[place == k], axis=0) for k in used])  # bins, numbers, speeds
+    turned = correlation.mean()
+    return {
+        "slid_distance": [float(np.mean(np.array(distances)[place == k])) for k in used],
+        **{name: rows[:, k].T.round(6).tolist() for k, name in enumerate(NUMBERS)},
+        "contact_fraction": [float(np.mean(np.array(areas)[place == k])) for k in used],
+        "stress_correlation": [float(turned[place == k].mean().round(5)) for k in used],
+        "frozen_flash_temperature": np.mean(frozen, axis=0).round(6).tolist(),
+        "frozen_scatter": np.std(frozen, axis=0, ddof=1).round(6).tolist() if len(frozen) > 1 else [],
+    }
+
+
+def kept(case: Case, folder: Path) -> list[dict[str, np.ndarray]]:
+    """Return the members that are there."""
+    paths = sorted((folder / case.name).glob("*.json"))
+    return [{name: np.array(v) for name, v in json.loads(path.read_text("utf-8")).items()} for path in paths]
+
+
+def solve(case: Case, folder: Path) -> None:
+    """Compute and keep the members that are missing."""
+    for index in range(case.members):
+        path = folder / case.name / f"{index}.json"
+        if not path.exists():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            place_bytes(path, json.dumps(member(case, index)).encode())
+            print(f"{case.name}: member {index}", flush=True)
+
+
+def late(member: dict[str, np.ndarray], name: str) -> np.ndarray:
+    """Return the mean of a number over the last half of the distance, for each speed."""
+    distance = member["slid_distance"]
+    inside = distance > distance[-1] / 2
+    weight = np.gradient(distance)[inside]
+    return np.average(member[name][..., inside], axis=-1, weights=weight)
+
+
+def mean_and_error(values: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Mean, and its standard error (NaN for one member)."""
+    many = np.array(values)
+    spread = many.std(axis=0, ddof=1) if len(values) > 1 else np.full(many.shape[1:], np.nan)
+    return many.mean(axis=0), spread / np.sqrt(len(values))
+
+
+def table(case: Case, members: list[dict[str, np.ndarray]]) -> None:
+    """Print the means over the last half of the distance."""
+    print(f"\n{case.name}, {len(members)} members, last half of the distance")
+    ratio = mean_and_error([late(m, "flash_temperature") / m["frozen_flash_temperature"] for m in members])
+    share = mean_and_error([late(m, "moving_share") for m in members])
+    flash, background, total = (
+        mean_and_error([late(m, name) for m in members])
+        for name in ("flash_temperature", "background", "contact_temperature")
+    )
+    for k, speed in enumerate(SPEEDS):
+        print(
+            f"{speed:5g} m/s  T_flash {flash[0][k]:7.2f} ± {flash[1][k]:.2f} K, "
+            f"over frozen {ratio[0][k]:.3f} ± {ratio[1][k]:.3f}, share {share[0][k]:.3f}, "
+            f"background {background[0][k]:.1f} K, contact {total[0][k]:.1f} ± {total[1][k]:.1f} K"
+        )
+
+
+def drawn(results: dict[Case, list[dict[str, np.ndarray]]]) -> Figure:
+    """T_flash over frozen, with the distance: one panel a case of the first kind, one line a speed."""
+    chosen = {case: members for case, members in results.items() if case.part == 0.5 and case.steps is None}
+    chosen = {case: members for case, members in chosen.items() if case.distance == max(c.distance for c in chosen)}
+    figure = Figure((3.1 * len(chosen) + 0.6, 3.2), layout="constrained")
+    panels = np.atleast_1d(figure.subplots(1, len(chosen), sharey=True))
+    for axes, (case, members) in zip(panels, sorted(chosen.items(), key=lambda item: item[0].hardness), strict=True):
+        for k, speed in enumerate(SPEEDS):
+            ratios = [m["flash_temperature"][k] / m["frozen_flash_temperature"][k] for m in members]
+            mean, error = mean_and_error(ratios)
+            distance = 1e3 * members[0]["slid_distance"]
+            (line,) = axes.plot(distance, mean, label=f"{speed:g} m/s")
+            if len(members) > 1:
+                axes.fill_between(distance, mean - 2 * error, mean + 2 * error, alpha=0.2, color=line.get_color())
+        axes.axhline(1.0, color="0.5", lw=0.8)
+        axes.set(xscale="log", xlabel="slid distance (mm)", title=f"$\\sigma_P$ = {case.hardness} GPa")
+    panels[0].set_ylabel("T_flash, two rough bodies / frozen")
+    panels[-1].legend(frameon=False, fontsize=8)
+    return figure
+
+
+def main() -> None:
+    command = Command(__file__, __doc__, "one small march")
+    command.add_argument("--solve", nargs="*", metavar="CASE", help="compute missing members, of all cases or these")
+    options = command.parse()
+    cases, folder = ((TOY,), options.output) if options.toy else (CASES, KEPT)
+    if options.toy:
+        solve(TOY, folder)
+    elif options.solve is not None:
+        for case in cases:
+            if not options.solve or case.name in options.solve:
+                solve(case, folder)
+    results = {case: members for case in cases if (members := kept(case, folder))}
+    for case, members in results.items():
+        table(case, members)
+    drawn(results).savefig(options.output / "two_bodies.png", dpi=150)
+
+
+if __name__ == "__main__":
+    main()
