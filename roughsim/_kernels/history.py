@@ -22,14 +22,14 @@ def remember(
     imaginary part of ∫ exp(−(rate + D q² Δt) u) flux du over the past, u in steps.
     """
     count = rates.size
-    falls = np.exp(-rates)
+    falls, falls_along, falls_across = np.exp(-rates), np.exp(-along), np.exp(-across)
     for i in range(along.size):
         for j in range(across.size):
             decay, direct = along[i] + across[j], latest[i, j]
             if decay > _FORGOTTEN:
                 result[i, j] = direct * new[i, j]
                 continue
-            fall = np.exp(-decay)
+            fall = falls_along[i] * falls_across[j]
             real, imag = memory[i, j, 0], memory[i, j, 1]
             new_real, new_imag, old_real, old_imag = new[i, j].real, new[i, j].imag, old[i, j].real, old[i, j].imag
             total_real, total_imag = direct * new_real, direct * new_imag

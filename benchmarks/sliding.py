@@ -1,0 +1,78 @@
+"""The cost of two sliding bodies: one cell slid once over, its contacts begun from the last one and anew.
+
+    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/sliding.py [--points 512] [--steps N] [--share 0.1]
+
+steel-1.2GPa at 35 m/s, roughness up to 1e5 1/m. CPU seconds of one thread for the whole length of the cell. Measured is
+the first `--share` of it, after a march of a few steps that loads all kernels.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+import numpy as np
+
+import roughsim as rs
+from roughsim.sliding.march import contacts, march
+from roughsim.sliding.path import Path, oblique_path
+from roughsim.surface.synthesis import synthesize
+
+CELL, SPEED = 4e-3, 35.0  # m, m/s
+STEEL = {"conductivity": 30.0, "diffusivity": 7.6e-6}
+
+
+def cpu(work) -> float:
+    """CPU seconds to the end of an iterator."""
+    began = time.process_time()
+    for _ in work:
+        pass
+    return time.process_time() - began
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--points", type=int, default=512)
+    options.add_argument("--steps", type=int, help="of the whole length; one pixel each if left out")
+    options.add_argument("--share", type=float, default=0.1)
+    chosen = options.parse_args()
+    scene = rs.load_scene("steel-1.2GPa")
+    grid = rs.Grid((chosen.points, chosen.points), (CELL, CELL))
+    spectrum = scene.faces[0].truncated(q_max=1e5)
+    first, second = (synthesize(spectrum, grid, np.random.default_rng(seed)) for seed in (1, 2))
+    solid = rs.Solid(scene.effective_modulus, scene.penetration_hardness)
+    load = scene.sliding.nominal_pressure
+    whole = oblique_path(grid, CELL, chosen.steps)
+    count = max(4, round(chosen.share * whole.steps))
+    part = Path(whole.offsets[: count + 1], whole.distance[: count + 1])
+    arguments = {
+        "nominal_pressure": load,
+        "friction_coefficient": 0.11,
+        "speed": SPEED,
+        "moving": rs.Body(**STEEL, speed=SPEED),
+        "resting": rs.Body(**STEEL),
+        "counter_heights": second,
+    }
+    pixels = chosen.steps and max(1, round(count * chosen.steps / whole.steps))
+    cpu(march(first, grid, solid, slid_distance=4 * whole.distance[1], steps=chosen.steps and 4, **arguments))
+
+    def anew():
+        for offset in part.offsets:
+            composite = first + np.roll(second, -offset, axis=(0, 1))
+            yield rs.solve_contact(composite, grid, solid, nominal_pressure=load, tolerance=3e-3)
+
+    times = whole.steps / count
+    marched = times * cpu(march(first, grid, solid, slid_distance=part.distance[-1], steps=pixels, **arguments))
+    begun = times * cpu(contacts(first, second, grid, solid, load, part, 3e-3))
+    cold = times * cpu(anew())
+    print(f"{chosen.points}², {whole.steps} steps over one cell of {1e3 * CELL:g} mm, CPU seconds")
+    print(f"contacts, each begun from the last: {begun:6.1f}")
+    print(f"contacts, each anew:                {cold:6.1f}   {cold / begun:.2f} times as many")
+    print(f"the march, one speed:               {marched:6.1f}   of it heat {marched - begun:.1f}")
+    print(
+        f"with contacts anew:                 {marched - begun + cold:6.1f}   {(marched - begun + cold) / marched:.2f}"
+    )
+
+
+if __name__ == "__main__":
+    main()
