@@ -56,12 +56,11 @@ class Case:
 
 
 CASES = (
-    *(Case(hardness) for hardness in ("1.2", "0.5", "2.0")),
+    *(Case(hardness, part) for hardness in ("1.2", "0.5", "2.0") for part in (0.5, 0.0)),
     *(Case(hardness, q_max=2e5, points=512, distance=4e-3, members=3) for hardness in ("1.2", "0.5", "2.0")),
-    Case("1.2", part=0.0, distance=8e-3, members=4),
-    Case("1.2", part=0.1, distance=8e-3, members=4),
+    Case("1.2", part=0.1),
     Case("1.2", points=512, distance=4e-3, members=3),  # finer grid, and so finer steps
-    Case("1.2", distance=4e-3, steps=512 // 4, members=3),  # two pixels a step
+    Case("1.2", distance=4e-3, steps=128, members=3),  # two pixels a step
 )
 TOY = Case("1.2", q_max=4e4, points=64, distance=2e-3, members=1)
 
@@ -122,9 +121,9 @@ def kept(case: Case, folder: Path) -> list[dict[str, np.ndarray]]:
     return [{name: np.array(v) for name, v in json.loads(path.read_text("utf-8")).items()} for path in paths]
 
 
-def solve(case: Case, folder: Path) -> None:
-    """Compute and keep the members that are missing."""
-    for index in range(case.members):
+def solve(case: Case, folder: Path, most: int) -> None:
+    """Compute and keep the members that are missing, of the first `most`."""
+    for index in range(min(case.members, most)):
         path = folder / case.name / f"{index}.json"
         if not path.exists():
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -188,14 +187,15 @@ def drawn(results: dict[Case, list[dict[str, np.ndarray]]]) -> Figure:
 def main() -> None:
     command = Command(__file__, __doc__, "one small march")
     command.add_argument("--solve", nargs="*", metavar="CASE", help="compute missing members, of all cases or these")
+    command.add_argument("--members", type=int, default=8, help="at most so many of each case: 8")
     options = command.parse()
     cases, folder = ((TOY,), options.output) if options.toy else (CASES, KEPT)
     if options.toy:
-        solve(TOY, folder)
+        solve(TOY, folder, 1)
     elif options.solve is not None:
         for case in cases:
             if not options.solve or case.name in options.solve:
-                solve(case, folder)
+                solve(case, folder, options.members)
     results = {case: members for case in cases if (members := kept(case, folder))}
     for case, members in results.items():
         table(case, members)
