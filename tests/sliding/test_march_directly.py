@@ -1,0 +1,153 @@
+"""The march against a direct sum over all its past: by quadrature and dense systems of equations."""
+
+from itertools import pairwise
+from math import pi
+
+import numpy as np
+import pytest
+from scipy import integrate
+
+from roughsim import Body, Grid, Solid
+from roughsim.sliding.correlation import StressCorrelation
+from roughsim.sliding.march import NUMBERS, march
+
+COUNT, CELL, SPEED = 12, 1e-3, 3.0
+BODIES = Body(30.0, 7.6e-6), Body(5.0, 2e-6, SPEED)  # resting, moving
+HEATING = 0.3 * SPEED
+
+
+Q = 2 * pi * np.fft.fftfreq(COUNT, CELL / COUNT)
+SQUARE = Q[:, None] ** 2 + Q**2
+LOW = (SQUARE > 0) & (np.sqrt(SQUARE) < 2 * pi / CELL * 4)
+ACROSS = ((np.sqrt(5) - 1) / 2) ** 4
+
+
+def positions():
+    rng = np.random.default_rng(4)
+    first, second = (np.real(np.fft.ifft2(np.fft.fft2(rng.standard_normal((COUNT, COUNT))) * LOW)) for _ in range(2))
+    return list(
+        march(
+            1e-5 * first,
+            Grid((COUNT, COUNT), (CELL, CELL)),
+            Solid(1e9, 4e7),
+            nominal_pressure=1e7,
+            friction_coefficient=0.3,
+            speed=SPEED,
+            moving=BODIES[1],
+            resting=BODIES[0],
+            counter_heights=1e-5 * second,
+            slid_distance=1.7 * CELL,
+        )
+    )
+
+
+def directly(steps):
+    """Numbers of each step, from matrices that take the flux of any earlier step to the temperature of a later one."""
+    duration = (steps[1].slid_distance - steps[0].slid_distance) / SPEED
+    distinct, place = np.unique(SQUARE.round(3), return_inverse=True)
+
+    def spectrum(body, lag):
+        """Weight of the flux `lag` steps ago, linear between steps, for each mode; u = w² takes the root away."""
+
+        def weight(square):
+            decay = body.diffusivity * duration * square
+            ends = [end for end in (lag - 1, lag, lag + 1) if end >= 0]
+            return sum(
+                integrate.quad(
+                    lambda w: 2 * (1 - abs(w * w - lag)) * np.exp(-decay * w * w), np.sqrt(a), np.sqrt(b), epsabs=1e-14
+                )[0]
+                for a, b in pairwise(ends)
+            )
+
+        values = np.array([weight(square) for square in distinct])[place].reshape(COUNT, COUNT)
+        return np.sqrt(body.diffusivity * duration / pi) / body.conductivity * values
+
+    spectra = [[spectrum(body, lag) for lag in range(len(steps))] for body in BODIES]
+    effusivity = [body.conductivity / np.sqrt(body.diffusivity) for body in BODIES]
+    past = [[], []]
+    rows = []
+    for n, step in enumerate(steps):
+        heat = HEATING * step.contact.pressure
+        if n == 0:
+            for body in range(2):
+                past[body].append(heat * effusivity[body] / sum(effusivity))
+            continue
+        offset = np.array([n, round(n * ACROSS)])
+        shift = (0, 0), tuple(offset)
+
+        def warmed(body, flux, lag, shift=shift, first=n):
+            """Temperature now, in the frame of the resting body, by a flux in the frame of this one."""
+            factor = spectra[body][lag]
+            # the oldest flux, at time 0, has only the half of its hat that lies after it
+            if lag == first:
+                factor = factor - spectrum_before(body, lag)
+            field = np.fft.ifft2(np.fft.fft2(flux) * factor).real
+            return np.roll(field, [-s for s in shift[body]], axis=(0, 1))
+
+        def spectrum_before(body, lag):
+            """The half of the hat that lies before time 0."""
+            decay = BODIES[body].diffusivity * duration * distinct
+            half = np.array(
+                [
+                    integrate.quad(
+                        lambda w, d=d: 2 * (1 - (w * w - lag)) * np.exp(-d * w * w), np.sqrt(lag), np.sqrt(lag + 1)
+                    )[0]
+                    for d in decay
+                ]
+            )[place].reshape(COUNT, COUNT)
+            return np.sqrt(BODIES[body].diffusivity * duration / pi) / BODIES[body].conductivity * half
+
+        known = [sum(warmed(body, flux, n - m) for m, flux in enumerate(past[body])) for body in range(2)]
+        touching = np.flatnonzero(step.contact.pressure > 0)
+        unit = np.zeros((COUNT, COUNT))
+        unit[0, 0] = 1.0
+        kernels = [np.fft.ifft2(np.fft.fft2(unit) * spectra[body][0]).real for body in range(2)]
+        i, j = np.unravel_index(touching, (COUNT, COUNT))
+        matrix = sum(kernel[(i[:, None] - i) % COUNT, (j[:, None] - j) % COUNT] for kernel in kernels)
+        hot = known[0] + np.fft.ifft2(np.fft.fft2(heat) * spectra[0][0]).real
+        entering = np.zeros(COUNT * COUNT)
+        entering[touching] = np.linalg.solve(matrix, (hot - known[1]).ravel()[touching])
+        entering = entering.reshape(COUNT, COUNT)
+        parts = heat - entering, entering
+        fields = [known[b] + np.fft.ifft2(np.fft.fft2(parts[b]) * spectra[b][0]).real for b in range(2)]
+        past[0].append(parts[0])
+        past[1].append(np.roll(entering, offset, axis=(0, 1)))
+        weight = heat / heat.sum()
+        totals = [float((field * weight).sum()) for field in fields]
+        backgrounds = [float(field.mean()) for field in fields]
+        rows.append(
+            (
+                totals[1] - backgrounds[1],
+                totals[0] - backgrounds[0],
+                entering.sum() / heat.sum(),
+                backgrounds[1],
+                backgrounds[0],
+                totals[1],
+            )
+        )
+    return np.array(rows)
+
+
+def test_the_march_is_the_direct_sum_over_all_its_past():
+    steps = positions()
+    assert len(steps) > 18
+    assert 0.2 < steps[-1].contact.contact_fraction < 0.8
+    expected = directly(steps)
+    marched = np.array([step.numbers[:, 0] for step in steps[1:]])
+    for k, name in enumerate(NUMBERS[:6]):
+        scale = np.abs(expected[:, k]).max()
+        assert np.abs(marched[:, k] - expected[:, k]).max() < 2e-4 * scale, name
+
+
+def test_the_stress_correlation_is_that_of_all_pairs_with_the_anchors():
+    grid = Grid((8, 8), (1.0, 1.0))
+    fields = np.random.default_rng(3).standard_normal((21, 8, 8))
+    fields -= fields.mean(axis=(1, 2), keepdims=True)  # all carry one load
+    correlation = StressCorrelation(grid)
+    for field in fields:
+        correlation.add(np.fft.rfft2(field) / 64)
+    # anchors 0, 4, 8 … are left of those that were taken on the way; each stands with all that came while it was there
+    at_zero = np.mean([fields[n].var() for n in (0, 1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20)])
+    got = correlation.mean() * correlation.sums[0] / correlation.counts[0]
+    assert correlation.sums[0] / correlation.counts[0] == pytest.approx(at_zero)
+    assert got[-1] == pytest.approx(np.mean(fields[0] * fields[20]))
