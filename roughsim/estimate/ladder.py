@@ -225,10 +225,10 @@ def notes_of(scene: Scene, numerics: Numerics, column: str, observable: str, val
     """Return in words what values were made of: the levels, how they were continued to the end of C(q), the speeds."""
     levels = [numerics.levels[i] for i in numerics.of_column(column)]
     grids = ", ".join(
-        f"{level.shape[0]} × {level.shape[1]} to {level.q_max:.3g}" + " in half the cell" * (level.cell == "half")
+        f"{level.shape[0]} × {level.shape[1]} to {level.q_max:.3g} rad/m" + " in half the cell" * (level.cell == "half")
         for level in levels
     )
-    notes = [f"{column} contact on {grids} rad/m, solver tolerance {numerics.tolerance:.1g}"]
+    notes = [f"{column} contact on {grids}, solver tolerance {numerics.tolerance:.1g}"]
     if np.any(np.isfinite(values.exponent)):
         exponents = ", ".join(dict.fromkeys(f"{p:.2f}" for p in values.exponent if np.isfinite(p)))
         by_law = np.any(np.isnan(values.exponent) & (values.bandwidth > 0.0))

@@ -249,7 +249,8 @@ class Layout:
         self.controls = Controls(run, speed)
 
         # maps over one view, with the marked point and the line through it
-        self.x_range, self.y_range = (models.Range1d(0, x, bounds=(-0.02 * x, 1.02 * x)) for x in lengths)
+        self.x_range, self.y_range = models.Range1d(), models.Range1d()
+        self.show_cell(run.numerics.lengths)
         width, height = (max(int(SIDE * side / max(lengths)), 90) for side in lengths)
         view = {"x_range": self.x_range, "y_range": self.y_range, "frame_width": width, "frame_height": height}
         view |= {f"{axis}_axis_label": f"{axis}, {self.unit}" for axis in "xy"}
@@ -287,6 +288,12 @@ class Layout:
             row(scene, models.Tabs(tabs=tabs), spacing=30),
             margin=(6, 10),
         )
+
+    def show_cell(self, lengths: tuple[float, float]) -> None:
+        """Let the view be a cell of these sides, m; a part of it that is in view stays."""
+        for axis, length in zip((self.x_range, self.y_range), lengths, strict=True):
+            if axis.reset_end != (end := length * self.factor):
+                axis.update(bounds=(-0.02 * end, 1.02 * end), start=0.0, end=end, reset_start=0.0, reset_end=end)
 
     def clear(self) -> None:
         """Empty the maps, and the panels with values taken from them."""

@@ -170,6 +170,7 @@ class Page:
     def show_member(self, member: MemberFields) -> None:
         """Show a member that has been read; its temperature follows."""
         self.member, highest = member, float(np.abs(member.heights).max())
+        self.layout.show_cell(member.grid.lengths)
         pressures = float(member.pressure.min()), float(member.pressure.max())
         self.maps = {
             "heights": (member.heights, member.grid, (-highest, highest)),
@@ -242,10 +243,13 @@ class Page:
 
     def show_image(self, name: str, image: Image) -> None:
         """Show the image of a field on its map."""
-        note = ""
+        note, lengths = "", self.maps[name][1].lengths
         if name == "temperature" and self.temperature is not None:
             # a new title makes the browser lay out the page again, so a preview does not name its speed
             note = ", preview" if self.temperature.preview else f", {self.temperature.speed:.3g} m/s"
+        if lengths != self.watched.run.numerics.lengths:
+            sides = " × ".join(f"{length * self.layout.factor:.4g}" for length in lengths)
+            note += f", half the cell: {sides} {self.layout.unit}"
         self.layout.maps[name].show(image, self.layout.factor, note)
 
     def mark(self, x: float, y: float) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import roughsim as rs
 from roughsim.explore import content
 from roughsim.explore.content import WatchedRun, as_bytes
 
@@ -77,6 +78,11 @@ def image(page, name="temperature"):
     return page.layout.maps[name].image.data
 
 
+def pixels(field):
+    """The image of a whole field; its limits are doubles, as those of the page: float32 rounds pixels differently."""
+    return as_bytes(field, (float(field.min()), float(field.max())))
+
+
 def temperature(run, speed, direction=0.0):
     return next(run.fields("temperature", speed=speed, direction=direction))[1]
 
@@ -87,7 +93,7 @@ def test_the_page_opens_with_the_fields_and_their_real_limits(page, capped_run):
     for name, field in fields.items():
         scale = page.layout.maps[name].scale
         assert (scale.low, scale.high) == pytest.approx((field.min(), field.max()), rel=1e-6)
-        np.testing.assert_array_equal(image(page, name)["image"][0], as_bytes(field, (field.min(), field.max())))
+        np.testing.assert_array_equal(image(page, name)["image"][0], pixels(field))
     scale = page.layout.maps["heights"].scale
     assert (-scale.low, scale.high) == pytest.approx((np.abs(heights).max(),) * 2, rel=1e-6)
     assert page.layout.state.text == "6 realizations; finished: all realizations are there"
@@ -100,7 +106,7 @@ def test_the_page_opens_with_the_fields_and_their_real_limits(page, capped_run):
 def test_the_slider_shows_the_temperature_at_its_speed(page, capped_run):
     page.layout.controls.slider.value = -0.5
     field = temperature(capped_run, 10.0**-0.5)
-    np.testing.assert_array_equal(image(page)["image"][0], as_bytes(field, (field.min(), field.max())))
+    np.testing.assert_array_equal(image(page)["image"][0], pixels(field))
     page.choose(10.0**-0.5, 0.0)
     assert page.layout.controls.speed.value == "0.3162"
     bins = page.layout.distribution.bins.data
@@ -163,7 +169,8 @@ def test_the_sliding_direction_is_that_of_its_slider(page, capped_run, angle, mo
         page.layout.controls.angle.trigger("value_throttled", None, angle)  # the browser sets it, on release
         assert not page.temperature.preview
     field = temperature(capped_run, 35.0, np.radians(angle))
-    np.testing.assert_array_equal(image(page)["image"][0], as_bytes(field, (field.min(), field.max())))
+    np.testing.assert_array_equal(page.temperature.field, field)
+    np.testing.assert_array_equal(image(page)["image"][0], pixels(field))
     assert page.layout.controls.angle.value == angle
 
 
@@ -178,7 +185,7 @@ def test_a_speed_can_be_written(page, capped_run):
     assert page.temperature.speed == 3.7
     assert 10**page.layout.controls.slider.value == pytest.approx(3.7, rel=0.03)
     field = temperature(capped_run, 3.7)
-    np.testing.assert_array_equal(image(page)["image"][0], as_bytes(field, (field.min(), field.max())))
+    np.testing.assert_array_equal(image(page)["image"][0], pixels(field))
 
 
 @pytest.mark.parametrize(("text", "message"), [("fast", "is no number"), ("-1", "positive"), ("nan", "finite")])
@@ -255,7 +262,7 @@ def test_fields_that_were_not_kept_say_how_to_keep_them(page):
 def test_another_level_shows_its_own_fields(page, capped_run):
     page.layout.controls.level.value = "0"
     field = next(capped_run.fields("temperature", "smoothed", speed=35.0))[1]
-    np.testing.assert_array_equal(image(page)["image"][0], as_bytes(field, (field.min(), field.max())))
+    np.testing.assert_array_equal(image(page)["image"][0], pixels(field))
 
 
 def test_curves_show_bands_of_the_total_error_over_the_theory(page, capped_run):
@@ -310,3 +317,37 @@ def test_a_title_is_text_and_never_html(watched):
         assert len(texts) > 4
         assert all(place.disable_math for place in (*texts, *layout.root.select({"type": PreText})))
         assert all(place.render_as_text for place in texts)
+
+
+def test_a_field_of_half_the_cell_fills_the_view_and_says_its_size(capped_scene, tmp_path, monkeypatch):
+    half = {"column": "capped", "shape": (32, 32), "q_max": 5e4, "cell": "half"}
+    levels = ({"column": "capped", "shape": (64, 64), "q_max": 5e4}, half, half | {"shape": (64, 64), "q_max": 1e5})
+    scene = replace(capped_scene, numerics=replace(capped_scene.numerics, levels=levels))
+    run = rs.run(scene, tmp_path / "run", max_realizations=2)
+    monkeypatch.setattr(page_module, "LatestTask", Now)
+    page = Page(WatchedRun(run.folder), Document())
+    page.look_for_news()
+    layout = page.layout
+
+    def view():
+        return [(axis.start, axis.end, axis.reset_end, *axis.bounds) for axis in (layout.x_range, layout.y_range)]
+
+    def title():
+        return layout.maps["pressure"].figure.title.text
+
+    assert view() == [pytest.approx((0.0, 2.0, 2.0, -0.04, 2.04))] * 2  # mm
+    assert "half" not in title()
+    layout.controls.level.value = "2"
+    layout.controls.member.value = "0"
+    assert view() == [pytest.approx((0.0, 1.0, 1.0, -0.02, 1.02))] * 2
+    assert title().startswith("Contact pressure, GPa, half the cell: 1 × 1 mm")
+    pressure = run.field(2, 0, "pressure")
+    limits = float(pressure.min()), float(pressure.max())
+    np.testing.assert_array_equal(image(page, "pressure")["image"][0], as_bytes(pressure, limits))
+    assert image(page, "pressure")["dw"] == [pytest.approx(1.0)]
+    layout.x_range.end = 0.5  # a view that was chosen stays for fields of the same cell
+    page.choose_member()
+    assert layout.x_range.end == 0.5
+    layout.controls.level.value = "0"
+    assert view() == [pytest.approx((0.0, 2.0, 2.0, -0.04, 2.04))] * 2
+    assert "half" not in title()
