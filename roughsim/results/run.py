@@ -334,9 +334,9 @@ class Run:
         """Return all numbers of all members, and the kept fields, as an `xarray.Dataset`.
 
         Its dimensions are level, realization and speed, with column, q_c and cell of each level as coordinates, so that
-        ``ds.flash_temperature.isel(level=-1).mean("realization")`` is a curve over speed, of that level alone (of half the
-        cell if it is there), and no `estimate`. What depends on the grid of
-        a level carries its number: ``pressure_L2`` (kept_realization, x_L2, y_L2) is read when it is used.
+        ``ds.flash_temperature.isel(level=-1).mean("realization")`` is a curve over speed of that level alone, which
+        may be one in half the cell. What depends on the grid of a level carries its number: ``pressure_L2``
+        (kept_realization, x_L2, y_L2) is read when it is used.
         Temperatures are those of the heat share used, `heat_partition`. Failed members are NaN with converged = 0.
 
         Raises

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import Executor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -61,18 +62,18 @@ def script(scene_file, text, *words, before=(), **options):
     return subprocess.Popen(words, env=environment, text=True, stderr=subprocess.PIPE, **options)
 
 
-def assert_same_bits(folder, quick, alone, count):
-    rs.run(quick, alone, max_realizations=count, until={})
+def assert_same_bits(folder, scene, alone, count):
+    members = rs.run(scene, alone, max_realizations=count, until={}).members
     assert rs.open_run(folder).realizations == count
-    for index in range(count):
-        check_member(member_path(folder, 0, index))
-        mine, theirs = (read_member(member_path(place, 0, index)) for place in (folder, alone))
+    for key in members:
+        check_member(member_path(folder, *key))
+        mine, theirs = (read_member(member_path(place, *key)) for place in (folder, alone))
         for name in theirs.numbers:
             np.testing.assert_array_equal(mine.numbers[name], theirs.numbers[name])
         np.testing.assert_array_equal(mine.spectrum, theirs.spectrum)
     there = {path.name for path in folder.iterdir()}
     assert there - {"summary.bin"} == {"realizations", "run.json", "scene.toml"}  # no claim, nothing half done
-    assert len(list((folder / "realizations").iterdir())) == count
+    assert len(list((folder / "realizations").iterdir())) == len(members)
 
 
 @pytest.mark.slow
@@ -97,6 +98,36 @@ def test_an_array_of_processes_under_kills_and_suspensions_ends_with_all_members
         _, said = process.communicate(timeout=200)
         assert process.returncode == 0, said
     assert_same_bits(folder, quick, tmp_path / "alone", count)
+
+
+@pytest.mark.slow
+def test_levels_in_half_the_cell_have_the_same_bits_after_a_kill_in_the_middle(capped_scene, tmp_path):
+    half = {"column": "capped", "shape": [32, 32], "q_max": 5e4, "every": 2, "cell": "half"}
+    levels = ({"column": "capped", "shape": [64, 64], "q_max": 5e4}, half, half | {"shape": [64, 64], "q_max": 1e5})
+    scene = replace(capped_scene, numerics=replace(capped_scene.numerics, levels=levels))
+    folder, count = tmp_path / "run", 24
+    (tmp_path / "scene.toml").write_text(scene.to_toml())
+    array = [script(tmp_path / "scene.toml", ARRAY, folder, count) for _ in range(3)]
+
+    def stored():
+        return {path.name for path in folder.glob("realizations/L*.h5")}
+
+    while len(stored()) < 8:
+        time.sleep(0.01)
+    # one that computes a member now
+    claims = [path for path in (folder / "claims").iterdir() if path.name.startswith("L")]
+    victim = next(one for one in array if any(f"-{one.pid}-" in path.read_text() for path in claims))
+    victim.kill()
+    victim.communicate()
+    before = stored()
+    assert 8 <= len(before) < 48
+    array[array.index(victim)] = script(tmp_path / "scene.toml", ARRAY, folder, count)
+    for process in array:
+        _, said = process.communicate(timeout=200)
+        assert process.returncode == 0, said
+    assert before <= stored()
+    assert {name[:2] for name in stored() - before} == {"L0", "L1", "L2"}
+    assert_same_bits(folder, scene, tmp_path / "alone", count)
 
 
 @pytest.mark.slow
