@@ -1,7 +1,10 @@
 """Flash temperature, its gradient and Laplacian, width and slope length of rough contact (Eqs. 4, 7, 9, 25, 26).
 
+Beside them the temperature of the whole surface: its root mean square and its correlation, in closed form too.
+
 The angular integrals are closed, so each quantity is one integral over wavenumber. With s(q) = (π/2) E*² q³ C W:
-T_flash = (2/π)(μ|v|/κσ₀) ∫ (s/q) A(v/Dq) dq, T′ the same with s B, ∇²T the same with −s q A.
+T_flash = (2/π)(μ|v|/κσ₀) ∫ (s/q) A(v/Dq) dq, T′ the same with s B, ∇²T the same with −s q A, and
+T_rms² = (2/π)(μv/κ)² ∫ (s/q²) K(−(v/Dq)²) dq.
 """
 
 from collections.abc import Callable
@@ -11,9 +14,10 @@ import numpy as np
 from numpy.polynomial.chebyshev import Chebyshev, cheb2poly
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike
-from scipy.special import ellipk, elliprd
+from scipy.special import ellipk, ellipkm1, elliprd
 
-from theory.arguments import Array, Spectrum, float_if_scalar, positive, real_array
+from theory.arguments import Array, Spectrum, float_if_scalar, not_negative_array, positive, real_array
+from theory.hankel import hankel_transform
 from theory.persson import StressDensity, Weight, stress_density
 
 _DEGREE = 24  # K − D has its singularity at m = 1, far from 0 ≤ m ≤ 1/2: the interpolation errs by 6^(−24)
@@ -65,6 +69,13 @@ def odd_integral(a: Array) -> Array:
     """Return B of checked ratios a = v/Dq."""
     h = np.hypot(1.0, a)
     return np.asarray(-a / (h + 1) * polyval(4 * _parameter(a, h) - 1, _K_LESS_D) / np.sqrt(h))
+
+
+def square_integral(a: Array) -> Array:
+    """Return ∫₀^{π/2} (1 + a² cos²φ)^(−1/2) dφ = K(−a²) of checked ratios a = v/Dq: π/2 at rest, then ln(4|a|)/|a|."""
+    h = np.hypot(1.0, a)
+    # K(−a²) = K(1 − 1/h²)/h; far beyond, where h² overflows, K(1 − 1/h²) is ln 4h to rounding
+    return np.asarray(np.where(h < 1e9, ellipkm1(np.minimum(h, 1e9) ** -2.0), np.log(4.0 * h)) / h)
 
 
 def _parameter(a: Array, h: Array) -> Array:
@@ -212,6 +223,64 @@ def slope_length(
     temperature = _defined(bracket(velocity, diffusivity, stress, even_integral, -1))
     with np.errstate(divide="ignore"):
         return float_if_scalar(temperature / np.abs(bracket(velocity, diffusivity, stress, odd_integral, 0)))
+
+
+def rms_temperature(
+    speed: ArrayLike,
+    spectrum: Spectrum | None = None,
+    *,
+    nominal_pressure: float,
+    friction_coefficient: float,
+    conductivity: float,
+    diffusivity: float,
+    effective_modulus: float | None = None,
+    gamma: Weight = 0.45,
+    stress_spectrum: Spectrum | None = None,
+) -> Array | float:
+    """Root mean square T_rms = √⟨T²⟩ of the temperature over the whole surface, about its mean, K; 0 at rest.
+
+    Of one wave T_q = μvσ_q/(κ √(q² − iq_x v/D)). Its square, averaged over the directions of sliding, is
+    ⟨|T_q|²⟩ = (μv/κq)² |σ_q|² (2/π) K(−a²) with a = v/Dq and K of the parameter m = −a², so that
+    T_rms² = 2π ∫ q ⟨|T_q|²⟩ dq. Isotropic roughness has the same T_rms in each direction.
+
+    Parameters, errors: as `flash_temperature`; without `spectrum` the nominal pressure does not enter.
+    """
+    velocity = real_array("speed", speed, "m/s")
+    rate = nominal_pressure * _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
+    stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
+    return float_if_scalar(rate * np.sqrt(bracket(velocity, diffusivity, stress, square_integral, -2)))
+
+
+def temperature_correlation(
+    r: ArrayLike,
+    speed: float,
+    spectrum: Spectrum | None = None,
+    *,
+    nominal_pressure: float,
+    friction_coefficient: float,
+    conductivity: float,
+    diffusivity: float,
+    effective_modulus: float | None = None,
+    gamma: Weight = 0.45,
+    stress_spectrum: Spectrum | None = None,
+) -> Array:
+    """Temperature correlation ⟨T(x)T(x′)⟩ over the whole surface, without its mean, averaged over directions.
+
+    2π ∫ q ⟨|T_q|²⟩ J₀(qr) dq with ⟨|T_q|²⟩ of `rms_temperature`, at the distance r of x and x′. The temperature has
+    tracks along the direction of sliding; this is the mean over all directions of x − x′.
+
+    `r` are distances ≥ 0 of any shape, m, and `speed` is one speed of either sign, m/s. Returns K² in the shape of `r`;
+    T_rms² at r = 0. Other parameters, errors: as `flash_temperature`; QuadratureError also where the integral with J₀
+    does not reach its accuracy, 1e-11 of T_rms².
+    """
+    distance, velocity = not_negative_array("r", r, "m"), real_array("speed", speed, "m/s")
+    if velocity.ndim:
+        raise TypeError(f"speed has shape {velocity.shape}; give one speed in m/s")
+    rate = nominal_pressure * _heating(velocity, friction_coefficient, conductivity, nominal_pressure)
+    stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
+    q = stress.panels.nodes()[0]
+    response = 2 / pi * square_integral(velocity / (positive("diffusivity", diffusivity, "m²/s") * q)) / q**2
+    return np.asarray(rate**2 * hankel_transform(stress.panels, stress.values * response, distance))
 
 
 Kernel = Callable[[Array], Array]

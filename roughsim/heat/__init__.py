@@ -19,5 +19,9 @@ from roughsim.heat.statistics import depth_profile as depth_profile
 from roughsim.heat.statistics import effective_conductivity as effective_conductivity
 from roughsim.heat.statistics import effective_temperature as effective_temperature
 from roughsim.heat.statistics import hot_spots as hot_spots
+from roughsim.heat.statistics import joint_distribution as joint_distribution
 from roughsim.heat.statistics import profiles as profiles
+from roughsim.heat.statistics import rms_temperature as rms_temperature
 from roughsim.heat.statistics import share_above as share_above
+from roughsim.heat.statistics import temperature_correlation as temperature_correlation
+from roughsim.heat.statistics import wake_profile as wake_profile

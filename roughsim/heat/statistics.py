@@ -1,4 +1,4 @@
-"""Statistics of a temperature field over the contact: means, distribution, hot spots, profiles, effective properties.
+"""Statistics of a temperature field: means, distributions, correlation, hot spots, profiles, effective properties.
 
 Weights are the heat set free, as in T_flash = Σ T q̇/Σ q̇; where μ and v are the same everywhere the pressure will do. An
 empty contact gives NaN with a warning.
@@ -11,10 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import j0
 
+from roughsim import fourier
 from roughsim.contact.patches import Patches, patch_sizes
 from roughsim.errors import ConvergenceError, number, positive, real_field
-from roughsim.grid import Array, Field, Grid
+from roughsim.grid import Array, Field, Grid, distinct_wavenumbers, quarter_plane
 from roughsim.heat.periodic import checked_flux
 
 _STEPS = 100  # of the fixed point
@@ -57,6 +59,110 @@ def share_above(
     excess = number("threshold", threshold, "K") - number("background_temperature", background_temperature, "K")
     values, _ = _contact_pixels(temperature, heat_flux)
     return float((values > excess).mean()) if values.size else math.nan
+
+
+@dataclass(frozen=True, slots=True)
+class JointDistribution:
+    """Shares of the contact area by pressure and temperature; they add up to 1."""
+
+    share: Array  # (bins of the pressure, bins of the temperature)
+    pressure: Array  # edges of the bins, Pa, ascending
+    temperature: Array  # the same, K above the background of the field
+
+
+def joint_distribution(temperature: ArrayLike, pressure: ArrayLike, *, bins: int = 64) -> JointDistribution:
+    """Return how much of the contact area has which pressure and temperature together, where `pressure` > 0.
+
+    Both are fields of one shape, K and Pa, the pressure ≥ 0. A rate that stress and heat raise together, such as
+    exp((σV − E)/k_B T), is summed over these shares. `bins` ≥ 1 is their number from the least to the largest value,
+    along both axes. TypeError or ValueError otherwise; a contact without pixels has shares of NaN, with a
+    RuntimeWarning.
+    """
+    if isinstance(bins, bool) or not isinstance(bins, (int, np.integer)) or bins < 1:
+        raise ValueError(f"bins = {bins!r} must be a whole number of at least 1")
+    values, weights = _contact_pixels(temperature, pressure)
+    counts, *edges = np.histogram2d(weights, values, bins)
+    with np.errstate(invalid="ignore"):  # 0/0 without contact
+        return JointDistribution(counts / values.size, edges[0], edges[1])
+
+
+def rms_temperature(temperature: ArrayLike) -> float:
+    """Return the root mean square of a temperature field about its mean, over the whole cell, K."""
+    return float(real_field("temperature", temperature).std(dtype=np.float64))
+
+
+def temperature_correlation(temperature: ArrayLike, grid: Grid, r: ArrayLike) -> Array:
+    """Return ⟨T(x)T(x′)⟩ of a periodic field about its mean, averaged over all directions of x − x′.
+
+    `temperature` is in K, shape `grid.shape`; `r` are distances, m, from 0 to half the diagonal of the cell. The result
+    is Σ_q |T(q)|² J₀(|q|r), K², in the shape of `r`, the square of `rms_temperature` at r = 0. TypeError or ValueError
+    for a field or a distance out of its range.
+    """
+    field, distance = real_field("temperature", temperature, grid.shape), np.asarray(r, np.float64)
+    limit = 0.5 * math.hypot(*grid.lengths)
+    outside = ~((distance >= 0.0) & (distance <= limit * (1 + 1e-12)))
+    if outside.any():
+        raise ValueError(
+            f"r = {distance[outside].ravel()[0]:.6g} m must lie between 0 and half the diagonal of the cell, "
+            f"{limit:.6g} m; give a larger cell"
+        )
+    amplitude = fourier.forward(field.astype(np.float64, copy=False))
+    wavenumber, entry = distinct_wavenumbers(grid)
+    power = np.bincount(entry, quarter_plane(amplitude.real**2 + amplitude.imag**2, grid).ravel())
+    values = [float(power[1:] @ j0(wavenumber[1:] * x)) for x in distance.ravel().tolist()]
+    return np.reshape(values, distance.shape)
+
+
+def wake_profile(
+    temperature: ArrayLike, heat_flux: ArrayLike, grid: Grid, distances: ArrayLike, *, periodic: bool = True
+) -> Array:
+    """Return the mean temperature of the tracks at distances behind the rim of the contact, K: how fast they cool.
+
+    For a source that moves along +x, so that its tracks lie at smaller x. A track begins behind each contact pixel
+    (`heat_flux` > 0) whose neighbour at smaller x is none, at half a pixel from its centre, and ends at the next
+    contact, or, unless `periodic`, at the side of the grid. The mean at a distance is over the tracks that are longer:
+    over their width, not weighted by heat. Between the centres of pixels the temperature is linear. The rim is known to
+    a pixel: at 16 pixels per radius the mean behind a Hertz contact is within 0.3 %.
+
+    Parameters
+    ----------
+    temperature, heat_flux : array_like
+        K and W/m², both of shape `grid.shape`, the flux ≥ 0.
+    grid : Grid
+        The points of both.
+    distances : array_like
+        Distances behind the rim, m, at least half a pixel along x, shape (n,).
+    periodic : bool
+        Whether tracks go on over the sides of the cell; False is for fields of the free half-space.
+
+    Returns
+    -------
+    ndarray
+        K above the background of the field, shape (n,); NaN where no track is as long.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a field is not real, finite and of this shape, the flux is negative, or a distance is less than half a pixel.
+    """
+    field, contact = real_field("temperature", temperature, grid.shape), checked_flux(heat_flux, grid.shape) > 0.0
+    behind = np.atleast_1d(np.asarray(distances, np.float64))
+    steps = behind / grid.spacing[0] + 0.5  # from the centre of the last pixel of the contact, in pixels
+    if not (np.isfinite(steps) & (steps >= 1.0)).all():
+        raise ValueError(
+            f"distances = {behind.min():.6g} m must be finite and at least half a pixel, {0.5 * grid.spacing[0]:.6g} "
+            "m: nearer to the rim the grid has no point of the track; refine the grid"
+        )
+    i, j = np.nonzero(contact & ~np.roll(contact, 1, axis=0))
+    means = np.full(behind.shape, math.nan)
+    for step in range(1, 1 + min(grid.shape[0], math.ceil(steps.max(initial=0.0)))):
+        longer = ~contact[i - step, j] & (periodic | (i >= step))
+        i, j = i[longer], j[longer]
+        here = (steps > step - 1) & (steps <= step)
+        if i.size and here.any():
+            before, now = (field[i - k, j].mean(dtype=np.float64) for k in (step - 1, step))
+            means[here] = now + (step - steps[here]) * (before - now)
+    return means
 
 
 def hot_spots(temperature: ArrayLike, grid: Grid, threshold: float, *, periodic: bool = True) -> Patches:

@@ -1,10 +1,11 @@
+from itertools import pairwise
 from math import pi, sqrt
 
 import mpmath as mp
 import numpy as np
 import pytest
 from power_law import Flat, PowerLaw
-from scipy.special import i0e
+from scipy.special import ellipk, i0e, j0
 
 from theory import flash, persson
 
@@ -195,3 +196,67 @@ def test_a_uniform_stress_has_no_flash_temperature_and_no_width():
     for f in (flash.flash_width, flash.slope_length):
         with pytest.raises(ValueError, match="stress is uniform"):
             f(1.0, stress_spectrum=uniform, **given)
+
+
+def test_the_mean_square_of_the_temperature_over_directions_is_an_elliptic_integral():
+    a = np.array([0.0, 1e-9, 0.02, 0.7, 1.0, 30.0, 1e5, 1e12, 1e200])
+    got = flash.square_integral(a)
+    assert got[0] == pi / 2
+    with mp.workdps(700):
+        for value, ratio in zip(got, a, strict=True):
+            assert value == pytest.approx(float(mp.ellipk(-(mp.mpf(ratio) ** 2))), rel=1e-14)
+    np.testing.assert_array_equal(flash.square_integral(-a), got)
+    # |1/√(1 − ia cos φ)|² summed over directions: the sum over a period converges fast
+    angle = 2 * pi * np.arange(4000) / 4000
+    for value, ratio in zip(got[:6], a[:6], strict=True):
+        direct = np.mean(np.abs(1 / np.sqrt(1 - 1j * ratio * np.cos(angle))) ** 2)
+        assert 2 / pi * value == pytest.approx(direct, rel=1e-12)
+
+
+def test_the_rms_temperature_of_one_ring_of_waves_is_a_sum_over_directions():
+    q, v, diffusivity = 1e4, 3.0, 1e-5
+    ring = Flat(1e8, (q * (1 - 1e-7), q * (1 + 1e-7)))
+    given = {"nominal_pressure": 2e6, "friction_coefficient": 0.3, "conductivity": 20.0, "diffusivity": diffusivity}
+    variance = 2 * pi * q * 1e8 * 2e-7 * q
+    angle = 2 * pi * np.arange(4000) / 4000
+    response = 1 / np.abs(q**2 - 1j * q * np.cos(angle) * v / diffusivity)
+    exact = np.sqrt((0.3 * v / 20.0) ** 2 * variance * np.mean(response))
+    for sign in (1, -1):
+        assert flash.rms_temperature(sign * v, stress_spectrum=ring, **given) == pytest.approx(exact, rel=1e-9)
+    r = np.array([0.0, 1e-4, 3e-4])
+    got = flash.temperature_correlation(r, -v, stress_spectrum=ring, **given)
+    np.testing.assert_allclose(got, exact**2 * j0(q * r), rtol=1e-8)
+
+
+def test_the_rms_temperature_is_an_integral_over_panels_that_grow_from_each_break(case):
+    """2π ∫ q |σ_q|² (μv/κq)² (2/π) K(−a²) dq; contact may be lost within a thin layer at the first break."""
+    body, sliding = case["body"], case["sliding"]
+    spectrum = case["spectrum"]
+    load = {name: sliding[name] for name in ("effective_modulus", "nominal_pressure", "gamma")}
+    for speed in (1e-3, 1.0, 50.0):
+        total = 0.0
+        x, w = np.polynomial.legendre.leggauss(40)
+        for low, high in pairwise(spectrum.q):
+            edges = low + (high - low) * np.append(0.0, np.geomspace(1e-13, 1.0, 120))
+            for start, stop in pairwise(edges):
+                q = 0.5 * (stop + start) + 0.5 * (stop - start) * x
+                weight = persson.stress_weight(q, spectrum, **load)
+                stress = (load["effective_modulus"] * q / 2) ** 2 * spectrum(q) * weight
+                total += (
+                    0.5 * (stop - start) * np.sum(w * stress / q * ellipk(-((speed / body["diffusivity"] / q) ** 2)))
+                )
+        exact = sliding["friction_coefficient"] * speed / body["conductivity"] * np.sqrt(4 * total)
+        assert flash.rms_temperature(speed, spectrum, **sliding) == pytest.approx(exact, rel=1e-8)
+
+
+def test_the_correlation_of_the_temperature_begins_with_its_mean_square(case):
+    spectrum, sliding = case["spectrum"], case["sliding"]
+    longest = 2 * pi / spectrum.q[0]
+    for speed in (1e-3, 2.0):
+        square = flash.rms_temperature(speed, spectrum, **sliding) ** 2
+        values = flash.temperature_correlation([0.0, 1e-9 * longest, 0.5 * longest], speed, spectrum, **sliding)
+        assert values[:2] == pytest.approx(square, rel=1e-9)
+        assert abs(values[2]) < square
+    assert flash.rms_temperature([0.0, 1.0], spectrum, **sliding)[0] == 0.0
+    with pytest.raises(TypeError, match=r"speed has shape \(1,\); give one speed"):
+        flash.temperature_correlation(0.0, [1.0], spectrum, **sliding)
