@@ -192,7 +192,7 @@ def compare(task: Problem, goal: float, peers: list[str], repeats: int, start: d
                 run.seconds.append(timed(run.solve, task, run.tolerance)[1])
     for run in runs:
         accuracy = f"error {run.error:.1e}  tolerance {run.tolerance:.0e}"
-        print(f"    {run.name:18s} {run.median:9.3f} s  {accuracy}  × {run.median / runs[0].median:.1f}", flush=True)
+        print(f"    {run.name:18s} {run.median:9.4f} s  {accuracy}  × {run.median / runs[0].median:.1f}", flush=True)
 
 
 def main() -> None:
@@ -208,7 +208,8 @@ def main() -> None:
         for load in options.loads:
             for cap in options.caps:
                 print(f"{points}², load {load:g}, cap {cap:g}, relative pressure error ≤ {options.error:g}", flush=True)
-                compare(problem(points, load, cap), options.error, options.peers, 3 if points <= 512 else 1, start)
+                repeats = max(round((512 / points) ** 2), 3) if points <= 512 else 1
+                compare(problem(points, load, cap), options.error, options.peers, repeats, start)
 
 
 if __name__ == "__main__":

@@ -1,10 +1,14 @@
 """Time contact solves side by side: two in two threads against one, against two processes, and one on two threads.
 
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/threads.py --sizes 256 512 1024
+    ... python benchmarks/threads.py --sizes 1024 2048 --shares
 
 Wall time on an otherwise idle machine of two cores or more; a pair costs the time of one where nothing holds the GIL.
 Threads and processes are warm: each keeps its plans.
 Two processes share no GIL: what a pair of them costs is what the machine takes (memory, caches, other work).
+
+With `--shares` one thread solves, and its CPU time says how much of the work threads could share: a table that needs no
+idle machine. By Amdahl's law two threads then take at least 1 − share/2 of the time of one.
 """
 
 from __future__ import annotations
@@ -12,6 +16,7 @@ from __future__ import annotations
 import argparse
 import multiprocessing
 import statistics
+import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -21,11 +26,12 @@ import numpy as np
 from contact import Problem, problem
 
 import roughsim as rs
+from roughsim.fourier import blocks
 
 
-def solve(task: Problem, times: int) -> None:
+def solve(task: Problem, times: int, tolerance: float = 1e-6) -> None:
     for _ in range(times):
-        rs.solve_contact(task.heights, task.grid, rs.Solid(1.0), nominal_pressure=task.load)
+        rs.solve_contact(task.heights, task.grid, rs.Solid(1.0), nominal_pressure=task.load, tolerance=tolerance)
 
 
 def _serve(points: int, times: int, start: Any, done: Any) -> None:
@@ -57,6 +63,37 @@ def on_two_threads(task: Problem, times: int) -> None:
     rs.set_threads(2)
     solve(task, times)
     rs.set_threads(1)
+
+
+def shares(points: int, repeats: int) -> None:
+    """Print the share of the CPU time of one thread in work that is divided into blocks for all threads."""
+    shared = 0.0
+    original = blocks.run
+
+    def timed(task: Callable[..., Any], parts: list[Any]) -> list[Any]:
+        nonlocal shared
+        begin = time.thread_time()
+        try:
+            return original(task, parts)
+        finally:
+            shared += time.thread_time() - begin if len(parts) > 1 else 0.0
+
+    task = problem(points, 0.1, np.inf)
+    for tolerance in (1e-3, 1e-6):
+        solve(task, 1, tolerance)
+        modules = [module for name, module in sys.modules.items() if name.startswith("roughsim")]
+        users: list[Any] = [module for module in modules if vars(module).get("run") is original]
+        for module in users:
+            module.run = timed
+        shared, begin = 0.0, time.thread_time()
+        solve(task, repeats, tolerance)
+        whole = time.thread_time() - begin
+        for module in users:
+            module.run = original
+        share = shared / whole
+        print(
+            f"| {points}² | {tolerance:.0e} | {whole / repeats:.3f} | {share:.2f} | {1 - share / 2:.2f} |", flush=True
+        )
 
 
 def measure(points: int, repeats: int) -> None:
@@ -93,9 +130,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--sizes", type=int, nargs="+", default=[256, 512, 1024])
     parser.add_argument("--repeats", type=int, default=9)
+    parser.add_argument("--shares", action="store_true", help="what threads could share, from one thread")
     options = parser.parse_args()
+    if options.shares:
+        print("| points | tolerance | CPU s | shared | two threads at best |\n|---|---|---|---|---|")
     for points in options.sizes:
-        measure(points, options.repeats)
+        (shares if options.shares else measure)(points, options.repeats)
 
 
 if __name__ == "__main__":
