@@ -39,7 +39,7 @@ STAGES = {
     "moments": ["observables.moments:measure"],
     "members written": ["store.member_files:write_member"],
     "members read": ["results.reader:Reader.take", "results.reader:Reader.spectra"],
-    "targets looked at": ["results.run:Run._stop"],
+    "targets looked at": ["results.run:Run._last"],
     "hand-out": ["ensemble.run:run"],
     "comparison": ["comparison.compare:compare", "comparison.tables:comparison_table"],
     "theory of plan and comparison": [

@@ -178,3 +178,23 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
 def test_intervals_cover_over_many_sequential_trials(skew, trials):
     doubt = 2.0 * np.sqrt(0.05 * 0.95 / trials)  # of the count itself; 5,000 trials stand in docs/errors.md
     assert 0.925 - doubt <= coverage(trials, 0.012, skew, 3)[0] <= 0.97 + doubt
+
+
+@pytest.mark.statistical
+def test_a_partner_that_is_rarer_than_the_rung_above_it_counts_with_its_own_scatter():
+    # two cut-offs, all of C(q) at the second; half the pixel was solved for one in four, the second cut-off for one in two
+    rng, n, count = np.random.default_rng(5), 16, 400
+    means, errors = [], []
+    for _ in range(count):
+        first = 100.0 + rng.standard_normal((n, 1))
+        finer = first - 2.0 + 1.5 * rng.standard_normal((n, 1))
+        higher = first - 8.0 + rng.standard_normal((n, 1))
+        samples = [level(first), seldom(finer, 4, side=128.0), seldom(higher, 2, q_max=2.0, side=128.0)]
+        values = observe(NAME, samples, capped=True, end=2.0)
+        assert np.bincount(values.group).tolist() == [8, 4, 4]
+        means.append(values.extrapolated.mean())
+        errors.append(est.spread(values.extrapolated, values.base, values.group)[0][0])
+    # the pixel's change is carried to the higher cut-off in proportion, and continued to a vanishing pixel
+    left = 2.0 * (92.0 / 100.0) / (1.0 - 2.0**-1.4)
+    assert np.mean(means) == pytest.approx(92.0 - left, abs=4 * np.std(means) / np.sqrt(count))
+    assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(np.std(means), rel=0.15)  # 4 of 1/√(2·400)
