@@ -182,7 +182,7 @@ def test_intervals_cover_over_many_sequential_trials(skew, trials):
 
 @pytest.mark.statistical
 def test_a_partner_that_is_rarer_than_the_rung_above_it_counts_with_its_own_scatter():
-    # two cut-offs, all of C(q) at the second; half the pixel was solved for one in four, the second cut-off for one in two
+    # C(q) ends at the second cut-off, solved for one in two; half the pixel at the first was solved for one in four
     rng, n, count = np.random.default_rng(5), 16, 400
     means, errors = [], []
     for _ in range(count):

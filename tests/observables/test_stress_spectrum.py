@@ -120,3 +120,26 @@ def test_a_fraction_that_is_never_reached_is_refused(fraction):
     seen = measure(Pressed(np.eye(8)), Grid((8, 8), (1.0, 1.0)), Sliding([1.0], **UNIT))
     with pytest.raises(ValueError, match="fraction"):
         seen.stress_spectrum.correlation_radius(fraction)
+
+
+def test_a_spectrum_gathered_for_short_distances_gives_the_same_curve_there():
+    rng = np.random.default_rng(4)
+    q = np.sort(rng.uniform(1e3, 4e5, 3000))
+    spectrum = StressSpectrum(q, rng.random(3000) / q, 2e-3)
+    near = spectrum.gathered(2e-4)
+    assert near.wavenumber.size < 1000
+    assert near.reach == 2e-4
+    assert np.all(np.diff(near.wavenumber) > 0.0)
+    r = np.linspace(0.0, 2e-4, 30)
+    direct = [float((spectrum.variance * j0(q * x)).sum()) for x in r]
+    np.testing.assert_allclose(near.pressure_correlation(r), direct, atol=1e-13 * direct[0], rtol=0.0)
+    # the bound of the curvature is the same
+    assert near.variance @ near.wavenumber**2 == pytest.approx(spectrum.variance @ q**2, rel=1e-12)
+    assert spectrum.gathered(2e-3) is spectrum
+
+
+@pytest.mark.parametrize("place", [0.05, 0.5])  # of the reach: within an eighth of it, and beyond
+def test_a_radius_is_found_near_and_far(place):
+    q = np.concatenate(([2.404825557695773 / (place * 1e-3)], np.linspace(1e5, 2e5, 400)))
+    variance = np.concatenate(([1.0], np.full(400, 1e-9)))
+    assert StressSpectrum(q, variance, 1e-3).correlation_radius(0.0) == pytest.approx(place * 1e-3, rel=1e-5)
