@@ -270,7 +270,7 @@ def _header_of(path: Path, text: str) -> dict[str, Any]:
     header: dict[str, Any] = json.loads(text)
     _check_header(header)
     level, index = header["level"], header["index"]
-    if member_path(path.parent.parent, level, index).name != path.name:
+    if f"{member_name(level, index)}.h5" != path.name:
         raise ValueError(f"it holds level {level}, index {index}, not what its name says")
     return header
 
