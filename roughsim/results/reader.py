@@ -46,7 +46,7 @@ class Reader:
         self.folder, self.numerics, self.identity = folder, numerics, identity
         self.damaged: dict[Key, str] = {}
         self.available = 0
-        self._skip_damaged = skip_damaged
+        self._skip_damaged, self._speeds = skip_damaged, speeds
         lengths = [numerics.grid(level).lengths for level in range(len(numerics.levels))]
         self.members = Members([level.every for level in numerics.levels], lengths, speeds)
         # the last look at the targets that no number of realizations met
@@ -85,7 +85,10 @@ class Reader:
             content = read_bytes(path)
             member = member_of(path, content)
             complete = {"residual", "iterations", "versions"} <= set(member.provenance)
-            if not complete or identity_of(member.provenance) != self.identity:
+            # a header may say one thing, and the arrays another
+            modes = self.members.wavenumber.get(level, member.wavenumber).shape
+            fits = member.speeds == self._speeds and member.spectrum.shape == member.wavenumber.shape == modes
+            if not complete or identity_of(member.provenance) != self.identity or not (fits or member.failure):
                 raise RecordError(
                     f"{path} is of another run: its scene, seed or numerics differ; move it out of the folder"
                 )

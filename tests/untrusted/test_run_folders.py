@@ -15,7 +15,7 @@ from roughsim.cli import main
 from roughsim.ensemble import tasks
 from roughsim.results.export import export_run
 from roughsim.store import claims
-from roughsim.store.member_files import member_path, read_field, read_member
+from roughsim.store.member_files import member_path, read_field, read_member, write_member
 from roughsim.untrusted import machine_memory
 
 
@@ -289,3 +289,22 @@ def test_outputs_stay_where_they_were_asked_for(folder, tmp_path):
     for place in (tmp_path / "a" / ".." / "..", tmp_path / "pressure/../../x"):
         with pytest.raises(ValueError, match="must end in"):
             export_run(rs.open_run(folder), place)
+
+
+@pytest.mark.parametrize("change", ["speeds", "spectrum", "both", "longer"])
+def test_a_member_whose_arrays_do_not_fit_its_run_is_refused_by_name(quick, tmp_path, change):
+    run = rs.run(quick, tmp_path / "run", max_realizations=3)
+    one = read_member(member_path(run.folder, 0, 1))
+    short = {name: values[:2] if len(values) > 1 else values for name, values in one.numbers.items()}
+    changes = {
+        "speeds": {"speeds": one.speeds[:2], "numbers": short},
+        "spectrum": {"spectrum": one.spectrum[:-1]},
+        "both": {"spectrum": one.spectrum[:-1], "wavenumber": one.wavenumber[:-1]},
+        "longer": {"spectrum": np.append(one.spectrum, 1.0), "wavenumber": np.append(one.wavenumber, 1e9)},
+    }
+    write_member(run.folder, replace(one, **changes[change]))
+    with pytest.raises(rs.RecordError, match="L0-000001.h5 is of another run"):
+        rs.open_run(run.folder)
+    skipped = rs.open_run(run.folder, damaged="skip")
+    assert list(skipped.damaged) == [(0, 1)]
+    assert skipped.sound(3) == [0, 2]
