@@ -8,7 +8,16 @@ from typing import Annotated, Any
 from typer import Argument, Exit, Option, Typer
 
 import roughsim as rs
-from roughsim.show.text import errors_in_one_line, fail, print_in_any_language, say, show_warnings_once, tell, warn
+from roughsim.show import text
+from roughsim.show.text import (
+    errors_in_one_line,
+    fail,
+    print_in_any_language,
+    say,
+    show_warnings_once,
+    tell,
+    warn,
+)
 
 app = Typer(
     name="roughsim",
@@ -321,6 +330,7 @@ def print_parts(*parts: Any) -> None:
 def main(words: list[str] | None = None) -> None:
     """Run the command line on `words`, or on the process's own; an error is one line and a non-zero exit code."""
     show_warnings_once()
+    text.notes_are_shown = True
     print_in_any_language()
     with errors_in_one_line(" ".join(sys.argv[1:] if words is None else words)):
         code = app(words, standalone_mode=False)

@@ -35,3 +35,9 @@ def kernel(fastmath: frozenset[str] = frozenset(), inline: bool = False) -> Call
             return cast(Function, njit(**options | {"cache": False})(function))
 
     return decorate
+
+
+def found_compiled(function: Callable[..., Any]) -> bool:
+    """Whether a kernel that was called came from the cache; True also where kernels are not compiled at all."""
+    counts = getattr(function, "stats", None)
+    return counts is None or bool(counts.cache_hits)

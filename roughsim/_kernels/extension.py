@@ -4,7 +4,8 @@ Weights are 1 on the free points. A parent cell has the weight min(1, Σ/3) and 
 children; on the way back u = w v + (1 − w)·(bilinear interpolation of the parents), periodic. The weights of the finest
 level are the bytes of the free set, and its field is zero off the free points. Above it, level l lies at starts[l] in
 flat arrays and has the shape shapes[l]. Where only one axis is halved, which the shapes say, a parent has two children
-and the weight min(1, Σ/`WHOLE`), and the interpolation is linear: `_push_one`, `_gather_one`.
+and the weight min(1, Σ/`WHOLE`), and the interpolation is linear: `_push_one`, `_gather_one`. These are compiled only
+where some level needs them: `one_axis` is None elsewhere, and the compiler then leaves them out.
 """
 
 from typing import Any
@@ -16,7 +17,7 @@ from roughsim._kernels import REORDER, kernel
 WHOLE = 1.5  # children on which a parent has the full weight, of two
 
 
-@kernel()
+@kernel(inline=True)
 def push_finest(start: int, stop: int, free: Any, field: Any, weight: Any, value: Any, inverse: Any) -> None:
     """Fill the parent rows of the rows start … stop − 1 (start even): weight, mean, 1/Σ weights."""
     columns = field.shape[1]
@@ -86,58 +87,59 @@ def scatter_load(start: int, stop: int, free: Any, parent: Any, inverse: Any, p:
 
 @kernel()
 def extend(rows: Any, bottom: int, free: Any, field: Any, parents: Any, pyramid: Any) -> None:
-    """Extend at all levels: the rows start … stop − 1 of level 0, and above them `extend_coarse` of the pyramid."""
-    push_finest(rows[0], rows[1], free, field, *parents)
-    extend_coarse(bottom, *pyramid)
-    pull(rows[0], rows[1], free, parents[1], field)
+    """Extend at all levels: the rows start … stop − 1 of level 0, and all of the pyramid above."""
+    weight, value, inverse = parents
+    push_finest(rows[0], rows[1], free, field, weight, value, inverse)
+    push_coarse(bottom, *pyramid)
+    pull_coarse(bottom, *pyramid)
+    pull(rows[0], rows[1], free, value, field)
 
 
 @kernel()
-def push_coarse(bottom: int, shapes: Any, starts: Any, weights: Any, inverses: Any, values: Any) -> None:
+def push_coarse(bottom: int, one_axis: Any, shapes: Any, starts: Any, weights: Any, inverses: Any, values: Any) -> None:
     """Push from the level `bottom` to the top: the mean of the children."""
     top = len(shapes) - 1
-    # nearly all levels halve both axes, and these have a loop of their own
     for level in range(bottom, top):
         weight, value = _level(weights, shapes, starts, level), _level(values, shapes, starts, level)
         above = level + 1
         parent_weight, parent_value = _level(weights, shapes, starts, above), _level(values, shapes, starts, above)
         inverse = _level(inverses, shapes, starts, above)
-        if _both(shapes, level):
-            _push(weight, value, parent_weight, parent_value, inverse)
-        else:
+        if one_axis is not None and not _both(shapes, level):
             _push_one(weight, value, parent_weight, parent_value, inverse)
+            continue
+        _push(weight, value, parent_weight, parent_value, inverse)
 
 
 @kernel()
-def extend_coarse(bottom: int, shapes: Any, starts: Any, weights: Any, inverses: Any, values: Any) -> None:
-    """Push from the level `bottom` to the top and pull back to it: what is left open comes from the level above."""
-    push_coarse(bottom, shapes, starts, weights, inverses, values)
-    top = len(shapes) - 1
-    for level in range(top - 1, bottom - 1, -1):
+def pull_coarse(bottom: int, one_axis: Any, shapes: Any, starts: Any, weights: Any, inverses: Any, values: Any) -> None:
+    """Pull from the top to the level `bottom`: what is left open comes from the level above."""
+    for level in range(len(shapes) - 2, bottom - 1, -1):
         weight, value = _level(weights, shapes, starts, level), _level(values, shapes, starts, level)
         parent = _level(values, shapes, starts, level + 1)
         pull(0, weight.shape[0], weight, parent, value)
 
 
 @kernel()
-def transpose_coarse(bottom: int, shapes: Any, starts: Any, weights: Any, inverses: Any, sources: Any) -> None:
-    """Gather from the level `bottom` to the top and scatter back to it: the transpose of `extend_coarse`."""
+def transpose_coarse(
+    bottom: int, one_axis: Any, shapes: Any, starts: Any, weights: Any, inverses: Any, sources: Any
+) -> None:
+    """Gather from the level `bottom` to the top and scatter back to it: the transpose of both steps."""
     top = len(shapes) - 1
     # the transposes of the steps down, in reverse order, then those of the steps up
     for level in range(bottom, top):
         weight, source = _level(weights, shapes, starts, level), _level(sources, shapes, starts, level)
         parent = _level(sources, shapes, starts, level + 1)
-        if _both(shapes, level):
-            gather(0, parent.shape[0], weight, source, parent)
-        else:
+        if one_axis is not None and not _both(shapes, level):
             _gather_one(weight, source, parent)
+            continue
+        gather(0, parent.shape[0], weight, source, parent)
     for level in range(top - 1, bottom - 1, -1):
         weight, source = _level(weights, shapes, starts, level), _level(sources, shapes, starts, level)
         parent, inverse = _level(sources, shapes, starts, level + 1), _level(inverses, shapes, starts, level + 1)
         scatter(0, weight.shape[0], weight, parent, inverse, source)
 
 
-@kernel()
+@kernel(inline=True)
 def _both(shapes: Any, level: int) -> bool:
     """Whether both axes are halved above this level; a lone row or column cannot be."""
     upper = level + 1
@@ -151,7 +153,7 @@ def _level(flat: Any, shapes: Any, starts: Any, level: int) -> Any:
     return flat[starts[level] : starts[level] + rows * columns].reshape((rows, columns))
 
 
-@kernel()
+@kernel(inline=True)
 def _push(weight: Any, value: Any, parent_weight: Any, parent_value: Any, parent_inverse: Any) -> None:
     rows, columns = weight.shape
     one, third, zero = value.dtype.type(1.0), value.dtype.type(1.0 / 3.0), value.dtype.type(0.0)
@@ -176,7 +178,7 @@ def _push(weight: Any, value: Any, parent_weight: Any, parent_value: Any, parent
             parent_weight[i, j] = min(one, (wa + wc) * third)
 
 
-@kernel()
+@kernel(inline=True)
 def pull(start: int, stop: int, weight: Any, parent: Any, value: Any) -> None:
     """Write w v + (1 − w)·(interpolation of the parents) in the rows start … stop − 1."""
     rows, columns = weight.shape
@@ -206,7 +208,7 @@ def pull(start: int, stop: int, weight: Any, parent: Any, value: Any) -> None:
             value[i, a] = w * value[i, a] + (one - w) * (big * blended[parents] + small * blended[parents - 1])
 
 
-@kernel()
+@kernel(inline=True)
 def gather(start: int, stop: int, weight: Any, source: Any, parent: Any) -> None:
     """Fill the parent rows start … stop − 1 with the transpose of the bilinear part of `pull`."""
     (rows, columns), (high, wide) = source.shape, parent.shape
@@ -215,7 +217,8 @@ def gather(start: int, stop: int, weight: Any, source: Any, parent: Any) -> None
     one, big, small = kind(1.0), kind(0.75), kind(0.25)
     for i in range(start, stop):
         # sum the four child rows that lean on this parent row
-        line[:] = 0.0
+        for j in range(2 * wide + 2):
+            line[j] = 0.0
         for k in range(4):
             row = (2 * i - 1 + k) % (2 * high)
             if row < rows:  # the doubled parents have one row more than an odd number of children
@@ -249,7 +252,7 @@ def scatter(start: int, stop: int, weight: Any, parent: Any, inverse: Any, sourc
             source[i, a] = kind(weight[i, a]) * (source[i, a] + inverse[k, j] * parent[k, j])
 
 
-@kernel()
+@kernel(inline=True)
 def _push_one(weight: Any, value: Any, parent_weight: Any, parent_value: Any, parent_inverse: Any) -> None:
     """Fill the parents: weight min(1, Σ/`WHOLE`), weighted mean, 1/Σ weights."""
     rows, columns = weight.shape
@@ -277,7 +280,7 @@ def _push_one(weight: Any, value: Any, parent_weight: Any, parent_value: Any, pa
             parent_weight[i, j] = min(one, total * share)
 
 
-@kernel()
+@kernel(inline=True)
 def _gather_one(weight: Any, source: Any, parent: Any) -> None:
     """Fill the parents with the transpose of the linear part of `pull`."""
     rows, columns = source.shape
@@ -294,7 +297,7 @@ def _gather_one(weight: Any, source: Any, parent: Any) -> None:
             parent[beside, side] += small * open_share
 
 
-@kernel()
+@kernel(inline=True)
 def _parents(child: int, parents: int, halved: bool) -> Any:
     """The parent of a child and the parent beside it, periodic; the child itself, twice, if the axis is not halved."""
     if not halved:

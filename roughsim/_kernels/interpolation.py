@@ -19,8 +19,7 @@ def refine(start: int, stop: int, coarse: Any, cap: float, p: Any, free: Any) ->
     total, count = 0.0, 0
     for i in range(start, stop):
         # one line across the coarse rows, then along that line: fewer products than from 16 points at once
-        _across(coarse, i, rows, line)
-        _along(line, fine)
+        _row(coarse, i, rows, line, fine)
         # what the continuation left below zero is without contact
         for j in range(columns):
             x = fine[j]
@@ -38,11 +37,17 @@ def interpolate(start: int, stop: int, coarse: Any, fine: Any) -> None:
     """Write the interpolated field; its grid may also be the coarser one."""
     line = np.empty(coarse.shape[1], coarse.dtype)
     for i in range(start, stop):
-        _across(coarse, i, fine.shape[0], line)
-        _along(line, fine[i])
+        _row(coarse, i, fine.shape[0], line, fine[i])
 
 
 @kernel()
+def _row(coarse: Any, i: int, rows: int, line: Any, fine: Any) -> None:
+    """Fill row i of the fine field, of so many rows; `line` is a buffer for one coarse row."""
+    _across(coarse, i, rows, line)
+    _along(line, fine)
+
+
+@kernel(inline=True)
 def _weights(points: int, coarse: int, i: int) -> Any:
     """The coarse point before fine point i, and the weights of the four around it."""
     position = i * (coarse / points)
@@ -57,7 +62,7 @@ def _weights(points: int, coarse: int, i: int) -> Any:
     )
 
 
-@kernel()
+@kernel(inline=True)
 def _across(coarse: Any, i: int, rows: int, line: Any) -> None:
     size = coarse.shape[0]
     kind = coarse.dtype.type
@@ -68,12 +73,13 @@ def _across(coarse: Any, i: int, rows: int, line: Any) -> None:
         line[j] = a * coarse[k0, j] + b * coarse[k1, j] + c * coarse[k2, j] + d * coarse[k3, j]
 
 
-@kernel()
+@kernel(inline=True)
 def _along(line: Any, fine: Any) -> None:
     size, points = line.size, fine.size
     kind = line.dtype.type
     if size == points:
-        fine[:] = line
+        for j in range(size):
+            fine[j] = line[j]
     elif points == 2 * size and size > 2:
         # twice as fine, as nearly always: every other point is a coarse one, and those between have the same weights
         outer, inner = kind(-0.0625), kind(0.5625)

@@ -81,24 +81,7 @@ def product(source: Any, target: Any, rows: Any, columns: Any) -> None:
     rows_backward(target, *rows)
 
 
-@kernel()
-def columns_forward(start: int, stop: int, group: int, plans: Any, spectrum: Any, result: Any, factor: Any) -> None:
-    """Transform the columns in place, and multiply by the factor."""
-    for first in range(start, stop, group):
-        transform(plans[0], plans[1], spectrum[first:].ctypes.data, result.ctypes.data)
-        spectrum[first : first + group, : result.shape[1]] = factor * result[:group]
-
-
-@kernel()
-def columns_backward(start: int, stop: int, group: int, plans: Any, spectrum: Any, result: Any) -> None:
-    """Transform the columns back, in place."""
-    for first in range(start, stop, group):
-        # the plan goes from the buffer to the columns, as in `columns_product`
-        result[:group] = spectrum[first : first + group, : result.shape[1]]
-        transform(plans[0], plans[2], result.ctypes.data, spectrum[first:].ctypes.data)
-
-
-@kernel()
+@kernel(inline=True)
 def pack(field: Any, first: int, lines: Any) -> None:
     """Write rows first, first + 1 as the real and imaginary parts of line 0, and so on; zero beyond the last row."""
     rows, columns = field.shape
@@ -114,7 +97,7 @@ def pack(field: Any, first: int, lines: Any) -> None:
                 lines[r, 2 * j + 1] = 0.0
 
 
-@kernel()
+@kernel(inline=True)
 def unpack(lines: Any, first: int, rows: int, field: Any) -> None:
     """Undo `pack`: real and imaginary parts of the lines to rows of the field."""
     columns = field.shape[1]
@@ -129,7 +112,7 @@ def unpack(lines: Any, first: int, rows: int, field: Any) -> None:
                 field[i, j] = lines[r, 2 * j]
 
 
-@kernel()
+@kernel(inline=True)
 def split(lines: Any, points: int, first: int, count: int, spectrum: Any) -> None:
     """Separate the transforms of the two rows of each line: twice the half spectrum, transposed."""
     for k in range(spectrum.shape[0]):
@@ -144,7 +127,7 @@ def split(lines: Any, points: int, first: int, count: int, spectrum: Any) -> Non
             spectrum[k, c + 3] = wr - zr
 
 
-@kernel()
+@kernel(inline=True)
 def join(spectrum: Any, first: int, count: int, points: int, lines: Any) -> None:
     """Undo `split` but for the factor 2: half spectra of two rows to the full spectrum of one complex line."""
     for k in range(spectrum.shape[0]):
@@ -163,7 +146,7 @@ def join(spectrum: Any, first: int, count: int, points: int, lines: Any) -> None
                 lines[r, b + 1] = u - y
 
 
-@kernel()
+@kernel(inline=True)
 def multiply(stiff: bool, lines: Any, first: int, count: int, weights: Any) -> None:
     """Multiply by factor · q/2, from displacement to pressure, or by factor · 2/q, back; q² = along + across."""
     along, across, factor = weights

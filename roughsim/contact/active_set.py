@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roughsim.contact import Contact, Solid, checked_load
+from roughsim.contact.solver.ahead import compile_ahead
 from roughsim.contact.solver.problem import coarser, dimensionless, full_contact
 from roughsim.contact.solver.solve import solve_cascade
 from roughsim.contact.solver.state import State, rounding_floor
@@ -72,6 +73,7 @@ def solve_contact(
         raise ValueError(f'precision = {precision!r} must be "double" or "single"')
     surface = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
     earlier = None if start is None else _checked_start(start)
+    compile_ahead()
     problem, spectrum, pressure_unit = dimensionless(
         surface, grid, solid.effective_modulus, load, solid.penetration_hardness
     )

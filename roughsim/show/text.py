@@ -13,6 +13,7 @@ from contextlib import contextmanager, suppress
 from typing import Any, NoReturn
 
 LONGEST = 1200  # characters of an error; a path of thousands is cut in its middle
+notes_are_shown = False  # the command line asks for them; a program that calls roughsim need not expect them
 ASCII = {
     "±": "+/-", "×": "x", "µ": "u", "μ": "mu", "°": "deg", "²": "^2", "³": "^3", "⁴": "^4", "₀": "0", "₁": "1",
     "–": "-", "—": "-", "−": "-", "…": "...", "·": "*", "⟨": "<", "⟩": ">", "≤": "<=", "≥": ">=", "≈": "~", "≠": "!=",
@@ -60,6 +61,12 @@ def tell(text: str) -> None:
         with suppress(OSError):
             sys.stderr.write(f"{plain_lines(text)}\n")
             sys.stderr.flush()
+
+
+def note(text: str) -> None:
+    """Write a line on what takes long to the standard error, if `notes_are_shown`."""
+    if notes_are_shown:
+        tell(f"roughsim: {text}")
 
 
 def warn(text: object) -> None:

@@ -13,6 +13,7 @@ pixels are oblong, only their shorter side is doubled at first.
 
 import math
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -69,18 +70,35 @@ class Operator:
     def forward(self, field: Field) -> Field:
         """Return the transposed half spectrum (1/N) Σ field·exp(−iq·x), complex; it is a view of the buffer."""
         self._each_row(lines.rows_forward, field)
-        self._each_column(lines.columns_forward, self.factor)
+        run(self._columns_forward, self.column_blocks)
         return self.complex_spectrum
 
     def inverse(self, field: Field) -> None:
         """Write the field whose transposed half spectrum the buffer holds."""
-        self._each_column(lines.columns_backward)
+        run(self._columns_backward, self.column_blocks)
         self._each_row(lines.rows_backward, field)
 
     @property
     def complex_spectrum(self) -> Field:
         """The buffer as complex numbers, shape (columns//2 + 1, rows)."""
         return self.spectrum.view(np.result_type(self.dtype, np.complex64))[:, : self.shape[0]]
+
+    def _columns_forward(self, start: int, stop: int) -> None:
+        """Transform columns in place, and multiply by the factor."""
+        group, (_, forward, _), whole, result = self._columns()
+        for first in range(start, stop, group):
+            columns = whole[first : first + group]
+            self.column_plans.execute(forward, columns.ctypes.data, result.ctypes.data)
+            np.multiply(result, self.factor, out=columns[:, : result.shape[1]])
+
+    def _columns_backward(self, start: int, stop: int) -> None:
+        """Transform columns back, in place."""
+        group, (_, _, backward), whole, result = self._columns()
+        for first in range(start, stop, group):
+            # the plan goes from the buffer to the columns
+            columns = whole[first : first + group]
+            result[...] = columns[:, : result.shape[1]]
+            self.column_plans.execute(backward, result.ctypes.data, columns.ctypes.data)
 
     def _each_row(self, kernel: Any, field: Field) -> None:
         run(lambda start, stop: kernel(field, start, stop, *self._rows()), self.row_blocks)
@@ -171,8 +189,9 @@ class Extension:
         sizes = [rows * columns for rows, columns in shapes]
         sizes[0] *= 1 - self.bottom
         self.starts = np.cumsum([0, *sizes[:-1]])
-        self.pyramid = np.array(shapes), self.starts, *(np.zeros(sum(sizes), dtype) for _ in range(3))
-        weights, inverses, values = self.pyramid[2:]
+        both = all(b < a for fine, coarse in pairwise(shapes) for a, b in zip(fine, coarse, strict=True))
+        weights, inverses, values = (np.zeros(sum(sizes), dtype) for _ in range(3))
+        self.pyramid = None if both else True, np.array(shapes), self.starts, weights, inverses, values
         level = slice(self.starts[self.bottom], self.starts[self.bottom] + sizes[self.bottom])
         self.parents = tuple(flat[level].reshape(shapes[self.bottom]) for flat in (weights, values, inverses))
         self.rows, self.parent_rows = spans(*grid.shape), spans(*shapes[self.bottom])
@@ -181,14 +200,16 @@ class Extension:
         """Fill `field`, zero off the free points, over the whole plane, in place."""
         if self.bottom == 0:
             self.parents[0][...], self.parents[1][...] = free, field
-            extension.extend_coarse(self.bottom, *self.pyramid)
+            extension.push_coarse(self.bottom, *self.pyramid)
+            extension.pull_coarse(self.bottom, *self.pyramid)
             field[...] = self.parents[1]
             return
         if len(self.rows) == 1:  # one call: each costs more than its work on a small grid
             extension.extend(self.rows[0], self.bottom, free, field, self.parents, self.pyramid)
             return
         run(lambda a, b: extension.push_finest(a, b, free, field, *self.parents), self.rows)
-        extension.extend_coarse(self.bottom, *self.pyramid)
+        extension.push_coarse(self.bottom, *self.pyramid)
+        extension.pull_coarse(self.bottom, *self.pyramid)
         run(lambda a, b: extension.pull(a, b, free, self.parents[1], field), self.rows)
 
     def transpose(self, free: NDArray[np.int8], field: Field, step: Field, response: Field) -> tuple[float, float]:

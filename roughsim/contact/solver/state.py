@@ -98,8 +98,13 @@ class State:
     def refresh(self, dtype: Any) -> None:
         """Compute the gap anew from the pressure."""
         problem = self.problem
-        operator = self.operator if dtype == self.kind else half_space(problem.grid, dtype)
-        operator.comply(self.pressure, self.gap)
+        if dtype == self.kind:
+            # in a buffer of the steps' precision: kernels that convert would have to be compiled for this alone
+            self.field[...] = self.pressure
+            self.operator.comply(self.field, self.field)
+            self.gap[...] = self.field
+        else:
+            half_space(problem.grid, dtype).comply(self.pressure, self.gap)
         self.transforms += 1.0 if dtype == np.float32 else 2.0
         low, high = extremes(self.gap)
         self.range = high - low

@@ -1,0 +1,76 @@
+"""Compiling ahead: on a machine where no kernel of the solver is compiled yet, two processes share the work.
+
+Otherwise one process would compile each kernel as its first solve comes to it. What this module does not reach is
+compiled in that way.
+"""
+
+import os
+import subprocess
+import sys
+from functools import cache
+
+import numpy as np
+
+from roughsim._kernels import active_set, found_compiled
+from roughsim.contact.solver.operators import Extension, half_space
+from roughsim.contact.solver.problem import ScaledProblem
+from roughsim.contact.solver.solve import start_from
+from roughsim.contact.solver.state import State
+from roughsim.grid import Field, Grid
+from roughsim.show.text import note
+
+GRID = Grid((16, 16), (1.0, 1.0))
+
+
+@cache
+def compile_ahead() -> None:
+    """Compile the kernels of the solver where none is in the cache: here, and in a second process if there is a core.
+
+    A process asks once. Where kernels are in the cache this loads the smallest of them.
+    """
+    active_set.contact_sum(0, 1, np.ones(1), np.ones(1))
+    if found_compiled(active_set.contact_sum):
+        return
+    note("compiling the contact solver, once on this machine: some seconds")
+    helper = None
+    if (os.cpu_count() or 1) > 1:
+        # with the modules of this process, and without its script
+        code = f"import sys; sys.path[:] = sys.argv[1:]; from {__name__} import compile_extension as go; go()"
+        quiet = subprocess.DEVNULL
+        helper = subprocess.Popen([sys.executable, "-c", code, *sys.path], stdin=quiet, stdout=quiet, stderr=quiet)
+    compile_steps()
+    if helper is not None:
+        helper.wait()  # what it failed to compile is compiled when it is needed
+
+
+def compile_extension() -> None:
+    """Compile the kernels of the preconditioner, about half of all."""
+    extension, free, pressure = Extension(GRID, np.float32), np.ones(GRID.shape, np.int8), np.ones(GRID.shape)
+    field, step, response = (np.zeros(GRID.shape, np.float32) for _ in range(3))
+    extension.extend(free, field)
+    extension.transpose(free, field, step, response)
+    extension.gather_load(free, field, pressure, 1.0, step)
+
+
+def compile_steps() -> None:
+    """Compile the kernels of all else in a solve."""
+    fine, coarse = (State(ScaledProblem(heights(), 0.0, 1.0, GRID, 0.01, 1.0, 1.0)) for _ in range(2))
+    spectrum = half_space(GRID, np.float64)
+    spectrum.forward(heights())
+    spectrum.inverse(fine.gap)
+    fine.pressure[...] = fine.problem.load
+    for kind in (np.float64, np.float32):
+        fine.refresh(kind)
+    fine.begin()
+    fine.assess(1.0)
+    fine.find_offset()
+    fine.propose(0.0, 0.0)
+    fine.respond()
+    fine.move(0.0)
+    fine.range_shrank()
+    start_from(fine, coarse)
+
+
+def heights() -> Field:
+    """Return a wave."""
+    return np.cos(2 * np.pi * np.arange(GRID.points) / GRID.shape[0]).reshape(GRID.shape)
