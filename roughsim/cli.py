@@ -2,6 +2,7 @@
 
 import json
 import sys
+import time
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -144,6 +145,7 @@ def run(
 
     For example: roughsim run demo -o runs/demo --until flash_temperature=1%
     """
+    began = time.monotonic()
     from dataclasses import replace
 
     from roughsim.ensemble.progress import run_shown
@@ -153,9 +155,9 @@ def run(
     changes = {key: value for key, value in changes.items() if value is not None}
     loaded = replace(loaded, numerics=replace(loaded.numerics, **changes))
     try:
-        pairs = [text.partition("=") for text in until or ()]
+        pairs = [word.partition("=") for word in until or ()]
         targets = {name.strip(): value for name, _, value in pairs} or None
-        result = run_shown(loaded, output, workers, until=targets, max_realizations=most)
+        result = run_shown(loaded, output, workers, began=began, until=targets, max_realizations=most)
     except KeyboardInterrupt:  # caught here: typer would end without a word
         fail("stopped; what was computed is stored, and the same command goes on from there", 130)
     if result.failed > 0.01 * result.realizations:

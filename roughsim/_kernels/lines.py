@@ -38,7 +38,7 @@ def _interpreted(execute: int, *addresses: int) -> None:
 transform: Any = _interpreted if config.DISABLE_JIT else intrinsic(_transform)  # type: ignore[attr-defined]
 
 
-@kernel()
+@kernel(inline=True)
 def rows_forward(
     field: Any, start: int, stop: int, group: int, plans: Any, source: Any, result: Any, spectrum: Any
 ) -> None:
@@ -49,7 +49,7 @@ def rows_forward(
         split(result, field.shape[1], 2 * first, min(group, stop - first), spectrum)
 
 
-@kernel()
+@kernel(inline=True)
 def rows_backward(
     field: Any, start: int, stop: int, group: int, plans: Any, source: Any, result: Any, spectrum: Any
 ) -> None:
@@ -60,7 +60,7 @@ def rows_backward(
         unpack(source, 2 * first, field.shape[0], field)
 
 
-@kernel()
+@kernel(inline=True)
 def columns_product(
     stiff: bool, start: int, stop: int, group: int, plans: Any, spectrum: Any, result: Any, weights: Any
 ) -> None:
@@ -76,9 +76,11 @@ def columns_product(
 @kernel()
 def product(source: Any, target: Any, rows: Any, columns: Any) -> None:
     """Multiply by q/2 or by 2/q: `rows` and `columns` hold what `rows_forward` and `columns_product` ask for."""
-    rows_forward(source, *rows)
-    columns_product(*columns)
-    rows_backward(target, *rows)
+    first, last, row_group, row_plans, row_source, row_result, spectrum = rows
+    stiff, start, stop, column_group, column_plans, whole, column_result, weights = columns
+    rows_forward(source, first, last, row_group, row_plans, row_source, row_result, spectrum)
+    columns_product(stiff, start, stop, column_group, column_plans, whole, column_result, weights)
+    rows_backward(target, first, last, row_group, row_plans, row_source, row_result, spectrum)
 
 
 @kernel(inline=True)

@@ -37,7 +37,7 @@ class Progress:
         self.console = console
         count, left = (bars.TextColumn(text, markup=False) for text in ("{task.description}", "{task.fields[left]}"))
         self.bar = bars.Progress(count, bars.BarColumn(), left, console=console, disable=not console.is_terminal)
-        self.task = self.bar.add_task("starting", total=1.0, left="")
+        self.task = self.bar.add_task("planning", total=None, left="")
         self.began = time.monotonic()
         self.first: int | None = None  # number of members before this process added any
         self.printed = -1  # realizations in the line that was printed last
@@ -53,32 +53,37 @@ class Progress:
         left = f"{clock(max(expected - members, 0) / rate)} left" if end_known(run) else "time left not known yet"
         text = count_text(run) + reached(run)
         with suppress(OSError):
-            self.bar.update(self.task, description=text, completed=min(members / expected, 1.0), left=left)
+            self.bar.update(self.task, description=text, total=1.0, completed=min(members / expected, 1.0), left=left)
         # without a bar: five lines in all, and no count twice
         if self.bar.disable and count and count % max(needed // 5, 1) == 0 and count != self.printed:
             self.printed = count
             self.console.print_lines(f"{text}, {left}")
 
 
-def run_shown(scene: Scene, folder: Path, workers: int | None, **options: Any) -> Run:
-    """Plan and run a scene as `roughsim.run` does, showing the plan, the progress and the end; all cores for None."""
+def run_shown(scene: Scene, folder: Path, workers: int | None, *, began: float | None = None, **options: Any) -> Run:
+    """Plan and run a scene as `roughsim.run` does, showing the plan, the progress and the end; all cores for None.
+
+    `began` is when the command was given, s by `time.monotonic`; now if left out. The last line tells the time since.
+    """
+    began = time.monotonic() if began is None else began
     console = PatientConsole(stderr=True)
     scene = aimed(scene, **options)
-    numerics = begin(scene, folder)
-    plan = (reason.value for reason in numerics.reasons if reason.choice in ("smoothed", "capped", "elastic"))
-    console.print_lines(*plan, style="dim")
-    for line in judge(scene, numerics).warnings:
-        warn(line)
-    count = (os.cpu_count() or 1) if workers is None else workers
     progress = Progress(console)
     try:
         with suppress(OSError):
             progress.bar.start()
+        numerics = begin(scene, folder)
+        plan = (reason.value for reason in numerics.reasons if reason.choice in ("smoothed", "capped", "elastic"))
+        console.print_lines(*plan, style="dim")
+        for line in judge(scene, numerics).warnings:
+            warn(line)
+        count = (os.cpu_count() or 1) if workers is None else workers
+        progress.began = time.monotonic()  # the time left follows from the members alone
         result = run(scene, folder, numerics=numerics, workers=count, observer=progress.update)
     finally:
         with suppress(OSError):
             progress.bar.stop()
-    duration = clock(time.monotonic() - progress.began)
+    duration = clock(time.monotonic() - began)
     console.print_lines(f"{result.realizations} realizations in {result.folder}, {duration}{reached(result)}")
     console.print_lines(*losses(result))
     if result.until and not result.target_met:

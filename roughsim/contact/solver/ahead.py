@@ -12,9 +12,9 @@ from functools import cache
 import numpy as np
 
 from roughsim._kernels import active_set, found_compiled
+from roughsim._kernels.interpolation import refine
 from roughsim.contact.solver.operators import Extension, half_space
 from roughsim.contact.solver.problem import ScaledProblem
-from roughsim.contact.solver.solve import start_from
 from roughsim.contact.solver.state import State
 from roughsim.grid import Field, Grid
 from roughsim.show.text import note
@@ -35,40 +35,41 @@ def compile_ahead() -> None:
     helper = None
     if (os.cpu_count() or 1) > 1:
         # with the modules of this process, and without its script
-        code = f"import sys; sys.path[:] = sys.argv[1:]; from {__name__} import compile_extension as go; go()"
+        code = f"import sys; sys.path[:] = sys.argv[1:]; from {__name__} import compile_other_half as go; go()"
         quiet = subprocess.DEVNULL
         helper = subprocess.Popen([sys.executable, "-c", code, *sys.path], stdin=quiet, stdout=quiet, stderr=quiet)
-    compile_steps()
+    compile_half()
     if helper is not None:
         helper.wait()  # what it failed to compile is compiled when it is needed
 
 
-def compile_extension() -> None:
-    """Compile the kernels of the preconditioner, about half of all."""
+def compile_other_half() -> None:
+    """Compile the kernels of the preconditioner and of the interpolation between grids: about half of all."""
     extension, free, pressure = Extension(GRID, np.float32), np.ones(GRID.shape, np.int8), np.ones(GRID.shape)
     field, step, response = (np.zeros(GRID.shape, np.float32) for _ in range(3))
     extension.extend(free, field)
     extension.transpose(free, field, step, response)
     extension.gather_load(free, field, pressure, 1.0, step)
+    refine(0, 1, field, 1.0, pressure, free)
 
 
-def compile_steps() -> None:
+def compile_half() -> None:
     """Compile the kernels of all else in a solve."""
-    fine, coarse = (State(ScaledProblem(heights(), 0.0, 1.0, GRID, 0.01, 1.0, 1.0)) for _ in range(2))
+    state = State(ScaledProblem(heights(), 0.0, 1.0, GRID, 0.01, 1.0, 1.0))
     spectrum = half_space(GRID, np.float64)
     spectrum.forward(heights())
-    spectrum.inverse(fine.gap)
-    fine.pressure[...] = fine.problem.load
+    spectrum.inverse(state.gap)
+    state.pressure[...] = state.problem.load
     for kind in (np.float64, np.float32):
-        fine.refresh(kind)
-    fine.begin()
-    fine.assess(1.0)
-    fine.find_offset()
-    fine.propose(0.0, 0.0)
-    fine.respond()
-    fine.move(0.0)
-    fine.range_shrank()
-    start_from(fine, coarse)
+        state.refresh(kind)
+    state.begin()
+    state.assess(1.0)
+    state.find_offset()
+    state.propose(0.0, 0.0)
+    state.respond()
+    state.move(0.0)
+    state.range_shrank()
+    state.balance(1e-12)
 
 
 def heights() -> Field:

@@ -1,0 +1,96 @@
+"""Compiling ahead: what a machine without compiled kernels does before its first solve."""
+
+import os
+import subprocess
+import sys
+import textwrap
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim.contact.solver import ahead
+from roughsim.show import text
+
+
+class Helper:
+    """Stands in for the second process."""
+
+    started: ClassVar[list] = []
+
+    def __init__(self, words, **_):
+        self.started.append(words)
+
+    def wait(self):
+        self.started.append("waited")
+
+
+@pytest.fixture
+def helper(monkeypatch):
+    monkeypatch.setattr(Helper, "started", [])
+    monkeypatch.setattr(ahead.subprocess, "Popen", Helper)
+    monkeypatch.setattr(text, "notes_are_shown", True)
+    monkeypatch.setattr(ahead.os, "cpu_count", lambda: 2)
+    return Helper
+
+
+def test_where_kernels_are_in_the_cache_nothing_is_compiled_ahead(helper, monkeypatch, capsys):
+    monkeypatch.setattr(ahead, "found_compiled", lambda kernel: True)
+    ahead.compile_ahead.__wrapped__()
+    assert helper.started == []
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("cores", [1, 2, None])
+def test_without_compiled_kernels_a_second_core_helps_and_one_line_says_what_takes_long(
+    helper, monkeypatch, capsys, cores
+):
+    monkeypatch.setattr(ahead, "found_compiled", lambda kernel: False)
+    monkeypatch.setattr(ahead.os, "cpu_count", lambda: cores)
+    ahead.compile_ahead.__wrapped__()
+    assert [words if words == "waited" else words[0] for words in helper.started] == (
+        [sys.executable, "waited"] if cores == 2 else []
+    )
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_program_that_calls_roughsim_is_told_nothing(helper, monkeypatch, capsys):
+    monkeypatch.setattr(ahead, "found_compiled", lambda kernel: False)
+    monkeypatch.setattr(text, "notes_are_shown", False)
+    ahead.compile_ahead.__wrapped__()
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_tiny_problem_of_either_half_is_no_part_of_later_solves():
+    grid, solid = rs.Grid((16, 16), (1.0, 1.0)), rs.Solid(1.0)
+    heights = np.random.default_rng(5).normal(size=grid.shape)
+    before = rs.solve_contact(heights, grid, solid, nominal_pressure=0.1).pressure
+    ahead.compile_half()
+    ahead.compile_other_half()
+    assert np.array_equal(rs.solve_contact(heights, grid, solid, nominal_pressure=0.1).pressure, before)
+
+
+@pytest.mark.slow
+def test_after_both_halves_a_solve_on_several_grids_compiles_nothing(tmp_path):
+    code = """
+        import numba.core.event as event, numpy as np, roughsim as rs
+        from roughsim.contact.active_set import solve_contact
+        from roughsim.contact.solver import ahead
+        ahead.compile_ahead()
+        class Compiled(event.Listener):
+            def on_start(self, event):
+                print("compiled:", event.data["dispatcher"].py_func.__name__)
+            def on_end(self, event):
+                pass
+        event.register("numba:compile", Compiled())
+        grid = rs.Grid((256, 256), (1e-3, 1e-3))
+        spectrum = rs.SelfAffineSpectrum.from_rms_slope(0.1, hurst=0.8, q_min=6e3, q_roll_off=2e4, q_max=2e5)
+        heights = rs.synthesize(spectrum, grid, np.random.default_rng(1))
+        for cap in (np.inf, 5e8):
+            rs.solve_contact(heights, grid, rs.Solid(2e11, cap), nominal_pressure=1e7, tolerance=1e-7)
+    """
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    words = [sys.executable, "-c", textwrap.dedent(code)]
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, ""), done.stderr
