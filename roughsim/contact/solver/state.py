@@ -100,9 +100,10 @@ class State:
         problem = self.problem
         if dtype == self.kind:
             # in a buffer of the steps' precision: kernels that convert would have to be compiled for this alone
-            self.field[...] = self.pressure
+            p, gap, _, field, _ = self.flat
+            run(lambda a, b: np.copyto(field[a:b], p[a:b], casting="same_kind"), self.blocks)
             self.operator.comply(self.field, self.field)
-            self.gap[...] = self.field
+            run(lambda a, b: np.copyto(gap[a:b], field[a:b]), self.blocks)
         else:
             half_space(problem.grid, dtype).comply(self.pressure, self.gap)
         self.transforms += 1.0 if dtype == np.float32 else 2.0
