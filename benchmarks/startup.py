@@ -40,9 +40,9 @@ def timed(words: list[str], cache: Path | None = None) -> Times:
         [sys.executable, *words], env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
     )
     assert process.stdout is not None
-    process.stdout.readline()
+    text = process.stdout.readline()
     first = time.monotonic() - began
-    text = process.stdout.read()
+    text += process.stdout.read()
     if process.wait():
         raise SystemExit(f"{' '.join(words)} failed: {text.decode()}")
     return Times(cpu_of_children() - used, first, time.monotonic() - began)
@@ -54,17 +54,17 @@ def cpu_of_children() -> float:
     return usage.ru_utime + usage.ru_stime
 
 
-def verbs(run: Path) -> dict[str, list[str]]:
-    """Return what is started; `run` is a finished run."""
+def verbs(run: Path, scene: str) -> dict[str, list[str]]:
+    """Return what is started; `run` is where a run is, or will be when the others read it."""
     words = {
         "python": ["-c", "pass"],
         "import numpy": ["-c", "import numpy"],
         "import roughsim": ["-c", "import roughsim"],
         "roughsim --help": [*COMMAND, "--help"],
         "roughsim new": [*COMMAND, "new"],
-        "roughsim theory": [*COMMAND, "theory", "demo"],
-        "roughsim plan": [*COMMAND, "plan", "demo"],
-        "roughsim run": [*COMMAND, "run", "demo", "-o", str(run), "--max", "1", "--workers", "1"],
+        "roughsim theory": [*COMMAND, "theory", scene],
+        "roughsim plan": [*COMMAND, "plan", scene],
+        "roughsim run": [*COMMAND, "run", scene, "-o", str(run), "--max", "4", "--workers", "1"],
     }
     for verb in ("status", "compare", "report"):
         words[f"roughsim {verb}"] = [*COMMAND, verb, str(run)]
@@ -77,7 +77,7 @@ def verbs(run: Path) -> dict[str, list[str]]:
 def main() -> int:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--times", type=int, default=5, help="rounds")
-    options.add_argument("--scene", default="demo", help="of the first member")
+    options.add_argument("--scene", default="demo", help="a bundled scene")
     chosen = options.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder)
@@ -85,7 +85,7 @@ def main() -> int:
         for name in ("cold", "warm"):
             words = [*COMMAND, "run", chosen.scene, "-o", str(home / name), "--max", "1", "--workers", "1"]
             show(f"first member of {chosen.scene}, {name}", timed(words, home / "compiled"))
-        words = verbs(home / "warm")
+        words = verbs(home / "warm", chosen.scene)
         rounds = [[timed(start, home / "compiled") for start in words.values()] for _ in range(chosen.times + 1)][1:]
         medians = [Times(*map(statistics.median, zip(*times, strict=True))) for times in zip(*rounds, strict=True)]
     seconds = dict(zip(words, medians, strict=True))
