@@ -63,6 +63,13 @@ def test_a_long_narrow_cell_keeps_its_few_modes():
     np.testing.assert_allclose(seen.pressure_correlation([1e-3, 1.0, 4e3]), direct, rtol=1e-12)
 
 
+def test_a_small_grid_keeps_each_of_its_wavenumbers():
+    grid = Grid((8, 8), (1.0, 1.0))  # 40 nodes would be more than its 14 wavenumbers
+    seen = measure(Pressed(patches(grid)), grid, Sliding([1.0], **UNIT)).stress_spectrum
+    squares = sorted({i**2 + j**2 for i in range(5) for j in range(5)} - {0})
+    np.testing.assert_allclose(seen.wavenumber, 2 * pi * np.sqrt(squares), rtol=1e-14)
+
+
 def test_distances_keep_their_shape_and_end_at_half_the_diagonal():
     grid = Grid((16, 16), (3.0, 4.0))
     seen = measure(Pressed(patches(grid)), grid, Sliding([1.0], **UNIT))
