@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from damage_cases import member
 
+import roughsim as rs
 from roughsim.results.members import Members
 from roughsim.store import member_files
 from roughsim.store.member_files import Member, is_unchanged, member_path, read_member, read_spectrum, write_member
@@ -89,17 +90,19 @@ def test_the_latest_files_are_those_with_the_latest_times():
 
 def test_a_summary_gives_rows_that_count_only_once_their_files_were_seen(tmp_path):
     members, path = filled(), tmp_path / "summary.bin"
-    members.put((0, 5), member(5, fields=False))  # of no file
+    for index in (3, 5):
+        members.put((0, index), member(index, fields=False))  # of no file
     members.save(path, ["this run"], {"count": 3})
     again = table()
     assert again.load(path, ["this run"]) == {"count": 3}
     assert (len(again), again.sound(0), list(again)) == (0, [], [])
-    assert again.row((0, 5)) is None or again.row((0, 5))["state"] == 0
-    for number, key in enumerate(sorted(set(members) - {(0, 5)}), 1):
+    assert again.row((0, 3))["state"] == 0
+    assert again.row((0, 5)) is None
+    for number, key in enumerate(sorted(set(members) - {(0, 3), (0, 5)}), 1):
         again.see(key, 77)
         assert len(again) == number
         assert again.row(key)["changed"] == 77
-    assert again.sound(5) == members.sound(5)
+    assert again.sound(3) == members.sound(3) == [0]
     assert again[0, 1].failure == "stalled"
     np.testing.assert_array_equal(again.wavenumber[0], np.arange(8.0))
     for key in ((0, 0), (1, 4)):
@@ -128,8 +131,13 @@ def test_a_file_is_unchanged_if_size_and_digest_are_and_is_read_only_if_its_time
     assert is_unchanged(path, status, size, changed + 1, digest)  # a copy
     assert not is_unchanged(path, status, size, changed + 1, digest[::-1])
     assert not is_unchanged(path, status, size, changed, digest[::-1])
+    content = path.read_bytes()
+    path.write_bytes(content[:99] + bytes([content[99] ^ 1]) + content[100:])  # a copy that went wrong has the seal too
+    with pytest.raises(rs.RecordError, match="L1-000042.h5 is damaged"):
+        is_unchanged(path, status, size, changed + 1, digest)
     with monkeypatch.context() as closed:
         closed.setattr(member_files, "read_bytes", lambda path: pytest.fail("the seal is enough"))
+        os.utime(path, ns=(changed, changed))
         assert is_unchanged(path, status, size, changed, digest)
         assert not is_unchanged(path, status, size + 1, changed, digest)
         assert not is_unchanged(path.parent, os.stat(path.parent), os.stat(path.parent).st_size, 0, digest)
