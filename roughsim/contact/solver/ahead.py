@@ -44,13 +44,12 @@ def compile_ahead() -> None:
 
 
 def compile_other_half() -> None:
-    """Compile the kernels of the preconditioner and of the interpolation between grids: about half of all."""
+    """Compile the kernels of the preconditioner, about half of all."""
     extension, free, pressure = Extension(GRID, np.float32), np.ones(GRID.shape, np.int8), np.ones(GRID.shape)
     field, step, response = (np.zeros(GRID.shape, np.float32) for _ in range(3))
     extension.extend(free, field)
     extension.transpose(free, field, step, response)
     extension.gather_load(free, field, pressure, 1.0, step)
-    refine(0, 1, field, 1.0, pressure, free)
 
 
 def compile_half() -> None:
@@ -70,6 +69,7 @@ def compile_half() -> None:
     state.move(0.0)
     state.range_shrank()
     state.balance(1e-12)
+    refine(0, 1, state.field, 1.0, state.pressure, state.free)
 
 
 def heights() -> Field:
