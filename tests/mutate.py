@@ -57,7 +57,7 @@ TESTS = {
     "roughsim/heat/influence.py": "heat/test_half_space.py heat/test_source.py heat/test_partition.py",
     "roughsim/heat/half_space.py": "heat/test_half_space.py heat/test_source.py",
     "roughsim/heat/partition.py": "heat/test_partition.py",
-    "roughsim/heat/statistics.py": "heat/test_heat_statistics.py",
+    "roughsim/heat/statistics.py": "heat/test_heat_statistics.py heat/test_heat_fields.py",
     "roughsim/observables/moments.py": "observables/test_moments.py observables/test_angular.py",
     "roughsim/observables/stress_spectrum.py": "observables/test_stress_spectrum.py observables/test_moments.py",
     "roughsim/scene/model.py": (
@@ -71,9 +71,13 @@ TESTS = {
     "estimate/test_law.py estimate/test_total_errors.py",
     "roughsim/estimate/errors.py": "estimate/test_estimate.py estimate/test_ladder.py estimate/test_total_errors.py",
     "roughsim/prediction/__init__.py": "prediction/test_prediction.py prediction/test_one_theory.py",
-    "roughsim/prediction/bodies.py": "prediction/test_prediction.py heat/test_conductivity.py",
+    "roughsim/prediction/bodies.py": (
+        "prediction/test_friction.py heat/test_conductivity.py prediction/test_prediction.py "
+        "comparison/test_contact_temperature.py"
+    ),
     "roughsim/comparison/compare.py": (
-        "comparison/test_compare.py comparison/test_in_band.py estimate/test_total_errors.py"
+        "comparison/test_compare.py comparison/test_contact_temperature.py comparison/test_in_band.py "
+        "estimate/test_total_errors.py"
     ),
     "roughsim/show/table.py": "show/test_units.py show/test_table.py",
     "roughsim/comparison/trust.py": "comparison/test_trust.py comparison/test_validity_page.py",

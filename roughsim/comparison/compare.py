@@ -7,7 +7,7 @@ the theory is formed over the modes that the simulation itself has.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from math import copysign, inf, isfinite, isnan, log, nan
 from pathlib import Path
@@ -27,6 +27,7 @@ from roughsim.show.table import json_value
 from roughsim.surface.spectrum import TruncatedSpectrum
 
 NOTICED = 0.02  # relative difference of two theories that a note names
+CONTACT_TEMPERATURE = "contact_temperature"  # T₀(t) + T_flash, of scenes with a duration
 BIN_WIDTH, LEAST_BINS = 0.12, 12  # of the stress spectrum, in ln q; how many make a band that has a slope
 
 
@@ -202,7 +203,7 @@ def compare(run: Run) -> Comparison:
 
 
 def rows_of(run: Run) -> Iterator[Row]:
-    """Yield a row for each observable and speed."""
+    """Yield a row for each observable and speed; at the end the contact temperatures, if the scene has a duration."""
     grid, q_c = finest(run)
     drawn = TruncatedSpectrum(prediction.smoothed_spectrum(run.scene), q_c)
     theories = {  # by the field of a row that has it
@@ -211,26 +212,40 @@ def rows_of(run: Run) -> Iterator[Row]:
         "theory_full_spectrum": prediction.predictions(run.scene),
         "calibrated": prediction.calibrated_predictions(run.scene),
     }
-    plastic = not run.scene.elastic
+    for observable in OBSERVABLES:
+        yield from rows_of_one(run, observable, {name: values[observable] for name, values in theories.items()})
+    if run.scene.sliding.duration is not None:
+        flash = {name: values["flash_temperature"] for name, values in theories.items()}
+        rows = rows_of_one(run, "flash_temperature", flash, prediction.background(run.scene))
+        yield from (replace(row, observable=CONTACT_TEMPERATURE) for row in rows)
+
+
+def rows_of_one(run: Run, observable: str, predicted: dict[str, Array], more: Array | None = None) -> Iterator[Row]:
+    """Yield a row for each speed of an observable, whose theories are `predicted` by the field of a row.
+
+    `more`, (speeds,), is an exact number added to it everywhere, with all heat in the moving body.
+    """
+    record, plastic = OBSERVABLES[observable], not run.scene.elastic
     all_yields = plastic and isfinite(prediction.yield_wavenumber(run.scene))
-    for observable, record in OBSERVABLES.items():
-        measured = {name: run.estimate(observable, name) for name in run.numerics.columns}
-        predicted = {name: values[observable] for name, values in theories.items()}
-        ratios = ratios_of(run, observable, predicted["theory"], predicted["theory_at_cut_off"])
-        share = run.heat_partition if record.heated else np.ones(len(run.scene.speeds))
-        no_limit = np.any([np.isnan(estimate.budget["bandwidth"]) for estimate in measured.values()], axis=0)
-        no_limit |= plastic and not record.limit  # plastic patches have steep edges
-        for k, speed in enumerate(run.scene.speeds if record.per_speed else (None,)):
-            said, cells, quotients = {name: float(x[k] * share[k]) for name, x in predicted.items()}, {}, {}
-            for name, e in measured.items():
-                mean, error, bias, total = (float(x[k]) for x in (e.mean, e.standard_error, e.bias, e.total_error))
-                cells[name] = Cell(mean, error, bias, total, e.unknown_at(k))
-            for name, q in ratios.items():
-                value, error, total = (float(x[k]) for x in (q.mean, q.standard_error, q.total_error))
-                quotients[name] = Ratio(value, error, total, q.unknown_at(k))
-            at_cut_off = no_limit[k] and not all(isnan(cell.mean) for cell in cells.values())
-            note = "identity" if all_yields and record.by_force_balance else "at q_c" if at_cut_off else ""
-            yield Row(observable, record.unit, speed, columns=cells, ratios=quotients, note=note, **said)
+    measured = {name: run.estimate(observable, name) for name in run.numerics.columns}
+    share = run.heat_partition if record.heated else np.ones(len(run.scene.speeds))
+    if more is not None:
+        predicted = {name: values + more for name, values in predicted.items()}
+        measured = {name: replace(estimate, mean=estimate.mean + share * more) for name, estimate in measured.items()}
+    ratios = ratios_of(run, observable, predicted["theory"], predicted["theory_at_cut_off"], more)
+    no_limit = np.any([np.isnan(estimate.budget["bandwidth"]) for estimate in measured.values()], axis=0)
+    no_limit |= plastic and not record.limit  # plastic patches have steep edges
+    for k, speed in enumerate(run.scene.speeds if record.per_speed else (None,)):
+        said, cells, quotients = {name: float(x[k] * share[k]) for name, x in predicted.items()}, {}, {}
+        for name, e in measured.items():
+            mean, error, bias, total = (float(x[k]) for x in (e.mean, e.standard_error, e.bias, e.total_error))
+            cells[name] = Cell(mean, error, bias, total, e.unknown_at(k))
+        for name, q in ratios.items():
+            value, error, total = (float(x[k]) for x in (q.mean, q.standard_error, q.total_error))
+            quotients[name] = Ratio(value, error, total, q.unknown_at(k))
+        at_cut_off = no_limit[k] and not all(isnan(cell.mean) for cell in cells.values())
+        note = "identity" if all_yields and record.by_force_balance else "at q_c" if at_cut_off else ""
+        yield Row(observable, record.unit, speed, columns=cells, ratios=quotients, note=note, **said)
 
 
 def finest(run: Run) -> tuple[Grid, float]:
@@ -240,27 +255,37 @@ def finest(run: Run) -> tuple[Grid, float]:
     return Grid((parts * level.shape[0], parts * level.shape[1]), run.numerics.lengths), level.q_max
 
 
-def ratios_of(run: Run, observable: str, summed: Array, integral: Array) -> dict[str, Uncertain]:
+def ratios_of(
+    run: Run, observable: str, summed: Array, integral: Array, more: Array | None = None
+) -> dict[str, Uncertain]:
     """Return the first column over the theory and, for capped scenes, capped over smoothed.
 
     The difference of the sum over the modes from the integral counts as an error by the finite cell, though contacts
-    are less sensitive to it than the sum.
+    are less sensitive to it than the sum. `more`, (speeds,), is an exact number added to the columns.
     """
     columns = run.numerics.columns
     solver = OBSERVABLES[observable].solver_share * run.numerics.tolerance
     known: Any = {"solver": solver, "scanned": run.scene.scanned}
 
-    def size_of(values: Values, column: str) -> Array:
-        return size_error_of_sum(run.scene, run.numerics.lengths, observable, column, values.from_half)
+    def values_of(column: str, **kind: bool) -> tuple[Values, Array]:
+        """Return the values of a column, and the relative error by the finite cell."""
+        values = run.values(observable, column, **kind)
+        size = size_error_of_sum(run.scene, run.numerics.lengths, observable, column, values.from_half)
+        if more is None:
+            return values, size
+        mean = values.extrapolated.mean(axis=0)
+        parts = {name: getattr(values, name) + more for name in ("extrapolated", "finest", "base")}
+        with np.errstate(invalid="ignore"):  # 0/0 at rest
+            return values._replace(**parts), size * mean / (mean + more)
 
-    first = run.values(observable, columns[0], extrapolated=False)
+    first, first_size = values_of(columns[0], extrapolated=False)
     with np.errstate(all="ignore"):  # 0/0 at rest
         apart = np.nan_to_num(summed / integral - 1.0, nan=0.0, posinf=0.0, neginf=0.0)
-    size = np.hypot(size_of(first, columns[0]), apart)
+    size = np.hypot(first_size, apart)
     result = {f"{columns[0]}_over_theory": quotient(first, summed, size=size, **known)}
     if len(columns) > 1:
-        above, below = (run.values(observable, column) for column in (columns[1], columns[0]))
-        size = np.hypot(size_of(above, columns[1]), size_of(below, columns[0]))
+        (above, above_size), (below, below_size) = (values_of(column) for column in (columns[1], columns[0]))
+        size = np.hypot(above_size, below_size)
         result[f"{columns[1]}_over_{columns[0]}"] = quotient(above, below, size=size, **known)
     return result
 

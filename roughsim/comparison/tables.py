@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from roughsim import prediction
-from roughsim.comparison.compare import Comparison
+from roughsim.comparison.compare import CONTACT_TEMPERATURE, Comparison
 from roughsim.comparison.trust import Trust
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
 from roughsim.results.run import Run
@@ -26,6 +26,8 @@ def theory_values(scene: Scene) -> dict[str, Any]:
     result["friction_coefficient"] = prediction.friction_coefficient(scene)
     result |= {"conductivity": prediction.conduction(scene).conductivity, "heat_partition": share}
     result["heat_partition_theory"] = values["heat_partition"]
+    if scene.sliding.duration is not None:
+        result[CONTACT_TEMPERATURE] = result["flash_temperature"] + share * prediction.background(scene)
     law = prediction.calibrated_over_speed(scene, np.array(scene.speeds))
     result["calibrated"] = law["flash_temperature"] * share
     return result | {name: float(values[name][0]) for name in ("contact_fraction", "plastic_fraction")}
@@ -46,8 +48,10 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
 def theory_table(scene: Scene) -> Table:
     """Return the theory of a scene, a row per speed."""
     values = theory_values(scene)
-    units = UNITS | {"calibrated": UNITS["flash_temperature"]}
+    units = UNITS | dict.fromkeys(("calibrated", CONTACT_TEMPERATURE), UNITS["flash_temperature"])
     columns = {name: with_unit(name, units[name]) for name in (HEATED[0], "calibrated", *HEATED[1:], *WIDTHS)}
+    if CONTACT_TEMPERATURE in values:
+        columns[CONTACT_TEMPERATURE] = with_unit("T₀ + T_flash", units[CONTACT_TEMPERATURE])
     titles_of_tables = {"friction_coefficient": "μ", "conductivity": "κ, W/(m K)"}  # they differ from speed to speed
     columns |= {name: title for name, title in titles_of_tables.items() if name in scene.tables}
     columns |= {"heat_partition": "share used", "heat_partition_theory": "share in theory"}
@@ -130,6 +134,11 @@ def meanings(comparison: Comparison) -> Iterator[str]:
     yield calibrated_note(comparison.run.scene)
     if comparison.unknown:
         yield f"≥: a part of the error is unknown, as no level of the run shows it ({', '.join(comparison.unknown)})."
+    if any(row.observable == CONTACT_TEMPERATURE for row in comparison.rows):
+        yield (
+            f"{CONTACT_TEMPERATURE}: T₀ + T_flash of the moving body after the duration, above its temperature when "
+            "sliding began. T₀ is that of the theory of heat, not simulated."
+        )
     marks = {row.note for row in comparison.rows}
     if "identity" in marks:
         yield "identity: fixed by force balance, no agreement."

@@ -19,6 +19,7 @@ from roughsim.grid import Array, Grid, modes_where
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample, Theory
 from roughsim.observables.stress_spectrum import StressSpectrum
+from roughsim.prediction.bodies import background as background
 from roughsim.prediction.bodies import conduction as conduction
 from roughsim.prediction.bodies import friction_coefficient as friction_coefficient
 from roughsim.prediction.bodies import groups, heat_arguments, load_arguments, pressure_arguments, stress_arguments

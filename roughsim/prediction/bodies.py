@@ -164,15 +164,28 @@ def heating_of_contact(scene: Scene, speed: float) -> Heating:
 
 def rises(scene: Scene, speed: float, bodies: Conduction) -> tuple[float, float]:
     """Return T₀(t) of the moving body and s T_flash, K, with μ = 1: both are in proportion to it."""
-    stress, unit = stress_arguments(scene), heat_arguments(1.0, bodies)
-    spectrum, time = smoothed_spectrum(scene), scene.sliding.duration
+    stress, unit, spectrum = stress_arguments(scene), Heating(1.0, bodies), smoothed_spectrum(scene)
     share = float(share_of(scene, scene.sliding.heat_partition, np.array([speed]), spectrum, bodies)[0])
-    flash = float(theory.flash.flash_temperature(speed, spectrum, **stress, **unit))
-    if time is None or speed == 0.0:
-        return 0.0, share * flash
-    flux = share * scene.sliding.nominal_pressure * speed
-    conducts = {"conductivity": bodies.conductivity, "diffusivity": bodies.diffusivity}
-    return float(theory.background.temperature(time, heat_flux=flux, **conducts)), share * flash
+    flash = float(theory.flash.flash_temperature(speed, spectrum, **stress, **heat_arguments(*unit)))
+    return share * warming(scene, speed, unit), share * flash
+
+
+def warming(scene: Scene, speed: float, constants: Heating) -> float:
+    """Return T₀(t) of the surface of the moving body with all the heat in it, K; 0 without a `duration`."""
+    friction, bodies = constants
+    flux = friction * scene.sliding.nominal_pressure * speed
+    if scene.sliding.duration is None or flux == 0.0:
+        return 0.0
+    body = {"conductivity": bodies.conductivity, "diffusivity": bodies.diffusivity}
+    return float(theory.background.temperature(scene.sliding.duration, heat_flux=flux, **body))
+
+
+def background(scene: Scene) -> Array:
+    """Return T₀(t), K, shape (speeds,): how far the surface of the moving body has warmed, with all the heat in it.
+
+    It is the mean over the surface after the `duration`; 0 without a `duration`.
+    """
+    return np.array([warming(scene, speed, heating(scene, speed)) for speed in scene.speeds])
 
 
 def heat_partition(
