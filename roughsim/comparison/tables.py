@@ -23,7 +23,8 @@ def theory_values(scene: Scene) -> dict[str, Any]:
     values, share = prediction.predictions(scene), prediction.heat_partition(scene)
     result: dict[str, Any] = {"speed": scene.speeds} | {name: values[name] * share for name in HEATED}
     result |= {name: values[name] for name in WIDTHS}
-    result["friction_coefficient"] = prediction.friction_coefficient(scene)
+    if "friction_coefficient" in scene.tables:
+        result["friction_coefficient"] = prediction.friction_coefficient(scene)
     result |= {"conductivity": prediction.conduction(scene).conductivity, "heat_partition": share}
     result["heat_partition_theory"] = values["heat_partition"]
     if scene.sliding.duration is not None:

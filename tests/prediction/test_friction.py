@@ -181,6 +181,7 @@ def test_a_run_is_the_runs_of_its_speeds_with_their_numbers(quick, tmp_path):
     assert told["friction_coefficient"] == used.tolist()
     single = theory_dict(with_friction(quick, float(used[1]), heat_partition="total", duration=2e-5))
     assert told["flash_temperature"][1] == pytest.approx(single["flash_temperature"][1], rel=1e-12)
+    assert "friction_coefficient" not in theory_dict(quick)
     assert "μ" in [column.title for column in theory_table(scene).columns]
     assert "μ" not in [column.title for column in theory_table(with_friction(quick, 0.11)).columns]
 
