@@ -3,12 +3,14 @@
 import json
 import shutil
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import roughsim as rs
 from roughsim import prediction
+from roughsim.results import folder as folder_module
 from roughsim.results.folder import describe, folder_state
 
 
@@ -155,3 +157,29 @@ def test_a_share_that_a_rule_gives_is_recomputed_for_an_older_run(folder, finish
     (folder / "run.json").write_text(json.dumps(description | {"heat_partition": (share * 1.001).tolist()}))
     with pytest.raises(rs.RecordError, match="heat_partition in run.json was changed"):
         rs.open_run(folder)
+
+
+@pytest.mark.parametrize(("memory", "opens"), [(2 * 8 * 32**2 - 1, False), (2 * 8 * 32**2, True)])
+def test_a_run_whose_field_needs_more_than_half_of_the_memory_is_refused(quick, tmp_path, monkeypatch, memory, opens):
+    run = rs.run(quick, tmp_path / "run", max_realizations=1)
+    monkeypatch.setattr(folder_module, "machine_memory", lambda: float(memory))
+    if opens:
+        assert rs.open_run(run.folder).realizations == 1
+    else:
+        with pytest.raises(rs.RecordError, match=r"a field of 1024 points needs 8.19e-06 GB, more than half of"):
+            rs.open_run(run.folder)
+
+
+@pytest.mark.parametrize(("count", "more"), [(5, ""), (6, " and 1 more")])
+def test_five_missing_members_are_named_and_of_others_the_number(count, more):
+    names = [f"L0-00000{index}" for index in range(1, count + 1)]
+    run = SimpleNamespace(missing=names, realizations=1, damaged={})
+    (line,) = folder_module.left_out(run)
+    assert line.startswith(f"not there: {', '.join(names[:5])}{more}, lost")
+
+
+@pytest.mark.parametrize("goal", [0.0, 1.0, -0.1])
+def test_a_target_that_is_no_share_is_refused(capped_run, goal):
+    description = folder_module.read_description(capped_run.folder) | {"until": {"flash_temperature": goal}}
+    with pytest.raises(ValueError, match="must be an observable and a target between 0 and 1"):
+        folder_module.refuse_impossible(description, capped_run.scene, capped_run.numerics)

@@ -10,7 +10,15 @@ from damage_cases import member
 import roughsim as rs
 from roughsim.results.members import Members
 from roughsim.store import member_files
-from roughsim.store.member_files import Member, is_unchanged, member_path, read_member, read_spectrum, write_member
+from roughsim.store.member_files import (
+    Member,
+    is_unchanged,
+    member_path,
+    read_field,
+    read_member,
+    read_spectrum,
+    write_member,
+)
 
 SPEEDS = (0.0, 0.5, 3.0)
 OF_FILE = {"size": 9, "digest": b"d", "spectrum_start": 7, "spectrum_check": 8}
@@ -150,3 +158,12 @@ def test_a_spectrum_is_read_at_its_place_or_else_from_the_whole_file(path):
     np.testing.assert_array_equal(read_spectrum(path, start, 8, check), one.spectrum)
     for place, count, other in ((start + 8, 8, check), (start, 7, check), (start, 8, check + 1), (10**7, 8, check)):
         np.testing.assert_array_equal(read_spectrum(path, place, count, other), one.spectrum)
+
+
+def test_a_field_that_is_not_there_or_of_another_shape_is_refused_by_name(path, tmp_path):
+    with pytest.raises(rs.RecordError, match=r"L1-000042.h5 is damaged \(it has no pressure\)"):
+        read_field(path, "pressure", (24, 20))
+    write_member(tmp_path, member())
+    np.testing.assert_array_equal(read_field(path, "pressure", (24, 20)), member().fields["pressure"])
+    with pytest.raises(rs.RecordError, match=r"holds pressure of shape \(24, 20\), but this run has \(20, 24\)"):
+        read_field(path, "pressure", (20, 24))

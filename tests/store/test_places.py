@@ -137,3 +137,34 @@ def test_a_newer_format_is_refused_by_the_line_of_places_too(folder):
     with_places(path, format_version=99)
     with pytest.raises(rs.RecordError, match="format version 99; this roughsim reads up to"):
         read_member(path)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "places"),
+    [
+        ("numbers", [["flash_temperature", [1]], ["contact_fraction", [1]]], {"flash_temperature": [2000, 8]}),
+        ("failure", "stalled", {}),
+        ("provenance", [], {}),
+    ],
+)
+def test_a_header_that_no_writer_makes_is_refused_by_what_it_has(folder, key, value, places):
+    write_member(folder, member())
+    path = member_path(folder, 1, 42)
+    content = bytearray(path.read_bytes())
+    line = content[len(without_seal(content)) :].splitlines()[1]
+    start, count = json.loads(line.removeprefix(b"roughsim places "))["header"]
+    header = json.dumps(json.loads(content[start : start + count]) | {key: value}).encode()
+    content[start : start + count] = header.ljust(count)
+    path.write_bytes(content)
+    with_places(path, **places)
+    with pytest.raises(rs.RecordError, match=f"its header has {key} that no writer of this format makes"):
+        read_member(path)
+
+
+def test_a_number_that_was_changed_in_a_file_without_a_seal_is_damage(folder):
+    write_member(folder, member())
+    path = member_path(folder, 1, 42)
+    with h5py.File(path, "r+") as file:  # the library leaves the seal out, and mends the checksum of the array
+        file["flash_temperature"][0] *= 1.001
+    with pytest.raises(rs.RecordError, match="its SHA-256 does not match"):
+        read_member(path)
