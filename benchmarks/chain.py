@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot as plt
+from matplotlib.ticker import FixedLocator
 
 import roughsim as rs
 
@@ -72,13 +73,20 @@ def chart(points: dict[str, list[dict[str, Any]]], title: str, path: Path) -> No
     figure, axes = plt.subplots(figsize=(5.2, 3.6), layout="constrained")
     for (label, line), marker, colour in zip(points.items(), ("s--", "o-"), ("#888888", "#0072b2"), strict=True):
         seconds = [point["plan"] + point["run"] + point["compare"] for point in line]
-        axes.loglog(seconds, [100 * point["error"] for point in line], marker, color=colour, label=label)
-    axes.set(xlabel="CPU time of plan, run and comparison, s", ylabel=f"total error of $T_{{flash}}$({SPEED:g} m/s), %")
+        errors = [100 * point["error"] for point in line]
+        axes.loglog(seconds, errors, marker, color=colour, label=label)
+        for x, y, point in zip(seconds, errors, line, strict=True):
+            text = f"for {100 * point['target']:g} %"
+            axes.annotate(text, (x, y), (5, 5), textcoords="offset points", fontsize=8, color=colour)
+    axes.set(xlabel="CPU time of plan, run and comparison, s", ylabel=f"total error of T_flash({SPEED:g} m/s), %")
     axes.set_title(title, fontsize=10)
-    for axis in (axes.xaxis, axes.yaxis):
+    for axis, ticks in ((axes.xaxis, (5, 10, 20, 50, 100, 200)), (axes.yaxis, (0.5, 0.7, 1, 1.5, 2, 3, 5))):
+        axis.set_major_locator(FixedLocator(ticks))
         axis.set_major_formatter("{x:g}")
-        axis.set_minor_formatter("{x:g}")
-    axes.grid(visible=True, which="both", color="#dddddd", linewidth=0.6)
+        axis.set_minor_locator(FixedLocator([]))
+    axes.set_xlim(5, 1.6 * max(*axes.get_xlim(), 30))
+    axes.set_ylim(min(*axes.get_ylim(), 0.7), max(*axes.get_ylim(), 2))
+    axes.grid(visible=True, color="#dddddd", linewidth=0.6)
     axes.legend(frameon=False)
     figure.savefig(path, dpi=150)
 
@@ -103,7 +111,7 @@ def main() -> None:
     print("|---|---|---|---|---|---|---|---|---|")
     for target in given.targets:
         for name, tree in trees.items():
-            point = in_process(tree, given.scene, target)
+            point = in_process(tree, given.scene, target) | {"target": target}
             points[name].append(point)
             seconds = [point[stage] for stage in ("plan", "run", "compare")]
             times = " | ".join(f"{value:.1f}" for value in (*seconds, sum(seconds)))
