@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from roughsim import prediction
 from roughsim.charts.spectra import draw_correlation, draw_psd
-from roughsim.charts.style import CALIBRATED, COLOURS, MARKERS, THEORY, band, new_figure
+from roughsim.charts.style import CALIBRATED, COLOURS, MARKERS, THEORY, band, new_figure, plain_ticks
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.run import Run
 from roughsim.show.table import shown
@@ -69,9 +68,11 @@ def draw_over_speed(axes: Axes, run: Run, rows: Sequence[Any], observable: str) 
     axes.plot(dense, law, color=CALIBRATED, lw=1.4, ls=DASHES, zorder=3)
     if any(row.cut for row in rows):
         axes.plot(speed, [row.theory_at_cut_off * factor for row in rows], color=THEORY, lw=1.2, ls="--")
-    for column in run.numerics.columns:
+    for column in rows[0].columns:
         mean = np.array([row.columns[column].mean for row in rows]) * factor
         error = np.array([row.columns[column].total_error for row in rows]) * factor
+        if np.isnan(mean).all():  # a march measures T_flash alone
+            continue
         band(axes, speed, mean, error, COLOURS[column])
         axes.plot(speed, mean, ls="", marker=MARKERS[column], ms=3.5, color=COLOURS[column])
     if any(row.note == "at q_c" for row in rows):
@@ -79,9 +80,7 @@ def draw_over_speed(axes: Axes, run: Run, rows: Sequence[Any], observable: str) 
     axes.set(xscale="log", yscale="log", xlabel="$v$, m/s", ylabel=f"{label}, {unit}", title=words)
     low, high = axes.get_ylim()
     if high / low < 100.0:  # 20, 50, 100 on an axis of less than two decades
-        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axes.yaxis.set_minor_formatter(NullFormatter())
+        plain_ticks(axes.yaxis)
 
 
 def draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
@@ -91,6 +90,7 @@ def draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
         "smoothed": r"smoothed: elastic contact on $C_\mathrm{sm}$",
         "capped": r"capped: contact with $p \leq \sigma_P$",
         "elastic": "elastic contact",
+        "sliding": "sliding: both faces move (own heat share)",
     }
     label = rf"theory, $\gamma$ = {run.scene.theory.gamma:g}, whole spectrum"
     handles: list[Any] = [Line2D([], [], color=THEORY, lw=1.4, label=label)]
@@ -100,7 +100,7 @@ def draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
         handles.append(Line2D([], [], color=CALIBRATED, lw=1.4, ls=DASHES, label=label))
     if any(row.cut for row in drawn):
         handles.append(Line2D([], [], color=THEORY, lw=1.2, ls="--", label="theory up to $q_c$"))
-    for column in run.numerics.columns:
+    for column in drawn[0].columns if drawn else run.numerics.columns:
         style: Any = {"color": COLOURS[column], "marker": MARKERS[column], "ms": 4, "lw": 1.0}
         handles.append(Line2D([], [], label=meanings[column], **style))
     axes.legend(handles=handles, loc="upper left", borderaxespad=0)

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from roughsim.charts.maps import Zoom, map_chart, side_by_side_chart
+from roughsim.charts.sliding import sliding_chart
 from roughsim.charts.spectra import correlation_chart, spectrum_chart
 from roughsim.charts.style import FIELDS, Subject, check_ending
 from roughsim.charts.temperature import distribution_chart, profile_chart
@@ -15,8 +16,10 @@ CURVES = {
     "spectrum": spectrum_chart,
     "correlation": correlation_chart,
     "profile": profile_chart,
+    "sliding": sliding_chart,
 }
 QUANTITIES = (*FIELDS, *CURVES)
+OF_ALL = ("correlation", "sliding")  # means over all realizations, without fields
 NEEDS_SPEED = (*DERIVED_UNITS, "distribution", "profile")
 
 
@@ -24,13 +27,15 @@ def choose_subject(
     run: Run, quantity: str, realization: int | None, speed: float | None, column: str | None
 ) -> Subject:
     """Return the data that a quantity is drawn from; ValueError without kept fields, or if an argument does not fit."""
+    if quantity == "sliding" and column is not None:
+        raise ValueError(f"column = {column!r}: sliding has a column of its own; leave it out")
     column = run.column(column)
     level = run.numerics.picture(column)
     if not run.sound(run.realizations):
         raise ValueError(f"{run.folder} has no sound realization yet; let it run first")
-    if quantity == "correlation" and realization is not None:
-        raise ValueError(f"realization = {realization}: the correlation is a mean over all of them; leave it out")
-    if quantity != "correlation":  # all others need fields; the spectrum has those of all kept realizations
+    if quantity in OF_ALL and realization is not None:
+        raise ValueError(f"realization = {realization}: {quantity} is a mean over all of them; leave it out")
+    if quantity not in OF_ALL:  # all others need fields; the spectrum has those of all kept realizations
         indices = run.kept(level)
         if not indices or (realization is not None and realization not in indices):
             raise run.not_kept(level, realization)
@@ -61,7 +66,7 @@ def plot_run(
 
     Maps are of "heights", "pressure", "temperature" or "heat_flux". "distribution" is that of the temperature over the
     contact, "profile" the line along x through the hottest point, "spectrum" shows the power spectra of the kept
-    heights and of the stress, "correlation" g_σ(r).
+    heights and of the stress, "correlation" g_σ(r), "sliding" temperatures and share over the slid distance.
 
     `path` ends in .png, .pdf or .svg; left out: a .png beside the run folder. `realization` is the first that was kept,
     or all for spectra, `speed` the scene's highest, m/s, `column` as in `Run.estimate`. Of a map `zoom` draws the

@@ -11,10 +11,11 @@ from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.text import Text
-from matplotlib.ticker import EngFormatter
+from matplotlib.ticker import EngFormatter, FuncFormatter, LogLocator, NullFormatter
 
 from roughsim.estimate.errors import quantile
 from roughsim.grid import Array, Grid
@@ -23,8 +24,9 @@ from roughsim.results.run import Run
 from roughsim.show.text import plain
 
 THEORY, CALIBRATED = "#222222", "#009E73"
-COLOURS = {"smoothed": "#0072B2", "capped": "#D55E00", "elastic": "#0072B2"}  # Okabe & Ito
-MARKERS = {"smoothed": "o", "capped": "s", "elastic": "o"}
+# Okabe & Ito
+COLOURS = {"smoothed": "#0072B2", "capped": "#D55E00", "elastic": "#0072B2", "sliding": "#CC79A7"}
+MARKERS = {"smoothed": "o", "capped": "s", "elastic": "o", "sliding": "D"}
 # field → the words above a map of it, its symbol, and its unit
 FIELDS = {
     "heights": ("Composite heights", "$h$", "m"),
@@ -118,6 +120,13 @@ def band(axes: Axes, x: Array, mean: Array, error: Array, colour: str) -> None:
     """Draw a mean with the half-width of its 95 % interval."""
     axes.fill_between(x, mean - error, mean + error, color=colour, alpha=0.25, lw=0)
     axes.plot(x, mean, color=colour, lw=1.0)
+
+
+def plain_ticks(axis: Axis) -> None:
+    """Write the ticks of a logarithmic axis as 0.1, 0.2, 0.5, 1."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def half_width(run: Run, column: str | None, standard_error: Array) -> Array:

@@ -17,12 +17,14 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.estimate.cell_size import size_error_of_sum
-from roughsim.estimate.errors import Uncertain, quantile, quotient, spread
+from roughsim.estimate.errors import Estimate, Uncertain, quantile, quotient, spread
 from roughsim.estimate.ladder import Values
+from roughsim.estimate.sliding import OF_MARCH
 from roughsim.grid import Array, Grid, modes_between
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.folder import left_out
 from roughsim.results.run import Run
+from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import json_value
 from roughsim.surface.spectrum import TruncatedSpectrum
 
@@ -39,6 +41,9 @@ class Cell(NamedTuple):
     bias: float
     total_error: float = nan
     unknown: tuple[str, ...] = ()
+
+
+NOTHING = Cell(nan, nan, nan)
 
 
 class Ratio(NamedTuple):
@@ -228,6 +233,8 @@ def rows_of_one(run: Run, observable: str, predicted: dict[str, Array], more: Ar
     record, plastic = OBSERVABLES[observable], not run.scene.elastic
     all_yields = plastic and isfinite(prediction.yield_wavenumber(run.scene))
     measured = {name: run.estimate(observable, name) for name in run.numerics.columns}
+    slides = run.numerics.march is not None and observable in OF_MARCH and more is None
+    slid = run.estimate(observable, SLIDING) if slides else None
     share = run.heat_partition if record.heated else np.ones(len(run.scene.speeds))
     if more is not None:
         predicted = {name: values + more for name, values in predicted.items()}
@@ -236,16 +243,23 @@ def rows_of_one(run: Run, observable: str, predicted: dict[str, Array], more: Ar
     no_limit = np.any([np.isnan(estimate.budget["bandwidth"]) for estimate in measured.values()], axis=0)
     no_limit |= plastic and not record.limit  # plastic patches have steep edges
     for k, speed in enumerate(run.scene.speeds if record.per_speed else (None,)):
-        said, cells, quotients = {name: float(x[k] * share[k]) for name, x in predicted.items()}, {}, {}
-        for name, e in measured.items():
-            mean, error, bias, total = (float(x[k]) for x in (e.mean, e.standard_error, e.bias, e.total_error))
-            cells[name] = Cell(mean, error, bias, total, e.unknown_at(k))
+        said, quotients = {name: float(x[k] * share[k]) for name, x in predicted.items()}, {}
+        cells = {name: cell_of(e, k) for name, e in measured.items()}
         for name, q in ratios.items():
             value, error, total = (float(x[k]) for x in (q.mean, q.standard_error, q.total_error))
             quotients[name] = Ratio(value, error, total, q.unknown_at(k))
         at_cut_off = no_limit[k] and not all(isnan(cell.mean) for cell in cells.values())
+        if run.numerics.march is not None:
+            cells[SLIDING] = cell_of(slid, k) if slid else NOTHING
         note = "identity" if all_yields and record.by_force_balance else "at q_c" if at_cut_off else ""
         yield Row(observable, record.unit, speed, columns=cells, ratios=quotients, note=note, **said)
+
+
+def cell_of(estimate: Estimate, k: int) -> Cell:
+    """Return entry k of an estimate."""
+    parts = (estimate.mean, estimate.standard_error, estimate.bias, estimate.total_error)
+    mean, error, bias, total = (float(x[k]) for x in parts)
+    return Cell(mean, error, bias, total, estimate.unknown_at(k))
 
 
 def finest(run: Run) -> tuple[Grid, float]:

@@ -133,6 +133,11 @@ def meanings(comparison: Comparison) -> Iterator[str]:
         "the cell, up to q_c."
     )
     yield calibrated_note(comparison.run.scene)
+    if comparison.run.numerics.march is not None:
+        yield (
+            "sliding: both faces move over one another, and the bodies share the heat point by point. T_flash is that "
+            "above the background of the moving body, mean over the last half of the slid distance."
+        )
     if comparison.unknown:
         yield f"≥: a part of the error is unknown, as no level of the run shows it ({', '.join(comparison.unknown)})."
     if any(row.observable == CONTACT_TEMPERATURE for row in comparison.rows):

@@ -9,12 +9,12 @@ from typing import Any
 from rich import progress as bars
 
 from roughsim.ensemble.run import aimed, begin, run
-from roughsim.ensemble.status import clock, count_text, end_known, losses, reached, realizations_needed
+from roughsim.ensemble.status import count_text, end_known, losses, reached, realizations_needed
 from roughsim.planning.limits import judge
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.show.terminal import PlainConsole
-from roughsim.show.text import warn
+from roughsim.show.text import clock, warn
 
 
 class PatientConsole(PlainConsole):

@@ -7,6 +7,7 @@ from roughsim.estimate.errors import LEAST, LEAST_FINE, relative_half_width
 from roughsim.results.folder import left_out
 from roughsim.results.run import Run
 from roughsim.show.table import json_value
+from roughsim.show.text import clock
 from roughsim.store.claims import writer
 from roughsim.store.member_files import member_name
 
@@ -50,8 +51,11 @@ def reported_observables(run: Run) -> list[str]:
 
 def losses(run: Run) -> list[str]:
     """Return a line each on the realizations that failed, are missing or damaged; empty for a whole run."""
-    failed = [f"{run.failed} did not converge and are left out of the means"] if run.failed else []
-    return failed + left_out(run)
+    lines = [f"{run.failed} did not converge and are left out of the means"] if run.failed else []
+    march = run.numerics.march
+    if march is not None and (failed := len(run.members.failed(march, run.realizations))):
+        lines.append(f"{failed} members that slide did not converge and are left out of the column sliding")
+    return lines + left_out(run)
 
 
 def state_line(run: Run) -> str:
@@ -123,9 +127,3 @@ def reached(run: Run) -> str:
         for name, width in statistical_errors(run).items()
     )
     return f": {text}" if (text := ", ".join(words)) else ""
-
-
-def clock(seconds: float) -> str:
-    """Return a time span in words: 12 s, 3 min 05 s."""
-    whole = round(seconds)
-    return f"{whole // 60} min {whole % 60:02d} s" if whole >= 60 else f"{whole} s"

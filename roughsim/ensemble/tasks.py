@@ -6,11 +6,12 @@ import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from roughsim.ensemble.workers import Job, Workforce, store_member
 from roughsim.errors import RecordError
-from roughsim.planning.realization import level_problem
+from roughsim.planning.realization import level_problem, march_problem
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
@@ -127,9 +128,10 @@ class Tasks:
     def _in_order(self) -> Iterator[Task]:
         """Go through the members that do not count yet: by index, then the largest grid first."""
         levels = sorted(enumerate(self.numerics.levels), key=lambda level: -level[1].shape[0] * level[1].shape[1])
-        every = [(number, level.every) for number, level in levels]
-        for index in range(self.run.realizations, self.run.max_realizations):
-            yield from ((number, index) for number, stride in every if index % stride == 0)
+        most = self.run.max_realizations
+        indices = [(number, level.indices(most)) for number, level in levels]
+        for index in range(self.run.realizations, most):
+            yield from ((number, index) for number, of_level in indices if index in of_level)
 
     def is_stored(self, task: Task) -> bool:
         """Whether this process sees the file of a member."""
@@ -138,9 +140,10 @@ class Tasks:
     def _job(self, level: int) -> Job:
         """Return the job of a level for a worker: numbers and JSON values only, no scene."""
         if level not in self.jobs:
+            problem = march_problem if level == self.numerics.march else partial(level_problem, level=level)
             self.jobs[level] = Job(
                 level,
-                level_problem(self.scene, self.numerics, level),
+                problem(self.scene, self.numerics),
                 speeds=self.scene.speeds,
                 keep_fields=self.numerics.keep_fields,
                 provenance={"scene": self.scene.identity(), "numerics": self.numerics.to_dict()},
@@ -158,7 +161,12 @@ class Tasks:
             raise RuntimeError(f"the executor takes no more members ({reason}): {_GONE}") from error
 
     def _do_overdue(self, pending: dict[Future[str], tuple[Task, float]], force: Workforce) -> None:
-        """Compute in this process the members that a worker has not returned for too long."""
+        """Compute in this process the members that a worker has not returned for too long.
+
+        A march takes minutes or hours, and so does a member that waits behind one.
+        """
+        if any(level == self.numerics.march for (level, _), _ in pending.values()):
+            return
         for future, (task, since) in list(pending.items()):
             if (waited := time.monotonic() - since) <= self.limit:
                 continue

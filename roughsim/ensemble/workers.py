@@ -23,6 +23,7 @@ from roughsim import fourier
 from roughsim.errors import ConvergenceError, RecordError
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.pipeline import Problem, solve_problem, versions
+from roughsim.sliding.member import SlideProblem, solve_slide
 from roughsim.store.member_files import Member, write_member
 
 WORKER = "roughsim worker"  # name of the processes that are started here
@@ -34,7 +35,7 @@ class Job:
     """What a worker needs to compute the members of one level: some kilobytes once pickled."""
 
     level: int
-    problem: Problem  # its index is replaced by that of the member
+    problem: Problem | SlideProblem  # its index is replaced by that of the member
     speeds: tuple[float, ...]  # m/s, as the scene has them: the problem has a tiny speed in place of zero
     keep_fields: int  # how many realizations keep their fields
     provenance: dict[str, Any]  # of the whole run: its scene and numerics
@@ -59,32 +60,56 @@ def store_member(job: Job, index: int) -> str:
         with warnings.catch_warnings():
             # the plan says how much of the spectrum the cell leaves out; the members need not repeat it
             warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
-            solution = solve_problem(problem)
+            member = march_member(job, problem) if isinstance(problem, SlideProblem) else single_member(job, problem)
     except ConvergenceError as error:
         provenance = {"residual": error.residual, "iterations": error.iterations, "seconds": {}}
-        member = Member(job.level, index, failure=str(error))
-    else:
-        contact, spectrum = solution.contact, solution.observables.stress_spectrum
-        provenance = {"residual": contact.residual, "iterations": contact.iterations, "seconds": solution.seconds}
-        fields = {"heights": solution.heights, "pressure": contact.pressure} if index < job.keep_fields else {}
-        member = Member(
-            job.level,
-            index,
-            numbers={name: number.of_member(solution) for name, number in NUMBERS.items()},
-            wavenumber=spectrum.wavenumber,
-            spectrum=spectrum.variance,
-            fields={name: values.astype(np.float32) for name, values in fields.items()},
-            speeds=job.speeds,
-        )
-    provenance |= job.provenance | {
-        "seed": problem.seed,
-        "stream": problem.stream,
-        "threads": problem.threads,
-        "versions": versions(),  # of this worker
-        "written": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
-    }
+        member = Member(job.level, index, failure=str(error), provenance=provenance)
+    provenance = (
+        member.provenance
+        | job.provenance
+        | {
+            "seed": problem.seed,
+            "stream": problem.stream,
+            "threads": problem.threads,
+            "versions": versions(),  # of this worker
+            "written": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+        }
+    )
     write_member(job.folder, replace(member, lengths=problem.grid.lengths, provenance=provenance))
     return host
+
+
+def single_member(job: Job, problem: Problem) -> Member:
+    """Compute the member of a single contact."""
+    solution = solve_problem(problem)
+    contact, spectrum = solution.contact, solution.observables.stress_spectrum
+    kept = problem.index < job.keep_fields
+    fields = {"heights": solution.heights, "pressure": contact.pressure} if kept else {}
+    return Member(
+        job.level,
+        problem.index,
+        numbers={name: number.of_member(solution) for name, number in NUMBERS.items() if not number.of_march},
+        wavenumber=spectrum.wavenumber,
+        spectrum=spectrum.variance,
+        fields={name: values.astype(np.float32) for name, values in fields.items()},
+        speeds=job.speeds,
+        provenance={"residual": contact.residual, "iterations": contact.iterations, "seconds": solution.seconds},
+    )
+
+
+def march_member(job: Job, problem: SlideProblem) -> Member:
+    """Compute the member of a march of one body over the other."""
+    solution = solve_slide(problem)
+    return Member(
+        job.level,
+        problem.index,
+        numbers=solution.numbers,
+        wavenumber=solution.wavenumber,
+        spectrum=solution.spectrum,
+        curves=solution.curves,
+        speeds=job.speeds,
+        provenance={"residual": solution.residual, "iterations": solution.steps, "seconds": solution.seconds},
+    )
 
 
 class ThisProcess(Executor):

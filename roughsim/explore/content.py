@@ -59,7 +59,7 @@ class WatchedRun:
     def __init__(self, folder: str | Path):
         self.run: Run = open_run(folder, damaged="skip")
         self._lock = Lock()
-        nothing: dict[int, list[int]] = {level: [] for level in range(len(self.run.numerics.levels))}
+        nothing: dict[int, list[int]] = {level: [] for level in self.run.numerics.single}
         self._latest: tuple[Any, Summary] = None, Summary([], {}, {}, nothing, nothing)
 
     @cached_property
@@ -102,7 +102,7 @@ def summarized(run: Run) -> Summary:
     problems = [f"{text}. The other realizations are shown." for text in run.damaged.values()] + gap(run)
     if run.failed:
         problems.append(f"{run.failed} realizations did not converge and are left out of the means")
-    sound, levels = run.sound(run.realizations), range(len(run.numerics.levels))
+    sound, levels = run.sound(run.realizations), run.numerics.single
     none_yet = "No realization yet, so there are no errors to show."
     return Summary(
         problems,

@@ -89,6 +89,7 @@ class Controls:
                 + ", half the cell" * (level.cell == "half"),
             )
             for k, level in enumerate(run.numerics.levels)
+            if k in run.numerics.single
         ]
         finest = str(run.numerics.picture(run.column(None)))
         self.level = models.Select(title="contact", options=levels, value=finest, width=240, name="level")

@@ -16,6 +16,7 @@ from roughsim.estimate.cell_size import choose_lengths, size_error_of_sum
 from roughsim.estimate.errors import LEAST, LEAST_FINE, quantile
 from roughsim.grid import Array
 from roughsim.planning.levels import Ladder, ladder_of
+from roughsim.planning.march import march_reasons, with_march
 from roughsim.planning.pilot import HALF_SCATTER, SCATTER_KNOWN, SOLVES, Lengths, Pilot, work
 from roughsim.scene import Scene
 from roughsim.scene.numerics import DEFAULT_REASONS, Forecast, Level, Numerics, Reason
@@ -74,7 +75,7 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
         reasons += numerics.reasons
     # the scene's own numerics replace the defaults
     stated = {key: getattr(scene.numerics, key) for key in DEFAULT_REASONS if getattr(scene.numerics, key) is not None}
-    numerics = replace(numerics, **stated)
+    numerics = with_march(scene, replace(numerics, **stated))
     for key, reason in DEFAULT_REASONS.items():
         value = getattr(numerics, key)
         text = "L/2" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
@@ -87,6 +88,7 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
     if "friction_coefficient" in scene.tables:
         text = at_speeds(prediction.friction_coefficient(scene))
         reasons.append(Reason("friction_coefficient", text, "at T₀ + T_flash of the theory, speed by speed"))
+    reasons += march_reasons(scene, numerics)
     points = max(level.shape[0] * level.shape[1] for level in numerics.levels)
     memory, available = BYTES_PER_POINT * points, machine_memory()
     if memory > MEMORY_SHARE * available:

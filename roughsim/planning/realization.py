@@ -7,12 +7,17 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.contact import Solid
+from roughsim.errors import ResolutionError
+from roughsim.heat.partition import Body
 from roughsim.observables.moments import Sliding
 from roughsim.pipeline import Problem, Solution, linear_algebra, solve_problem
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
+from roughsim.sliding.member import SlideProblem
+from roughsim.sliding.path import pixel_of_path
 from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
 
+LEAST_STEPS = 4  # of a march: the last half has means
 _AT_REST = 1e-150  # m/s, in place of zero: at rest D_flash and the heat share are limits of ratios of moments
 
 
@@ -46,7 +51,47 @@ def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, inde
     for name, (value, limit) in limits.items():
         if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= value < limit:
             raise ValueError(f"{name} = {value!r} must be a whole number from 0 to below {limit:g}")
+    if level == numerics.march:
+        raise ValueError(
+            f"level = {level} is the march of one body over the other, which is no single contact; choose another "
+            "level, or use roughsim.slide"
+        )
     return solve_problem(replace(level_problem(scene, numerics, level), seed=seed, index=index))
+
+
+@lru_cache(maxsize=4)
+def march_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
+    """Return the march of realization 0, with the seed of the scene; `numerics.march` is its level."""
+    number = numerics.march or 0
+    level, grid = numerics.levels[number], numerics.grid(number)
+    if min(scene.sliding.distances) < LEAST_STEPS * (step := pixel_of_path(grid)) * (1 - 1e-9):
+        k = int(np.argmin(scene.sliding.distances))
+        raise ResolutionError(
+            f"slid distance = {scene.sliding.distances[k]:.4g} m at {scene.speeds[k]:g} m/s is under {LEAST_STEPS} "
+            f"pixels of {step:.4g} m on the grid {level.shape}; slide further, leave out the slow speeds, or refine "
+            "the last of numerics.levels"
+        )
+    resting, moving = scene.sliding_faces
+    bodies = prediction.conduction(scene)
+    return SlideProblem(
+        resting_spectrum=resting.truncated(q_max=level.q_max),
+        moving_spectrum=None if moving is None else moving.truncated(q_max=level.q_max),
+        grid=grid,
+        solid=Solid(scene.effective_modulus, scene.penetration_hardness),
+        nominal_pressure=scene.sliding.nominal_pressure,
+        sliding=Sliding(
+            speeds=scene.speeds,
+            friction_coefficient=prediction.friction_coefficient(scene).tolist(),
+            conductivity=bodies.conductivity.tolist(),
+            diffusivity=bodies.diffusivity.tolist(),
+        ),
+        resting=tuple(map(Body, bodies.counter_conductivity.tolist(), bodies.counter_diffusivity.tolist())),
+        distances=scene.sliding.distances,
+        tolerance=numerics.tolerance,
+        seed=scene.ensemble.seed,
+        stream=numerics.stream(number),
+        threads=numerics.threads,
+    )
 
 
 @lru_cache(maxsize=16)

@@ -18,7 +18,7 @@ from roughsim import prediction
 from roughsim.charts.plot import plot_run
 from roughsim.comparison.compare import Comparison, compare
 from roughsim.comparison.tables import budget_table, comparison_table
-from roughsim.ensemble.status import clock, state_line
+from roughsim.ensemble.status import state_line
 from roughsim.estimate.errors import SOURCES
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.planning.limits import judge
@@ -28,6 +28,7 @@ from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Reason
 from roughsim.show.table import Cell, Column, Number, Table
+from roughsim.show.text import clock
 from roughsim.store.disk import place_bytes
 
 COLUMNS = {
@@ -36,6 +37,7 @@ COLUMNS = {
     "smoothed": "smoothed: elastic contact on the smoothed spectrum",
     "capped": "capped: contact of the surface, p ≤ hardness",
     "elastic": "elastic contact of the surface",
+    "sliding": "sliding: both faces move over one another, and both bodies keep the history of their heat",
 }
 RATIOS = {
     "smoothed_over_theory": "tests the weight W(q) of the theory",

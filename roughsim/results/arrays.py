@@ -87,7 +87,7 @@ def coordinates(numerics: Numerics, speeds: tuple[float, ...], count: int, kept:
     if not kept:
         return
     yield Labelled("kept_realization", ("kept_realization",), np.array(kept), {"units": "1"})
-    for level in range(len(levels)):
+    for level in numerics.single:
         grid = numerics.grid(level)
         for axis, points, step in zip("xy", grid.shape, grid.spacing, strict=True):
             name = f"{axis}_L{level}"
@@ -97,7 +97,7 @@ def coordinates(numerics: Numerics, speeds: tuple[float, ...], count: int, kept:
 def numbers(members: Members, numerics: Numerics, count: int, heat_partition: Array) -> Iterator[Labelled]:
     """Yield the stored numbers: (level, realization) or (level, realization, speed), NaN where a member failed."""
     levels, axes = numerics.levels, ("level", "realization", "speed")
-    rows = [np.arange(0, count, level.every) for level in levels]
+    rows = [np.array(level.indices(count)) for level in levels]
 
     def gathered(name: str, blank: Array) -> Array:
         for level, indices in enumerate(rows):
@@ -127,8 +127,8 @@ def numbers(members: Members, numerics: Numerics, count: int, heat_partition: Ar
 def spectra(reader: Reader, count: int) -> Iterator[Labelled]:
     """Yield wavenumbers and stress spectra of each level, NaN where it was not solved or failed."""
     numerics = reader.numerics
-    for level, every in enumerate(reader.members.every):
-        sound = np.setdiff1d(np.arange(0, count, every), reader.members.failed(level, count))
+    for level, of_level in enumerate(numerics.levels):
+        sound = np.setdiff1d(of_level.indices(count), reader.members.failed(level, count))
         if not sound.size:
             continue
         axis, (wavenumber, rows) = f"wavenumber_L{level}", reader.spectra(level, sound)
@@ -141,7 +141,7 @@ def spectra(reader: Reader, count: int) -> Iterator[Labelled]:
 
 def fields(folder: Path, members: Members, numerics: Numerics, kept: list[int]) -> Iterator[Labelled]:
     """Yield the fields that all the kept realizations have stored, level by level, unread."""
-    for level in range(len(numerics.levels) if kept else 0):
+    for level in numerics.single if kept else ():
         paths = [member_path(folder, level, index) for index in kept]
         stored_by_all = [bool(of_field.all()) for of_field in members.column(level, "kept", np.array(kept)).T]
         for name, (unit, description) in compress(KEPT_FIELDS.items(), stored_by_all):

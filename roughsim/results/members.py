@@ -49,12 +49,18 @@ class Members(Mapping[Key, Member]):
     """Members by (level, index), without their stress spectra and fields: about 1 kB each.
 
     `every` has the stride of each level's realizations, `lengths` the sides of its cell, m, `speeds` are in m/s. Row r
-    of a table is realization r·every. `wavenumber` has that of the stress spectra of each level, rad/m. `failures` says
-    why members failed, `versions` has those of packages.
+    of a table is realization r·every. `march` is the level of marches, None without. `wavenumber` has that of the
+    stress spectra of each level, rad/m. `failures` says why members failed, `versions` has those of packages.
     """
 
-    def __init__(self, every: Iterable[int], lengths: list[tuple[float, float]], speeds: tuple[float, ...]):
-        self.every = list(every)
+    def __init__(
+        self,
+        every: Iterable[int],
+        lengths: list[tuple[float, float]],
+        speeds: tuple[float, ...],
+        march: int | None = None,
+    ):
+        self.every, self.march = list(every), march
         numbers = [(name, "f8", (len(speeds) if n.per_speed else 1,)) for name, n in NUMBERS.items()]
         self.tables: list[NDArray[Any]] = [np.zeros(0, PROVENANCE + numbers) for _ in self.every]
         self.wavenumber: dict[int, Array] = {}
@@ -198,7 +204,7 @@ class Members(Mapping[Key, Member]):
         return np.array(sorted(index for index in indices if (level, index) in self), np.int64)
 
     def sound(self, count: int) -> list[int]:
-        """Return the indices below `count` that failed at no level."""
+        """Return the indices below `count` that failed at no level; a failed march does not count."""
         converged = np.ones(count, bool)
         converged[list(self._lost(count))] = False
         rows: list[int] = np.flatnonzero(converged).tolist()
@@ -210,7 +216,8 @@ class Members(Mapping[Key, Member]):
 
     def _lost(self, count: int) -> set[int]:
         """The indices below `count` that failed at some level; failures are few, so this does not go through all."""
-        return {index for level, index in self.failures if index < count and (level, index) in self}
+        failures = ((level, index) for level, index in self.failures if level != self.march and index < count)
+        return {index for level, index in failures if (level, index) in self}
 
     def kept(self, level: int, name: str, indices: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Return which realizations store a field, or the pressure, which gives all other fields."""

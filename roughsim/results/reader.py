@@ -16,6 +16,7 @@ from roughsim.observables.catalogue import NUMBERS
 from roughsim.observables.record import Sample
 from roughsim.results.members import SUMMARY, Key, Members
 from roughsim.scene.numerics import Numerics
+from roughsim.sliding.member import AXIS
 from roughsim.store.disk import not_readable, read_bytes
 from roughsim.store.member_files import (
     MEMBER_NAME,
@@ -24,6 +25,7 @@ from roughsim.store.member_files import (
     member_name,
     member_of,
     member_path,
+    read_member,
     read_spectrum,
 )
 
@@ -48,7 +50,7 @@ class Reader:
         self.available = 0
         self._skip_damaged, self._speeds = skip_damaged, speeds
         lengths = [numerics.grid(level).lengths for level in range(len(numerics.levels))]
-        self.members = Members([level.every for level in numerics.levels], lengths, speeds)
+        self.members = Members([level.every for level in numerics.levels], lengths, speeds, numerics.march)
         # the last look at the targets that no number of realizations met
         self._insufficient = self.members.load(folder / SUMMARY, identity)
         # how many realizations were found too few by this process, and for which targets; None before the first look
@@ -150,6 +152,31 @@ class Reader:
                 spectra[row], known[row] = result[place], True
         return wavenumber, result
 
+    def marches(self, count: int) -> list[int]:
+        """Return which of the first `count` realizations have a sound march; ValueError if there is none."""
+        level = self.numerics.march
+        if level is None:
+            raise ValueError(f'{self.folder} has no column "sliding": its scene has history = "frozen"')
+        indices = {*self.numerics.levels[level].indices(count)}
+        if sound := sorted(indices - {*self.members.failed(level, count).tolist()}):
+            return sound
+        raise ValueError(f"{self.folder} has no sound member that slides yet; let it run first")
+
+    def marched(self, count: int) -> dict[str, Array]:
+        """Return the numbers of the marches among the first `count` realizations, (members, speeds); as `marches`."""
+        rows = np.array(self.marches(count), np.int64)
+        level = len(self.members.every) - 1
+        return {name: self.members.column(level, name, rows) for name, n in NUMBERS.items() if n.of_march}
+
+    def curves(self, count: int) -> dict[str, Array]:
+        """Return what marches stored over the slid distance, `slid_distance` once, all else a row each; as `marches`.
+
+        RecordError or OSError if a file was damaged or moved after its numbers had been read.
+        """
+        level = len(self.members.every) - 1
+        rows = [read_member(member_path(self.folder, level, index)).curves for index in self.marches(count)]
+        return {name: np.stack([row[name] for row in rows]) for name in rows[0]} | {AXIS: rows[0][AXIS]}
+
     def _room(self, level: int, count: int) -> tuple[Array, NDArray[np.bool_]]:
         """Return the spectra of a level that stay in memory, and which of them were read; up to `count` if they fit."""
         length = len(self.members.wavenumber[level])
@@ -195,8 +222,8 @@ class Reader:
     def look(self, count: int, until: dict[str, float]) -> dict[str, Any]:
         """Return members, targets and code of a look at the targets: its result holds while these are the same."""
         digest, indices = hashlib.sha256(), np.array(self.members.sound(self.available)[:count], np.int64)
-        for level, every in enumerate(self.members.every):
-            of_level = indices[indices % every == 0]
+        for level in self.numerics.single:
+            of_level = indices[indices % self.members.every[level] == 0]
             digest.update(of_level.tobytes() + self.members.column(level, "digest", of_level).tobytes())
         return {"count": count, "until": dict(until), "code": code_digest(), "members": digest.hexdigest()}
 

@@ -12,16 +12,18 @@ from scipy.special import j0
 from roughsim import prediction
 from roughsim.errors import RecordError
 from roughsim.estimate.cell_size import size_error_of_sum
-from roughsim.estimate.errors import Estimate, estimate, looks, relative_half_width, spread
+from roughsim.estimate.errors import Estimate, estimate, spread
 from roughsim.estimate.ladder import Values, notes_of, values_of
+from roughsim.estimate.sliding import sliding_estimate
 from roughsim.grid import Array, Grid
 from roughsim.heat.periodic import sliding_temperature, unit_vector
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
 from roughsim.results import arrays
 from roughsim.results.reader import Reader, identity_of
+from roughsim.results.stopping import last_needed
 from roughsim.scene import Scene
-from roughsim.scene.numerics import Numerics
+from roughsim.scene.numerics import SLIDING, Numerics
 from roughsim.store.member_files import member_path, read_field
 
 Field = NDArray[np.float32]
@@ -103,35 +105,19 @@ class Run:
     def _count(self) -> tuple[int, bool]:
         """How many realizations count, and whether the targets are met; computed once after each `refresh`."""
         if self._counted is None:
-            last = self._last() if self.until else None
+            last = last_needed(self._reader, self.scene, self.column(None), self.until) if self.until else None
             self._counted = (self._reader.available, False) if last is None else (last + 1, True)
         return self._counted
-
-    def _last(self) -> int | None:
-        """The index of the realization with which the targets are met; numbers known to be too few are not tried."""
-        available = self._reader.available
-        counts = looks(self._reader.insufficient(self.until) + 1, self.members.count_sound(available))
-        if not counts:
-            return None
-        rows, column = self.sound(available), self.column(None)
-        samples = {name: self.samples(column, rows, spectra=OBSERVABLES[name].spectra) for name in self.until}
-        for count in counts:
-            first = {name: [sample.first(count) for sample in of_levels] for name, of_levels in samples.items()}
-            values = {name: values_of(self.scene, column, name, of_levels) for name, of_levels in first.items()}
-            if all(relative_half_width(values[name]) <= goal for name, goal in self.until.items()):
-                return rows[count - 1]
-            self._reader.remember_insufficient(count, self.until)
-        self._reader.save_now_and_then()
-        return None
 
     @property
     def failed(self) -> int:
         """How many of the realizations that count did not converge at some level."""
-        damaged = {index for _, index in self.damaged if index < self.realizations}
+        march, count = self.numerics.march, self.realizations
+        damaged = {index for level, index in self.damaged if level != march and index < count}
         return self.realizations - len(self.sound(self.realizations)) - len(damaged)
 
     def sound(self, count: int) -> list[int]:
-        """Return the indices below `count` of which every level is sound."""
+        """Return the indices below `count` of which every level of single contacts is sound."""
         return self.members.sound(count)
 
     def column(self, column: str | None) -> str:
@@ -182,23 +168,31 @@ class Run:
         ----------
         observable : str
             One of the observables of `roughsim.observables.catalogue.OBSERVABLES`.
-        column : {"smoothed", "capped", "elastic"}, optional
+        column : {"smoothed", "capped", "elastic", "sliding"}, optional
             Left out: capped where there is a hardness, else elastic.
 
         Returns
         -------
         Estimate
-            Arrays over speed, or of one entry. Temperatures are those of the heat share used (`heat_partition`).
+            Arrays over speed, or of one entry. Temperatures are those of the heat share used (`heat_partition`); in
+            the column sliding, of the share that its own heat takes.
 
         Raises
         ------
         ValueError
             If there is no such observable or column, or no realization yet.
         """
+        if column == SLIDING:
+            single = self._estimate(observable, None, np.ones_like(self.heat_partition))
+            return sliding_estimate(observable, single, self._reader.marched(self.realizations))
+        return self._estimate(observable, column, self.heat_partition)
+
+    def _estimate(self, observable: str, column: str | None, share: Array) -> Estimate:
+        """Return the estimate of single contacts, with a share of the heat."""
         name, values = self.column(column), self.values(observable, column)
         if OBSERVABLES[observable].heated:
             keys = ("extrapolated", "finest", "base", "bandwidth", "pixel")
-            values = values._replace(**{key: getattr(values, key) * self.heat_partition for key in keys})
+            values = values._replace(**{key: getattr(values, key) * share for key in keys})
         return estimate(
             observable,
             values,
@@ -207,6 +201,13 @@ class Run:
             solver=OBSERVABLES[observable].solver_share * self.numerics.tolerance,
             scanned=self.scene.scanned,
         )
+
+    def curves(self) -> dict[str, Array]:
+        """Return what members of the column sliding stored over the `slid_distance`, m; ValueError without such one.
+
+        Arrays (members, speeds, distances) or (members, distances) by the names of `roughsim.sliding.member.CURVES`.
+        """
+        return self._reader.curves(self.realizations)
 
     def correlation(self, distance: Array, column: str | None = None) -> tuple[Array, Array]:
         """Return g_σ(r) of the finest level of a column in the run's cell and its standard error, Pa².
@@ -313,7 +314,7 @@ class Run:
     def arrays(self) -> tuple[list[arrays.Labelled], dict[str, Any]]:
         """Return all numbers and kept fields as labelled arrays, and title, scene, numerics, seed and versions."""
         self._sound_rows()
-        kept = sorted(set.intersection(*(set(self.kept(level)) for level in range(len(self.numerics.levels)))))
+        kept = sorted(set.intersection(*(set(self.kept(level)) for level in self.numerics.single)))
         labelled = [
             *arrays.coordinates(self.numerics, self.scene.speeds, self.realizations, kept),
             *arrays.numbers(self.members, self.numerics, self.realizations, self.heat_partition),

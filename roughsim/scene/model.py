@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, model_validator
 from pydantic.dataclasses import dataclass
 from pydantic_core import to_jsonable_python
 
-from roughsim.scene.numerics import NumericsSection
+from roughsim.scene.numerics import DEFAULT_SOLVER, SLIDING, NumericsSection
 from roughsim.scene.schema import Record, SceneError, as_written, key_line, literal
 from roughsim.scene.sections import (
     NOT_IDENTITY,
@@ -84,6 +84,14 @@ class Scene(Record, section=""):
         if other is None or not (other.like or other.rough):
             return (face,)
         return (face, face if other.like else face_spectrum(other))
+
+    @property
+    def sliding_faces(self) -> tuple[Face, Face | None]:
+        """C(q), m⁴, of the face that rests and of the one that rides with the moving body, None for a flat.
+
+        A scene with one rough face has it at rest. Of two, that of [surface] rides with [body].
+        """
+        return (self.faces[0], None) if len(self.faces) == 1 else (self.faces[1], self.faces[0])
 
     @property
     def effective_modulus(self) -> float:
@@ -172,6 +180,8 @@ class Scene(Record, section=""):
             if f"{face}.q_min" in flat:
                 flat.setdefault(f"{face}.q_roll_off", flat[f"{face}.q_min"])
                 flat.setdefault(f"{face}.roll_off_exponent", 0.0)
+        if self.sliding.history == "frozen":
+            del flat["sliding.history"]  # older runs do not have the key
         if math.isinf(self.temperature_range[1]):
             flat.pop("sliding.background_temperature", None)
         return {key: value for key, value in flat.items() if key not in NOT_IDENTITY}
@@ -242,6 +252,7 @@ def check_scene(scene: Scene) -> None:
         needed = 'needs the time since sliding began; add for example duration = "1 ms"'
         raise ValueError(f'sliding.heat_partition = "total" {needed}')
     check_background(scene)
+    check_history(scene)
     rows = sum(len(face.psd or ()) for face in (scene.surface, scene.counterface) if face is not None)
     if rows > MAX_ROWS:
         raise ValueError(
@@ -249,11 +260,49 @@ def check_scene(scene: Scene) -> None:
             "bins of log q"
         )
     for number, level in enumerate(scene.numerics.levels or ()):
-        if scene.elastic and level.column != "elastic":
+        if level.column == SLIDING and scene.sliding.history != SLIDING:
+            raise ValueError(
+                f'numerics.levels[{number}].column = "{SLIDING}" needs sliding.history = "{SLIDING}"; add it or remove '
+                "the level"
+            )
+        if scene.elastic and level.column not in ("elastic", SLIDING):
             raise ValueError(
                 f'numerics.levels[{number}].column = "{level.column}" needs a body.penetration_hardness; add it or '
                 'write "elastic"'
             )
+
+
+def check_history(scene: Scene) -> None:
+    """Refuse a march of two bodies that lacks a second body or a distance, and a distance without a march."""
+    sliding = scene.sliding
+    if sliding.history == "frozen":
+        if sliding.slid_distance is not None:
+            raise ValueError(
+                f'sliding.slid_distance = {sliding.slid_distance:.6g} m goes with history = "sliding"; add it, or '
+                "remove the distance (numerics.slid_distance is that of temperature fields)"
+            )
+        return
+    if not scene.counterface_conducts:
+        missing = "[counterface]" if scene.counterface is None else "counterface.conductivity"
+        raise ValueError(
+            f'sliding.history = "sliding" follows the heat of two bodies, but {missing} is missing; add it '
+            '(like = "body" for the same material), or write "frozen"'
+        )
+    if (sliding.slid_distance is None) == (sliding.duration is None):
+        both = "are both given" if sliding.duration is not None else "are both missing"
+        raise ValueError(
+            f'sliding.slid_distance and sliding.duration {both}; history = "sliding" needs exactly one, for example '
+            'slid_distance = "4 mm"'
+        )
+    if 0.0 in sliding.speed:
+        raise ValueError(
+            'sliding.speed = 0 m/s does not go with history = "sliding": nothing slides; remove that speed'
+        )
+    if (solver := scene.numerics.solver) not in (None, DEFAULT_SOLVER):
+        raise ValueError(
+            f'numerics.solver = "{solver}" does not go with sliding.history = "sliding", whose contacts begin from '
+            f'the last one; write "{DEFAULT_SOLVER}" or history = "frozen"'
+        )
 
 
 def check_background(scene: Scene) -> None:

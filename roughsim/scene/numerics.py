@@ -2,7 +2,7 @@
 
 from dataclasses import field, fields
 from math import isinf, isnan, sqrt
-from typing import Annotated, Any, Literal, NamedTuple, Self, get_args
+from typing import Annotated, Any, Final, Literal, NamedTuple, Self, get_args
 
 from pydantic import BeforeValidator, PlainSerializer, SkipValidation, model_validator
 from pydantic.dataclasses import dataclass
@@ -13,7 +13,8 @@ from roughsim.extensions import extensions
 from roughsim.grid import Grid
 from roughsim.scene.schema import QMax, Quantity, Record, as_written, one_or_list, optional_keys, whole
 
-Column = Literal["smoothed", "capped", "elastic"]
+Column = Literal["smoothed", "capped", "elastic", "sliding"]
+SLIDING: Final = "sliding"  # the column of the march of two bodies; all others are of single contacts
 Points = Annotated[int, whole("1024", 1, 2**31)]
 Length = Annotated[float, Quantity("m", '"4 mm"', above=0)]
 Distance = Annotated[
@@ -66,8 +67,9 @@ class Level(Record, section="numerics.levels"):
 
     Parameters
     ----------
-    column : {"smoothed", "capped", "elastic"}
-        Elastic contact on C_sm, capped contact on C, or elastic contact on C.
+    column : {"smoothed", "capped", "elastic", "sliding"}
+        Elastic contact on C_sm, capped contact on C, or elastic contact on C. Or the march of one body over the other
+        ("sliding"), at most one level, and the last.
     shape : (int, int)
         Points along x and y.
     q_max : float
@@ -80,6 +82,8 @@ class Level(Record, section="numerics.levels"):
         "half": the cell has half the sides of the run's, and surfaces of its own. Such levels only correct: each adds
         its mean difference from the one before. The first of a column repeats the pixel and q_max of the column's
         highest level in the run's cell. None: the run's cell.
+    first : int or None
+        Of the march: only realizations 0 … `first` − 1 have it. None: all have it.
     """
 
     column: Column
@@ -87,6 +91,11 @@ class Level(Record, section="numerics.levels"):
     q_max: QMax
     every: Annotated[int, whole("1", 1, 1_000_000)] = 1
     cell: Literal["half"] | None = None
+    first: Annotated[int, whole("8", 1, 1_000_000)] | None = None
+
+    def indices(self, count: int) -> range:
+        """Return which of the first `count` realizations are solved at this level."""
+        return range(0, count if self.first is None else min(count, self.first), self.every)
 
 
 def read_levels(value: Any) -> Any:
@@ -145,6 +154,7 @@ class Numerics(Record, section="numerics"):
                     f"numerics.levels[{i}].q_max = {level.q_max:.4g} rad/m exceeds the Nyquist wavenumber "
                     f"{nyquist:.4g} rad/m of the grid {level.shape}; refine the grid or lower q_max"
                 )
+        self._check_march()
         for column in self.columns:
             self._check_half(column)
             self._check_strides(column)
@@ -166,6 +176,20 @@ class Numerics(Record, section="numerics"):
             strides.add(every)
             if rung is None or (level.cell, level.q_max) != (rung.cell, rung.q_max):
                 rung = level
+
+    def _check_march(self) -> None:
+        """Refuse more than one march, one that is not the last level, and its keys on other levels."""
+        for i, level in enumerate(self.levels):
+            if level.column != SLIDING and level.first is not None:
+                raise ValueError(f'levels[{i}].first = {level.first} is for column = "{SLIDING}" only; remove it')
+            if level.column == SLIDING and (level.every, level.cell) != (1, None):
+                key = "cell" if level.every == 1 else "every"
+                raise ValueError(f'levels[{i}].{key} does not go with column = "{SLIDING}"; remove it')
+            if level.column == SLIDING and (i == 0 or i < len(self.levels) - 1):
+                raise ValueError(
+                    f'levels[{i}].column = "{SLIDING}" must be that of the last level, after those of single contacts; '
+                    "keep one and move it to the end"
+                )
 
     def _check_half(self, column: str) -> None:
         """Refuse levels in half the cell that do not begin where those in the run's cell end."""
@@ -204,31 +228,45 @@ class Numerics(Record, section="numerics"):
 
     def of_index(self, index: int) -> tuple[int, ...]:
         """Return the numbers of the levels that are solved for the realization `index`."""
-        return tuple(i for i, level in enumerate(self.levels) if index % level.every == 0)
+        return tuple(i for i, level in enumerate(self.levels) if index in level.indices(index + 1))
 
     def members(self, count: int) -> int:
         """Return how many members the first `count` realizations have."""
-        return sum(-(-count // level.every) for level in self.levels)
+        return sum(len(level.indices(count)) for level in self.levels)
+
+    @property
+    def march(self) -> int | None:
+        """The level of the march of one body over the other; None where history = "frozen"."""
+        return len(self.levels) - 1 if self.levels[-1].column == SLIDING else None
+
+    @property
+    def single(self) -> range:
+        """The levels of single contacts: all but the march."""
+        return range(len(self.levels) if self.march is None else self.march)
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The columns that are computed, in the order smoothed, capped, elastic."""
-        return tuple(column for column in get_args(Column) if self.of_column(column))
+        """The columns of single contacts that are computed, in the order smoothed, capped, elastic."""
+        return tuple(column for column in get_args(Column) if column != SLIDING and self.of_column(column))
 
     def stream(self, level: int) -> int:
         """Return the level that names the random stream of a level: the finest in the same cell.
 
-        So levels of one cell see the same modes, and those of the other cell have surfaces of their own.
+        So levels of one cell see the same modes, and those of the other cell have surfaces of their own; so has the
+        march, whose two faces are drawn one by one.
         """
-        alike = [i for i, other in enumerate(self.levels) if other.cell == self.levels[level].cell]
+        if level == self.march:
+            return level
+        alike = [i for i in self.single if self.levels[i].cell == self.levels[level].cell]
         return max(alike, key=lambda i: (self.levels[i].q_max, self.levels[i].shape))
 
     def to_dict(self) -> dict[str, Any]:
         """Return these numerics as JSON values, without reasons and forecast."""
         values: dict[str, Any] = to_jsonable_python(self, exclude={"reasons", "forecast"})
         for level in values["levels"]:
-            if level["cell"] is None:
-                del level["cell"]  # older runs do not have the key
+            for key in ("cell", "first"):
+                if level[key] is None:
+                    del level[key]  # older runs do not have the key
         if self.slid_distance is not None:
             values["slid_distance"] = str(values["slid_distance"])  # as in all runs so far
         defaults = {key.name: key.default for key in fields(self)}

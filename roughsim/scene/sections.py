@@ -268,7 +268,17 @@ class SlidingSection(Record, section="sliding"):
     heat_partition: Annotated[Annotated[float, SHARE] | str, BeforeValidator(read_share)] = "all"
     """Share of the heat into the moving body, or the rule by which it follows from both bodies."""
     duration: Annotated[float, Quantity("s", '"1 ms"', above=0)] | None = None
-    """Time since sliding began; None is steady."""
+    """Time since sliding began; None is steady. With history = "sliding" each speed slides as far as it comes in it."""
+    history: Literal["frozen", "sliding"] = "frozen"
+    """"frozen": one contact slides on, unchanged. "sliding": also both faces over one another, contact by contact."""
+    slid_distance: Annotated[float, Quantity("m", '"4 mm"', above=0)] | None = None
+    """Of history = "sliding", at all speeds; in place of `duration`."""
+
+    @property
+    def distances(self) -> tuple[float, ...]:
+        """Slid distance of history = "sliding" at each speed, m."""
+        return tuple(self.slid_distance or speed * (self.duration or 0.0) for speed in self.speed)
+
     background_temperature: Annotated[float, KELVIN] | None = None
     """Absolute, of both bodies when sliding began; goes with a table κ(T) or μ(T), or with a melting temperature."""
 

@@ -128,3 +128,9 @@ def one_line(error: BaseException) -> str:
     """Return the message of an error, or its name, on one line; a long one is cut in its middle."""
     text = " ".join(str(error).split()) or type(error).__name__
     return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} … {text[-LONGEST // 2 :]}"
+
+
+def clock(seconds: float) -> str:
+    """Return a time span in words: 12 s, 3 min 05 s."""
+    whole = round(seconds)
+    return f"{whole // 60} min {whole % 60:02d} s" if whole >= 60 else f"{whole} s"

@@ -1,9 +1,9 @@
 """The march of two sliding bodies: at each position the contact, and the temperatures of both bodies."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -85,18 +85,33 @@ def march(  # noqa: PLR0913  (two bodies)
     if counter_heights is not None:
         riding = real_field("counter_heights", counter_heights, grid.shape).astype(np.float64, copy=False)
 
-    def steps_of_path() -> Iterator[Step]:
-        pairs: list[Pair] = []
-        numbers = np.zeros((len(NUMBERS), speeds.size))
-        for n, contact in enumerate(contacts(still, riding, grid, solid, load, path, tolerance)):
-            stress = fourier.forward(contact.pressure)
-            if n == 0:
-                pairs = [Pair(grid, friction * abs(v), (resting, moving), stress, path, abs(v)) for v in speeds]
-            else:
-                numbers = np.array([pair.advance(contact, stress) for pair in pairs]).T
-            yield Step(float(path.distance[n]), contact, stress, numbers)
+    motions = [Motion(abs(v), friction, moving, resting) for v in speeds]
+    return walk(contacts(still, riding, grid, solid, load, path, tolerance), grid, path, motions)
 
-    return steps_of_path()
+
+class Motion(NamedTuple):
+    """How the contact moves and heats at one speed."""
+
+    speed: float  # v > 0 of the moving body over the resting one, m/s
+    friction_coefficient: float
+    moving: Body
+    resting: Body
+
+
+def walk(contacts: Iterable[Contact], grid: Grid, path: Path, motions: Sequence[Motion]) -> Iterator[Step]:
+    """Yield each position of a path with the temperatures of both bodies, at several speeds.
+
+    `contacts` are those at each position, the first included.
+    """
+    pairs: list[Pair] = []
+    numbers = np.zeros((len(NUMBERS), len(motions)))
+    for n, contact in enumerate(contacts):
+        stress = fourier.forward(contact.pressure)
+        if n == 0:
+            pairs = [Pair(grid, motion, stress, path) for motion in motions]
+        else:
+            numbers = np.array([pair.advance(contact, stress) for pair in pairs]).T
+        yield Step(float(path.distance[n]), contact, stress, numbers)
 
 
 def contacts(
@@ -116,14 +131,13 @@ def contacts(
 class Pair:
     """Both bodies at one speed: their histories, and the share of the heat of the latest step."""
 
-    def __init__(
-        self, grid: Grid, heating: float, bodies: tuple[Body, Body], stress: Spectrum, path: Path, speed: float
-    ) -> None:
+    def __init__(self, grid: Grid, motion: Motion, stress: Spectrum, path: Path) -> None:
+        heating, bodies = motion.friction_coefficient * motion.speed, (motion.resting, motion.moving)
         self.grid, self.path, self.heating = grid, path, heating
         # at first heat flows straight down into both: the share of their effusivities, at every point
         resting, moving = (body.conductivity / math.sqrt(body.diffusivity) for body in bodies)
         share = moving / (resting + moving)
-        step = (path.distance[1] - path.distance[0]) / speed
+        step = (path.distance[1] - path.distance[0]) / motion.speed
         self.resting, self.moving = (
             History(grid, body.conductivity, body.diffusivity, step, path.steps, part * heating * stress)
             for body, part in zip(bodies, (1 - share, share), strict=True)

@@ -35,6 +35,11 @@ class Path:
         return self.distance.size - 1
 
 
+def pixel_of_path(grid: Grid) -> float:
+    """Return the distance that goes with one pixel along x, m."""
+    return grid.spacing[0] * math.hypot(1.0, ACROSS * grid.lengths[1] / grid.lengths[0])
+
+
 def oblique_path(grid: Grid, slid_distance: float, steps: int | None = None, *, backwards: bool = False) -> Path:
     """Return the path along x over `slid_distance`, m, to the nearest whole step.
 
@@ -42,7 +47,7 @@ def oblique_path(grid: Grid, slid_distance: float, steps: int | None = None, *, 
     Across, the direction is straight and each position the nearest pixel to it. ValueError if the distance, or a step,
     would be under a pixel.
     """
-    spacing = grid.spacing[0] * math.hypot(1.0, ACROSS * grid.lengths[1] / grid.lengths[0])
+    spacing = pixel_of_path(grid)
     pixels = slid_distance / spacing
     if pixels < 1.0 - _ROUNDING:
         raise ValueError(

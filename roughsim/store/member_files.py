@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from roughsim.errors import RecordError
 from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
+from roughsim.sliding.member import CURVES
 from roughsim.store.disk import DamagedError, damaged, place_bytes, read_bytes, read_numbers
 from roughsim.store.member_hdf5 import FORMAT, KEPT_FIELDS, digest_of_arrays, hdf5_of
 from roughsim.untrusted import ChildEndedError, call_in_child, check_hdf5
@@ -52,6 +53,7 @@ class Member:
     # the radial stress spectrum over the wavenumber, rad/m: shares of the pressure variance, Pa²
     wavenumber: Array = field(default_factory=lambda: np.empty(0))
     spectrum: Array = field(default_factory=lambda: np.empty(0))
+    curves: dict[str, Array] = field(default_factory=dict)  # over the slid distance, of the column "sliding" only
     fields: dict[str, NDArray[np.float32]] = field(default_factory=dict)  # heights, m, and pressure, Pa, if kept
     lengths: tuple[float, float] = (1.0, 1.0)  # sides of the cell, m
     speeds: tuple[float, ...] = ()  # of the arrays over speed, m/s
@@ -79,6 +81,7 @@ def write_member(folder: Path, member: Member) -> None:
         "failure": member.failure,
         "numbers": [[name, list(np.shape(values))] for name, values in member.numbers.items()],  # in their order
         "fields": [[name, list(values.shape)] for name, values in member.fields.items()],
+        **({"curves": [[name, list(values.shape)] for name, values in member.curves.items()]} if member.curves else {}),
         "lengths": list(member.lengths),
         "speeds": list(member.speeds),
         "provenance": member.provenance,
@@ -87,7 +90,7 @@ def write_member(folder: Path, member: Member) -> None:
     if member.numbers:
         scalars = {name: values[0] for name, values in member.numbers.items() if not NUMBERS[name].per_speed}
         arrays = {"speed": member.speeds} | member.numbers | scalars
-        arrays |= {"wavenumber": member.wavenumber, "stress_spectrum": member.spectrum}
+        arrays |= {"wavenumber": member.wavenumber, "stress_spectrum": member.spectrum} | member.curves
     content, places = hdf5_of(
         header, {name: np.asarray(values, "<f8", order="C") for name, values in arrays.items()}, member.fields
     )
@@ -234,7 +237,7 @@ def _opened(path: Path, content: bytes, fields: Sequence[str]) -> Member:
             header = _header_of(path, text)
             shapes = {name: shape for name, shape in header["fields"] if name in fields}
             member = _member(header, partial(read_numbers, file), {name: file[name][()] for name in shapes})
-            guarded = [*member.numbers.values(), member.wavenumber, member.spectrum]
+            guarded = [*member.numbers.values(), member.wavenumber, member.spectrum, *member.curves.values()]
             if digest_of_arrays(text, guarded) != file.attrs["sha256"]:
                 raise ValueError("its SHA-256 does not match")
             for name, data in member.fields.items():
@@ -257,6 +260,7 @@ def _member(header: dict[str, Any], read: Callable[[str], Array], fields: dict[s
         numbers,
         read("wavenumber") if numbers else np.empty(0),
         read("stress_spectrum") if numbers else np.empty(0),
+        {name: np.reshape(read(name), shape) for name, shape in header.get("curves", ())},
         fields,
         (header["lengths"][0], header["lengths"][1]),
         tuple(header["speeds"]),
@@ -281,6 +285,10 @@ def _check_header(header: dict[str, Any]) -> None:
     sound = {
         "numbers": all(
             name in NUMBERS and shape == [speeds if NUMBERS[name].per_speed else 1] for name, shape in header["numbers"]
+        ),
+        "curves": all(
+            name in CURVES and len(shape) == 1 + CURVES[name].per_speed and shape[0] in (speeds, shape[-1])
+            for name, shape in header.get("curves", ())
         ),
         "fields": all(name in KEPT_FIELDS and len(shape) == 2 for name, shape in header["fields"]),
         "failure": isinstance(header["failure"], str) and bool(header["failure"]) != bool(header["numbers"]),

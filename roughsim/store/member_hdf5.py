@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
+from roughsim.sliding.member import AXIS, CURVES
 from roughsim.store.disk import add_attributes, hdf5_bytes
 
 FORMAT = 3  # to be raised when older readers would misread a file, or take it for damaged
@@ -39,7 +40,7 @@ def hdf5_of(header: dict[str, Any], arrays: dict[str, Array], fields: Fields) ->
     """Return the HDF5 data of a member, and the places of header, digest and arrays in them.
 
     `header` is what goes into JSON; with fields it has the `lengths` of the cell, m. `arrays` are speed, the numbers,
-    wavenumber and stress_spectrum by name and in this order; none for a failed member.
+    wavenumber, stress_spectrum and the curves of a march by name and in this order; none for a failed member.
     """
     text = json.dumps(header, sort_keys=True)
     text += " " * (-len(text) % HEADER_STEP)
@@ -96,13 +97,19 @@ def _fill_numbers(file: Any, arrays: dict[str, Array]) -> Places:
     for name, values in arrays.items():
         if name in NUMBERS:
             unit, axes = NUMBERS[name].unit, [datasets["speed"]] if NUMBERS[name].per_speed else []
+        elif name in CURVES:
+            unit, axes = CURVES[name].unit, [datasets["speed"]] if CURVES[name].per_speed else []
+            axes += [datasets[AXIS]] if name != AXIS else []
         else:
             unit, axes = UNITS[name], [datasets["wavenumber"]] if name == "stress_spectrum" else []
         datasets[name] = _add(file, name, values, unit, axes)
-        if name in ("speed", "wavenumber"):
+        if name in ("speed", "wavenumber", AXIS):
             datasets[name].make_scale(name)
-    _link(file, "numbers", "flash_temperature", ["speed"], [name for name in arrays if name in NUMBERS])
+    numbers = [name for name in arrays if name in NUMBERS]
+    _link(file, "numbers", numbers[0], ["speed"], numbers)
     _link(file, "stress", "stress_spectrum", ["wavenumber"], [])
+    if curves := [name for name in arrays if name in CURVES and name != AXIS]:
+        _link(file, "slide", curves[0], ["speed", AXIS], curves)
     return {
         name: (
             dataset.id.get_chunk_info(0).byte_offset if dataset.shape else dataset.id.get_offset(),

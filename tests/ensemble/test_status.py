@@ -12,6 +12,7 @@ import pytest
 import roughsim as rs
 from roughsim.ensemble import status
 from roughsim.estimate.errors import relative_half_width
+from roughsim.show.text import clock
 from roughsim.store.member_files import member_path
 
 
@@ -38,7 +39,7 @@ def running(capped_run, tmp_path):
     [(0.2, "0 s"), (59.4, "59 s"), (60, "1 min 00 s"), (185, "3 min 05 s"), (7200, "120 min 00 s")],
 )
 def test_time_is_told_in_minutes_and_seconds(seconds, words):
-    assert status.clock(seconds) == words
+    assert clock(seconds) == words
 
 
 def test_without_a_target_all_realizations_are_needed(running):
@@ -94,7 +95,7 @@ def test_a_running_run_tells_the_time_left_and_how_near_the_target_is(running, m
     assert lines[0] == f"{running.folder}: small capped"
     near = f"flash_temperature statistical error {100 * width:.2g} % (target {100 * width / 3:g} %)"
     assert lines[1].startswith(f"6 of about 10 realizations: {near}; being computed by process 1 on here, ")
-    assert lines[1].endswith(f"{status.clock(status.seconds_left(running))} left at the latest pace")
+    assert lines[1].endswith(f"{clock(status.seconds_left(running))} left at the latest pace")
     monkeypatch.setattr(status, "writer", lambda _: None)
     assert f"{near}; not being computed now, " in status.state_line(running)
 

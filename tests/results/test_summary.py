@@ -189,7 +189,7 @@ def test_a_folder_that_takes_no_files_is_read_all_the_same(folder, whole, eager,
 
 
 def test_what_did_not_suffice_is_not_tried_again_unless_targets_members_or_code_change(folder, eager, monkeypatch):
-    from roughsim.results import run as module
+    from roughsim.results import stopping as module
 
     monkeypatch.setattr(errors, "LEAST", 2)
     tried, true = [], module.relative_half_width

@@ -90,7 +90,7 @@ def filled(text):
 
 
 # keys that need or exclude others
-RIVALS = "rms_slope|spectrum|topography|psd_file|psd_convention|psd_source|background_temperature"
+RIVALS = "rms_slope|spectrum|topography|psd_file|psd_convention|psd_source|background_temperature|slid_distance"
 
 
 def without(text, keys):
@@ -99,7 +99,7 @@ def without(text, keys):
 
 def test_the_form_holds_every_key_and_says_what_is_missing():
     form = scene_text(BLANK)
-    keys = KEYS - {"psd", "column", "shape", "every", "cell"}
+    keys = KEYS - {"psd", "column", "shape", "every", "cell", "first"}
     assert {key for key in keys if not re.search(rf"(?m)^# {key} = ", form)} == set()
     with pytest.raises(SceneError, match=r"^blank: surface.rms_height is missing; give exactly one of"):
         rs.load_scene(BLANK)
@@ -116,7 +116,7 @@ def test_the_form_filled_in_with_its_own_examples_is_a_scene():
 
 def test_the_form_s_defaults_are_the_defaults():
     text = filled(scene_text(BLANK))
-    text = without(text, f"{RIVALS}|tolerance|lengths|levels|slid_distance")
+    text = without(text, f"{RIVALS}|tolerance|lengths|levels")
     written = parse_scene(text)
     bare = parse_scene(text[: text.index("[theory]")])
     assert (written.theory, written.ensemble) == (bare.theory, bare.ensemble)

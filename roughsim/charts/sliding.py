@@ -1,0 +1,69 @@
+"""Two bodies that slide over one another: their temperatures and the share of the heat over the slid distance."""
+
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from roughsim.charts.style import Subject, new_figure, plain_ticks, scaled
+from roughsim.estimate.errors import half_width, spread
+from roughsim.grid import Array
+from roughsim.show.text import plain
+from roughsim.sliding.member import AXIS
+
+# title, label, and the curves drawn: solid, and dashed
+PANELS = (
+    ("Flash temperature; dashed: frozen, all heat", r"$T_\mathrm{flash}$, K", ("flash", "frozen_flash")),
+    ("Contact, background included", r"$\langle T\sigma\rangle/\langle\sigma\rangle$, K", ("contact",)),
+    ("Background, moving body; dashed: resting", "$T$, K", ("background", "resting_background")),
+    ("Share of the heat into the moving body", "share", ("moving_share",)),
+)
+DASHES = ("-", (0, (4, 2)))
+DARKEST, BRIGHTEST = 0.0, 0.85  # of the colours of the speeds; the end of the scale is too pale for paper
+
+
+def sliding_chart(subject: Subject, path: Path) -> None:
+    """Draw T_flash, the temperature of the contact, both backgrounds and the share over distance, a line per speed.
+
+    Means over the members that slide, with their 95 % intervals. ValueError if the run has none.
+    """
+    run = subject.run
+    curves = run.curves()
+    count, speeds = len(curves["slide_moving_share"]), run.scene.speeds
+    factor, unit = scaled(float(curves[AXIS][-1]), "m")
+    distance, ends = curves[AXIS] * factor, np.array(run.scene.sliding.distances) * factor
+    colours = mpl.colormaps["viridis"](np.linspace(DARKEST, BRIGHTEST, len(speeds)))
+    members = f"{count} members" if count > 1 else "one member"
+    title = "\n".join(
+        line for line in (plain(run.scene.title).replace("$", r"\$"), f"Both faces slide; {members}") if line
+    )
+    with new_figure(path, (9.6, 5.6), title) as figure:
+        panels = figure.subplots(2, 2, sharex=True)
+        for axes, (words, label, names) in zip(panels.ravel(), PANELS, strict=True):
+            for name, dashes in zip(names, DASHES, strict=False):
+                rows = curves[f"slide_{name}"] if f"slide_{name}" in curves else curves[f"slide_{name}_temperature"]
+                for k, colour in enumerate(colours):
+                    slid = distance <= ends[k] * (1 + 1e-2)  # whole steps are a little longer or shorter
+                    draw_mean(axes, distance[slid], rows[:, k, slid], colour, dashes)
+            axes.set(xscale="log", ylabel=label, title=words)
+            if label == "share":
+                axes.set_ylim(0.0, 1.0)
+            else:
+                axes.set_yscale("log")
+            axes.margins(x=0.0)
+            plain_ticks(axes.xaxis)
+        for axes in panels[1]:
+            axes.set_xlabel(f"slid distance, {unit}")
+        handles = [Line2D([], [], color=colour, label=f"{v:g} m/s") for colour, v in zip(colours, speeds, strict=True)]
+        figure.legend(handles=handles, loc="outside right center", title="$v$")
+
+
+def draw_mean(axes: Axes, distance: Array, rows: Array, colour: Array, dashes: object) -> None:
+    """Draw the mean of rows over the distance; solid lines with the 95 % interval where there are several rows."""
+    mean = rows.mean(axis=0)
+    axes.plot(distance, mean, color=colour, lw=1.3 if dashes == "-" else 0.9, ls=dashes)
+    if len(rows) > 1 and dashes == "-":
+        half = half_width(*spread(rows))
+        axes.fill_between(distance, mean - half, mean + half, color=colour, alpha=0.18, lw=0)

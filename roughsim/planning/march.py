@@ -1,0 +1,78 @@
+"""What a march of one body over the other adds to a plan: its level, its cost, and what a frozen scene leaves out."""
+
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from roughsim.planning.realization import march_problem
+from roughsim.scene import Scene
+from roughsim.scene.numerics import SLIDING, Level, Numerics, Reason
+from roughsim.show.text import clock
+from roughsim.sliding.march import walk
+from roughsim.sliding.member import SlideProblem, journey
+from roughsim.sliding.path import pixel_of_path
+
+MEMBERS = 8  # the ratio of sliding to frozen scatters little from one to the next
+TIMED, WARM = 8, 3  # steps of the pilot, and how many of them are not counted
+STEP_SECONDS = 2.5e-7, 2.1e-7  # CPU time of a step over its points: of the contact, and of each speed
+
+
+def with_march(scene: Scene, numerics: Numerics) -> Numerics:
+    """Return the numerics with a level for the march: the lowest rung of single contacts, whose grid is the smallest.
+
+    Numerics that have one, and those of a frozen scene, are returned as they are.
+    """
+    if scene.sliding.history != SLIDING or numerics.march is not None:
+        return numerics
+    lowest = numerics.levels[numerics.of_column(numerics.columns[-1])[0]]
+    level = Level(SLIDING, lowest.shape, lowest.q_max, first=MEMBERS)
+    return replace(numerics, levels=(*numerics.levels, level))
+
+
+def march_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
+    """Yield what the march is and costs; for a frozen scene of two rough faces, what it leaves out and would cost."""
+    if numerics.march is None:
+        if len(scene.faces) == 2 and scene.counterface_conducts:
+            yield left_out(scene, numerics)
+        return
+    level, problem = numerics.levels[numerics.march], march_problem(scene, numerics)
+    x, y = level.shape
+    why = (
+        "the lowest rung: the ratio of sliding to frozen contact hardly depends on q_c, and carries over to all of C(q)"
+    )
+    yield Reason(SLIDING, f"{x} × {y} to q_c = {level.q_max:.3g} rad/m", why)
+    distances, step = np.array(problem.distances), pixel_of_path(problem.grid)
+    steps = round(distances.max() / step)
+    lengths = " … ".join(dict.fromkeys(f"{1e3 * end:.3g}" for end in (distances.min(), distances.max())))
+    fresh = f"{distances.max() / problem.grid.lengths[0]:.2g} lengths of the cell"
+    yield Reason("slid distance", f"{lengths} mm", f"{fresh}, in {steps} steps of {1e6 * step:.3g} µm")
+    members = scene.ensemble.max_realizations if level.first is None else level.first
+    members = min(members, scene.ensemble.max_realizations)
+    cost = f"{clock(steps * seconds_of_step(problem))} of CPU time each: {TIMED} steps were timed"
+    broken = "one that is broken off begins again"
+    yield Reason("marches", str(members), f"{cost}; {broken}; means are over the last half of the slid distance")
+
+
+def left_out(scene: Scene, numerics: Numerics) -> Reason:
+    """Return what a frozen scene of two rough faces leaves out, and what it would cost."""
+    grid, cell = numerics.grid(numerics.of_column(numerics.columns[-1])[0]), numerics.lengths[0]
+    steps = cell / pixel_of_path(grid)
+    contact, heat = STEP_SECONDS
+    seconds = MEMBERS * steps * grid.points * (contact + heat * len(scene.speeds))
+    why = (
+        'the contact slides on unchanged, as if the counterface alone were rough. With history = "sliding" both faces '
+        "move, equal bodies take half of the heat each, and T_flash differs by 10 to 60 %: it is lower at low speeds "
+        "and higher at high ones, where summits of the moving body stay hot; "
+        f"about {clock(seconds)} of CPU time for each {1e3 * cell:.3g} mm slid"
+    )
+    return Reason("history", "frozen", why)
+
+
+def seconds_of_step(problem: SlideProblem) -> float:
+    """Return the CPU time of a step, s, as the first ones of a march take it."""
+    distance = TIMED * pixel_of_path(problem.grid)
+    path, on_the_way = journey(replace(problem, distances=(distance,)))
+    times = [time.process_time() for _ in walk(on_the_way, problem.grid, path, problem.motions)]
+    return float(np.median(np.diff(times)[WARM:]))

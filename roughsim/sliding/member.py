@@ -1,0 +1,173 @@
+"""One member of the column "sliding": from C(q) of both faces to temperatures over the slid distance.
+
+    surface.synthesize, both faces  →  contact, and temperatures of both bodies, at each step  →  means and curves
+
+Beside the march stands the frozen T_flash of the very same contacts, with all the heat in the moving body. So the
+ratio of the two scatters little from member to member.
+"""
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from roughsim.contact import Contact, Solid
+from roughsim.grid import Array, Grid
+from roughsim.heat.partition import Body
+from roughsim.observables.moments import Sliding, sums_over_directions
+from roughsim.observables.stress_spectrum import stress_spectrum, uniform_nodes
+from roughsim.pipeline import linear_algebra
+from roughsim.sliding.correlation import StressCorrelation
+from roughsim.sliding.march import NUMBERS, Motion, contacts, walk
+from roughsim.sliding.path import Path, oblique_path
+from roughsim.surface.spectrum import Spectrum as Roughness
+from roughsim.surface.synthesis import synthesize
+
+POINTS = 64  # distances, in geometric sequence, at which the curves are stored
+LAST = 0.5  # share of a slid distance, at its end, over which means are taken
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """What a member stores over the slid distance."""
+
+    unit: str
+    per_speed: bool  # shape (speeds, distances), else (distances,)
+    description: str
+
+
+AXIS = "slid_distance"
+CURVES = {
+    AXIS: Curve("m", False, "slid distance"),
+    "slide_flash_temperature": Curve("K", True, "<T sigma>/<sigma> of the moving body above its background"),
+    "slide_resting_flash_temperature": Curve("K", True, "the same of the resting body"),
+    "slide_moving_share": Curve("1", True, "share of the heat that enters the moving body"),
+    "slide_background": Curve("K", True, "mean temperature of the surface of the moving body"),
+    "slide_resting_background": Curve("K", True, "the same of the resting body"),
+    "slide_contact_temperature": Curve("K", True, "<T sigma>/<sigma> of both bodies, background included"),
+    "slide_frozen_flash_temperature": Curve("K", True, "T_flash if the contact there slid on frozen, all heat moving"),
+    "slide_contact_fraction": Curve("1", False, "A/A0"),
+    "slide_stress_correlation": Curve("1", False, "of the stress with that at earlier positions, so far away"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class SlideProblem:
+    """Everything that decides the bits of one march; `replace(problem, index=7)` is that of another realization.
+
+    The random streams are SeedSequence(seed, spawn_key=(stream, index)) for the face at rest, and that with a further
+    1 for the one that moves.
+    """
+
+    resting_spectrum: Roughness  # C(q) of the face at rest, m⁴, up to the cut-off of the level
+    moving_spectrum: Roughness | None  # of the face that rides with the moving body; None is a flat
+    grid: Grid
+    solid: Solid
+    nominal_pressure: float  # σ₀, Pa
+    sliding: Sliding  # speeds, friction and the moving body
+    resting: tuple[Body, ...]  # the resting body at each speed
+    distances: tuple[float, ...]  # slid at each speed, m
+    tolerance: float  # of the contact solves
+    seed: int  # of the ensemble
+    stream: int  # number of the level
+    index: int = 0  # of the realization
+    threads: int = 1
+
+    @property
+    def motions(self) -> list[Motion]:
+        """The contact's motion at each speed."""
+        friction, kappa, diffusivity = (
+            np.broadcast_to(x, len(self.resting)).tolist()
+            for x in (self.sliding.friction_coefficient, self.sliding.conductivity, self.sliding.diffusivity)
+        )
+        moving = map(Body, kappa, diffusivity)
+        return list(map(Motion, self.sliding.speeds, friction, moving, self.resting))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SlideSolution:
+    """What was measured on one march."""
+
+    numbers: dict[str, Array]  # (speeds,), means over the last half of the distance slid at each speed
+    curves: dict[str, Array]  # those of `CURVES`
+    wavenumber: Array  # rad/m, of the spectrum
+    spectrum: Array  # of the stress, Pa², mean over the last half of the longest distance
+    residual: float  # the largest ‖T₁ − T₂‖/‖T₁ + T₂‖ on the contact
+    steps: int
+    seconds: dict[str, float]  # spent in each stage: surface, contact (with the temperatures)
+
+
+def solve_slide(problem: SlideProblem) -> SlideSolution:
+    """Draw both faces, slide one over the other and measure; ConvergenceError if a contact or a share is not found."""
+    grid, rows, fractions, frozen, spectra = problem.grid, [], [], [], []
+    correlation = StressCorrelation(grid)
+    with linear_algebra().limit(limits=problem.threads):
+        begin = time.perf_counter()
+        path, on_the_way = journey(problem)
+        drawn = time.perf_counter()
+        for step in walk(on_the_way, grid, path, problem.motions):
+            correlation.add(step.stress)
+            if step.slid_distance == 0.0:
+                continue
+            rows.append(step.numbers)
+            fractions.append(step.contact.contact_fraction)
+            spectrum, unseen = stress_spectrum(step.stress, grid)
+            frozen.append(sums_over_directions(spectrum, unseen, grid, problem.sliding)[0])
+            if len(rows) > LAST * path.steps:
+                spectra.append(spectrum.variance)
+        slid_through = time.perf_counter()
+    heating = np.asarray(problem.sliding.friction_coefficient) * np.array(problem.sliding.speeds)
+    factor = heating / (np.asarray(problem.sliding.conductivity) * problem.nominal_pressure)
+    of_steps = dict(zip(NUMBERS, np.array(rows).transpose(1, 2, 0), strict=True))  # (speeds, steps) each
+    of_steps["frozen_flash_temperature"] = (factor * np.array(frozen)).T
+    over_distance = of_steps | {
+        AXIS: path.distance[1:],
+        "contact_fraction": np.array(fractions),
+        "stress_correlation": correlation.mean(),
+    }
+    return SlideSolution(
+        means_of(of_steps, path, problem.distances),
+        curves_of(over_distance, path),
+        uniform_nodes(grid).entries,
+        np.mean(spectra, axis=0),
+        float(of_steps["residual"].max()),
+        path.steps,
+        {"surface": drawn - begin, "contact": slid_through - drawn},
+    )
+
+
+def journey(problem: SlideProblem) -> tuple[Path, Iterator[Contact]]:
+    """Draw both faces; return the path, and the contacts along it, each solved when it is asked for."""
+    key = problem.stream, problem.index
+    heights = synthesize(problem.resting_spectrum, problem.grid, stream_of(problem.seed, *key))
+    counter_heights = None
+    if problem.moving_spectrum is not None:
+        counter_heights = synthesize(problem.moving_spectrum, problem.grid, stream_of(problem.seed, *key, 1))
+    path = oblique_path(problem.grid, max(problem.distances))
+    load, tolerance = problem.nominal_pressure, problem.tolerance
+    return path, contacts(heights, counter_heights, problem.grid, problem.solid, load, path, tolerance)
+
+
+def stream_of(seed: int, *key: int) -> np.random.Generator:
+    """Return the random stream of a face."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
+
+
+def means_of(of_steps: dict[str, Array], path: Path, distances: tuple[float, ...]) -> dict[str, Array]:
+    """Return the stored numbers: means over the last half of the distance that each speed slides."""
+    steps = np.arange(1, path.steps + 1)
+    last = np.rint(np.array(distances) / path.distance[1])[:, None]
+    late = (steps <= last) & (steps > LAST * last)
+    names = {
+        "sliding_flash_temperature": "flash_temperature",
+        "sliding_share": "moving_share",
+        "sliding_frozen_flash_temperature": "frozen_flash_temperature",
+    }
+    return {stored: np.mean(of_steps[name], axis=1, where=late) for stored, name in names.items()}
+
+
+def curves_of(over_distance: dict[str, Array], path: Path) -> dict[str, Array]:
+    """Return the stored curves, at up to `POINTS` distances in geometric sequence."""
+    chosen = np.unique(np.rint(np.geomspace(1, path.steps, POINTS)).astype(np.intp)) - 1
+    return {name: np.ascontiguousarray(over_distance[name.removeprefix("slide_")][..., chosen]) for name in CURVES}

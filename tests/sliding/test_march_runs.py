@@ -1,0 +1,234 @@
+"""Scenes with history = "sliding": what a run stores of each march, the estimate made of it, resuming, and failures."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from march_cases import sliding_scene
+
+import roughsim as rs
+from roughsim.charts.plot import plot_run
+from roughsim.ensemble import workers
+from roughsim.ensemble.status import losses
+from roughsim.errors import ConvergenceError
+from roughsim.sliding.path import oblique_path
+from roughsim.store.member_files import member_path, read_member
+from roughsim.surface.synthesis import synthesize
+
+MARCH = 1  # its level
+STEEL = rs.Body(30.0, 30 / (7900 * 500))
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    return rs.run(sliding_scene(), tmp_path_factory.mktemp("march") / "run")
+
+
+def faces(run, index):
+    """Both faces of a member, each from a stream of its own."""
+    grid, spectrum = run.numerics.grid(MARCH), run.scene.faces[0].truncated(q_max=2.5e4)
+    keys = (MARCH, index), (MARCH, index, 1)
+    streams = (np.random.default_rng(np.random.SeedSequence(run.seed, spawn_key=key)) for key in keys)
+    return grid, *(synthesize(spectrum, grid, stream) for stream in streams)
+
+
+def slide(run, index, slid_distance):
+    grid, resting, moving = faces(run, index)
+    return rs.slide(
+        resting,
+        grid,
+        rs.Solid(run.scene.effective_modulus, 1e9),
+        nominal_pressure=9e7,
+        friction_coefficient=0.11,
+        speed=[1.0, 35.0],
+        moving=STEEL,
+        resting=STEEL,
+        counter_heights=moving,
+        slid_distance=slid_distance,
+        tolerance=1e-4,
+    )
+
+
+def test_a_member_holds_the_means_over_the_last_half_of_its_slide(run):
+    slid, numbers = slide(run, 1, 1e-3), run.members[MARCH, 1].numbers
+    late = slid.slid_distance > 0.5 * slid.slid_distance[-1]
+    assert numbers["sliding_flash_temperature"] == pytest.approx(slid.flash_temperature[:, late].mean(axis=1))
+    assert numbers["sliding_share"] == pytest.approx(slid.moving_share[:, late].mean(axis=1))
+
+
+def test_beside_them_stands_the_frozen_temperature_of_the_same_contacts(run):
+    grid, resting, moving = faces(run, 0)
+    path, frozen = oblique_path(grid, 1e-3), []
+    for offset in path.offsets[1:]:
+        heights = resting + np.roll(moving, -offset, axis=(0, 1))
+        solid = rs.Solid(run.scene.effective_modulus, 1e9)
+        contact = rs.solve_contact(heights, grid, solid, nominal_pressure=9e7, tolerance=1e-6)
+        sliding = rs.Sliding([1.0, 35.0], 0.11, STEEL.conductivity, STEEL.diffusivity)
+        frozen.append(rs.measure(contact, grid, sliding).flash_temperature)
+    late = path.distance[1:] > 0.5 * path.distance[-1]
+    expected = np.mean(np.array(frozen)[late], axis=0)
+    # contacts that begin from the last one differ by the tolerance
+    assert run.members[MARCH, 0].numbers["sliding_frozen_flash_temperature"] == pytest.approx(expected, rel=1e-3)
+
+
+def test_curves_over_the_distance_are_those_of_the_slide(run):
+    slid, curves = slide(run, 0, 1e-3), run.curves()
+    assert curves["slid_distance"] == pytest.approx(slid.slid_distance)  # under 64 steps: all of them
+    for name in ("flash_temperature", "resting_background", "contact_temperature", "stress_correlation"):
+        assert curves[f"slide_{name}"][0] == pytest.approx(getattr(slid, name), rel=1e-9)
+    assert curves["slide_background"].shape == (2, 2, slid.slid_distance.size)  # members, speeds, distances
+
+
+def test_the_estimate_is_the_frozen_one_times_the_paired_ratio(run):
+    sliding, frozen = (
+        np.array([run.members[MARCH, i].numbers[f"sliding_{name}"] for i in (0, 1)])
+        for name in ("flash_temperature", "frozen_flash_temperature")
+    )
+    ratio = sliding.mean(axis=0) / frozen.mean(axis=0)
+    single = run.estimate("flash_temperature")
+    e = run.estimate("flash_temperature", "sliding")
+    assert e.mean == pytest.approx(single.mean / 0.9 * ratio)
+    assert e.budget["bandwidth"] == pytest.approx(single.budget["bandwidth"] / 0.9 * ratio, nan_ok=True)
+    # to first order the scatter of a quotient is that of sliding − ratio·frozen
+    error = np.std(sliding - ratio * frozen, axis=0, ddof=1) / np.sqrt(2) / frozen.mean(axis=0)
+    expected = np.hypot(single.standard_error / 0.9 * ratio, single.mean / 0.9 * error)
+    assert e.standard_error == pytest.approx(expected)
+    assert (e.budget["march"] > 0).all()
+
+
+def test_compare_has_a_column_of_what_a_march_measures(run):
+    rows = json.loads(json.dumps(rs.compare(run).to_dict()))["rows"]
+    cells = {(row["observable"], row["speed"]): row["sliding"] for row in rows}
+    assert cells["flash_temperature", 35.0]["mean"] == run.estimate("flash_temperature", "sliding").mean[1]
+    share = np.mean([run.members[MARCH, i].numbers["sliding_share"] for i in (0, 1)], axis=0)
+    assert cells["heat_partition", 1.0]["mean"] == pytest.approx(share[0])
+    assert cells["contact_fraction", None]["mean"] == run.estimate("contact_fraction").mean[0]
+    assert cells["flash_width", 1.0]["mean"] is None
+    assert set(cells["flash_width", 1.0]) == set(rows[0]["capped"])
+
+
+def test_another_observable_is_refused(run):
+    with pytest.raises(ValueError, match="^observable = 'flash_width' is not in column \"sliding\"; it has flash_temp"):
+        run.estimate("flash_width", "sliding")
+
+
+def test_only_the_first_realizations_slide(run):
+    assert run.realizations == 4
+    assert sorted(index for level, index in run.members if level == MARCH) == [0, 1]
+    dataset = run.to_xarray()
+    assert np.isfinite(dataset.sliding_share[MARCH].values).all(axis=1).tolist() == [True, True, False, False]
+
+
+def test_a_lost_and_a_damaged_march_are_computed_again_to_the_bit(run, tmp_path):
+    again = rs.run(sliding_scene(), tmp_path / "run", max_realizations=2)
+    paths = [member_path(again.folder, MARCH, index) for index in (0, 1)]
+    before = [read_member(path) for path in paths]
+    paths[0].unlink()
+    paths[1].write_bytes(paths[1].read_bytes()[:-500])
+    with pytest.warns(RuntimeWarning, match="L1-000001.* it was moved to"):
+        rs.run(sliding_scene(), tmp_path / "run", max_realizations=2)
+    for path, old in zip(paths, before, strict=True):
+        new = read_member(path)
+        assert all((new.numbers[name] == old.numbers[name]).all() for name in old.numbers)
+        assert all((new.curves[name] == old.curves[name]).all() for name in old.curves)
+
+
+def test_two_processes_make_the_same_members(run, tmp_path):
+    both = rs.run(sliding_scene(), tmp_path / "run", workers=2)
+    for key, member in run.members.items():
+        assert all((both.members[key].numbers[name] == values).all() for name, values in member.numbers.items())
+
+
+def test_a_march_that_fails_is_told_and_leaves_the_frozen_columns_alone(tmp_path, monkeypatch):
+    genuine = workers.solve_slide
+
+    def fail(problem):
+        if problem.index == 0:
+            raise ConvergenceError("temperatures of the two bodies: none", 1.0, 10)
+        return genuine(problem)
+
+    monkeypatch.setattr(workers, "solve_slide", fail)
+    run = rs.run(sliding_scene(), tmp_path / "run")
+    assert (run.realizations, run.failed, len(run.sound(4))) == (4, 0, 4)
+    assert losses(run) == ["1 members that slide did not converge and are left out of the column sliding"]
+    assert run.estimate("heat_partition", "sliding").n == 1
+
+
+def test_with_a_duration_each_speed_is_read_at_its_own_distance(tmp_path):
+    # 35 m/s slides 1 mm meanwhile, 14 m/s .4 mm
+    history = f'history = "sliding"\nduration = {1e-3 / 35}'
+    run = rs.run(sliding_scene(history, ("speed = [1, 35]", "speed = [14, 35]")), tmp_path / "run", max_realizations=1)
+    grid, resting, moving = faces(run, 0)
+    slid = rs.slide(
+        resting,
+        grid,
+        rs.Solid(run.scene.effective_modulus, 1e9),
+        nominal_pressure=9e7,
+        friction_coefficient=0.11,
+        speed=[14.0, 35.0],
+        moving=STEEL,
+        resting=STEEL,
+        counter_heights=moving,
+        slid_distance=1e-3,
+        tolerance=1e-4,
+    )
+    late = (slid.slid_distance > 0.2e-3) & (slid.slid_distance < 0.4e-3)
+    numbers = run.members[MARCH, 0].numbers["sliding_flash_temperature"]
+    assert numbers[0] == pytest.approx(slid.flash_temperature[0, late].mean())
+
+
+def test_one_rough_face_rests_and_its_one_contact_slides_on(tmp_path):
+    smooth = ('like = "body"', "conductivity = 30\ndensity = 7900\nheat_capacity = 500")
+    run = rs.run(
+        sliding_scene('history = "sliding"\nslid_distance = "1 mm"', smooth), tmp_path / "run", max_realizations=1
+    )
+    curves = run.curves()
+    assert np.ptp(curves["slide_contact_fraction"]) == 0
+    assert curves["slide_stress_correlation"] == pytest.approx(1)
+    assert curves["slide_moving_share"][0, 1, -1] > 0.7  # the moving body runs under hot spots that rest
+
+
+def test_too_short_a_slide_is_refused_before_any_work(tmp_path):
+    short = 'history = "sliding"\nslid_distance = "0.2 mm"'
+    with pytest.raises(rs.errors.ResolutionError, match=r"^slid distance = 0.0002 m at 1 m/s is under 4 pixels of 6.3"):
+        rs.run(sliding_scene(short), tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+def test_the_march_is_no_single_contact(run):
+    with pytest.raises(ValueError, match="^level = 1 is the march of one body over the other"):
+        rs.realize(run.scene, run.numerics, seed=1, level=MARCH)
+
+
+def test_a_frozen_run_has_no_such_column(capped_run):
+    with pytest.raises(ValueError, match='has no column "sliding": its scene has history = "frozen"$'):
+        capped_run.estimate("flash_temperature", "sliding")
+    assert "sliding" not in rs.compare(capped_run).to_dict()["rows"][0]
+
+
+def test_the_plan_adds_a_march_on_the_lowest_rung():
+    scene = sliding_scene()
+    free = replace(scene, numerics=replace(scene.numerics, levels=scene.numerics.levels[:1]))
+    numerics = rs.plan(free)
+    assert numerics.levels == (free.numerics.levels[0], replace(free.numerics.levels[0], column="sliding", first=8))
+    values = {reason.choice: reason for reason in numerics.reasons}
+    assert values["slid distance"].value == "1 mm"
+    assert values["slid distance"].reason.startswith("0.5 lengths of the cell, in 16 steps of 63.2 µm")
+    assert values["marches"].value == "4"  # max_realizations
+
+
+def test_the_plan_of_a_frozen_scene_says_what_sliding_would_change(capped_scene):
+    (said,) = [reason for reason in rs.plan(capped_scene).reasons if reason.choice == "history"]
+    assert 'With history = "sliding" both faces move' in said.reason
+    smooth = replace(capped_scene.counterface, like=None, youngs_modulus=2e11, poisson_ratio=0.3)
+    alone = replace(capped_scene, counterface=smooth, sliding=replace(capped_scene.sliding, heat_partition="all"))
+    assert [reason for reason in rs.plan(alone).reasons if reason.choice == "history"] == []
+
+
+def test_the_picture_over_the_distance_has_a_line_for_each_speed(run, tmp_path):
+    text = plot_run(run, "sliding", tmp_path / "one.svg").read_text()
+    for words in ("small capped", "2 members", "1 m/s", "35 m/s", "slid distance, mm", "Share of the heat"):
+        assert words in text
+    with pytest.raises(ValueError, match="sliding is a mean over all"):
+        plot_run(run, "sliding", tmp_path / "one.svg", realization=0)
