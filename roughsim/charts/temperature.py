@@ -3,10 +3,11 @@
 from pathlib import Path
 
 import numpy as np
+from matplotlib.colors import LogNorm
 
 from roughsim.charts.style import COLOURS, FIELDS, THEORY, Subject, new_figure, scaled
 from roughsim.grid import Array
-from roughsim.heat.statistics import ContactTemperature, contact_temperature, hottest_pixel
+from roughsim.heat.statistics import ContactTemperature, contact_temperature, hottest_pixel, joint_distribution
 
 BINS = 80
 POINTS = 2000  # of a line; a contact has up to millions
@@ -27,7 +28,7 @@ def densities(contact: ContactTemperature) -> tuple[Array, Array, Array]:
 
 
 def distribution_chart(subject: Subject, path: Path) -> None:
-    """Draw the density of temperature by area and by heat, and the shares that are hotter than a temperature.
+    """Draw the density of temperature by area and by heat, the shares that are hotter, and temperature over pressure.
 
     ValueError if the realization has no contact.
     """
@@ -41,8 +42,8 @@ def distribution_chart(subject: Subject, path: Path) -> None:
         f"{contact.flash_temperature:.4g} K (dashed), mean {contact.mean_temperature:.4g} K, "
         f"highest {contact.max_temperature:.4g} K"
     )
-    with new_figure(path, (9.6, 3.9), title) as figure:
-        density, hotter = figure.subplots(1, 2)
+    with new_figure(path, (13.2, 3.9), title) as figure:
+        density, hotter, both = figure.subplots(1, 3)
         edges, area, heat = densities(contact)
         density.stairs(area, edges, fill=True, color="0.75", label="of the area")
         density.stairs(heat, edges, color=colour, lw=1.2, label="of the heat")
@@ -56,6 +57,13 @@ def distribution_chart(subject: Subject, path: Path) -> None:
         hotter.plot(temperatures[points], 100.0 * (1.0 - contact.cooler[points]), color=colour, lw=1.2)
         hotter.axvline(contact.flash_temperature, color=colour, lw=1.0, ls="--")
         hotter.set(xlabel="$T$, K", ylabel="% hotter than $T$", title="Share that is hotter", ylim=(0.0, 100.0))
+        joint = joint_distribution(subject.field("temperature"), pressure, bins=BINS)
+        percent = np.ma.masked_equal(100.0 * joint.share.T, 0.0)  # nothing is drawn where there is no contact
+        factor, unit = scaled(float(joint.pressure[-1]), "Pa")
+        colours = LogNorm(percent.min(), percent.max())
+        mesh = both.pcolormesh(joint.pressure * factor, joint.temperature, percent, cmap="viridis", norm=colours)
+        figure.colorbar(mesh, ax=both, label=f"% of the contact area in one of {BINS} × {BINS} bins")
+        both.set(xlabel=rf"$\sigma$, {unit}", ylabel="$T$, K", title="Pressure and temperature together")
 
 
 def profile_chart(subject: Subject, path: Path) -> None:

@@ -18,7 +18,7 @@ def test_the_distribution_chart_has_the_shares_of_the_contact(capped_run, drawn)
     field = next(capped_run.fields("temperature", speed=35.0))[1].astype(float)
     pressure = next(capped_run.fields("pressure"))[1].astype(float)
     values, weights = field[pressure > 0], pressure[pressure > 0]
-    density, hotter = drawn[0].axes
+    density, hotter, both, _ = drawn[0].axes
     for patch, mean in zip(density.patches, (values.mean(), np.average(values, weights=weights)), strict=True):
         heights, edges, _ = patch.get_data()
         width = np.diff(edges)
@@ -31,6 +31,12 @@ def test_the_distribution_chart_has_the_shares_of_the_contact(capped_run, drawn)
     assert np.interp(middle, *heat.get_data()) == pytest.approx(exact, abs=0.5)
     text = drawn[0].get_suptitle()
     assert f"{np.average(values, weights=weights):.4g} K (dashed)" in text
+    (mesh,) = both.collections
+    percent, corners = mesh.get_array().filled(0.0), mesh.get_coordinates()  # rows are bins of the temperature
+    assert percent.sum() == pytest.approx(100.0)
+    x, y = corners[0, :, 0], corners[:, 0, 1]  # GPa, K
+    assert percent.sum(axis=0) @ (x[1:] + x[:-1]) / 200 == pytest.approx(weights.mean() * 1e-9, abs=x[1] - x[0])
+    assert percent.sum(axis=1) @ (y[1:] + y[:-1]) / 200 == pytest.approx(values.mean(), abs=y[1] - y[0])
 
 
 def test_the_line_of_the_theory_has_the_heat_share_of_its_points(capped_run, drawn):

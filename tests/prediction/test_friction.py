@@ -205,6 +205,18 @@ def test_a_contact_hotter_than_the_table_of_friction_is_refused_before_any_work(
         prediction.predictions(both)
 
 
+@pytest.mark.parametrize(("rise", "within"), [(49.0, True), (51.0, False), (65.0, False), (68.0, False)])
+def test_the_whole_flash_temperature_must_lie_within_the_table_of_friction(capped_scene, rise, within):
+    """Over 350 K a table ends at 400 K; up to a rise of 67 K the temperature of κ would still be below."""
+    _, heat = heat_of_one(with_friction(capped_scene, 0.1, speed=[35.0]), 35.0)
+    scene = with_friction(capped_scene, over([300, 400], [rise / heat] * 2), speed=[35.0])
+    if within:
+        assert prediction.friction_coefficient(scene)[0] == rise / heat
+    else:
+        with pytest.raises(SceneError, match=rf"T_flash = {START + rise:.4g} K at constant friction_coefficient"):
+            prediction.friction_coefficient(scene)
+
+
 def test_the_scene_with_a_table_of_friction_is_written_and_read(quick):
     scene = with_friction(quick, over([300, 600, 900], [0.3, 0.2, 0.1]))
     assert parse_scene(scene.to_toml()) == scene
