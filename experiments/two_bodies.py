@@ -23,6 +23,7 @@ import roughsim as rs
 from roughsim.observables.moments import Sliding, measure
 from roughsim.sliding.correlation import StressCorrelation
 from roughsim.sliding.march import NUMBERS, march
+from roughsim.sliding.spots import SpotLives
 from roughsim.store.disk import place_bytes
 from roughsim.surface.synthesis import synthesize
 
@@ -32,7 +33,7 @@ STEEL = rs.Body(conductivity=30.0, diffusivity=30.0 / (7900.0 * 500.0))
 CELL = 3.957912004522574e-3  # m, the cell of the plans of these scenes
 BINS = 24  # of the slid distance, in geometric sequence
 FROZEN = 24  # positions whose contact is also measured as a frozen one
-SHARE = 0.938  # of the scenes at 35 m/s
+LIVES = (0.1, 0.25, 0.5, 0.75, 0.9, 0.99)  # shares of the spots that have died by then
 SEED = 4100
 
 
@@ -91,9 +92,11 @@ def member(case: Case, index: int) -> dict[str, list]:
         slid_distance=case.distance,
         steps=case.steps,
     )
-    correlation, distances, numbers, areas, frozen = StressCorrelation(grid), [], [], [], []
+    correlation, spots, distances, numbers, areas, frozen = StressCorrelation(grid), SpotLives(), [], [], [], []
     for position in positions:
         correlation.add(position.stress)
+        if case.part:
+            spots.add(position.slid_distance, position.contact.pressure > 0.0)
         if position.slid_distance >= len(frozen) * case.distance / FROZEN * 0.999:
             frozen.append(measure(position.contact, grid, sliding).flash_temperature)
         if position.slid_distance > 0.0:
@@ -104,12 +107,14 @@ def member(case: Case, index: int) -> dict[str, list]:
     place = np.digitize(distances, edges) - 1
     used = np.unique(place)
     rows = np.array([np.mean(np.array(numbers)[place == k], axis=0) for k in used])  # bins, numbers, speeds
-    turned = correlation.mean()
+    turned, lives = correlation.mean(), spots.lives()
+    resolved = lives.distance[lives.pixels >= 4]
     return {
         "slid_distance": [float(np.mean(np.array(distances)[place == k])) for k in used],
         **{name: rows[:, k].T.round(6).tolist() for k, name in enumerate(NUMBERS)},
         "contact_fraction": [float(np.mean(np.array(areas)[place == k])) for k in used],
         "stress_correlation": [float(turned[place == k].mean().round(5)) for k in used],
+        "life_of_spots": np.quantile(resolved, LIVES).tolist() if resolved.size else [],  # m, of 4 pixels or more
         "frozen_flash_temperature": np.mean(frozen, axis=0).round(6).tolist(),
         "frozen_scatter": np.std(frozen, axis=0, ddof=1).round(6).tolist() if len(frozen) > 1 else [],
     }

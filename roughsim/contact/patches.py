@@ -146,19 +146,25 @@ def _checked_hardness(pressure: Field, penetration_hardness: float) -> Any:
 
 def patch_sizes(mask: Mask, *, periodic: bool = True) -> NDArray[np.int64]:
     """Return the pixels of each connected patch, largest first; `periodic` joins them over the sides of the cell."""
+    labels, count = labelled_patches(mask, periodic=periodic)
+    return np.sort(np.bincount(labels.ravel(), minlength=count + 1)[1:])[::-1]
+
+
+def labelled_patches(mask: Mask, *, periodic: bool = True) -> tuple[NDArray[np.int64], int]:
+    """Return the number of each pixel's patch, from 1, 0 off all patches; and how many there are."""
     from scipy import ndimage
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
     labels, count = ndimage.label(mask)
-    pixels = np.bincount(labels.ravel(), minlength=count + 1)[1:]
     if periodic and count:
         # parts that meet over a side of the cell are one region
         first, last = np.concatenate((labels[0], labels[:, 0])), np.concatenate((labels[-1], labels[:, -1]))
         both = (first > 0) & (last > 0)
         joins = coo_array((np.ones(int(both.sum())), (first[both] - 1, last[both] - 1)), shape=(count, count))
-        pixels = np.bincount(connected_components(joins, directed=False)[1], weights=pixels)
-    return np.sort(pixels.astype(np.int64))[::-1]
+        count, joined = connected_components(joins, directed=False)
+        labels = np.concatenate([[0], joined + 1])[labels]
+    return labels.astype(np.int64, copy=False), int(count)
 
 
 def _counts(field: Field, hardness: Any) -> tuple[float, ...]:

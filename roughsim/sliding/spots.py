@@ -1,0 +1,83 @@
+"""How far two bodies slide while a contact spot lives."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim.contact.patches import labelled_patches
+from roughsim.grid import Array
+
+
+class Lives(NamedTuple):
+    """Contact spots that were born, and have died, while they were watched."""
+
+    distance: Array  # slid between the first and the last position of each, and half a step before and after, m
+    pixels: Array  # mean size of each over its life
+    unfinished: int  # spots that were there at the first or at the last position: their life is longer than was seen
+
+
+class SpotLives:
+    """Follows the contact spots of two sliding bodies from position to position, by overlap.
+
+    A spot goes on as the one that it shares most pixels with at the next position. Where several go on as one, the one
+    that shares most lives on in it, and the others have died. Where one goes on as several, it lives on in the one that
+    it shares most with, and the others are born. The steps must be shorter than the spots: one pixel is.
+    """
+
+    def __init__(self) -> None:
+        self._labels: NDArray[np.int64] | None = None
+        self._born: Array = np.zeros(0)  # slid distance at which each spot of the latest position was born; NaN: before
+        self._sizes: Array = np.zeros(0)  # pixels of each, summed over its positions
+        self._positions: Array = np.zeros(0)
+        self._distances: list[Array] = []
+        self._mean_pixels: list[Array] = []
+        self._last, self._unseen = np.nan, 0
+
+    def add(self, slid_distance: float, touching: NDArray[np.bool_]) -> None:
+        """Take the next position: its slid distance, m, further than the last, and where the bodies touch."""
+        labels, count = labelled_patches(touching)
+        pixels = np.bincount(labels.ravel(), minlength=count + 1)[1:].astype(np.float64)
+        if self._labels is None:
+            born, sizes, positions = np.full(count, np.nan), pixels, np.ones(count)
+        else:
+            middle = (self._last + slid_distance) / 2
+            heir = successors(self._labels, self._born.size, labels, count)
+            lives_on = heir >= 0
+            self._bury(~lives_on, middle)
+            born, sizes, positions = np.full(count, middle), pixels, np.ones(count)
+            born[heir[lives_on]] = self._born[lives_on]
+            sizes[heir[lives_on]] += self._sizes[lives_on]
+            positions[heir[lives_on]] += self._positions[lives_on]
+        self._labels, self._last = labels, slid_distance
+        self._born, self._sizes, self._positions = born, sizes, positions
+
+    def _bury(self, dead: NDArray[np.bool_], distance: float) -> None:
+        """Keep the lives of those that ended here and whose birth was seen."""
+        seen = dead & np.isfinite(self._born)
+        self._distances.append(distance - self._born[seen])
+        self._mean_pixels.append(self._sizes[seen] / self._positions[seen])
+        self._unseen += int(dead.sum() - seen.sum())
+
+    def lives(self) -> Lives:
+        """Return the lives that began and ended between the first and the latest position."""
+        nothing = np.zeros(0)
+        return Lives(
+            np.concatenate([nothing, *self._distances]),
+            np.concatenate([nothing, *self._mean_pixels]),
+            self._unseen + self._born.size,
+        )
+
+
+def successors(labels: NDArray[np.int64], count: int, later: NDArray[np.int64], later_count: int) -> NDArray[np.intp]:
+    """Return for each spot the index of the later one in which it lives on, −1 where it has died."""
+    shared = (labels > 0) & (later > 0)
+    pairs, pixels = np.unique((labels[shared] - 1) * later_count + later[shared] - 1, return_counts=True)
+    earlier, heirs = np.divmod(pairs, max(later_count, 1))
+    result = np.full(count, -1, np.intp)
+    taken = np.zeros(later_count, np.bool_)
+    # the pairs that share most come first; each spot has one heir, each heir one forerunner
+    for k in np.argsort(-pixels, kind="stable"):
+        if result[earlier[k]] < 0 and not taken[heirs[k]]:
+            result[earlier[k]], taken[heirs[k]] = heirs[k], True
+    return result
