@@ -11,6 +11,7 @@ from rich import progress as bars
 from roughsim.ensemble.run import aimed, begin, run
 from roughsim.ensemble.status import count_text, end_known, losses, reached, realizations_needed
 from roughsim.planning.limits import judge
+from roughsim.planning.realization import march_problem
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.show.terminal import PlainConsole
@@ -75,6 +76,10 @@ def run_shown(scene: Scene, folder: Path, workers: int | None, *, began: float |
         numerics = begin(scene, folder)
         plan = (reason.value for reason in numerics.reasons if reason.choice in ("smoothed", "capped", "elastic"))
         console.print_lines(*plan, style="dim")
+        if numerics.march is not None:
+            steps = march_problem(scene, numerics).steps
+            told = f"sliding: {steps} contacts in turn for each member; one that is broken off begins again"
+            console.print_lines(told, style="dim")
         for line in judge(scene, numerics).warnings:
             warn(line)
         count = (os.cpu_count() or 1) if workers is None else workers

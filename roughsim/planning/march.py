@@ -42,9 +42,11 @@ def march_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
     why = (
         "the lowest rung: the ratio of sliding to frozen contact hardly depends on q_c, and carries over to all of C(q)"
     )
+    if scene.numerics.levels is not None and level in scene.numerics.levels:
+        why = "given in the scene"
     yield Reason(SLIDING, f"{x} × {y} to q_c = {level.q_max:.3g} rad/m", why)
     distances, step = np.array(problem.distances), pixel_of_path(problem.grid)
-    steps = round(distances.max() / step)
+    steps = problem.steps
     lengths = " … ".join(dict.fromkeys(f"{1e3 * end:.3g}" for end in (distances.min(), distances.max())))
     fresh = f"{distances.max() / problem.grid.lengths[0]:.2g} lengths of the cell"
     yield Reason("slid distance", f"{lengths} mm", f"{fresh}, in {steps} steps of {1e6 * step:.3g} µm")

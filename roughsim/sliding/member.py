@@ -75,6 +75,11 @@ class SlideProblem:
     threads: int = 1
 
     @property
+    def steps(self) -> int:
+        """How many there are, each of one pixel."""
+        return oblique_path(self.grid, max(self.distances)).steps
+
+    @property
     def motions(self) -> list[Motion]:
         """The contact's motion at each speed."""
         friction, kappa, diffusivity = (
