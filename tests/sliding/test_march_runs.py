@@ -5,13 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from march_cases import sliding_scene
+from march_cases import MILLIMETRE, sliding_scene
 
 import roughsim as rs
 from roughsim.charts.plot import plot_run
 from roughsim.ensemble import workers
 from roughsim.ensemble.status import losses
 from roughsim.errors import ConvergenceError
+from roughsim.planning.realization import march_problem
 from roughsim.sliding.path import oblique_path
 from roughsim.store.member_files import member_path, read_member
 from roughsim.surface.synthesis import synthesize
@@ -187,6 +188,21 @@ def test_one_rough_face_rests_and_its_one_contact_slides_on(tmp_path):
     assert np.ptp(curves["slide_contact_fraction"]) == 0
     assert curves["slide_stress_correlation"] == pytest.approx(1)
     assert curves["slide_moving_share"][0, 1, -1] > 0.7  # the moving body runs under hot spots that rest
+
+
+def test_each_body_carries_its_own_roughness_and_its_own_heat():
+    resting = 'rms_height = "0.2 um"\nhurst = 0.5\nq_min = 6350\nq_max = 1e5\n'
+    resting += "conductivity = 300\ndensity = 8900\nheat_capacity = 400"
+    scene = sliding_scene(MILLIMETRE, ('like = "body"', resting))
+    problem = march_problem(scene, rs.plan(scene))
+    whole = rs.SelfAffineSpectrum.from_rms_height(2e-7, hurst=0.5, q_min=6350, q_max=1e5)
+    assert problem.resting_spectrum(1e4) == pytest.approx(whole(1e4), rel=1e-9)
+    assert problem.moving_spectrum(1e4) == pytest.approx(scene.faces[0](1e4), rel=1e-9)
+    for motion, speed in zip(problem.motions, (1.0, 35.0), strict=True):
+        assert (motion.speed, motion.friction_coefficient) == (speed, 0.11)
+        assert (motion.moving.conductivity, motion.resting.conductivity) == (30, 300)
+        assert motion.moving.diffusivity == pytest.approx(30 / (7900 * 500))
+        assert motion.resting.diffusivity == pytest.approx(300 / (8900 * 400))
 
 
 def test_too_short_a_slide_is_refused_before_any_work(tmp_path):
