@@ -12,7 +12,7 @@ sliding bodies over that of the frozen contact of the same positions, which all 
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +35,7 @@ BINS = 24  # of the slid distance, in geometric sequence
 FROZEN = 24  # positions whose contact is also measured as a frozen one
 LIVES = (0.1, 0.25, 0.5, 0.75, 0.9, 0.99)  # shares of the spots that have died by then
 SEED = 4100
+COLOURS = ("#440154", "#31688e", "#35b779", "#c8a800")
 
 
 @dataclass(frozen=True)
@@ -169,23 +170,30 @@ def table(case: Case, members: list[dict[str, np.ndarray]]) -> None:
 
 
 def drawn(results: dict[Case, list[dict[str, np.ndarray]]]) -> Figure:
-    """T_flash over frozen, with the distance: one panel a case of the first kind, one line a speed."""
-    chosen = {case: members for case, members in results.items() if case.part == 0.5 and case.steps is None}
-    chosen = {case: members for case, members in chosen.items() if case.distance == max(c.distance for c in chosen)}
-    figure = Figure((3.1 * len(chosen) + 0.6, 3.2), layout="constrained")
-    panels = np.atleast_1d(figure.subplots(1, len(chosen), sharey=True))
-    for axes, (case, members) in zip(panels, sorted(chosen.items(), key=lambda item: item[0].hardness), strict=True):
-        for k, speed in enumerate(SPEEDS):
-            ratios = [m["flash_temperature"][k] / m["frozen_flash_temperature"][k] for m in members]
-            mean, error = mean_and_error(ratios)
-            distance = 1e3 * members[0]["slid_distance"]
-            (line,) = axes.plot(distance, mean, label=f"{speed:g} m/s")
-            if len(members) > 1:
-                axes.fill_between(distance, mean - 2 * error, mean + 2 * error, alpha=0.2, color=line.get_color())
-        axes.axhline(1.0, color="0.5", lw=0.8)
-        axes.set(xscale="log", xlabel="slid distance (mm)", title=f"$\\sigma_P$ = {case.hardness} GPa")
-    panels[0].set_ylabel("T_flash, two rough bodies / frozen")
-    panels[-1].legend(frameon=False, fontsize=8)
+    """T_flash over the frozen one, with the distance: a panel for each hardness, a line for each speed."""
+    longest = max(case.distance for case in results)
+    panels = [case for case in results if case.part == 0.5 and case.steps is None and case.distance == longest]
+    panels.sort(key=lambda case: case.hardness)
+    figure = Figure((3.0 * len(panels) + 0.6, 3.3), layout="constrained")
+    all_axes = np.atleast_1d(figure.subplots(1, len(panels), sharey=True))
+    for axes, case in zip(all_axes, panels, strict=True):
+        for part, style in ((0.5, "-"), (0.0, "--")):
+            members = results.get(replace(case, part=part), [])
+            for k, colour in enumerate(COLOURS):
+                ratios = [m["flash_temperature"][k] / m["frozen_flash_temperature"][k] for m in members]
+                if not ratios:
+                    continue
+                mean, error = mean_and_error(ratios)
+                distance, label = 1e3 * members[0]["slid_distance"], f"{SPEEDS[k]:g} m/s" if part else None
+                axes.plot(distance, mean, style, color=colour, lw=1.6 if part else 1.0, label=label)
+                axes.fill_between(distance, mean - 2 * error, mean + 2 * error, alpha=0.2, color=colour, lw=0)
+        axes.axhline(1.0, color="0.6", lw=0.7)
+        axes.set_title(f"steel, hardness {case.hardness} GPa", fontsize=10, loc="left")
+        axes.set(xscale="log", xlabel="slid distance (mm)", ylim=(0.0, None))
+        axes.set_xticks([0.1, 1.0, 10.0], ["0.1", "1", "10"])
+        axes.spines[["top", "right"]].set_visible(False)
+    all_axes[0].set_ylabel("T$_{flash}$ / frozen, all heat on one side")
+    all_axes[-1].legend(frameon=False, fontsize=8, loc="lower right", title="both rough; dashed: one", title_fontsize=8)
     return figure
 
 
