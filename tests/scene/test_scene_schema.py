@@ -107,6 +107,7 @@ LIMITS = {
     "sliding.speed": ("m/s", [0, 1e5], [-1e-9]),
     "sliding.heat_partition": ("", [1e-9, 1], [0, 1.001]),
     "sliding.duration": ("s", *POSITIVE),
+    "sliding.slid_distance": ("m", *POSITIVE),
     "sliding.background_temperature": ("K", *POSITIVE),
     "theory.gamma": ("", [0, 1], [-0.001, 1.001]),
     "ensemble.seed": ("", [0, 2**63 - 1], [-1, 2**63, *WHOLE]),
@@ -119,6 +120,7 @@ LIMITS = {
     "numerics.levels.shape": ("", [1, 2**31], [0, 2**31 + 1, *WHOLE]),
     "numerics.levels.q_max": ("rad/m", *POSITIVE),
     "numerics.levels.every": ("", [1, 10**6], [0, 10**6 + 1, *WHOLE]),
+    "numerics.levels.first": ("", [1, 10**6], [0, 10**6 + 1, *WHOLE]),
 }
 
 

@@ -117,6 +117,7 @@ def test_another_observable_is_refused(run):
 def test_only_the_first_realizations_slide(run):
     assert run.realizations == 4
     assert sorted(index for level, index in run.members if level == MARCH) == [0, 1]
+    pytest.importorskip("xarray")
     dataset = run.to_xarray()
     assert np.isfinite(dataset.sliding_share[MARCH].values).all(axis=1).tolist() == [True, True, False, False]
 
