@@ -61,7 +61,7 @@ CASES = (
     *(Case(hardness, part) for hardness in ("1.2", "0.5", "2.0") for part in (0.5, 0.0)),
     *(Case(hardness, q_max=2e5, points=512, distance=4e-3, members=3) for hardness in ("1.2", "0.5", "2.0")),
     Case("1.2", part=0.1),
-    Case("1.2", points=512, distance=4e-3, members=3),  # finer grid, and so finer steps
+    *(Case("1.2", part, points=512, distance=4e-3, members=3) for part in (0.5, 0.0)),  # finer grid, and so finer steps
     Case("1.2", distance=4e-3, steps=128, members=3),  # two pixels a step
 )
 TOY = Case("1.2", q_max=4e4, points=64, distance=2e-3, members=1)
