@@ -92,3 +92,13 @@ def test_heat_that_stopped_fades_as_the_kernel_says():
     since = duration - step
     expected = step * sqrt(STEEL[1] / (pi * since)) * np.exp(-STEEL[1] * q**2 * since) / STEEL[0]
     assert late == pytest.approx(expected, rel=2 * KERNEL_ERROR)
+
+
+def test_a_short_wave_keeps_what_a_step_leaves_of_it():
+    # D q² Δt = 2: a constant flux gives erf(√(D q² t))/q, of which a seventh is of the steps before the latest
+    q, steps = 2 * pi / 1e-3, 6
+    step = 2.0 / (STEEL[1] * q**2)
+    expected = special.erf(q * sqrt(STEEL[1] * step * steps)) / q / STEEL[0]
+    assert last_temperature(lambda _: 1.0, steps * step, steps, mode=(1, 0)) == pytest.approx(
+        expected, rel=KERNEL_ERROR
+    )
