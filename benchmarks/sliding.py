@@ -14,11 +14,12 @@ import time
 import numpy as np
 
 import roughsim as rs
-from roughsim.sliding.march import contacts, march
+from roughsim.sliding.march import Motion, contacts, walk
 from roughsim.sliding.path import Path, oblique_path
 from roughsim.surface.synthesis import synthesize
 
 CELL, SPEED = 4e-3, 35.0  # m, m/s
+TOLERANCE = 3e-3  # of the contacts
 STEEL = {"conductivity": 30.0, "diffusivity": 7.6e-6}
 
 
@@ -45,25 +46,18 @@ def main() -> None:
     whole = oblique_path(grid, CELL, chosen.steps)
     count = max(4, round(chosen.share * whole.steps))
     part = Path(whole.offsets[: count + 1], whole.distance[: count + 1])
-    arguments = {
-        "nominal_pressure": load,
-        "friction_coefficient": 0.11,
-        "speed": SPEED,
-        "moving": rs.Body(**STEEL, speed=SPEED),
-        "resting": rs.Body(**STEEL),
-        "counter_heights": second,
-    }
-    pixels = chosen.steps and max(1, round(count * chosen.steps / whole.steps))
-    cpu(march(first, grid, solid, slid_distance=4 * whole.distance[1], steps=chosen.steps and 4, **arguments))
+    motions = [Motion(SPEED, 0.11, rs.Body(**STEEL), rs.Body(**STEEL))]
+    few = Path(whole.offsets[:5], whole.distance[:5])
+    cpu(walk(contacts(first, second, grid, solid, load, few, TOLERANCE), grid, few, motions))
 
     def anew():
         for offset in part.offsets:
             composite = first + np.roll(second, -offset, axis=(0, 1))
-            yield rs.solve_contact(composite, grid, solid, nominal_pressure=load, tolerance=3e-3)
+            yield rs.solve_contact(composite, grid, solid, nominal_pressure=load, tolerance=TOLERANCE)
 
     times = whole.steps / count
-    marched = times * cpu(march(first, grid, solid, slid_distance=part.distance[-1], steps=pixels, **arguments))
-    begun = times * cpu(contacts(first, second, grid, solid, load, part, 3e-3))
+    marched = times * cpu(walk(contacts(first, second, grid, solid, load, part, TOLERANCE), grid, part, motions))
+    begun = times * cpu(contacts(first, second, grid, solid, load, part, TOLERANCE))
     cold = times * cpu(anew())
     print(f"{chosen.points}², {whole.steps} steps over one cell of {1e3 * CELL:g} mm, CPU seconds")
     print(f"contacts, each begun from the last: {begun:6.1f}")

@@ -22,7 +22,8 @@ from script import Command
 import roughsim as rs
 from roughsim.observables.moments import Sliding, measure
 from roughsim.sliding.correlation import StressCorrelation
-from roughsim.sliding.march import NUMBERS, march
+from roughsim.sliding.march import NUMBERS, Motion, contacts, walk
+from roughsim.sliding.path import oblique_path
 from roughsim.sliding.spots import SpotLives
 from roughsim.store.disk import place_bytes
 from roughsim.surface.synthesis import synthesize
@@ -35,6 +36,7 @@ BINS = 24  # of the slid distance, in geometric sequence
 FROZEN = 24  # positions whose contact is also measured as a frozen one
 LIVES = (0.1, 0.25, 0.5, 0.75, 0.9, 0.99)  # shares of the spots that have died by then
 SEED = 4100
+TOLERANCE = 3e-3  # of the contacts
 COLOURS = ("#440154", "#31688e", "#35b779", "#c8a800")
 
 
@@ -80,19 +82,12 @@ def member(case: Case, index: int) -> dict[str, list]:
         conductivity=STEEL.conductivity,
         diffusivity=STEEL.diffusivity,
     )
-    positions = march(
-        np.sqrt(1 - case.part) * resting,
-        grid,
-        rs.Solid(scene.effective_modulus, scene.penetration_hardness),
-        nominal_pressure=scene.sliding.nominal_pressure,
-        friction_coefficient=0.11,
-        speed=SPEEDS,
-        moving=STEEL,
-        resting=STEEL,
-        counter_heights=np.sqrt(case.part) * moving if case.part else None,
-        slid_distance=case.distance,
-        steps=case.steps,
-    )
+    solid = rs.Solid(scene.effective_modulus, scene.penetration_hardness)
+    still = np.sqrt(1 - case.part) * resting
+    riding = np.sqrt(case.part) * moving if case.part else None
+    path = oblique_path(grid, case.distance, case.steps)
+    on_the_way = contacts(still, riding, grid, solid, scene.sliding.nominal_pressure, path, TOLERANCE)
+    positions = walk(on_the_way, grid, path, [Motion(speed, 0.11, STEEL, STEEL) for speed in SPEEDS])
     correlation, spots, distances, numbers, areas, frozen = StressCorrelation(grid), SpotLives(), [], [], [], []
     for position in positions:
         correlation.add(position.stress)

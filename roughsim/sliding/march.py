@@ -6,18 +6,17 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from roughsim import fourier
-from roughsim.contact import Contact, Solid, checked_load
+from roughsim.contact import Contact, Solid
 from roughsim.contact.active_set import solve_contact
-from roughsim.errors import ConvergenceError, not_negative, number, positive, real_field
+from roughsim.errors import ConvergenceError
 from roughsim.grid import Array, Field, Grid
 from roughsim.heat.equal_temperatures import equalize
 from roughsim.heat.history import History, Spectrum
 from roughsim.heat.partition import Body
 from roughsim.sliding.correlation import mean_product
-from roughsim.sliding.path import Path, oblique_path
+from roughsim.sliding.path import Path
 
 _EQUAL = 1e-5  # ‖T₁ − T₂‖ over ‖T₁ + T₂‖ on the contact
 _ROUNDS = 10  # of conjugate gradients in single precision: 1 is usual
@@ -52,41 +51,6 @@ class Step:
     contact: Contact
     stress: Spectrum
     numbers: Array
-
-
-def march(  # noqa: PLR0913  (two bodies)
-    heights: ArrayLike,
-    grid: Grid,
-    solid: Solid,
-    *,
-    nominal_pressure: float,
-    friction_coefficient: float,
-    speed: ArrayLike,
-    moving: Body,
-    resting: Body,
-    counter_heights: ArrayLike | None = None,
-    slid_distance: float,
-    steps: int | None = None,
-    tolerance: float = 3e-3,
-) -> Iterator[Step]:
-    """Yield each position of `slide`, whose arguments and errors these are, from the start on.
-
-    All arguments are checked before the first step is asked for.
-    """
-    load = checked_load("nominal_pressure", nominal_pressure, solid)
-    friction = not_negative("friction_coefficient", friction_coefficient)
-    speeds = _checked_speeds(speed, moving, resting)
-    distance = positive("slid_distance", slid_distance, "m")
-    if steps is not None and (number("steps", steps) < 1 or steps % 1):
-        raise ValueError(f"steps = {steps} must be a whole number ≥ 1")
-    path = oblique_path(grid, distance, None if steps is None else int(steps), backwards=bool(speeds[0] < 0))
-    still = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
-    riding = None
-    if counter_heights is not None:
-        riding = real_field("counter_heights", counter_heights, grid.shape).astype(np.float64, copy=False)
-
-    motions = [Motion(abs(v), friction, moving, resting) for v in speeds]
-    return walk(contacts(still, riding, grid, solid, load, path, tolerance), grid, path, motions)
 
 
 class Motion(NamedTuple):
@@ -202,25 +166,3 @@ def phases(grid: Grid, offset: Any) -> Spectrum:
     along, across = (1j * q * (n * d) for q, n, d in zip((qx, qy), offset, grid.spacing, strict=True))
     phase: Spectrum = np.exp(along) * np.exp(across)
     return phase
-
-
-def _checked_speeds(speed: ArrayLike, moving: Body, resting: Body) -> Array:
-    """Return the relative speeds, m/s, shape (speeds,), of one sign and not 0."""
-    array = np.asarray(speed)
-    if array.dtype.kind not in "iuf" or array.ndim > 1 or array.size == 0:
-        raise TypeError(f"speed = {speed!r} must be one real number or a 1-D array of them, in m/s")
-    speeds = np.atleast_1d(array.astype(np.float64))
-    if not np.isfinite(speeds).all() or not (speeds.min() > 0.0 or speeds.max() < 0.0):
-        raise ValueError(f"speed = {speed!r} m/s must be finite, not 0, and of one sign: the bodies slide one way")
-    difference = moving.speed - resting.speed
-    if array.ndim == 0 and difference != speeds[0]:
-        raise ValueError(
-            f"moving.speed − resting.speed = {difference:.6g} m/s, but speed = {speeds[0]:.6g} m/s; give the bodies "
-            "the speeds of the contact through them"
-        )
-    if array.ndim and (moving.speed or resting.speed):
-        raise ValueError(
-            f"several speeds, but moving.speed = {moving.speed:.6g} m/s and resting.speed = {resting.speed:.6g} m/s; "
-            "leave both at 0"
-        )
-    return speeds

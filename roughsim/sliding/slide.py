@@ -5,11 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roughsim.contact import Contact, Solid
+from roughsim.contact import Contact, Solid, checked_load
+from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.grid import Array, Grid
 from roughsim.heat.partition import Body
 from roughsim.sliding.correlation import StressCorrelation
-from roughsim.sliding.march import NUMBERS, march
+from roughsim.sliding.march import NUMBERS, Motion, contacts, walk
+from roughsim.sliding.path import oblique_path
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,22 +109,21 @@ def slide(  # noqa: PLR0913  (two bodies)
     TypeError or ValueError for an argument of the wrong kind or out of its range; ConvergenceError where a contact or
     the share of its heat is not found.
     """
-    marched = march(
-        heights,
-        grid,
-        solid,
-        nominal_pressure=nominal_pressure,
-        friction_coefficient=friction_coefficient,
-        speed=speed,
-        moving=moving,
-        resting=resting,
-        counter_heights=counter_heights,
-        slid_distance=slid_distance,
-        steps=steps,
-        tolerance=tolerance,
-    )
+    load = checked_load("nominal_pressure", nominal_pressure, solid)
+    friction = not_negative("friction_coefficient", friction_coefficient)
+    speeds = _checked_speeds(speed, moving, resting)
+    distance = positive("slid_distance", slid_distance, "m")
+    if steps is not None and (number("steps", steps) < 1 or steps % 1):
+        raise ValueError(f"steps = {steps} must be a whole number ≥ 1")
+    path = oblique_path(grid, distance, None if steps is None else int(steps), backwards=bool(speeds[0] < 0))
+    still = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
+    riding = None
+    if counter_heights is not None:
+        riding = real_field("counter_heights", counter_heights, grid.shape).astype(np.float64, copy=False)
+    motions = [Motion(abs(v), friction, moving, resting) for v in speeds]
+    on_the_way = contacts(still, riding, grid, solid, load, path, tolerance)
     correlation, distances, rows, fractions = StressCorrelation(grid), [], [], []
-    for step in marched:
+    for step in walk(on_the_way, grid, path, motions):
         correlation.add(step.stress)
         if step.slid_distance > 0.0:
             distances.append(step.slid_distance)
@@ -138,3 +139,25 @@ def slide(  # noqa: PLR0913  (two bodies)
         stress_correlation=correlation.mean(),
         contact=step.contact,
     )
+
+
+def _checked_speeds(speed: ArrayLike, moving: Body, resting: Body) -> Array:
+    """Return the relative speeds, m/s, shape (speeds,), of one sign and not 0."""
+    array = np.asarray(speed)
+    if array.dtype.kind not in "iuf" or array.ndim > 1 or array.size == 0:
+        raise TypeError(f"speed = {speed!r} must be one real number or a 1-D array of them, in m/s")
+    speeds = np.atleast_1d(array.astype(np.float64))
+    if not np.isfinite(speeds).all() or not (speeds.min() > 0.0 or speeds.max() < 0.0):
+        raise ValueError(f"speed = {speed!r} m/s must be finite, not 0, and of one sign: the bodies slide one way")
+    difference = moving.speed - resting.speed
+    if array.ndim == 0 and difference != speeds[0]:
+        raise ValueError(
+            f"moving.speed − resting.speed = {difference:.6g} m/s, but speed = {speeds[0]:.6g} m/s; give the bodies "
+            "the speeds of the contact through them"
+        )
+    if array.ndim and (moving.speed or resting.speed):
+        raise ValueError(
+            f"several speeds, but moving.speed = {moving.speed:.6g} m/s and resting.speed = {resting.speed:.6g} m/s; "
+            "leave both at 0"
+        )
+    return speeds

@@ -9,7 +9,8 @@ from scipy import integrate
 
 from roughsim import Body, Grid, Solid
 from roughsim.sliding.correlation import StressCorrelation
-from roughsim.sliding.march import NUMBERS, march
+from roughsim.sliding.march import NUMBERS, Motion, contacts, walk
+from roughsim.sliding.path import oblique_path
 
 COUNT, CELL, SPEED = 12, 1e-3, 3.0
 BODIES = Body(30.0, 7.6e-6), Body(5.0, 2e-6, SPEED)  # resting, moving
@@ -25,20 +26,10 @@ ACROSS = ((np.sqrt(5) - 1) / 2) ** 4
 def positions():
     rng = np.random.default_rng(4)
     first, second = (np.real(np.fft.ifft2(np.fft.fft2(rng.standard_normal((COUNT, COUNT))) * LOW)) for _ in range(2))
-    return list(
-        march(
-            1e-5 * first,
-            Grid((COUNT, COUNT), (CELL, CELL)),
-            Solid(1e9, 4e7),
-            nominal_pressure=1e7,
-            friction_coefficient=0.3,
-            speed=SPEED,
-            moving=BODIES[1],
-            resting=BODIES[0],
-            counter_heights=1e-5 * second,
-            slid_distance=1.7 * CELL,
-        )
-    )
+    grid = Grid((COUNT, COUNT), (CELL, CELL))
+    path = oblique_path(grid, 1.7 * CELL)
+    on_the_way = contacts(1e-5 * first, 1e-5 * second, grid, Solid(1e9, 4e7), 1e7, path, tolerance=3e-3)
+    return list(walk(on_the_way, grid, path, [Motion(SPEED, 0.3, BODIES[1], BODIES[0])]))
 
 
 def directly(steps):

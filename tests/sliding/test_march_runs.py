@@ -34,7 +34,7 @@ def faces(run, index):
     return grid, *(synthesize(spectrum, grid, stream) for stream in streams)
 
 
-def slide(run, index, slid_distance):
+def slide(run, index, slid_distance, speed=(1.0, 35.0)):
     grid, resting, moving = faces(run, index)
     return rs.slide(
         resting,
@@ -42,7 +42,7 @@ def slide(run, index, slid_distance):
         rs.Solid(run.scene.effective_modulus, 1e9),
         nominal_pressure=9e7,
         friction_coefficient=0.11,
-        speed=[1.0, 35.0],
+        speed=speed,
         moving=STEEL,
         resting=STEEL,
         counter_heights=moving,
@@ -161,20 +161,7 @@ def test_with_a_duration_each_speed_is_read_at_its_own_distance(tmp_path):
     # 35 m/s slides 1 mm meanwhile, 14 m/s .4 mm
     history = f'history = "sliding"\nduration = {1e-3 / 35}'
     run = rs.run(sliding_scene(history, ("speed = [1, 35]", "speed = [14, 35]")), tmp_path / "run", max_realizations=1)
-    grid, resting, moving = faces(run, 0)
-    slid = rs.slide(
-        resting,
-        grid,
-        rs.Solid(run.scene.effective_modulus, 1e9),
-        nominal_pressure=9e7,
-        friction_coefficient=0.11,
-        speed=[14.0, 35.0],
-        moving=STEEL,
-        resting=STEEL,
-        counter_heights=moving,
-        slid_distance=1e-3,
-        tolerance=1e-4,
-    )
+    slid = slide(run, 0, 1e-3, speed=(14.0, 35.0))
     late = (slid.slid_distance > 0.2e-3) & (slid.slid_distance < 0.4e-3)
     numbers = run.members[MARCH, 0].numbers["sliding_flash_temperature"]
     assert numbers[0] == pytest.approx(slid.flash_temperature[0, late].mean())

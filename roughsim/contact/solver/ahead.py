@@ -32,15 +32,15 @@ def compile_ahead() -> None:
     if found_compiled(active_set.contact_sum):
         return
     note("compiling the contact solver, once on this machine: some seconds")
-    helper = None
+    second = None
     if (os.cpu_count() or 1) > 1:
         # with the modules of this process, and without its script
         code = f"import sys; sys.path[:] = sys.argv[1:]; from {__name__} import compile_other_half as go; go()"
         quiet = subprocess.DEVNULL
-        helper = subprocess.Popen([sys.executable, "-c", code, *sys.path], stdin=quiet, stdout=quiet, stderr=quiet)
+        second = subprocess.Popen([sys.executable, "-c", code, *sys.path], stdin=quiet, stdout=quiet, stderr=quiet)
     compile_half()
-    if helper is not None:
-        helper.wait()  # what it failed to compile is compiled when it is needed
+    if second is not None:
+        second.wait()  # what it failed to compile is compiled when it is needed
 
 
 def compile_other_half() -> None:
