@@ -42,37 +42,35 @@ def sliding_estimate(observable: str, single: Estimate, numbers: dict[str, Array
     if observable == "contact_fraction":
         return single
     if observable == "heat_partition":
-        rows, doubt = numbers["sliding_share"], DOUBT_OF_SHARE
-    else:
-        rows, doubt = (
-            ratio(numbers["sliding_flash_temperature"], numbers["sliding_frozen_flash_temperature"]),
-            DOUBT_OF_RATIO,
-        )
-    mean, (error, freedom) = rows.mean(axis=0), spread(rows)
-    scatter, count = half_width(error, freedom), len(rows)
-    if observable == "heat_partition":
-        zero = np.zeros_like(mean)
-        budget = {"statistical": scatter, "march": doubt * mean}
-        notes = (f"mean over the last half of the distance that {count} members slide",)
+        share, error, scatter, freedom = _mean_of(numbers["sliding_share"])
+        count = len(numbers["sliding_share"])
         return replace(
             single,
-            mean=mean,
+            mean=share,
             standard_error=error,
-            budget=budget,
-            bias=zero,
+            budget={"statistical": scatter, "march": DOUBT_OF_SHARE * share},
+            bias=np.zeros_like(share),
             n=count,
             effective_n=freedom + 1.0,
-            notes=notes,
+            notes=(f"mean over the last half of the distance that {count} members slide",),
         )
-    notes = (f"the frozen estimate with all heat in the moving body, times its change in {count} members that slide",)
-    value = single.mean * mean
-    budget = {name: part * mean for name, part in single.budget.items()}
+    rows = ratio(numbers["sliding_flash_temperature"], numbers["sliding_frozen_flash_temperature"])
+    change, error, scatter, _ = _mean_of(rows)
+    value = single.mean * change
+    budget = {name: part * change for name, part in single.budget.items()}
     budget["statistical"] = np.hypot(budget["statistical"], single.mean * scatter)
+    told = f"the frozen estimate with all heat in the moving body, times its change in {len(rows)} members that slide"
     return replace(
         single,
         mean=value,
-        standard_error=np.hypot(single.standard_error * mean, single.mean * error),
-        budget=budget | {"march": doubt * value},
-        bias=single.bias * mean,
-        notes=(*single.notes, *notes),
+        standard_error=np.hypot(single.standard_error * change, single.mean * error),
+        budget=budget | {"march": DOUBT_OF_RATIO * value},
+        bias=single.bias * change,
+        notes=(*single.notes, told),
     )
+
+
+def _mean_of(rows: Array) -> tuple[Array, Array, Array, Array]:
+    """Return the mean of rows, its standard error, its 95 % half-width, and the degrees of freedom."""
+    error, freedom = spread(rows)
+    return rows.mean(axis=0), error, half_width(error, freedom), freedom

@@ -28,9 +28,8 @@ SOLVES = 12  # of each level: scatter is then known to a fifth, one standard err
 SCATTER_KNOWN = (0.70, 1.75)  # true over measured scatter, 95 % of normal ones: √(10/χ²) with 10 degrees of freedom
 POINTS = 512  # points per side that no solve of a pilot exceeds
 LEAST_POINTS = 8  # points per side of its coarsest grid
-HALF_SCATTER = (
-    2.0  # of changes in half the cell, over that in the run's: a quarter of the area; 1.7 … 2.4 were measured
-)
+# scatter of changes in half the cell over that in the run's: 2 by a quarter of the area; 1.7 … 2.4 were measured
+HALF_SCATTER = 2.0
 SEED = 20  # any number
 
 

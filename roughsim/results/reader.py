@@ -152,20 +152,23 @@ class Reader:
                 spectra[row], known[row] = result[place], True
         return wavenumber, result
 
-    def marches(self, count: int) -> list[int]:
-        """Return which of the first `count` realizations have a sound march; ValueError if there is none."""
+    def marches(self, count: int) -> tuple[int, list[int]]:
+        """Return the level of marches, and which of the first `count` realizations have a sound one.
+
+        ValueError if there is none.
+        """
         level = self.numerics.march
         if level is None:
             raise ValueError(f'{self.folder} has no column "sliding": its scene has history = "frozen"')
         indices = {*self.numerics.levels[level].indices(count)}
         if sound := sorted(indices - {*self.members.failed(level, count).tolist()}):
-            return sound
+            return level, sound
         raise ValueError(f"{self.folder} has no sound member that slides yet; let it run first")
 
     def marched(self, count: int) -> dict[str, Array]:
         """Return the numbers of the marches among the first `count` realizations, (members, speeds); as `marches`."""
-        rows = np.array(self.marches(count), np.int64)
-        level = len(self.members.every) - 1
+        level, indices = self.marches(count)
+        rows = np.array(indices, np.int64)
         return {name: self.members.column(level, name, rows) for name, n in NUMBERS.items() if n.of_march}
 
     def curves(self, count: int) -> dict[str, Array]:
@@ -173,8 +176,8 @@ class Reader:
 
         RecordError or OSError if a file was damaged or moved after its numbers had been read.
         """
-        level = len(self.members.every) - 1
-        rows = [read_member(member_path(self.folder, level, index)).curves for index in self.marches(count)]
+        level, indices = self.marches(count)
+        rows = [read_member(member_path(self.folder, level, index)).curves for index in indices]
         return {name: np.stack([row[name] for row in rows]) for name in rows[0]} | {AXIS: rows[0][AXIS]}
 
     def _room(self, level: int, count: int) -> tuple[Array, NDArray[np.bool_]]:
