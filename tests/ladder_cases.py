@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from roughsim.estimate.ladder import Values
 from roughsim.observables.record import Sample
 
 NAME = "flash_temperature"
@@ -20,3 +21,9 @@ def seldom(values, every, **names):
 
 def power_law(cutoffs, exponent, limit=7.0, c=3.0, **names):
     return [level(np.full((13, 1), limit + c * q**-exponent), q_max=q, side=64.0 * q, **names) for q in cutoffs]
+
+
+def values_of(rows):
+    """Values of rows that need no extrapolation."""
+    none = np.zeros(rows.shape[1:])
+    return Values(rows, rows, rows, np.zeros(len(rows), dtype=int), none, none, none)

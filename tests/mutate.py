@@ -69,7 +69,9 @@ TESTS = {
     "roughsim/estimate/continuation.py": "estimate/test_estimate.py estimate/test_law.py estimate/test_continuation.py",
     "roughsim/estimate/ladder.py": "estimate/test_ladder.py estimate/test_pixel.py estimate/test_continuation.py "
     "estimate/test_law.py estimate/test_total_errors.py",
-    "roughsim/estimate/errors.py": "estimate/test_estimate.py estimate/test_ladder.py estimate/test_total_errors.py",
+    "roughsim/estimate/errors.py": (
+        "estimate/test_estimate.py estimate/test_spread.py estimate/test_ladder.py estimate/test_total_errors.py"
+    ),
     "roughsim/prediction/__init__.py": "prediction/test_prediction.py prediction/test_one_theory.py",
     "roughsim/prediction/bodies.py": (
         "prediction/test_friction.py heat/test_conductivity.py prediction/test_prediction.py "
@@ -81,9 +83,9 @@ TESTS = {
     ),
     "roughsim/show/table.py": "show/test_units.py show/test_table.py",
     "roughsim/comparison/trust.py": "comparison/test_trust.py comparison/test_validity_page.py",
-    "roughsim/planning/levels.py": "planning/test_capped_ladder.py planning/test_pilot.py planning/test_plan.py",
+    "roughsim/planning/levels.py": "planning/test_capped_ladder.py planning/test_forecast.py planning/test_plan.py",
     "roughsim/planning/pilot.py": "planning/test_pilot.py",
-    "roughsim/planning/plan.py": "planning/test_pilot.py planning/test_plan.py",
+    "roughsim/planning/plan.py": "planning/test_forecast.py planning/test_plan.py",
     "roughsim/estimate/cell_size.py": "estimate/test_cell.py",
     "roughsim/_kernels/active_set.py": (
         "kernels/test_kernels.py contact/test_contact_solver.py contact/test_contact.py contact/test_contact_cases.py"
