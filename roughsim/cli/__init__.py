@@ -1,0 +1,67 @@
+"""The command line: each verb is one public function, which imports what it needs, so that help comes at once."""
+
+import sys
+from typing import Annotated
+
+from typer import Exit, Option, Typer
+
+import roughsim as rs
+from roughsim.cli.runs import compare, explore, export, plot, report, status
+from roughsim.cli.scenes import bench, demo, doctor, new, plan, run, theory
+from roughsim.show import text
+from roughsim.show.text import errors_in_one_line, print_in_any_language, say, show_warnings_once
+
+# as help lists them
+VERBS = (demo, new, theory, plan, run, status, compare, plot, explore, report, export, bench, doctor)
+    demo,
+    new,
+    theory,
+    plan,
+    run,
+    status,
+    compare,
+    plot,
+    explore,
+    report,
+    export,
+    bench,
+    doctor,
+)  # as help lists them
+
+app = Typer(
+    name="roughsim",
+    rich_markup_mode=None,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def print_version(asked: bool) -> None:
+    """Print the version and end, if asked."""
+    if asked:
+        say(f"roughsim {rs.__version__}")
+        raise Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[bool, Option("--version", callback=print_version, is_eager=True, help="The version.")] = False,
+) -> None:
+    """Flash temperatures of rough sliding contacts: Monte Carlo simulation beside the analytic theory."""
+
+
+for verb in VERBS:
+    app.command()(verb)
+
+
+def main(words: list[str] | None = None) -> None:
+    """Run the command line on `words`, or on the process's own; an error is one line and a non-zero exit code."""
+    show_warnings_once()
+    text.notes_are_shown = True
+    print_in_any_language()
+    with errors_in_one_line(" ".join(sys.argv[1:] if words is None else words)):
+        code = app(words, standalone_mode=False)
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    raise SystemExit(code or 0)

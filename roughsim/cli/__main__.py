@@ -1,0 +1,5 @@
+"""``python -m roughsim.cli``."""
+
+from roughsim.cli import main
+
+main()

@@ -1,0 +1,144 @@
+"""The verbs that take a scene, and those that take nothing."""
+
+import json
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+from typer import Argument, Exit, Option
+
+import roughsim as rs
+from roughsim.cli.runs import compare
+from roughsim.cli.words import Chart, Json, SceneName, Workers, complete_form, print_json, print_parts
+from roughsim.show.text import fail, say, tell, warn
+
+
+def demo(
+    output: Annotated[Path, Option("-o", "--output", metavar="RUN", help="Folder of the run.")] = Path("roughsim-demo"),
+    workers: Workers = None,
+) -> None:
+    """Run a small scene, compare it with theory, and draw the picture. It takes less than a minute."""
+    run("demo", output, workers=workers)
+    compare(output, chart=output / "comparison.png")
+
+
+def new(
+    name: Annotated[
+        str | None, Argument(metavar="NAME", help="Left out: list all.", autocompletion=complete_form)
+    ] = None,
+) -> None:
+    """List the bundled scenes, or print one to start your own from. `blank` is a form with every key.
+
+    For example: roughsim new demo > my.toml
+    """
+    from roughsim.scene import BLANK, bundled_scenes, scene_text
+
+    say("\n".join((*bundled_scenes(), BLANK)) if name is None else scene_text(name).rstrip("\n"))
+
+
+def theory(
+    scene: SceneName,
+    as_json: Json = False,
+    trust: Annotated[bool, Option("--trust", help="Say how far the theory is off for this scene.")] = False,
+) -> None:
+    """Print what the analytic theory expects of a scene."""
+    from roughsim.comparison.tables import theory_dict, theory_table, trust_table
+    from roughsim.comparison.trust import trust as look_up
+    from roughsim.planning.limits import judge
+
+    loaded = rs.load_scene(scene)
+    reliability, judged = look_up(loaded) if trust else None, judge(loaded)
+    if as_json:
+        print_json(theory_dict(loaded) | judged.to_dict() | ({"trust": reliability.to_dict()} if reliability else {}))
+    else:
+        print_parts(theory_table(loaded), *([trust_table(reliability)] if reliability else []), *judged.tables())
+        for line in judged.warnings:
+            warn(line)
+
+
+def plan(
+    scene: SceneName,
+    target_error: Annotated[float | None, Option(metavar="X", help="Error of T_flash to reach: 0.01 is 1 %.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Show how a scene would be computed, and why so."""
+    from roughsim.planning.limits import judge
+    from roughsim.planning.plan import plan_table
+
+    loaded = rs.load_scene(scene)
+    numerics = rs.plan(loaded, target_error)
+    judged = judge(loaded, numerics)
+    if as_json:
+        reasons = [reason._asdict() for reason in numerics.reasons]
+        print_json(numerics.to_dict() | {"reasons": reasons} | judged.to_dict())
+    else:
+        print_parts(plan_table(numerics.reasons), *judged.tables())
+        for line in judged.warnings:
+            warn(line)
+
+
+def run(
+    scene: SceneName,
+    output: Annotated[Path, Option("-o", "--output", metavar="RUN", help="Folder of the run, new or begun.")],
+    until: Annotated[list[str] | None, Option(metavar="NAME=X", help="Stop at this 95 % error: 1% or 0.01.")] = None,
+    most: Annotated[int | None, Option("--max", metavar="N", min=1, help="Stop after N realizations.")] = None,
+    workers: Workers = None,
+    threads: Annotated[int | None, Option(metavar="N", min=1, help="Threads of each process.")] = None,
+    keep_fields: Annotated[int | None, Option(metavar="K", min=0, help="Store fields of the first K members.")] = None,
+) -> None:
+    """Compute realizations of a scene. The same command goes on where it was stopped.
+
+    For example: roughsim run demo -o runs/demo --until flash_temperature=1%
+    """
+    began = time.monotonic()
+    from dataclasses import replace
+
+    from roughsim.ensemble.progress import run_shown
+
+    loaded = rs.load_scene(scene)
+    changes: dict[str, Any] = {"threads": threads, "keep_fields": keep_fields}
+    changes = {key: value for key, value in changes.items() if value is not None}
+    loaded = replace(loaded, numerics=replace(loaded.numerics, **changes))
+    try:
+        pairs = [word.partition("=") for word in until or ()]
+        targets = {name.strip(): value for name, _, value in pairs} or None
+        result = run_shown(loaded, output, workers, began=began, until=targets, max_realizations=most)
+    except KeyboardInterrupt:  # caught here: typer would end without a word
+        fail("stopped; what was computed is stored, and the same command goes on from there", 130)
+    if result.failed > 0.01 * result.realizations:
+        raise Exit(1)
+
+
+def bench(
+    scene: SceneName,
+    stage: Annotated[list[str] | None, Option(metavar="STAGE", help="May be repeated; left out: all.")] = None,
+    realizations: Annotated[int, Option(metavar="N", min=4, help="Members to measure scatter and bias with.")] = 8,
+    chart: Chart = None,
+    as_json: Json = False,
+) -> None:
+    """Measure error and cost of the ways to compute a scene. The choice of the plan is marked.
+
+    Stages: contact (tolerance, precision, pixel), chain (levels and realizations of the ensemble).
+    """
+    from roughsim.bench import STAGES, bench_dict, bench_tables
+    from roughsim.bench import bench as measure
+    from roughsim.charts.error_over_cost import error_over_cost_chart
+
+    points = measure(rs.load_scene(scene), stages=stage or STAGES, realizations=realizations)
+    if as_json:
+        print_json(bench_dict(points))
+    else:
+        print_parts(*bench_tables(points))
+    if chart is not None:
+        error_over_cost_chart(points, chart)
+        tell(f"picture: {chart}")
+
+
+def doctor(as_json: Json = False) -> None:
+    """Check this installation, and compute two exact cases. Exits with 1 if something is wrong."""
+    from roughsim.doctor import examine, lines
+
+    findings = examine(Path())
+    say(json.dumps(findings, indent=1) if as_json else "\n".join(lines(findings)))
+    if not findings["sound"]:
+        raise Exit(1)

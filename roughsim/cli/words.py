@@ -1,0 +1,50 @@
+"""What the verbs share: words of the command line, opening what they name, and printing."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+from typer import Argument, Option
+
+import roughsim as rs
+from roughsim.show.text import say, tell
+
+
+def complete_scene(incomplete: str) -> list[str]:
+    """Return the bundled scenes that a word may become, for completion in the shell."""
+    from roughsim.scene import bundled_scenes
+
+    return [name for name in bundled_scenes() if name.startswith(incomplete)]
+
+
+def complete_form(incomplete: str) -> list[str]:
+    """Return the bundled scenes and the blank form that a word may become, for completion in the shell."""
+    return [*complete_scene(incomplete), *(name for name in ("blank",) if name.startswith(incomplete))]
+
+
+SceneName = Annotated[str, Argument(metavar="SCENE", help="A file or a bundled scene.", autocompletion=complete_scene)]
+RunFolder = Annotated[Path, Argument(metavar="RUN", help="The folder of a run.")]
+Json = Annotated[bool, Option("--json", help="Print JSON (SI units) for programs.")]
+Chart = Annotated[Path | None, Option(metavar="FILE", help="Draw the figure: .png, .pdf or .svg.")]
+Output = Annotated[Path | None, Option("-o", "--output", metavar="FILE", help="Left out: a file beside RUN.")]
+Workers = Annotated[int | None, Option(metavar="N", min=1, help="Processes; all cores if left out.")]
+
+
+def open_without_damaged(folder: Path) -> Any:
+    """Open a run without its damaged files, and name these on the terminal."""
+    run = rs.open_run(folder, damaged="skip")
+    for reason in run.damaged.values():
+        tell(f"left out: {reason}")
+    return run
+
+
+def print_json(value: Any) -> None:
+    """Print a value as JSON."""
+    say(json.dumps(value, indent=1))
+
+
+def print_parts(*parts: Any) -> None:
+    """Print lines and tables."""
+    from roughsim.show.terminal import PlainConsole
+
+    PlainConsole().print_parts(*parts)
