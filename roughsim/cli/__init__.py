@@ -13,20 +13,6 @@ from roughsim.show.text import errors_in_one_line, print_in_any_language, say, s
 
 # as help lists them
 VERBS = (demo, new, theory, plan, run, status, compare, plot, explore, report, export, bench, doctor)
-    demo,
-    new,
-    theory,
-    plan,
-    run,
-    status,
-    compare,
-    plot,
-    explore,
-    report,
-    export,
-    bench,
-    doctor,
-)  # as help lists them
 
 app = Typer(
     name="roughsim",
