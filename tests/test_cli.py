@@ -264,3 +264,13 @@ def test_too_little_memory_is_said_in_one_line(capsys, monkeypatch):
     assert (code, out) == (1, "")
     assert err.startswith("roughsim: out of memory (Unable to allocate 512. TiB); lower numerics.levels")
     assert err.count("\n") == 1
+
+
+def test_every_verb_that_takes_a_scene_can_set_keys(capsys, tmp_path):
+    _, slower, _ = inside(capsys, "theory", "demo", "--set", "sliding.speed=2m/s", "--json")
+    assert json.loads(slower)["speed"] == [2.0]
+    for verb in ("theory", "plan", "run", "bench"):
+        words = ("-o", tmp_path / "run") if verb == "run" else ()
+        code, _, message = inside(capsys, verb, "demo", *words, "--set", "sliding.speeds=2m/s")
+        assert code == 1
+        assert 'did you mean "speed"?' in message

@@ -9,7 +9,7 @@ from typer import Argument, Exit, Option
 
 import roughsim as rs
 from roughsim.cli.runs import compare
-from roughsim.cli.words import Chart, Json, SceneName, Workers, complete_form, print_json, print_parts
+from roughsim.cli.words import Chart, Json, SceneName, Set, Workers, complete_form, open_scene, print_json, print_parts
 from roughsim.show.text import fail, say, tell, warn
 
 
@@ -38,6 +38,7 @@ def new(
 
 def theory(
     scene: SceneName,
+    changes: Set = None,
     as_json: Json = False,
     trust: Annotated[bool, Option("--trust", help="Say how far the theory is off for this scene.")] = False,
 ) -> None:
@@ -46,7 +47,7 @@ def theory(
     from roughsim.comparison.trust import trust as look_up
     from roughsim.planning.limits import judge
 
-    loaded = rs.load_scene(scene)
+    loaded = open_scene(scene, changes)
     reliability, judged = look_up(loaded) if trust else None, judge(loaded)
     if as_json:
         print_json(theory_dict(loaded) | judged.to_dict() | ({"trust": reliability.to_dict()} if reliability else {}))
@@ -58,6 +59,7 @@ def theory(
 
 def plan(
     scene: SceneName,
+    changes: Set = None,
     target_error: Annotated[float | None, Option(metavar="X", help="Error of T_flash to reach: 0.01 is 1 %.")] = None,
     as_json: Json = False,
 ) -> None:
@@ -65,7 +67,7 @@ def plan(
     from roughsim.planning.limits import judge
     from roughsim.planning.plan import plan_table
 
-    loaded = rs.load_scene(scene)
+    loaded = open_scene(scene, changes)
     numerics = rs.plan(loaded, target_error)
     judged = judge(loaded, numerics)
     if as_json:
@@ -80,6 +82,7 @@ def plan(
 def run(
     scene: SceneName,
     output: Annotated[Path, Option("-o", "--output", metavar="RUN", help="Folder of the run, new or begun.")],
+    changes: Set = None,
     until: Annotated[list[str] | None, Option(metavar="NAME=X", help="Stop at this 95 % error: 1% or 0.01.")] = None,
     most: Annotated[int | None, Option("--max", metavar="N", min=1, help="Stop after N realizations.")] = None,
     workers: Workers = None,
@@ -95,10 +98,10 @@ def run(
 
     from roughsim.ensemble.progress import run_shown
 
-    loaded = rs.load_scene(scene)
-    changes: dict[str, Any] = {"threads": threads, "keep_fields": keep_fields}
-    changes = {key: value for key, value in changes.items() if value is not None}
-    loaded = replace(loaded, numerics=replace(loaded.numerics, **changes))
+    loaded = open_scene(scene, changes)
+    numerics: dict[str, Any] = {"threads": threads, "keep_fields": keep_fields}
+    numerics = {key: value for key, value in numerics.items() if value is not None}
+    loaded = replace(loaded, numerics=replace(loaded.numerics, **numerics))
     try:
         pairs = [word.partition("=") for word in until or ()]
         targets = {name.strip(): value for name, _, value in pairs} or None
@@ -111,6 +114,7 @@ def run(
 
 def bench(
     scene: SceneName,
+    changes: Set = None,
     stage: Annotated[list[str] | None, Option(metavar="STAGE", help="May be repeated; left out: all.")] = None,
     realizations: Annotated[int, Option(metavar="N", min=4, help="Members to measure scatter and bias with.")] = 8,
     chart: Chart = None,
@@ -124,7 +128,7 @@ def bench(
     from roughsim.bench import bench as measure
     from roughsim.charts.error_over_cost import error_over_cost_chart
 
-    points = measure(rs.load_scene(scene), stages=stage or STAGES, realizations=realizations)
+    points = measure(open_scene(scene, changes), stages=stage or STAGES, realizations=realizations)
     if as_json:
         print_json(bench_dict(points))
     else:

@@ -23,11 +23,22 @@ def complete_form(incomplete: str) -> list[str]:
 
 
 SceneName = Annotated[str, Argument(metavar="SCENE", help="A file or a bundled scene.", autocompletion=complete_scene)]
+Set = Annotated[
+    list[str] | None,
+    Option("--set", metavar="KEY=VALUE", help="Another value of a key, as sliding.speed=35m/s. May be repeated."),
+]
 RunFolder = Annotated[Path, Argument(metavar="RUN", help="The folder of a run.")]
 Json = Annotated[bool, Option("--json", help="Print JSON (SI units) for programs.")]
 Chart = Annotated[Path | None, Option(metavar="FILE", help="Draw the figure: .png, .pdf or .svg.")]
 Output = Annotated[Path | None, Option("-o", "--output", metavar="FILE", help="Left out: a file beside RUN.")]
 Workers = Annotated[int | None, Option(metavar="N", min=1, help="Processes; all cores if left out.")]
+
+
+def open_scene(name: str, words: list[str] | None) -> Any:
+    """Return a scene with the changes that were written as KEY=VALUE."""
+    from roughsim.scene.changes import read_changes
+
+    return rs.load_scene(name, read_changes(words or []))
 
 
 def open_without_damaged(folder: Path) -> Any:

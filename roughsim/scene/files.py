@@ -3,12 +3,14 @@
 import os
 import re
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from importlib import resources
 from itertools import product
 from pathlib import Path
 from typing import Any
 
+from roughsim.scene.changes import with_changes
 from roughsim.scene.model import Scene
 from roughsim.scene.schema import SceneError, as_written, nearest
 from roughsim.scene.sections import ROUGHNESS_KEYS
@@ -37,14 +39,20 @@ def scene_text(name: str) -> str:
     return (resources.files("roughsim.scenes") / f"{name}.toml").read_text(encoding="utf-8")
 
 
-def load_scene(name_or_path: str | os.PathLike[str]) -> Scene:
-    """Return a scene from the name of a bundled one or from a file.
+def load_scene(
+    name_or_path: str | os.PathLike[str] | Mapping[str, Any], changes: Mapping[str, Any] | None = None
+) -> Scene:
+    """Return a scene from the name of a bundled one, from a file, or from what such a file would hold.
 
     Parameters
     ----------
-    name_or_path : str or path
+    name_or_path : str, path or mapping
         A name such as "steel-1.2GPa", or the path of a .toml file of at most 64 KiB. Paths inside the file are
-        relative to its folder.
+        relative to its folder. Or the sections themselves, as {"surface": {...}, "body": {...}, "sliding": {...}};
+        paths are then relative to the current directory.
+    changes : mapping, optional
+        Other values of some keys, as if the file had them: {"sliding.nominal_pressure": "5 MPa"}. None takes a key
+        away.
 
     Raises
     ------
@@ -53,14 +61,25 @@ def load_scene(name_or_path: str | os.PathLike[str]) -> Scene:
     FileNotFoundError
         If a path leads nowhere.
     """
+    content, source, folder = scene_content(name_or_path)
+    return scene_of(content, changes or {}, source, folder)
+
+
+def scene_content(name_or_path: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[dict[str, Any], str, Path | None]:
+    """Return what a scene file holds, what errors call it, and the folder that its paths are relative to."""
+    if isinstance(name_or_path, Mapping):
+        return dict(name_or_path), "scene", Path()
     if not isinstance(name_or_path, (str, os.PathLike)):
-        raise TypeError(f"name_or_path = {name_or_path!r} must be the name of a bundled scene or a path")
+        raise TypeError(f"name_or_path = {name_or_path!r} must be the name of a bundled scene, a path or a mapping")
     name = os.fspath(name_or_path)
     looks_like_a_path = not isinstance(name_or_path, str) or name.endswith(".toml") or os.sep in name or "/" in name
     if looks_like_a_path or (name not in bundled_scenes() and os.path.exists(name)):
         path = Path(name)
-        return parse_scene(read_text(path, "scene file", MAX_BYTES), source=name, folder=path.parent)
-    return parse_scene(scene_text(name), source=name)
+        text, folder = read_text(path, "scene file", MAX_BYTES), path.parent
+    else:
+        text, folder = scene_text(name), Path()
+    with errors_named(name):
+        return toml_content(text), name, folder
 
 
 def parse_scene(text: str, *, source: str = "scene", folder: Path | None = None) -> Scene:
@@ -68,8 +87,22 @@ def parse_scene(text: str, *, source: str = "scene", folder: Path | None = None)
 
     Files that the scene names lie in `folder`; without it, none may be named.
     """
+    with errors_named(source):
+        content = toml_content(text)
+    return scene_of(content, {}, source, folder)
+
+
+def scene_of(content: Mapping[str, Any], changes: Mapping[str, Any], source: str, folder: Path | None) -> Scene:
+    """Return the scene of a content with changes; a SceneError begins with `source`."""
+    with errors_named(source):
+        return Scene(**with_tables(with_changes(content, changes), folder))
+
+
+@contextmanager
+def errors_named(source: str) -> Iterator[None]:
+    """Let a SceneError begin with what it is about."""
     try:
-        return Scene(**with_tables(toml_content(text), folder))
+        yield
     except SceneError as error:
         raise SceneError(plain(f"{source}: {error}")) from None
 

@@ -1,6 +1,7 @@
 """`Scene`: surfaces, bodies and sliding of one simulation, and the physics that combines the two bodies."""
 
 import math
+import tomllib
 from dataclasses import asdict
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple, Self
@@ -10,8 +11,9 @@ from pydantic import BeforeValidator, model_validator
 from pydantic.dataclasses import dataclass
 from pydantic_core import to_jsonable_python
 
+from roughsim.scene.changes import with_changes
 from roughsim.scene.numerics import DEFAULT_SOLVER, SLIDING, NumericsSection
-from roughsim.scene.schema import Record, SceneError, as_written, key_line, literal
+from roughsim.scene.schema import Record, key_line, literal
 from roughsim.scene.sections import (
     NOT_IDENTITY,
     BodySection,
@@ -22,7 +24,7 @@ from roughsim.scene.sections import (
     TheorySection,
     read_title,
 )
-from roughsim.scene.tables import MAX_ROWS, Rows
+from roughsim.scene.tables import MAX_ROWS, Rows, at_temperature
 from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
 from roughsim.surface.spectrum import Face, SumSpectrum, TruncatedSpectrum
 
@@ -186,6 +188,13 @@ class Scene(Record, section=""):
             flat.pop("sliding.background_temperature", None)
         return {key: value for key, value in flat.items() if key not in NOT_IDENTITY}
 
+    def with_(self, key: str, value: Any) -> Self:
+        """Return the scene with another value of a key, such as "sliding.nominal_pressure"; checked as in a file.
+
+        A value is a number in SI or a text with a unit; None takes the key away.
+        """
+        return type(self)(**with_changes(tomllib.loads(self.to_toml()), {key: value}))
+
     def to_toml(self) -> str:
         """Return a scene file that `load_scene` reads back to an equal scene: SI, units as comments, tables inline."""
         texts, blocks = [], []
@@ -196,19 +205,6 @@ class Scene(Record, section=""):
             elif section:
                 texts.append(f"{name} = {literal(section)}\n\n")
         return "".join(texts) + "\n\n".join(blocks) + "\n"
-
-
-def at_temperature(value: float | Rows, temperature: float | None) -> float:
-    """Return a number as it is, or a table at an absolute temperature, K, linear between its rows."""
-    if not isinstance(value, tuple):
-        return value
-    low, high = value[0][0], value[-1][0]
-    if temperature is None or not low <= temperature <= high:
-        raise SceneError(
-            f"temperature = {as_written(temperature, 'K')} must lie between {low:g} K and {high:g} K, where the table "
-            "is given"
-        )
-    return float(np.interp(temperature, *np.array(value).T))
 
 
 def conduction_of(body: BodySection | CounterfaceSection, temperature: float | None) -> tuple[float, float]:

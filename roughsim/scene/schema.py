@@ -270,6 +270,9 @@ def where_known(word: str, record: Any) -> str:
     order = (*SECTIONS[""].known_keys(), *SECTIONS)
     homes = [name for name in order if name and name in SECTIONS and word in SECTIONS[name].known_keys()]
     keys = record.known_keys()
+    if word in keys:  # of a file, whose content the record has
+        key = dotted((record.section, word))
+        return f'it names a file, which is read where a scene is loaded: roughsim.load_scene(SCENE, {{"{key}": PATH}})'
     return f"it belongs in [{homes[0]}]" if homes and not nearest(word, keys) else did_you_mean(word, keys)
 
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import BeforeValidator
 from pydantic.dataclasses import dataclass
 
@@ -84,3 +85,16 @@ FrictionCoefficient = Annotated[
     Annotated[float, FRICTION] | Rows,
     BeforeValidator(partial(number_or_table, number=FRICTION, record=FrictionTable)),
 ]
+
+
+def at_temperature(value: float | Rows, temperature: float | None) -> float:
+    """Return a number as it is, or a table at an absolute temperature, K, linear between its rows."""
+    if not isinstance(value, tuple):
+        return value
+    low, high = value[0][0], value[-1][0]
+    if temperature is None or not low <= temperature <= high:
+        raise SceneError(
+            f"temperature = {as_written(temperature, 'K')} must lie between {low:g} K and {high:g} K, where the table "
+            "is given"
+        )
+    return float(np.interp(temperature, *np.array(value).T))

@@ -1,0 +1,56 @@
+"""Changing keys of a scene: as if its file had said so, with the same checks."""
+
+import tomllib
+from collections.abc import Mapping
+from typing import Any
+
+from roughsim.scene.schema import SECTIONS, SceneError, as_written, did_you_mean
+
+
+def with_changes(content: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the content of a scene file with other values of some keys, such as "sliding.speed".
+
+    None takes a key, or a whole section, away. SceneError for a name that is no section; all else is checked when the
+    scene is made.
+    """
+    result = {name: dict(value) if isinstance(value, Mapping) else value for name, value in content.items()}
+    names = SECTIONS[""].known_keys()
+    for key, value in changes.items():
+        if not isinstance(key, str):
+            raise SceneError(f'{key!r} must be the name of a key, for example "sliding.nominal_pressure"')
+        section, dot, name = key.partition(".")
+        if section not in names:
+            homes = [home for home in names if home in SECTIONS and key in SECTIONS[home].known_keys()]
+            hint = f'did you mean "{homes[0]}.{key}"?' if homes else did_you_mean(section, names)
+            raise SceneError(f"{as_written(key)} is not a key of a scene; {hint}")
+        if dot and not isinstance(result.setdefault(section, {}), dict):
+            raise SceneError(f'{as_written(key)} is not a key of a scene: "{section}" is no section')
+        inside, last = (result[section], name) if dot else (result, section)
+        if value is None:
+            inside.pop(last, None)
+        else:
+            inside[last] = value
+        if dot and not inside:
+            del result[section]  # of which every key was taken away
+    return result
+
+
+def read_changes(words: list[str]) -> dict[str, Any]:
+    """Return changes written as "sliding.nominal_pressure=5 MPa"; SceneError for another form.
+
+    A value is read as TOML where it is such (35.0, ["1 m/s", "10 m/s"]), else as a text; without one the key is taken
+    away.
+    """
+    changes: dict[str, Any] = {}
+    for word in words:
+        key, equals, text = word.partition("=")
+        key, text = key.strip(), text.strip()
+        if not (equals and key):
+            raise SceneError(f"--set {as_written(word)} must be a key and a value, as in sliding.nominal_pressure=5MPa")
+        if key in changes:
+            raise SceneError(f"--set {key} is given twice; keep one of the two")
+        try:
+            changes[key] = tomllib.loads(f"value = {text}")["value"] if text else None
+        except (tomllib.TOMLDecodeError, KeyError):
+            changes[key] = text
+    return changes
