@@ -1,6 +1,11 @@
-"""Units of the arrays of an exported run."""
+"""Units of the arrays of an exported run, and of those of its dataset."""
 
-UNITS = {
+BOTH = {
     "flash_temperature": "K", "flash_gradient": "K/m", "flash_laplacian": "K/m^2", "contact_fraction": "1",
-    "pressure_variance": "Pa^2", "speed": "m/s", "q_max": "1/m", "pressure_L2": "Pa", "heights_L0": "m", "x_L1": "m",
+    "pressure_variance": "Pa^2", "speed": "m/s",
 }  # fmt: skip
+UNITS = BOTH | {
+    "flash_temperature_total_error": "K", "level_2/pressure": "Pa", "level_0/heights": "m", "level_1/x": "m",
+    "level_2/temperature": "K", "level_1/flash_temperature": "K",
+}  # fmt: skip
+FLAT_UNITS = BOTH | {"q_max": "1/m", "pressure_L2": "Pa", "heights_L0": "m", "x_L1": "m", "temperature_L2": "K"}

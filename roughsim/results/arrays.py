@@ -1,10 +1,10 @@
 """Numbers and fields of a run as arrays with names, axes and units, for `Run.to_xarray` and the exported file."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
-from itertools import compress
-from pathlib import Path
+from itertools import chain, compress, islice
 from typing import Any
 
 import numpy as np
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from roughsim.errors import number
 from roughsim.observables.catalogue import NUMBERS
-from roughsim.results.members import SOUND, Members
-from roughsim.results.reader import Reader
+from roughsim.results.counted import Counted
+from roughsim.results.members import SOUND
 from roughsim.scene.numerics import Numerics
 from roughsim.store.member_files import member_path, read_field
 from roughsim.store.member_hdf5 import KEPT_FIELDS
@@ -21,30 +21,30 @@ from roughsim.store.member_hdf5 import KEPT_FIELDS
 Array = NDArray[Any]
 DERIVED_UNITS = {"heat_flux": "W/m^2", "temperature": "K"}  # of fields that depend on the speed
 OF_LEVELS = ("column", "q_max", "cell")  # names of coordinates of the levels
+SHARED = {"realization", "speed", "kept_realization"}  # axes that all levels have in common
 SPECTRUM = "shares of the pressure variance by wavenumber; single entries may be negative, sums are exact"
 
 
 class Stored:
-    """A kept field of many files as one array, (file, x, y): each is read when it is asked for."""
+    """A field of many members as one array, (member, x, y): each is read, or computed, when it is asked for.
+
+    `read` takes the index of a realization to its field, of the shape `shape`.
+    """
 
     dtype = np.dtype("<f4")
 
-    def __init__(self, paths: list[Path], name: str, shape: tuple[int, int]):
-        self.paths, self.name, self.shape = paths, name, (len(paths), *shape)
+    def __init__(self, indices: list[int], read: Callable[[int], Array], shape: tuple[int, int]):
+        self.indices, self.read, self.shape = indices, read, (len(indices), *shape)
 
     def __iter__(self) -> Iterator[Array]:
-        return map(self.load, self.paths)
+        return map(self.read, self.indices)
 
     def __getitem__(self, key: tuple[Any, ...]) -> Array:
         which, *inside = key
         if isinstance(which, (int, np.integer)):
-            return np.asarray(self.load(self.paths[which])[tuple(inside)])
-        parts = [self.load(path)[tuple(inside)] for path in self.paths[which]]
+            return np.asarray(self.read(self.indices[which])[tuple(inside)])
+        parts = [self.read(index)[tuple(inside)] for index in self.indices[which]]
         return np.stack(parts) if parts else np.empty((0, *self.shape[1:]), self.dtype)[(slice(None), *inside)]
-
-    def load(self, path: Path) -> Array:
-        """Return the field of one file; errors as `read_field`."""
-        return read_field(path, self.name, self.shape[1:])
 
 
 def check_field(name: str, speed: float | None) -> None:
@@ -65,7 +65,7 @@ class Labelled:
 
     name: str
     axes: tuple[str, ...]
-    data: Array | Stored
+    data: Any  # an array, or `Stored`
     attributes: dict[str, Any]
 
     @property
@@ -74,86 +74,125 @@ class Labelled:
         return self.axes == (self.name,)
 
 
-def coordinates(numerics: Numerics, speeds: tuple[float, ...], count: int, kept: list[int]) -> Iterator[Labelled]:
-    """Yield the axes, and the column, cut-off and cell of each level; `kept` are the realizations with fields."""
-    levels = numerics.levels
-    yield Labelled("level", ("level",), np.arange(len(levels)), {"units": "1"})
-    yield Labelled("realization", ("realization",), np.arange(count), {"units": "1"})
-    yield Labelled("speed", ("speed",), np.array(speeds), {"units": "m/s"})
-    yield Labelled("column", ("level",), np.array([level.column for level in levels]), {})
-    yield Labelled("q_max", ("level",), np.array([level.q_max for level in levels]), {"units": "1/m"})
-    cells = np.array([level.cell or "whole" for level in levels])
-    yield Labelled("cell", ("level",), cells, {"description": "half: of half the sides, on surfaces of its own"})
-    if not kept:
-        return
-    yield Labelled("kept_realization", ("kept_realization",), np.array(kept), {"units": "1"})
-    for level in numerics.single:
-        grid = numerics.grid(level)
-        for axis, points, step in zip("xy", grid.shape, grid.spacing, strict=True):
-            name = f"{axis}_L{level}"
-            yield Labelled(name, (name,), np.arange(points) * step, {"units": "m"})
+def level_arrays(
+    run: Counted, level: int, kept: list[int], temperature: Callable[[int], Array] | None = None
+) -> Iterator[Labelled]:
+    """Yield what a level has: axes, numbers of the realizations solved at it, spectra, and fields of those in `kept`.
+
+    `temperature` gives the map of one of these; without it there is none.
+    """
+    rows = np.array(run.numerics.levels[level].indices(run.realizations))
+    yield Labelled("realization", ("realization",), rows, {"units": "1"})
+    yield Labelled("speed", ("speed",), np.array(run.scene.speeds), {"units": "m/s"})
+    yield from numbers(run, level, rows)
+    yield from spectra(run, level, rows)
+    if kept and level in run.numerics.single:
+        yield from fields(run, level, kept, temperature)
 
 
-def numbers(members: Members, numerics: Numerics, count: int, heat_partition: Array) -> Iterator[Labelled]:
-    """Yield the stored numbers: (level, realization) or (level, realization, speed), NaN where a member failed."""
-    levels, axes = numerics.levels, ("level", "realization", "speed")
-    rows = [np.array(level.indices(count)) for level in levels]
-
-    def gathered(name: str, blank: Array) -> Array:
-        for level, indices in enumerate(rows):
-            blank[level, indices] = members.column(level, name, indices).reshape(len(indices), *blank.shape[2:])
-        return blank
-
-    share = {"units": "1", "description": "share of the heat that the temperatures are of"}
-    yield Labelled("heat_partition", ("speed",), heat_partition, share)
-    shape = len(levels), count
+def numbers(run: Counted, level: int, rows: NDArray[np.int64]) -> Iterator[Labelled]:
+    """Yield the stored numbers of a level, (realization,) or (realization, speed), NaN where a member failed."""
+    axes, share = ("realization", "speed"), run.heat_partition
     for name, record in NUMBERS.items():
-        values = gathered(name, np.full((*shape, len(heat_partition)) if record.per_speed else shape, np.nan))
+        values = run.members.column(level, name, rows)
         if np.all(np.isnan(values)):
             continue
         attributes = {"units": record.unit, "description": record.stored}
         if record.heated:
-            values *= heat_partition
-            attributes["comment"] = "of the share heat_partition of the heat"
-        yield Labelled(name, axes[: values.ndim], values, attributes)
-    converged = (gathered("state", np.zeros(shape, np.int8)) == SOUND).astype(np.int8)
-    description = {"units": "1", "description": "1 where the contact converged, else 0"}
-    yield Labelled("converged", axes[:2], converged, description)
-    description = {"units": "1", "description": "of the contact solve"}
-    yield Labelled("residual", axes[:2], gathered("residual", np.zeros(shape)), description)
-    yield Labelled("iterations", axes[:2], gathered("iterations", np.zeros(shape, np.int64)), description)
+            values = values * share
+            attributes["comment"] = "of the share of the heat that the run uses"
+        yield (
+            Labelled(name, axes, values, attributes)
+            if record.per_speed
+            else Labelled(name, axes[:1], values[:, 0], attributes)
+        )
+    converged = (run.members.column(level, "state", rows) == SOUND).astype(np.int8)
+    yield Labelled("converged", axes[:1], converged, {"units": "1", "description": "1 where the contact converged"})
+    for name in ("residual", "iterations"):
+        values = run.members.column(level, name, rows)
+        yield Labelled(name, axes[:1], values, {"units": "1", "description": "of the contact solve"})
 
 
-def spectra(reader: Reader, count: int) -> Iterator[Labelled]:
-    """Yield wavenumbers and stress spectra of each level, NaN where it was not solved or failed."""
-    numerics = reader.numerics
-    for level, of_level in enumerate(numerics.levels):
-        sound = np.setdiff1d(of_level.indices(count), reader.members.failed(level, count))
-        if not sound.size:
-            continue
-        axis, (wavenumber, rows) = f"wavenumber_L{level}", reader.spectra(level, sound)
-        yield Labelled(axis, (axis,), wavenumber, {"units": "1/m"})
-        values = np.full((count, len(wavenumber)), np.nan)
-        values[sound] = rows
-        attributes = level_attributes(numerics, level, "Pa^2", SPECTRUM)
-        yield Labelled(f"stress_spectrum_L{level}", ("realization", axis), values, attributes)
+def spectra(run: Counted, level: int, rows: NDArray[np.int64]) -> Iterator[Labelled]:
+    """Yield wavenumbers and stress spectra of a level, NaN where a member failed."""
+    sound = np.setdiff1d(rows, run.members.failed(level, run.realizations))
+    if not sound.size:
+        return
+    wavenumber, stored = run.spectra(level, sound)
+    yield Labelled("wavenumber", ("wavenumber",), wavenumber, {"units": "1/m"})
+    values = np.full((len(rows), len(wavenumber)), np.nan)
+    values[np.isin(rows, sound)] = stored
+    yield Labelled("stress_spectrum", ("realization", "wavenumber"), values, {"units": "Pa^2", "description": SPECTRUM})
 
 
-def fields(folder: Path, members: Members, numerics: Numerics, kept: list[int]) -> Iterator[Labelled]:
-    """Yield the fields that all the kept realizations have stored, level by level, unread."""
-    for level in numerics.single if kept else ():
-        paths = [member_path(folder, level, index) for index in kept]
-        stored_by_all = [bool(of_field.all()) for of_field in members.column(level, "kept", np.array(kept)).T]
-        for name, (unit, description) in compress(KEPT_FIELDS.items(), stored_by_all):
-            axes = ("kept_realization", f"x_L{level}", f"y_L{level}")
-            stored = Stored(paths, name, numerics.grid(level).shape)
-            yield Labelled(f"{name}_L{level}", axes, stored, level_attributes(numerics, level, unit, description))
+def fields(run: Counted, level: int, kept: list[int], temperature: Callable[[int], Array] | None) -> Iterator[Labelled]:
+    """Yield the axes of a level's fields, and, unread, those that all the realizations in `kept` have stored."""
+    grid, axes = run.numerics.grid(level), ("kept_realization", "x", "y")
+    yield Labelled("kept_realization", axes[:1], np.array(kept), {"units": "1"})
+    for axis, points, step in zip("xy", grid.shape, grid.spacing, strict=True):
+        yield Labelled(axis, (axis,), np.arange(points) * step, {"units": "m"})
+
+    def read(name: str, index: int) -> Array:
+        return read_field(member_path(run.folder, level, index), name, grid.shape)
+
+    stored_by_all = [bool(of_field.all()) for of_field in run.members.column(level, "kept", np.array(kept)).T]
+    for name, (unit, description) in compress(KEPT_FIELDS.items(), stored_by_all):
+        stored = Stored(kept, partial(read, name), grid.shape)
+        yield Labelled(name, axes, stored, {"units": unit, "description": description})
+    if temperature is not None:
+        fastest = max(run.scene.speeds)
+        words = f"above the mean of the cell, at the highest speed, {fastest:g} m/s, with the share of the heat used"
+        attributes = {"units": "K", "description": words, "speed": fastest}
+        yield Labelled("temperature", axes, Stored(kept, temperature, grid.shape), attributes)
 
 
-def level_attributes(numerics: Numerics, level: int, unit: str, description: str) -> dict[str, Any]:
-    """Return the attributes of an array of one level: unit, description, column, number and cut-off of the level."""
-    column, q_max = numerics.levels[level].column, numerics.levels[level].q_max
-    return {"units": unit, "description": description, "column": column, "level": level, "q_max": q_max}
+def flat(run: Counted, levels: list[list[Labelled]]) -> Iterator[Labelled]:
+    """Yield the arrays of all levels as those of one dataset.
+
+    Numbers are stacked over the level, NaN where it was not solved. All else carries the number of its level.
+    """
+    count, numerics = run.realizations, run.numerics
+    yield Labelled("level", ("level",), np.arange(len(levels)), {"units": "1"})
+    yield Labelled("realization", ("realization",), np.arange(count), {"units": "1"})
+    yield Labelled("speed", ("speed",), np.array(run.scene.speeds), {"units": "m/s"})
+    yield Labelled("column", ("level",), np.array([level.column for level in numerics.levels]), {})
+    yield Labelled("q_max", ("level",), np.array([level.q_max for level in numerics.levels]), {"units": "1/m"})
+    cells = np.array([level.cell or "whole" for level in numerics.levels])
+    yield Labelled("cell", ("level",), cells, {"description": "half: of half the sides, on surfaces of its own"})
+    share = {"units": "1", "description": "share of the heat that the temperatures are of"}
+    yield Labelled("heat_partition", ("speed",), run.heat_partition, share)
+    kept = (array for array in chain(*levels) if array.name == "kept_realization")
+    yield from islice(kept, 1)
+    numbers: dict[str, Labelled] = {}
+    for level, arrays in enumerate(levels):
+        for array in arrays:
+            if array.name in SHARED:
+                continue
+            data, axes = array.data, array.axes
+            if axes[0] == "realization" and not isinstance(data, Stored):  # from the rows of the level to all
+                solved, data = data, blank((count, *data.shape[1:]), data.dtype)
+                data[arrays[0].data] = solved
+            if SHARED.issuperset(axes):
+                if array.name not in numbers:
+                    empty = blank((len(levels), *data.shape), data.dtype)
+                    numbers[array.name] = Labelled(array.name, ("level", *axes), empty, array.attributes)
+                numbers[array.name].data[level] = data
+            else:
+                own = tuple(axis if axis in SHARED else f"{axis}_L{level}" for axis in axes)
+                attributes = array.attributes | ({} if array.is_axis else level_attributes(numerics, level))
+                yield Labelled(f"{array.name}_L{level}", own, data, attributes)
+    yield from numbers.values()
+
+
+def blank(shape: tuple[int, ...], kind: np.dtype[Any]) -> Array:
+    """Return an array without values: NaN, or 0 of whole numbers."""
+    return np.full(shape, np.nan if kind.kind == "f" else 0, kind)
+
+
+def level_attributes(numerics: Numerics, level: int) -> dict[str, Any]:
+    """Return the column, number, cut-off and cell of a level as attributes."""
+    of_level = numerics.levels[level]
+    return {"column": of_level.column, "level": level, "q_max": of_level.q_max, "cell": of_level.cell or "whole"}
 
 
 def to_dataset(arrays: list[Labelled], attributes: dict[str, Any]) -> Any:

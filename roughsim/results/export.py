@@ -1,7 +1,8 @@
 """One portable file of a run for every HDF5 and netCDF-4 reader, and surfaces for other contact programs.
 
-All arrays lie in the root group with dimension scales and units, as netCDF-4 wants it. The group ``entry`` links to
-them again as NeXus wants it, so that viewers know what to show first.
+The root group has the answers: every observable with its error, and both theories. The group ``level_0`` has the
+numbers and kept fields of level 0, and so on. All arrays have dimension scales and units, as netCDF-4 wants it. The
+group ``entry`` links to some as NeXus wants it, so that viewers know what to show first.
 """
 
 import os
@@ -12,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.results.arrays import OF_LEVELS, Labelled, Stored
+from roughsim.results.answers import answers, readme
+from roughsim.results.arrays import Labelled, Stored, level_attributes
 from roughsim.results.run import Run
 from roughsim.store.disk import place_bytes
 from roughsim.surface import topography
@@ -22,9 +24,10 @@ MANTISSA = 23  # explicit bits of a float32
 
 
 def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
-    """Write the numbers of all members that count, and the kept fields, into one file, whole or not at all.
+    """Write the answers of a run, the numbers of all members that count, and the kept fields into one file.
 
-    It holds the variables of `Run.to_xarray`; ``xarray.open_dataset(path, engine="h5netcdf")`` gives the same data.
+    It is whole or not there. Its attribute README says what is in it. ``xarray.open_dataset(path)`` has the answers,
+    ``xarray.open_datatree(path)`` all.
 
     Parameters
     ----------
@@ -52,7 +55,7 @@ def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
     try:
         with DeferringFile(temporary) as handle:
             with h5py.File(handle, "w", libver="v110", track_order=True) as file:
-                write_arrays(file, *run.arrays(), finest=run.numerics.picture(run.column(None)), bits=bits)
+                write_run(file, run, bits)
             handle.settle()
         os.replace(temporary, path)
     except BaseException as error:
@@ -126,29 +129,53 @@ class DeferringFile(FileIO):
         os.fsync(self.fileno())
 
 
-def write_arrays(
-    file: Any, arrays: list[Labelled], attributes: dict[str, Any], *, finest: int, bits: int | None
-) -> None:
-    """Fill an HDF5 file with labelled arrays, and link to what viewers draw, first the pressure of level `finest`."""
-    file.attrs.update(attributes | {"NX_class": "NXroot", "default": "entry"})
+def write_run(file: Any, run: Run, bits: int | None) -> None:
+    """Fill an HDF5 file with a run: answers, a group for each level, and what viewers draw."""
+    root = list(answers(run))
+    file.attrs.update(run.attributes() | {"README": readme(run), "NX_class": "NXroot", "default": "entry"})
+    file.attrs.update(realizations=run.realizations, failed=run.failed)
+    write_arrays(file, root, bits)
+    entry = file.create_group("entry")
+    entry.attrs.update(NX_class="NXentry", default="flash_temperature")
+    draw_answer(file, entry, root, run.column(None))
+    for level in range(len(run.numerics.levels)):
+        group = file.create_group(f"level_{level}")
+        group.attrs.update(level_attributes(run.numerics, level))
+        arrays = run.level_arrays(level, run.kept(level) if level in run.numerics.single else [])
+        write_arrays(group, arrays, bits)
+        for array in arrays:
+            if isinstance(array.data, Stored):
+                shown = entry.create_group(f"{array.name}_of_level_{level}")
+                shown.attrs.update(NX_class="NXdata", signal=array.name, axes=list(array.axes))
+                for name in (array.name, *array.axes):
+                    shown[name] = group[name]
+
+
+def write_arrays(group: Any, arrays: list[Labelled], bits: int | None) -> None:
+    """Write arrays into a group, with those of their axes as dimension scales."""
     for array in arrays:  # an axis comes before all that refers to it
-        dataset = write_array(file, array, bits)
+        dataset = write_array(group, array, bits)
         if array.is_axis:
             dataset.make_scale(array.name)
             continue
         for number, axis in enumerate(array.axes):
-            dataset.dims[number].attach_scale(file[axis])
-        if "level" in array.axes and array.name not in OF_LEVELS:
-            dataset.attrs["coordinates"] = " ".join(OF_LEVELS)
-    default = f"pressure_L{finest}"
-    entry = file.create_group("entry")
-    entry.attrs.update(NX_class="NXentry", default=default if default in file else "flash_temperature")
-    for array in arrays:
-        if array.name.startswith(("flash_temperature", "pressure_L", "heights_L")):
-            group = entry.create_group(array.name)
-            group.attrs.update(NX_class="NXdata", signal=array.name, axes=list(array.axes))
-            for name in (array.name, *array.axes):
-                group[name] = file[name]
+            dataset.dims[number].attach_scale(group[axis])
+
+
+def draw_answer(file: Any, entry: Any, root: list[Labelled], column: str) -> None:
+    """Let viewers draw T_flash of a column over the speed, with its error, beside both theories."""
+    tables = {array.name: array.data for array in root}  # not read from the file: a full disk has taken nothing
+    columns = tables["column"].tolist()
+    curves = dict(zip(columns, tables["flash_temperature"], strict=True))
+    curves[f"{column}_errors"] = tables["flash_temperature_total_error"][columns.index(column)]
+    beside = [name for name in columns if name != column]
+    group = entry.create_group("flash_temperature")
+    group.attrs.update(NX_class="NXdata", signal=column, auxiliary_signals=beside, axes=["speed"])
+    group["speed"] = file["speed"]
+    for name, values in curves.items():
+        dataset = group.create_dataset(name, data=values)
+        dataset.attrs["units"] = "K"
+        dataset.dims[0].attach_scale(file["speed"])
 
 
 def write_array(file: Any, array: Labelled, bits: int | None) -> Any:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from export_cases import UNITS
+from export_cases import BOTH, FLAT_UNITS
 
 import roughsim as rs
 from roughsim.store.member_files import member_path, read_member
@@ -21,7 +21,7 @@ def test_xarray_has_names_axes_and_units(kept_run):
     pytest.importorskip("xarray")
     data = kept_run.to_xarray()
     assert dict(data.flash_temperature.sizes) == {"level": 3, "realization": 3, "speed": 3}
-    for name, unit in UNITS.items():
+    for name, unit in FLAT_UNITS.items():
         assert data[name].attrs["units"] == unit
     assert {"column", "q_max", "level", "speed", "realization"} <= set(data.coords)
     capped = data.flash_temperature.where(data.column == "capped", drop=True)
@@ -58,14 +58,30 @@ def test_stress_spectra_are_those_of_the_files(kept_run):
 
 
 @pytest.mark.parametrize("engine", ["h5netcdf", "netcdf4"])
-def test_the_file_opens_in_xarray_as_the_run_itself(kept_run, file, engine):
+def test_the_file_opens_in_xarray_with_the_numbers_of_the_run(kept_run, file, engine):
     xarray = pytest.importorskip("xarray")
     pytest.importorskip({"netcdf4": "netCDF4"}.get(engine, engine))
-    with xarray.open_dataset(file, engine=engine) as stored:  # warnings are errors here
-        xarray.testing.assert_equal(stored, kept_run.to_xarray())
-        for name, unit in UNITS.items():
-            assert stored[name].attrs["units"] == unit
-            assert stored[name].dims == kept_run.to_xarray()[name].dims
+    flat = kept_run.to_xarray()
+    with xarray.open_datatree(file, engine=engine) as tree:  # warnings are errors here
+        for level in range(3):
+            stored = tree[f"level_{level}"]
+            for name in ("flash_temperature", "contact_fraction", "converged", "iterations"):
+                np.testing.assert_array_equal(stored[name], flat[name][level])
+            for name in ("pressure", "heights", "stress_spectrum", "x", "wavenumber"):
+                np.testing.assert_array_equal(stored[name], flat[f"{name}_L{level}"])
+        np.testing.assert_array_equal(tree["level_2/temperature"], flat.temperature_L2)
+        capped = tree.flash_temperature.sel(column="capped")
+        np.testing.assert_array_equal(capped, kept_run.estimate("flash_temperature").mean)
+        for name, unit in BOTH.items():
+            assert tree[name].attrs["units"] == unit
+
+
+def test_realizations_that_a_level_skips_are_nan_in_the_dataset(whole):
+    pytest.importorskip("xarray")
+    data = whole.to_xarray()
+    assert np.isfinite(data.contact_fraction[0]).all()
+    np.testing.assert_array_equal(np.isnan(data.contact_fraction[1]), np.arange(whole.realizations) % 2 == 1)
+    np.testing.assert_array_equal(np.isnan(data.stress_spectrum_L1[:, 0]), np.arange(whole.realizations) % 2 == 1)
 
 
 def test_a_failed_member_is_nan_and_counted(kept_run):

@@ -1,0 +1,93 @@
+"""The answers of a run as arrays: every observable in every column with its total error, beside both theories."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from roughsim import prediction
+from roughsim.grid import Array
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.results.arrays import Labelled
+from roughsim.results.run import Run
+from roughsim.scene.numerics import SLIDING
+
+MEANINGS = {
+    "theory": "the analytic theory over the whole spectrum C(q)",
+    "calibrated": "the theory with a stress spectrum fitted to simulations; its error is that of the fit; NaN where "
+    "it was not compared with simulations",
+    "smoothed": "simulated elastic contact of surfaces with the smoothed spectrum C_sm(q)",
+    "capped": "simulated contact, in which the pressure never exceeds the hardness",
+    "elastic": "simulated elastic contact",
+    SLIDING: "simulated contact of two rough faces that slide over one another, with its own share of the heat",
+}
+
+
+def columns_of(run: Run) -> list[str]:
+    """Return the columns of the comparison that a run has, in their order."""
+    return ["theory", "calibrated", *run.numerics.columns, *([SLIDING] if run.numerics.march is not None else [])]
+
+
+def answers(run: Run) -> Iterator[Labelled]:
+    """Yield the columns, the speeds, the share of the heat, and each observable with its total error, 95 %.
+
+    They are (column, speed) or (column,). ValueError if the run has no sound realization.
+    """
+    columns = columns_of(run)
+    share = {"units": "1", "description": "share of the heat that the temperatures are of"}
+    yield Labelled("column", ("column",), np.array(columns), {"description": "what a value comes from, see README"})
+    yield Labelled("speed", ("speed",), np.array(run.scene.speeds), {"units": "m/s"})
+    yield Labelled("heat_share_used", ("speed",), run.heat_partition, share)
+    theories = prediction.predictions(run.scene), prediction.calibrated_predictions(run.scene)
+    bands = prediction.calibrated(run.scene).errors
+    estimates = {column: run.estimates(column) for column in columns[2:]}
+    for name, record in OBSERVABLES.items():
+        heat = run.heat_partition if record.heated else np.ones(len(run.heat_partition) if record.per_speed else 1)
+        theory, calibrated = (by[name] * heat for by in theories)
+        values = [theory, calibrated]
+        errors = [np.full_like(theory, np.nan), np.abs(calibrated) * bands.get(name, np.nan)]
+        unknown = []
+        for column, measured in estimates.items():
+            estimate = measured.get(name)
+            values.append(np.full_like(theory, np.nan) if estimate is None else estimate.mean)
+            errors.append(np.full_like(theory, np.nan) if estimate is None else estimate.total_error)
+            if estimate is not None and estimate.unknown:
+                unknown.append(f"{column}: {', '.join(estimate.unknown)}")
+        yield from with_error(name, record.unit, np.array(values), np.array(errors), unknown)
+
+
+def with_error(name: str, unit: str, values: Array, errors: Array, unknown: list[str]) -> Iterator[Labelled]:
+    """Yield an observable over columns, and speeds if it has several, and its error."""
+    per_speed, words = OBSERVABLES[name].per_speed, "total error of the mean, 95 %"
+    axes = ("column", "speed") if per_speed else ("column",)
+    values, errors = (table if per_speed else table[:, 0] for table in (values, errors))
+    error = f"{name}_total_error"
+    yield Labelled(name, axes, values, {"units": unit, "ancillary_variables": error})
+    if unknown:
+        words += f"; at least, as parts of it are unknown ({'; '.join(unknown)})"
+    yield Labelled(error, axes, errors, {"units": unit, "description": words})
+
+
+def readme(run: Run) -> str:
+    """Say in words what an exported file holds."""
+    columns = columns_of(run)
+    failed = f", {run.failed} of them failed and left out" if run.failed else ""
+    levels = [
+        f"level_{i}: {level.column} contact, {level.shape[0]} x {level.shape[1]} points, "
+        f"{'half the cell, ' if level.cell else ''}q_c = {level.q_max:.4g} rad/m."
+        for i, level in enumerate(run.numerics.levels)
+    ]
+    parts = [
+        f"{run.scene.title or run.folder.resolve().name}: {run.realizations} realizations{failed}. Units are SI. "
+        "Temperatures are above the background, with the share heat_share_used of the heat of both bodies.",
+        "The answers are here at the top. Each observable is an array over the column that it comes from, and over the "
+        "speed if it depends on it; NAME_total_error is its error, 95 %. The columns are",
+        *(f"- {column}: {MEANINGS[column]}" for column in columns),
+        "The means are extrapolated to all of C(q) where the levels allow it. The raw numbers of each level, one for "
+        "each realization, are in a group: ",
+        *(f"- {line}" for line in levels),
+        "A level has fields (heights, pressure, and temperature at the highest speed) of the realizations that kept "
+        "them. The group entry links to what viewers draw (NeXus).",
+        f'For example in Python: h5py.File(NAME)["flash_temperature"][{len(columns) - 1}] is that of column '
+        f'"{columns[-1]}" over the speed; xarray.open_dataset(NAME).flash_temperature.sel(column="{columns[-1]}").',
+    ]
+    return "\n".join(parts)
