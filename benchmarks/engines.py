@@ -83,9 +83,10 @@ def known_versions() -> dict[str, str]:
     return versions()
 
 
-def simulate(job: Job, index: int, seconds: float) -> str:
+def simulate(jobs: list[Job], index: int, seconds: float) -> str:
     """What a worker does in place of a solve."""
     time.sleep(seconds)
+    (job,) = jobs
     began = time.thread_time()
     write_member(job.folder, simulated_member(job.level, index, job.speeds, job.provenance))
     writing[0] += time.thread_time() - began

@@ -7,7 +7,7 @@ A worker of an ensemble needs no scene: `planning.realization` has turned the sc
 
 import platform
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Literal
@@ -23,6 +23,9 @@ from roughsim.observables.moments import Sliding, measure
 from roughsim.observables.record import Measured
 from roughsim.surface.spectrum import Spectrum
 from roughsim.surface.synthesis import synthesize
+
+# fields of a problem that do not concern the surface
+CONTACT_KEYS = ("solid", "nominal_pressure", "sliding", "tolerance", "precision", "solver")
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,26 +57,46 @@ class Solution(Measured):
     seconds: dict[str, float]  # spent in each stage: surface, contact, observables
 
 
-def solve_problem(problem: Problem) -> Solution:
-    """Draw the surface, solve its contact and measure it; ConvergenceError if the contact misses the tolerance."""
-    stream = np.random.default_rng(np.random.SeedSequence(problem.seed, spawn_key=(problem.stream, problem.index)))
+Solved = tuple[Problem, Solution]
+
+
+def solve_problem(problem: Problem, before: Solved | None = None) -> Solution:
+    """Draw the surface, solve its contact and measure it; ConvergenceError if the contact misses the tolerance.
+
+    What the problem has in common with the one solved `before` is taken from there, with the same bits: the surface,
+    and the contact.
+    """
     with linear_algebra().limit(limits=problem.threads):
         marks = [time.perf_counter()]
-        heights = synthesize(problem.spectrum, problem.grid, stream)
+        if before is not None and same_but(problem, before[0], CONTACT_KEYS):
+            heights = before[1].heights
+        else:
+            key = problem.stream, problem.index
+            stream = np.random.default_rng(np.random.SeedSequence(problem.seed, spawn_key=key))
+            heights = synthesize(problem.spectrum, problem.grid, stream)
         marks.append(time.perf_counter())
-        contact = loaded("solvers", problem.solver)(
-            heights,
-            problem.grid,
-            problem.solid,
-            nominal_pressure=problem.nominal_pressure,
-            tolerance=problem.tolerance,
-            precision=problem.precision,
-        )
+        if before is not None and same_but(problem, before[0], ("sliding",)):
+            contact = before[1].contact
+        else:
+            contact = loaded("solvers", problem.solver)(
+                heights,
+                problem.grid,
+                problem.solid,
+                nominal_pressure=problem.nominal_pressure,
+                tolerance=problem.tolerance,
+                precision=problem.precision,
+            )
         marks.append(time.perf_counter())
         moments = measure(contact, problem.grid, problem.sliding)
         marks.append(time.perf_counter())
     seconds = dict(zip(("surface", "contact", "observables"), np.diff(marks).tolist(), strict=True))
     return Solution(grid=problem.grid, heights=heights, contact=contact, observables=moments, seconds=seconds)
+
+
+def same_but(problem: Problem, other: Problem, names: tuple[str, ...]) -> bool:
+    """Whether two problems are equal in all but some of their fields."""
+    changed = {name: getattr(other, name) for name in names}
+    return replace(problem, **changed) == other
 
 
 @lru_cache(maxsize=1)

@@ -88,3 +88,24 @@ def test_a_worker_needs_neither_scenes_nor_the_theory_nor_the_disk():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_what_two_problems_have_in_common_is_taken_over_with_the_same_bits(capped_scene, capped_numerics, monkeypatch):
+    problem = level_problem(capped_scene, capped_numerics, 0)
+    drawn, genuine = [], pipeline.synthesize
+    monkeypatch.setattr(pipeline, "synthesize", lambda *rest: drawn.append(rest) or genuine(*rest))
+    others = {
+        "surface and contact": replace(problem, sliding=replace(problem.sliding, friction_coefficient=0.3)),
+        "surface": replace(problem, nominal_pressure=1.5 * problem.nominal_pressure),
+        "nothing": replace(problem, index=problem.index + 1),
+    }
+    before = problem, solve_problem(problem)
+    for shared, other in others.items():
+        drawn.clear()
+        solution = solve_problem(other, before)
+        assert len(drawn) == (shared == "nothing")
+        assert (solution.contact is before[1].contact) == (shared == "surface and contact")
+        alone = solve_problem(other)
+        assert np.array_equal(solution.contact.pressure, alone.contact.pressure)
+        assert np.array_equal(solution.observables.flash_temperature, alone.observables.flash_temperature)
+        assert not np.array_equal(alone.observables.flash_temperature, before[1].observables.flash_temperature)

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from roughsim import prediction
-from roughsim.ensemble.tasks import Tasks, clear, sweep
+from roughsim.ensemble.tasks import AtWork, Tasks, clear, sweep
 from roughsim.ensemble.workers import Workforce, leave_if_imported, refuse_script_without_file, stopped_by_signals
 from roughsim.errors import RecordError
 from roughsim.pipeline import versions
@@ -90,18 +90,35 @@ def run(
         refuse_script_without_file()
     scene = aimed(scene, seed=seed, until=until, max_realizations=max_realizations)
     numerics = begin(scene, Path(folder), numerics)
-    home = Path(os.path.abspath(folder))  # workers may have started in another directory
-    with stopped_by_signals() as check, Claims(home) as claims:
-        sweep(home, claims)  # before anything is read: damaged members would be refused
-        result = open_run(folder)
-        # another process may have written where it stops itself
-        result.until, result.max_realizations = dict(scene.ensemble.until), scene.ensemble.max_realizations
-        result.refresh()
-        with Workforce(workers, executor) as force:
-            Tasks(scene, numerics, home, result, claims, check, observer).complete(force)
-        result.save()
-        clear(home, claims)
-    return result
+    with stopped_by_signals() as check, Workforce(workers, executor) as force:
+        return complete([(scene, numerics, Path(folder))], force, check, observer)[0]
+
+
+def complete(
+    begun: list[tuple[Scene, Numerics, Path]],
+    force: Workforce,
+    check: Callable[[], None],
+    observer: Callable[[Run], None] | None = None,
+) -> list[Run]:
+    """Compute the members that runs which were begun still lack; they have the same levels and seed.
+
+    Errors as `run`.
+    """
+    homes = [Path(os.path.abspath(folder)) for *_, folder in begun]  # workers may have started in another directory
+    runs = []
+    with Claims(homes[0]) as claims:
+        for (scene, numerics, folder), home in zip(begun, homes, strict=True):
+            sweep(home, claims)  # before anything is read: damaged members would be refused
+            run = open_run(folder)
+            # another process may have written where it stops itself
+            run.until, run.max_realizations = dict(scene.ensemble.until), scene.ensemble.max_realizations
+            run.refresh()
+            runs.append(AtWork(scene, numerics, home, run))
+        Tasks(runs, claims, check, observer).complete(force)
+        for at_work in runs:
+            at_work.run.save()
+            clear(at_work.folder, claims)
+    return [at_work.run for at_work in runs]
 
 
 def aimed(

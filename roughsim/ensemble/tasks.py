@@ -1,4 +1,8 @@
-"""`Tasks`: hands out the members that are still to be computed until the targets are met; damaged ones again."""
+"""`Tasks`: hands out the members that are still to be computed until the targets are met; damaged ones again.
+
+Several runs with the same levels and seed may be worked on together, as the points of a study are: what is handed out
+is one member of all of them, so that surfaces and contacts which they share are computed once.
+"""
 
 import re
 import time
@@ -9,7 +13,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
-from roughsim.ensemble.workers import Job, Workforce, store_member
+from roughsim.ensemble.workers import Job, Workforce, store_members
 from roughsim.errors import RecordError
 from roughsim.planning.realization import level_problem, march_problem
 from roughsim.results.run import Run
@@ -37,27 +41,76 @@ _GONE = (
 
 
 @dataclass(slots=True, eq=False)
-class Tasks:
-    """The members of a run that are still to do, in order."""
+class AtWork:
+    """A run that this process works on."""
 
     scene: Scene
     numerics: Numerics
-    folder: Path
+    folder: Path  # absolute
     run: Run
-    claims: Claims
+    jobs: dict[int, Job] = field(default_factory=dict)  # by level
+
+    @property
+    def finished(self) -> bool:
+        """Whether the targets are met, or all members are there."""
+        return self.run.target_met or self.run.realizations >= self.run.max_realizations
+
+    def is_stored(self, task: Task) -> bool:
+        """Whether this process sees the file of a member."""
+        return member_path(self.folder, *task).exists()
+
+    def job(self, level: int) -> Job:
+        """Return the job of a level for a worker: numbers and JSON values only, no scene."""
+        if level not in self.jobs:
+            problem = march_problem if level == self.numerics.march else partial(level_problem, level=level)
+            self.jobs[level] = Job(
+                level,
+                problem(self.scene, self.numerics),
+                speeds=self.scene.speeds,
+                keep_fields=self.numerics.keep_fields,
+                provenance={"scene": self.scene.identity(), "numerics": self.numerics.to_dict()},
+                folder=self.folder,
+            )
+        return self.jobs[level]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Given:
+    """A member that was handed out, of the runs that need it, and when, by `time.monotonic`."""
+
+    task: Task
+    runs: list[AtWork]
+    since: float
+
+
+@dataclass(slots=True, eq=False)
+class Tasks:
+    """The members of one run, or of several with the same levels and seed, that are still to do, in order."""
+
+    runs: list[AtWork]
+    claims: Claims  # on a member of all of the runs
     check: Callable[[], None]  # raises an interrupt that Python has dropped
     observer: Callable[[Run], None] | None = None
     longest: float = 0.0  # s from handing a member out until it came back
-    jobs: dict[int, Job] = field(default_factory=dict)  # by level
     order: Iterator[Task] = field(default_factory=lambda: iter(()))  # members that were not looked at yet
     look_again: float = 0.0  # from the first on, since other processes may have ended: when, by `time.monotonic`
+
+    @property
+    def unfinished(self) -> list[AtWork]:
+        """The runs that still need members."""
+        return [at_work for at_work in self.runs if not at_work.finished]
+
+    @property
+    def stored(self) -> int:
+        """How many members all runs have."""
+        return sum(len(at_work.run.members) for at_work in self.runs)
 
     def complete(self, force: Workforce) -> None:
         """Work through the tasks until the targets are met or all members are there, whoever computes them.
 
         RuntimeError if workers, or the scheduler of an executor, die again and again.
         """
-        died, stored = 0, len(self.run.members)
+        died, stored = 0, self.stored
         while True:
             pool = force.pool()
             try:
@@ -73,8 +126,8 @@ class Tasks:
                         f'needs `if __name__ == "__main__":`'
                     ) from error
                 self._refresh()
-                died = died + 1 if len(self.run.members) == stored else 1
-                stored = len(self.run.members)
+                died = died + 1 if self.stored == stored else 1
+                stored = self.stored
                 if died > RETRIES:
                     raise RuntimeError(
                         f"workers died {died} times without storing a member, last: {reason}; see memory and disk, and "
@@ -83,22 +136,22 @@ class Tasks:
 
     def _work(self, pool: Executor, force: Workforce) -> None:
         """Keep a pool busy until the run is finished; BrokenExecutor if its workers die."""
-        pending: dict[Future[str], tuple[Task, float]] = {}  # which member, and since when, by `time.monotonic`
+        pending: dict[Future[str], Given] = {}
         self.look_again = 0.0
         try:
-            while not (self.run.target_met or self.run.realizations >= self.run.max_realizations):
-                while len(pending) < force.in_flight and (task := self._next()) is not None:
-                    pending[self._hand_out(pool, task)] = task, time.monotonic()
+            while self.unfinished:
+                while len(pending) < force.in_flight and (given := self._next()) is not None:
+                    pending[self._hand_out(pool, given)] = given
                 wait(pending, timeout=PAUSE, return_when=FIRST_COMPLETED)
                 done = [future for future in pending if future.done()]  # also those that others have cancelled
                 for future in done:
-                    task, since = pending.pop(future)
+                    given = pending.pop(future)
                     try:
                         host = future.result()
                     except CancelledError:  # which says nothing by itself
                         raise RuntimeError(f"the executor dropped a member that it had been given: {_GONE}") from None
-                    self.longest = max(self.longest, time.monotonic() - since)
-                    self._count(task, host)
+                    self.longest = max(self.longest, time.monotonic() - given.since)
+                    self._count(given, host)
                 if not done:  # other processes may have stored members meanwhile
                     time.sleep(0.0 if pending else PAUSE)
                     self._refresh()
@@ -112,85 +165,73 @@ class Tasks:
                 future.cancel()
             self.claims.release_all()
 
-    def _next(self) -> Task | None:
+    def _next(self) -> Given | None:
         """Claim the first member that is not stored and not being computed; None if there is none now."""
         if time.monotonic() > self.look_again:
             self.order, self.look_again = self._in_order(), time.monotonic() + RENEWAL
+        unfinished = self.unfinished
         for task in self.order:
-            if task not in self.run.members and self.claims.take(member_name(*task)):
-                if not self.is_stored(task):
-                    return task
+            missing = [at_work for at_work in unfinished if task not in at_work.run.members]
+            if missing and self.claims.take(member_name(*task)):
+                if runs := [at_work for at_work in missing if not at_work.is_stored(task)]:
+                    return Given(task, runs, time.monotonic())
                 self.claims.release(member_name(*task))
-                self._refresh(task)  # another process has stored it
+                self._refresh(Given(task, missing, 0.0))  # another process has stored it
         self.look_again = 0.0
         return None
 
     def _in_order(self) -> Iterator[Task]:
         """Go through the members that do not count yet: by index, then the largest grid first."""
-        levels = sorted(enumerate(self.numerics.levels), key=lambda level: -level[1].shape[0] * level[1].shape[1])
-        most = self.run.max_realizations
+        numerics, most = self.runs[0].numerics, max(at_work.run.max_realizations for at_work in self.runs)
+        levels = sorted(enumerate(numerics.levels), key=lambda level: -level[1].shape[0] * level[1].shape[1])
         indices = [(number, level.indices(most)) for number, level in levels]
-        for index in range(self.run.realizations, most):
+        first = min((at_work.run.realizations for at_work in self.unfinished), default=most)
+        for index in range(first, most):
             yield from ((number, index) for number, of_level in indices if index in of_level)
 
-    def is_stored(self, task: Task) -> bool:
-        """Whether this process sees the file of a member."""
-        return member_path(self.folder, *task).exists()
-
-    def _job(self, level: int) -> Job:
-        """Return the job of a level for a worker: numbers and JSON values only, no scene."""
-        if level not in self.jobs:
-            problem = march_problem if level == self.numerics.march else partial(level_problem, level=level)
-            self.jobs[level] = Job(
-                level,
-                problem(self.scene, self.numerics),
-                speeds=self.scene.speeds,
-                keep_fields=self.numerics.keep_fields,
-                provenance={"scene": self.scene.identity(), "numerics": self.numerics.to_dict()},
-                folder=self.folder,
-            )
-        return self.jobs[level]
-
-    def _hand_out(self, pool: Executor, task: Task) -> Future[str]:
+    def _hand_out(self, pool: Executor, given: Given) -> Future[str]:
+        level, index = given.task
         try:
-            return pool.submit(store_member, self._job(task[0]), task[1])
+            return pool.submit(store_members, [at_work.job(level) for at_work in given.runs], index)
         except BrokenExecutor:
             raise
         except Exception as error:  # each library of executors has its own
             reason = str(error) or type(error).__name__
             raise RuntimeError(f"the executor takes no more members ({reason}): {_GONE}") from error
 
-    def _do_overdue(self, pending: dict[Future[str], tuple[Task, float]], force: Workforce) -> None:
+    def _do_overdue(self, pending: dict[Future[str], Given], force: Workforce) -> None:
         """Compute in this process the members that a worker has not returned for too long.
 
         A march takes minutes or hours, and so does a member that waits behind one.
         """
-        if any(level == self.numerics.march for (level, _), _ in pending.values()):
+        march = self.runs[0].numerics.march
+        if any(given.task[0] == march for given in pending.values()):
             return
-        for future, (task, since) in list(pending.items()):
-            if (waited := time.monotonic() - since) <= self.limit:
+        for future, given in list(pending.items()):
+            if (waited := time.monotonic() - given.since) <= self.limit:
                 continue
             del pending[future]
             force.stuck |= not future.cancel()
             warnings.warn(
-                f"{member_name(*task)} has not come back from a worker for {waited:.0f} s (limit {self.limit:.0f} s: "
-                f"{LONGEST_WAITS:g} times the longest so far, at least {LEAST_WAIT:g} s); it is computed in this "
-                "process; see whether the workers are alive",
+                f"{member_name(*given.task)} has not come back from a worker for {waited:.0f} s (limit "
+                f"{self.limit:.0f} s: {LONGEST_WAITS:g} times the longest so far, at least {LEAST_WAIT:g} s); it is "
+                "computed in this process; see whether the workers are alive",
                 RuntimeWarning,
                 stacklevel=2,
             )
-            self._count(task, store_member(self._job(task[0]), task[1]))
+            level, index = given.task
+            self._count(given, store_members([at_work.job(level) for at_work in given.runs], index))
 
     @property
     def limit(self) -> float:
         """The longest time to wait for a member, s."""
         return max(LEAST_WAIT, LONGEST_WAITS * self.longest)
 
-    def _count(self, task: Task, host: str) -> None:
-        """Count a member once this process has read its file, and give up its claim."""
+    def _count(self, given: Given, host: str) -> None:
+        """Count a member once this process has read its files, and give up its claim."""
         end = time.monotonic() + LATE
-        while not self.is_stored(task):
-            path = member_path(self.folder, *task)
+        while unseen := [at_work for at_work in given.runs if not at_work.is_stored(given.task)]:
+            path = member_path(unseen[0].folder, *given.task)
             if time.monotonic() > end:
                 raise RecordError(
                     f"a worker on {host} wrote {path}, but this process does not see it: the file system is not "
@@ -198,26 +239,27 @@ class Tasks:
                 )
             list(path.parent.iterdir())  # makes a network file system look again
             time.sleep(0.1)
-        self._refresh(task)
-        self.claims.release(member_name(*task))
+        self._refresh(given)
+        self.claims.release(member_name(*given.task))
 
-    def _refresh(self, *tasks: Task) -> None:
-        """Read the members that have appeared, those of `tasks` also beyond a gap, and call the observer if any have.
+    def _refresh(self, given: Given | None = None) -> None:
+        """Read the members that have appeared, the one `given` also beyond a gap, and call the observer if any have.
 
         A member that was damaged on disk meanwhile is moved aside, to be computed again.
         """
-        before = len(self.run.members)
-        try:
-            for task in tasks:
-                self.run.take(*task)
-            self.run.refresh()
-        except (DamagedError, FileNotFoundError):
-            sweep(self.folder, self.claims)
-            self.look_again = 0.0
-            self.run.refresh()
-        self.check()
-        if self.observer is not None and len(self.run.members) != before:
-            self.observer(self.run)
+        for at_work in self.runs if given is None else given.runs:
+            run, before = at_work.run, len(at_work.run.members)
+            try:
+                if given is not None:
+                    run.take(*given.task)
+                run.refresh()
+            except (DamagedError, FileNotFoundError):
+                sweep(at_work.folder, self.claims)
+                self.look_again = 0.0
+                run.refresh()
+            self.check()
+            if self.observer is not None and len(run.members) != before:
+                self.observer(run)
 
 
 def sweep(folder: Path, claims: Claims) -> None:

@@ -1,4 +1,4 @@
-"""The processes of a run: computing one member and storing its file, pools of workers, and signals that end a run."""
+"""The processes of a run: computing members and storing their files, pools of workers, and signals that end a run."""
 
 import multiprocessing
 import os
@@ -22,7 +22,7 @@ import numpy as np
 from roughsim import fourier
 from roughsim.errors import ConvergenceError, RecordError
 from roughsim.observables.catalogue import NUMBERS
-from roughsim.pipeline import Problem, solve_problem, versions
+from roughsim.pipeline import Problem, Solution, Solved, solve_problem, versions
 from roughsim.sliding.member import SlideProblem, solve_slide
 from roughsim.store.member_files import Member, write_member
 
@@ -42,25 +42,40 @@ class Job:
     folder: Path  # of the run
 
 
-def store_member(job: Job, index: int) -> str:
-    """Compute one member, write its file, and return the name of this host.
+def store_members(jobs: list[Job], index: int) -> str:
+    """Compute one member of each run, write their files, and return the name of this host.
 
-    A solve that does not converge is stored as a failure. RecordError if this process does not see the run folder;
-    OSError, naming the path, if the disk refuses.
+    Neighbours in the list share what they have in common: the surface, and the contact. A solve that does not converge
+    is stored as a failure. RecordError if this process does not see a run folder; OSError, naming the path, if the disk
+    refuses.
     """
-    host = socket.gethostname()
-    if not (job.folder / "run.json").exists():
-        raise RecordError(
-            f"a worker on {host} does not see {job.folder}: it was moved, or the file system is not shared; name a run "
-            f"folder that all workers see"
-        )
-    problem = replace(job.problem, index=index)
+    host, solved = socket.gethostname(), None
+    for job in jobs:
+        if not (job.folder / "run.json").exists():
+            raise RecordError(
+                f"a worker on {host} does not see {job.folder}: it was moved, or the file system is not shared; name a "
+                f"run folder that all workers see"
+            )
+        solved = store_member(job, index, solved)
+    return host
+
+
+def store_member(job: Job, index: int, before: Solved | None) -> Solved | None:
+    """Compute one member and write its file; return its problem with what was computed, None where nothing was.
+
+    What its problem has in common with the one `before` is taken from there.
+    """
+    problem, solved = replace(job.problem, index=index), before
     fourier.set_threads(problem.threads)
     try:
         with warnings.catch_warnings():
             # the plan says how much of the spectrum the cell leaves out; the members need not repeat it
             warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
-            member = march_member(job, problem) if isinstance(problem, SlideProblem) else single_member(job, problem)
+            if isinstance(problem, SlideProblem):
+                member = march_member(job, problem)
+            else:
+                solved = problem, solve_problem(problem, before)
+                member = single_member(job, *solved)
     except ConvergenceError as error:
         provenance = {"residual": error.residual, "iterations": error.iterations, "seconds": {}}
         member = Member(job.level, index, failure=str(error), provenance=provenance)
@@ -76,12 +91,11 @@ def store_member(job: Job, index: int) -> str:
         }
     )
     write_member(job.folder, replace(member, lengths=problem.grid.lengths, provenance=provenance))
-    return host
+    return solved
 
 
-def single_member(job: Job, problem: Problem) -> Member:
-    """Compute the member of a single contact."""
-    solution = solve_problem(problem)
+def single_member(job: Job, problem: Problem, solution: Solution) -> Member:
+    """Return the member of a single contact."""
     contact, spectrum = solution.contact, solution.observables.stress_spectrum
     kept = problem.index < job.keep_fields
     fields = {"heights": solution.heights, "pressure": contact.pressure} if kept else {}

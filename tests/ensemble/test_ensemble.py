@@ -211,10 +211,10 @@ def test_members_that_do_not_converge_are_counted_and_left_out(quick, tmp_path, 
 
     genuine = workers.solve_problem
 
-    def some_fail(problem):
+    def some_fail(problem, before):
         if problem.index == 1:
             raise rs.ConvergenceError("contact solve stalled: residual 0.1", 0.1, 7)
-        return genuine(problem)
+        return genuine(problem, before)
 
     monkeypatch.setattr(workers, "solve_problem", some_fail)
     run = rs.run(quick, tmp_path / "run", max_realizations=4)
@@ -230,7 +230,7 @@ def test_run_json_tells_all_before_anything_slow(quick, tmp_path, monkeypatch):
     def never(*_):
         raise RuntimeError("not now")
 
-    monkeypatch.setattr(tasks, "store_member", never)
+    monkeypatch.setattr(tasks, "store_members", never)
     with pytest.raises(RuntimeError, match="not now"):
         rs.run(quick, tmp_path / "run")
     told = json.loads((tmp_path / "run" / "run.json").read_text())

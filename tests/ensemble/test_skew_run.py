@@ -92,10 +92,10 @@ def test_failed_members_take_no_part(scene, tmp_path, monkeypatch):
 
     solve = workers.solve_problem
 
-    def fails(problem):
+    def fails(problem, before):
         if problem.index == 2:
             raise rs.ConvergenceError("residual = 1 exceeds 1e-4", residual=1.0, iterations=10)
-        return solve(problem)
+        return solve(problem, before)
 
     monkeypatch.setattr(workers, "solve_problem", fails)
     run = rs.run(scene, tmp_path / "run")

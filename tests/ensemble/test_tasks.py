@@ -31,7 +31,7 @@ def to_do(scene, folder):
     run = rs.run(scene, folder, max_realizations=1)
     run.max_realizations = 2
     scene = aimed(scene, max_realizations=2)
-    return tasks.Tasks(scene, run.numerics, folder, run, Claims(folder), lambda: None)
+    return tasks.Tasks([tasks.AtWork(scene, run.numerics, folder, run)], Claims(folder), lambda: None)
 
 
 class Force(workers.Workforce):
@@ -81,7 +81,7 @@ def test_workers_that_die_once_are_replaced_and_every_member_is_told(quick, tmp_
     work.observer = lambda run: seen.append(run.realizations)
     work.complete(Force(Broken(), workers.ThisProcess()))
     assert seen[0] == 2
-    assert work.run.realizations == 2
+    assert work.runs[0].run.realizations == 2
 
 
 def test_an_interrupt_that_was_noted_comes_up_at_the_next_member(quick, tmp_path):
@@ -146,11 +146,11 @@ class Elsewhere(Executor):
         self.root, self.other = root, other
 
     def submit(self, fn, *arguments):
-        job, index = arguments
+        jobs, index = arguments
         here, future = os.getcwd(), Future()
         os.chdir(self.root)
         try:
-            future.set_result(fn(replace(job, folder=self.other or job.folder), index))
+            future.set_result(fn([replace(job, folder=self.other or job.folder) for job in jobs], index))
         except Exception as error:
             future.set_exception(error)
         finally:
@@ -181,13 +181,13 @@ def test_a_file_system_that_is_not_shared_is_named_and_no_member_counts(quick, t
 
 
 def test_a_member_that_a_slow_file_system_shows_late_counts(quick, tmp_path, monkeypatch):
-    genuine, looks = tasks.Tasks.is_stored, []
+    genuine, looks = tasks.AtWork.is_stored, []
 
     def late(work, task):
         looks.append(task)
         return genuine(work, task) and len(looks) > 4
 
-    monkeypatch.setattr(tasks.Tasks, "is_stored", late)
+    monkeypatch.setattr(tasks.AtWork, "is_stored", late)
     assert rs.run(quick, tmp_path / "run", max_realizations=1).realizations == 1
 
 
