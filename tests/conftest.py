@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from march_cases import sliding_scene
 from small_scene import CAPPED
 
 import roughsim as rs
@@ -60,6 +61,12 @@ def full_scene():
 def capped_run(capped_scene, tmp_path_factory):
     """A finished run; tests only read it."""
     return rs.run(capped_scene, tmp_path_factory.mktemp("runs") / "capped")
+
+
+@pytest.fixture(scope="session")
+def sliding_run(tmp_path_factory):
+    """A finished run whose faces slide; tests only read it."""
+    return rs.run(sliding_scene(), tmp_path_factory.mktemp("runs") / "sliding")
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
 from matplotlib.lines import Line2D
 
 from roughsim.charts.style import Subject, new_figure, plain_ticks, scaled
@@ -34,7 +35,7 @@ def sliding_chart(subject: Subject, path: Path) -> None:
     count, speeds = len(curves["slide_moving_share"]), run.scene.speeds
     factor, unit = scaled(float(curves[AXIS][-1]), "m")
     distance, ends = curves[AXIS] * factor, np.array(run.scene.sliding.distances) * factor
-    colours = mpl.colormaps["viridis"](np.linspace(DARKEST, BRIGHTEST, len(speeds)))
+    colours = speed_colours(len(speeds))
     members = f"{count} members" if count > 1 else "one member"
     title = "\n".join(
         line for line in (plain(run.scene.title).replace("$", r"\$"), f"Both faces slide; {members}") if line
@@ -60,7 +61,12 @@ def sliding_chart(subject: Subject, path: Path) -> None:
         figure.legend(handles=handles, loc="outside right center", title="$v$")
 
 
-def draw_mean(axes: Axes, distance: Array, rows: Array, colour: Array, dashes: object) -> None:
+def speed_colours(count: int) -> list[str]:
+    """Return a colour for each speed as "#rrggbb"."""
+    return [to_hex(colour) for colour in mpl.colormaps["viridis"](np.linspace(DARKEST, BRIGHTEST, count))]
+
+
+def draw_mean(axes: Axes, distance: Array, rows: Array, colour: str, dashes: object) -> None:
     """Draw the mean of rows over the distance; solid lines with the 95 % interval where there are several rows."""
     mean = rows.mean(axis=0)
     axes.plot(distance, mean, color=colour, lw=1.3 if dashes == "-" else 0.9, ls=dashes)

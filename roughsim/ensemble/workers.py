@@ -113,7 +113,7 @@ def single_member(job: Job, problem: Problem, solution: Solution) -> Member:
 
 def march_member(job: Job, problem: SlideProblem) -> Member:
     """Compute the member of a march of one body over the other."""
-    solution = solve_slide(problem)
+    solution = solve_slide(problem, film=problem.index < job.keep_fields)
     return Member(
         job.level,
         problem.index,
@@ -121,6 +121,7 @@ def march_member(job: Job, problem: SlideProblem) -> Member:
         wavenumber=solution.wavenumber,
         spectrum=solution.spectrum,
         curves=solution.curves,
+        fields=solution.film.fields() if solution.film else {},
         speeds=job.speeds,
         provenance={"residual": solution.residual, "iterations": solution.steps, "seconds": solution.seconds},
     )

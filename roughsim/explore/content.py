@@ -19,6 +19,7 @@ from roughsim.errors import RecordError
 from roughsim.grid import Grid
 from roughsim.heat.statistics import ContactTemperature, contact_temperature
 from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.results.film import filmed
 from roughsim.results.folder import gap, open_run
 from roughsim.results.run import Run
 from roughsim.scene import Scene
@@ -44,13 +45,17 @@ class Curve(NamedTuple):
 
 
 class Summary(NamedTuple):
-    """A run at one moment: problems, error budget and curves by column, sound and kept realizations by level."""
+    """A run at one moment: problems, error budget and curves by column, sound and kept realizations by level.
+
+    `films` are the realizations with a film of both faces.
+    """
 
     problems: list[str]
     budget: dict[str, str]
     measured: dict[str, dict[str, Curve]]
     sound: dict[int, list[int]]
     kept: dict[int, list[int]]
+    films: list[int]
 
 
 class WatchedRun:
@@ -60,7 +65,7 @@ class WatchedRun:
         self.run: Run = open_run(folder, damaged="skip")
         self._lock = Lock()
         nothing: dict[int, list[int]] = {level: [] for level in self.run.numerics.single}
-        self._latest: tuple[Any, Summary] = None, Summary([], {}, {}, nothing, nothing)
+        self._latest: tuple[Any, Summary] = None, Summary([], {}, {}, nothing, nothing, [])
 
     @cached_property
     def theory(self) -> dict[str, tuple[Any, Any]]:
@@ -110,6 +115,7 @@ def summarized(run: Run) -> Summary:
         {c: measured_curves(run, c) for c in run.numerics.columns} if sound else {},
         {level: [i for i in sound if (level, i) in run.members] for level in levels},
         {level: run.kept(level) for level in levels},
+        filmed(run),
     )
 
 

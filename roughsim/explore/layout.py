@@ -109,13 +109,13 @@ class Controls:
 class MapPanel:
     """One field in colours. Maps of the same ranges are zoomed and moved together."""
 
-    def __init__(self, name: str, **options: Any):
-        self.title, _, self.unit = FIELDS[name]
+    def __init__(self, quantity: str, name: str, **options: Any):
+        self.title, _, self.unit = FIELDS[quantity]
         tools = {"tools": "pan,wheel_zoom,box_zoom,tap,reset", "active_scroll": "wheel_zoom"}
         self.figure = figure(title=self.title, name=name, **tools, **options)
         self.figure.grid.visible = False
         self.image = empty_source("image", "x", "y", "dw", "dh")
-        colours = palette(name)
+        colours = palette(quantity)
         # bytes 0…255 are sent; the bar beside them has the real limits
         mapper = models.LinearColorMapper(palette=colours, low=0, high=255)
         columns = {key: key for key in self.image.data}
@@ -255,7 +255,7 @@ class Layout:
         width, height = (max(int(SIDE * side / max(lengths)), 90) for side in lengths)
         view = {"x_range": self.x_range, "y_range": self.y_range, "frame_width": width, "frame_height": height}
         view |= {f"{axis}_axis_label": f"{axis}, {self.unit}" for axis in "xy"}
-        self.maps = {name: MapPanel(name, **view) for name in FIELDS}
+        self.maps = {name: MapPanel(name, name, **view) for name in FIELDS}
         self.point, self.line_ends = empty_source("x", "y"), empty_source("x", "y")
         for panel in self.maps.values():
             panel.figure.line("x", "y", source=self.line_ends, color=MARK, line_width=2, line_dash="dashed")
@@ -266,6 +266,8 @@ class Layout:
         self.line = LinePanels(self.unit)
         self.distribution = DistributionPanel()
         self.curves = {name: CurvePanel(name, columns, speed) for name in CURVES}
+
+        self.film = column(name="film_place")  # of runs whose faces slide
 
         # texts
         self.state, self.values = plain_text("state"), plain_text("values")
@@ -285,6 +287,7 @@ class Layout:
             row(*(panel.figure for panel in self.maps.values())),
             self.values,
             row(column(*self.line.figures), self.distribution.figure),
+            self.film,
             row(*(panel.figure for panel in self.curves.values())),
             row(scene, models.Tabs(tabs=tabs), spacing=30),
             margin=(6, 10),

@@ -23,6 +23,7 @@ from roughsim.explore.content import (
     load_fields,
     nearest_point,
 )
+from roughsim.explore.film import FilmView
 from roughsim.explore.layout import FIELDS, THEME, Layout
 from roughsim.grid import Grid
 from roughsim.heat.statistics import hottest_pixel
@@ -83,6 +84,10 @@ class Page:
         self.news, self.readings, self.temperatures, self.images = (LatestTask(document, self.say) for _ in range(4))
         for name, curve in watched.theory.items():
             self.layout.curves[name].show_theory(*curve)
+        self.film: FilmView | None = None
+        if watched.run.numerics.march is not None:
+            self.film = FilmView(watched.run, document, LatestTask(document, self.say).ask)
+            self.layout.film.children = [self.film.root]
         self._connect()
         document.title = f"roughsim: {scene.title or watched.run.folder.name}"
         document.template, document.theme = NO_ICON, THEME
@@ -137,6 +142,8 @@ class Page:
             self.layout.budgets[column].text = text
         self.say("")
         self.offer_members()
+        if self.film is not None:
+            self.film.offer(summary.films)
 
     def offer_members(self) -> None:
         """List the realizations of the chosen level; if none is shown yet, show the first one with fields."""

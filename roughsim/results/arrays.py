@@ -135,7 +135,7 @@ def fields(run: Counted, level: int, kept: list[int], temperature: Callable[[int
     def read(name: str, index: int) -> Array:
         return read_field(member_path(run.folder, level, index), name, grid.shape)
 
-    stored_by_all = [bool(of_field.all()) for of_field in run.members.column(level, "kept", np.array(kept)).T]
+    stored_by_all = [bool(run.members.kept(level, name, np.array(kept)).all()) for name in KEPT_FIELDS]
     for name, (unit, description) in compress(KEPT_FIELDS.items(), stored_by_all):
         stored = Stored(kept, partial(read, name), grid.shape)
         yield Labelled(name, axes, stored, {"units": unit, "description": description})

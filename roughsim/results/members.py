@@ -22,7 +22,7 @@ from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.store.disk import place_bytes, read_bytes
 from roughsim.store.member_files import STAGES, Member
-from roughsim.store.member_hdf5 import KEPT_FIELDS
+from roughsim.store.member_hdf5 import STORED
 
 Key = tuple[int, int]  # level and index
 SUMMARY = "summary.bin"
@@ -31,7 +31,7 @@ SOUND, FAILED = 1, 2  # states of a row; 0 without a member
 # fields of every table, beside the numbers (NUMBERS)
 PROVENANCE: list[Any] = [
     ("state", "i1"),  # negative: the row comes from a summary, and its file was not seen yet
-    ("kept", "?", (len(KEPT_FIELDS),)),  # which fields are stored
+    ("kept", "?", (len(STORED),)),  # which fields are stored
     ("versions", "i2"),  # index into `Members.versions`
     ("residual", "f8"),
     ("iterations", "i8"),
@@ -100,7 +100,7 @@ class Members(Mapping[Key, Member]):
             lengths=self._lengths[key[0]],
             speeds=self._speeds,
             provenance=provenance,
-            kept=tuple(compress(KEPT_FIELDS, row["kept"])),
+            kept=tuple(compress(STORED, row["kept"])),
         )
 
     def __delitem__(self, key: Key) -> None:
@@ -138,7 +138,7 @@ class Members(Mapping[Key, Member]):
             **{name: provenance[name] for name in ("residual", "iterations", "written") if name in provenance},
             **file,
             "seconds": [provenance.get("seconds", {}).get(stage, np.nan) for stage in STAGES],
-            "kept": [name in member.kept for name in KEPT_FIELDS],
+            "kept": [name in member.kept for name in STORED],
             "versions": self.versions.index(versions),
             "state": FAILED if member.failure else SOUND,
         }
@@ -221,7 +221,7 @@ class Members(Mapping[Key, Member]):
 
     def kept(self, level: int, name: str, indices: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Return which realizations store a field, or the pressure, which gives all other fields."""
-        field = list(KEPT_FIELDS).index(name if name in KEPT_FIELDS else "pressure")
+        field = STORED.index(name if name in STORED else "pressure")
         stored: NDArray[np.bool_] = self.column(level, "kept", indices)[:, field]
         return stored
 

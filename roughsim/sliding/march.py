@@ -44,13 +44,17 @@ class Step:
     stress : ndarray
         Half spectrum of its pressure, Pa.
     numbers : ndarray
-        Those of `NUMBERS` at each speed, shape (numbers, speeds).
+        Those of `NUMBERS` at each speed, shape (numbers, speeds); NaN after the distance of a speed.
+    temperatures : list of ndarray or None
+        Half spectrum of the surface temperature of the moving body at each speed, K, where that body stands now; None
+        at the start, and after the distance of a speed.
     """
 
     slid_distance: float
     contact: Contact
     stress: Spectrum
     numbers: Array
+    temperatures: list[Spectrum | None]
 
 
 class Motion(NamedTuple):
@@ -75,7 +79,7 @@ def walk(contacts: Iterable[Contact], grid: Grid, path: Path, motions: Sequence[
             pairs = [Pair(grid, motion, stress, path) for motion in motions]
         else:
             numbers = np.array([pair.advance(contact, stress) for pair in pairs]).T
-        yield Step(float(path.distance[n]), contact, stress, numbers)
+        yield Step(float(path.distance[n]), contact, stress, numbers, [pair.temperature for pair in pairs])
 
 
 def contacts(
@@ -108,6 +112,7 @@ class Pair:
         )
         self.response = self.resting.response + self.moving.response
         self.share, self.step = np.full(grid.shape, share), 0
+        self.temperature: Spectrum | None = None  # of the surface of the moving body, K
 
     def advance(self, contact: Contact, stress: Spectrum) -> tuple[float, ...]:
         """Share the heat of the next step, and return the `NUMBERS`."""
@@ -142,6 +147,7 @@ class Pair:
         share = moving_heat[0, 0].real / heat[0, 0].real
         self.share.fill(share)
         self.share[touching] = np.clip(entering[touching] / released, 0.0, 1.0)  # at edges it has no bounds
+        self.temperature = moving_temperature
         self.resting.advance(heat - moving_heat)
         self.moving.advance(moving_heat * phase.conj())
         resting_total, moving_total = (

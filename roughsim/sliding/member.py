@@ -6,26 +6,29 @@ Beside the march stands the frozen T_flash of the very same contacts, with all t
 ratio of the two scatters little from member to member.
 """
 
+import math
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from roughsim.contact import Contact, Solid
 from roughsim.grid import Array, Grid
 from roughsim.heat.partition import Body
-from roughsim.observables.moments import Sliding, sums_over_directions
-from roughsim.observables.stress_spectrum import stress_spectrum, uniform_nodes
+from roughsim.observables.moments import Sliding
+from roughsim.observables.stress_spectrum import uniform_nodes
 from roughsim.pipeline import linear_algebra
-from roughsim.sliding.correlation import StressCorrelation
-from roughsim.sliding.march import NUMBERS, Motion, contacts, walk
+from roughsim.sliding.course import LAST, follow
+from roughsim.sliding.film import Film
+from roughsim.sliding.march import Motion, contacts
 from roughsim.sliding.path import Path, oblique_path
 from roughsim.surface.spectrum import Spectrum as Roughness
 from roughsim.surface.synthesis import synthesize
 
 POINTS = 64  # distances, in geometric sequence, at which the curves are stored
-LAST = 0.5  # share of a slid distance, at its end, over which means are taken
+FRAMES = 32  # positions of a film, at most
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,57 +104,53 @@ class SlideSolution:
     residual: float  # the largest ‖T₁ − T₂‖/‖T₁ + T₂‖ on the contact
     steps: int
     seconds: dict[str, float]  # spent in each stage: surface, contact (with the temperatures)
+    film: Film | None  # maps of some positions, if they were asked for
 
 
-def solve_slide(problem: SlideProblem) -> SlideSolution:
-    """Draw both faces, slide one over the other and measure; ConvergenceError if a contact or a share is not found."""
-    grid, rows, fractions, frozen, spectra = problem.grid, [], [], [], []
-    correlation = StressCorrelation(grid)
+def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
+    """Draw both faces, slide one over the other and measure; ConvergenceError if a contact or a share is not found.
+
+    With `film` the maps of some positions are kept, too.
+    """
+    grid = problem.grid
     with linear_algebra().limit(limits=problem.threads):
         begin = time.perf_counter()
         path, on_the_way = journey(problem)
         drawn = time.perf_counter()
-        for step in walk(on_the_way, grid, path, problem.motions):
-            correlation.add(step.stress)
-            if step.slid_distance == 0.0:
-                continue
-            rows.append(step.numbers)
-            fractions.append(step.contact.contact_fraction)
-            spectrum, unseen = stress_spectrum(step.stress, grid)
-            frozen.append(sums_over_directions(spectrum, unseen, grid, problem.sliding)[0])
-            if len(rows) > LAST * path.steps:
-                spectra.append(spectrum.variance)
+        course = follow(on_the_way, grid, path, problem.motions, filmed_steps(path) if film else ())
         slid_through = time.perf_counter()
-    heating = np.asarray(problem.sliding.friction_coefficient) * np.array(problem.sliding.speeds)
-    factor = heating / (np.asarray(problem.sliding.conductivity) * problem.nominal_pressure)
-    of_steps = dict(zip(NUMBERS, np.array(rows).transpose(1, 2, 0), strict=True))  # (speeds, steps) each
-    of_steps["frozen_flash_temperature"] = (factor * np.array(frozen)).T
+    of_steps = course.numbers | {"frozen_flash_temperature": course.frozen_flash_temperature}
     over_distance = of_steps | {
-        AXIS: path.distance[1:],
-        "contact_fraction": np.array(fractions),
-        "stress_correlation": correlation.mean(),
+        AXIS: course.slid_distance,
+        "contact_fraction": course.contact_fraction,
+        "stress_correlation": course.stress_correlation,
     }
     return SlideSolution(
         means_of(of_steps, path, problem.distances),
         curves_of(over_distance, path),
         uniform_nodes(grid).entries,
-        np.mean(spectra, axis=0),
+        course.spectrum,
         float(of_steps["residual"].max()),
         path.steps,
         {"surface": drawn - begin, "contact": slid_through - drawn},
+        course.film,
     )
 
 
 def journey(problem: SlideProblem) -> tuple[Path, Iterator[Contact]]:
     """Draw both faces; return the path, and the contacts along it, each solved when it is asked for."""
-    key = problem.stream, problem.index
-    heights = synthesize(problem.resting_spectrum, problem.grid, stream_of(problem.seed, *key))
-    counter_heights = None
-    if problem.moving_spectrum is not None:
-        counter_heights = synthesize(problem.moving_spectrum, problem.grid, stream_of(problem.seed, *key, 1))
     path = oblique_path(problem.grid, max(problem.distances))
     load, tolerance = problem.nominal_pressure, problem.tolerance
-    return path, contacts(heights, counter_heights, problem.grid, problem.solid, load, path, tolerance)
+    return path, contacts(*faces(problem), problem.grid, problem.solid, load, path, tolerance)
+
+
+def faces(problem: SlideProblem) -> tuple[Array, Array | None]:
+    """Draw the face at rest and the one that rides with the moving body, m; None is a flat."""
+    key, moving = (problem.stream, problem.index), problem.moving_spectrum
+    heights = synthesize(problem.resting_spectrum, problem.grid, stream_of(problem.seed, *key))
+    if moving is None:
+        return heights, None
+    return heights, synthesize(moving, problem.grid, stream_of(problem.seed, *key, 1))
 
 
 def stream_of(seed: int, *key: int) -> np.random.Generator:
@@ -173,6 +172,18 @@ def means_of(of_steps: dict[str, Array], path: Path, distances: tuple[float, ...
 
 
 def curves_of(over_distance: dict[str, Array], path: Path) -> dict[str, Array]:
-    """Return the stored curves, at up to `POINTS` distances in geometric sequence."""
-    chosen = np.unique(np.rint(np.geomspace(1, path.steps, POINTS)).astype(np.intp)) - 1
+    """Return the stored curves, at the `chosen_steps`."""
+    chosen = chosen_steps(path) - 1
     return {name: np.ascontiguousarray(over_distance[name.removeprefix("slide_")][..., chosen]) for name in CURVES}
+
+
+def chosen_steps(path: Path) -> NDArray[np.intp]:
+    """Return the steps of the curves: up to `POINTS` in geometric sequence, from the first to the last."""
+    return np.unique(np.rint(np.geomspace(1, path.steps, POINTS)).astype(np.intp))
+
+
+def filmed_steps(path: Path) -> list[int]:
+    """Return the steps of a film: every so many of the `chosen_steps`, the last among them."""
+    chosen = chosen_steps(path)
+    steps: list[int] = chosen[:: -math.ceil(chosen.size / FRAMES)][::-1].tolist()
+    return steps

@@ -9,8 +9,8 @@ from roughsim.contact import Contact, Solid, checked_load
 from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.grid import Array, Grid
 from roughsim.heat.partition import Body
-from roughsim.sliding.correlation import StressCorrelation
-from roughsim.sliding.march import NUMBERS, Motion, contacts, walk
+from roughsim.sliding.course import follow
+from roughsim.sliding.march import Motion, contacts
 from roughsim.sliding.path import oblique_path
 
 
@@ -35,6 +35,8 @@ class Slide:
         ⟨Tσ⟩/⟨σ⟩, background included, K: that of both bodies.
     residual : ndarray
         ‖T₁ − T₂‖/‖T₁ + T₂‖ on the contact.
+    frozen_flash_temperature : ndarray
+        T_flash if the contact there slid on unchanged with all heat in the moving body, in the steady state, K.
     contact_fraction, plastic_fraction : ndarray
         Share of points with σ > 0, and with σ = σ_P.
     stress_correlation : ndarray
@@ -51,6 +53,7 @@ class Slide:
     resting_background: Array
     contact_temperature: Array
     residual: Array
+    frozen_flash_temperature: Array
     contact_fraction: Array
     plastic_fraction: Array
     stress_correlation: Array
@@ -122,22 +125,16 @@ def slide(  # noqa: PLR0913  (two bodies)
         riding = real_field("counter_heights", counter_heights, grid.shape).astype(np.float64, copy=False)
     motions = [Motion(abs(v), friction, moving, resting) for v in speeds]
     on_the_way = contacts(still, riding, grid, solid, load, path, tolerance)
-    correlation, distances, rows, fractions = StressCorrelation(grid), [], [], []
-    for step in walk(on_the_way, grid, path, motions):
-        correlation.add(step.stress)
-        if step.slid_distance > 0.0:
-            distances.append(step.slid_distance)
-            rows.append(step.numbers)
-            fractions.append((step.contact.contact_fraction, step.contact.plastic_fraction))
-    columns = np.array(rows).transpose(1, 2, 0).reshape(len(NUMBERS), *np.shape(speed), len(rows))
-    area, yielded = np.array(fractions).T
+    course = follow(on_the_way, grid, path, motions)
+    shape = *np.shape(speed), path.steps
     return Slide(
-        slid_distance=np.array(distances),
-        **dict(zip(NUMBERS, columns, strict=True)),
-        contact_fraction=area,
-        plastic_fraction=yielded,
-        stress_correlation=correlation.mean(),
-        contact=step.contact,
+        slid_distance=course.slid_distance,
+        **{name: values.reshape(shape) for name, values in course.numbers.items()},
+        frozen_flash_temperature=course.frozen_flash_temperature.reshape(shape),
+        contact_fraction=course.contact_fraction,
+        plastic_fraction=course.plastic_fraction,
+        stress_correlation=course.stress_correlation,
+        contact=course.contact,
     )
 
 

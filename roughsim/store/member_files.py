@@ -26,9 +26,10 @@ from numpy.typing import NDArray
 from roughsim.errors import RecordError
 from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
+from roughsim.sliding.film import FIELDS as FILM
 from roughsim.sliding.member import CURVES
 from roughsim.store.disk import DamagedError, damaged, place_bytes, read_bytes, read_numbers
-from roughsim.store.member_hdf5 import FORMAT, KEPT_FIELDS, digest_of_arrays, hdf5_of
+from roughsim.store.member_hdf5 import FORMAT, KEPT_FIELDS, STORED, digest_of_arrays, hdf5_of
 from roughsim.untrusted import ChildEndedError, call_in_child, check_hdf5
 
 OLDEST = 2  # the oldest version that is still read
@@ -54,7 +55,8 @@ class Member:
     wavenumber: Array = field(default_factory=lambda: np.empty(0))
     spectrum: Array = field(default_factory=lambda: np.empty(0))
     curves: dict[str, Array] = field(default_factory=dict)  # over the slid distance, of the column "sliding" only
-    fields: dict[str, NDArray[np.float32]] = field(default_factory=dict)  # heights, m, and pressure, Pa, if kept
+    # heights, m, and pressure, Pa, or the film of a march, if kept
+    fields: dict[str, NDArray[np.float32]] = field(default_factory=dict)
     lengths: tuple[float, float] = (1.0, 1.0)  # sides of the cell, m
     speeds: tuple[float, ...] = ()  # of the arrays over speed, m/s
     provenance: dict[str, Any] = field(default_factory=dict)  # scene, numerics, versions, residual, times
@@ -107,7 +109,7 @@ def read_member(path: Path, *, with_fields: bool = False) -> Member:
 
     RecordError, naming the file, if it is damaged or of another format. OSError if it cannot be read now.
     """
-    return member_of(path, read_bytes(path), tuple(KEPT_FIELDS) if with_fields else ())
+    return member_of(path, read_bytes(path), STORED if with_fields else ())
 
 
 def read_field(path: Path, name: str, shape: tuple[int, ...]) -> NDArray[np.float32]:
@@ -156,7 +158,7 @@ def check_member(path: Path) -> None:
         raise OSError(errno.EINVAL, str(error)) from error
     try:
         if seal_of(path, content) is None:
-            member_of(path, content, tuple(KEPT_FIELDS))
+            member_of(path, content, STORED)
     except DamagedError:
         raise
     except RecordError:  # of another format: not known to be damaged
@@ -290,7 +292,10 @@ def _check_header(header: dict[str, Any]) -> None:
             name in CURVES and len(shape) == 1 + CURVES[name].per_speed and shape[0] in (speeds, shape[-1])
             for name, shape in header.get("curves", ())
         ),
-        "fields": all(name in KEPT_FIELDS and len(shape) == 2 for name, shape in header["fields"]),
+        "fields": all(
+            name in STORED and len(shape) == (2 if name in KEPT_FIELDS else len(FILM[name].axes))
+            for name, shape in header["fields"]
+        ),
         "failure": isinstance(header["failure"], str) and bool(header["failure"]) != bool(header["numbers"]),
         "provenance": isinstance(header["provenance"], dict),
     }

@@ -19,14 +19,16 @@ from numpy.typing import NDArray
 
 from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
+from roughsim.sliding import film
 from roughsim.sliding.member import AXIS, CURVES
 from roughsim.store.disk import add_attributes, hdf5_bytes
 
 FORMAT = 3  # to be raised when older readers would misread a file, or take it for damaged
-KEPT_FIELDS = {  # unit, and description in exported files
+KEPT_FIELDS = {  # of single contacts: unit, and description in exported files
     "heights": ("m", "composite heights"),
     "pressure": ("Pa", "contact pressure, positive in compression"),
 }
+STORED = (*KEPT_FIELDS, *film.FIELDS)  # all arrays that a member may keep
 UNITS = {"speed": "m/s", "wavenumber": "1/m", "stress_spectrum": "Pa^2"}  # of what is not in NUMBERS
 HEADER_STEP = 512  # bytes: a header is filled up with spaces to a multiple, so that many files are of one kind
 KINDS = 32  # so many stay in memory; a level has two or three
@@ -81,7 +83,9 @@ def _made(
         add_attributes(file, {"header": text})
         if arrays:
             places.update(_fill_numbers(file, arrays))
-        if fields:
+        if film.AXIS in fields:
+            _fill_film(file, fields, lengths)
+        elif fields:
             _fill_fields(file, fields, lengths)
         add_attributes(file, {"sha256": digest})
 
@@ -122,8 +126,7 @@ def _fill_numbers(file: Any, arrays: dict[str, Array]) -> Places:
 def _fill_fields(file: Any, fields: Fields, lengths: Sequence[float]) -> None:
     """Store the kept fields, each with its own digest: a reader of the numbers need not read them."""
     shape = next(iter(fields.values())).shape
-    for axis, points, length in zip("xy", shape, lengths, strict=True):
-        _add(file, axis, np.arange(points) * (length / points), "m").make_scale(axis)
+    _fill_axes(file, shape, lengths)
     for name, values in fields.items():
         data = np.ascontiguousarray(values, dtype="<f4")
         # small chunks: viewers read a part of a large field at a time
@@ -133,6 +136,30 @@ def _fill_fields(file: Any, fields: Fields, lengths: Sequence[float]) -> None:
         attributes = {"sha256": digest_of_arrays(name, [data]), "interpretation": "image"}
         _add(file, name, data, KEPT_FIELDS[name][0], [file["x"], file["y"]], attributes, **options)
     _link(file, "fields", "pressure", ["x", "y"], [name for name in fields if name != "pressure"])
+
+
+def _fill_film(file: Any, fields: Fields, lengths: Sequence[float]) -> None:
+    """Store the maps of a march, each array with its own digest, in chunks of one map."""
+    _fill_axes(file, fields["film_pressure"].shape[-2:], lengths)
+    for name, values in fields.items():
+        data = np.ascontiguousarray(values, dtype="<f4")
+        options: dict[str, Any] = {}
+        if name != film.AXIS:
+            chunks = (*(1 for _ in data.shape[:-2]), *data.shape[-2:])
+            options = {"chunks": chunks, "compression": "gzip", "compression_opts": 1, "shuffle": True}
+        axes = [file[axis] for axis in film.FIELDS[name].axes if axis != name]
+        attributes = {"sha256": digest_of_arrays(name, [data])}
+        dataset = _add(file, name, data, film.FIELDS[name].unit, axes, attributes, **options)
+        if name == film.AXIS:
+            dataset.make_scale(name)
+    others = [name for name in fields if name != "film_pressure"]
+    _link(file, "fields", "film_pressure", [film.AXIS, "x", "y"], ["speed", *others])
+
+
+def _fill_axes(file: Any, shape: tuple[int, ...], lengths: Sequence[float]) -> None:
+    """Store the coordinates of the points along x and y."""
+    for axis, points, length in zip("xy", shape, lengths, strict=True):
+        _add(file, axis, np.arange(points) * (length / points), "m").make_scale(axis)
 
 
 def _add(

@@ -21,9 +21,9 @@ MARCH = 1  # its level
 STEEL = rs.Body(30.0, 30 / (7900 * 500))
 
 
-@pytest.fixture(scope="module")
-def run(tmp_path_factory):
-    return rs.run(sliding_scene(), tmp_path_factory.mktemp("march") / "run")
+@pytest.fixture
+def run(sliding_run):
+    return sliding_run
 
 
 def faces(run, index):
@@ -145,10 +145,10 @@ def test_two_processes_make_the_same_members(run, tmp_path):
 def test_a_march_that_fails_is_told_and_leaves_the_frozen_columns_alone(tmp_path, monkeypatch):
     genuine = workers.solve_slide
 
-    def fail(problem):
+    def fail(problem, **options):
         if problem.index == 0:
             raise ConvergenceError("temperatures of the two bodies: none", 1.0, 10)
-        return genuine(problem)
+        return genuine(problem, **options)
 
     monkeypatch.setattr(workers, "solve_slide", fail)
     run = rs.run(sliding_scene(), tmp_path / "run")

@@ -1,0 +1,185 @@
+"""The film of two sliding bodies on the page: pressure and temperature at the kept positions, T_flash beside them."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from bokeh import models
+from bokeh.document import Document
+from bokeh.layouts import column, row
+from bokeh.plotting import figure
+
+from roughsim.charts.sliding import speed_colours
+from roughsim.charts.style import scaled
+from roughsim.explore.content import image_of
+from roughsim.explore.layout import LEGEND, MARK, MapPanel, empty_source, plain_text, upright
+from roughsim.results.film import MemberFilm, read_film
+from roughsim.results.run import Run
+from roughsim.sliding.member import AXIS
+
+SIDE = 286  # screen pixels along the longer side of a map: one map fits on a telephone
+FRAME = 300  # ms that a position is shown while the film plays
+AT_REST, RIDING = "#1f9e89", "#3b6fd4"  # summits of either face
+WORDS = (
+    "Both faces slide. Triangles: the highest summits of the face at rest. Circles: those of the moving face, which "
+    "move to the left. They touch where summits meet. Temperature: of the surface of the moving body, above its "
+    "background. The colours are the same at all positions."
+)
+NONE_YET = "No march has kept its maps yet: the first --keep-fields realizations do."
+
+
+class FilmView:
+    """The film of a run whose faces slide; `root` is its part of the page.
+
+    `ask` runs a first function in a thread and shows its result by a second one.
+    """
+
+    def __init__(self, run: Run, document: Document, ask: Callable[[Callable[[], Any], Callable[[Any], None]], None]):
+        self.run, self.document, self.ask = run, document, ask
+        self.film: MemberFilm | None = None
+        self.playing: Any = None  # the callback that turns to the next position
+        self.factor, self.unit = scaled(max(run.numerics.lengths), "m")
+        self._add_controls()
+        self._add_maps()
+        self._add_curves()
+        self.text = plain_text("film_text", NONE_YET)
+        wrapped = {"flex-wrap": "wrap"}
+        self.root = column(
+            row(self.member, self.speed, self.slider, self.play, styles=wrapped),
+            row(*(panel.figure for panel in self.maps.values()), self.curve, styles=wrapped),
+            self.text,
+            plain_text("film_words", WORDS, **{"max-width": "1000px", "color": "#666666"}),
+            name="film",
+        )
+
+    def _add_controls(self) -> None:
+        """Make the controls: realization, speed, slid distance, and a button that plays the film."""
+        speeds = [(str(k), f"{v:g} m/s") for k, v in enumerate(self.run.scene.speeds)]
+        fastest = str(int(np.argmax(self.run.scene.speeds)))
+        self.member = models.Select(title="film of realization", value="", width=140, disabled=True, name="film_member")
+        self.speed = models.Select(title="at", options=speeds, value=fastest, width=100, name="film_speed")
+        self.slider = models.Slider(title="slid distance", start=0, end=1, step=1, value=0, width=240)
+        self.slider.update(name="film_position", disabled=True)
+        self.play = models.Toggle(label="▶ play", width=70, align="end", name="film_play")
+        self.member.on_change("value", lambda attr, old, new: self.choose_member())
+        self.speed.on_change("value", lambda attr, old, new: self.choose_speed())
+        self.slider.on_change("value", lambda attr, old, new: self.draw())
+        self.play.on_change("active", lambda attr, old, new: self.start_or_stop())
+
+    def _add_maps(self) -> None:
+        """Make the maps, which are zoomed together, with the summits of both faces."""
+        lengths = self.run.numerics.lengths
+        # half the cell is in view at first: in less one sees spots come and go
+        view: dict[str, Any] = {
+            f"{axis}_range": models.Range1d(0, length * self.factor / 2, reset_end=length * self.factor)
+            for axis, length in zip("xy", lengths, strict=True)
+        }
+        view |= {f"{axis}_axis_label": f"{axis}, {self.unit}" for axis in "xy"}
+        for side, length in zip(("frame_width", "frame_height"), lengths, strict=True):
+            view[side] = max(int(SIDE * length / max(lengths)), 90)
+        self.maps = {name: MapPanel(name, f"film_{name}", **view) for name in ("pressure", "temperature")}
+        self.at_rest, self.riding = empty_source("x", "y"), empty_source("x", "y")
+        marks: dict[str, Any] = {"fill_alpha": 0.0, "line_width": 1.5, "size": 7}
+        for panel in self.maps.values():
+            panel.figure.scatter("x", "y", source=self.at_rest, marker="triangle", line_color=AT_REST, **marks)
+            panel.figure.scatter("x", "y", source=self.riding, marker="circle", line_color=RIDING, **marks)
+
+    def _add_curves(self) -> None:
+        """Make the panel of T_flash over the distance, a line for each speed, with a cursor."""
+        scales = {"x_axis_type": "log", "y_axis_type": "log", "x_axis_label": f"slid distance, {self.unit}"}
+        self.curve = figure(name="film_curve", width=360, height=SIDE + 60, tools="pan,wheel_zoom,reset", **scales)
+        self.curve.yaxis.axis_label = "T_flash, K"
+        self.lines = []
+        for speed, colour in zip(self.run.scene.speeds, speed_colours(len(self.run.scene.speeds)), strict=True):
+            source = empty_source("x", "y", "frozen")
+            style = {"source": source, "color": colour}
+            self.curve.line("x", "y", line_width=2, legend_label=f"{speed:g} m/s", **style)
+            self.curve.line("x", "frozen", line_dash="dashed", **style)
+            self.lines.append(source)
+        self.curve.title.text = "Flash temperature; dashed: frozen, all heat moving"
+        self.curve.legend.update(**LEGEND, location="top_left", padding=2, spacing=0)
+        self.cursor = upright(None, MARK, line_width=2)
+        self.curve.add_layout(self.cursor)
+
+    def offer(self, indices: list[int]) -> None:
+        """List the realizations with a film; if none is shown yet, show the first."""
+        self.member.options = [str(index) for index in indices]
+        self.member.disabled = not indices
+        if indices and not self.member.value:
+            self.member.value = str(indices[0])
+
+    def choose_member(self) -> None:
+        """Read the film of the chosen realization."""
+        index = int(self.member.value)
+        self.text.text = f"reading the film of realization {index} …"
+        self.ask(lambda: read_film(self.run, index), self.show_film)
+
+    def show_film(self, film: MemberFilm) -> None:
+        """Show a film that has been read, at its last position."""
+        self.film = film
+        distance = film.curves[AXIS] * self.factor
+        for k, source in enumerate(self.lines):
+            values = film.curves["slide_flash_temperature"][k], film.curves["slide_frozen_flash_temperature"][k]
+            slid = np.isfinite(values[0])
+            source.data = {"x": distance[slid], "y": values[0][slid], "frozen": values[1][slid]}
+        x, y = film.resting_summits.T * self.factor
+        self.at_rest.data = {"x": x, "y": y}
+        self.choose_speed()
+
+    def choose_speed(self) -> None:
+        """Show the last position at the chosen speed, or the same one if it comes before that."""
+        if self.film is None:
+            return
+        last = self.film.positions(int(self.speed.value)) - 1
+        texts = [f"{distance * self.factor:.3g} {self.unit}" for distance in self.film.maps.distance]
+        label = models.CustomJSTickFormatter(args={"texts": texts}, code="return texts[tick]")
+        place = last if self.slider.disabled else min(self.slider.value, last)
+        self.slider.update(end=max(last, 1), value=place, format=label, disabled=last < 1)
+        self.draw()
+
+    def draw(self) -> None:
+        """Show the chosen position."""
+        if (film := self.film) is None:
+            return
+        place, k = int(self.slider.value), int(self.speed.value)
+        fields = {"pressure": film.maps.pressure, "temperature": film.maps.temperature[k]}
+        for name, frames in fields.items():
+            limits = float(np.nanmin(frames)), float(np.nanmax(frames))
+            view = tuple((0.0, length) for length in film.grid.lengths)
+            image = image_of(frames[place], film.grid, (view[0], view[1]), limits)
+            self.maps[name].show(image, self.factor, "")
+        x, y = film.moving_summits[place].T * self.factor
+        self.riding.data = {"x": x, "y": y}
+        slid = float(film.maps.distance[place])
+        self.cursor.location = slid * self.factor
+        self.text.text = self.words(film, k, slid)
+
+    def words(self, film: MemberFilm, k: int, slid: float) -> str:
+        """Return in a line what the march measured at a position."""
+        at = int(np.abs(film.curves[AXIS] - slid).argmin())  # positions of films are some of those of the curves
+        flash, background, share = (
+            film.curves[f"slide_{name}"][k, at] for name in ("flash_temperature", "background", "moving_share")
+        )
+        return (
+            f"After {slid * self.factor:.3g} {self.unit} at {self.run.scene.speeds[k]:g} m/s: T_flash = {flash:.4g} K "
+            f"above a background of {background:.4g} K; {100 * share:.3g} % of the heat enters the moving body; "
+            f"{100 * film.curves['slide_contact_fraction'][at]:.3g} % of the area touches"
+        )
+
+    def start_or_stop(self) -> None:
+        """Play the film from the chosen position, or from the first if it is at its end; stop if it plays."""
+        if self.playing is not None:
+            self.document.remove_periodic_callback(self.playing)
+            self.playing = None
+        if self.play.active:
+            if self.slider.value >= self.slider.end:
+                self.slider.value = 0
+            self.playing = self.document.add_periodic_callback(self.turn, FRAME)
+        self.play.label = "❚❚ stop" if self.play.active else "▶ play"
+
+    def turn(self) -> None:
+        """Turn to the next position; at the last one the film stops."""
+        if self.slider.value < self.slider.end:
+            self.slider.value += 1
+        if self.slider.value >= self.slider.end:
+            self.play.active = False

@@ -1,0 +1,106 @@
+"""The film of a march: the maps that a member has kept, what it measured there, and the summits that meet."""
+
+import warnings
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
+
+from roughsim.errors import RecordError
+from roughsim.grid import Array, Grid
+from roughsim.planning.realization import march_problem
+from roughsim.results.run import Run
+from roughsim.sliding import film
+from roughsim.sliding.member import SlideProblem, faces
+from roughsim.sliding.path import oblique_path
+from roughsim.store.member_files import member_path, read_member
+
+SUMMITS = 60  # the highest of each face
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MemberFilm:
+    """The film of one member, in the frame of the resting body.
+
+    Attributes
+    ----------
+    grid : Grid
+        Of the maps.
+    maps : Film
+        Slid distance of each position, pressure, and temperature of the moving body above its background.
+    curves : dict of str to ndarray
+        What the member stores over the slid distance, by the names of `roughsim.sliding.member.CURVES`.
+    resting_summits : ndarray
+        The highest summits of the face at rest, m, shape (summits, 2).
+    moving_summits : ndarray
+        Those of the moving face at each position, m, shape (positions, summits, 2); none of a flat.
+    """
+
+    grid: Grid
+    maps: film.Film
+    curves: dict[str, Array]
+    resting_summits: Array
+    moving_summits: Array
+
+    def positions(self, speed: int) -> int:
+        """Return how many positions the speed of this number has: it ends where it has slid its own distance."""
+        return int(np.isfinite(self.maps.temperature[speed, :, 0, 0]).sum())
+
+
+def filmed(run: Run) -> list[int]:
+    """Return the realizations that count and whose march has kept a film."""
+    level = run.numerics.march
+    if level is None:
+        return []
+    rows = np.array(run.numerics.levels[level].indices(run.realizations), np.int64)
+    rows = np.setdiff1d(rows, run.members.failed(level, run.realizations))
+    return [int(index) for index in rows[run.members.kept(level, "film_pressure", rows)]]
+
+
+def read_film(run: Run, index: int) -> MemberFilm:
+    """Read the film of a realization and redraw its faces; ValueError without one, RecordError if it is damaged."""
+    level = run.numerics.march
+    if level is None or index not in filmed(run):
+        raise ValueError(
+            f'{run.folder} has no film of realization {index}; run a scene with history = "sliding" into a new folder '
+            f"with --keep-fields {index + 1}"
+        )
+    path = member_path(run.folder, level, index)
+    member = read_member(path, with_fields=True)
+    maps = film.Film(*(member.fields[name] for name in film.FIELDS))
+    problem = replace(march_problem(run.scene, run.numerics), seed=run.seed, index=index)
+    way = oblique_path(problem.grid, max(problem.distances))
+    steps = np.rint(maps.distance / way.distance[1]).astype(np.intp)
+    shape, speeds = film.film_shape(problem.grid.shape), len(run.scene.speeds)
+    fits = maps.pressure.shape == (steps.size, *shape) and maps.temperature.shape == (speeds, steps.size, *shape)
+    if not fits or steps.min(initial=0) < 0 or steps.max(initial=0) > way.steps:
+        raise RecordError(f"{path} holds a film of other speeds, distances or points than this run: it is not its own")
+    resting, moving = summits_of(problem)
+    places = np.asarray(problem.grid.shape) / shape  # a point of the map is the middle of a block of points
+    spacing = np.asarray(problem.grid.spacing)
+
+    def in_metres(points: NDArray[np.intp]) -> Array:
+        metres: Array = (points % problem.grid.shape - 0.5 * (places - 1)) * spacing
+        return metres
+
+    grid = Grid(shape, problem.grid.lengths)
+    riding = moving - way.offsets[steps][:, None, :]
+    return MemberFilm(grid, maps, member.curves, in_metres(resting), in_metres(riding))
+
+
+def summits_of(problem: SlideProblem) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the points of the highest summits of both faces at the start, (summits, 2) each."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)  # the plan says so
+        resting, moving = (highest(heights) for heights in faces(problem))
+    return resting, moving
+
+
+def highest(heights: Array | None) -> NDArray[np.intp]:
+    """Return the points of the highest local maxima of a periodic field, (maxima, 2); none of a flat."""
+    if heights is None:
+        return np.empty((0, 2), np.intp)
+    peaks = np.argwhere(heights == maximum_filter(heights, size=3, mode="wrap"))
+    order = np.argsort(-heights[tuple(peaks.T)], kind="stable")
+    return peaks[order[:SUMMITS]]

@@ -1,0 +1,91 @@
+"""All of a march at once: what two sliding bodies did at every step, and maps of a few of its positions."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from roughsim.contact import Contact
+from roughsim.grid import Array, Grid
+from roughsim.observables.moments import Sliding, sums_over_directions
+from roughsim.observables.stress_spectrum import stress_spectrum
+from roughsim.sliding.correlation import StressCorrelation
+from roughsim.sliding.film import Film, Projector
+from roughsim.sliding.march import NUMBERS, Motion, walk
+from roughsim.sliding.path import Path
+
+LAST = 0.5  # share of a slid distance, at its end, over which means are taken
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """What two sliding bodies did, over the slid distance.
+
+    Attributes
+    ----------
+    slid_distance : ndarray
+        At the end of each step, m, shape (steps,).
+    numbers : dict of str to ndarray
+        `NUMBERS` at each speed, shape (speeds, steps).
+    frozen_flash_temperature : ndarray
+        ⟨Tσ⟩/⟨σ⟩, K, if the contact of that step slid on unchanged with all heat in the moving body; (speeds, steps).
+    contact_fraction, plastic_fraction : ndarray
+        Shape (steps,).
+    stress_correlation : ndarray
+        Of the stress with that at earlier positions, `slid_distance` away, shape (steps,).
+    spectrum : ndarray
+        Of the stress, Pa², mean over the last half of the distance.
+    contact : Contact
+        The last one.
+    film : Film or None
+        Maps of the positions that were asked for.
+    """
+
+    slid_distance: Array
+    numbers: dict[str, Array]
+    frozen_flash_temperature: Array
+    contact_fraction: Array
+    plastic_fraction: Array
+    stress_correlation: Array
+    spectrum: Array
+    contact: Contact
+    film: Film | None
+
+
+def follow(
+    contacts: Iterator[Contact], grid: Grid, path: Path, motions: Sequence[Motion], filmed: Sequence[int] = ()
+) -> Course:
+    """March along a path and record every step; the steps `filmed`, ascending and from 1 on, with their fields."""
+    sliding = Sliding(
+        speeds=[motion.speed for motion in motions],
+        friction_coefficient=[motion.friction_coefficient for motion in motions],
+        conductivity=[motion.moving.conductivity for motion in motions],
+        diffusivity=[motion.moving.diffusivity for motion in motions],
+    )
+    correlation, projector = StressCorrelation(grid), Projector(grid, len(motions), filmed)
+    rows, fractions, frozen, spectra = [], [], [], []
+    for n, step in enumerate(walk(contacts, grid, path, motions)):
+        correlation.add(step.stress)
+        if n == 0:
+            continue
+        rows.append(step.numbers)
+        fractions.append((step.contact.contact_fraction, step.contact.plastic_fraction))
+        spectrum, unseen = stress_spectrum(step.stress, grid)
+        frozen.append(sums_over_directions(spectrum, unseen, grid, sliding)[0])
+        if n > LAST * path.steps:
+            spectra.append(spectrum.variance)
+        projector.add(n, step)
+    heating = np.asarray(sliding.friction_coefficient) * np.array(sliding.speeds)
+    factor = heating / (np.asarray(sliding.conductivity) * step.stress[0, 0].real)
+    area, yielded = np.array(fractions).T
+    return Course(
+        path.distance[1:],
+        dict(zip(NUMBERS, np.array(rows).transpose(1, 2, 0), strict=True)),
+        (factor * np.array(frozen)).T,
+        area,
+        yielded,
+        correlation.mean(),
+        np.mean(spectra, axis=0),
+        step.contact,
+        projector.film(path),
+    )

@@ -1,0 +1,105 @@
+"""Maps of a few positions of a march: the pressure, and the temperature of the moving body, to look at."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim import fourier
+from roughsim.grid import Grid
+from roughsim.sliding.path import Path
+
+if TYPE_CHECKING:  # the names below are read by all who open a run
+    from roughsim.sliding.march import Step
+
+MOST_POINTS = 256  # along a side: of more points, blocks are averaged
+LEAST_POINTS = 128  # along a side: rather than to fewer, nothing is averaged
+Frames = NDArray[np.float32]
+
+
+class FilmField(NamedTuple):
+    """An array of a film in the file of a member."""
+
+    unit: str
+    axes: tuple[str, ...]
+    description: str
+
+
+AXIS = "film_distance"
+FIELDS = {
+    AXIS: FilmField("m", (AXIS,), "slid distance of the positions of the film"),
+    "film_pressure": FilmField("Pa", (AXIS, "x", "y"), "contact pressure, in the frame of the resting body"),
+    "film_temperature": FilmField(
+        "K", ("speed", AXIS, "x", "y"), "surface of the moving body above its background, where it stands then"
+    ),
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Film:
+    """Maps of both bodies' contact at a few positions, in the frame of the resting body.
+
+    Attributes
+    ----------
+    distance : ndarray
+        Slid until then, m, shape (positions,).
+    pressure : ndarray
+        Pa, shape (positions, points along x, along y); means over blocks of points where the grid is larger.
+    temperature : ndarray
+        Of the surface of the moving body above its background, K, shape (speeds, positions, …); NaN where a speed has
+        slid its own distance already.
+    """
+
+    distance: Frames
+    pressure: Frames
+    temperature: Frames
+
+    def fields(self) -> dict[str, Frames]:
+        """Return the arrays by the names of `FIELDS`."""
+        return dict(zip(FIELDS, (self.distance, self.pressure, self.temperature), strict=True))
+
+
+class Projector:
+    """Takes the fields of the steps `filmed` of a march, ascending and from 1 on."""
+
+    def __init__(self, grid: Grid, speeds: int, filmed: Sequence[int]) -> None:
+        self.shape, self.filmed = grid.shape, {step: place for place, step in enumerate(filmed)}
+        sides = film_shape(grid.shape)
+        self.pressure = np.empty((len(filmed), *sides), np.float32)
+        self.temperature = np.full((speeds, *self.pressure.shape), np.nan, np.float32)
+
+    def add(self, n: int, step: "Step") -> None:
+        """Take step n, if it is one of the film."""
+        if n not in self.filmed:
+            return
+        place, sides = self.filmed[n], self.pressure.shape[1:]
+        self.pressure[place] = in_blocks(step.contact.pressure, sides)
+        for k, spectrum in enumerate(step.temperatures):
+            if spectrum is not None:
+                surface = fourier.inverse(spectrum, self.shape)
+                self.temperature[k, place] = in_blocks(surface - spectrum[0, 0].real, sides)
+
+    def film(self, path: Path) -> Film | None:
+        """Return the film; None if no step was asked for."""
+        if not self.filmed:
+            return None
+        return Film(path.distance[list(self.filmed)].astype(np.float32), self.pressure, self.temperature)
+
+
+def film_shape(shape: tuple[int, int]) -> tuple[int, int]:
+    """Return the points of a film of fields of this shape: at most `MOST_POINTS` a side if whole blocks make them."""
+    x, y = (
+        count // next((n for n in range(ceil(count / MOST_POINTS), count // LEAST_POINTS + 1) if count % n == 0), 1)
+        for count in shape
+    )
+    return x, y
+
+
+def in_blocks(field: NDArray[np.float64], sides: tuple[int, ...]) -> NDArray[np.float64]:
+    """Return the means over equal blocks, as many as `sides`."""
+    (nx, ny), (x, y) = field.shape, sides
+    means: NDArray[np.float64] = field.reshape(x, nx // x, y, ny // y).mean(axis=(1, 3))
+    return means

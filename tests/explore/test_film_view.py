@@ -1,0 +1,124 @@
+"""The film of two sliding bodies on the page, without a browser."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from march_cases import sliding_scene
+
+import roughsim as rs
+from roughsim.explore.content import WatchedRun, as_bytes
+from roughsim.results.film import read_film
+
+pytest.importorskip("bokeh")
+from bokeh.document import Document
+
+from roughsim.explore import page as page_module
+from roughsim.explore.page import Page
+
+
+class Now:
+    """Does every task at once, in the thread of the page."""
+
+    def __init__(self, document, failed):
+        self.failed = failed
+
+    def ask(self, work, show):
+        try:
+            result = work()
+        except Exception as error:
+            self.failed(error)
+        else:
+            show(result)
+
+
+@pytest.fixture
+def view(sliding_run, monkeypatch):
+    """The film of a page that has just opened."""
+    monkeypatch.setattr(page_module, "LatestTask", Now)
+    return Page(WatchedRun(sliding_run.folder), Document()).film
+
+
+@pytest.fixture(scope="module")
+def film(sliding_run):
+    return read_film(sliding_run, 0)
+
+
+def pixels(frames, place):
+    return as_bytes(frames[place], (float(frames.min()), float(frames.max())))
+
+
+def test_it_opens_at_the_last_position_of_the_fastest_speed(view, film):
+    assert (view.slider.value, view.slider.end) == (15, 15)
+    assert view.member.options == ["0"]
+    maps = {"pressure": film.maps.pressure, "temperature": film.maps.temperature[1]}
+    for name, frames in maps.items():
+        np.testing.assert_array_equal(view.maps[name].image.data["image"][0], pixels(frames, 15))
+    flash = film.curves["slide_flash_temperature"][1, -1]
+    assert view.text.text.startswith(f"After 1.01 mm at 35 m/s: T_flash = {flash:.4g} K above a background of")
+    assert view.cursor.location == pytest.approx(1.0106, rel=1e-4)
+
+
+def test_the_slider_moves_the_moving_face_and_the_cursor_and_not_the_face_at_rest(view, film):
+    at_rest = dict(view.at_rest.data)
+    before = view.riding.data["x"]
+    view.slider.value = 4
+    np.testing.assert_array_equal(view.maps["pressure"].image.data["image"][0], pixels(film.maps.pressure, 4))
+    assert view.cursor.location == pytest.approx(1e3 * film.maps.distance[4])
+    # eleven pixels back; the cell is periodic
+    step = 2.0 / 32
+    moved = (view.riding.data["x"] - before + step / 2) % 2.0 - step / 2
+    assert moved == pytest.approx(11 * step)
+    assert all((view.at_rest.data[axis] == at_rest[axis]).all() for axis in "xy")
+
+
+def test_another_speed_shows_its_own_temperature_at_the_same_position(view, film):
+    view.slider.value = 7
+    view.speed.value = "0"
+    assert view.slider.value == 7
+    temperature = view.maps["temperature"].image.data["image"][0]
+    np.testing.assert_array_equal(temperature, pixels(film.maps.temperature[0], 7))
+    assert "at 1 m/s" in view.text.text
+
+
+def test_the_curves_are_those_of_the_member(view, film):
+    for k, source in enumerate(view.lines):
+        assert source.data["y"] == pytest.approx(film.curves["slide_flash_temperature"][k])
+        assert source.data["frozen"] == pytest.approx(film.curves["slide_frozen_flash_temperature"][k])
+        assert source.data["x"][-1] == pytest.approx(1.0106, rel=1e-4)  # mm
+
+
+def test_it_plays_from_the_start_to_the_end_and_stops(view):
+    view.play.active = True  # from the end it begins anew
+    assert view.slider.value == 0
+    assert len(view.document.session_callbacks) == 2  # that of the page, which looks for news, and this
+    for _ in range(40):
+        if view.play.active:
+            view.turn()
+    assert view.slider.value == view.slider.end
+    assert not view.play.active
+    assert len(view.document.session_callbacks) == 1
+    view.slider.value = 3
+    view.play.active = True
+    view.play.active = False
+    assert view.slider.value == 3
+    assert "play" in view.play.label
+
+
+def test_a_run_that_kept_no_maps_says_how_to_keep_them(tmp_path, monkeypatch):
+    monkeypatch.setattr(page_module, "LatestTask", Now)
+    scene = sliding_scene()
+    rs.run(replace(scene, numerics=replace(scene.numerics, keep_fields=0)), tmp_path / "run", max_realizations=1)
+    view = Page(WatchedRun(tmp_path / "run"), Document()).film
+    assert view.member.disabled
+    assert view.text.text == "No march has kept its maps yet: the first --keep-fields realizations do."
+    view.speed.value = "0"  # nothing to show
+    view.slider.value = 1
+    assert view.film is None
+
+
+def test_a_frozen_run_has_no_film(capped_run, monkeypatch):
+    monkeypatch.setattr(page_module, "LatestTask", Now)
+    page = Page(WatchedRun(capped_run.folder), Document())
+    assert page.film is None
+    assert page.layout.film.children == []

@@ -1,0 +1,123 @@
+"""Films of marches: their fields against the numbers of the march and the faces, where they are kept, and refusals."""
+
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+from march_cases import sliding_scene
+
+import roughsim as rs
+from roughsim.results.film import filmed, highest, read_film
+from roughsim.sliding.film import film_shape, in_blocks
+from roughsim.sliding.member import FRAMES, filmed_steps
+from roughsim.sliding.path import oblique_path
+from roughsim.store.member_files import check_member, member_path, read_member
+from roughsim.surface.synthesis import synthesize
+
+MARCH = 1  # its level
+
+
+@pytest.fixture(scope="module")
+def film(sliding_run):
+    return read_film(sliding_run, 0)
+
+
+def test_the_temperature_of_the_maps_is_that_of_the_march(film):
+    # ⟨Tσ⟩/⟨σ⟩ over the points of the maps, which are those of the march; the curves come from products of spectra
+    pressure = film.maps.pressure.astype(float)
+    assert film.maps.distance == pytest.approx(film.curves["slid_distance"], rel=1e-6)
+    for k in range(2):
+        flash = (film.maps.temperature[k] * pressure).sum(axis=(1, 2)) / pressure.sum(axis=(1, 2))
+        assert flash == pytest.approx(film.curves["slide_flash_temperature"][k], rel=1e-6)
+    assert film.maps.temperature.mean(axis=(2, 3)) == pytest.approx(0.0, abs=1e-4)  # above the background
+    assert pressure.mean(axis=(1, 2)) == pytest.approx(9e7, rel=1e-6)
+    assert (pressure > 0).mean(axis=(1, 2)) == pytest.approx(film.curves["slide_contact_fraction"])
+
+
+def test_bodies_touch_where_the_faces_redrawn_stand_highest(sliding_run, film):
+    grid, spectrum = sliding_run.numerics.grid(MARCH), sliding_run.scene.faces[0].truncated(q_max=2.5e4)
+    keys = (MARCH, 0), (MARCH, 0, 1)
+    resting, moving = (
+        synthesize(spectrum, grid, np.random.default_rng(np.random.SeedSequence(sliding_run.seed, spawn_key=key)))
+        for key in keys
+    )
+    offsets = oblique_path(grid, 1e-3).offsets
+    for place in (0, 7, 15):
+        standing = np.roll(moving, -offsets[place + 1], axis=(0, 1))
+        heights = resting + standing
+        touching = film.maps.pressure[place] > 0
+        assert heights[touching].mean() > heights.mean() + 1.5 * heights.std()
+        # the summits shown are the highest maxima of the face as it stands then
+        points = np.rint(film.moving_summits[place] / grid.spacing).astype(int)
+        neighbours = [np.roll(standing, shift, axis=(0, 1)) for shift in ((0, 1), (1, 0), (0, -1), (-1, -1), (1, -1))]
+        assert all((standing >= other)[tuple(points.T)].all() for other in neighbours)
+        assert standing[tuple(points[0])] == standing.max()
+    points = np.rint(film.resting_summits / grid.spacing).astype(int)
+    assert resting[tuple(points[0])] == resting.max()
+
+
+def test_a_flat_has_no_summits():
+    assert highest(None).shape == (0, 2)
+
+
+def test_a_film_changes_no_number_and_goes_with_the_fields_that_are_kept(sliding_run, tmp_path):
+    assert filmed(sliding_run) == [0]
+    scene = sliding_scene()
+    none = replace(scene, numerics=replace(scene.numerics, keep_fields=0))
+    run = rs.run(none, tmp_path / "run", max_realizations=1)
+    with_film, without = (read_member(member_path(one.folder, MARCH, 0)) for one in (sliding_run, run))
+    for name, values in with_film.numbers.items():
+        assert (without.numbers[name] == values).all()
+    assert without.kept == ()
+    with pytest.raises(ValueError, match="has no film of realization 0; run .* with --keep-fields 1$"):
+        read_film(run, 0)
+
+
+def test_a_frozen_run_has_no_film(capped_run):
+    assert filmed(capped_run) == []
+    with pytest.raises(ValueError, match='has no film of realization 0; run a scene with history = "sliding"'):
+        read_film(capped_run, 0)
+
+
+def test_a_changed_byte_of_a_film_is_noticed(sliding_run, tmp_path):
+    path = member_path(sliding_run.folder, MARCH, 0)
+    content = bytearray(path.read_bytes())
+    with h5py.File(path) as file:
+        content[file["film_temperature"].id.get_chunk_info(3).byte_offset + 20] ^= 1
+    (tmp_path / path.name).write_bytes(content)
+    with pytest.raises(rs.RecordError, match="SHA-256 does not match"):
+        check_member(tmp_path / path.name)
+
+
+def test_the_file_of_a_member_says_what_its_maps_are(sliding_run):
+    with h5py.File(member_path(sliding_run.folder, MARCH, 0)) as file:
+        temperature = file["film_temperature"]
+        assert [axis[0] for axis in temperature.dims] == [file[name] for name in ("speed", "film_distance", "x", "y")]
+        assert {name: file[name].attrs["units"] for name in ("film_distance", "film_pressure", "film_temperature")} == {
+            "film_distance": "m",
+            "film_pressure": "Pa",
+            "film_temperature": "K",
+        }
+        assert temperature.chunks == (1, 1, 32, 32)
+        assert file["entry"].attrs["default"] == "fields"
+        assert file["entry/fields"].attrs["signal"] == "film_pressure"
+
+
+def test_a_film_has_few_positions_and_the_last():
+    grid = rs.Grid((512, 512), (4e-3, 4e-3))
+    steps = filmed_steps(oblique_path(grid, 16e-3))
+    assert len(steps) <= FRAMES
+    assert steps == sorted(steps)
+    assert steps[-1] == round(16e-3 / oblique_path(grid, 16e-3).distance[1])
+    assert 1 <= steps[0] <= 3
+
+
+@pytest.mark.parametrize(("points", "shown"), [(32, 32), (256, 256), (300, 150), (512, 256), (768, 256), (509, 509)])
+def test_large_fields_are_averaged_in_whole_blocks(points, shown):
+    assert film_shape((points, 64)) == (shown, 64)  # 509 is prime
+
+
+def test_blocks_are_means():
+    field = np.arange(24.0).reshape(4, 6)
+    assert in_blocks(field, (2, 2)).tolist() == [[4.0, 7.0], [16.0, 19.0]]
