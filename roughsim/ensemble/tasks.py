@@ -29,7 +29,7 @@ PAUSE = 0.5  # s between two looks at what other processes have done
 LATE = 10.0  # s that a network file system may take to show what a worker has written
 LEAST_WAIT, LONGEST_WAITS = 600.0, 10.0  # s, and multiple of the longest time of a member, after which it is done again
 _MEMBER = re.compile(rf"{MEMBER_NAME.pattern}\.h5|\.{MEMBER_NAME.pattern}\.h5\..+\.tmp")
-_BEGUN = re.compile(r"\.(run\.json|scene\.toml|summary\.bin)\..+\.tmp")
+_BEGUN = re.compile(r"\.(run\.json|scene\.toml|summary\.bin|estimates\.json)\..+\.tmp")
 _NO_GUARD = (
     'the script lacks `if __name__ == "__main__":`: each worker imports the script and would start the run again; '
     "put the call of run below that line, or compute with workers=1"

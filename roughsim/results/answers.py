@@ -24,7 +24,7 @@ MEANINGS = {
 
 def columns_of(run: Run) -> list[str]:
     """Return the columns of the comparison that a run has, in their order."""
-    return ["theory", "calibrated", *run.numerics.columns, *([SLIDING] if run.numerics.march is not None else [])]
+    return ["theory", "calibrated", *run.numerics.columns, *([SLIDING] if run.slides else [])]
 
 
 def answers(run: Run) -> Iterator[Labelled]:

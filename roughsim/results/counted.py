@@ -82,6 +82,20 @@ class Counted:
         damaged = {index for level, index in self.damaged if level != march and index < count}
         return self.realizations - len(self.sound(self.realizations)) - len(damaged)
 
+    @property
+    def slides(self) -> bool:
+        """Whether there is a sound member of the column sliding."""
+        march, count = self.numerics.march, self.realizations
+        return march is not None and len(self.members.failed(march, count)) < len(
+            self.numerics.levels[march].indices(count)
+        )
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """Versions of the packages that computed the first member, by name."""
+        known: dict[str, str] = next(iter(self.members.values())).provenance["versions"]
+        return known
+
     def sound(self, count: int) -> list[int]:
         """Return the indices below `count` of which every level of single contacts is sound."""
         return self.members.sound(count)

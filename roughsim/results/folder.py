@@ -3,7 +3,6 @@
 A folder may come from elsewhere, so nothing in it is trusted.
 """
 
-import hashlib
 import json
 from math import isfinite
 from pathlib import Path
@@ -17,7 +16,7 @@ from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.run import Run
 from roughsim.scene import Scene, parse_scene
 from roughsim.scene.numerics import Numerics
-from roughsim.store.disk import is_temporary, place_bytes, read_bytes
+from roughsim.store.disk import checksum, is_temporary, place_bytes, read_bytes
 from roughsim.store.member_files import check_format, member_name
 from roughsim.untrusted import machine_memory
 
@@ -35,11 +34,6 @@ def describe(folder: Path, description: dict[str, Any], scene: Scene, *, first: 
         # what is there already need not be written: a finished run on a disk that takes nothing is opened
         if first or not path.is_file() or path.read_bytes() != text.encode():
             place_bytes(path, text.encode(), first=first and name == "run.json")  # who is first writes both
-
-
-def checksum(value: Any) -> str:
-    """Return the checksum of a JSON value."""
-    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def folder_state(folder: Path) -> Literal["free", "run", "foreign"]:

@@ -3,6 +3,7 @@
 import hashlib
 import os
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from zlib import crc32
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
+from roughsim.extensions import extensions
 from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.observables.record import Sample
@@ -230,6 +232,15 @@ class Reader:
             digest.update(of_level.tobytes() + self.members.column(level, "digest", of_level).tobytes())
         return {"count": count, "until": dict(until), "code": code_digest(), "members": digest.hexdigest()}
 
+    def state(self, count: int) -> dict[str, str]:
+        """Return digests of all members of the first `count` realizations, and of the code: what follows from both."""
+        digest = hashlib.sha256()
+        for level, of_level in enumerate(self.numerics.levels):
+            indices = np.array(of_level.indices(count), np.int64)
+            for name in ("state", "digest"):
+                digest.update(self.members.column(level, name, indices).tobytes())
+        return {"members": digest.hexdigest(), "code": code_digest()}
+
     def missing(self) -> list[str]:
         """Return the names of the members that are missing although those of later realizations are there."""
         try:
@@ -253,9 +264,12 @@ def identity_of(description: dict[str, Any]) -> list[Any]:
 
 @cache
 def code_digest() -> str:
-    """Return a digest of the package's code: after a change of code the targets are looked at again."""
+    """Return a digest of the package's code: after a change of code nothing that it remembered counts."""
     digest = hashlib.sha256()
     for package in ("roughsim", "theory"):
         for path in sorted((Path(__file__).parents[2] / package).rglob("*.py")):
             digest.update(path.read_bytes())
+    for entry in extensions("observables").values():  # those of other packages
+        if (spec := find_spec(entry.module)) is not None and spec.origin is not None:
+            digest.update(Path(spec.origin).read_bytes())
     return digest.hexdigest()

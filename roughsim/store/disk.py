@@ -5,7 +5,9 @@ cannot be read now: the disk or the network may give it later.
 """
 
 import errno
+import hashlib
 import io
+import json
 import os
 import re
 import secrets
@@ -85,6 +87,11 @@ def _move_if_absent(temporary: Path, path: Path) -> None:
 def is_temporary(name: str) -> bool:
     """Whether `place_bytes` gives such a name to a file that it is writing; the writer may still be at work."""
     return _TEMPORARY.fullmatch(name) is not None
+
+
+def checksum(value: Any) -> str:
+    """Return the checksum of a JSON value."""
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def hdf5_bytes(fill: Callable[[Any], None]) -> memoryview:

@@ -72,7 +72,11 @@ def assert_same_bits(folder, scene, alone, count):
             np.testing.assert_array_equal(mine.numbers[name], theirs.numbers[name])
         np.testing.assert_array_equal(mine.spectrum, theirs.spectrum)
     there = {path.name for path in folder.iterdir()}
-    assert there - {"summary.bin"} == {"realizations", "run.json", "scene.toml"}  # no claim, nothing half done
+    assert there - {"summary.bin", "estimates.json"} == {
+        "realizations",
+        "run.json",
+        "scene.toml",
+    }  # no claim, nothing half done
     assert len(list((folder / "realizations").iterdir())) == len(members)
 
 
