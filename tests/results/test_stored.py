@@ -166,7 +166,7 @@ def test_a_folder_that_takes_no_files_ends_no_run(quick, tmp_path, monkeypatch):
 def test_a_run_without_a_sound_member_leaves_no_estimates(quick, tmp_path, monkeypatch):
     from roughsim.ensemble import workers
 
-    def fail(problem):
+    def fail(*_):
         raise rs.ConvergenceError("contact solve stalled: residual 0.1", 0.1, 7)
 
     monkeypatch.setattr(workers, "solve_problem", fail)
