@@ -37,7 +37,8 @@ def empty(copied):
     aside = copied.with_name("aside")
     (copied / "realizations").rename(aside)
     (copied / "realizations").mkdir()
-    (copied / "summary.bin").unlink(missing_ok=True)
+    for name in ("summary.bin", "estimates.json"):
+        (copied / name).unlink(missing_ok=True)
     return copied, aside
 
 
