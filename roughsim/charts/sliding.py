@@ -46,7 +46,8 @@ def sliding_chart(subject: Subject, path: Path) -> None:
             for name, dashes in zip(names, DASHES, strict=False):
                 rows = curves[f"slide_{name}"] if f"slide_{name}" in curves else curves[f"slide_{name}_temperature"]
                 for k, colour in enumerate(colours):
-                    slid = distance <= ends[k] * (1 + 1e-2)  # whole steps are a little longer or shorter
+                    # older runs follow slow speeds further; whole steps are a little longer or shorter
+                    slid = (distance <= ends[k] * (1 + 1e-2)) & np.isfinite(rows[:, k]).all(axis=0)
                     draw_mean(axes, distance[slid], rows[:, k, slid], colour, dashes)
             axes.set(xscale="log", ylabel=label, title=words)
             if label == "share":

@@ -19,7 +19,7 @@ from roughsim.sliding.member import AXIS
 
 SIDE = 286  # screen pixels along the longer side of a map: one map fits on a telephone
 FRAME = 300  # ms that a position is shown while the film plays
-AT_REST, RIDING = "#1f9e89", "#3b6fd4"  # summits of either face
+AT_REST, RIDING = "#3fae2a", MARK  # summits of either face: visible on white, black and yellow
 WORDS = (
     "Both faces slide. Triangles: the highest summits of the face at rest. Circles: those of the moving face, which "
     "move to the left. They touch where summits meet. Temperature: of the surface of the moving body, above its "
@@ -79,7 +79,7 @@ class FilmView:
             view[side] = max(int(SIDE * length / max(lengths)), 90)
         self.maps = {name: MapPanel(name, f"film_{name}", **view) for name in ("pressure", "temperature")}
         self.at_rest, self.riding = empty_source("x", "y"), empty_source("x", "y")
-        marks: dict[str, Any] = {"fill_alpha": 0.0, "line_width": 1.5, "size": 7}
+        marks: dict[str, Any] = {"fill_alpha": 0.0, "line_width": 2, "size": 9}
         for panel in self.maps.values():
             panel.figure.scatter("x", "y", source=self.at_rest, marker="triangle", line_color=AT_REST, **marks)
             panel.figure.scatter("x", "y", source=self.riding, marker="circle", line_color=RIDING, **marks)
@@ -97,7 +97,8 @@ class FilmView:
             self.curve.line("x", "frozen", line_dash="dashed", **style)
             self.lines.append(source)
         self.curve.title.text = "Flash temperature; dashed: frozen, all heat moving"
-        self.curve.legend.update(**LEGEND, location="top_left", padding=2, spacing=0)
+        self.curve.legend.update(**LEGEND, ncols=4, padding=0)
+        self.curve.add_layout(self.curve.legend[0], "below")  # there are lines in every corner
         self.cursor = upright(None, MARK, line_width=2)
         self.curve.add_layout(self.cursor)
 
@@ -147,7 +148,8 @@ class FilmView:
             limits = float(np.nanmin(frames)), float(np.nanmax(frames))
             view = tuple((0.0, length) for length in film.grid.lengths)
             image = image_of(frames[place], film.grid, (view[0], view[1]), limits)
-            self.maps[name].show(image, self.factor, "")
+            note = f", {self.run.scene.speeds[k]:g} m/s" if name == "temperature" else ""
+            self.maps[name].show(image, self.factor, note)
         x, y = film.moving_summits[place].T * self.factor
         self.riding.data = {"x": x, "y": y}
         slid = float(film.maps.distance[place])

@@ -10,9 +10,10 @@ from roughsim.planning.realization import march_problem
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING, Level, Numerics, Reason
 from roughsim.show.text import clock
+from roughsim.sliding.film import film_shape
 from roughsim.sliding.march import walk
-from roughsim.sliding.member import SlideProblem, journey
-from roughsim.sliding.path import pixel_of_path
+from roughsim.sliding.member import SlideProblem, filmed_steps, journey
+from roughsim.sliding.path import oblique_path, pixel_of_path
 
 MEMBERS = 8  # the ratio of sliding to frozen scatters little from one to the next
 TIMED, WARM = 8, 3  # steps of the pilot, and how many of them are not counted
@@ -52,9 +53,17 @@ def march_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
     yield Reason("slid distance", f"{lengths} mm", f"{fresh}, in {steps} steps of {1e6 * step:.3g} µm")
     members = scene.ensemble.max_realizations if level.first is None else level.first
     members = min(members, scene.ensemble.max_realizations)
-    cost = f"{clock(steps * seconds_of_step(problem))} of CPU time each: {TIMED} steps were timed"
+    contact, heat = STEP_SECONDS  # slow speeds may end earlier
+    followed = (contact + heat * np.sum(distances / distances.max())) / (contact + heat * distances.size)
+    cost = f"{clock(steps * followed * seconds_of_step(problem))} of CPU time each: {TIMED} steps were timed"
     broken = "one that is broken off begins again"
     yield Reason("marches", str(members), f"{cost}; {broken}; means are over the last half of the slid distance")
+    if filmed := min(numerics.keep_fields, members):
+        sides = film_shape(problem.grid.shape)
+        positions = len(filmed_steps(oblique_path(problem.grid, distances.max())))
+        most = 4e-6 * positions * sides[0] * sides[1] * (1 + distances.size)
+        why = f"maps of the first {filmed} for roughsim explore; keep_fields = 0 leaves them out"
+        yield Reason("film", f"{positions} positions, up to {most:.2g} MB", why)
 
 
 def left_out(scene: Scene, numerics: Numerics) -> Reason:
@@ -75,6 +84,7 @@ def left_out(scene: Scene, numerics: Numerics) -> Reason:
 def seconds_of_step(problem: SlideProblem) -> float:
     """Return the CPU time of a step, s, as the first ones of a march take it."""
     distance = TIMED * pixel_of_path(problem.grid)
-    path, on_the_way = journey(replace(problem, distances=(distance,)))
+    problem = replace(problem, distances=(distance,) * len(problem.distances))
+    path, on_the_way = journey(problem)
     times = [time.process_time() for _ in walk(on_the_way, problem.grid, path, problem.motions)]
     return float(np.median(np.diff(times)[WARM:]))

@@ -64,6 +64,7 @@ class Motion(NamedTuple):
     friction_coefficient: float
     moving: Body
     resting: Body
+    slid_distance: float = math.inf  # m, to the nearest step; beyond it this speed is not followed
 
 
 def walk(contacts: Iterable[Contact], grid: Grid, path: Path, motions: Sequence[Motion]) -> Iterator[Step]:
@@ -71,15 +72,19 @@ def walk(contacts: Iterable[Contact], grid: Grid, path: Path, motions: Sequence[
 
     `contacts` are those at each position, the first included.
     """
-    pairs: list[Pair] = []
-    numbers = np.zeros((len(NUMBERS), len(motions)))
+    pairs: list[Pair | None] = []
+    last = [round(min(motion.slid_distance, path.distance[-1]) / path.distance[1]) for motion in motions]
+    numbers = np.zeros((len(motions), len(NUMBERS)))
     for n, contact in enumerate(contacts):
         stress = fourier.forward(contact.pressure)
         if n == 0:
             pairs = [Pair(grid, motion, stress, path) for motion in motions]
         else:
-            numbers = np.array([pair.advance(contact, stress) for pair in pairs]).T
-        yield Step(float(path.distance[n]), contact, stress, numbers, [pair.temperature for pair in pairs])
+            pairs = [pair if n <= end else None for pair, end in zip(pairs, last, strict=True)]
+            nothing = (math.nan,) * len(NUMBERS)
+            numbers = np.array([pair.advance(contact, stress) if pair else nothing for pair in pairs])
+        temperatures = [pair.temperature if pair else None for pair in pairs]
+        yield Step(float(path.distance[n]), contact, stress, numbers.T, temperatures)
 
 
 def contacts(

@@ -90,7 +90,7 @@ class SlideProblem:
             for x in (self.sliding.friction_coefficient, self.sliding.conductivity, self.sliding.diffusivity)
         )
         moving = map(Body, kappa, diffusivity)
-        return list(map(Motion, self.sliding.speeds, friction, moving, self.resting))
+        return list(map(Motion, self.sliding.speeds, friction, moving, self.resting, self.distances))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,7 +98,7 @@ class SlideSolution:
     """What was measured on one march."""
 
     numbers: dict[str, Array]  # (speeds,), means over the last half of the distance slid at each speed
-    curves: dict[str, Array]  # those of `CURVES`
+    curves: dict[str, Array]  # those of `CURVES`; NaN after the distance of a speed
     wavenumber: Array  # rad/m, of the spectrum
     spectrum: Array  # of the stress, Pa², mean over the last half of the longest distance
     residual: float  # the largest ‖T₁ − T₂‖/‖T₁ + T₂‖ on the contact
@@ -130,7 +130,7 @@ def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
         curves_of(over_distance, path),
         uniform_nodes(grid).entries,
         course.spectrum,
-        float(of_steps["residual"].max()),
+        float(np.nanmax(of_steps["residual"])),
         path.steps,
         {"surface": drawn - begin, "contact": slid_through - drawn},
         course.film,

@@ -13,6 +13,7 @@ from roughsim.ensemble import workers
 from roughsim.ensemble.status import losses
 from roughsim.errors import ConvergenceError
 from roughsim.planning.realization import march_problem
+from roughsim.results.film import read_film
 from roughsim.sliding.path import oblique_path
 from roughsim.store.member_files import member_path, read_member
 from roughsim.surface.synthesis import synthesize
@@ -165,6 +166,13 @@ def test_with_a_duration_each_speed_is_read_at_its_own_distance(tmp_path):
     late = (slid.slid_distance > 0.2e-3) & (slid.slid_distance < 0.4e-3)
     numbers = run.members[MARCH, 0].numbers["sliding_flash_temperature"]
     assert numbers[0] == pytest.approx(slid.flash_temperature[0, late].mean())
+    # and followed no further: 0.4 mm are 6.3 steps
+    curves = run.curves()["slide_flash_temperature"][0]
+    assert np.isfinite(curves).sum(axis=1).tolist() == [6, 16]
+    assert curves[0, :6] == pytest.approx(slid.flash_temperature[0, :6], rel=1e-12)
+    film = read_film(run, 0)
+    assert [film.positions(k) for k in (0, 1)] == [6, 16]
+    assert plot_run(run, "sliding", tmp_path / "one.svg").exists()
 
 
 def test_one_rough_face_rests_and_its_one_contact_slides_on(tmp_path):
@@ -220,6 +228,7 @@ def test_the_plan_adds_a_march_on_the_lowest_rung():
     assert values["slid distance"].value == "1 mm"
     assert values["slid distance"].reason.startswith("0.5 lengths of the cell, in 16 steps of 63.2 µm")
     assert values["marches"].value == "4"  # max_realizations
+    assert values["film"].value == "16 positions, up to 0.2 MB"  # of 32² points, at two speeds
 
 
 def test_the_plan_of_a_frozen_scene_says_what_sliding_would_change(capped_scene):
