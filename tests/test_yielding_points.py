@@ -10,7 +10,7 @@ import yielding_points
 from scipy.special import j0
 from validity_map import yielding
 
-from roughsim.surface.synthesis import mode_variance
+from roughsim.surface.modes import mode_variance
 from theory import flash, persson, plasticity
 from theory.yielding import YieldingSpectrum
 

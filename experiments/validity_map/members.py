@@ -17,7 +17,7 @@ from scipy.special import j0
 import roughsim as rs
 from roughsim import fourier
 from roughsim.observables.moments import angular_means
-from roughsim.surface.synthesis import mode_variance
+from roughsim.surface.modes import mode_variance
 
 PECLET = np.logspace(-3, 3, 7)
 DISTANCES = np.geomspace(0.02, 8.0, 72)  # of g_sigma(r), in 1/q_roll_off

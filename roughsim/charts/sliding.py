@@ -11,8 +11,8 @@ from matplotlib.lines import Line2D
 from roughsim.charts.style import Subject, new_figure, plain_ticks, scaled
 from roughsim.estimate.errors import half_width, spread
 from roughsim.grid import Array
+from roughsim.observables.catalogue import AXIS
 from roughsim.show.text import plain
-from roughsim.sliding.member import AXIS
 
 # title, label, and the curves drawn: solid, and dashed
 PANELS = (

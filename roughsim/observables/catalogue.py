@@ -6,12 +6,22 @@ NAME = "package.module:tuple".
 """
 
 from collections import Counter
+from dataclasses import dataclass
 
 import numpy as np
 
 from roughsim.extensions import extensions
 from roughsim.grid import Array
 from roughsim.observables.record import Measured, Observable, Sample, ratio
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """What the member of a march stores over the slid distance."""
+
+    unit: str
+    per_speed: bool  # shape (speeds, distances), else (distances,)
+    description: str
 
 
 def heat_share(sample: Sample) -> Array:
@@ -199,6 +209,19 @@ TABLE: tuple[Observable, ...] = (
 )
 OBSERVABLES = {record.name: record for record in TABLE if not record.only_stored}
 NUMBERS = {record.name: record for record in TABLE if record.stored}  # stored in the file of each member
+AXIS = "slid_distance"
+CURVES = {
+    AXIS: Curve("m", False, "slid distance"),
+    "slide_flash_temperature": Curve("K", True, "<T sigma>/<sigma> of the moving body above its background"),
+    "slide_resting_flash_temperature": Curve("K", True, "the same of the resting body"),
+    "slide_moving_share": Curve("1", True, "share of the heat that enters the moving body"),
+    "slide_background": Curve("K", True, "mean temperature of the surface of the moving body"),
+    "slide_resting_background": Curve("K", True, "the same of the resting body"),
+    "slide_contact_temperature": Curve("K", True, "<T sigma>/<sigma> of both bodies, background included"),
+    "slide_frozen_flash_temperature": Curve("K", True, "T_flash if the contact there slid on frozen, all heat moving"),
+    "slide_contact_fraction": Curve("1", False, "A/A0"),
+    "slide_stress_correlation": Curve("1", False, "of the stress with that at earlier positions, so far away"),
+}
 UNITS = {name: record.unit for name, record in OBSERVABLES.items()}
 for name, count in Counter(record.name for record in TABLE).items():
     if count > 1:

@@ -28,8 +28,8 @@ from roughsim.prediction.bodies import heat_per_pressure as heat_per_pressure
 from roughsim.prediction.bodies import smoothed_spectrum as smoothed_spectrum
 from roughsim.prediction.law import calibrated as calibrated
 from roughsim.scene import Scene
+from roughsim.surface.modes import mean_over_cells, mode_variance
 from roughsim.surface.spectrum import TruncatedSpectrum
-from roughsim.surface.synthesis import mean_over_cells, mode_variance
 
 OVER_SPEED = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
 NOTHING = Theory({}, nan, correlation_radius=lambda _: nan, total=lambda _: nan)  # for what a theory does not give

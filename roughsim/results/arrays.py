@@ -47,8 +47,9 @@ class Stored:
         return np.stack(parts) if parts else np.empty((0, *self.shape[1:]), self.dtype)[(slice(None), *inside)]
 
 
-def check_field(name: str, speed: float | None) -> None:
-    """Refuse an unknown field, a missing or a useless speed, ValueError."""
+def check_field(name: str, speed: float | None, direction: float = 0.0) -> None:
+    """Refuse an unknown field, a missing or a useless speed, or a direction that is no number: ValueError."""
+    number("direction", direction, "rad")
     if name not in (*KEPT_FIELDS, *DERIVED_UNITS):
         raise ValueError(f"name = {name!r} is no field; choose one of {', '.join((*KEPT_FIELDS, *DERIVED_UNITS))}")
     if name in DERIVED_UNITS:

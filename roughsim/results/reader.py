@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 from roughsim.errors import RecordError
 from roughsim.extensions import extensions
 from roughsim.grid import Array
-from roughsim.observables.catalogue import NUMBERS
+from roughsim.observables.catalogue import AXIS, NUMBERS
 from roughsim.observables.record import Sample
 from roughsim.results.members import SUMMARY, Key, Members
 from roughsim.scene.numerics import Numerics
-from roughsim.sliding.member import AXIS
 from roughsim.store.disk import not_readable, read_bytes
 from roughsim.store.member_files import (
     MEMBER_NAME,

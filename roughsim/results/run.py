@@ -16,7 +16,6 @@ from roughsim.estimate.errors import Estimate, estimate, spread
 from roughsim.estimate.ladder import notes_of
 from roughsim.estimate.sliding import OF_MARCH, sliding_estimate
 from roughsim.grid import Array, Grid
-from roughsim.heat.periodic import sliding_temperature, unit_vector
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results import arrays
 from roughsim.results.arrays import Labelled
@@ -109,7 +108,7 @@ class Run(Counted):
     def curves(self) -> dict[str, Array]:
         """Return what members of the column sliding stored over the `slid_distance`, m; ValueError without such one.
 
-        Arrays (members, speeds, distances) or (members, distances) by the names of `roughsim.sliding.member.CURVES`.
+        Arrays (members, speeds, distances) or (members, distances), by the names in `observables.catalogue.CURVES`.
         """
         return self._reader.curves(self.realizations)
 
@@ -176,8 +175,7 @@ class Run(Counted):
         RecordError
             If a file is damaged.
         """
-        arrays.check_field(name, speed)
-        unit_vector(direction)
+        arrays.check_field(name, speed, direction)
         level = self.numerics.picture(self.column(column))
         indices = self.kept(level, name)
         if not indices:
@@ -196,6 +194,8 @@ class Run(Counted):
 
     def temperature(self, flux: Field, grid: Grid, speed: float, direction: float = 0.0) -> Field:
         """Return the temperature, K, by the frictional heat of both bodies, W/m², on any grid of any cell."""
+        from roughsim.heat.periodic import sliding_temperature  # slow to import: means need no transforms
+
         moving = prediction.conduction(self.scene, (abs(speed),)).each[0]
         temperature: Field = sliding_temperature(
             flux,

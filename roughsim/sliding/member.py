@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from roughsim.contact import Contact, Solid
 from roughsim.grid import Array, Grid
 from roughsim.heat.partition import Body
+from roughsim.observables.catalogue import AXIS, CURVES
 from roughsim.observables.moments import Sliding
 from roughsim.observables.stress_spectrum import uniform_nodes
 from roughsim.pipeline import linear_algebra
@@ -29,30 +30,6 @@ from roughsim.surface.synthesis import synthesize
 
 POINTS = 64  # distances, in geometric sequence, at which the curves are stored
 FRAMES = 32  # positions of a film, at most
-
-
-@dataclass(frozen=True, slots=True)
-class Curve:
-    """What a member stores over the slid distance."""
-
-    unit: str
-    per_speed: bool  # shape (speeds, distances), else (distances,)
-    description: str
-
-
-AXIS = "slid_distance"
-CURVES = {
-    AXIS: Curve("m", False, "slid distance"),
-    "slide_flash_temperature": Curve("K", True, "<T sigma>/<sigma> of the moving body above its background"),
-    "slide_resting_flash_temperature": Curve("K", True, "the same of the resting body"),
-    "slide_moving_share": Curve("1", True, "share of the heat that enters the moving body"),
-    "slide_background": Curve("K", True, "mean temperature of the surface of the moving body"),
-    "slide_resting_background": Curve("K", True, "the same of the resting body"),
-    "slide_contact_temperature": Curve("K", True, "<T sigma>/<sigma> of both bodies, background included"),
-    "slide_frozen_flash_temperature": Curve("K", True, "T_flash if the contact there slid on frozen, all heat moving"),
-    "slide_contact_fraction": Curve("1", False, "A/A0"),
-    "slide_stress_correlation": Curve("1", False, "of the stress with that at earlier positions, so far away"),
-}
 
 
 @dataclass(frozen=True, slots=True)

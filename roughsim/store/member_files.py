@@ -25,9 +25,8 @@ from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
 from roughsim.grid import Array
-from roughsim.observables.catalogue import NUMBERS
+from roughsim.observables.catalogue import CURVES, NUMBERS
 from roughsim.sliding.film import FIELDS as FILM
-from roughsim.sliding.member import CURVES
 from roughsim.store.disk import DamagedError, damaged, place_bytes, read_bytes, read_numbers
 from roughsim.store.member_hdf5 import FORMAT, KEPT_FIELDS, STORED, digest_of_arrays, hdf5_of
 from roughsim.untrusted import ChildEndedError, call_in_child, check_hdf5

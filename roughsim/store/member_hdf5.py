@@ -18,9 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.grid import Array
-from roughsim.observables.catalogue import NUMBERS
+from roughsim.observables.catalogue import AXIS, CURVES, NUMBERS
 from roughsim.sliding import film
-from roughsim.sliding.member import AXIS, CURVES
 from roughsim.store.disk import add_attributes, hdf5_bytes
 
 FORMAT = 3  # to be raised when older readers would misread a file, or take it for damaged

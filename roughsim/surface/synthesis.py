@@ -5,26 +5,19 @@ gives the same surface on every grid: a finer grid or a higher q_max only adds m
 Nyquist mode stands for two modes of a finer grid and equals neither; a spectrum that ends below it has none.)
 """
 
-import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import is_dataclass
 from functools import lru_cache
-from itertools import pairwise
-from math import hypot, pi
-from typing import Any, Literal, NamedTuple
+from math import pi
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughsim import fourier
-from roughsim.errors import ResolutionError
 from roughsim.grid import Array, Grid
+from roughsim.surface.modes import mode_variance
 from roughsim.surface.spectrum import Spectrum
-
-Index = NDArray[np.int64]
-Steps = tuple[float, float]
-_NEAR = 16.0  # cells closer to the origin than this many mode spacings are integrated in polar coordinates
-_MANY_BREAKS = 16  # a spectrum with more breaks is a table: its kinks are mild, only its jumps are sharp
 
 
 def synthesize(
@@ -118,131 +111,3 @@ def independent_modes(spectrum: Spectrum, grid: Grid) -> DrawnModes:
     real = lone_column & (mirror == kx)
     place = kx * half[1] + ky
     return DrawnModes(kept, place, mirror * half[1] + ky, lone_column & ~real, real, np.sqrt(variance.flat[place]))
-
-
-def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
-    """Return ∫ C d²q over the Fourier cell of each mode: its variance on the full plane, m², shape `grid.half_shape`.
-
-    With `grid.multiplicity` it sums to the variance of the surface. q = 0 is zero; a Nyquist mode stands for both its
-    signs. ResolutionError if C(q) reaches beyond the Nyquist wavenumber; ValueError if it is negative or not finite; a
-    RuntimeWarning if it begins below the lowest mode of the cell, or inside the Fourier cell of q = 0.
-    """
-    ends = spectrum.breaks[0], spectrum.breaks[-1]
-    if ends[1] > grid.nyquist * (1 + 1e-12):
-        raise ResolutionError(
-            f"q_max = {ends[1]:.4g} rad/m exceeds the Nyquist wavenumber {grid.nyquist:.4g} rad/m of the grid "
-            f"{grid.shape}; refine the grid or lower q_max"
-        )
-    # a long and narrow cell loses waves above its lowest mode too: those in the Fourier cell of q = 0
-    lowest = max(2 * pi / max(grid.lengths), hypot(pi / grid.lengths[0], pi / grid.lengths[1]))
-    if ends[0] < lowest * (1 - 1e-9):
-        warnings.warn(
-            f"q_min = {ends[0]:.4g} rad/m lies below {lowest:.4g} rad/m, what the lowest modes of the cell reach: "
-            f"roughness of longer waves is left out; enlarge the cell to keep it",
-            RuntimeWarning,
-            stacklevel=3,
-        )
-    with np.errstate(invalid="ignore"):  # an infinite C(q) times an empty part of a cell: refused below
-        quadrant = _quadrant(spectrum, grid)
-    if not ((quadrant >= 0) & np.isfinite(quadrant)).all():
-        raise ValueError(f"spectrum = {spectrum!r} must give C(q) finite and ≥ 0 between its breaks")
-    rows = np.arange(grid.shape[0])
-    return quadrant[np.minimum(rows, grid.shape[0] - rows)]
-
-
-def mean_over_cells(weight: Callable[[Array], Array], spectrum: Spectrum, grid: Grid, modes: Array) -> Array:
-    """Return ∫ C w d²q / ∫ C d²q over the Fourier cells of some modes: the mean that their roughness sees.
-
-    `weight` is w of wavenumbers within the breaks of the spectrum, rad/m, one-dimensional, smooth between the breaks;
-    `modes` says which modes, bool, shape `grid.half_shape`, all of them with C > 0 somewhere in their cell. The means
-    are in the order of `np.nonzero(modes)`.
-    """
-    breaks = spectrum.breaks
-
-    def weighted(q: Array) -> Any:
-        within = np.clip(q, breaks[0], breaks[-1])
-        return spectrum(q) * weight(within.ravel()).reshape(q.shape)
-
-    rows, columns = np.nonzero(modes)
-    cells = np.minimum(rows, grid.shape[0] - rows), columns
-    steps = 2 * pi / grid.lengths[0], 2 * pi / grid.lengths[1]
-    return _polar_cells(weighted, breaks, *cells, steps) / _polar_cells(spectrum, breaks, *cells, steps)
-
-
-def _quadrant(spectrum: Spectrum, grid: Grid) -> Array:
-    """Cell integrals for k_x, k_y ≥ 0, with the Nyquist rows counted for both signs."""
-    nx, ny = grid.shape
-    steps = 2 * pi / grid.lengths[0], 2 * pi / grid.lengths[1]
-    kx, ky = np.arange(nx // 2 + 1)[:, None], np.arange(ny // 2 + 1)[None, :]
-    # shortest and longest wavenumber of each cell
-    near = np.hypot(np.maximum(kx - 0.5, 0) * steps[0], np.maximum(ky - 0.5, 0) * steps[1])
-    far = np.hypot((kx + 0.5) * steps[0], (ky + 0.5) * steps[1])
-    breaks = spectrum.breaks
-    result = np.zeros(near.shape)
-    covered = (far > breaks[0]) & (near < breaks[-1])
-    covered[0, 0] = False
-    # of many breaks only those where C(q) itself jumps are sharp: both ends, and the ends of each term of a sum
-    sharp = np.asarray(breaks, dtype=np.float64)
-    if len(breaks) > _MANY_BREAKS:
-        below, above = spectrum(sharp * (1 - 1e-6)), spectrum(sharp * (1 + 1e-6))
-        sharp = sharp[abs(above - below) > 1e-3 * np.maximum(above, below)]
-    # cells near the origin or over a sharp break are integrated in polar coordinates, the others by Gauss points
-    special = np.hypot(kx * steps[0], ky * steps[1]) < _NEAR * max(steps)
-    for q in sharp:
-        special = special | ((near < q) & (q < far))
-    smooth = covered & ~special
-    rows, columns = np.nonzero(smooth)
-    result[smooth] = _smooth_cells(spectrum, rows, columns, steps)
-    rows, columns = np.nonzero(covered & special)
-    result[covered & special] = _polar_cells(spectrum, breaks, rows, columns, steps)
-    # a Nyquist row or column stands for both its signs
-    if nx > 1 and nx % 2 == 0:
-        result[-1] *= 2.0
-    if ny > 1 and ny % 2 == 0:
-        result[:, -1] *= 2.0
-    return result
-
-
-def _smooth_cells(spectrum: Spectrum, kx: Index, ky: Index, steps: Steps) -> Array:
-    """3×3 Gauss points: for cells far from the origin and from the sharp ends (relative error < 1e-8)."""
-    nodes, weights = np.polynomial.legendre.leggauss(3)
-    total = np.zeros(kx.size)
-    for a, weight_a in zip(nodes, weights, strict=True):
-        for b, weight_b in zip(nodes, weights, strict=True):
-            q = np.hypot((kx + a / 2) * steps[0], (ky + b / 2) * steps[1])
-            total += weight_a * weight_b / 4 * spectrum(q)
-    return total * steps[0] * steps[1]
-
-
-def _polar_cells(psd: Callable[[Array], Any], breaks: Sequence[float], kx: Index, ky: Index, steps: Steps) -> Array:
-    """∫ q C(q) θ(q) dq, θ the angle of the circle q inside the cell: exact at sharp ends, in pieces between kinks."""
-    if kx.size > 4096:  # a few cells at a time: the work arrays stay small
-        parts = [slice(start, start + 4096) for start in range(0, kx.size, 4096)]
-        return np.concatenate([_polar_cells(psd, breaks, kx[part], ky[part], steps) for part in parts])
-    # a cell on an axis is twice its half in the quadrant
-    x0, x1 = np.maximum(kx - 0.5, 0) * steps[0], (kx + 0.5) * steps[0]
-    y0, y1 = np.maximum(ky - 0.5, 0) * steps[1], (ky + 0.5) * steps[1]
-    copies = np.where(kx == 0, 2.0, 1.0) * np.where(ky == 0, 2.0, 1.0)
-    corners = [np.hypot(x0, y0), np.hypot(x1, y0), np.hypot(x0, y1), np.hypot(x1, y1)]
-    inner = [np.clip(np.full(kx.shape, q), corners[0], corners[3]) for q in breaks]
-    edges = np.sort(np.stack([*corners, *inner]), axis=0)
-    x0, x1, y0, y1 = (side[:, None] for side in (x0, x1, y0, y1))
-    nodes, weights = np.polynomial.legendre.leggauss(20)
-    t = (nodes + 1) / 2
-    smooth, slope = t * t * (3 - 2 * t), 6 * t * (1 - t)  # flattens the square roots of θ(q) at the corners
-    total = np.zeros(kx.size)
-    for left, right in pairwise(edges):
-        if not (right > left).any():
-            continue
-        span = np.log(right / left)  # steps in ln q: in long cells C(q) falls by decades
-        q = left[:, None] * np.exp(span[:, None] * smooth)
-        middle = 0.5 * (left + right)
-        value = psd(np.clip(q, left[:, None] * (1 + 1e-15), right[:, None] * (1 - 1e-15)))
-        # angle of the circle of radius q inside the cell
-        radius = np.maximum(q, np.finfo(float).tiny)
-        upper = np.minimum(np.arccos(np.minimum(x0 / radius, 1)), np.arcsin(np.minimum(y1 / radius, 1)))
-        lower = np.maximum(np.arccos(np.minimum(x1 / radius, 1)), np.arcsin(np.minimum(y0 / radius, 1)))
-        angle = np.maximum(upper - lower, 0.0)
-        inside = (middle > breaks[0]) & (middle < breaks[-1])
-        total += np.where(inside, span, 0.0) * ((q * q * value * angle * slope) @ (weights / 2))
-    return copies * total

@@ -5,8 +5,9 @@ import pytest
 from surface_cases import BOTH, CIRCLE, SPECTRUM, WIDE, draws, modes_of, square, variance_by_quadrature
 
 from roughsim.grid import Grid
+from roughsim.surface.modes import mode_variance
 from roughsim.surface.power_laws import SelfAffineSpectrum
-from roughsim.surface.synthesis import mode_variance, synthesize
+from roughsim.surface.synthesis import synthesize
 
 
 @pytest.mark.parametrize("shape", [(48, 48), (33, 34), (35, 33), (28, 40), (1, 64), (64, 1)])

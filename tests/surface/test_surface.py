@@ -6,8 +6,9 @@ from surface_cases import CIRCLE, SPECTRUM, WIDE, cell_integral, square
 
 from roughsim.errors import ResolutionError
 from roughsim.grid import Grid
+from roughsim.surface.modes import mode_variance
 from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
-from roughsim.surface.synthesis import mode_variance, synthesize
+from roughsim.surface.synthesis import synthesize
 
 CELLS = {
     "inside q_min": (1, 1),
