@@ -125,6 +125,14 @@ def test_importing_roughsim_imports_nothing_heavy():
     assert found.stdout.strip() == "[]"
 
 
+def test_verbs_that_solve_no_contact_load_neither_compiler_nor_transforms():
+    modules = "comparison.compare comparison.tables comparison.trust ensemble.status results.folder planning.limits"
+    names = ", ".join(f"roughsim.{name}" for name in modules.split())
+    code = f"import sys, {names}; print(*({{'numba', 'pyfftw', 'h5py', 'matplotlib', 'pint'}} & set(sys.modules)))"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert found.stdout.strip() == ""
+
+
 def test_typed_names_are_the_public_ones():
     tree = ast.parse((ROOT / "roughsim" / "__init__.py").read_text())
     (block,) = [n for n in tree.body if isinstance(n, ast.If)]

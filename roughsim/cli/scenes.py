@@ -10,7 +10,7 @@ from typer import Argument, Exit, Option
 import roughsim as rs
 from roughsim.cli.runs import compare
 from roughsim.cli.words import Chart, Json, SceneName, Set, Workers, complete_form, open_scene, print_json, print_parts
-from roughsim.show.text import fail, say, tell, warn
+from roughsim.show.text import fail, note, say, tell, warn
 
 
 def demo(
@@ -64,10 +64,11 @@ def plan(
     as_json: Json = False,
 ) -> None:
     """Show how a scene would be computed, and why so."""
+    loaded = open_scene(scene, changes)
+    note(f"planning {scene}")  # before what is slow to import
     from roughsim.planning.limits import judge
     from roughsim.planning.plan import plan_table
 
-    loaded = open_scene(scene, changes)
     numerics = rs.plan(loaded, target_error)
     judged = judge(loaded, numerics)
     if as_json:
@@ -94,11 +95,12 @@ def run(
     For example: roughsim run demo -o runs/demo --until flash_temperature=1%
     """
     began = time.monotonic()
+    loaded = open_scene(scene, changes)
+    note(f"going on with {output}" if (output / "run.json").exists() else f"planning {scene}")  # as above
     from dataclasses import replace
 
     from roughsim.ensemble.progress import run_shown
 
-    loaded = open_scene(scene, changes)
     numerics: dict[str, Any] = {"threads": threads, "keep_fields": keep_fields}
     numerics = {key: value for key, value in numerics.items() if value is not None}
     loaded = replace(loaded, numerics=replace(loaded.numerics, **numerics))

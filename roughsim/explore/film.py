@@ -15,7 +15,7 @@ from roughsim.explore.content import image_of
 from roughsim.explore.layout import LEGEND, MARK, MapPanel, empty_source, plain_text, upright
 from roughsim.results.film import MemberFilm, read_film
 from roughsim.results.run import Run
-from roughsim.sliding.member import AXIS
+from roughsim.observables.catalogue import AXIS
 
 SIDE = 286  # screen pixels along the longer side of a map: one map fits on a telephone
 FRAME = 300  # ms that a position is shown while the film plays

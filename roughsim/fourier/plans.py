@@ -24,15 +24,17 @@ from numpy.typing import DTypeLike, NDArray
 
 # pyfftw.interfaces, of which nothing is used here, would load dask and with it pandas, which takes longer than all the
 # rest; for the time of the import dask is hidden, and `import pyfftw.interfaces.dask_fft` still works afterwards
-_hidden = sys.modules.setdefault("dask", None) is None  # type: ignore[arg-type]
+_dask = sys.modules.get("dask")  # pint loads it, but not dask.array
+sys.modules["dask"] = None  # type: ignore[assignment]
 try:
     import pyfftw
 except ImportError:  # the wheel of pyfftw bundles GPL code; some sites do without it
     pyfftw = None
     warnings.warn("pyfftw is not installed: scipy.fft takes over, slower", RuntimeWarning, stacklevel=2)
 finally:
-    if _hidden:
-        del sys.modules["dask"]
+    del sys.modules["dask"]
+    if _dask is not None:
+        sys.modules["dask"] = _dask
 
 ALIGNMENT = 64  # bytes, of what is handed to FFTW by address
 PADDING = 8  # complex numbers between lines, so that equal places do not all fall onto the same part of the cache

@@ -18,10 +18,8 @@ from roughsim.estimate.cell_size import SIZE_ERROR, size_error
 from roughsim.estimate.ladder import SAME
 from roughsim.estimate.regression import at_zero_skewness
 from roughsim.grid import Array
-from roughsim.planning.realization import realize
 from roughsim.scene import Scene
 from roughsim.scene.numerics import DEFAULT_SOLVER, Column, Level, Numerics
-from roughsim.surface.skewness import long_wave_skewness
 
 Lengths = tuple[float, float]  # of the cell, m
 SOLVES = 12  # of each level: scatter is then known to a fifth, one standard error
@@ -127,6 +125,9 @@ def pace(small: Solved, large: Solved) -> float:
 
 def flash_temperatures(scene: Scene, numerics: Numerics, level: int) -> Solved:
     """Solve all realizations of a level."""
+    from roughsim.planning.realization import realize  # slow to import: it loads the compiler
+    from roughsim.surface.skewness import long_wave_skewness
+
     rows, skewness, least = [], [], inf
     for index in range(SOLVES):
         start = time.process_time()

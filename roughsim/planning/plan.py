@@ -21,7 +21,6 @@ from roughsim.planning.pilot import HALF_SCATTER, SCATTER_KNOWN, SOLVES, Lengths
 from roughsim.scene import Scene
 from roughsim.scene.numerics import DEFAULT_REASONS, Forecast, Level, Numerics, Reason
 from roughsim.show.table import Column, Table
-from roughsim.show.text import note
 from roughsim.untrusted import machine_memory
 
 TARGET = 0.01  # relative total error where neither the caller nor the scene states one
@@ -70,7 +69,6 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
             raise ValueError('column = "elastic" does not fit a scene with a hardness; use "smoothed" or "capped"')
         reasons.append(Reason("levels", level_text(numerics.levels), "given in the scene"))
     else:
-        note("planning by a pilot, a few small contacts")
         numerics = chosen_levels(scene, lengths, target_error, stop)
         reasons += numerics.reasons
     # the scene's own numerics replace the defaults

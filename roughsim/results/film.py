@@ -30,7 +30,7 @@ class MemberFilm:
     maps : Film
         Slid distance of each position, pressure, and temperature of the moving body above its background.
     curves : dict of str to ndarray
-        What the member stores over the slid distance, by the names of `roughsim.sliding.member.CURVES`.
+        What the member stores over the slid distance, by the names of `roughsim.observables.catalogue.CURVES`.
     resting_summits : ndarray
         The highest summits of the face at rest, m, shape (summits, 2).
     moving_summits : ndarray

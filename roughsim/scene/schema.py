@@ -10,6 +10,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass, fields, make_dataclass
 from decimal import Decimal
 from difflib import get_close_matches
@@ -25,6 +26,21 @@ from roughsim.show.text import plain
 
 SMALLEST, LARGEST = 1e-30, 1e30  # sizes of lawful numbers, SI: products of several of them do not overflow
 NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([\w%°/*^()·⋅.\-⁻ ]*)")
+# what is one of these units in SI; pint, which takes a third of a second to load, reads all others
+USUAL = {
+    "%": ("", "0.01"),
+    "1/m": ("rad/m", "1"),
+    "um": ("m", "1e-6"),
+    "mm": ("m", "1e-3"),
+    "m/s": ("m/s", "1"),
+    "ms": ("s", "1e-3"),
+    "K": ("K", "1"),
+    "MPa": ("Pa", "1e6"),
+    "GPa": ("Pa", "1e9"),
+    "kg/m^3": ("kg/m^3", "1"),
+    "J/(kg K)": ("J/(kg K)", "1"),
+    "W/(m K)": ("W/(m K)", "1"),
+}
 Made = TypeVar("Made")
 SECTIONS: dict[str, type["Record"]] = {}  # by their names in a scene file; "" is the scene itself
 
@@ -126,6 +142,10 @@ class Quantity:
         number, name = match[1], match[2].strip()
         if self.unit and not name:
             raise ValueError(f'{key} has no unit; write "{number} {self.unit}" or the number {number}')
+        unit, factor = USUAL.get(name, (None, "1"))
+        if unit == self.unit:
+            with suppress(ArithmeticError):  # what decimals cannot hold is refused below
+                return float(Decimal(number) * Decimal(factor))
         kind = f"a quantity in {self.unit}" if self.unit else "a dimensionless number"
         expected = f"{kind} is expected, for example {self.example}"
         try:

@@ -10,6 +10,7 @@ import pytest
 import roughsim as rs
 from roughsim.errors import ConvergenceError
 from roughsim.planning import pilot as stage
+from roughsim.planning import realization
 from roughsim.planning.pilot import HALF_SCATTER, Solved
 
 WAVE = 2 * pi / 6350
@@ -48,7 +49,7 @@ def test_a_pilot_tells_scatter_step_and_pixel(monkeypatch):
         in_whole = numerics.lengths == (4 * WAVE, 4 * WAVE)
         return solution(temperatures(index, 3 if in_whole else level))
 
-    monkeypatch.setattr(stage, "realize", realize)
+    monkeypatch.setattr(realization, "realize", realize)
     scene = replace(rs.load_scene("steel-1.2GPa"), title="pilot of known realizations")
     found = stage.pilot(scene, "capped", (4 * WAVE, 4 * WAVE), 1e9)
     highest = np.array([temperatures(i, 3) for i in range(12)])
@@ -85,7 +86,7 @@ def test_a_pilot_stays_in_the_runs_cell_where_half_of_it_has_other_changes(monke
         seen.add((numerics.levels[level].shape[0], numerics.lengths[0]))
         return solution(temperatures(index, level))
 
-    monkeypatch.setattr(stage, "realize", realize)
+    monkeypatch.setattr(realization, "realize", realize)
     scene = replace(rs.load_scene("steel-1.2GPa"), title="pilot of a short cell")
     found = stage.pilot(scene, "capped", (3.9 * WAVE, 3.9 * WAVE), 1e9)
     assert seen == {(256, 3.9 * WAVE), (512, 3.9 * WAVE)}
@@ -107,7 +108,7 @@ def test_the_scatter_of_a_pilot_is_what_the_skewness_of_the_surfaces_leaves(monk
         change = 1 if numerics.lengths[0] == 4 * WAVE else level
         return solution(np.array([10.0 * (1 + 0.04 * skewness[index] + 0.001 * rest[index]) + change]), heights)
 
-    monkeypatch.setattr(stage, "realize", realize)
+    monkeypatch.setattr(realization, "realize", realize)
     scene = replace(rs.load_scene("steel-1.2GPa"), title="pilot of skew surfaces")
     found = stage.pilot(scene, "capped", (4 * WAVE, 4 * WAVE), 1e9)
     rows = 10.0 * (1 + 0.04 * skewness + 0.001 * rest) + 1
@@ -123,7 +124,7 @@ def test_the_coarsest_grid_of_a_pilot_has_eight_points_per_side_however_low_the_
         shapes.append(numerics.levels[level].shape)
         return solution(temperatures(index, level))
 
-    monkeypatch.setattr(stage, "realize", realize)
+    monkeypatch.setattr(realization, "realize", realize)
     scene = replace(rs.load_scene("steel-1.2GPa"), title="pilot of one wave")
     stage.pilot(scene, "capped", (4 * WAVE, 8 * WAVE), 2 * pi / (8 * WAVE))
     assert list(dict.fromkeys(shapes)) == [(8, 8), (16, 16), (32, 32)]
@@ -144,7 +145,7 @@ def test_a_pilot_that_does_not_converge_is_a_guess(monkeypatch):
     def realize(*_, **__):
         raise ConvergenceError("residual = 1 exceeds 1e-4", residual=1.0, iterations=10)
 
-    monkeypatch.setattr(stage, "realize", realize)
+    monkeypatch.setattr(realization, "realize", realize)
     scene = replace(rs.load_scene("steel-1.2GPa"), title="pilot that fails")
     found = stage.pilot(scene, "capped", (4 * WAVE, 4 * WAVE), 1e5)
     assert (found.measured, found.q_max) == (False, 1e5)

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from decimal import Decimal
 
+import pint
 import pytest
 from steel_text import STEEL, approx, changed
 
 from roughsim.scene import load_scene, parse_scene
+from roughsim.scene.schema import USUAL
 
 
 def test_the_bundled_steel_is_the_paper_s_in_si_to_the_last_bit(steel):
@@ -53,6 +56,12 @@ def test_conversion_rounds_once_as_if_the_si_number_had_been_written():
     for hundredths in range(1, 60):
         scene = parse_scene(changed('"0.90 um"', f'"{hundredths / 100} um"'))
         assert scene.surface.rms_height == float(f"{hundredths}e-8")
+
+
+@pytest.mark.parametrize("name", USUAL)
+def test_the_usual_units_are_those_of_pint(name):
+    unit, factor = USUAL[name]
+    assert pint.UnitRegistry(non_int_type=Decimal).Quantity(Decimal(1), name).to(unit).magnitude == Decimal(factor)
 
 
 @pytest.mark.parametrize("micro", ["um", "\u00b5m", "\u03bcm", "micrometer"])

@@ -52,6 +52,12 @@ def test_windows_line_ends_and_byte_order_marks_do_not_matter(tmp_path, steel):
     assert load_scene(str(path)) == steel
 
 
+def test_bundled_scenes_are_read_without_pint():
+    code = "import sys, roughsim as rs; from roughsim.scene import bundled_scenes as all_of\n"
+    code += "for name in all_of(): rs.load_scene(name)\nsys.exit('pint' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False, cwd=Path(__file__).parents[2]).returncode == 0
+
+
 def test_importing_the_package_reads_no_scene_module():
     code = "import sys, roughsim; sys.exit(any(m in sys.modules for m in ('pydantic', 'pint', 'roughsim.scene')))"
     assert subprocess.run([sys.executable, "-c", code], check=False, cwd=Path(__file__).parents[2]).returncode == 0
