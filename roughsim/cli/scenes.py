@@ -65,7 +65,8 @@ def plan(
 ) -> None:
     """Show how a scene would be computed, and why so."""
     loaded = open_scene(scene, changes)
-    note(f"planning {scene}")  # before what is slow to import
+    if not as_json:
+        note(f"planning {scene}")  # before what is slow to import
     from roughsim.planning.limits import judge
     from roughsim.planning.plan import plan_table
 
