@@ -176,7 +176,9 @@ def test_too_many_failures_make_the_exit_code_tell(capsys, tmp_path, quick, monk
         raise ConvergenceError("contact solve stalled: residual 0.1", 0.1, 7)
 
     genuine = workers.solve_problem
-    monkeypatch.setattr(workers, "solve_problem", lambda problem: fails() if problem.index == 1 else genuine(problem))
+    monkeypatch.setattr(
+        workers, "solve_problem", lambda problem, *_: fails() if problem.index == 1 else genuine(problem)
+    )
     (tmp_path / "scene.toml").write_text(quick.to_toml())
     words = ("run", tmp_path / "scene.toml", "-o", tmp_path / "run", "--workers", 1, "--max", 3)
     code, _, err = inside(capsys, *words)

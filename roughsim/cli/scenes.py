@@ -3,7 +3,7 @@
 import json
 import time
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from typer import Argument, Exit, Option
 
@@ -96,19 +96,16 @@ def run(
     For example: roughsim run demo -o runs/demo --until flash_temperature=1%
     """
     began = time.monotonic()
-    loaded = open_scene(scene, changes)
-    note(f"going on with {output}" if (output / "run.json").exists() else f"planning {scene}")  # as above
-    from dataclasses import replace
-
+    targets = {name.strip(): value for name, _, value in (word.partition("=") for word in until or ())} or None
+    ensemble = {"ensemble.until": targets, "ensemble.max_realizations": most}
+    options = ensemble | {"numerics.threads": threads, "numerics.keep_fields": keep_fields}
+    loaded = open_scene(scene, changes, options)
+    if not output.is_file():  # which is refused below
+        note(f"going on with {output}" if (output / "run.json").exists() else f"planning {scene}")  # as above
     from roughsim.ensemble.progress import run_shown
 
-    numerics: dict[str, Any] = {"threads": threads, "keep_fields": keep_fields}
-    numerics = {key: value for key, value in numerics.items() if value is not None}
-    loaded = replace(loaded, numerics=replace(loaded.numerics, **numerics))
     try:
-        pairs = [word.partition("=") for word in until or ()]
-        targets = {name.strip(): value for name, _, value in pairs} or None
-        result = run_shown(loaded, output, workers, began=began, until=targets, max_realizations=most)
+        result = run_shown(loaded, output, workers, began=began)
     except KeyboardInterrupt:  # caught here: typer would end without a word
         fail("stopped; what was computed is stored, and the same command goes on from there", 130)
     if result.failed > 0.01 * result.realizations:

@@ -34,11 +34,12 @@ Output = Annotated[Path | None, Option("-o", "--output", metavar="FILE", help="L
 Workers = Annotated[int | None, Option(metavar="N", min=1, help="Processes; all cores if left out.")]
 
 
-def open_scene(name: str, words: list[str] | None) -> Any:
-    """Return a scene with the changes that were written as KEY=VALUE."""
+def open_scene(name: str, words: list[str] | None, options: dict[str, Any] | None = None) -> Any:
+    """Return a scene with the changes that were written as KEY=VALUE, and those by other options that are not None."""
     from roughsim.scene.changes import read_changes
 
-    return rs.load_scene(name, read_changes(words or []))
+    by_options = {key: value for key, value in (options or {}).items() if value is not None}
+    return rs.load_scene(name, read_changes(words or []) | by_options)
 
 
 def open_without_damaged(folder: Path) -> Any:

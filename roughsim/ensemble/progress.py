@@ -4,11 +4,10 @@ import os
 import time
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 from rich import progress as bars
 
-from roughsim.ensemble.run import aimed, begin, run
+from roughsim.ensemble.run import begin, run
 from roughsim.ensemble.status import count_text, end_known, losses, reached, realizations_needed
 from roughsim.planning.limits import judge
 from roughsim.planning.realization import march_problem
@@ -61,14 +60,13 @@ class Progress:
             self.console.print_lines(f"{text}, {left}")
 
 
-def run_shown(scene: Scene, folder: Path, workers: int | None, *, began: float | None = None, **options: Any) -> Run:
+def run_shown(scene: Scene, folder: Path, workers: int | None, *, began: float | None = None) -> Run:
     """Plan and run a scene as `roughsim.run` does, showing the plan, the progress and the end; all cores for None.
 
     `began` is when the command was given, s by `time.monotonic`; now if left out. The last line tells the time since.
     """
     began = time.monotonic() if began is None else began
     console = PatientConsole(stderr=True)
-    scene = aimed(scene, **options)
     progress = Progress(console)
     try:
         with suppress(OSError):

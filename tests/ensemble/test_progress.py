@@ -3,13 +3,13 @@
 import errno
 import io
 import re
-from dataclasses import replace
 
 import pytest
 
 import roughsim as rs
 from roughsim.ensemble import progress, status
 from roughsim.ensemble.progress import PatientConsole, Progress
+from roughsim.ensemble.run import aimed
 
 
 class Broken(io.StringIO):
@@ -44,7 +44,7 @@ def test_the_time_left_is_told_from_the_twelfth_realization_on(quick, tmp_path):
 
 
 def test_a_run_warns_in_the_form_of_every_verb(quick, tmp_path, capsys):
-    progress.run_shown(replace(quick), tmp_path / "run", 1, max_realizations=1)
+    progress.run_shown(aimed(quick, max_realizations=1), tmp_path / "run", 1)
     warned = [line for line in capsys.readouterr().err.splitlines() if "heat share" in line]
     assert [line.startswith("roughsim: warning: the heat share") for line in warned] == [True]
 
@@ -70,5 +70,5 @@ def test_a_terminal_that_takes_no_more_stops_no_run(quick, tmp_path, monkeypatch
     console.file = Broken(number)
     monkeypatch.setattr(PatientConsole, "is_terminal", terminal)
     monkeypatch.setattr(progress, "PatientConsole", lambda **_: console)
-    run = progress.run_shown(replace(quick), tmp_path / "run", 1, max_realizations=2)
+    run = progress.run_shown(aimed(quick, max_realizations=2), tmp_path / "run", 1)
     assert run.realizations == 2

@@ -132,6 +132,7 @@ def test_what_cannot_be_is_refused_before_planning(quick, tmp_path, monkeypatch,
     with pytest.raises(ValueError, match=words[case]):
         rs.run(scene, place, until=until)
     from roughsim.ensemble.progress import run_shown
+    from roughsim.ensemble.run import aimed
 
     with pytest.raises(ValueError, match=words[case]):
-        run_shown(scene, place, 1, until=until)
+        run_shown(aimed(scene, until=until), place, 1)
