@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim import fourier
 from roughsim.grid import Grid
 from roughsim.sliding.path import Path
 
-if TYPE_CHECKING:  # the names below are read by all who open a run
+if TYPE_CHECKING:  # as in `add`
     from roughsim.sliding.march import Step
 
 MOST_POINTS = 256  # along a side: of more points, blocks are averaged
@@ -73,6 +72,8 @@ class Projector:
 
     def add(self, n: int, step: "Step") -> None:
         """Take step n, if it is one of the film."""
+        from roughsim import fourier  # loads the transforms: the names above are read by all who open a run
+
         if n not in self.filmed:
             return
         place, sides = self.filmed[n], self.pressure.shape[1:]
