@@ -13,9 +13,9 @@ from roughsim.charts.sliding import speed_colours
 from roughsim.charts.style import scaled
 from roughsim.explore.content import image_of
 from roughsim.explore.layout import LEGEND, MARK, MapPanel, empty_source, plain_text, upright
+from roughsim.observables.catalogue import AXIS
 from roughsim.results.film import MemberFilm, read_film
 from roughsim.results.run import Run
-from roughsim.observables.catalogue import AXIS
 
 SIDE = 286  # screen pixels along the longer side of a map: one map fits on a telephone
 FRAME = 300  # ms that a position is shown while the film plays
