@@ -183,7 +183,8 @@ def test_members_that_a_process_left_are_computed_when_it_is_taken_for_gone(quic
     silent(run.folder)
     again = rs.run(quick, run.folder, max_realizations=4)
     assert again.realizations == 4
-    assert sorted(path.name for path in run.folder.iterdir()) == ["realizations", "run.json", "scene.toml"]
+    names = ["estimates.json", "realizations", "run.json", "scene.toml"]
+    assert sorted(path.name for path in run.folder.iterdir()) == names
     assert len(list((run.folder / "realizations").iterdir())) == 4
 
 
