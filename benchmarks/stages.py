@@ -24,7 +24,7 @@ from pathlib import Path  # noqa: E402
 from typing import Any  # noqa: E402
 
 import roughsim as rs  # noqa: E402
-from roughsim.comparison import compare, tables  # noqa: E402
+from roughsim.comparison import compare  # noqa: E402
 from roughsim.ensemble import run  # noqa: E402
 
 IMPORTED = time.process_time()
@@ -133,7 +133,7 @@ def main() -> None:
         clock = Clock()
         watch(clock)
         result = run.run(scene, Path(folder) / "run")
-        tables.comparison_table(compare.compare(rs.open_run(result.folder)))
+        compare.comparison_table(compare.compare(rs.open_run(result.folder)))
         clock.lap()
     members = len(result.members)
     seconds = clock.seconds + Counter({"import": IMPORTED})

@@ -97,7 +97,7 @@ def test_run_and_compare_a_scene_of_ones_own(capsys, tmp_path, capped_scene):
     assert json.loads(out)["realizations"] == 3
     code, out, err = inside(capsys, "compare", folder, "--chart", folder / "chart.png")
     assert code == 0
-    assert "capped/smoothed" in out
+    assert "capped_over_smoothed" in out
     assert (folder / "chart.png").exists()
     code, _, err = inside(
         capsys, "run", path, "-o", folder, "--workers", 1, "--max", 3, "--until", "flash_temperature=1%"

@@ -23,7 +23,7 @@ def status(run: RunFolder, as_json: Json = False) -> None:
 
 def compare(run: RunFolder, chart: Chart = None, as_json: Json = False) -> None:
     """Compare a run with the theory, in a table of values and ratios."""
-    from roughsim.comparison.tables import comparison_table, trust_table
+    from roughsim.comparison.tables import trust_table
     from roughsim.comparison.trust import trust
 
     opened = rs.open_run(run)
@@ -31,7 +31,7 @@ def compare(run: RunFolder, chart: Chart = None, as_json: Json = False) -> None:
     if as_json:
         print_json(comparison.to_dict())
     else:
-        print_parts(comparison_table(comparison), trust_table(trust(opened.scene)))
+        print_parts(comparison.table(), trust_table(trust(opened.scene)))
     if chart is not None:
         comparison.chart(chart)
         tell(f"picture: {chart}")

@@ -1,12 +1,12 @@
 """Theory, its trust and comparisons as tables for people, and the theory as JSON values for programs."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from roughsim import prediction
-from roughsim.comparison.compare import CONTACT_TEMPERATURE, Comparison
+from roughsim.comparison.rows import CONTACT_TEMPERATURE
 from roughsim.comparison.trust import Trust
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
 from roughsim.results.run import Run
@@ -99,59 +99,6 @@ def trust_table(known: Trust) -> Table:
     return Table([Column("observable"), *(Column(x, number=True) for x in headings)], rows, title, notes)
 
 
-def comparison_table(comparison: Comparison) -> Table:
-    """Return the comparison, a row per observable and speed."""
-    first, run, title = comparison.rows[0], comparison.run, comparison.run.scene.title
-    ratios = (name.replace("_over_", "/") + " (same modes)" * name.endswith("_over_theory") for name in first.ratios)
-    columns = [Column("observable", name=True)]
-    columns += [Column(title, number=True) for title in ("m/s", "theory", "calibrated", *first.columns, *ratios)]
-    rows: list[Row] = [
-        (
-            with_unit(row.observable, row.unit),
-            "" if row.speed is None else f"{row.speed:g}",
-            Number(row.theory_full_spectrum, row.unit),
-            Number(row.calibrated, row.unit),
-            *(Number(cell.mean, row.unit, cell.total_error, cell.unknown) for cell in row.columns.values()),
-            *(Number(ratio.value, "1", ratio.total_error, ratio.unknown) for ratio in row.ratios.values()),
-            row.note,
-        )
-        for row in comparison.rows
-    ]
-    count = f"{run.realizations} realizations" + (f", {run.failed} failed and left out" if run.failed else "")
-    title = f"{title}: {count}" if title else count
-    return Table([*columns, Column("note")], rows, title, [*meanings(comparison), *comparison.notes()])
-
-
-def meanings(comparison: Comparison) -> Iterator[str]:
-    """Yield notes: the slopes of the stress spectrum, and the meaning of columns and marks."""
-    for slope in comparison.slopes:
-        band = f"slope of |σ_q|² from {slope.low:.3g} to {slope.high:.3g} rad/m"
-        measured = Number(slope.measured, error=slope.error)
-        yield f"{band}: {slope.column} {measured} (statistical, 95 %), theory {slope.theory:.2f}"
-    yield (
-        "± total error, 95 %. theory: over the whole spectrum. The ratio to theory is over the same modes: those of "
-        "the cell, up to q_c."
-    )
-    yield calibrated_note(comparison.run.scene)
-    if comparison.run.numerics.march is not None:
-        yield (
-            "sliding: both faces move over one another, and the bodies share the heat point by point. T_flash is that "
-            "above the background of the moving body, mean over the last half of the slid distance."
-        )
-    if comparison.unknown:
-        yield f"≥: a part of the error is unknown, as no level of the run shows it ({', '.join(comparison.unknown)})."
-    if any(row.observable == CONTACT_TEMPERATURE for row in comparison.rows):
-        yield (
-            f"{CONTACT_TEMPERATURE}: T₀ + T_flash of the moving body after the duration, above its temperature when "
-            "sliding began. T₀ is that of the theory of heat, not simulated."
-        )
-    marks = {row.note for row in comparison.rows}
-    if "identity" in marks:
-        yield "identity: fixed by force balance, no agreement."
-    if "at q_c" in marks:
-        yield "at q_c: no limit in the cut-off, or none that the run shows; no agreement."
-
-
 def budget_table(run: Run, column: str, speeds: Sequence[int] | None = None) -> Table:
     """Return every observable of a column with the parts of its error, a row per speed.
 
@@ -159,15 +106,14 @@ def budget_table(run: Run, column: str, speeds: Sequence[int] | None = None) -> 
     """
     estimates = [run.estimate(name, column) for name in OBSERVABLES]
     parts = list(estimates[0].budget)
-    titles = ("m/s", "mean ± total error", *parts, "finest − mean")
+    titles = ("speed, m/s", "mean ± total error", *parts, "finest − mean")
     rows: list[Row] = []
     for estimate in estimates:
-        unit, name = estimate.unit, with_unit(estimate.observable, estimate.unit)
+        name = with_unit(estimate.observable, estimate.unit)
         per_speed = OBSERVABLES[estimate.observable].per_speed
         for k in (range(len(run.scene.speeds)) if speeds is None else speeds) if per_speed else (0,):
-            errors = (estimate.budget[part][k] for part in parts)
-            small = [Number(float(x), unit, digits=2) for x in (*errors, estimate.bias[k])]
-            rows.append([name, f"{run.scene.speeds[k]:g}" if per_speed else "", estimate.number(k), *small])
+            speed = f"{run.scene.speeds[k]:g}" if per_speed else ""
+            rows.append([name, speed, estimate.number(k), *estimate.parts(k)])
     notes = [
         f"n = {estimates[0].n} realizations. total error: 95 %, the root of the sum of squares of the parts; "
         "≥ where one of them is unknown, as no level of the run shows it (–).",

@@ -11,7 +11,8 @@ from roughsim.estimate.ladder import Values
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import ratio
-from roughsim.show.table import Number, shown
+from roughsim.show.markup import in_notebook
+from roughsim.show.table import Column, Number, Row, Table, shown, with_unit
 
 LEAST = 12  # realizations before a run may stop: below, the scatter itself is too uncertain
 LEAST_FINE = 3  # of these with the finest level: two can agree by chance
@@ -62,6 +63,7 @@ class Estimate(Uncertain):
     n: int  # realizations
     effective_n: Array  # realizations with all levels that would give the same statistical error: at most `n`
     notes: tuple[str, ...] = ()  # sentences on extrapolation and missing levels, for `explain`
+    speeds: tuple[float, ...] = ()  # of the entries, m/s; empty where it does not depend on the speed
 
     @property
     def half_width(self) -> Array:
@@ -77,6 +79,25 @@ class Estimate(Uncertain):
     def number(self, k: int) -> Number:
         """Return entry k as it is shown, with its total error."""
         return Number(float(self.mean[k]), self.unit, float(self.total_error[k]), self.unknown_at(k))
+
+    def parts(self, k: int) -> list[Number]:
+        """Return the parts of the error of entry k, and the value at the finest level minus the mean, for tables."""
+        errors = [float(part[k]) for part in self.budget.values()]
+        return [Number(error, self.unit, digits=2) for error in (*errors, float(self.bias[k]))]
+
+    def table(self) -> Table:
+        """Return the mean with its total error and the parts of that, a row per speed."""
+        titles = ["mean ± total error", *self.budget, "finest − mean"]
+        rows: list[Row] = [[self.number(k), *self.parts(k)] for k in range(len(self.mean))]
+        if self.speeds:
+            titles = ["speed, m/s", *titles]
+            rows = [[f"{speed:g}", *row] for speed, row in zip(self.speeds, rows, strict=True)]
+        columns = [Column(title, number=True) for title in titles]
+        title = f"{with_unit(self.observable, self.unit)}: {self.n} realizations"
+        return Table(columns, rows, title, (*self.notes, *(f"{name}: {SOURCES[name]}" for name in self.budget)))
+
+    def _repr_html_(self) -> str:
+        return in_notebook(self.table())
 
     def explain(self) -> str:
         """Say in plain words where each part of the error comes from."""

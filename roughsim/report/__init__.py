@@ -17,16 +17,16 @@ import numpy as np
 from roughsim import prediction
 from roughsim.charts.plot import plot_run
 from roughsim.comparison.compare import Comparison, compare
-from roughsim.comparison.tables import budget_table, comparison_table
+from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import state_line
 from roughsim.estimate.errors import SOURCES
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.planning.limits import judge
 from roughsim.planning.plan import level_text, plan_table
-from roughsim.report.markup import Html, bullets, digits, html_table, joined, tag, text
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Reason
+from roughsim.show.markup import Html, bullets, digits, html_table, joined, tag, text
 from roughsim.show.table import Cell, Column, Number, Table
 from roughsim.show.text import clock
 from roughsim.store.disk import place_bytes
@@ -82,7 +82,7 @@ def page(run: Run) -> str:
     """Return the page of a run as HTML."""
     try:
         comparison = compare(run)
-        result, table = answer(comparison), html_table(comparison_table(comparison))
+        result, table = answer(comparison), html_table(comparison.table())
     except ValueError as error:  # fewer than two sound realizations
         result = table = tag("p", f"There is nothing to compare yet: {error}", css="warning")
     parts = {

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -22,6 +23,8 @@ from roughsim.results.arrays import Labelled
 from roughsim.results.counted import Counted
 from roughsim.results.stored import Estimates, load_estimates, save_estimates
 from roughsim.scene.numerics import SLIDING
+from roughsim.show.markup import in_notebook
+from roughsim.show.table import Column, Row, Table
 from roughsim.store.member_files import member_path, read_field
 
 Field = NDArray[np.float32]
@@ -82,13 +85,13 @@ class Run(Counted):
         ValueError
             If there is no such observable or column, or no realization yet.
         """
-        known = self._known().get(self.column(column) if column != SLIDING else SLIDING, {}).get(observable)
-        if known is not None:
-            return known
-        if column == SLIDING:
+        name = SLIDING if column == SLIDING else self.column(column)
+        result = self._known().get(name, {}).get(observable)
+        if result is None and column == SLIDING:
             single = self._estimate(observable, None, np.ones_like(self.heat_partition))
-            return sliding_estimate(observable, single, self._reader.marched(self.realizations))
-        return self._estimate(observable, column, self.heat_partition)
+            result = sliding_estimate(observable, single, self._reader.marched(self.realizations))
+        result = result or self._estimate(observable, column, self.heat_partition)
+        return replace(result, speeds=self.scene.speeds if OBSERVABLES[observable].per_speed else ())
 
     def _estimate(self, observable: str, column: str | None, share: Array) -> Estimate:
         """Return the estimate of single contacts, with a share of the heat."""
@@ -247,6 +250,19 @@ class Run(Counted):
         about: dict[str, Any] = {"about": ABOUT, "title": self.scene.title, "roughsim": self.versions["roughsim"]}
         about |= {"realizations": self.realizations, "failed": self.failed, "speed": list(self.scene.speeds)}
         save_estimates(self.folder, self._made_by(), about, {column: self.estimates(column) for column in columns})
+
+    def _repr_html_(self) -> str:
+        """The state of the run and its flash temperature in each column, for notebooks."""
+        failed = f", {self.failed} failed and left out" if self.failed else ""
+        state = f"{self.realizations} realizations{failed}" + ("; the target is met" if self.target_met else "")
+        lines = [self.scene.title or "untitled", f"{self.folder}: {state}"]
+        if not self.sound(self.realizations):
+            return in_notebook(*lines)
+        flash = {name: self.estimate("flash_temperature", name) for name in self.numerics.columns}
+        columns = [Column(title, number=True) for title in ("speed, m/s", *flash)]
+        rows: list[Row] = [[f"{v:g}", *(e.number(k) for e in flash.values())] for k, v in enumerate(self.scene.speeds)]
+        notes = ("± total error, 95 %. rs.compare(run) has the theory beside it, and all other observables.",)
+        return in_notebook(*lines, Table(columns, rows, "flash_temperature, K", notes))
 
     def level_arrays(self, level: int, kept: list[int]) -> list[Labelled]:
         """Return the numbers of a level, and its fields of the realizations in `kept`, with names, axes and units.

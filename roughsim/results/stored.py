@@ -58,7 +58,7 @@ def from_json(name: str, values: dict[str, Any], speeds: int) -> Estimate:
     count = speeds if record.per_speed else 1
     if values["unit"] != record.unit or not {*values["budget"]} <= {*SOURCES}:
         raise ValueError(f"estimate of {name} has other units or parts of the error")
-    arrays = {key: array_of(values[key], count) for key in ARRAYS}
+    arrays: Any = {key: array_of(values[key], count) for key in ARRAYS}
     budget = {part: array_of(numbers, count) for part, numbers in values["budget"].items()}
     notes = tuple(str(note) for note in values["notes"])
     return Estimate(budget=budget, observable=name, unit=record.unit, n=int(values["n"]), notes=notes, **arrays)

@@ -24,7 +24,9 @@ from roughsim.scene.sections import (
     TheorySection,
     read_title,
 )
+from roughsim.scene.shown import scene_table
 from roughsim.scene.tables import MAX_ROWS, Rows, at_temperature
+from roughsim.show.markup import in_notebook
 from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
 from roughsim.surface.spectrum import Face, SumSpectrum, TruncatedSpectrum
 
@@ -194,6 +196,9 @@ class Scene(Record, section=""):
         A value is a number in SI or a text with a unit; None takes the key away.
         """
         return type(self)(**with_changes(tomllib.loads(self.to_toml()), {key: value}))
+
+    def _repr_html_(self) -> str:
+        return in_notebook(scene_table(self.title, asdict(self)))
 
     def to_toml(self) -> str:
         """Return a scene file that `load_scene` reads back to an equal scene: SI, units as comments, tables inline."""

@@ -12,6 +12,8 @@ from roughsim.errors import ResolutionError
 from roughsim.extensions import extensions
 from roughsim.grid import Grid
 from roughsim.scene.schema import QMax, Quantity, Record, as_written, one_or_list, optional_keys, whole
+from roughsim.scene.shown import numerics_table
+from roughsim.show.markup import in_notebook
 
 Column = Literal["smoothed", "capped", "elastic", "sliding"]
 SLIDING: Final = "sliding"  # the column of the march of two bodies; all others are of single contacts
@@ -259,6 +261,9 @@ class Numerics(Record, section="numerics"):
             return level
         alike = [i for i in self.single if self.levels[i].cell == self.levels[level].cell]
         return max(alike, key=lambda i: (self.levels[i].q_max, self.levels[i].shape))
+
+    def _repr_html_(self) -> str:
+        return in_notebook(numerics_table(self))
 
     def to_dict(self) -> dict[str, Any]:
         """Return these numerics as JSON values, without reasons and forecast."""

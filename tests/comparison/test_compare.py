@@ -8,8 +8,8 @@ import pytest
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.comparison.compare import Ratio, ratios_of
-from roughsim.comparison.tables import comparison_table
+from roughsim.comparison.compare import comparison_table
+from roughsim.comparison.rows import Ratio, ratios_of
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
 from roughsim.observables.record import Observable
 
@@ -237,7 +237,7 @@ def test_a_number_that_older_files_lack_is_not_compared(capped_run):
     assert np.isnan([rows["plastic_fraction"].columns[name].mean for name in ("smoothed", "capped")]).all()
     expected = capped_run.estimate("contact_fraction").mean[0]
     assert rows["contact_fraction"].columns["capped"].mean == expected
-    assert "plastic_fraction" not in {array.name for array in old.arrays()[0]}
+    assert "plastic_fraction" not in {array.name for array in old.level_arrays(1, [])}
 
 
 def test_the_calibrated_law_stands_after_theory_where_it_was_compared_with_contacts(table):

@@ -7,7 +7,8 @@ import pytest
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.comparison.tables import comparison_table, theory_dict, theory_table
+from roughsim.comparison.compare import comparison_table
+from roughsim.comparison.tables import theory_dict, theory_table
 
 TIME = 3e-5  # s
 

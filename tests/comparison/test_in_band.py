@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim.comparison.compare import stress_slope
-from roughsim.comparison.tables import comparison_table
+from roughsim.comparison.compare import comparison_table
+from roughsim.comparison.rows import stress_slope
 
 
 @pytest.fixture(scope="module")

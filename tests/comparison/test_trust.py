@@ -15,7 +15,8 @@ import roughsim as rs
 from roughsim import prediction
 from roughsim.cli import app
 from roughsim.comparison import trust as look_up
-from roughsim.comparison.tables import comparison_table, trust_table
+from roughsim.comparison.compare import comparison_table
+from roughsim.comparison.tables import trust_table
 from roughsim.comparison.trust import Judgement, trust
 from roughsim.store.validity_map import Table, read_validity
 from theory import flash, persson

@@ -11,14 +11,15 @@ import pytest
 import roughsim as rs
 from roughsim import prediction, report
 from roughsim.charts.style import half_width
-from roughsim.comparison.tables import budget_table, comparison_table
+from roughsim.comparison.compare import comparison_table
+from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import status_lines
 from roughsim.estimate import cell_size
 from roughsim.estimate import errors as est
 from roughsim.estimate.ladder import Values
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.report.markup import html_table
 from roughsim.scene.numerics import Level, Numerics
+from roughsim.show.markup import html_table
 from roughsim.show.terminal import table_text
 
 UNITS = {"K/m": 1e-3, "K/m^2": 1e-12, "m": 1e6, "Pa^2": 1e-18}
@@ -89,7 +90,7 @@ def test_the_table_prints_total_errors(partial):
 def test_the_table_prints_the_total_errors_of_ratios(partial):
     comparison = rs.compare(partial)
     table = comparison_table(comparison)
-    (cells,) = (table.cells(k) for k, column in enumerate(table.columns) if column.title == "capped/smoothed")
+    (cells,) = (table.cells(k) for k, column in enumerate(table.columns) if column.title == "capped_over_smoothed")
     student = 3.1824463 * np.sqrt(1 + 2 / 3)  # four realizations
     found = [partial.estimate("flash_temperature", column) for column in ("smoothed", "capped")]
     rows = [(n, row) for n, row in enumerate(comparison.rows) if row.observable == "flash_temperature" and row.speed]

@@ -31,8 +31,8 @@ from pathlib import Path
 import h5py, roughsim as rs
 from roughsim.results.export import export_run
 from roughsim.report import errors_section
-from roughsim.report.markup import html_table
-from roughsim.comparison.tables import comparison_table
+from roughsim.show.markup import html_table
+from roughsim.comparison.compare import comparison_table
 from roughsim.show.terminal import table_text
 
 scene = rs.load_scene("own.toml")

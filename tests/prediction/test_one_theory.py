@@ -9,10 +9,11 @@ from matplotlib.figure import Figure
 import roughsim as rs
 from roughsim import prediction, report
 from roughsim.charts import comparison as chart
-from roughsim.comparison.tables import comparison_table, theory_dict
+from roughsim.comparison.compare import comparison_table
+from roughsim.comparison.tables import theory_dict
 from roughsim.estimate import cell_size
-from roughsim.report.markup import digits, html_table, tag
 from roughsim.scene import parse_scene
+from roughsim.show.markup import digits, html_table, tag
 from roughsim.show.table import Number
 from roughsim.surface.spectrum import TruncatedSpectrum
 
@@ -99,15 +100,16 @@ def test_table_chart_page_and_theory_say_the_same_number(compared, monkeypatch):
         np.testing.assert_array_equal(half, compared.run.estimate("flash_temperature", column).total_error)
 
 
-def test_the_ratio_is_to_the_theory_of_the_same_modes_and_its_heading_says_so(compared):
+def test_the_ratio_is_to_the_theory_of_the_same_modes_and_a_note_says_so(compared):
     run = compared.run
     column = run.numerics.columns[0]
     row = [row for row in compared.rows if row.observable == "flash_temperature"][-1]
     ratio = row.ratios[f"{column}_over_theory"]
     measured = np.mean([run.members[0, i].numbers["flash_temperature"][-1] for i in (0, 1)])  # all heat in the body
     assert ratio.value == pytest.approx(measured * run.heat_partition[-1] / row.theory, rel=1e-12)
-    headings = [column.title for column in comparison_table(compared).columns]
-    assert f"{column}/theory (same modes)" in headings
+    table = comparison_table(compared)
+    assert f"{column}_over_theory" in [column.title for column in table.columns]
+    assert any("The ratio to theory is over the same modes" in note for note in table.notes)
 
 
 def test_a_value_that_the_run_cannot_continue_to_q_max_is_marked_at_q_c(compared):

@@ -14,8 +14,8 @@ import roughsim as rs
 from roughsim import report
 from roughsim.cli import main
 from roughsim.report import page, report_run
-from roughsim.report.markup import digits, html_table, tag, text
 from roughsim.scene import parse_scene
+from roughsim.show.markup import digits, html_table, tag, text
 from roughsim.show.table import Column, Number, Table
 from roughsim.store.member_files import member_path
 

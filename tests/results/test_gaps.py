@@ -4,7 +4,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.cli import main
-from roughsim.comparison.tables import comparison_table
+from roughsim.comparison.compare import comparison_table
 from roughsim.ensemble.status import status_dict, status_lines
 from roughsim.explore.content import WatchedRun
 from roughsim.store.member_files import member_path

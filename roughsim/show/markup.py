@@ -1,6 +1,7 @@
 """HTML from text that is not trusted: everything is escaped but elements made by this module."""
 
 import re
+from dataclasses import replace
 from html import escape
 from itertools import groupby
 
@@ -43,22 +44,46 @@ def digits(number: Number) -> Html:
     return Html(re.sub(r"e\+?(−?)0*(\d+)", r" × 10<sup>\1\2</sup>", str(number).replace("-", "−")))
 
 
-def html_table(table: Table) -> Html:
-    """Return a table with its notes; names that repeat become lines of their own above their rows."""
+def in_notebook(*parts: str | Table) -> Html:
+    """Return lines and tables as HTML for a notebook, whose own theme gives the style: no script, no colours.
+
+    Notes of a table are folded.
+    """
+    content: list[Html] = []
+    for part in parts:
+        if isinstance(part, str):
+            content.append(tag("p", part))
+            continue
+        content += [tag("p", tag("strong", part.title))] if part.title else []
+        content.append(html_table(replace(part, notes=()), aligned=True))
+        if part.notes:
+            content.append(tag("details", tag("summary", "notes"), *(tag("p", note) for note in part.notes)))
+    return tag("div", joined(*content))
+
+
+def html_table(table: Table, *, aligned: bool = False) -> Html:
+    """Return a table with its notes; names that repeat become lines of their own above their rows.
+
+    Cells have classes, for a page with a style of its own; with `aligned` they say themselves how they are aligned.
+    """
     columns, rows = list(table.columns), [list(row) for row in table.rows]
     names = [str(row[0]) for row in rows]
     grouped = columns[0].name and len(set(names)) < len(names)
-    kinds = ["number" if column.number else "" for column in columns][grouped:]
+    sides: dict[bool, dict[str, str]] = {False: {"css": ""}, True: {"css": "number"}}
+    if aligned:
+        sides = {False: {"style": "text-align: left"}, True: {"style": "text-align: right; white-space: nowrap"}}
+    kinds = [sides[column.number] for column in columns][grouped:]
 
     def line(row: list[Cell]) -> Html:
         cells = (digits(cell) if isinstance(cell, Number) else cell for cell in row[grouped:])
-        return tag("tr", *(tag("td", cell, css=kind) for cell, kind in zip(cells, kinds, strict=True)))
+        return tag("tr", *(tag("td", cell, **kind) for cell, kind in zip(cells, kinds, strict=True)))
 
     bodies = []
     for name, group in groupby(rows, key=lambda row: str(row[0]) if grouped else ""):
-        title = tag("tr", tag("th", name, colspan=str(len(kinds)), scope="rowgroup"), css="group") if grouped else ""
+        heading = tag("th", name, colspan=str(len(kinds)), scope="rowgroup", **(sides[False] if aligned else {}))
+        title = tag("tr", heading, css="group") if grouped else ""
         bodies.append(tag("tbody", title, joined(*map(line, group))))
-    titles = (tag("th", c.title, css=kind) for c, kind in zip(columns[grouped:], kinds, strict=True))
+    titles = (tag("th", c.title, **kind) for c, kind in zip(columns[grouped:], kinds, strict=True))
     head = tag("thead", tag("tr", *titles)) if any(column.title for column in columns) else ""
     notes = (tag("p", note, css="note") for note in table.notes)
     return joined(tag("div", tag("table", head, *bodies), css="wide"), *notes)

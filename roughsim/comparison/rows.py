@@ -1,0 +1,248 @@
+"""The rows of a comparison: each observable at each speed by theory and in each column, and the ratios of columns."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from math import copysign, inf, isfinite, isnan, log, nan
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from roughsim import prediction
+from roughsim.estimate.cell_size import size_error_of_sum
+from roughsim.estimate.errors import Estimate, Uncertain, quantile, quotient, spread
+from roughsim.estimate.ladder import Values
+from roughsim.estimate.sliding import OF_MARCH
+from roughsim.grid import Array, Grid, modes_between
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.results.run import Run
+from roughsim.scene.numerics import SLIDING
+from roughsim.surface.spectrum import TruncatedSpectrum
+
+NOTICED = 0.02  # relative difference of two theories that a note names
+CONTACT_TEMPERATURE = "contact_temperature"  # T₀(t) + T_flash, of scenes with a duration
+BIN_WIDTH, LEAST_BINS = 0.12, 12  # of the stress spectrum, in ln q; how many make a band that has a slope
+
+
+class Cell(NamedTuple):
+    """A measured value: mean, standard error, finest level − mean, total error (95 %) and the parts it lacks."""
+
+    mean: float
+    standard_error: float
+    bias: float
+    total_error: float = nan
+    unknown: tuple[str, ...] = ()
+
+
+NOTHING = Cell(nan, nan, nan)
+
+
+class Ratio(NamedTuple):
+    """A ratio of two columns with its paired standard error and its total error (95 %)."""
+
+    value: float
+    standard_error: float
+    total_error: float = nan
+    unknown: tuple[str, ...] = ()
+
+    @property
+    def z(self) -> float:
+        """(value − 1)/standard_error; 0 where both agree to rounding, infinite where they differ without scatter."""
+        if self.standard_error > 0.0:
+            return (self.value - 1.0) / self.standard_error
+        if isnan(self.value):
+            return nan
+        return 0.0 if abs(self.value - 1.0) <= 1e-9 else copysign(inf, self.value - 1.0)
+
+
+class Slope(NamedTuple):
+    """d ln|σ_q|²/d ln q of a column from `low` to `high`, rad/m; `error` is statistical, 95 %."""
+
+    column: str
+    low: float
+    high: float
+    measured: float
+    error: float
+    theory: float
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One observable at one speed (None without a speed): theory, the measured columns, and their ratios.
+
+    `theory` is summed over the modes of the cell up to q_c, `theory_at_cut_off` integrated up to q_c, and
+    `theory_full_spectrum` integrated over all of C(q). `calibrated` is that by the calibrated stress spectrum; NaN
+    where it was not compared with contacts. `note` is "identity" where force balance fixes the value, "at q_c" where
+    the value has no limit in the cut-off, or the run does not show one.
+    """
+
+    observable: str
+    unit: str
+    speed: float | None
+    theory: float
+    theory_at_cut_off: float
+    theory_full_spectrum: float
+    calibrated: float
+    columns: dict[str, Cell]
+    ratios: dict[str, Ratio]
+    note: str
+
+    @property
+    def cut(self) -> bool:
+        """Whether the theory up to q_c differs from that over the whole spectrum by more than `NOTICED`."""
+        whole = self.theory_full_spectrum
+        return abs(self.theory_at_cut_off - whole) > NOTICED * abs(whole)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the row with an entry for each column and ratio."""
+        names = ("observable", "speed", "theory", "theory_full_spectrum", "calibrated")
+        result: dict[str, Any] = {name: getattr(self, name) for name in names}
+        result |= {name: cell._asdict() for name, cell in self.columns.items()}
+        for name, ratio in self.ratios.items():
+            head = {"value": ratio.value, "standard_error": ratio.standard_error, "z": ratio.z}
+            result[name] = head | {"total_error": ratio.total_error, "unknown": ratio.unknown}
+        return result | {"note": self.note}
+
+    def to_flat_dict(self) -> dict[str, Any]:
+        """Return the row with one number for each key; errors are those with ``_total_error`` in their names."""
+        names = ("observable", "unit", "speed", "theory", "theory_full_spectrum", "calibrated")
+        result: dict[str, Any] = {name: getattr(self, name) for name in names}
+        values = {name: (cell.mean, cell.total_error) for name, cell in self.columns.items()}
+        values |= {name: (ratio.value, ratio.total_error) for name, ratio in self.ratios.items()}
+        for name, (value, error) in values.items():
+            result |= {name: value, f"{name}_total_error": error}
+        return result | {"note": self.note}
+
+
+def rows_of(run: Run) -> Iterator[Row]:
+    """Yield a row for each observable and speed; at the end the contact temperatures, if the scene has a duration."""
+    grid, q_c = finest(run)
+    drawn = TruncatedSpectrum(prediction.smoothed_spectrum(run.scene), q_c)
+    theories = {  # by the field of a row that has it
+        "theory": prediction.mode_sums(run.scene, drawn, grid),
+        "theory_at_cut_off": prediction.predictions(run.scene, q_c),
+        "theory_full_spectrum": prediction.predictions(run.scene),
+        "calibrated": prediction.calibrated_predictions(run.scene),
+    }
+    for observable in OBSERVABLES:
+        yield from rows_of_one(run, observable, {name: values[observable] for name, values in theories.items()})
+    if run.scene.sliding.duration is not None:
+        flash = {name: values["flash_temperature"] for name, values in theories.items()}
+        rows = rows_of_one(run, "flash_temperature", flash, prediction.background(run.scene))
+        yield from (replace(row, observable=CONTACT_TEMPERATURE) for row in rows)
+
+
+def rows_of_one(run: Run, observable: str, predicted: dict[str, Array], more: Array | None = None) -> Iterator[Row]:
+    """Yield a row for each speed of an observable, whose theories are `predicted` by the field of a row.
+
+    `more`, (speeds,), is an exact number added to it everywhere, with all heat in the moving body.
+    """
+    record, plastic = OBSERVABLES[observable], not run.scene.elastic
+    all_yields = plastic and isfinite(prediction.yield_wavenumber(run.scene))
+    measured = {name: run.estimate(observable, name) for name in run.numerics.columns}
+    slides = run.numerics.march is not None and observable in OF_MARCH and more is None
+    slid = run.estimate(observable, SLIDING) if slides else None
+    share = run.heat_partition if record.heated else np.ones(len(run.scene.speeds))
+    if more is not None:
+        predicted = {name: values + more for name, values in predicted.items()}
+        measured = {name: replace(estimate, mean=estimate.mean + share * more) for name, estimate in measured.items()}
+    ratios = ratios_of(run, observable, predicted["theory"], predicted["theory_at_cut_off"], more)
+    no_limit = np.any([np.isnan(estimate.budget["bandwidth"]) for estimate in measured.values()], axis=0)
+    no_limit |= plastic and not record.limit  # plastic patches have steep edges
+    for k, speed in enumerate(run.scene.speeds if record.per_speed else (None,)):
+        said, quotients = {name: float(x[k] * share[k]) for name, x in predicted.items()}, {}
+        cells = {name: cell_of(e, k) for name, e in measured.items()}
+        for name, q in ratios.items():
+            value, error, total = (float(x[k]) for x in (q.mean, q.standard_error, q.total_error))
+            quotients[name] = Ratio(value, error, total, q.unknown_at(k))
+        at_cut_off = no_limit[k] and not all(isnan(cell.mean) for cell in cells.values())
+        if run.numerics.march is not None:
+            cells[SLIDING] = cell_of(slid, k) if slid else NOTHING
+        note = "identity" if all_yields and record.by_force_balance else "at q_c" if at_cut_off else ""
+        yield Row(observable, record.unit, speed, columns=cells, ratios=quotients, note=note, **said)
+
+
+def cell_of(estimate: Estimate, k: int) -> Cell:
+    """Return entry k of an estimate."""
+    parts = (estimate.mean, estimate.standard_error, estimate.bias, estimate.total_error)
+    mean, error, bias, total = (float(x[k]) for x in parts)
+    return Cell(mean, error, bias, total, estimate.unknown_at(k))
+
+
+def finest(run: Run) -> tuple[Grid, float]:
+    """Return a grid in the run's cell with the pixel of the first column's finest level, and its cut-off, rad/m."""
+    level = run.numerics.levels[run.numerics.of_column(run.numerics.columns[0])[-1]]
+    parts = 2 if level.cell == "half" else 1
+    return Grid((parts * level.shape[0], parts * level.shape[1]), run.numerics.lengths), level.q_max
+
+
+def ratios_of(
+    run: Run, observable: str, summed: Array, integral: Array, more: Array | None = None
+) -> dict[str, Uncertain]:
+    """Return the first column over the theory and, for capped scenes, capped over smoothed.
+
+    The difference of the sum over the modes from the integral counts as an error by the finite cell, though contacts
+    are less sensitive to it than the sum. `more`, (speeds,), is an exact number added to the columns.
+    """
+    columns = run.numerics.columns
+    solver = OBSERVABLES[observable].solver_share * run.numerics.tolerance
+    known: Any = {"solver": solver, "scanned": run.scene.scanned}
+
+    def values_of(column: str, **kind: bool) -> tuple[Values, Array]:
+        """Return the values of a column, and the relative error by the finite cell."""
+        values = run.values(observable, column, **kind)
+        size = size_error_of_sum(run.scene, run.numerics.lengths, observable, column, values.from_half)
+        if more is None:
+            return values, size
+        mean = values.extrapolated.mean(axis=0)
+        parts = {name: getattr(values, name) + more for name in ("extrapolated", "finest", "base")}
+        with np.errstate(invalid="ignore"):  # 0/0 at rest
+            return values._replace(**parts), size * mean / (mean + more)
+
+    first, first_size = values_of(columns[0], extrapolated=False)
+    with np.errstate(all="ignore"):  # 0/0 at rest
+        apart = np.nan_to_num(summed / integral - 1.0, nan=0.0, posinf=0.0, neginf=0.0)
+    size = np.hypot(first_size, apart)
+    result = {f"{columns[0]}_over_theory": quotient(first, summed, size=size, **known)}
+    if len(columns) > 1:
+        (above, above_size), (below, below_size) = (values_of(column) for column in (columns[1], columns[0]))
+        size = np.hypot(above_size, below_size)
+        result[f"{columns[1]}_over_{columns[0]}"] = quotient(above, below, size=size, **known)
+    return result
+
+
+def stress_slope(run: Run, column: str | None = None) -> Slope | None:
+    """Return the slope of |σ_q|² at the finest level of a column; the run needs two sound realizations.
+
+    With C ∝ q^(−2−2H) full contact has |σ_q|² ∝ q^(−2H). Where contact is lost P ∝ 1/√G ∝ q^(H−1), so that the theory's
+    slope tends to −(1 + H) in a long band. What a finite pixel changes of slopes is not in their error.
+
+    The band goes from the last kink of C(q) to q_c, or to where contact has yielded. None where it is too short to have
+    a slope, as in steels that yield below q_roll_off.
+    """
+    name, scene = run.column(column), run.scene
+    level = run.numerics.of_column(name)[-1]
+    low, high = scene.spectrum.breaks[-2], run.numerics.levels[level].q_max
+    if not scene.elastic:
+        high = min(high, prediction.yield_wavenumber(scene))
+    bins = int(log(high / low) / BIN_WIDTH)
+    if bins < LEAST_BINS:
+        return None
+    # how many modes of the plane lie in each bin of ln q, and their mean ln q
+    edges = np.linspace(log(low), log(high), 1 + bins)
+    sample, grid = run.samples(name)[-1], run.numerics.grid(level)
+    modes = modes_between(grid)
+    log_q, many = np.log(modes.wavenumber), modes.multiplicity
+    count, sums = (np.histogram(log_q, edges, weights=weights)[0] for weights in (many, many * log_q))
+    filled = count > 0.0
+    center = sums[filled] / count[filled]
+    # least squares of ln|σ_q|² over ln q: the slope is a weighted sum; to first order so is its scatter
+    x = center - center.mean()
+    weights = x / (x @ x)
+    area = count[filled] * 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
+    spectra = [np.histogram(np.log(sample.wavenumber), edges, weights=row)[0] for row in sample.spectrum]
+    rows = np.stack(spectra)[:, filled] / area
+    mean = rows.mean(axis=0)
+    error, freedom = spread((rows / mean @ weights)[:, None])
+    predicted = np.log(prediction.stress_spectrum(scene, np.exp(center)))
+    half_width = float(error[0] * quantile(freedom[0]))
+    return Slope(name, low, high, float(weights @ np.log(mean)), half_width, float(weights @ predicted))

@@ -1,0 +1,57 @@
+"""Scenes and numerics as small tables, for notebooks."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from roughsim.scene.schema import SECTIONS, quantity
+from roughsim.show.table import Column, Table, significant
+
+
+def scene_table(title: str, sections: Mapping[str, Any]) -> Table:
+    """Return the keys of the sections of a scene that have a value, a row each, in SI."""
+    rows = [
+        (f"{name}.{key}", *value_and_unit(name, key, value))
+        for name, section in sections.items()
+        if isinstance(section, dict)
+        for key, value in section.items()
+        if value is not None and not (name == "numerics" and key == "levels")
+    ]
+    return Table([Column("key"), Column("value", number=True), Column("unit")], rows, title)
+
+
+def value_and_unit(section: str, key: str, value: Any) -> tuple[str, str]:
+    """Return the value of a key as people read it, and its SI unit; of a table only how many rows it has."""
+    unit = getattr(quantity(SECTIONS[section], key), "unit", "")
+    if isinstance(value, tuple) and value and isinstance(value[0], tuple):
+        names = [f"{name} = {significant(float(x), 6)}" for name, x in value] if isinstance(value[0][0], str) else []
+        return ", ".join(names) or f"table of {len(value)} rows", ""
+    if isinstance(value, tuple):
+        return ", ".join(map(number_text, value)), unit
+    return number_text(value), unit
+
+
+def number_text(value: Any) -> str:
+    """Return a number with up to six digits; all else as it is."""
+    return significant(value, 6) if isinstance(value, float) else str(value)
+
+
+def numerics_table(numerics: Any) -> Table:
+    """Return the levels of numerics, a row each; below what all have in common."""
+    titles = (("level", True), ("column", False), ("points", True), ("q_c, rad/m", True), ("realizations", False))
+    rows = [(str(number), level.column, *level_texts(level)) for number, level in enumerate(numerics.levels)]
+    return Table([Column(title, number=right) for title, right in titles], rows, "", tuple(common_notes(numerics)))
+
+
+def level_texts(level: Any) -> Iterator[str]:
+    """Yield the points, the cut-off and the realizations of a level."""
+    yield f"{level.shape[0]} × {level.shape[1]}" + (" in half the cell" if level.cell == "half" else "")
+    yield significant(level.q_max, 4)
+    first = "" if level.first is None else f" of the first {level.first}"
+    yield ("all" if level.every == 1 else f"1 in {level.every}") + first
+
+
+def common_notes(numerics: Any) -> Iterator[str]:
+    """Yield lines on the cell, the solves and the fields that are kept."""
+    sides = " × ".join(significant(1e3 * side, 4) for side in numerics.lengths)
+    yield f"Cell {sides} mm; tolerance {numerics.tolerance:g} of the contact, {numerics.precision} precision."
+    yield f"Fields of the first {numerics.keep_fields} realizations are kept; {numerics.threads} threads each."
