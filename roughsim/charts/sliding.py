@@ -26,7 +26,7 @@ DARKEST, BRIGHTEST = 0.0, 0.85  # of the colours of the speeds; the end of the s
 
 
 def sliding_chart(subject: Subject, path: Path) -> None:
-    """Draw T_flash, the temperature of the contact, both backgrounds and the share over distance, a line per speed.
+    """Draw temperatures and the share over distance, a line per speed, and how the contact turns over.
 
     Means over the members that slide, with their 95 % intervals. ValueError if the run has none.
     """
@@ -40,9 +40,9 @@ def sliding_chart(subject: Subject, path: Path) -> None:
     title = "\n".join(
         line for line in (plain(run.scene.title).replace("$", r"\$"), f"Both faces slide; {members}") if line
     )
-    with new_figure(path, (9.6, 5.6), title) as figure:
-        panels = figure.subplots(2, 2, sharex=True)
-        for axes, (words, label, names) in zip(panels.ravel(), PANELS, strict=True):
+    with new_figure(path, (11.4, 5.6), title) as figure:
+        panels = figure.subplots(2, 3, sharex=True)
+        for axes, (words, label, names) in zip(panels[:, :2].ravel(), PANELS, strict=True):
             for name, dashes in zip(names, DASHES, strict=False):
                 rows = curves[f"slide_{name}"] if f"slide_{name}" in curves else curves[f"slide_{name}_temperature"]
                 for k, colour in enumerate(colours):
@@ -56,10 +56,23 @@ def sliding_chart(subject: Subject, path: Path) -> None:
                 axes.set_yscale("log")
             axes.margins(x=0.0)
             plain_ticks(axes.xaxis)
-        for axes in panels[1]:
+        draw_turnover(panels[0, 2], distance, curves)
+        panels[1, 2].axis("off")
+        for axes in (*panels[1, :2], panels[0, 2]):
             axes.set_xlabel(f"slid distance, {unit}")
+            axes.tick_params(labelbottom=True)
         handles = [Line2D([], [], color=colour, label=f"{v:g} m/s") for colour, v in zip(colours, speeds, strict=True)]
-        figure.legend(handles=handles, loc="outside right center", title="$v$")
+        panels[1, 2].legend(handles=handles, loc="upper left", title="$v$", ncols=1 + len(handles) // 10)
+
+
+def draw_turnover(axes: Axes, distance: Array, curves: dict[str, Array]) -> None:
+    """Draw how the contact turns over: the share of its spots that live on, and the correlation of its stress."""
+    for name, dashes in zip(("spot_survival", "stress_correlation"), DASHES, strict=True):
+        if (rows := curves.get(f"slide_{name}")) is not None:  # older members have no spots
+            known = np.isfinite(rows).all(axis=0)
+            draw_mean(axes, distance[known], rows[:, known], "0.2", dashes)
+    axes.set(title="Spots that live on; dashed: stress correlation", ylabel="share", ylim=(-0.02, 1.02))
+    axes.margins(x=0.0)
 
 
 def speed_colours(count: int) -> list[str]:

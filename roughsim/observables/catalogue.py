@@ -221,6 +221,7 @@ CURVES = {
     "slide_frozen_flash_temperature": Curve("K", True, "T_flash if the contact there slid on frozen, all heat moving"),
     "slide_contact_fraction": Curve("1", False, "A/A0"),
     "slide_stress_correlation": Curve("1", False, "of the stress with that at earlier positions, so far away"),
+    "slide_spot_survival": Curve("1", False, "share of the contact spots that live for longer than that"),
 }
 UNITS = {name: record.unit for name, record in OBSERVABLES.items()}
 for name, count in Counter(record.name for record in TABLE).items():

@@ -179,7 +179,8 @@ class Reader:
         """
         level, indices = self.marches(count)
         rows = [read_member(member_path(self.folder, level, index)).curves for index in indices]
-        return {name: np.stack([row[name] for row in rows]) for name in rows[0]} | {AXIS: rows[0][AXIS]}
+        names = [name for name in rows[0] if all(name in row for row in rows)]  # older members lack some
+        return {name: np.stack([row[name] for row in rows]) for name in names} | {AXIS: rows[0][AXIS]}
 
     def _room(self, level: int, count: int) -> tuple[Array, NDArray[np.bool_]]:
         """Return the spectra of a level that stay in memory, and which of them were read; up to `count` if they fit."""

@@ -13,6 +13,7 @@ from roughsim.sliding.correlation import StressCorrelation
 from roughsim.sliding.film import Film, Projector
 from roughsim.sliding.march import NUMBERS, Motion, walk
 from roughsim.sliding.path import Path
+from roughsim.sliding.spots import SpotLives, survival
 
 LAST = 0.5  # share of a slid distance, at its end, over which means are taken
 
@@ -33,6 +34,8 @@ class Course:
         Shape (steps,).
     stress_correlation : ndarray
         Of the stress with that at earlier positions, `slid_distance` away, shape (steps,).
+    spot_survival : ndarray
+        Share of the contact spots that live for longer than `slid_distance`, shape (steps,); NaN of a flat face.
     spectrum : ndarray
         Of the stress, Pa², mean over the last half of the distance.
     contact : Contact
@@ -47,6 +50,7 @@ class Course:
     contact_fraction: Array
     plastic_fraction: Array
     stress_correlation: Array
+    spot_survival: Array
     spectrum: Array
     contact: Contact
     film: Film | None
@@ -62,10 +66,13 @@ def follow(
         conductivity=[motion.moving.conductivity for motion in motions],
         diffusivity=[motion.moving.diffusivity for motion in motions],
     )
-    correlation, projector = StressCorrelation(grid), Projector(grid, len(motions), filmed)
-    rows, fractions, frozen, spectra = [], [], [], []
+    correlation, spots, projector = StressCorrelation(grid), SpotLives(), Projector(grid, len(motions), filmed)
+    rows, fractions, frozen, spectra, before = [], [], [], [], None
     for n, step in enumerate(walk(contacts, grid, path, motions)):
         correlation.add(step.stress)
+        if step.contact is not before:  # over a flat it stays
+            spots.add(step.slid_distance, step.contact.pressure > 0.0)
+            before = step.contact
         if n == 0:
             continue
         rows.append(step.numbers)
@@ -85,6 +92,7 @@ def follow(
         area,
         yielded,
         correlation.mean(),
+        survival(spots.lives(), path.distance[1:]),
         np.mean(spectra, axis=0),
         step.contact,
         projector.film(path),

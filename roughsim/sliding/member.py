@@ -101,6 +101,7 @@ def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
         AXIS: course.slid_distance,
         "contact_fraction": course.contact_fraction,
         "stress_correlation": course.stress_correlation,
+        "spot_survival": course.spot_survival,
     }
     return SlideSolution(
         means_of(of_steps, path, problem.distances),

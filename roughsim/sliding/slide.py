@@ -41,6 +41,9 @@ class Slide:
         Share of points with σ > 0, and with σ = σ_P.
     stress_correlation : ndarray
         ⟨δσ(s) δσ(s + Δ)⟩/⟨δσ²⟩ at points of the resting body, with Δ = `slid_distance`, mean over several s.
+    spot_survival : ndarray
+        Share of the contact spots of 4 pixels or more, born on the way, that live for longer than `slid_distance`; NaN
+        beyond what was seen, and over a flat.
     contact : Contact
         The last one, in the frame of the resting body.
     """
@@ -57,6 +60,7 @@ class Slide:
     contact_fraction: Array
     plastic_fraction: Array
     stress_correlation: Array
+    spot_survival: Array
     contact: Contact
 
 
@@ -134,6 +138,7 @@ def slide(  # noqa: PLR0913  (two bodies)
         contact_fraction=course.contact_fraction,
         plastic_fraction=course.plastic_fraction,
         stress_correlation=course.stress_correlation,
+        spot_survival=course.spot_survival,
         contact=course.contact,
     )
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.contact.patches import labelled_patches
+from roughsim.contact.patches import RESOLVED, labelled_patches
 from roughsim.grid import Array
 
 
@@ -15,6 +15,8 @@ class Lives(NamedTuple):
     distance: Array  # slid between the first and the last position of each, and half a step before and after, m
     pixels: Array  # mean size of each over its life
     unfinished: int  # spots that were there at the first or at the last position: their life is longer than was seen
+    so_far: Array  # m, of those that were born and are there at the last position
+    so_far_pixels: Array  # mean size of each until then
 
 
 class SpotLives:
@@ -61,12 +63,33 @@ class SpotLives:
 
     def lives(self) -> Lives:
         """Return the lives that began and ended between the first and the latest position."""
-        nothing = np.zeros(0)
+        nothing, born = np.zeros(0), np.isfinite(self._born)
         return Lives(
             np.concatenate([nothing, *self._distances]),
             np.concatenate([nothing, *self._mean_pixels]),
             self._unseen + self._born.size,
+            self._last - self._born[born],
+            self._sizes[born] / self._positions[born],
         )
+
+
+def survival(lives: Lives, distance: Array) -> Array:
+    """Return the share of contact spots that live for longer than a distance, m; NaN where none was watched so long.
+
+    Spots of `RESOLVED` pixels or more count, on the mean over their life. Those that were there at the first position
+    do not: nobody saw how long they had lived. Those that are there at the last one count as long as they were seen
+    (Kaplan & Meier, J. Am. Stat. Assoc. 53, 1958, 457).
+    """
+    ends = np.sort(lives.distance[lives.pixels >= RESOLVED])
+    so_far = np.sort(lives.so_far[lives.so_far_pixels >= RESOLVED])
+    # of those that have been seen for so long, each that ends takes its part
+    watched = np.arange(ends.size, 0, -1) + so_far.size - np.searchsorted(so_far, ends)
+    share = np.concatenate([[1.0], np.cumprod(1.0 - 1.0 / watched)])
+    # distances and lives are whole steps, to rounding
+    result: Array = share[np.searchsorted(ends, distance * (1 + 1e-9), side="right")]
+    longest = max([*ends[-1:], *so_far[-1:]], default=0.0)
+    result[(distance > longest * (1 + 1e-9)) & (share[-1] > 0.0)] = np.nan
+    return result
 
 
 def successors(labels: NDArray[np.int64], count: int, later: NDArray[np.int64], later_count: int) -> NDArray[np.intp]:

@@ -1,6 +1,7 @@
 """Scenes with history = "sliding": what a run stores of each march, the estimate made of it, resuming, and failures."""
 
 import json
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,8 @@ from roughsim.errors import ConvergenceError
 from roughsim.planning.realization import march_problem
 from roughsim.results.film import read_film
 from roughsim.sliding.path import oblique_path
-from roughsim.store.member_files import member_path, read_member
+from roughsim.sliding.spots import SpotLives, survival
+from roughsim.store.member_files import member_path, read_member, write_member
 from roughsim.surface.synthesis import synthesize
 
 MARCH = 1  # its level
@@ -79,7 +81,31 @@ def test_curves_over_the_distance_are_those_of_the_slide(run):
     assert curves["slid_distance"] == pytest.approx(slid.slid_distance)  # under 64 steps: all of them
     for name in ("flash_temperature", "resting_background", "contact_temperature", "stress_correlation"):
         assert curves[f"slide_{name}"][0] == pytest.approx(getattr(slid, name), rel=1e-9)
+    assert curves["slide_spot_survival"][0] == pytest.approx(slid.spot_survival, nan_ok=True)
     assert curves["slide_background"].shape == (2, 2, slid.slid_distance.size)  # members, speeds, distances
+
+
+def test_the_lives_of_spots_are_those_of_the_contacts_on_the_way(run):
+    grid, resting, moving = faces(run, 1)
+    path, spots, contact = oblique_path(grid, 1e-3), SpotLives(), None
+    for n, offset in enumerate(path.offsets):
+        heights = resting + np.roll(moving, -offset, axis=(0, 1))
+        solid = rs.Solid(run.scene.effective_modulus, 1e9)
+        contact = rs.solve_contact(heights, grid, solid, nominal_pressure=9e7, tolerance=1e-4, start=contact)
+        spots.add(path.distance[n], contact.pressure > 0)
+    expected = survival(spots.lives(), path.distance[1:])
+    assert np.isfinite(expected[:4]).all()
+    assert run.curves()["slide_spot_survival"][1] == pytest.approx(expected, nan_ok=True)
+
+
+def test_members_of_an_older_version_without_a_curve_are_read_with_newer_ones(run, tmp_path):
+    shutil.copytree(run.folder, tmp_path / "run")
+    old = read_member(member_path(run.folder, MARCH, 0), with_fields=True)
+    write_member(tmp_path / "run", replace(old, curves={k: v for k, v in old.curves.items() if "spot" not in k}))
+    mixed = rs.open_run(tmp_path / "run").curves()
+    assert "slide_spot_survival" not in mixed
+    assert mixed["slide_stress_correlation"].shape[0] == 2
+    assert plot_run(rs.open_run(tmp_path / "run"), "sliding", tmp_path / "one.svg").exists()
 
 
 def test_the_estimate_is_the_frozen_one_times_the_paired_ratio(run):
@@ -134,7 +160,8 @@ def test_a_lost_and_a_damaged_march_are_computed_again_to_the_bit(run, tmp_path)
     for path, old in zip(paths, before, strict=True):
         new = read_member(path)
         assert all((new.numbers[name] == old.numbers[name]).all() for name in old.numbers)
-        assert all((new.curves[name] == old.curves[name]).all() for name in old.curves)
+        for name in old.curves:
+            np.testing.assert_array_equal(new.curves[name], old.curves[name])
 
 
 def test_two_processes_make_the_same_members(run, tmp_path):
@@ -183,6 +210,7 @@ def test_one_rough_face_rests_and_its_one_contact_slides_on(tmp_path):
     curves = run.curves()
     assert np.ptp(curves["slide_contact_fraction"]) == 0
     assert curves["slide_stress_correlation"] == pytest.approx(1)
+    assert np.isnan(curves["slide_spot_survival"]).all()  # none is born, none dies
     assert curves["slide_moving_share"][0, 1, -1] > 0.7  # the moving body runs under hot spots that rest
 
 
