@@ -183,7 +183,8 @@ def meanings(comparison: Comparison) -> Iterator[str]:
     if any(row.observable == CONTACT_TEMPERATURE for row in comparison.rows):
         yield (
             f"{CONTACT_TEMPERATURE}: T₀ + T_flash of the moving body after the duration, above its temperature when "
-            "sliding began. T₀ is that of the theory of heat, not simulated."
+            "sliding began. T₀ is that of the theory of heat, not simulated"
+            + (", but in the column sliding that of the march." if comparison.run.numerics.march is not None else ".")
         )
     marks = {row.note for row in comparison.rows}
     if "identity" in marks:

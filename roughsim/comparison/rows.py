@@ -134,13 +134,15 @@ def rows_of(run: Run) -> Iterator[Row]:
 def rows_of_one(run: Run, observable: str, predicted: dict[str, Array], more: Array | None = None) -> Iterator[Row]:
     """Yield a row for each speed of an observable, whose theories are `predicted` by the field of a row.
 
-    `more`, (speeds,), is an exact number added to it everywhere, with all heat in the moving body.
+    `more`, (speeds,), is an exact number added to T_flash everywhere, with all heat in the moving body; the column
+    sliding has its own.
     """
     record, plastic = OBSERVABLES[observable], not run.scene.elastic
     all_yields = plastic and isfinite(prediction.yield_wavenumber(run.scene))
     measured = {name: run.estimate(observable, name) for name in run.numerics.columns}
-    slides = run.numerics.march is not None and observable in OF_MARCH and more is None
-    slid = run.estimate(observable, SLIDING) if slides else None
+    slid = None
+    if run.numerics.march is not None and observable in OF_MARCH:
+        slid = run.estimate(observable, SLIDING) if more is None else run.contact_temperature()
     share = run.heat_partition if record.heated else np.ones(len(run.scene.speeds))
     if more is not None:
         predicted = {name: values + more for name, values in predicted.items()}

@@ -70,6 +70,27 @@ def sliding_estimate(observable: str, single: Estimate, numbers: dict[str, Array
     )
 
 
+def with_background(flash: Estimate, rows: Array) -> Estimate:
+    """Return T₀ + T_flash of the moving body: `rows`, (members, speeds), are T₀ at the end of each march, K.
+
+    T₀ depends on the march only by the share of the heat, so its doubt is that of the share. A larger share warms both
+    parts, so the doubts add.
+    """
+    warm, error, scatter, _ = _mean_of(rows)
+    budget = flash.budget | {
+        "statistical": np.hypot(flash.budget["statistical"], scatter),
+        "march": flash.budget["march"] + DOUBT_OF_SHARE * warm,
+    }
+    told = f"with the background after the duration, a mean of {len(rows)} members that slide"
+    return replace(
+        flash,
+        mean=flash.mean + warm,
+        standard_error=np.hypot(flash.standard_error, error),
+        budget=budget,
+        notes=(*flash.notes, told),
+    )
+
+
 def _mean_of(rows: Array) -> tuple[Array, Array, Array, Array]:
     """Return the mean of rows, its standard error, its 95 % half-width, and the degrees of freedom."""
     error, freedom = spread(rows)

@@ -186,6 +186,14 @@ TABLE: tuple[Observable, ...] = (
         per_speed=True,
     ),
     Observable(
+        "sliding_background",
+        "K",
+        stored="mean temperature of the surface of the moving body at the end of the slid distance",
+        only_stored=True,
+        of_march=True,
+        per_speed=True,
+    ),
+    Observable(
         "sliding_frozen_flash_temperature",
         "K",
         stored="flash_temperature of the contacts on the last half of the slid distance, each slid on frozen",

@@ -15,7 +15,7 @@ from roughsim.errors import RecordError
 from roughsim.estimate.cell_size import size_error_of_sum
 from roughsim.estimate.errors import Estimate, estimate, spread
 from roughsim.estimate.ladder import notes_of
-from roughsim.estimate.sliding import OF_MARCH, sliding_estimate
+from roughsim.estimate.sliding import OF_MARCH, sliding_estimate, with_background
 from roughsim.grid import Array, Grid
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results import arrays
@@ -92,6 +92,11 @@ class Run(Counted):
             result = sliding_estimate(observable, single, self._reader.marched(self.realizations))
         result = result or self._estimate(observable, column, self.heat_partition)
         return replace(result, speeds=self.scene.speeds if OBSERVABLES[observable].per_speed else ())
+
+    def contact_temperature(self) -> Estimate:
+        """Return T₀ + T_flash of the moving body in the column sliding, after the duration of the scene, over speed."""
+        rows = self._reader.marched(self.realizations)["sliding_background"]
+        return with_background(self.estimate("flash_temperature", SLIDING), rows)
 
     def _estimate(self, observable: str, column: str | None, share: Array) -> Estimate:
         """Return the estimate of single contacts, with a share of the heat."""

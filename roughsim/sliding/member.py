@@ -74,7 +74,7 @@ class SlideProblem:
 class SlideSolution:
     """What was measured on one march."""
 
-    numbers: dict[str, Array]  # (speeds,), means over the last half of the distance slid at each speed
+    numbers: dict[str, Array]  # (speeds,), as `means_of` explains
     curves: dict[str, Array]  # those of `CURVES`; NaN after the distance of a speed
     wavenumber: Array  # rad/m, of the spectrum
     spectrum: Array  # of the stress, Pa², mean over the last half of the longest distance
@@ -137,7 +137,7 @@ def stream_of(seed: int, *key: int) -> np.random.Generator:
 
 
 def means_of(of_steps: dict[str, Array], path: Path, distances: tuple[float, ...]) -> dict[str, Array]:
-    """Return the stored numbers: means over the last half of the distance that each speed slides."""
+    """Return the stored numbers: means over the last half of the distance that each speed slides, and T₀ at its end."""
     steps = np.arange(1, path.steps + 1)
     last = np.rint(np.array(distances) / path.distance[1])[:, None]
     late = (steps <= last) & (steps > LAST * last)
@@ -146,7 +146,9 @@ def means_of(of_steps: dict[str, Array], path: Path, distances: tuple[float, ...
         "sliding_share": "moving_share",
         "sliding_frozen_flash_temperature": "frozen_flash_temperature",
     }
-    return {stored: np.mean(of_steps[name], axis=1, where=late) for stored, name in names.items()}
+    means = {stored: np.mean(of_steps[name], axis=1, where=late) for stored, name in names.items()}
+    end = np.take_along_axis(of_steps["background"], last.astype(np.intp) - 1, axis=1)[:, 0]
+    return means | {"sliding_background": end}
 
 
 def curves_of(over_distance: dict[str, Array], path: Path) -> dict[str, Array]:

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from roughsim.estimate.errors import Estimate
-from roughsim.estimate.sliding import sliding_estimate
+from roughsim.estimate.sliding import sliding_estimate, with_background
 
 
 def frozen():
@@ -40,3 +40,17 @@ def test_the_scatter_of_the_ratio_and_of_the_frozen_estimate_add_as_squares():
     assert found.budget["statistical"] == pytest.approx([hypot(4.0 * 1.1, 200.0 * half)], rel=0.02)
     assert found.budget["size"] == pytest.approx([1.1])
     assert found.budget["march"] == pytest.approx([0.06 * 220.0])
+
+
+def test_the_background_adds_with_its_scatter_and_the_doubt_of_its_share():
+    flash = frozen()
+    flash.budget["march"] = np.array([12.0])
+    rows = 300.0 + 3.0 * np.tile([-1.0, 1.0], 20)[:, None]
+    found = with_background(flash, rows)
+    error = 3.0 / sqrt(39)
+    assert found.mean == pytest.approx([500.0])
+    assert found.bias == pytest.approx([3.0])
+    assert found.standard_error == pytest.approx([hypot(2.0, error)])
+    assert found.budget["statistical"] == pytest.approx([hypot(4.0, stats.t.ppf(0.975, 39) * error)], rel=0.01)
+    assert found.budget["size"] == pytest.approx([1.0])
+    assert found.budget["march"] == pytest.approx([12.0 + 0.02 * 300.0])

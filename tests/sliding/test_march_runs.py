@@ -10,6 +10,7 @@ from march_cases import MILLIMETRE, sliding_scene
 
 import roughsim as rs
 from roughsim.charts.plot import plot_run
+from roughsim.comparison.compare import comparison_table
 from roughsim.ensemble import workers
 from roughsim.ensemble.status import losses
 from roughsim.errors import ConvergenceError
@@ -200,6 +201,30 @@ def test_with_a_duration_each_speed_is_read_at_its_own_distance(tmp_path):
     film = read_film(run, 0)
     assert [film.positions(k) for k in (0, 1)] == [6, 16]
     assert plot_run(run, "sliding", tmp_path / "one.svg").exists()
+
+
+def test_after_a_duration_the_column_has_the_background_of_the_march(tmp_path):
+    history = f'history = "sliding"\nduration = {1e-3 / 35}'
+    scene = sliding_scene(history, ("speed = [1, 35]", "speed = [14, 35]"))
+    run = rs.run(scene, tmp_path / "run", max_realizations=2)
+    table = rs.compare(run)
+    rows = {(row.observable, row.speed): row for row in table.rows}
+    for k, v in enumerate((14.0, 35.0)):
+        total, flash = (rows[name, v].columns["sliding"] for name in ("contact_temperature", "flash_temperature"))
+        # a share of the heat that hardly changes: 2 q √(Dt/π)/κ; whole steps are not quite the duration
+        distance = 0.4e-3 if v == 14.0 else 1e-3
+        pixel = oblique_path(run.numerics.grid(MARCH), 1e-3).distance[1]
+        time, flux = (
+            round(distance / pixel) * pixel / v,
+            0.11 * 9e7 * v * rows["heat_partition", v].columns["sliding"].mean,
+        )
+        warm = 2 * flux * np.sqrt(STEEL.diffusivity * time / np.pi) / STEEL.conductivity
+        assert total.mean - flash.mean == pytest.approx(warm, rel=0.02)
+        assert total.total_error > flash.total_error
+        slid = [slide(run, i, 1e-3, speed=(14.0, 35.0)) for i in (0, 1)]
+        at = round(distance / pixel) - 1
+        assert total.mean - flash.mean == pytest.approx(np.mean([one.background[k, at] for one in slid]), rel=1e-9)
+    assert any("but in the column sliding that of the march" in note for note in comparison_table(table).notes)
 
 
 def test_one_rough_face_rests_and_its_one_contact_slides_on(tmp_path):
