@@ -5,59 +5,14 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from rich import progress as bars
-
+from roughsim.ensemble.bar import PatientConsole, Progress
 from roughsim.ensemble.run import begin, run
-from roughsim.ensemble.status import count_text, end_known, losses, reached, realizations_needed
+from roughsim.ensemble.status import losses, reached
 from roughsim.planning.limits import judge
 from roughsim.planning.realization import march_problem
 from roughsim.results.run import Run
 from roughsim.scene import Scene
-from roughsim.show.terminal import PlainConsole
 from roughsim.show.text import clock, warn
-
-
-class PatientConsole(PlainConsole):
-    """A console that survives a closed pipe: rich itself would end the process, and with it the run."""
-
-    def on_broken_pipe(self) -> None:
-        """Drop the text."""
-
-    def print_lines(self, *lines: str, style: str | None = None) -> None:
-        """Print lines; if the terminal or pipe is closed they are dropped, and the run goes on."""
-        with suppress(OSError):
-            for line in lines:
-                self.print(line, style=style, soft_wrap=True)
-
-
-class Progress:
-    """A bar on a terminal, or five lines in all in a file or pipe; one that is closed or full does not stop the run."""
-
-    def __init__(self, console: PatientConsole):
-        self.console = console
-        count, left = (bars.TextColumn(text, markup=False) for text in ("{task.description}", "{task.fields[left]}"))
-        self.bar = bars.Progress(count, bars.BarColumn(), left, console=console, disable=not console.is_terminal)
-        self.task = self.bar.add_task("planning", total=None, left="")
-        self.began = time.monotonic()
-        self.first: int | None = None  # number of members before this process added any
-        self.printed = -1  # realizations in the line that was printed last
-
-    def update(self, run: Run) -> None:
-        """Show the state of the run, and the time left once that is known."""
-        count, members = run.realizations, len(run.members)
-        if self.first is None:
-            self.first = members - 1
-        needed = realizations_needed(run)
-        expected = run.numerics.members(needed)
-        rate = (members - self.first) / max(time.monotonic() - self.began, 1e-9)
-        left = f"{clock(max(expected - members, 0) / rate)} left" if end_known(run) else "time left not known yet"
-        text = count_text(run) + reached(run)
-        with suppress(OSError):
-            self.bar.update(self.task, description=text, total=1.0, completed=min(members / expected, 1.0), left=left)
-        # without a bar: five lines in all, and no count twice
-        if self.bar.disable and count and count % max(needed // 5, 1) == 0 and count != self.printed:
-            self.printed = count
-            self.console.print_lines(f"{text}, {left}")
 
 
 def run_shown(scene: Scene, folder: Path, workers: int | None, *, began: float | None = None) -> Run:

@@ -39,7 +39,7 @@ def run(
     executor: Executor | None = None,
     observer: Callable[[Run], None] | None = None,
 ) -> Run:
-    """Compute an ensemble into a folder, or go on with the one that is there.
+    """Compute an ensemble into a folder, or go on with the one that is there. In a notebook a bar shows how far it is.
 
     Parameters
     ----------
@@ -58,7 +58,8 @@ def run(
         Where to stop in any case; the scene's if left out. Each of several processes stops by its own `until` and
         `max_realizations`; run.json tells those of the one that started last.
     workers : int, optional
-        Processes; 1 computes in this one. A script that asks for more needs ``if __name__ == "__main__":``.
+        Processes; 1 computes in this one. A script that asks for more needs ``if __name__ == "__main__":``; a notebook
+        does not.
     executor : concurrent.futures.Executor, optional
         Used in place of own processes; twice `workers` members are kept in flight.
     observer : callable, optional
@@ -89,9 +90,12 @@ def run(
     if workers > 1 and executor is None:
         refuse_script_without_file()
     scene = aimed(scene, seed=seed, until=until, max_realizations=max_realizations)
-    numerics = begin(scene, Path(folder), numerics)
-    with stopped_by_signals() as check, Workforce(workers, executor) as force:
-        return complete([(scene, numerics, Path(folder))], force, check, observer)[0]
+    from roughsim.ensemble.bar import shown_in_notebook  # rich is slow to import
+
+    with shown_in_notebook(observer) as update:
+        numerics = begin(scene, Path(folder), numerics)
+        with stopped_by_signals() as check, Workforce(workers, executor) as force:
+            return complete([(scene, numerics, Path(folder))], force, check, update)[0]
 
 
 def complete(

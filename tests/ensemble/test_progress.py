@@ -3,12 +3,14 @@
 import errno
 import io
 import re
+import sys
+from types import SimpleNamespace
 
 import pytest
 
 import roughsim as rs
 from roughsim.ensemble import progress, status
-from roughsim.ensemble.progress import PatientConsole, Progress
+from roughsim.ensemble.bar import PatientConsole, Progress
 from roughsim.ensemble.run import aimed
 
 
@@ -72,3 +74,48 @@ def test_a_terminal_that_takes_no_more_stops_no_run(quick, tmp_path, monkeypatch
     monkeypatch.setattr(progress, "PatientConsole", lambda **_: console)
     run = progress.run_shown(aimed(quick, max_realizations=2), tmp_path / "run", 1)
     assert run.realizations == 2
+
+
+class Cell:
+    """Stands for what IPython shows below a cell of a notebook."""
+
+    def __init__(self):
+        self.shown = []
+
+    def display(self, thing, display_id):
+        assert display_id
+        self.update(thing)
+        return self
+
+    def update(self, thing):
+        self.shown.append(thing._repr_mimebundle_({}, {})["text/html"])
+
+
+def test_a_notebook_shows_one_bar_and_still_calls_the_observer(quick, tmp_path, monkeypatch):
+    cell, seen = Cell(), []
+    kernel = SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=object()))
+    monkeypatch.setitem(sys.modules, "IPython", kernel)
+    monkeypatch.setitem(sys.modules, "IPython.display", cell)
+    rs.run(quick, tmp_path / "run", max_realizations=3, observer=lambda run: seen.append(run.realizations))
+    assert seen == [1, 2, 3]
+    assert "planning" in cell.shown[0]
+    assert [re.search(r"(\d) of about 3 realizations", html)[1] for html in cell.shown[1:]] == ["1", "2", "3"]
+
+
+def test_a_script_shows_no_bar(quick, tmp_path, capfd):
+    rs.run(quick, tmp_path / "run", max_realizations=1)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.slow
+def test_workers_in_a_notebook_need_no_guard(quick, tmp_path):
+    nbformat, client = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    pytest.importorskip("ipykernel")
+    (tmp_path / "scene.toml").write_text(quick.to_toml())
+    cell = "import roughsim as rs\nrun = rs.run(rs.load_scene('scene.toml'), 'run', max_realizations=4, workers=2)\nrun"
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell)])
+    client.NotebookClient(notebook, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    bar, result = notebook.cells[0].outputs
+    assert "4 of about 4 realizations" in bar["data"]["text/plain"]
+    assert "<table>" in result["data"]["text/html"]
+    assert rs.open_run(tmp_path / "run").realizations == 4

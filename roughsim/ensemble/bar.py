@@ -1,0 +1,92 @@
+"""A bar that shows how far a run is, on a terminal or in a notebook; in a file or pipe it is a few lines."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from importlib import import_module
+from typing import Any
+
+from rich import progress as bars
+
+from roughsim.ensemble.status import count_text, end_known, reached, realizations_needed
+from roughsim.results.run import Run
+from roughsim.show.terminal import PlainConsole
+from roughsim.show.text import clock
+
+
+class PatientConsole(PlainConsole):
+    """A console that survives a closed pipe: rich itself would end the process, and with it the run."""
+
+    def on_broken_pipe(self) -> None:
+        """Drop the text."""
+
+    def print_lines(self, *lines: str, style: str | None = None) -> None:
+        """Print lines; if the terminal or pipe is closed they are dropped, and the run goes on."""
+        with suppress(OSError):
+            for line in lines:
+                self.print(line, style=style, soft_wrap=True)
+
+
+class Progress:
+    """A bar on a terminal or in a notebook, or five lines in all in a file or pipe.
+
+    One that is closed or full does not stop the run. `in_cell` shows the bar below the cell of a notebook.
+    """
+
+    def __init__(self, console: PatientConsole, *, in_cell: bool = False):
+        self.console = console
+        count, left = (bars.TextColumn(text, markup=False) for text in ("{task.description}", "{task.fields[left]}"))
+        self.bar = bars.Progress(count, bars.BarColumn(), left, console=console, disable=not console.is_terminal)
+        self.task = self.bar.add_task("planning", total=None, left="")
+        # in a notebook rich would need another package to draw its bar anew; a cell can show a new one by itself
+        self.cell: Any = None
+        if in_cell:
+            self.cell = import_module("IPython.display").display(
+                self.bar.make_tasks_table(self.bar.tasks), display_id=True
+            )
+        self.began = time.monotonic()
+        self.first: int | None = None  # number of members before this process added any
+        self.printed = -1  # realizations in the line that was printed last
+
+    def update(self, run: Run) -> None:
+        """Show the state of the run, and the time left once that is known."""
+        count, members = run.realizations, len(run.members)
+        if self.first is None:
+            self.first = members - 1
+        needed = realizations_needed(run)
+        expected = run.numerics.members(needed)
+        rate = (members - self.first) / max(time.monotonic() - self.began, 1e-9)
+        left = f"{clock(max(expected - members, 0) / rate)} left" if end_known(run) else "time left not known yet"
+        text = count_text(run) + reached(run)
+        with suppress(OSError):
+            self.bar.update(self.task, description=text, total=1.0, completed=min(members / expected, 1.0), left=left)
+        if self.cell is not None:
+            self.cell.update(self.bar.make_tasks_table(self.bar.tasks))
+            return
+        # without a bar: five lines in all, and no count twice
+        if self.bar.disable and count and count % max(needed // 5, 1) == 0 and count != self.printed:
+            self.printed = count
+            self.console.print_lines(f"{text}, {left}")
+
+
+def in_notebook() -> bool:
+    """Whether this process is the kernel of a notebook."""
+    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    return hasattr(shell, "kernel")
+
+
+@contextmanager
+def shown_in_notebook(observer: Callable[[Run], None] | None) -> Iterator[Callable[[Run], None] | None]:
+    """Show a bar below the cell of a notebook, and yield what updates it and calls `observer`; elsewhere that alone."""
+    if not in_notebook():
+        yield observer
+        return
+    bar = Progress(PatientConsole(), in_cell=True)
+
+    def update(run: Run) -> None:
+        bar.update(run)
+        if observer is not None:
+            observer(run)
+
+    yield update
