@@ -15,7 +15,7 @@ import roughsim  # noqa: E402  (of this very folder, installed or not)
 project = "roughsim"
 author = "the authors of roughsim"
 release = version = roughsim.__version__
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 html_theme = "furo"
 html_title = f"roughsim {release}"
 html_copy_source = False
@@ -25,6 +25,12 @@ html_show_copyright = False
 html_static_path = ["static"]
 html_css_files = ["wide.css"]
 html_math_renderer = "mathml"  # browsers draw it themselves: no script, nothing from elsewhere
+
+nb_execution_mode = "force"  # the notebooks are stored without results
+nb_execution_in_temp = True
+nb_execution_timeout = 120
+nb_execution_raise_on_error = True
+nb_ipywidgets_js: dict[str, dict[str, str]] = {}  # nothing from elsewhere
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3

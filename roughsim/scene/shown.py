@@ -55,3 +55,4 @@ def common_notes(numerics: Any) -> Iterator[str]:
     sides = " × ".join(significant(1e3 * side, 4) for side in numerics.lengths)
     yield f"Cell {sides} mm; tolerance {numerics.tolerance:g} of the contact, {numerics.precision} precision."
     yield f"Fields of the first {numerics.keep_fields} realizations are kept; {numerics.threads} threads each."
+    yield from (f"{choice} {value}: {reason}." for choice, value, reason in numerics.reasons)
