@@ -29,9 +29,11 @@ ELASTIC_SIDE, CAPPED_SIDE = 2048, 4096  # points per side of the finest grids of
 PIXELS = 4  # per shortest wave of a level; its partner at half the pixel has twice as many
 LATER = 0.35  # scatter of the correction by the highest cut-off over that by the one before: 0.25 … 0.5 on the steels
 SYSTEMATIC = 0.6  # share of the target that the pixel may take; the rest is for the scatter
-SYSTEMATIC_CUT = 0.75  # with the bandwidth, where another rung costs more than many realizations of the lowest one
+SYSTEMATIC_CUT = 0.85  # with the bandwidth, where another rung costs more than many realizations of the lowest one
 
 # cut-offs and doubts of capped contact, measured on steel: docs/errors.md
+# what measured/law changes over the last step, at the worst speed, over what follows after it: .04, .04, .10 on steels
+CHANGE_OF_LAW = 0.065
 SMOOTHED_TOP = 1.5  # q_y: the end of C_sm
 CAPPED_TOPS = (8, 16, 32)  # q_y: tops of ladders to choose from
 NEAR_END = 1.25  # times a top: C(q) that ends below is solved to its end
@@ -111,14 +113,14 @@ def yield_scale(scene: Scene) -> tuple[float, str]:
     return q_max, f"q_max = {q_max:.3g} rad/m: 99 % yielding is not reached"
 
 
-def ladder_of(scene: Scene, lengths: Lengths, target: float) -> tuple[Ladder, Pilot]:
-    """Return the levels of a scene for a relative error, and what its pilot has seen."""
+def ladders_of(scene: Scene, lengths: Lengths, target: float) -> tuple[list[Ladder], Pilot]:
+    """Return the levels that serve a scene for a relative error, lowest first, and what its pilot has seen."""
     q_max = scene.spectrum.breaks[-1]
     if scene.elastic:
         seen = pilot(scene, "elastic", lengths, q_max)
-        return elastic_ladder(scene, lengths, target, seen), seen
+        return [elastic_ladder(scene, lengths, target, seen)], seen
     seen = pilot(scene, "capped", lengths, min(q_max, PILOT_TOP * yield_scale(scene)[0]))
-    return capped_ladder(scene, lengths, target, seen), seen
+    return capped_ladders(scene, lengths, target, seen), seen
 
 
 def elastic_ladder(scene: Scene, lengths: Lengths, target: float, seen: Pilot) -> Ladder:
@@ -133,38 +135,48 @@ def elastic_ladder(scene: Scene, lengths: Lengths, target: float, seen: Pilot) -
     return Ladder(pair("elastic", lengths, q_max, pixels, f"{pixels} pixels per shortest wave"), 0.0, pixel_error)
 
 
-def capped_ladder(scene: Scene, lengths: Lengths, target: float, seen: Pilot) -> Ladder:
-    """Return the smoothed surface on two grids, and a ladder of capped contact up to 8, 16 or 32 q_y."""
+def capped_ladders(scene: Scene, lengths: Lengths, target: float, seen: Pilot) -> list[Ladder]:
+    """Return the smoothed surface on two grids, with capped contact up to 8, 16 or 32 q_y: those that serve."""
     q_max = scene.spectrum.breaks[-1]
     q_yield, where = yield_scale(scene)
     limit = highest_cut_off(lengths, CAPPED_SIDE)
     smoothed_top = min(SMOOTHED_TOP * q_yield, q_max)
     if smoothed_top > limit / 2:  # both columns up to the same cut-offs
-        return cut_ladder(scene, ("smoothed", "capped"), lengths, seen, f"yields beyond any grid ({where})")
+        return [cut_ladder(scene, ("smoothed", "capped"), lengths, seen, f"yields beyond any grid ({where})")]
     whole = f"{SMOOTHED_TOP:g} × {where}; {PIXELS} pixels per shortest wave"
     smoothed = pair("smoothed", lengths, smoothed_top, PIXELS, whole, scatter=LATER)
+    ladders: list[Ladder] = []
     for factor in CAPPED_TOPS:
         top = min(factor * q_yield, q_max, limit)
         if q_max <= min(limit, NEAR_END * top):  # little is left out: all of C(q), which serves every observable
             top = q_max
-        exponent = prediction.usual_exponent(scene, top)
-        doubt = UNFITTED_DOUBT if factor < FITTED_TOP else FITTED_DOUBT if exponent > SLOW_FALL else SLOW_DOUBT
-        errors = capped_errors(top, top < q_max, seen, exponent, doubt)
-        if top < q_max and seen.measured:
-            errors = min(errors[0], law_error(scene, top)), errors[1]
-        if hypot(*errors) <= SYSTEMATIC_CUT * target or top < factor * q_yield:
+        ladder = capped_ladder(scene, lengths, seen, factor, top)
+        last = top < factor * q_yield or factor == CAPPED_TOPS[-1]
+        if hypot(ladder.bandwidth, ladder.pixel) <= SYSTEMATIC_CUT * target or (last and not ladders):
+            ladders.append(ladder._replace(rungs=[*smoothed, *ladder.rungs]))
+        if last:
             break
-    height = f"{top / q_yield:.3g} q_y"
+    return ladders
+
+
+def capped_ladder(scene: Scene, lengths: Lengths, seen: Pilot, factor: float, top: float) -> Ladder:
+    """Return the levels of capped contact up to a top, rad/m, that was to be `factor` q_y."""
+    q_max, q_yield = scene.spectrum.breaks[-1], yield_scale(scene)[0]
+    exponent = prediction.usual_exponent(scene, top)
+    doubt = UNFITTED_DOUBT if factor < FITTED_TOP else FITTED_DOUBT if exponent > SLOW_FALL else SLOW_DOUBT
+    errors = capped_errors(top, top < q_max, seen, exponent, doubt)
+    if top < q_max and seen.measured:
+        errors = min(errors[0], law_error(scene, top)), errors[1]
+    height, halved = f"{top / q_yield:.3g} q_y", may_halve(scene, lengths)
     if top >= q_max:
         whole = f"all of C(q), {height}, at {PIXELS} pixels per shortest wave"
-        return Ladder(
-            [*smoothed, *pair("capped", lengths, top, PIXELS, whole)], *errors, may_halve(scene, lengths) * seen.pixel
-        )
+        return Ladder(pair("capped", lengths, top, PIXELS, whole), *errors, halved * seen.pixel)
     first = f"{top / 4 / q_yield:.3g} q_y at {PIXELS} pixels per shortest wave"
-    last = height + (f": the limit of {CAPPED_SIDE} points per side" if top == limit else "")
+    at_limit = top == highest_cut_off(lengths, CAPPED_SIDE)
+    last = height + (f": the limit of {CAPPED_SIDE} points per side" if at_limit else "")
     last += ": how that falls, T∞ + c q_c^(−p), or by the law for contact that yields"
-    correction = may_halve(scene, lengths) * remainder(seen, top / 4, exponent)
-    return Ladder([*smoothed, *climb("capped", lengths, top, first, last, halved=(4, 2))], *errors, correction)
+    rungs = climb("capped", lengths, top, first, last, halved=(4, 2))
+    return Ladder(rungs, *errors, halved * remainder(seen, top / 4, exponent))
 
 
 def capped_errors(top: float, cut: bool, seen: Pilot, exponent: float, doubt: float) -> tuple[float, float]:
@@ -189,7 +201,8 @@ def law_error(scene: Scene, top: float) -> float:
     if law is None or not law.any():  # outside its range, or at rest
         return inf
     hottest = int(np.argmax(law[-1]))
-    return hypot(DOUBT_OF_LAW[0], DOUBT_OF_LAW[1] * (1.0 - float(law[-1, hottest] / law[-2, hottest])))
+    follows = 1.0 - float(law[-1, hottest] / law[-2, hottest])
+    return hypot(DOUBT_OF_LAW[0], DOUBT_OF_LAW[1] * follows, CHANGE_OF_LAW * follows)
 
 
 def rung(column: Column, lengths: Lengths, q_c: float, pixels: int, reason: str, scatter: float = 0.0) -> Rung:

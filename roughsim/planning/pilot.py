@@ -33,9 +33,9 @@ SEED = 20  # any number
 
 @dataclass(frozen=True, slots=True)
 class Pilot:
-    """What the pilot of one column says of T_flash, relative to its limit at the speed with the highest T_flash."""
+    """What the pilot of one column says of T_flash, relative to its limit; at the hottest speed where none is named."""
 
-    raw_scatter: float  # standard deviation of one realization over its mean, at the worst speed
+    raw_scatter: float  # standard deviation of one realization, at the worst speed
     scatter: float  # the same at zero skewness
     hot_scatter: float  # the same at the speed with the highest T_flash
     step: float  # change of the mean from q_max/2 to q_max
@@ -101,7 +101,7 @@ def pilot(scene: Scene, column: Column, lengths: Lengths, q_max: float) -> Pilot
     widest = (change.std(axis=0, ddof=1)[limit > 0.0] / limit[limit > 0.0] for change in changes)
     in_whole = HALF_SCATTER if parts > 1 else 1.0
     raw_scatter, scatter = (
-        np.divide(rows.std(axis=0, ddof=1), mean, out=np.zeros_like(mean), where=mean > 0.0)
+        np.divide(rows.std(axis=0, ddof=1), limit, out=np.zeros_like(mean), where=limit > 0.0)
         for rows in (largest.rows, at_zero_skewness(largest.rows, largest.skewness))
     )
     return Pilot(

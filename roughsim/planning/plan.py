@@ -15,7 +15,7 @@ from roughsim.errors import ResolutionError, number
 from roughsim.estimate.cell_size import choose_lengths, size_error_of_sum
 from roughsim.estimate.errors import LEAST, LEAST_FINE, quantile
 from roughsim.grid import Array
-from roughsim.planning.levels import Ladder, ladder_of
+from roughsim.planning.levels import Ladder, ladders_of
 from roughsim.planning.march import march_reasons, with_march
 from roughsim.planning.pilot import HALF_SCATTER, SCATTER_KNOWN, SOLVES, Lengths, Pilot, work
 from roughsim.scene import Scene
@@ -27,6 +27,7 @@ TARGET = 0.01  # relative total error where neither the caller nor the scene sta
 LEAST_SHARE = 0.1  # of the squared target, kept for the statistical error however large the systematic errors are
 CORRECTIONS = 0.4  # scatter of the first correction over that of the changes in the pilot; 0.3 … 0.5 on the steels
 WIDEST_CORRECTIONS = 0.33  # the same at the speed where they scatter most, mostly the slowest; 0.2 … 0.4 on the steels
+MEMBER = 5e5  # `work` of what a member takes whatever its grid, a few milliseconds: handing out, file, reading
 MEMORY_SHARE = 0.8  # share of the machine's memory that the largest grid may take
 BYTES_PER_POINT = 120  # peak memory of a solve, measured
 STRIDES = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512]  # powers of two, so that all fine levels share their realizations
@@ -110,11 +111,14 @@ def plan_table(reasons: Sequence[Reason]) -> Table:
 
 def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | None) -> Numerics:
     """Return levels and forecast with their reasons; `stop` is the statistical target, None if free."""
-    ladder, seen = ladder_of(scene, lengths, target)
+    ladders, seen = ladders_of(scene, lengths, target)
     most = scene.ensemble.max_realizations
-    in_whole = split_of(scene, lengths, ladder, seen, target, stop, half=False)
-    in_half = split_of(scene, lengths, ladder, seen, target, stop, half=True) if ladder.correction else in_whole
-    chosen = min(in_whole, in_half, key=lambda split: split.work)
+    ways = []
+    for ladder in ladders if stop is None else ladders[:1]:  # a higher one leaves more of the target to the scatter
+        in_whole = split_of(scene, lengths, ladder, seen, target, stop, half=False)
+        in_half = split_of(scene, lengths, ladder, seen, target, stop, half=True) if ladder.correction else in_whole
+        ways.append((min(in_whole, in_half, key=lambda split: split.work), ladder, in_whole, in_half))
+    chosen, ladder, in_whole, in_half = min(ways, key=lambda way: way[0].work)
     size, goal, strides, needed = chosen.size, chosen.goal, chosen.strides, chosen.needed
     rungs, changes = ladder.divided(*strides, chosen.half), corrections(ladder, strides, chosen.change)
     levels, count = tuple(rung.level for rung in rungs), min(needed, most)
@@ -122,10 +126,7 @@ def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | N
     cpu_seconds = seen.pace * total_work(levels, count)
     forecast = Forecast(count, statistical, ladder.bandwidth, ladder.pixel, size, cpu_seconds)
     # the scatter of a few pilot solves is uncertain, and so is the count
-    fewest, largest = (
-        min(realizations_for(goal, f * seen.scatter, corrections(ladder, strides, f * chosen.change)), most)
-        for f in SCATTER_KNOWN
-    )
+    fewest, largest = (min(chosen.realizations(ladder, seen, times=f), most) for f in SCATTER_KNOWN)
     per_cent = f"{100 * goal:.3g}"
     why = (
         f"--until flash_temperature={per_cent}% stops once its statistical error (95 %) is {per_cent} % at every "
@@ -159,8 +160,8 @@ Strides = tuple[int, int]  # of the first correction of each column, and of thos
 class Split(NamedTuple):
     """A way to share the work among levels, by the number of realizations that it needs.
 
-    `goal` and `size` are relative errors: the statistical one to reach, and that of the cell. `change` is the relative
-    scatter of the first correction.
+    `goal` and `size` are relative errors: the statistical one to reach, and that of the cell. `change` and `widest` are
+    the relative scatter of the first correction at the hottest speed, and at that where it scatters most.
     """
 
     half: bool
@@ -168,8 +169,21 @@ class Split(NamedTuple):
     goal: float
     size: float
     change: float
-    needed: int
-    work: float
+    widest: float
+    needed: int = 0
+    work: float = 0.0
+
+    def realizations(self, ladder: Ladder, seen: Pilot, *, times: float = 1.0) -> int:
+        """Return how many meet the goal, at the speed that scatters most and at the hottest one.
+
+        Where the coarsest level scatters less, few fine realizations count with fewer degrees of freedom, and the
+        interval may be wider. `times` multiplies all scatter.
+        """
+        speeds = {(seen.hot_scatter, self.change), (seen.scatter, self.widest)}
+        return max(
+            realizations_for(self.goal, times * scatter, corrections(ladder, self.strides, times * change))
+            for scatter, change in speeds
+        )
 
 
 def split_of(
@@ -183,18 +197,15 @@ def split_of(
     # the statistical error may take the rest of the target that the systematic errors leave
     systematic = hypot(0.0 if isnan(ladder.bandwidth) else ladder.bandwidth, ladder.pixel, size)
     goal = sqrt(max(target**2 - systematic**2, LEAST_SHARE * target**2)) if stop is None else stop
-    # the target holds at the speed that scatters most and at the hottest one. Where the coarsest level scatters less,
-    # few fine realizations count with fewer degrees of freedom, and the interval may be wider
     factor, most = HALF_SCATTER if half else 1.0, scene.ensemble.max_realizations
     change = factor * CORRECTIONS * seen.change_scatter
     widest = max(change, factor * WIDEST_CORRECTIONS * seen.widest_change_scatter)
-    speeds = {(seen.hot_scatter, change), (seen.scatter, widest)}
     splits = []
     for strides in ((every, seldom) for every in STRIDES for seldom in STRIDES if seldom >= every):
-        needed = max(realizations_for(goal, scatter, corrections(ladder, strides, x)) for scatter, x in speeds)
+        split = Split(half, strides, goal, size, change, widest)
+        needed = split.realizations(ladder, seen)
         if strides == (1, 1) or (LEAST_FINE - 1) * strides[1] < min(needed, most):
-            cost = total_work(ladder.levels(*strides, half), needed)
-            splits.append(Split(half, strides, goal, size, change, needed, cost))
+            splits.append(split._replace(needed=needed, work=total_work(ladder.levels(*strides, half), needed)))
     return min(splits, key=lambda split: split.work)
 
 
@@ -248,8 +259,8 @@ def realizations_for(goal: float, scatter: float, changes: Sequence[tuple[float,
 
 
 def total_work(levels: Iterable[Level], count: int) -> float:
-    """Return the `work` of all solves of so many realizations."""
-    return sum(work(level.shape[0] * level.shape[1]) * -(-count // level.every) for level in levels)
+    """Return the `work` of all members of so many realizations."""
+    return sum((work(level.shape[0] * level.shape[1]) + MEMBER) * -(-count // level.every) for level in levels)
 
 
 def forecast_reasons(forecast: Forecast, scanned: bool) -> list[Reason]:

@@ -18,13 +18,18 @@ SEEN = Pilot(
 
 
 def ladder(monkeypatch, *, end=800.0, limit=64.0, law=inf, target=0.01, seen=SEEN):
-    """The ladder of steel that yields at Q_YIELD; the end of C(q) and the limit of grids over it."""
+    """The lowest ladder that serves steel which yields at Q_YIELD; the end of C(q) and the limit of grids over it."""
+    return ladders(monkeypatch, end=end, limit=limit, law=law, target=target, seen=seen)[0]
+
+
+def ladders(monkeypatch, *, end=800.0, limit=64.0, law=inf, target=0.01, seen=SEEN):
+    """All that serve."""
     monkeypatch.setattr(stage, "yield_scale", lambda _: (Q_YIELD, "q_y"))
     monkeypatch.setattr(stage, "law_error", lambda *_: law)
     steel = rs.load_scene("steel-1.2GPa")
     scene = replace(steel, surface=replace(steel.surface, q_max=end * Q_YIELD))
     side = 4096 * 2 * pi / (4 * limit * Q_YIELD)  # four pixels per wave at the limit
-    return stage.capped_ladder(scene, (side, side), target, seen)
+    return stage.capped_ladders(scene, (side, side), target, seen)
 
 
 def capped(found):
@@ -52,8 +57,14 @@ def test_all_that_follows_a_ladder_below_8_q_y_is_in_doubt(monkeypatch):
     assert found.bandwidth == pytest.approx(0.2 * 4.0 / 7.0)  # the step of the pilot, up to 4 q_y, by the power 1
 
 
-@pytest.mark.parametrize(("part", "top"), [(0.74, 8.0), (0.76, 16.0)])
-def test_bandwidth_and_pixel_take_three_quarters_of_the_target(monkeypatch, part, top):
+def test_higher_ladders_serve_too(monkeypatch):
+    tops = [capped(found)[-1] for found in ladders(monkeypatch, law=1e-3, target=0.1)]
+    assert tops == pytest.approx([8.0, 16.0, 32.0])
+    assert [capped(found)[-1] for found in ladders(monkeypatch, law=1e-3, target=1e-4)] == pytest.approx([32.0])
+
+
+@pytest.mark.parametrize(("part", "top"), [(0.84, 8.0), (0.86, 16.0)])
+def test_bandwidth_and_pixel_take_no_more_than_0_85_of_the_target(monkeypatch, part, top):
     equal = part / 2**0.5 * 0.01  # of both, at 8 q_y
     seen = replace(SEEN, pixel=equal * 8 * Q_YIELD / SEEN.q_max)
     found = ladder(monkeypatch, law=equal, seen=seen)
@@ -76,5 +87,5 @@ def test_what_the_law_leaves_in_doubt_is_that_of_the_highest_temperature(monkeyp
     )
     scene = rs.load_scene("steel-1.2GPa")
     found = [stage.law_error(scene, 4e5) for _ in said]
-    assert found == [pytest.approx(hypot(0.005, 0.07 * 2.0 / 80.0), rel=1e-12), inf, inf]
+    assert found == [pytest.approx(hypot(0.005, 0.07 * 2.0 / 80.0, 0.065 * 2.0 / 80.0), rel=1e-12), inf, inf]
     assert asked[0] == (2e5, 4e5)

@@ -1,5 +1,6 @@
 """What a plan expects of its run from what the pilot saw: errors, strides and numbers of realizations."""
 
+import importlib
 import re
 from dataclasses import replace
 from math import pi, sqrt
@@ -79,7 +80,9 @@ def test_the_plan_expects_what_the_law_leaves_in_doubt(monkeypatch, power):
         return
     assert top == pytest.approx(8 * 5.07e4, rel=0.01)
     follows = 1.0 - 1.0 / (1.0 + 7.65 * top**-0.5)  # of the value at 8 q_y
-    assert numerics.forecast.bandwidth == pytest.approx(sqrt(0.005**2 + (0.07 * follows) ** 2), rel=1e-9)
+    assert numerics.forecast.bandwidth == pytest.approx(
+        sqrt(0.005**2 + (0.07 * follows) ** 2 + (0.065 * follows) ** 2), rel=1e-9
+    )
 
 
 def test_the_plan_expects_what_the_pilot_says(monkeypatch):
@@ -110,7 +113,23 @@ def test_the_plan_expects_what_the_pilot_says(monkeypatch):
 
 
 def work(levels, n):
-    return sum((a.shape[0] * a.shape[1]) ** 1.25 * -(-n // a.every) for a in levels)
+    return sum(((a.shape[0] * a.shape[1]) ** 1.25 + 5e5) * -(-n // a.every) for a in levels)
+
+
+def test_a_higher_ladder_is_taken_where_it_saves_more_realizations_than_it_costs(monkeypatch):
+    def served(scene, lengths, target):
+        ends = {8.0: 0.009, 16.0: 0.002}  # what each leaves in doubt, of a target of 1 %
+        shapes = {8.0: (64, 64), 16.0: (128, 128)}
+        of = {top: [levels.Rung(Level("capped", shapes[top], top), "")] for top in ends}
+        return [levels.Ladder(of[top], error, 0.0) for top, error in ends.items()], SEEN
+
+    monkeypatch.setattr(importlib.import_module("roughsim.planning.plan"), "ladders_of", served)
+    scene = rs.load_scene("steel-1.2GPa")
+    free = replace(scene, ensemble=replace(scene.ensemble, until={}))
+    assert rs.plan(free, 0.01).levels[0].q_max == 16.0
+    # a run that stops at a statistical error takes as many realizations on either
+    stopping = replace(scene, ensemble=replace(scene.ensemble, until={"flash_temperature": 0.01}))
+    assert rs.plan(stopping).levels[0].q_max == 8.0
 
 
 def test_a_plan_says_how_far_its_realizations_may_be_off(monkeypatch):
@@ -214,7 +233,7 @@ def test_a_statistical_target_of_the_scene_is_taken_as_it_is():
 
 def test_members_are_counted_by_their_stride():
     levels = (Level("elastic", (64, 64), 1e4), Level("elastic", (128, 128), 1e4, every=4))
-    assert total_work(levels, 13) == pytest.approx(13 * 64**2.5 + 4 * 128**2.5)  # 13 of one, 4 of the other
+    assert total_work(levels, 13) == pytest.approx(13 * 64**2.5 + 4 * 128**2.5 + 17 * 5e5)  # 13 of one, 4 of the other
     assert Numerics(levels, (1e-3, 1e-3)).members(13) == 17
 
 
