@@ -20,11 +20,7 @@ from matplotlib.figure import Figure
 from script import Command
 
 import roughsim as rs
-from roughsim.observables.moments import Sliding, measure
-from roughsim.sliding.correlation import StressCorrelation
-from roughsim.sliding.march import NUMBERS, Motion, contacts, walk
-from roughsim.sliding.path import oblique_path
-from roughsim.sliding.spots import SpotLives
+from roughsim.sliding.march import NUMBERS
 from roughsim.store.disk import place_bytes
 from roughsim.surface.synthesis import synthesize
 
@@ -33,7 +29,6 @@ SPEEDS = (1.0, 5.0, 35.0, 100.0)
 STEEL = rs.Body(conductivity=30.0, diffusivity=30.0 / (7900.0 * 500.0))
 CELL = 3.957912004522574e-3  # m, the cell of the plans of these scenes
 BINS = 24  # of the slid distance, in geometric sequence
-FROZEN = 24  # positions whose contact is also measured as a frozen one
 LIVES = (0.1, 0.25, 0.5, 0.75, 0.9, 0.99)  # shares of the spots that have died by then
 SEED = 4100
 TOLERANCE = 3e-3  # of the contacts
@@ -76,43 +71,38 @@ def member(case: Case, index: int) -> dict[str, list]:
     spectrum = scene.spectrum.truncated(q_max=case.q_max)
     streams = np.random.SeedSequence(SEED, spawn_key=(index,)).spawn(2)  # the same waves at every cut-off
     resting, moving = (synthesize(spectrum, grid, np.random.default_rng(stream)) for stream in streams)
-    sliding = Sliding(
-        speeds=SPEEDS,
+    slid = rs.slide(
+        np.sqrt(1 - case.part) * resting,
+        grid,
+        rs.Solid(scene.effective_modulus, scene.penetration_hardness),
+        nominal_pressure=scene.sliding.nominal_pressure,
         friction_coefficient=0.11,
-        conductivity=STEEL.conductivity,
-        diffusivity=STEEL.diffusivity,
+        speed=SPEEDS,
+        moving=STEEL,
+        resting=STEEL,
+        counter_heights=np.sqrt(case.part) * moving if case.part else None,
+        slid_distance=case.distance,
+        steps=case.steps,
+        tolerance=TOLERANCE,
     )
-    solid = rs.Solid(scene.effective_modulus, scene.penetration_hardness)
-    still = np.sqrt(1 - case.part) * resting
-    riding = np.sqrt(case.part) * moving if case.part else None
-    path = oblique_path(grid, case.distance, case.steps)
-    on_the_way = contacts(still, riding, grid, solid, scene.sliding.nominal_pressure, path, TOLERANCE)
-    positions = walk(on_the_way, grid, path, [Motion(speed, 0.11, STEEL, STEEL) for speed in SPEEDS])
-    correlation, spots, distances, numbers, areas, frozen = StressCorrelation(grid), SpotLives(), [], [], [], []
-    for position in positions:
-        correlation.add(position.stress)
-        if case.part:
-            spots.add(position.slid_distance, position.contact.pressure > 0.0)
-        if position.slid_distance >= len(frozen) * case.distance / FROZEN * 0.999:
-            frozen.append(measure(position.contact, grid, sliding).flash_temperature)
-        if position.slid_distance > 0.0:
-            distances.append(position.slid_distance)
-            numbers.append(position.numbers)
-            areas.append(position.contact.contact_fraction)
+    distances = slid.slid_distance
     edges = np.geomspace(distances[0] * 0.99, distances[-1] * 1.01, BINS + 1)
     place = np.digitize(distances, edges) - 1
     used = np.unique(place)
-    rows = np.array([np.mean(np.array(numbers)[place == k], axis=0) for k in used])  # bins, numbers, speeds
-    turned, lives = correlation.mean(), spots.lives()
-    resolved = lives.distance[lives.pixels >= 4]
+
+    def binned(values: np.ndarray) -> list:
+        """Means over the bins of what has an entry for each step."""
+        return np.stack([values[..., place == k].mean(axis=-1) for k in used], axis=-1).round(6).tolist()
+
+    # how far they have slid when so many of the spots have died; NaN if fewer do, as over a flat
+    lives = [min(distances[slid.spot_survival <= 1 - share], default=np.nan) for share in LIVES]
     return {
-        "slid_distance": [float(np.mean(np.array(distances)[place == k])) for k in used],
-        **{name: rows[:, k].T.round(6).tolist() for k, name in enumerate(NUMBERS)},
-        "contact_fraction": [float(np.mean(np.array(areas)[place == k])) for k in used],
-        "stress_correlation": [float(turned[place == k].mean().round(5)) for k in used],
-        "life_of_spots": np.quantile(resolved, LIVES).tolist() if resolved.size else [],  # m, of 4 pixels or more
-        "frozen_flash_temperature": np.mean(frozen, axis=0).round(6).tolist(),
-        "frozen_scatter": np.std(frozen, axis=0, ddof=1).round(6).tolist() if len(frozen) > 1 else [],
+        "slid_distance": [float(np.mean(distances[place == k])) for k in used],
+        **{name: binned(getattr(slid, name)) for name in NUMBERS},
+        "contact_fraction": binned(slid.contact_fraction),
+        "stress_correlation": binned(slid.stress_correlation),
+        "life_of_spots": lives,  # m, of 4 pixels or more
+        "frozen_flash_temperature": slid.frozen_flash_temperature.mean(axis=-1).round(6).tolist(),
     }
 
 
