@@ -15,6 +15,7 @@ from pathlib import Path
 
 from roughsim.ensemble.workers import Job, Workforce, store_members
 from roughsim.errors import RecordError
+from roughsim.planning.march import seconds_of_march
 from roughsim.planning.realization import level_problem, march_problem
 from roughsim.results.run import Run
 from roughsim.scene import Scene
@@ -82,6 +83,15 @@ class Given:
     runs: list[AtWork]
     since: float
 
+    @property
+    def slides(self) -> bool:
+        """Whether it is a march."""
+        return self.task[0] == self.runs[0].numerics.march
+
+    def seconds_of_march(self) -> float:
+        """Return about how long the march takes, s; a few of its steps are timed."""
+        return sum(seconds_of_march(march_problem(run.scene, run.numerics)) for run in self.runs)
+
 
 @dataclass(slots=True, eq=False)
 class Tasks:
@@ -91,7 +101,7 @@ class Tasks:
     claims: Claims  # on a member of all of the runs
     check: Callable[[], None]  # raises an interrupt that Python has dropped
     observer: Callable[[Run], None] | None = None
-    longest: float = 0.0  # s from handing a member out until it came back
+    longest: float = 0.0  # s from handing a member out until it came back, or that a march is known to take
     order: Iterator[Task] = field(default_factory=lambda: iter(()))  # members that were not looked at yet
     look_again: float = 0.0  # from the first on, since other processes may have ended: when, by `time.monotonic`
 
@@ -200,13 +210,11 @@ class Tasks:
             raise RuntimeError(f"the executor takes no more members ({reason}): {_GONE}") from error
 
     def _do_overdue(self, pending: dict[Future[str], Given], force: Workforce) -> None:
-        """Compute in this process the members that a worker has not returned for too long.
-
-        A march takes minutes or hours, and so does a member that waits behind one.
-        """
-        march = self.runs[0].numerics.march
-        if any(given.task[0] == march for given in pending.values()):
-            return
+        """Compute in this process the members that a worker has not returned for too long."""
+        if any(time.monotonic() - given.since > self.limit for given in pending.values()):
+            # a march takes minutes or hours, and so does a member that waits behind one
+            times = (given.seconds_of_march() for given in pending.values() if given.slides)
+            self.longest = max(self.longest, *times, 0.0)
         for future, given in list(pending.items()):
             if (waited := time.monotonic() - given.since) <= self.limit:
                 continue
@@ -214,7 +222,7 @@ class Tasks:
             force.stuck |= not future.cancel()
             warnings.warn(
                 f"{member_name(*given.task)} has not come back from a worker for {waited:.0f} s (limit "
-                f"{self.limit:.0f} s: {LONGEST_WAITS:g} times the longest so far, at least {LEAST_WAIT:g} s); it is "
+                f"{self.limit:.0f} s: {LONGEST_WAITS:g} times the longest member, at least {LEAST_WAIT:g} s); it is "
                 "computed in this process; see whether the workers are alive",
                 RuntimeWarning,
                 stacklevel=2,

@@ -53,9 +53,7 @@ def march_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
     yield Reason("slid distance", f"{lengths} mm", f"{fresh}, in {steps} steps of {1e6 * step:.3g} µm")
     members = scene.ensemble.max_realizations if level.first is None else level.first
     members = min(members, scene.ensemble.max_realizations)
-    contact, heat = STEP_SECONDS  # slow speeds may end earlier
-    followed = (contact + heat * np.sum(distances / distances.max())) / (contact + heat * distances.size)
-    cost = f"{clock(steps * followed * seconds_of_step(problem))} of CPU time each: {TIMED} steps were timed"
+    cost = f"{clock(seconds_of_march(problem))} of CPU time each: {TIMED} steps were timed"
     broken = "one that is broken off begins again"
     yield Reason("marches", str(members), f"{cost}; {broken}; means are over the last half of the slid distance")
     if filmed := min(numerics.keep_fields, members):
@@ -79,6 +77,14 @@ def left_out(scene: Scene, numerics: Numerics) -> Reason:
         f"about {clock(seconds)} of CPU time for each {1e3 * cell:.3g} mm slid"
     )
     return Reason("history", "frozen", why)
+
+
+def seconds_of_march(problem: SlideProblem) -> float:
+    """Return the CPU time of a march, s, by that of its first steps; slow speeds may end earlier."""
+    contact, heat = STEP_SECONDS
+    ends = np.array(problem.distances) / max(problem.distances)
+    followed = (contact + heat * ends.sum()) / (contact + heat * ends.size)
+    return float(problem.steps * followed * seconds_of_step(problem))
 
 
 def seconds_of_step(problem: SlideProblem) -> float:
