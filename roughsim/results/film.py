@@ -68,6 +68,8 @@ def read_film(run: Run, index: int) -> MemberFilm:
         )
     path = member_path(run.folder, level, index)
     member = read_member(path, with_fields=True)
+    if missing := [name for name in film.FIELDS if name not in member.fields]:
+        raise RecordError(f"{path} holds a film without {missing[0]}: it is damaged; move it out of the folder")
     maps = film.Film(*(member.fields[name] for name in film.FIELDS))
     problem = replace(march_problem(run.scene, run.numerics), seed=run.seed, index=index)
     way = oblique_path(problem.grid, max(problem.distances))

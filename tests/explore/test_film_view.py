@@ -1,5 +1,6 @@
 """The film of two sliding bodies on the page, without a browser."""
 
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -115,6 +116,22 @@ def test_a_run_that_kept_no_maps_says_how_to_keep_them(tmp_path, monkeypatch):
     view.speed.value = "0"  # nothing to show
     view.slider.value = 1
     assert view.film is None
+
+
+def test_a_film_comes_up_when_its_march_is_there(sliding_run, tmp_path, monkeypatch):
+    monkeypatch.setattr(page_module, "LatestTask", Now)
+    shutil.copytree(sliding_run.folder, tmp_path / "run")
+    late = [tmp_path / "run" / "realizations" / f"L{level}-000000.h5" for level in (0, 1)]
+    for path in late:
+        path.rename(tmp_path / path.name)
+    page = Page(WatchedRun(tmp_path / "run"), Document())
+    assert page.film.member.options == []
+    page.look_for_news()
+    for path in late:
+        (tmp_path / path.name).rename(path)
+    page.look_for_news()
+    assert page.film.member.options == ["0"]
+    assert page.film.text.text.startswith("After 1.01 mm at 35 m/s")
 
 
 def test_a_frozen_run_has_no_film(capped_run, monkeypatch):

@@ -1,5 +1,6 @@
 """Films of marches: their fields against the numbers of the march and the faces, where they are kept, and refusals."""
 
+import shutil
 from dataclasses import replace
 
 import h5py
@@ -12,7 +13,7 @@ from roughsim.results.film import filmed, highest, read_film
 from roughsim.sliding.film import film_shape, in_blocks
 from roughsim.sliding.member import FRAMES, filmed_steps
 from roughsim.sliding.path import oblique_path
-from roughsim.store.member_files import check_member, member_path, read_member
+from roughsim.store.member_files import check_member, member_path, read_member, write_member
 from roughsim.surface.synthesis import synthesize
 
 MARCH = 1  # its level
@@ -88,6 +89,23 @@ def test_a_changed_byte_of_a_film_is_noticed(sliding_run, tmp_path):
     (tmp_path / path.name).write_bytes(content)
     with pytest.raises(rs.RecordError, match="SHA-256 does not match"):
         check_member(tmp_path / path.name)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda f: {name: f[name] for name in ("film_distance", "film_pressure")}, "a film without film_temperature"),
+        (lambda f: f | {"film_distance": 3 * f["film_distance"]}, "of other speeds, distances or points than this run"),
+        (lambda f: f | {"film_temperature": f["film_temperature"][:1]}, "of other speeds, distances or points than"),
+        (lambda f: f | {"film_pressure": f["film_pressure"][:, :8]}, "of other speeds, distances or points than"),
+    ],
+)
+def test_a_forged_film_is_refused_by_name(sliding_run, tmp_path, change, told):
+    shutil.copytree(sliding_run.folder, tmp_path / "run")
+    member = read_member(member_path(sliding_run.folder, MARCH, 0), with_fields=True)
+    write_member(tmp_path / "run", replace(member, fields=change(member.fields)))
+    with pytest.raises(rs.RecordError, match=f"L1-000000.h5 holds .*{told}"):
+        read_film(rs.open_run(tmp_path / "run"), 0)
 
 
 def test_the_file_of_a_member_says_what_its_maps_are(sliding_run):
