@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from roughsim.charts.film import film_chart
 from roughsim.charts.maps import Zoom, map_chart, side_by_side_chart
 from roughsim.charts.sliding import sliding_chart
 from roughsim.charts.spectra import correlation_chart, spectrum_chart
@@ -9,7 +10,9 @@ from roughsim.charts.style import FIELDS, Subject, check_ending
 from roughsim.charts.temperature import distribution_chart, profile_chart
 from roughsim.errors import number
 from roughsim.results.arrays import DERIVED_UNITS
+from roughsim.results.film import filmed, no_film
 from roughsim.results.run import Run
+from roughsim.scene.numerics import SLIDING
 
 CURVES = {
     "distribution": distribution_chart,
@@ -18,7 +21,7 @@ CURVES = {
     "profile": profile_chart,
     "sliding": sliding_chart,
 }
-QUANTITIES = (*FIELDS, *CURVES)
+QUANTITIES = (*FIELDS, *CURVES, "film")
 OF_ALL = ("correlation", "sliding")  # means over all realizations, without fields
 NEEDS_SPEED = (*DERIVED_UNITS, "distribution", "profile")
 
@@ -51,6 +54,20 @@ def choose_subject(
     return Subject(run, column, level, realization, speed)
 
 
+def choose_film(run: Run, realization: int | None, speed: float | None, column: str | None) -> Subject:
+    """Return the data of a film; ValueError if it was not kept, or the march does not follow that speed."""
+    if column is not None:
+        raise ValueError(f"column = {column!r}: a film has a column of its own; leave it out")
+    indices = filmed(run)
+    if not indices or (realization is not None and realization not in indices):
+        raise no_film(run, realization or 0)
+    speed = max(run.scene.speeds) if speed is None else number("speed", speed, "m/s")
+    if speed not in run.scene.speeds:
+        told = ", ".join(f"{v:g}" for v in run.scene.speeds)
+        raise ValueError(f"speed = {speed:g} m/s: the march has followed {told} m/s; choose one of them")
+    return Subject(run, SLIDING, run.numerics.march or 0, indices[0] if realization is None else realization, speed)
+
+
 def plot_run(
     run: Run,
     quantity: str,
@@ -66,7 +83,8 @@ def plot_run(
 
     Maps are of "heights", "pressure", "temperature" or "heat_flux". "distribution" is that of the temperature over the
     contact, "profile" the line along x through the hottest point, "spectrum" shows the power spectra of the kept
-    heights and of the stress, "correlation" g_σ(r), "sliding" temperatures and share over the slid distance.
+    heights and of the stress, "correlation" g_σ(r), "sliding" temperatures and share over the slid distance, "film"
+    pressure and temperature at four slid distances.
 
     `path` ends in .png, .pdf or .svg; left out: a .png beside the run folder. `realization` is the first that was kept,
     or all for spectra, `speed` the scene's highest, m/s, `column` as in `Run.estimate`. Of a map `zoom` draws the
@@ -89,6 +107,9 @@ def plot_run(
     if side_by_side:
         third = quantity if quantity in DERIVED_UNITS else "temperature"
         side_by_side_chart(choose_subject(run, third, realization, speed, column), third, path, zoom)
+        return path
+    if quantity == "film":
+        film_chart(choose_film(run, realization, speed, column), path)
         return path
     subject = choose_subject(run, quantity, realization, speed, column)
     if quantity in FIELDS:

@@ -58,6 +58,14 @@ def filmed(run: Run) -> list[int]:
     return [int(index) for index in rows[run.members.kept(level, "film_pressure", rows)]]
 
 
+def no_film(run: Run, index: int) -> ValueError:
+    """Return the error that says how to get the film of a realization."""
+    return ValueError(
+        f'{run.folder} has no film of realization {index}; run a scene with history = "sliding" into a new folder '
+        f"with --keep-fields {index + 1}"
+    )
+
+
 def read_film(run: Run, index: int) -> MemberFilm:
     """Read the film of a realization and redraw its faces; ValueError without one, RecordError if it is damaged."""
     level = run.numerics.march

@@ -8,7 +8,7 @@ from roughsim.charts.plot import QUANTITIES, plot_run
 from roughsim.charts.style import scaled
 from roughsim.cli import main
 
-DRAWN = [quantity for quantity in QUANTITIES if quantity != "sliding"]
+DRAWN = [quantity for quantity in QUANTITIES if quantity not in ("sliding", "film")]
 
 
 @pytest.mark.parametrize("quantity", DRAWN)
@@ -52,6 +52,7 @@ WRONG = {
     "column": (("heights",), {"column": "elastic"}, "column = 'elastic' is not in this run"),
     "not kept": (("pressure",), {"realization": 4}, "fields of realization 4 at level 2; .*--keep-fields 5.*index=4"),
     "frozen": (("sliding",), {}, 'has no column "sliding"'),
+    "no film": (("film",), {}, 'has no film of realization 0; run a scene with history = "sliding"'),
     "own column": (("sliding",), {"column": "capped"}, "sliding has a column of its own"),
     "a mean": (("correlation",), {"realization": 0}, "mean over all"),
     "useless speed": (("heights",), {"speed": 1.0}, "speed = 1 m/s: heights does not depend on it"),

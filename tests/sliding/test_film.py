@@ -9,6 +9,7 @@ import pytest
 from march_cases import sliding_scene
 
 import roughsim as rs
+from roughsim.charts.plot import plot_run
 from roughsim.results.film import filmed, highest, read_film
 from roughsim.sliding.film import film_shape, in_blocks
 from roughsim.sliding.member import FRAMES, filmed_steps
@@ -139,3 +140,20 @@ def test_large_fields_are_averaged_in_whole_blocks(points, shown):
 def test_blocks_are_means():
     field = np.arange(24.0).reshape(4, 6)
     assert in_blocks(field, (2, 2)).tolist() == [[4.0, 7.0], [16.0, 19.0]]
+
+
+def test_its_picture_has_four_positions_in_both_fields(sliding_run, tmp_path):
+    text = plot_run(sliding_run, "film", tmp_path / "one.svg", speed=1.0).read_text()
+    for words in ("after 63.2 µm", "after 379 µm", "after 695 µm", "after 1.01 mm", "1 m/s", "realization 0", ", GPa"):
+        assert words in text
+    assert text.count("after ") == 4
+    wrong = {
+        "speed = 2 m/s: the march has followed 1, 35 m/s": {"speed": 2.0},
+        "has no film of realization 1; run .* --keep-fields 2": {"realization": 1},
+        "a film has a column of its own": {"column": "capped"},
+        "zoom and side_by_side are for maps": {"side_by_side": True},
+    }
+    for told, words in wrong.items():
+        with pytest.raises(ValueError, match=told):
+            plot_run(sliding_run, "film", tmp_path / "two.svg", **words)
+    assert not (tmp_path / "two.svg").exists()
