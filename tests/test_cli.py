@@ -199,7 +199,7 @@ def test_an_interrupt_says_that_nothing_is_lost(capsys, tmp_path, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(progress, "run", interrupted)
+    monkeypatch.setattr(progress, "carry_out", interrupted)
     code, _, err = inside(capsys, "run", "demo", "-o", tmp_path / "run")
     assert code == 130
     assert err.splitlines()[-1].startswith("roughsim: stopped; what was computed is stored")

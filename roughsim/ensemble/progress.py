@@ -6,12 +6,14 @@ from contextlib import suppress
 from pathlib import Path
 
 from roughsim.ensemble.bar import PatientConsole, Progress
-from roughsim.ensemble.run import begin, run
+from roughsim.ensemble.run import carry_out
 from roughsim.ensemble.status import losses, reached
+from roughsim.ensemble.workers import Workforce
 from roughsim.planning.limits import judge
 from roughsim.planning.realization import march_problem
 from roughsim.results.run import Run
 from roughsim.scene import Scene
+from roughsim.scene.numerics import Numerics
 from roughsim.show.text import clock, warn
 
 
@@ -23,10 +25,8 @@ def run_shown(scene: Scene, folder: Path, workers: int | None, *, began: float |
     began = time.monotonic() if began is None else began
     console = PatientConsole(stderr=True)
     progress = Progress(console)
-    try:
-        with suppress(OSError):
-            progress.bar.start()
-        numerics = begin(scene, folder)
+
+    def show_plan(numerics: Numerics) -> None:
         plan = (reason.value for reason in numerics.reasons if reason.choice in ("smoothed", "capped", "elastic"))
         console.print_lines(*plan, style="dim")
         if numerics.march is not None:
@@ -35,9 +35,13 @@ def run_shown(scene: Scene, folder: Path, workers: int | None, *, began: float |
             console.print_lines(told, style="dim")
         for line in judge(scene, numerics).warnings:
             warn(line)
-        count = (os.cpu_count() or 1) if workers is None else workers
         progress.began = time.monotonic()  # the time left follows from the members alone
-        result = run(scene, folder, numerics=numerics, workers=count, observer=progress.update)
+
+    count = (os.cpu_count() or 1) if workers is None else workers
+    try:
+        with suppress(OSError):
+            progress.bar.start()
+        result = carry_out(scene, folder, Workforce(count, None), planned=show_plan, observer=progress.update)
     finally:
         with suppress(OSError):
             progress.bar.stop()

@@ -93,9 +93,29 @@ def run(
     from roughsim.ensemble.bar import shown_in_notebook  # rich is slow to import
 
     with shown_in_notebook(observer) as update:
-        numerics = begin(scene, Path(folder), numerics)
-        with stopped_by_signals() as check, Workforce(workers, executor) as force:
-            return complete([(scene, numerics, Path(folder))], force, check, update)[0]
+        return carry_out(scene, Path(folder), Workforce(workers, executor), numerics, observer=update)
+
+
+def carry_out(
+    scene: Scene,
+    folder: Path,
+    workforce: Workforce,
+    numerics: Numerics | None = None,
+    *,
+    planned: Callable[[Numerics], None] | None = None,
+    observer: Callable[[Run], None] | None = None,
+) -> Run:
+    """Begin a run, or check the one that is there, and compute the members that it lacks; errors as `run`.
+
+    `planned` is called with the numerics of the run before its members are computed.
+    """
+    with stopped_by_signals() as check, workforce as force:
+        if numerics is None and not folder.exists():
+            force.start()  # while this process plans
+        numerics = begin(scene, folder, numerics)
+        if planned is not None:
+            planned(numerics)
+        return complete([(scene, numerics, folder)], force, check, observer)[0]
 
 
 def complete(

@@ -166,14 +166,25 @@ class Workforce(AbstractContextManager["Workforce"]):
         self.workers = workers
         self.context = RememberingContext()
         self._made: list[Executor] = []
+        self._early: Executor | None = None  # a pool that was started before it was asked for
 
     @property
     def in_flight(self) -> int:
         """How many members are handed out at a time: one more for each worker, so that none waits for the next."""
         return 1 if self.executor is None and self.workers == 1 else 2 * self.workers
 
+    def start(self) -> None:
+        """Start the processes of the first pool, so that they load their libraries while this process is busy."""
+        if self.executor is None and self.workers > 1:
+            self._early = self.pool()
+            for _ in range(self.workers):
+                self._early.submit(os.getpid)  # anything: a pool starts a process for each task that waits
+
     def pool(self) -> Executor:
         """Return the executor that takes members; a new pool at each call, since one with a dead process is broken."""
+        if self._early is not None:
+            early, self._early = self._early, None
+            return early
         if self.executor is not None:
             return self.executor
         if self.workers == 1:

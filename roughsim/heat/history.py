@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize, special
+from scipy import special
 
 from roughsim.errors import ConvergenceError
 from roughsim.grid import Array, Grid
@@ -113,12 +113,14 @@ def exponentials(steps: int) -> tuple[Array, Array]:
 
     Rates in geometric sequence, weights by least squares; ConvergenceError if no sum is good enough.
     """
+    from scipy.optimize import nnls  # slow to import, and workers that solve single contacts do without
+
     times = np.geomspace(1.0, max(float(steps), 2.0), 2000)
     for terms in _TERMS:
         for lowest, highest in ((0.1, 2.0), (0.2, 3.0), (0.2, 5.0), (0.2, 8.0)):
             rates = np.geomspace(lowest / times[-1], highest, terms)
             values = np.exp(-np.outer(times, rates)) * np.sqrt(times)[:, None]
-            weights = optimize.nnls(values, np.ones(times.size))[0]
+            weights = nnls(values, np.ones(times.size))[0]
             if np.abs(values @ weights - 1).max() < KERNEL_ERROR:
                 used = weights > 0.0
                 return rates[used], weights[used]

@@ -139,6 +139,20 @@ def test_an_error_ends_the_workers_at_once_and_leaves_a_given_executor_alone():
     assert multiprocessing.active_children() == others
 
 
+def test_own_workers_may_start_before_they_are_asked_for():
+    with workers.Workforce(2, None) as force:
+        force.start()
+        started = {process.pid for process in force.context.born}
+        assert len(started) == 2
+        early = force.pool()
+        assert early.submit(os.getpid).result() in started
+        assert force.pool() is not early  # which may be broken
+    for count, given in ((1, None), (2, Broken())):  # this process, or an executor of the caller
+        with workers.Workforce(count, given) as force:
+            force.start()
+            assert not force.context.born
+
+
 class Elsewhere(Executor):
     """A worker that was started in another folder, or, with another root, on a machine that shares no disk."""
 
