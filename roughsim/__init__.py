@@ -55,6 +55,9 @@ if TYPE_CHECKING:  # for type checkers; at run time each name is imported when i
     from roughsim.scene.numerics import Numerics as Numerics
     from roughsim.sliding.slide import Slide as Slide
     from roughsim.sliding.slide import slide as slide
+    from roughsim.studies.study import Study as Study
+    from roughsim.studies.study import open_study as open_study
+    from roughsim.studies.work import study as study
     from roughsim.surface.power_laws import SelfAffineSpectrum as SelfAffineSpectrum
     from roughsim.surface.power_laws import TabulatedSpectrum as TabulatedSpectrum
     from roughsim.surface.synthesis import synthesize as synthesize
@@ -84,6 +87,8 @@ _HOME = {
         "ensemble.run": "run",
         "results.folder": "open_run",
         "comparison.compare": "compare",
+        "studies.work": "study",
+        "studies.study": "Study open_study",
         "errors": "RoughsimError ConvergenceError RecordError ResolutionError",
     }.items()
     for name in names.split()

@@ -34,6 +34,7 @@ ORDER = (
     "charts",
     "comparison",
     "ensemble",
+    "studies",
     "bench",
     "report",
     "explore",

@@ -7,7 +7,7 @@ the same bits whoever computes it and whenever, so any number of processes may w
 
 import errno
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
@@ -84,11 +84,7 @@ def run(
     TypeError, ValueError
         Naming the argument, before any work.
     """
-    leave_if_imported()
-    if isinstance(workers, bool) or int(workers) != workers or workers < 1:
-        raise ValueError(f"workers = {workers!r} must be a whole number ≥ 1")
-    if workers > 1 and executor is None:
-        refuse_script_without_file()
+    check_workers(workers, executor)
     scene = aimed(scene, seed=seed, until=until, max_realizations=max_realizations)
     from roughsim.ensemble.bar import shown_in_notebook  # rich is slow to import
 
@@ -118,8 +114,17 @@ def carry_out(
         return complete([(scene, numerics, folder)], force, check, observer)[0]
 
 
+def check_workers(workers: int, executor: Executor | None) -> None:
+    """Refuse a number of workers that cannot be, or a script that they cannot import; a worker ends here."""
+    leave_if_imported()
+    if isinstance(workers, bool) or int(workers) != workers or workers < 1:
+        raise ValueError(f"workers = {workers!r} must be a whole number ≥ 1")
+    if workers > 1 and executor is None:
+        refuse_script_without_file()
+
+
 def complete(
-    begun: list[tuple[Scene, Numerics, Path]],
+    begun: Sequence[tuple[Scene, Numerics, Path]],
     force: Workforce,
     check: Callable[[], None],
     observer: Callable[[Run], None] | None = None,

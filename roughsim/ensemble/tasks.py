@@ -127,6 +127,7 @@ class Tasks:
                 self._work(pool, force)
                 return
             except BrokenExecutor as error:
+                force.broken = True
                 reason = str(error) or type(error).__name__
                 if force.unguarded:
                     raise RuntimeError(_NO_GUARD) from None

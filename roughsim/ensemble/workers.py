@@ -163,10 +163,10 @@ class Workforce(AbstractContextManager["Workforce"]):
     def __init__(self, workers: int, executor: Executor | None):
         self.executor = executor
         self.stuck = False  # whether some worker will not come back: do not wait for it at the end
+        self.broken = False  # whether a process of the pool has died, so that it takes no more members
         self.workers = workers
         self.context = RememberingContext()
         self._made: list[Executor] = []
-        self._early: Executor | None = None  # a pool that was started before it was asked for
 
     @property
     def in_flight(self) -> int:
@@ -176,19 +176,18 @@ class Workforce(AbstractContextManager["Workforce"]):
     def start(self) -> None:
         """Start the processes of the first pool, so that they load their libraries while this process is busy."""
         if self.executor is None and self.workers > 1:
-            self._early = self.pool()
             for _ in range(self.workers):
-                self._early.submit(os.getpid)  # anything: a pool starts a process for each task that waits
+                self.pool().submit(os.getpid)  # anything: a pool starts a process for each task that waits
 
     def pool(self) -> Executor:
-        """Return the executor that takes members; a new pool at each call, since one with a dead process is broken."""
-        if self._early is not None:
-            early, self._early = self._early, None
-            return early
+        """Return the executor that takes members: a new pool at first, and where the last one is `broken`."""
         if self.executor is not None:
             return self.executor
         if self.workers == 1:
             return ThisProcess()
+        if self._made and not self.broken:
+            return self._made[-1]
+        self.broken = False
         pool = ProcessPoolExecutor(self.workers, self.context, initializer=begin_worker, initargs=(os.getpid(),))
         self._made.append(pool)
         return pool

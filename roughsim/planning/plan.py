@@ -196,7 +196,7 @@ def split_of(
     size = float(size_error_of_sum(scene, lengths, "flash_temperature", "", ladder.correction if half else 0.0))
     # the statistical error may take the rest of the target that the systematic errors leave
     systematic = hypot(0.0 if isnan(ladder.bandwidth) else ladder.bandwidth, ladder.pixel, size)
-    goal = sqrt(max(target**2 - systematic**2, LEAST_SHARE * target**2)) if stop is None else stop
+    goal = statistical_target(target, systematic) if stop is None else stop
     factor, most = HALF_SCATTER if half else 1.0, scene.ensemble.max_realizations
     change = factor * CORRECTIONS * seen.change_scatter
     widest = max(change, factor * WIDEST_CORRECTIONS * seen.widest_change_scatter)
@@ -207,6 +207,11 @@ def split_of(
         if strides == (1, 1) or (LEAST_FINE - 1) * strides[1] < min(needed, most):
             splits.append(split._replace(needed=needed, work=total_work(ladder.levels(*strides, half), needed)))
     return min(splits, key=lambda split: split.work)
+
+
+def statistical_target(target: float, systematic: float) -> float:
+    """Return the relative statistical error that a total of `target` leaves beside the systematic one."""
+    return sqrt(max(target**2 - systematic**2, LEAST_SHARE * target**2))
 
 
 def corrections(ladder: Ladder, strides: Strides, change: float) -> list[tuple[float, int]]:

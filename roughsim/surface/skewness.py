@@ -35,11 +35,15 @@ def long_wave_skewness(heights: Array, grid: Grid) -> float:
         while points % (2 * steps[axis]) == 0 and points // (2 * steps[axis]) >= ENOUGH_POINTS:
             steps[axis] *= 2
     thinned = np.ascontiguousarray(heights[:: steps[0], :: steps[1]])
-    coarse = Grid(thinned.shape, grid.lengths)
-    spectrum = fourier.forward(thinned)
-    longest = LONG_WAVES * 2 * pi / max(grid.lengths)
-    spectrum[(coarse.wavenumbers > longest * (1 + 1e-9)) | (coarse.wavenumbers == 0.0)] = 0.0
+    rounding = 1e-12 * max(float(thinned.max()), -float(thinned.min()))
+    # the long waves alone, on a grid where the product of three of them meets no alias at q = 0
+    longest = LONG_WAVES * 2 * pi / max(grid.lengths) * (1 + 1e-9)
+    most = [int(longest * length / (2 * pi)) for length in grid.lengths]
+    coarse = Grid(tuple(min(n, 4 * k + 4) for n, k in zip(thinned.shape, most, strict=True)), grid.lengths)
+    rows = np.r_[: coarse.shape[0] - coarse.shape[0] // 2, -(coarse.shape[0] // 2) : 0]
+    spectrum = fourier.forward(thinned)[rows, : coarse.half_shape[1]]
+    spectrum[(coarse.wavenumbers > longest) | (coarse.wavenumbers == 0.0)] = 0.0
     waves = fourier.inverse(spectrum, coarse.shape)
-    variance = float((waves**2).mean())
-    rounding = 1e-12 * float(np.abs(thinned).max())
-    return float((waves**3).mean()) / variance**1.5 if variance > rounding**2 else 0.0
+    squares = waves * waves
+    variance = float(squares.mean())
+    return float((squares * waves).mean()) / variance**1.5 if variance > rounding**2 else 0.0

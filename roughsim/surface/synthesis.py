@@ -57,7 +57,7 @@ def synthesize(
     # the modes are cached only for a spectrum that cannot change: a frozen record, or a truncated one
     whole = getattr(spectrum, "whole", spectrum)
     frozen = is_dataclass(whole) and vars(type(whole))["__dataclass_params__"].frozen
-    find_modes: Callable[..., DrawnModes] = independent_modes if frozen else independent_modes.__wrapped__
+    find_modes: Callable[..., DrawnModes] = remembered_modes if frozen else independent_modes
     modes = find_modes(spectrum, grid)
     count, real = modes.kept.size, modes.real
     if amplitudes == "gaussian":
@@ -85,7 +85,6 @@ class DrawnModes(NamedTuple):
     deviation: Array  # √variance of one mode of the full plane, m
 
 
-@lru_cache(maxsize=12)  # the levels of a run come in turn: fewer than there are would never be met again
 def independent_modes(spectrum: Spectrum, grid: Grid) -> DrawnModes:
     """Return the modes of a surface, one of each conjugate pair, in order of the shortest wavenumber of their cells.
 
@@ -111,3 +110,14 @@ def independent_modes(spectrum: Spectrum, grid: Grid) -> DrawnModes:
     real = lone_column & (mirror == kx)
     place = kx * half[1] + ky
     return DrawnModes(kept, place, mirror * half[1] + ky, lone_column & ~real, real, np.sqrt(variance.flat[place]))
+
+
+SMALL = 2**18  # points, of grids whose modes take a few MB
+# the levels of a run come in turn, and so do the points of a study, each with a C_sm of its own: fewer than there are
+# would never be met again
+_of_small, _of_large = lru_cache(maxsize=96)(independent_modes), lru_cache(maxsize=12)(independent_modes)
+
+
+def remembered_modes(spectrum: Spectrum, grid: Grid) -> DrawnModes:
+    """Return `independent_modes`, found once for each spectrum and grid."""
+    return (_of_small if grid.points <= SMALL else _of_large)(spectrum, grid)

@@ -1,0 +1,213 @@
+"""`Study`: the folder of a study as it stands, its runs, and its results as one tidy table and as arrays."""
+
+from collections.abc import Iterator
+from importlib import import_module
+from itertools import pairwise
+from math import log
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from roughsim.estimate.errors import Uncertain, quotient
+from roughsim.estimate.ladder import values_of
+from roughsim.observables.catalogue import OBSERVABLES, UNITS
+from roughsim.results.answers import answers
+from roughsim.results.folder import folder_state, open_run
+from roughsim.results.run import Run
+from roughsim.show.table import json_value
+from roughsim.studies.folder import read
+from roughsim.studies.vary import Point, short_names
+
+TAIL = "_total_error"
+
+
+class Study:
+    """The folder of a study; made by `roughsim.study` and `roughsim.open_study`.
+
+    Attributes
+    ----------
+    folder : Path
+        Where it is.
+    scene : Scene
+        What is varied.
+    axes : tuple of Axis
+        The varied keys, with their values in SI.
+    points : tuple of Point
+        Their grid, the last axis varying fastest: `name` is that of a folder in points/, `values` are those of the
+        keys.
+    target_error : float or None
+        Relative total error of T_flash that was asked for.
+    """
+
+    def __init__(self, folder: str | Path):
+        self.folder = Path(folder)
+        description = read(self.folder)
+        self.scene, self.axes, self.points = description.scene, description.axes, description.points
+        self.target_error = description.target_error
+        self._runs: dict[str, Run | None] = {}
+
+    @property
+    def keys(self) -> dict[str, str]:
+        """The varied keys, and their names in tables."""
+        return short_names([key for axis in self.axes for key in axis.keys])
+
+    def run(self, point: Point) -> Run | None:
+        """Return the run of a point; None if it was not begun."""
+        if point.name not in self._runs:
+            path = self.folder / "points" / point.name
+            self._runs[point.name] = open_run(path) if folder_state(path) == "run" else None
+        return self._runs[point.name]
+
+    @property
+    def results(self) -> list[tuple[Point, Run]]:
+        """The points that have at least two sound realizations, with their runs."""
+        runs = ((point, self.run(point)) for point in self.points)
+        return [(point, run) for point, run in runs if run is not None and len(run.sound(run.realizations)) > 1]
+
+    @property
+    def finished(self) -> int:
+        """How many points have met their targets, or have all realizations."""
+        return sum(run.target_met or run.realizations >= run.max_realizations for _, run in self.results)
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """Yield the tidy table: a row for each point, observable, column and speed, in SI.
+
+        `speed` is None where an observable has none. `total_error` is that of 95 %, NaN where there is none, as of the
+        theory. Temperatures are those of the heat share used.
+        """
+        for point, run in self.results:
+            values = {self.keys[key]: value for key, value in point.values.items()}
+            tables = {array.name: array for array in answers(run)}
+            columns = tables["column"].data.tolist()
+            for name in OBSERVABLES:
+                if name not in tables:
+                    continue
+                record, errors = OBSERVABLES[name], tables[name + TAIL].data
+                for i, column in enumerate(columns):
+                    entries = np.atleast_1d(tables[name].data[i]), np.atleast_1d(errors[i])
+                    for k, (mean, error) in enumerate(zip(*entries, strict=True)):
+                        if np.isnan(mean):
+                            continue
+                        yield values | {
+                            "observable": name,
+                            "unit": record.unit,
+                            "column": column,
+                            "speed": run.scene.speeds[k] if record.per_speed else None,
+                            "value": float(mean),
+                            "total_error": float(error),
+                            "realizations": run.realizations,
+                        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the study as JSON values: its keys, how far it is, the tidy table, and the trends of T_flash."""
+        return {
+            "folder": str(self.folder),
+            "target_error": self.target_error,
+            "points": len(self.points),
+            "finished": self.finished,
+            "keys": {name: {"key": key} for key, name in self.keys.items()},
+            "rows": [json_value(row) for row in self.rows()],
+            "trends": [json_value(trend) for trend in self.trends()],
+        }
+
+    def to_dataframe(self) -> Any:
+        """Return the tidy table as a `pandas.DataFrame`; ImportError without pandas."""
+        try:
+            pandas = import_module("pandas")
+        except ImportError:
+            raise ImportError("pandas is not installed; type: pip install pandas") from None
+        return pandas.DataFrame(list(self.rows()))
+
+    def trends(self, observable: str = "flash_temperature", column: str | None = None) -> Iterator[dict[str, Any]]:
+        """Yield how an observable changes between neighbours along each axis that is a number, all else the same.
+
+        Each has the point, the one before it along `key`, `speed`, the ratio of the two with its errors, and the
+        exponent n of observable ∝ keyⁿ between them. Both points see the same surfaces, so that `standard_error` is
+        that of the pairs: far less than the scatter of each. `total_error` adds all other parts of both (95 %).
+        """
+        runs = {point.name: run for point, run in self.results}
+        for key in self.numeric_keys:
+            lines: dict[tuple[Any, ...], list[Point]] = {}
+            for point in self.points:
+                others = tuple(value for other, value in point.values.items() if other not in self.together(key))
+                lines.setdefault(others, []).append(point)
+            for line in lines.values():
+                line.sort(key=lambda point: float(point.values[key]))
+                for low, high in pairwise(point for point in line if point.name in runs):
+                    run, before = runs[high.name], runs[low.name]
+                    if run.scene.speeds == before.scene.speeds:
+                        ratio = paired_ratio(run, before, observable, column)
+                        yield from self.trend_rows(key, low, high, ratio, run, observable)
+
+    def trend_rows(
+        self, key: str, low: Point, high: Point, ratio: Uncertain, run: Run, observable: str
+    ) -> Iterator[dict[str, Any]]:
+        """Yield one trend for each speed."""
+        ends = low.values[key], high.values[key]
+        per_log = 1.0 / log(ends[1] / ends[0]) if min(ends) > 0.0 else np.nan
+        for k, value in enumerate(ratio.mean):
+            yield {
+                "key": self.keys[key],
+                "from": ends[0],
+                "to": ends[1],
+                **{self.keys[other]: entry for other, entry in high.values.items() if other != key},
+                "observable": observable,
+                "speed": run.scene.speeds[k] if OBSERVABLES[observable].per_speed else None,
+                "ratio": float(value),
+                "standard_error": float(ratio.standard_error[k]),
+                "total_error": float(ratio.total_error[k]),
+                "exponent": float(np.log(value) * per_log),
+                "exponent_error": float(ratio.budget["statistical"][k] / value * abs(per_log)),
+            }
+
+    @property
+    def numeric_keys(self) -> list[str]:
+        """The keys all of whose values are numbers, the first of each axis."""
+        firsts = [(axis.keys[0], [row[0] for row in axis.values]) for axis in self.axes]
+        return [key for key, values in firsts if all(isinstance(value, (int, float)) for value in values)]
+
+    def together(self, key: str) -> tuple[str, ...]:
+        """Return the keys that change together with one."""
+        return next(axis.keys for axis in self.axes if key in axis.keys)
+
+    def chart(self, path: str | Path, observable: str = "flash_temperature", speed: float | None = None) -> None:
+        """Draw an observable over the first varied number, or as a map over two, as .png, .pdf or .svg."""
+        from roughsim.charts.study import study_chart
+
+        study_chart(self, Path(path), observable, speed)
+
+
+def open_study(folder: str | Path) -> Study:
+    """Open the folder of a study for reading, also while processes compute it; RecordError if it is none."""
+    return Study(folder)
+
+
+def paired_ratio(above: Run, below: Run, observable: str, column: str | None = None) -> Uncertain:
+    """Return the ratio of an observable of two runs with the same levels and surfaces, and its paired errors.
+
+    It is that of the means over the realizations that both have, with the heat share of each. Without common surfaces
+    (another seed or other levels) ValueError.
+    """
+    if observable not in UNITS or observable not in OBSERVABLES:
+        raise ValueError(f"observable = {observable!r} is unknown; choose one of {', '.join(OBSERVABLES)}")
+    alike = (above.seed, above.numerics.levels, above.numerics.lengths)
+    if alike != (below.seed, below.numerics.levels, below.numerics.lengths):
+        raise ValueError(f"{above.folder} and {below.folder} have other levels or surfaces: their rows are no pairs")
+    common = sorted({*above.sound(above.realizations)} & {*below.sound(below.realizations)})
+    pair = []
+    for run in (above, below):
+        name, record = run.column(column), OBSERVABLES[observable]
+        values = values_of(run.scene, name, observable, run.samples(column, common, spectra=record.spectra))
+        share = run.heat_partition if record.heated else 1.0
+        keys = ("extrapolated", "finest", "base", "bandwidth", "pixel")
+        pair.append(values._replace(**{key: getattr(values, key) * share for key in keys}))
+    estimates = (run.estimate(observable, column) for run in (above, below))
+    sizes = [estimate.budget["size"] / np.abs(estimate.mean) for estimate in estimates]
+    return quotient(
+        pair[0],
+        pair[1],
+        size=np.hypot(*sizes),
+        solver=OBSERVABLES[observable].solver_share * above.numerics.tolerance,
+        scanned=above.scene.scanned,
+    )

@@ -1,0 +1,145 @@
+"""What a study varies: axes of keys with their values, and the points of their grid.
+
+An axis is written as ``"sliding.nominal_pressure" = ["1 MPa", "5 MPa"]``, or with the ends and the number of values as
+``{ logspace = ["1 MPa", "100 MPa", 9] }`` or ``{ linspace = ... }``. Keys that change together share an axis:
+``"body.penetration_hardness, sliding.friction_coefficient" = [["1 GPa", 0.1], ["2 GPa", 0.2]]``.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from math import prod
+from typing import Any
+
+import numpy as np
+
+from roughsim.scene.schema import SECTIONS, SceneError, as_written, quantity
+
+MOST_POINTS = 10_000
+DIGITS = 9  # significant, of a number in the name of a point: values that differ by less are the same
+NAME = re.compile(r"[\w=.,+-]{1,200}")  # of a point: none of *?[]/, so that it is a folder that a pattern can name
+SPACES: dict[str, Any] = {"logspace": np.geomspace, "linspace": np.linspace}
+EXAMPLE = '"sliding.nominal_pressure" = ["1 MPa", "5 MPa"]'
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """Keys that change together, and a row of their values for each place along the axis, in SI."""
+
+    keys: tuple[str, ...]
+    values: tuple[tuple[Any, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One scene of a study: the values of the varied keys, in SI, and the name of its folder."""
+
+    name: str
+    values: dict[str, Any]
+
+
+def read_axes(vary: Any) -> tuple[Axis, ...]:
+    """Return the axes that a mapping from keys to values describes; SceneError that names what cannot be used."""
+    if not isinstance(vary, Mapping) or not vary:
+        raise SceneError(f"vary = {as_written(vary)} must name at least one key and its values, for example {EXAMPLE}")
+    axes = tuple(read_axis(keys, values) for keys, values in vary.items())
+    keys = [key for axis in axes for key in axis.keys]
+    for key in keys:
+        if keys.count(key) > 1:
+            raise SceneError(f"vary: {key} is there twice; keep one of the two")
+    count = prod(len(axis.values) for axis in axes)
+    if count > MOST_POINTS:
+        raise SceneError(f"vary gives {count} points, above the limit of {MOST_POINTS}; take fewer values")
+    return axes
+
+
+def read_axis(names: Any, values: Any) -> Axis:
+    """Return one axis."""
+    words = names.split(",") if isinstance(names, str) else names
+    if not isinstance(words, Sequence) or not words or any(not isinstance(word, str) for word in words):
+        raise SceneError(f"vary: {as_written(names)} must be the name of a key, or several, for example {EXAMPLE}")
+    keys = tuple(word.strip() for word in words)
+    where = f"vary.{as_written(', '.join(keys))}"
+    if isinstance(values, Mapping):
+        values = spaced(keys, values, where)
+    if isinstance(values, str) or not isinstance(values, (Sequence, np.ndarray)) or not len(values):
+        raise SceneError(f"{where} = {as_written(values)} must be a list of values, for example {EXAMPLE}")
+    rows = []
+    for i, value in enumerate(values):
+        row = [value] if len(keys) == 1 else value
+        if isinstance(row, str) or not isinstance(row, (Sequence, np.ndarray)) or len(row) != len(keys):
+            raise SceneError(
+                f"{where}[{i}] = {as_written(value)} must be a list of {len(keys)} values, one for each key"
+            )
+        rows.append(tuple(in_si(key, entry, f"{where}[{i}]") for key, entry in zip(keys, row, strict=True)))
+    written = [",".join(map(label, row)) for row in rows]
+    for i, text in enumerate(written):
+        if text in written[:i]:
+            raise SceneError(f"{where}[{i}] = {text} is there twice; remove one of the two")
+    return Axis(keys, tuple(rows))
+
+
+def spaced(keys: tuple[str, ...], values: Mapping[str, Any], where: str) -> list[float]:
+    """Return the values that "logspace" or "linspace" stands for: first, last, and how many."""
+    (kind, ends), *more = [*values.items()] or [("", ())]
+    if more or kind not in SPACES or not isinstance(ends, Sequence) or isinstance(ends, str) or len(ends) != 3:
+        example = '{ logspace = ["1 MPa", "100 MPa", 9] }'
+        raise SceneError(
+            f"{where} = {as_written(dict(values))} must be a list, or first, last and count as in {example}"
+        )
+    if len(keys) != 1:
+        raise SceneError(f"{where}: {kind} is for one key; write several keys as a list of lists")
+    first, last = (in_si(keys[0], end, f"{where}.{kind}") for end in ends[:2])
+    count = ends[2]
+    if isinstance(count, bool) or not isinstance(count, int) or not 2 <= count <= MOST_POINTS:
+        raise SceneError(f"{where}.{kind}: count = {as_written(count)} must be a whole number from 2 to {MOST_POINTS}")
+    for end in (first, last):
+        if not isinstance(end, float) or (kind == "logspace" and end <= 0.0):
+            raise SceneError(f"{where}.{kind} = {as_written(end)} must be a number{' > 0' * (kind == 'logspace')}")
+    return [float(f"{value:.{DIGITS}g}") for value in SPACES[kind](first, last, count)]
+
+
+def in_si(key: str, value: Any, where: str) -> Any:
+    """Return a value in SI if its key is a number; any other value as it is, to be checked in its scene."""
+    section, _, name = key.partition(".")
+    number = quantity(SECTIONS[section], name) if section in SECTIONS and name else None
+    if hasattr(value, "item"):  # a number of NumPy
+        value = value.item()
+    if number is None or isinstance(value, bool) or not isinstance(value, (str, int, float)):
+        return value
+    try:
+        return number(value) if number.whole else float(number(value))
+    except ValueError as error:
+        if isinstance(value, str) and not re.match(r"\s*[-+.0-9]", value):
+            return value  # a word, as of sliding.heat_partition
+        raise SceneError(f"{where}{error}") from None
+
+
+def label(value: Any) -> str:
+    """Return a value as a few letters that may stand in the name of a folder."""
+    text = f"{value:.{DIGITS}g}" if isinstance(value, float) else str(value)
+    return re.sub(r"[^\w.+-]+", "-", text).strip("-")[:60] or "none"
+
+
+def short_names(keys: Sequence[str]) -> dict[str, str]:
+    """Return each key without its section where that is clear: "nominal_pressure", but "sliding_speed"."""
+    last = [key.rpartition(".")[2] for key in keys]
+    taken = {"speed", "column", "observable"}  # names in the tables
+    return {
+        key: name if last.count(name) == 1 and name not in taken else key.replace(".", "_")
+        for key, name in zip(keys, last, strict=True)
+    }
+
+
+def points_of(axes: Sequence[Axis]) -> tuple[Point, ...]:
+    """Return the points of the grid; the last axis varies fastest."""
+    keys = [key for axis in axes for key in axis.keys]
+    names, points = short_names(keys), []
+    for rows in product(*(axis.values for axis in axes)):
+        values = dict(zip(keys, (value for row in rows for value in row), strict=True))
+        points.append(Point(",".join(f"{names[key]}={label(value)}" for key, value in values.items())[:200], values))
+    for point in points:
+        if [other.name for other in points].count(point.name) > 1:
+            raise SceneError(f"vary: two points would have the name {point.name}; write their values shorter")
+    return tuple(points)

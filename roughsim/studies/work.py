@@ -1,0 +1,186 @@
+"""`study`: the scenes of a grid of values, each computed into an ordinary run folder; what they share is computed once.
+
+Points with the same roughness have the same levels and the same random surfaces. One member of all of them is one unit
+of work: its surface is drawn once, and points whose contact is the same, as with other speeds or another friction,
+share that contact. Every member has the bits that its scene has when it is run alone with these numerics.
+"""
+
+import json
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
+from dataclasses import replace
+from math import hypot, isnan
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from roughsim.ensemble.run import aimed, begin, check_workers, complete
+from roughsim.ensemble.workers import Workforce, stopped_by_signals
+from roughsim.errors import number
+from roughsim.planning.plan import plan, statistical_target, total_work
+from roughsim.results.folder import folder_state, read_description
+from roughsim.results.run import Run
+from roughsim.scene import Scene, SceneError
+from roughsim.scene.files import scene_of
+from roughsim.scene.numerics import Numerics
+from roughsim.scene.sections import ROUGHNESS_KEYS
+from roughsim.studies.folder import Description, base_scene, write
+from roughsim.studies.study import Study, open_study
+from roughsim.studies.vary import Axis, Point, points_of, read_axes
+
+# sections and keys of a scene that do not concern its contact
+HEAT_KEYS = ("conductivity", "density", "heat_capacity", "friction_coefficient", "speed", "heat_partition", "duration")
+
+
+class Begun(NamedTuple):
+    """The run of a point: its scene with the targets of the study, its numerics, and its folder."""
+
+    scene: Scene
+    numerics: Numerics
+    folder: Path
+
+
+def study(
+    scene: Scene | str | Path | dict[str, Any],
+    *,
+    vary: Mapping[Any, Any],
+    folder: str | Path,
+    target_error: float | None = None,
+    workers: int = 1,
+    executor: Executor | None = None,
+    observer: Callable[[Run], None] | None = None,
+) -> Study:
+    """Compute a scene for all combinations of some values, or go on with the study in a folder.
+
+    Parameters
+    ----------
+    scene : Scene, str, path or dict
+        What is varied: a scene, or what `load_scene` takes.
+    vary : mapping
+        Keys of the scene with their values, as {"sliding.nominal_pressure": [1e6, "5 MPa"]}; the grid of all
+        combinations is computed. {"logspace": ["1 MPa", "100 MPa", 9]} stands for a list, "a, b" for two keys that
+        change together, with a list of pairs. More values may be given later: what is there stays.
+    folder : str or Path
+        Of the study; made if it does not exist. `folder`/points has a run folder for each point. The same call resumes
+        it, and any number of processes may work on it.
+    target_error : float, optional
+        Relative total error of T_flash to aim at, at each point; left out: the statistical errors of the scene's
+        `until`.
+    workers, executor
+        As of `roughsim.run`.
+    observer : callable, optional
+        Called with the run of a point after members of it have been stored.
+
+    Returns
+    -------
+    Study
+        The study as it stands at the end.
+
+    Raises
+    ------
+    SceneError
+        If a value does not fit its key, or the scene of a point is refused; before any work.
+    RecordError
+        If the folder holds something else, or a study of another scene or target.
+    TypeError, ValueError, OSError, RuntimeError, KeyboardInterrupt
+        As `roughsim.run`.
+    """
+    check_workers(workers, executor)
+    axes, scenes = scenes_of(scene, vary)
+    if target_error is not None and not 0.0 < number("target_error", target_error) < 1.0:
+        raise ValueError(f"target_error = {target_error:.6g} must lie between 0 and 1; 0.01 is 1 %")
+    folder = Path(folder)
+    write(folder, Description(scenes[""], axes, target_error))
+    groups = begin_points(folder, {name: each for name, each in scenes.items() if name}, target_error)
+    with stopped_by_signals() as check, Workforce(workers, executor) as force:
+        for group in groups:
+            complete(group, force, check, observer)
+    return open_study(folder)
+
+
+def scenes_of(scene: Any, vary: Mapping[Any, Any]) -> tuple[tuple[Axis, ...], dict[str, Scene]]:
+    """Return the axes, and the scenes by the names of their points; "" is the one that all change."""
+    content, source, folder = base_scene(scene)
+    axes = read_axes(vary)
+    scenes = {"": scene if isinstance(scene, Scene) else scene_of(content, {}, source, folder)}
+    for point in points_of(axes):
+        scenes[point.name] = scene_of(content, point.values, f"{source}, {point.name}", folder)
+        scenes[point.name] = replace(scenes[point.name], title=title_of(scenes[""], point))
+    identities: dict[str, str] = {}
+    for name, each in scenes.items():
+        other = identities.setdefault(json.dumps(each.identity(), sort_keys=True), name)
+        if name and other and other != name:
+            raise SceneError(f"the points {other} and {name} are the same scene: no number depends on what differs")
+    return axes, scenes
+
+
+def title_of(scene: Scene, point: Point) -> str:
+    """Return the title of a point."""
+    return f"{scene.title}: {point.name}"[:200] if scene.title else point.name[:200]
+
+
+def begin_points(folder: Path, scenes: dict[str, Scene], target_error: float | None) -> list[list[Begun]]:
+    """Begin the run of each point, or check the one that is there; return groups with the same levels.
+
+    A group of points with the same roughness has one plan, that of the point which needs most work.
+    """
+    groups: dict[str, list[Begun]] = {}
+    families: dict[str, dict[str, Scene]] = {}
+    for name, scene in scenes.items():
+        families.setdefault(family(scene), {})[name] = scene
+    for key, members in families.items():
+        paths = {name: folder / "points" / name for name in members}
+        states = {name: folder_state(path) for name, path in paths.items()}
+        there = [name for name, state in states.items() if state == "run"]
+        begun = {name: begin_one(members[name], paths[name], None) for name in there}
+        if there:
+            numerics, until = begun[there[0]].numerics, dict(begun[there[0]].scene.ensemble.until)
+        else:
+            numerics, until = plan_of(list(members.values()), target_error)
+        for name in members:
+            if name not in begun:
+                begun[name] = begin_one(aimed(members[name], until=until), paths[name], numerics)
+            same_levels = json.dumps(begun[name].numerics.to_dict() | {"keep_fields": None}, sort_keys=True)
+            groups.setdefault(key + same_levels, []).append(begun[name])
+    return [sorted(group, key=lambda one: (contact_keys(one.scene), one.folder.name)) for group in groups.values()]
+
+
+def begin_one(scene: Scene, folder: Path, numerics: Numerics | None) -> Begun:
+    """Begin the run of a point, or go on with it; one that is there keeps its numerics and targets."""
+    if numerics is None:
+        scene = aimed(scene, until=read_description(folder)["until"])
+    return Begun(scene, begin(scene, folder, numerics), folder)
+
+
+def plan_of(scenes: list[Scene], target_error: float | None) -> tuple[Numerics, dict[str, float]]:
+    """Return numerics for scenes with the same roughness, and their targets.
+
+    The points of the lightest and of the heaviest load are planned, and the numerics that take more work are those of
+    all. Fields are kept only where the scene says how many: a member is computed again when its maps are looked at.
+    """
+    by_load = sorted(scenes, key=lambda scene: scene.sliding.nominal_pressure / min(scene.penetration_hardness, 1e30))
+    plans = [plan(scene, target_error) for scene in dict.fromkeys((by_load[0], by_load[-1]))]
+    numerics = max(plans, key=lambda one: total_work(one.levels, one.forecast.realizations if one.forecast else 1))
+    if scenes[0].numerics.keep_fields is None:
+        numerics = replace(numerics, keep_fields=0)
+    until = dict(scenes[0].ensemble.until)
+    if target_error is not None:
+        expected = numerics.forecast
+        parts = (expected.bandwidth, expected.pixel, expected.size) if expected else ()
+        systematic = hypot(*(part for part in parts if not isnan(part)))
+        until = {"flash_temperature": statistical_target(target_error, systematic)}
+    return numerics, until
+
+
+def family(scene: Scene) -> str:
+    """Return what scenes have in common that can have the same levels and surfaces."""
+    keys = {f"{face}.{key}" for face in ("surface", "counterface") for key in (*ROUGHNESS_KEYS, "like")}
+    keys |= {"ensemble.seed", "sliding.history"}
+    identity = {key: value for key, value in scene.identity().items() if key in keys or key.startswith("numerics.")}
+    return json.dumps([identity, scene.elastic, scene.ensemble.max_realizations], sort_keys=True)
+
+
+def contact_keys(scene: Scene) -> str:
+    """Return what the contact of a scene depends on, with equal contacts equal and like surfaces side by side."""
+    identity = {key: value for key, value in scene.identity().items() if key.rpartition(".")[2] not in HEAT_KEYS}
+    load = identity.pop("sliding.nominal_pressure")
+    return f"{json.dumps(identity, sort_keys=True)} {load:.17e}"
