@@ -6,12 +6,17 @@ from typing import Annotated, Any
 from typer import Argument, Option
 
 import roughsim as rs
-from roughsim.cli.words import Chart, Json, Output, RunFolder, open_without_damaged, print_json, print_parts
+from roughsim.cli.words import Chart, Json, Output, RunFolder, open_without_damaged, print_json, print_parts, study_of
 from roughsim.show.text import tell
 
 
 def status(run: RunFolder, as_json: Json = False) -> None:
     """Show how far a run is: means and errors, failures, time left. The run may still be going on."""
+    if (study := study_of(run)) is not None:
+        from roughsim.studies.tables import study_table
+
+        print_json(study.to_dict()) if as_json else print_parts(study_table(study))
+        return
     from roughsim.ensemble.status import status_dict, status_lines
 
     opened = open_without_damaged(run)

@@ -112,6 +112,32 @@ def run(
         raise Exit(1)
 
 
+def study(
+    study: Annotated[Path, Argument(metavar="STUDY", help="A file with a scene and a table [vary].")],
+    output: Annotated[Path, Option("-o", "--output", metavar="FOLDER", help="Folder of the study, new or begun.")],
+    workers: Workers = None,
+    as_json: Json = False,
+) -> None:
+    """Compute a scene for many values of its keys, a run for each. The same command goes on where it was stopped.
+
+    A study file: scene = "demo", target_error = "2 %", and a table [vary] with lines such as
+    "sliding.nominal_pressure" = ["1 MPa", "5 MPa"].
+    """
+    began = time.monotonic()
+    from roughsim.studies.folder import study_file
+    from roughsim.studies.progress import study_shown
+    from roughsim.studies.tables import study_table
+
+    try:
+        result = study_shown(study_file(study), output, workers, began=began)
+    except KeyboardInterrupt:  # caught here: typer would end without a word
+        fail("stopped; what was computed is stored, and the same command goes on from there", 130)
+    if as_json:
+        print_json(result.to_dict())
+    else:
+        print_parts(study_table(result))
+
+
 def bench(
     scene: SceneName,
     changes: Set = None,

@@ -27,7 +27,7 @@ Set = Annotated[
     list[str] | None,
     Option("--set", metavar="KEY=VALUE", help="Another value of a key, as sliding.speed=35m/s. May be repeated."),
 ]
-RunFolder = Annotated[Path, Argument(metavar="RUN", help="The folder of a run.")]
+RunFolder = Annotated[Path, Argument(metavar="RUN", help="The folder of a run, or of a study.")]
 Json = Annotated[bool, Option("--json", help="Print JSON (SI units) for programs.")]
 Chart = Annotated[Path | None, Option(metavar="FILE", help="Draw the figure: .png, .pdf or .svg.")]
 Output = Annotated[Path | None, Option("-o", "--output", metavar="FILE", help="Left out: a file beside RUN.")]
@@ -40,6 +40,13 @@ def open_scene(name: str, words: list[str] | None, options: dict[str, Any] | Non
 
     by_options = {key: value for key, value in (options or {}).items() if value is not None}
     return rs.load_scene(name, read_changes(words or []) | by_options)
+
+
+def study_of(folder: Path) -> Any:
+    """Return the study in a folder; None if the folder is no study."""
+    from roughsim.studies.folder import DESCRIPTION
+
+    return rs.open_study(folder) if (folder / DESCRIPTION).is_file() else None
 
 
 def open_without_damaged(folder: Path) -> Any:

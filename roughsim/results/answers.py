@@ -22,6 +22,9 @@ MEANINGS = {
 }
 
 
+TAIL = "_total_error"  # of the name of an error, after that of its observable
+
+
 def columns_of(run: Run) -> list[str]:
     """Return the columns of the comparison that a run has, in their order."""
     return ["theory", "calibrated", *run.numerics.columns, *([SLIDING] if run.slides else [])]
@@ -60,7 +63,7 @@ def with_error(name: str, unit: str, values: Array, errors: Array, unknown: list
     per_speed, words = OBSERVABLES[name].per_speed, "total error of the mean, 95 %"
     axes = ("column", "speed") if per_speed else ("column",)
     values, errors = (table if per_speed else table[:, 0] for table in (values, errors))
-    error = f"{name}_total_error"
+    error = name + TAIL
     yield Labelled(name, axes, values, {"units": unit, "ancillary_variables": error})
     if unknown:
         words += f"; at least, as parts of it are unknown ({'; '.join(unknown)})"

@@ -65,6 +65,11 @@ def write(folder: Path, description: Description) -> None:
                     f"{folder} holds a study of another scene: {key} is {there.get(key, 'absent')} there and "
                     f"{here.get(key, 'absent')} here; name another folder, or give the scene as it was"
                 )
+        if (before := read(folder).target_error) != description.target_error:
+            raise RecordError(
+                f"{folder} holds a study with target_error = {before}, here it is {description.target_error}: its "
+                "levels were planned for that one; name another folder, or give the target as it was"
+            )
     elif folder.exists() and any(not is_temporary(path.name) for path in folder.iterdir()):
         raise RecordError(f"{folder} holds other files; name a new folder for the study")
     (folder / "points").mkdir(parents=True, exist_ok=True)

@@ -9,17 +9,17 @@ from typing import Any
 
 import numpy as np
 
+from roughsim.estimate.cell_size import size_error_of_sum
 from roughsim.estimate.errors import Uncertain, quotient
 from roughsim.estimate.ladder import values_of
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
-from roughsim.results.answers import answers
+from roughsim.results.answers import TAIL, answers
+from roughsim.results.arrays import Labelled
 from roughsim.results.folder import folder_state, open_run
 from roughsim.results.run import Run
 from roughsim.show.table import json_value
 from roughsim.studies.folder import read
 from roughsim.studies.vary import Point, short_names
-
-TAIL = "_total_error"
 
 
 class Study:
@@ -46,6 +46,7 @@ class Study:
         self.scene, self.axes, self.points = description.scene, description.axes, description.points
         self.target_error = description.target_error
         self._runs: dict[str, Run | None] = {}
+        self._tables: dict[str, dict[str, Labelled]] = {}
 
     @property
     def keys(self) -> dict[str, str]:
@@ -70,18 +71,38 @@ class Study:
         """How many points have met their targets, or have all realizations."""
         return sum(run.target_met or run.realizations >= run.max_realizations for _, run in self.results)
 
-    def rows(self) -> Iterator[dict[str, Any]]:
-        """Yield the tidy table: a row for each point, observable, column and speed, in SI.
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """How many values each axis has."""
+        return tuple(len(axis.values) for axis in self.axes)
+
+    @property
+    def column(self) -> str:
+        """The simulated column that tables show: capped, or elastic where no point has a hardness."""
+        columns = [run.column(None) for _, run in self.results]
+        return "capped" if "capped" in columns or not columns else columns[0]
+
+    def common_speeds(self) -> list[float] | None:
+        """Return the speeds that all points have; None where each has one of its own. ValueError for other lists."""
+        lists = list(dict.fromkeys(run.scene.speeds for _, run in self.results))
+        if len(lists) == 1:
+            return list(lists[0])
+        if all(len(speeds) == 1 for speeds in lists):
+            return None
+        raise ValueError("the points have lists of different speeds, which make no array; use the tidy table")
+
+    def rows(self, observable: str | None = None) -> Iterator[dict[str, Any]]:
+        """Yield the tidy table: a row for each point, observable (or one alone), column and speed, in SI.
 
         `speed` is None where an observable has none. `total_error` is that of 95 %, NaN where there is none, as of the
         theory. Temperatures are those of the heat share used.
         """
         for point, run in self.results:
-            values = {self.keys[key]: value for key, value in point.values.items()}
-            tables = {array.name: array for array in answers(run)}
+            values = {"point": point.name} | {self.keys[key]: value for key, value in point.values.items()}
+            tables = self._answers(point, run)
             columns = tables["column"].data.tolist()
             for name in OBSERVABLES:
-                if name not in tables:
+                if name not in tables or observable not in (None, name):
                     continue
                 record, errors = OBSERVABLES[name], tables[name + TAIL].data
                 for i, column in enumerate(columns):
@@ -98,6 +119,12 @@ class Study:
                             "total_error": float(error),
                             "realizations": run.realizations,
                         }
+
+    def _answers(self, point: Point, run: Run) -> dict[str, Labelled]:
+        """The answers of a point by their names, computed once."""
+        if point.name not in self._tables:
+            self._tables[point.name] = {array.name: array for array in answers(run)}
+        return self._tables[point.name]
 
     def to_dict(self) -> dict[str, Any]:
         """Return the study as JSON values: its keys, how far it is, the tidy table, and the trends of T_flash."""
@@ -138,22 +165,24 @@ class Study:
                     run, before = runs[high.name], runs[low.name]
                     if run.scene.speeds == before.scene.speeds:
                         ratio = paired_ratio(run, before, observable, column)
-                        yield from self.trend_rows(key, low, high, ratio, run, observable)
+                        yield from self._trend_rows(key, low, high, ratio, run.scene.speeds)
 
-    def trend_rows(
-        self, key: str, low: Point, high: Point, ratio: Uncertain, run: Run, observable: str
+    def _trend_rows(
+        self, key: str, low: Point, high: Point, ratio: Uncertain, speeds: tuple[float, ...]
     ) -> Iterator[dict[str, Any]]:
         """Yield one trend for each speed."""
         ends = low.values[key], high.values[key]
         per_log = 1.0 / log(ends[1] / ends[0]) if min(ends) > 0.0 else np.nan
         for k, value in enumerate(ratio.mean):
+            if not value > 0.0:  # at rest
+                continue
             yield {
+                "point": high.name,
+                "before": low.name,
                 "key": self.keys[key],
                 "from": ends[0],
                 "to": ends[1],
-                **{self.keys[other]: entry for other, entry in high.values.items() if other != key},
-                "observable": observable,
-                "speed": run.scene.speeds[k] if OBSERVABLES[observable].per_speed else None,
+                "speed": speeds[k] if len(ratio.mean) == len(speeds) else None,
                 "ratio": float(value),
                 "standard_error": float(ratio.standard_error[k]),
                 "total_error": float(ratio.total_error[k]),
@@ -171,11 +200,26 @@ class Study:
         """Return the keys that change together with one."""
         return next(axis.keys for axis in self.axes if key in axis.keys)
 
-    def chart(self, path: str | Path, observable: str = "flash_temperature", speed: float | None = None) -> None:
-        """Draw an observable over the first varied number, or as a map over two, as .png, .pdf or .svg."""
-        from roughsim.charts.study import study_chart
+    def to_xarray(self) -> Any:
+        """Return every observable with its error over the varied keys, the column and the speed, as a Dataset.
 
-        study_chart(self, Path(path), observable, speed)
+        ImportError without xarray; ValueError if no point has a result, or the points have lists of other speeds.
+        """
+        from roughsim.studies.tables import dataset
+
+        return dataset(self)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the results: .csv, .json and .parquet hold the tidy table, .h5 and .nc arrays over the varied keys."""
+        from roughsim.studies.tables import save_study
+
+        return save_study(self, path)
+
+    def chart(self, path: str | Path, observable: str = "flash_temperature") -> None:
+        """Draw an observable over the first varied number, and as a map over the first two, as .png, .pdf or .svg."""
+        from roughsim.studies.tables import draw_study
+
+        draw_study(self, Path(path), observable)
 
 
 def open_study(folder: str | Path) -> Study:
@@ -195,15 +239,14 @@ def paired_ratio(above: Run, below: Run, observable: str, column: str | None = N
     if alike != (below.seed, below.numerics.levels, below.numerics.lengths):
         raise ValueError(f"{above.folder} and {below.folder} have other levels or surfaces: their rows are no pairs")
     common = sorted({*above.sound(above.realizations)} & {*below.sound(below.realizations)})
-    pair = []
+    pair, sizes = [], []
     for run in (above, below):
         name, record = run.column(column), OBSERVABLES[observable]
         values = values_of(run.scene, name, observable, run.samples(column, common, spectra=record.spectra))
         share = run.heat_partition if record.heated else 1.0
         keys = ("extrapolated", "finest", "base", "bandwidth", "pixel")
+        sizes.append(size_error_of_sum(run.scene, run.numerics.lengths, observable, name, values.from_half))
         pair.append(values._replace(**{key: getattr(values, key) * share for key in keys}))
-    estimates = (run.estimate(observable, column) for run in (above, below))
-    sizes = [estimate.budget["size"] / np.abs(estimate.mean) for estimate in estimates]
     return quotient(
         pair[0],
         pair[1],

@@ -15,14 +15,13 @@ from typing import Any, NamedTuple
 
 from roughsim.ensemble.run import aimed, begin, check_workers, complete
 from roughsim.ensemble.workers import Workforce, stopped_by_signals
-from roughsim.errors import number
 from roughsim.planning.plan import plan, statistical_target, total_work
 from roughsim.results.folder import folder_state, read_description
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneError
 from roughsim.scene.files import scene_of
 from roughsim.scene.numerics import Numerics
-from roughsim.scene.sections import ROUGHNESS_KEYS
+from roughsim.scene.sections import ROUGHNESS_KEYS, TARGET
 from roughsim.studies.folder import Description, base_scene, write
 from roughsim.studies.study import Study, open_study
 from roughsim.studies.vary import Axis, Point, points_of, read_axes
@@ -44,7 +43,7 @@ def study(
     *,
     vary: Mapping[Any, Any],
     folder: str | Path,
-    target_error: float | None = None,
+    target_error: float | str | None = None,
     workers: int = 1,
     executor: Executor | None = None,
     observer: Callable[[Run], None] | None = None,
@@ -62,9 +61,9 @@ def study(
     folder : str or Path
         Of the study; made if it does not exist. `folder`/points has a run folder for each point. The same call resumes
         it, and any number of processes may work on it.
-    target_error : float, optional
-        Relative total error of T_flash to aim at, at each point; left out: the statistical errors of the scene's
-        `until`.
+    target_error : float or str, optional
+        Relative total error of T_flash to aim at, at each point, such as 0.02 or "2 %"; left out: the statistical
+        errors of the scene's `until`.
     workers, executor
         As of `roughsim.run`.
     observer : callable, optional
@@ -86,11 +85,10 @@ def study(
     """
     check_workers(workers, executor)
     axes, scenes = scenes_of(scene, vary)
-    if target_error is not None and not 0.0 < number("target_error", target_error) < 1.0:
-        raise ValueError(f"target_error = {target_error:.6g} must lie between 0 and 1; 0.01 is 1 %")
+    target = None if target_error is None else float(TARGET(target_error, "target_error"))
     folder = Path(folder)
-    write(folder, Description(scenes[""], axes, target_error))
-    groups = begin_points(folder, {name: each for name, each in scenes.items() if name}, target_error)
+    write(folder, Description(scenes[""], axes, target))
+    groups = begin_points(folder, {name: each for name, each in scenes.items() if name}, target)
     with stopped_by_signals() as check, Workforce(workers, executor) as force:
         for group in groups:
             complete(group, force, check, observer)
@@ -107,8 +105,7 @@ def scenes_of(scene: Any, vary: Mapping[Any, Any]) -> tuple[tuple[Axis, ...], di
         scenes[point.name] = replace(scenes[point.name], title=title_of(scenes[""], point))
     identities: dict[str, str] = {}
     for name, each in scenes.items():
-        other = identities.setdefault(json.dumps(each.identity(), sort_keys=True), name)
-        if name and other and other != name:
+        if name and (other := identities.setdefault(json.dumps(each.identity(), sort_keys=True), name)) != name:
             raise SceneError(f"the points {other} and {name} are the same scene: no number depends on what differs")
     return axes, scenes
 

@@ -115,9 +115,10 @@ def independent_modes(spectrum: Spectrum, grid: Grid) -> DrawnModes:
 SMALL = 2**18  # points, of grids whose modes take a few MB
 # the levels of a run come in turn, and so do the points of a study, each with a C_sm of its own: fewer than there are
 # would never be met again
-_of_small, _of_large = lru_cache(maxsize=96)(independent_modes), lru_cache(maxsize=12)(independent_modes)
+_of_small, _of_large = (lru_cache(maxsize=most)(independent_modes) for most in (96, 12))
 
 
 def remembered_modes(spectrum: Spectrum, grid: Grid) -> DrawnModes:
     """Return `independent_modes`, found once for each spectrum and grid."""
-    return (_of_small if grid.points <= SMALL else _of_large)(spectrum, grid)
+    modes: DrawnModes = (_of_small if grid.points <= SMALL else _of_large)(spectrum, grid)  # type: ignore[arg-type]
+    return modes

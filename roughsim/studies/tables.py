@@ -1,0 +1,190 @@
+"""A study as a table for people, and as files for other programs."""
+
+import csv
+import io
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from roughsim.observables.catalogue import OBSERVABLES, UNITS
+from roughsim.results.answers import TAIL
+from roughsim.results.arrays import Labelled, to_dataset
+from roughsim.scene.schema import SECTIONS, quantity
+from roughsim.show.table import Column, Number, Row, Table, significant, with_unit
+from roughsim.store.disk import hdf5_bytes, place_bytes
+from roughsim.studies.study import Study
+
+PREFIXES = {"Pa": (1e-6, "MPa"), "m": (1e6, "µm"), "rad/m": (1.0, "1/m")}  # units of keys that people read
+ENDINGS = (".csv", ".json", ".parquet", ".h5", ".hdf5", ".nc")
+MOST_ROWS = 60  # of the table on a terminal
+
+
+def words_of(key: str) -> tuple[str, float]:
+    """Return what an axis of a key is called, and the factor from SI to its unit: ("nominal pressure, MPa", 1e-6)."""
+    section, _, name = key.partition(".")
+    number = quantity(SECTIONS[section], name) if section in SECTIONS else None
+    factor, unit = PREFIXES.get(number.unit, (1.0, number.unit)) if number is not None else (1.0, "")
+    text = name.replace("_", " ") or key
+    return (f"{text}, {unit}" if unit else text), factor
+
+
+def study_table(study: Study, observable: str = "flash_temperature") -> Table:
+    """Return a row for each point: the varied values, theory and simulation at the highest speed, and the trend."""
+    keys, columns = study.keys, ["theory", "calibrated", study.column]
+    told: dict[str, dict[str, Any]] = {}
+    for row in study.rows(observable):
+        of_point = told.setdefault(row["point"], {})
+        shown_before = of_point.get(row["column"])
+        if shown_before is None or row["speed"] is None or row["speed"] > shown_before["speed"]:
+            of_point[row["column"]] = row
+    trends: dict[tuple[str, str], dict[str, Any]] = {}
+    for trend in sorted(study.trends(observable), key=lambda trend: trend["speed"] or 0.0):
+        trends[trend["point"], trend["key"]] = trend  # that of the highest speed stays
+    titles = [Column(words_of(key)[0], number=True) for key in keys]
+    titles += [Column(title, number=True) for title in ("n", *(with_unit(name, UNITS[observable]) for name in columns))]
+    numeric = [keys[key] for key in study.numeric_keys]
+    titles += [Column(f"∂ln/∂ln {name.replace('_', ' ')}", number=True) for name in numeric]
+    rows: list[Row] = []
+    for point in study.points[:MOST_ROWS]:
+        of_point = told.get(point.name, {})
+        cells: list[Any] = [value_text(key, value) for key, value in point.values.items()]
+        cells.append(str(next((row["realizations"] for row in of_point.values()), "–")))
+        cells += [number_of(of_point[column], observable) if column in of_point else "–" for column in columns]
+        for name in numeric:
+            slope = trends.get((point.name, name))
+            cells.append(Number(slope["exponent"], "1", slope["exponent_error"]) if slope else "")
+        rows.append(cells)
+    notes = [f"{study.finished} of {len(study.points)} points finished."]
+    if len(study.points) > MOST_ROWS:
+        notes.append(f"The first {MOST_ROWS} points; `roughsim export` writes all, with all observables and speeds.")
+    notes.append(f"{observable} at the highest speed of each point; ± total error, 95 %.")
+    if numeric:
+        notes.append(
+            "∂ln/∂ln: exponent from the point before, of paired surfaces: its ± is statistical, 95 %, and does not "
+            "have the errors that both points share."
+        )
+    return Table(titles, rows, study.scene.title, notes)
+
+
+def number_of(row: dict[str, Any], observable: str) -> Number:
+    """Return the value of a row with its error, if it has one."""
+    return Number(row["value"], UNITS[observable], 0.0 if np.isnan(row["total_error"]) else row["total_error"])
+
+
+def value_text(key: str, value: Any) -> str:
+    """Return a varied value in the unit that people read."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return str(value)
+    return significant(float(value) * words_of(key)[1], 5)
+
+
+def draw_study(study: Study, path: Path, observable: str) -> None:
+    """Draw a study; see `Study.chart`."""
+    from roughsim.charts.study import study_chart
+
+    if observable not in OBSERVABLES:
+        raise ValueError(f"observable = {observable!r} is unknown; choose one of {', '.join(OBSERVABLES)}")
+    keys = {study.keys[key]: words_of(key) for key in study.numeric_keys}
+    title = f"{study.scene.title}: {study.finished} of {len(study.points)} points"
+    study_chart(list(study.rows(observable)), keys, study.column, observable, path, title=title)
+
+
+def save_study(study: Study, path: str | Path) -> Path:
+    """Write the results of a study: the tidy table as .csv, .json or .parquet, or arrays over the varied keys as .h5.
+
+    The arrays are netCDF-4, for xarray: every observable over the varied keys, the column and the speed. ValueError for
+    another ending, or if the points do not make arrays; ImportError without pyarrow or pandas for .parquet. The file is
+    whole or not there.
+    """
+    path = Path(path)
+    ending = path.suffix.lower()
+    if ending not in ENDINGS:
+        raise ValueError(f"path = {str(path)!r} must end in {', '.join(ENDINGS)}")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if ending == ".json":
+        content: Any = (json.dumps(study.to_dict(), indent=1) + "\n").encode()
+    elif ending == ".csv":
+        content = csv_text(study).encode()
+    elif ending == ".parquet":
+        buffer = io.BytesIO()
+        study.to_dataframe().to_parquet(buffer)
+        content = buffer.getvalue()
+    else:
+        content = hdf5_bytes(lambda file: fill(file, study))
+    place_bytes(path, content)
+    return path
+
+
+def csv_text(study: Study) -> str:
+    """Return the tidy table as CSV, with the unit of each row in its own column."""
+    rows = list(study.rows())
+    file = io.StringIO()
+    writer = csv.DictWriter(file, list(rows[0]) if rows else ["point"], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({name: "" if value is None else value for name, value in row.items()} for row in rows)
+    return file.getvalue()
+
+
+def fill(file: Any, study: Study) -> None:
+    """Write the arrays of a study into an HDF5 file, with dimension scales."""
+    from roughsim.results.export import write_arrays
+
+    file.attrs.update(attributes(study))
+    write_arrays(file, list(arrays(study)), None)
+
+
+def attributes(study: Study) -> dict[str, Any]:
+    """Return the attributes of the arrays: title, scene, and what is in them in words."""
+    columns = "theory, calibrated (the theory with a fitted stress spectrum), and the simulated columns"
+    words = (
+        f"A study by roughsim: {study.scene.title}. Units are SI. Each observable is an array over the varied keys, "
+        f"the column it comes from ({columns}), and the speed where it depends on it. NAME_total_error is its error, "
+        "95 %. NaN: not computed yet, or not defined."
+    )
+    return {"title": study.scene.title or study.folder.name, "README": words, "scene": study.scene.to_toml()}
+
+
+def dataset(study: Study) -> Any:
+    """Return the arrays of a study as an `xarray.Dataset`; ImportError without xarray."""
+    return to_dataset(list(arrays(study)), attributes(study))
+
+
+def arrays(study: Study) -> Iterator[Labelled]:
+    """Yield the axes of a study, and each observable with its error over them, the column, and the speed.
+
+    An axis of several keys has the first as its coordinate, and the others beside it. ValueError if no point has a
+    result, or the points have lists of other speeds.
+    """
+    rows = list(study.rows())
+    if not rows:
+        raise ValueError(f"{study.folder} has no point with results yet; let it run first")
+    keys = study.keys
+    axes = [keys[axis.keys[0]] for axis in study.axes]
+    for axis in study.axes:
+        for i, key in enumerate(axis.keys):
+            values = np.array([row[i] if isinstance(row[i], (int, float)) else str(row[i]) for row in axis.values])
+            number = quantity(SECTIONS[key.partition(".")[0]], key.partition(".")[2])
+            unit = {"units": number.unit or "1"} if number is not None and values.dtype.kind != "U" else {}
+            yield Labelled(keys[key], (keys[axis.keys[0]],), values, unit | {"key": key})
+    columns = list(dict.fromkeys(row["column"] for row in rows))
+    yield Labelled("column", ("column",), np.array(columns), {"description": "what a value comes from"})
+    speeds = study.common_speeds()
+    if speeds is not None:
+        yield Labelled("speed", ("speed",), np.array(speeds), {"units": "m/s"})
+    places = {point.name: np.unravel_index(i, study.shape) for i, point in enumerate(study.points)}
+    for name in dict.fromkeys(row["observable"] for row in rows):
+        over_speed = OBSERVABLES[name].per_speed and speeds is not None
+        shape = (*study.shape, len(columns), *([len(speeds)] if over_speed and speeds else []))
+        value, error = np.full(shape, np.nan), np.full(shape, np.nan)
+        for row in rows:
+            if row["observable"] == name:
+                place: tuple[Any, ...] = (*places[row["point"]], columns.index(row["column"]))
+                place += (speeds.index(row["speed"]),) if over_speed and speeds else ()
+                value[place], error[place] = row["value"], row["total_error"]
+        names = (*axes, "column", *(["speed"] if over_speed else []))
+        unit = {"units": UNITS[name]}
+        yield Labelled(name, names, value, unit | {"ancillary_variables": name + TAIL})
+        yield Labelled(name + TAIL, names, error, unit | {"description": "total error, 95 %"})

@@ -1,0 +1,72 @@
+"""What a study varies: axes, their values in SI, and the names of the points."""
+
+import re
+
+import numpy as np
+import pytest
+
+from roughsim.scene import SceneError
+from roughsim.studies.vary import NAME, points_of, read_axes
+
+
+def test_a_grid_has_all_combinations_and_the_last_key_varies_fastest():
+    axes = read_axes({"sliding.nominal_pressure": ["1 MPa", 5e6], "body.penetration_hardness": ["1 GPa", "2 GPa"]})
+    values = [tuple(point.values.values()) for point in points_of(axes)]
+    assert values == [(1e6, 1e9), (1e6, 2e9), (5e6, 1e9), (5e6, 2e9)]
+
+
+def test_first_last_and_count_stand_for_a_list():
+    (axis,) = read_axes({"sliding.nominal_pressure": {"logspace": ["1 MPa", "100 MPa", 5]}})
+    ratios = np.diff(np.log([value for (value,) in axis.values]))
+    assert len(axis.values) == 5
+    assert np.allclose(ratios, np.log(100.0) / 4, rtol=1e-7)
+    (axis,) = read_axes({"surface.hurst": {"linspace": [0.6, 0.9, 4]}})
+    assert [value for (value,) in axis.values] == pytest.approx([0.6, 0.7, 0.8, 0.9])
+
+
+def test_keys_that_change_together_share_an_axis():
+    together = {"sliding.friction_coefficient, body.conductivity": [[0.1, "20 W/(m K)"], [0.2, 40]]}
+    points = points_of(read_axes(together))
+    assert [point.values for point in points] == [
+        {"sliding.friction_coefficient": 0.1, "body.conductivity": 20.0},
+        {"sliding.friction_coefficient": 0.2, "body.conductivity": 40.0},
+    ]
+
+
+def test_names_of_points_are_folders_that_no_pattern_mistakes():
+    vary = {
+        "sliding.nominal_pressure": ["1 MPa", 1234567.891],
+        "sliding.speed": [["1 m/s", "2 m/s"], 3.0],
+        "sliding.heat_partition": ["mean", "all", 0.5],
+    }
+    names = [point.name for point in points_of(read_axes(vary))]
+    assert len(set(names)) == 12
+    assert all(NAME.fullmatch(name) and not re.search(r"[*?\[\]/\\ ]", name) for name in names)
+    assert names[-1] == "nominal_pressure=1234567.89,sliding_speed=3,heat_partition=0.5"
+
+
+@pytest.mark.parametrize(
+    ("vary", "message"),
+    [
+        ({}, "must name at least one key"),
+        ([], "must name at least one key"),
+        ({"sliding.speed": []}, "must be a list of values"),
+        ({"sliding.speed": "3 m/s"}, "must be a list of values"),
+        ({3: [1]}, "must be the name of a key"),
+        ({"sliding.nominal_pressure": ["1 K"]}, r"has the dimension \[temperature\]; a quantity in Pa"),
+        ({"sliding.nominal_pressure": [-1.0]}, r"vary.\"sliding.nominal_pressure\"\[0\] = -1.0 Pa must be above 0"),
+        ({"sliding.nominal_pressure": ["1 MPa", 1e6]}, "1000000 is there twice"),
+        ({"sliding.speed": [1.0], "sliding.speed ": [2.0]}, "sliding.speed is there twice"),
+        ({"a, b": [1, 2]}, "must be a list of 2 values"),
+        ({"a, b": {"logspace": [1, 2, 3]}}, "is for one key"),
+        ({"sliding.speed": {"logspace": [1, 2]}}, "first, last and count"),
+        ({"sliding.speed": {"logspace": [0.0, 2.0, 3]}}, "must be a number > 0"),
+        ({"sliding.speed": {"geomspace": [1, 2, 3]}}, "first, last and count"),
+        ({"sliding.speed": {"linspace": [1, 2, 1]}}, "a whole number from 2"),
+        ({"surface.hurst": {"linspace": [0, 1, 200]}, "sliding.speed": {"linspace": [1, 2, 51]}}, "above the limit"),
+    ],
+)
+def test_what_cannot_be_varied_is_refused_in_one_line(vary, message):
+    with pytest.raises(SceneError, match=message) as refused:
+        points_of(read_axes(vary))
+    assert "\n" not in str(refused.value)
