@@ -15,7 +15,10 @@ def status(run: RunFolder, as_json: Json = False) -> None:
     if (study := study_of(run)) is not None:
         from roughsim.studies.tables import study_table
 
-        print_json(study.to_dict()) if as_json else print_parts(study_table(study))
+        if as_json:
+            print_json(study.to_dict())
+        else:
+            print_parts(study_table(study))
         return
     from roughsim.ensemble.status import status_dict, status_lines
 
@@ -52,11 +55,16 @@ def plot(
     zoom: Annotated[str | None, Option(metavar="X0:X1,Y0:Y1", help="Draw this part of a map; in m.")] = None,
     side_by_side: Annotated[bool, Option("--side-by-side", help="Add heights and pressure to the map.")] = False,
 ) -> None:
-    """Draw a map or a curve of a run, as .png, .pdf or .svg.
+    """Draw a map or a curve of a run, as .png, .pdf or .svg. Of a study, an observable over what it varies.
 
     Maps: heights, pressure, temperature, heat_flux. Curves: such as distribution or spectrum; another word lists them.
     Temperatures are computed from the stored pressure.
     """
+    if (study := study_of(run)) is not None:
+        picture = output or run.with_name(f"{run.name}-{quantity}.png")
+        study.chart(picture, quantity)
+        tell(f"picture: {picture}")
+        return
     from roughsim.charts.plot import plot_run
     from roughsim.results.folder import gap
 
@@ -83,9 +91,14 @@ def explore(
 
 def report(run: RunFolder, output: Output = None) -> None:
     """Write a run as one .html page to mail. It holds scene, plan, comparison, errors and pictures."""
-    from roughsim.report import report_run
+    if (study := study_of(run)) is not None:
+        from roughsim.report.study import report_study
 
-    page = report_run(open_without_damaged(run), output)
+        page = report_study(study, output)
+    else:
+        from roughsim.report import report_run
+
+        page = report_run(open_without_damaged(run), output)
     tell(f"report: {page}, {page.stat().st_size / 1e6:.3g} MB")
 
 
@@ -95,7 +108,14 @@ def export(
     bits: Annotated[int | None, Option(metavar="N", min=1, max=23, help="Mantissa bits of fields, of 23.")] = None,
     surface: Annotated[int | None, Option(metavar="K", min=0, help="Only heights of realization K: .nc, .npy.")] = None,
 ) -> None:
-    """Write the numbers and the kept fields of a run into one file. It is HDF5 (netCDF-4): .h5, .hdf5 or .nc."""
+    """Write the numbers and the kept fields of a run into one file. It is HDF5 (netCDF-4): .h5, .hdf5 or .nc.
+
+    Of a study: every observable over what it varies, or the same as one table: .csv, .json or .parquet.
+    """
+    if (study := study_of(run)) is not None:
+        file = study.save(output)
+        tell(f"file: {file}, {file.stat().st_size / 1e6:.3g} MB")
+        return
     from roughsim.results.export import export_run, export_surface
     from roughsim.results.folder import gap
 

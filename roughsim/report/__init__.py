@@ -69,12 +69,18 @@ def report_run(run: Run, path: str | Path | None = None) -> Path:
     the damaged files and shows the rest. `path` ends in .html, ValueError if not; left out: beside the run folder,
     named after it.
     """
-    folder = run.folder.resolve()
+    place = place_of(run.folder, path)
+    place_bytes(place, page(run).encode())
+    return place
+
+
+def place_of(folder: Path, path: str | Path | None) -> Path:
+    """Return where the page of a folder goes, and make the folder it lies in."""
+    folder = folder.resolve()
     place = folder.with_name(f"{folder.name}.html") if path is None else Path(path)
     if place.suffix.lower() not in (".html", ".htm"):
         raise ValueError(f"path = {str(place)!r} of a report must end in .html")
     place.parent.mkdir(parents=True, exist_ok=True)
-    place_bytes(place, page(run).encode())
     return place
 
 

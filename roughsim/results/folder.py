@@ -73,6 +73,8 @@ def read_description(folder: Path) -> dict[str, Any]:
     except RecordError:
         raise
     except FileNotFoundError:
+        if (folder / "study.json").exists():
+            raise RecordError(f"{folder} is a study; name the folder of one of its points, in points/") from None
         raise RecordError(f"{folder} is no run: it has no run.json; name the folder that `roughsim run` made") from None
     except (ValueError, LookupError, TypeError, RecursionError) as error:
         raise RecordError(f"{path} is damaged ({error})") from error

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich import progress as bars
 
-from roughsim.ensemble.progress import PatientConsole
+from roughsim.ensemble.bar import PatientConsole
 from roughsim.results.run import Run
 from roughsim.show.text import clock
 from roughsim.studies.study import Study

@@ -179,6 +179,7 @@ class Study:
             yield {
                 "point": high.name,
                 "before": low.name,
+                **{self.keys[other]: entry for other, entry in high.values.items()},
                 "key": self.keys[key],
                 "from": ends[0],
                 "to": ends[1],

@@ -1,4 +1,7 @@
-"""A study as a table for people, and as files for other programs."""
+"""A study as a table for people, and as files for other programs.
+
+`study` is a `roughsim.Study` everywhere; its methods call these functions.
+"""
 
 import csv
 import io
@@ -15,7 +18,6 @@ from roughsim.results.arrays import Labelled, to_dataset
 from roughsim.scene.schema import SECTIONS, quantity
 from roughsim.show.table import Column, Number, Row, Table, significant, with_unit
 from roughsim.store.disk import hdf5_bytes, place_bytes
-from roughsim.studies.study import Study
 
 PREFIXES = {"Pa": (1e-6, "MPa"), "m": (1e6, "µm"), "rad/m": (1.0, "1/m")}  # units of keys that people read
 ENDINGS = (".csv", ".json", ".parquet", ".h5", ".hdf5", ".nc")
@@ -31,7 +33,7 @@ def words_of(key: str) -> tuple[str, float]:
     return (f"{text}, {unit}" if unit else text), factor
 
 
-def study_table(study: Study, observable: str = "flash_temperature") -> Table:
+def study_table(study: Any, observable: str = "flash_temperature") -> Table:
     """Return a row for each point: the varied values, theory and simulation at the highest speed, and the trend."""
     keys, columns = study.keys, ["theory", "calibrated", study.column]
     told: dict[str, dict[str, Any]] = {}
@@ -81,7 +83,7 @@ def value_text(key: str, value: Any) -> str:
     return significant(float(value) * words_of(key)[1], 5)
 
 
-def draw_study(study: Study, path: Path, observable: str) -> None:
+def draw_study(study: Any, path: Path, observable: str) -> None:
     """Draw a study; see `Study.chart`."""
     from roughsim.charts.study import study_chart
 
@@ -92,7 +94,7 @@ def draw_study(study: Study, path: Path, observable: str) -> None:
     study_chart(list(study.rows(observable)), keys, study.column, observable, path, title=title)
 
 
-def save_study(study: Study, path: str | Path) -> Path:
+def save_study(study: Any, path: str | Path) -> Path:
     """Write the results of a study: the tidy table as .csv, .json or .parquet, or arrays over the varied keys as .h5.
 
     The arrays are netCDF-4, for xarray: every observable over the varied keys, the column and the speed. ValueError for
@@ -118,7 +120,7 @@ def save_study(study: Study, path: str | Path) -> Path:
     return path
 
 
-def csv_text(study: Study) -> str:
+def csv_text(study: Any) -> str:
     """Return the tidy table as CSV, with the unit of each row in its own column."""
     rows = list(study.rows())
     file = io.StringIO()
@@ -128,7 +130,7 @@ def csv_text(study: Study) -> str:
     return file.getvalue()
 
 
-def fill(file: Any, study: Study) -> None:
+def fill(file: Any, study: Any) -> None:
     """Write the arrays of a study into an HDF5 file, with dimension scales."""
     from roughsim.results.export import write_arrays
 
@@ -136,7 +138,7 @@ def fill(file: Any, study: Study) -> None:
     write_arrays(file, list(arrays(study)), None)
 
 
-def attributes(study: Study) -> dict[str, Any]:
+def attributes(study: Any) -> dict[str, Any]:
     """Return the attributes of the arrays: title, scene, and what is in them in words."""
     columns = "theory, calibrated (the theory with a fitted stress spectrum), and the simulated columns"
     words = (
@@ -147,12 +149,12 @@ def attributes(study: Study) -> dict[str, Any]:
     return {"title": study.scene.title or study.folder.name, "README": words, "scene": study.scene.to_toml()}
 
 
-def dataset(study: Study) -> Any:
+def dataset(study: Any) -> Any:
     """Return the arrays of a study as an `xarray.Dataset`; ImportError without xarray."""
     return to_dataset(list(arrays(study)), attributes(study))
 
 
-def arrays(study: Study) -> Iterator[Labelled]:
+def arrays(study: Any) -> Iterator[Labelled]:
     """Yield the axes of a study, and each observable with its error over them, the column, and the speed.
 
     An axis of several keys has the first as its coordinate, and the others beside it. ValueError if no point has a
