@@ -88,9 +88,10 @@ def study(
     target = None if target_error is None else float(TARGET(target_error, "target_error"))
     folder = Path(folder)
     write(folder, Description(scenes[""], axes, target))
-    groups = begin_points(folder, {name: each for name, each in scenes.items() if name}, target)
     with stopped_by_signals() as check, Workforce(workers, executor) as force:
-        for group in groups:
+        if not any((folder / "points").iterdir()):
+            force.start()  # while this process plans
+        for group in begin_points(folder, {name: each for name, each in scenes.items() if name}, target):
             complete(group, force, check, observer)
     return open_study(folder)
 
