@@ -27,7 +27,7 @@ SOURCES = {
     "size": "at most what a larger cell changes, as measured by doubling cells with as many waves per side",
     "solver": "at most what the contact solver's tolerance changed in measured contacts: for T_flash 0.3 of it",
     "march": "of two bodies that slide: the low cut-off of the march, and its steps of whole pixels",
-    "scan": "of C(q) measured on one map: few long waves, a tilt taken off, a finite size",
+    "scan": "of C(q) measured on maps: few long waves, none longer than a map, and other places than these",
 }
 
 
@@ -38,7 +38,7 @@ class Uncertain:
     mean: Array  # extrapolated in q_c and the pixel where a limit exists and the levels show it
     standard_error: Array  # of the mean, statistical
     # the parts of the 95 % error by source, keys of `SOURCES`; NaN where they are unknown. "scan" is there only if C(q)
-    # was measured on one map, and is always NaN: no one knows yet how to estimate it
+    # was measured on maps
     budget: dict[str, Array]
 
     @property
@@ -121,12 +121,12 @@ def estimate(
     *,
     size: Array | float = 0.0,
     solver: float = 0.0,
-    scanned: bool = False,
+    scan: Array | None = None,
 ) -> Estimate:
     """Return mean, errors and bias of an observable from its values.
 
     `size` is the relative error of the finite cell, from `cell_size.size_error_of_sum`; `solver` that of the contact
-    solves; `scanned` whether C(q) was measured on one map, whose error is unknown.
+    solves; `scan` that of a C(q) measured on maps, (speeds,), NaN where it is unknown.
     """
     mean = values.extrapolated.mean(axis=0)
     error, freedom = spread(values.extrapolated, values.base, values.group, independent=values.independent)
@@ -139,8 +139,8 @@ def estimate(
             "solver": solver * np.abs(mean),
         }
         bias = values.finest.mean(axis=0) - mean
-    if scanned:
-        budget["scan"] = np.where(mean == 0.0, 0.0, np.nan)  # at rest nothing heats, whatever C(q)
+    if scan is not None:
+        budget["scan"] = np.where(mean == 0.0, 0.0, np.abs(mean) * scan)  # at rest nothing heats, whatever C(q)
     unit = OBSERVABLES[observable].unit
     return Estimate(mean, error, budget, observable, unit, bias, len(values.extrapolated), freedom + 1.0, notes)
 

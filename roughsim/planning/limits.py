@@ -5,7 +5,7 @@ A warning has the value, the limit, and what to check. The table at the end of d
 
 from collections.abc import Iterator
 from functools import lru_cache
-from math import exp, inf, isfinite, isinf, log, nan, pi, prod, sqrt
+from math import exp, inf, isfinite, isinf, isnan, log, nan, pi, prod, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 from roughsim import prediction
 from roughsim.estimate.cell_size import choose_lengths
 from roughsim.planning.levels import CAPPED_SIDE, ELASTIC_SIDE
+from roughsim.prediction.scans import scan_of_hottest
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.scene.sections import BodySection, CounterfaceSection
@@ -185,7 +186,7 @@ def gentle_end(scene: Scene) -> float:
 
 
 def roughness_lines(scene: Scene) -> Lines:
-    """Warn of roughness and waves below the size of atoms, and of a C(q) from one scan."""
+    """Warn of roughness and waves below the size of atoms, and of a C(q) from scans."""
     height, shortest = scene.spectrum.rms_height, 2 * pi / scene.spectrum.breaks[-1]
     if height < FLAT:
         yield (
@@ -197,10 +198,17 @@ def roughness_lines(scene: Scene) -> Lines:
             f"the shortest wave, 2π/q_max = {shortest:.3g} m, is below {ATOM:g} m, the distance of atoms, "
             "and the model is for continuous solids; check the unit of q_max, or lower it"
         )
-    if scene.scanned:
+    scan, target = scan_of_hottest(scene), dict(scene.ensemble.until).get("flash_temperature", inf)
+    if scan is not None and isnan(scan):
         yield (
-            "C(q) was measured on one scan, and its error is unknown: maps cut out of known surfaces gave a T_flash up "
-            "to 27 % off; run a scene for each of several scans, or state C(q) yourself"
+            "C(q) was measured on a scan, and its error is unknown: psd_error is missing, or C(q) rises so steeply to "
+            "the longest waves of the scan that longer ones would change T_flash without limit; take a larger scan, or "
+            "state C(q) yourself"
+        )
+    elif scan is not None and scan > target:
+        yield (
+            f"C(q) was measured on a scan, which by itself leaves {100 * scan:.2g} % of error in the highest T_flash, "
+            f"above the target of {100 * target:g} %; take a larger scan, or more of them"
         )
 
 

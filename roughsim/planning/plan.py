@@ -18,6 +18,7 @@ from roughsim.grid import Array
 from roughsim.planning.levels import Ladder, ladders_of
 from roughsim.planning.march import march_reasons, with_march
 from roughsim.planning.pilot import HALF_SCATTER, SCATTER_KNOWN, SOLVES, Lengths, Pilot, work
+from roughsim.prediction.scans import scan_of_hottest
 from roughsim.scene import Scene
 from roughsim.scene.numerics import DEFAULT_REASONS, Forecast, Level, Numerics, Reason
 from roughsim.show.table import Column, Table
@@ -149,7 +150,7 @@ def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | N
         *cell_reasons(ladder, in_whole, in_half),
         Reason("pilot", text, explanation),
         Reason("realizations", f"about {count}", why),
-        *forecast_reasons(forecast, scene.scanned),
+        *forecast_reasons(forecast, scan_of_hottest(scene)),
     ]
     return Numerics(levels, lengths, forecast=forecast, reasons=tuple(reasons))
 
@@ -268,8 +269,8 @@ def total_work(levels: Iterable[Level], count: int) -> float:
     return sum((work(level.shape[0] * level.shape[1]) + MEMBER) * -(-count // level.every) for level in levels)
 
 
-def forecast_reasons(forecast: Forecast, scanned: bool) -> list[Reason]:
-    """Return the expected error and time of a run, as reasons of its plan."""
+def forecast_reasons(forecast: Forecast, scan: float | None) -> list[Reason]:
+    """Return the expected error and time of a run, as reasons of its plan; `scan` is the relative error by the scan."""
 
     def percent(error: float) -> str:  # one realization shows no scatter, one cut-off no bandwidth
         return f"{100 * error:.2g} %" if isfinite(error) else "unknown"
@@ -278,16 +279,18 @@ def forecast_reasons(forecast: Forecast, scanned: bool) -> list[Reason]:
     parts = (
         f"expected of the highest T_flash: statistical {percent(forecast.statistical)}, bandwidth "
         f"{percent(forecast.bandwidth)}, pixel {percent(forecast.pixel)}, size {percent(forecast.size)}"
-        f"{', scan unknown' * scanned}"
+        + ("" if scan is None else f", scan {percent(scan)}")
     )
-    total = percent(forecast.total) + " at q_c: what shorter waves change is unknown" * unknown
+    unseen = scan is not None and isnan(scan)
+    total = percent(hypot(forecast.total, 0.0 if scan is None or unseen else scan))
+    total += " at q_c: what shorter waves change is unknown" * unknown
     workers = os.cpu_count() or 1
     duration = (
         f"one per core: {forecast.wall_seconds(workers):.2g} s; {forecast.cpu_seconds:.2g} s of CPU time for all "
         "solves, within a factor of two; to start a process takes a few seconds more"
     )
     return [
-        Reason("error", total + " without the scan's own error" * scanned, parts),
+        Reason("error", total + " without the scan's own error" * unseen, parts),
         Reason("workers", str(workers), duration),
     ]
 

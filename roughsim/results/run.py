@@ -18,6 +18,7 @@ from roughsim.estimate.ladder import notes_of
 from roughsim.estimate.sliding import OF_MARCH, sliding_estimate, with_background
 from roughsim.grid import Array, Grid
 from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.prediction.scans import scan_part
 from roughsim.results import arrays
 from roughsim.results.arrays import Labelled
 from roughsim.results.counted import Counted
@@ -110,7 +111,7 @@ class Run(Counted):
             notes_of(self.scene, self.numerics, name, observable, values),
             size=size_error_of_sum(self.scene, self.numerics.lengths, observable, name, values.from_half),
             solver=OBSERVABLES[observable].solver_share * self.numerics.tolerance,
-            scanned=self.scene.scanned,
+            scan=scan_part(self.scene, observable),
         )
 
     def curves(self) -> dict[str, Array]:
@@ -147,9 +148,8 @@ class Run(Counted):
         missing = "has kept no fields" if index is None else f"has not kept the fields of realization {index}"
         index = index or 0
         return ValueError(
-            f"{self.folder} {missing} at level {level}; run the scene into a new folder with --keep-fields "
-            f"{index + 1}, or recompute one: rs.realize(run.scene, run.numerics, seed={self.seed}, level={level}, "
-            f"index={index})"
+            f"{self.folder} {missing} at level {level}; run the scene in a new folder with --keep-fields {index + 1}, "
+            f"or recompute one: rs.realize(run.scene, run.numerics, seed={self.seed}, level={level}, index={index})"
         )
 
     def fields(

@@ -12,12 +12,14 @@ from typing import Any
 
 from roughsim.scene.changes import with_changes
 from roughsim.scene.model import Scene
-from roughsim.scene.schema import SceneError, as_written, nearest
+from roughsim.scene.schema import Quantity, SceneError, as_written, nearest
 from roughsim.scene.sections import ROUGHNESS_KEYS
 from roughsim.show.text import plain
 
 MAX_BYTES = 64 * 1024
 MAX_TABLE_BYTES = 1024 * 1024
+MOST_SCANS = 32  # of one face: their table with its errors still fits into a scene
+MAP_SIZE = Quantity("m", '"1 mm"', above=0)
 BLANK = "blank"  # the form to fill in: every key, commented out; it is no scene by itself
 
 
@@ -153,17 +155,55 @@ def read_text(path: Path, what: str, limit: int) -> str:
         raise SceneError(f"{what} {name} is not UTF-8 text (byte {error.start}); is it the right file?") from None
 
 
-def measured_psd(path: Path) -> dict[str, Any]:
-    """Measure C(q) of the map in a file; return the keys of a section that give it as a table."""
-    from roughsim.surface.topography import read_topography
+def measured_psd(paths: list[Path], section: dict[str, Any]) -> dict[str, Any]:
+    """Measure C(q) of the maps of one surface; return the keys of a section that give it as a table with its error."""
+    from roughsim.surface.topography import combined, is_plain, read_topography
 
-    spectrum = read_topography(path).spectrum
+    if len(paths) > MOST_SCANS:
+        raise SceneError(f"{len(paths)} scans are more than {MOST_SCANS}; leave some out")
+    plain = [is_plain(path) for path in paths]
+    given = [key for key in PLAIN_KEYS if key in section]
+    if given and not any(plain):
+        raise SceneError(f"{' and '.join(given)} go with .txt, .csv and .npy, as these files say it; remove them")
+    nothing: list[tuple[float, float] | None] = [None] * len(paths)
+    lengths = sizes(section["topography_size"], len(paths)) if "topography_size" in section else nothing
+    unit = length_unit(section["topography_unit"]) if "topography_unit" in section else None
+    maps = []
+    for path, bare, size in zip(paths, plain, lengths, strict=True):  # one map at a time in memory
+        found = read_topography(path, size=size, unit=unit) if bare else read_topography(path)
+        maps.append(found.bins)
+    spectrum, errors = combined(maps)
     rows = [[float(q), float(psd)] for q, psd in zip(spectrum.q, spectrum.psd, strict=True)]
-    return {"psd": rows, "psd_convention": "persson", "psd_source": "scan"}
+    rounded = [[float(f"{error:.3g}") for error in row] for row in errors.tolist()]
+    return {"psd": rows, "psd_convention": "persson", "psd_source": "scan", "psd_error": rounded}
 
 
-def stored_psd(path: Path) -> dict[str, Any]:
+def sizes(value: Any, count: int) -> list[tuple[float, float] | None]:
+    """Return the side lengths of each map, m, from one number, from two along x and y, or from pairs of them."""
+    several = isinstance(value, (list, tuple)) and any(isinstance(entry, (list, tuple)) for entry in value)
+    each = list(value) if several else [value] * count
+    if len(each) != count:
+        raise SceneError(f"topography_size has {len(each)} pairs for {count} files; give one for each, in their order")
+    pairs: list[tuple[float, float] | None] = []
+    for k, size in enumerate(each):
+        where = f"topography_size[{k}]" if several else "topography_size"
+        pair = list(size) if isinstance(size, (list, tuple)) else [size, size]
+        if len(pair) != 2:
+            raise SceneError(f"{where} = {as_written(size)} must be one length, or two along x and y")
+        pairs.append((float(MAP_SIZE(pair[0], where)), float(MAP_SIZE(pair[1], where))))
+    return pairs
+
+
+def length_unit(value: Any) -> float:
+    """Return a unit of length, m."""
+    if not isinstance(value, str) or re.match(r"\s*[-+.0-9]", value):
+        raise SceneError(f'topography_unit = {as_written(value)} must be a unit of length, for example "um"')
+    return float(MAP_SIZE(f"1 {value}", "topography_unit"))
+
+
+def stored_psd(paths: list[Path], _: dict[str, Any]) -> dict[str, Any]:
     """Read a text file of two columns, q in rad/m and C in m⁴; return the key of a section that gives it as a table."""
+    (path,) = paths
     text = read_text(path, "the table", MAX_TABLE_BYTES)
     lines = [(number, line.split("#")[0].strip()) for number, line in enumerate(text.splitlines(), start=1)]
     lines = [(number, line) for number, line in lines if line]
@@ -180,30 +220,45 @@ def stored_psd(path: Path) -> dict[str, Any]:
     return {"psd": rows}
 
 
-# key → the reader of its file, what the file holds, an example, and the keys that cannot stand beside it
-FILES: dict[str, tuple[Callable[[Path], dict[str, Any]], str, str, tuple[str, ...]]] = {
+PLAIN_KEYS = ("topography_size", "topography_unit")
+# key → the reader of its files, what they hold, an example, and the keys that cannot stand beside it
+FILES: dict[str, tuple[Callable[[list[Path], dict[str, Any]], dict[str, Any]], str, str, tuple[str, ...]]] = {
     "topography": (measured_psd, "map", "scan.x3p", (*ROUGHNESS_KEYS, "psd_file")),
-    "psd_file": (stored_psd, "table", "psd.csv", ("psd",)),
+    "psd_file": (stored_psd, "table", "psd.csv", ("psd", "psd_error")),
 }
 
 
 def with_tables(content: dict[str, Any], folder: Path | None) -> dict[str, Any]:
-    """Return the content with each `psd_file` and `topography` replaced by the table C(q) that the file holds."""
+    """Return the content with each `psd_file` and `topography` replaced by the table C(q) that the files hold."""
     result = dict(content)
-    for name, (key, (read, what, example, others)) in product(("surface", "counterface"), FILES.items()):
+    for name, key in product(("surface", "counterface"), FILES):
         section = result.get(name)
-        if not isinstance(section, dict) or key not in section:
-            continue
-        for other in section:
-            if other in others:
-                raise SceneError(f"{name}.{other} does not go with {name}.{key}, whose {what} fixes C(q); remove one")
-        path, setting = section[key], f"{name}.{key} = {as_written(section[key])}"
-        if not isinstance(path, str) or not path:
-            raise SceneError(f'{setting} must be the path of a file, for example "{example}"')
-        if folder is None:
-            raise SceneError(f"{setting} needs a scene file to lie beside; write the table as psd = [[q, C], ...]")
-        try:
-            result[name] = {other: section[other] for other in section if other != key} | read(folder / path)
-        except (OSError, ValueError, ImportError) as error:
-            raise SceneError(f"{setting}: {error}") from None
+        if isinstance(section, dict) and key in section:
+            result[name] = with_table(name, key, section, folder)
+    for name, key in product(("surface", "counterface"), PLAIN_KEYS):
+        if isinstance(section := result.get(name), dict) and key in section:
+            raise SceneError(f"{name}.{key} goes with topography only; remove it")
     return result
+
+
+def with_table(name: str, key: str, section: dict[str, Any], folder: Path | None) -> dict[str, Any]:
+    """Return a section with the key of its files replaced by the table C(q) that they hold."""
+    read, what, example, others = FILES[key]
+    for other in section:
+        if other in others:
+            raise SceneError(f"{name}.{other} does not go with {name}.{key}, whose {what} fixes C(q); remove one")
+    paths, setting = section[key], f"{name}.{key} = {as_written(section[key])}"
+    if key != "topography" or not isinstance(paths, list):
+        paths = [paths]
+    if not paths or not all(isinstance(path, str) and path for path in paths):
+        raise SceneError(f'{setting} must be the path of a file, for example "{example}"')
+    if len(set(paths)) < len(paths):
+        raise SceneError(f"{setting} names a file twice; a scan counts once")
+    if folder is None:
+        raise SceneError(f"{setting} needs a scene file to lie beside; write the table as psd = [[q, C], ...]")
+    try:
+        table = read([folder / path for path in paths], section)
+    except (OSError, ValueError, ImportError) as error:
+        raise SceneError(f"{setting}: {error}") from None
+    used = (key, *PLAIN_KEYS) if key == "topography" else (key,)
+    return {other: section[other] for other in section if other not in used} | table

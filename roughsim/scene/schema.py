@@ -313,6 +313,9 @@ def key_line(section: str, key: str, value: Any) -> str:
     if key == "psd":
         rows = "".join(f"{literal(row)},\n" for row in value)
         return f"psd = [  # q in rad/m, C in m⁴\n{rows}]"
+    if key == "psd_error":
+        rows = "".join(f"{literal(row)},\n" for row in value)
+        return f"psd_error = [  # relative to C\n{rows}]"
     if key == "until":
         value = dict(value)
     if key in ("conductivity", "friction_coefficient") and isinstance(value, tuple):

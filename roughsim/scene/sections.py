@@ -30,18 +30,21 @@ from roughsim.scene.schema import (
     quantity,
     whole,
 )
-from roughsim.scene.tables import Conductivity, FrictionCoefficient, Rows, read_psd
+from roughsim.scene.tables import Conductivity, FrictionCoefficient, Rows, read_psd, read_psd_error
 
 SHARE = Quantity("", "0.938", above=0, at_most=1)
 SHARE_RULES = ("mean", "total", "all")
 TARGET = Quantity("", '"1 %"', above=0, below=1)
 SELF_AFFINE_KEYS = ("hurst", "q_min", "q_roll_off", "q_max", "roll_off_exponent")
 SIZE_KEYS = ("rms_height", "rms_slope", "psd", "spectrum")  # one of them says how rough a face is
-ROUGHNESS_KEYS = (*SIZE_KEYS, "psd_convention", "psd_source", *SELF_AFFINE_KEYS)
+PSD_KEYS = ("psd_convention", "psd_source", "psd_error")  # they go with `psd`
+ROUGHNESS_KEYS = (*SIZE_KEYS, *PSD_KEYS, *SELF_AFFINE_KEYS)
 THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
 # keys that say how long to go on, what to keep or what is said of the numbers, and change no number
 NOT_IDENTITY = {"ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"} | {
-    f"{face}.{key}" for face in ("surface", "body", "counterface") for key in ("psd_source", "melting_temperature")
+    f"{face}.{key}"
+    for face in ("surface", "body", "counterface")
+    for key in ("psd_source", "psd_error", "melting_temperature")
 }
 WIDEST_BAND = 1e12  # q_max/q_min; a metre over the size of an atom is 1e10
 
@@ -132,16 +135,23 @@ def check_roughness(face: Any) -> Any:
             if getattr(face, key) is not None:
                 value = as_written(getattr(face, key), quantity(type(face), key).unit)
                 raise ValueError(f"{key} = {value} does not go with {what}; remove it")
+    check_table(face)
+    if sizes[0] in ("rms_height", "rms_slope"):
+        check_band(face)
+    return face
+
+
+def check_table(face: Any) -> None:
+    """Refuse a table C(q) without its convention, keys of a table without one, and errors of other rows."""
+    for key in PSD_KEYS:
+        if not face.psd and getattr(face, key) is not None:
+            raise ValueError(f"{key} goes with psd_file only; remove it")
     if face.psd and face.psd_convention is None:
         raise ValueError(
             'psd_convention is missing; a table needs "persson" or "surfacetopography" (whose C is 4π² larger)'
         )
-    for key in ("psd_convention", "psd_source"):
-        if not face.psd and getattr(face, key) is not None:
-            raise ValueError(f"{key} goes with psd_file only; remove it")
-    if sizes[0] in ("rms_height", "rms_slope"):
-        check_band(face)
-    return face
+    if face.psd_error is not None and len(face.psd_error) != len(face.psd):
+        raise ValueError(f"psd_error has {len(face.psd_error)} rows and psd {len(face.psd)}; give one for each")
 
 
 def check_band(face: Any) -> None:
@@ -198,7 +208,9 @@ class SurfaceSection(Record, section="surface"):
     psd_convention: Literal["persson", "surfacetopography"] | None = None
     """"persson": ⟨h²⟩ = 2π ∫ q C dq; "surfacetopography": C is 4π² larger."""
     psd_source: Literal["scan"] | None = None
-    """"scan": the table was measured on one map, as by `topography`, so its own error is unknown; None: as stated."""
+    """"scan": the table was measured on maps, as by `topography`; None: it is as stated, without an error."""
+    psd_error: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(read_psd_error)] | None = None
+    """Errors of the rows of `psd`, see `roughsim.surface.topography.MeasuredSpectrum`; None: unknown of a scan."""
     hurst: Hurst | None = None
     """H of the self-affine C(q), see `roughsim.SelfAffineSpectrum`; so are the next four."""
     q_min: QMin | None = None
@@ -211,7 +223,7 @@ class SurfaceSection(Record, section="surface"):
     @classmethod
     def known_keys(cls) -> list[str]:
         """Return the keys that a scene file may give; the files named by two of them are read before."""
-        return [*super().known_keys(), "psd_file", "topography"]
+        return [*super().known_keys(), "psd_file", "topography", "topography_size", "topography_unit"]
 
     _fits = model_validator(mode="after")(check_roughness)
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from functools import partial
+from math import isfinite
 from typing import Annotated, Any
 
 import numpy as np
@@ -36,6 +37,19 @@ def read_psd(value: Any) -> Rows:
                 f"[{i}] has q = {rows[i][0]!r} rad/m after {rows[i - 1][0]!r} rad/m; q must rise, so sort the rows"
             )
     return tuple(rows)
+
+
+def read_psd_error(value: Any) -> tuple[tuple[float, ...], ...]:
+    """Read the errors of a table C(q): of each row its own standard error, and what it changes without each scan."""
+    try:
+        rows = tuple(tuple(float(error) for error in row) for row in value)
+    except (TypeError, ValueError):
+        raise ValueError(f" = {as_written(value)} must be rows of numbers, relative to C") from None
+    if not all(len(row) == len(rows[0]) >= 1 and row[0] >= 0.0 for row in rows):
+        raise ValueError(" must have rows of equal length, each with a standard error ≥ 0 first")
+    if not all(isfinite(error) and error > -1.0 for row in rows for error in row):
+        raise ValueError(" must have finite numbers above -1, as C stays positive")
+    return rows
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -250,7 +250,13 @@ def test_a_scan_is_said_to_have_an_unknown_error_before_anything_is_computed(mon
     text = text[: text.index("rms_height")] + rows + text[text.index("[body]") :]
     assert warned(text) == []  # a table of one's own is taken as stated
     (line,) = warned(text.replace("psd_convention", 'psd_source = "scan"\npsd_convention'))
-    assert line.startswith("C(q) was measured on one scan, and its error is unknown")
+    assert line.startswith("C(q) was measured on a scan, and its error is unknown: psd_error is missing")
+    flatter = text.replace("psd = [[1e4", "psd = [[3e3, 4e-23], [1e4")
+    error = 'psd_source = "scan"\npsd_error = [[{0}], [{0}], [{0}]]\npsd_convention'
+    (line,) = warned(flatter.replace("psd_convention", error.format(0.3)))
+    assert re.search(r"leaves .* % of error in the highest T_flash, above the target of 1 %", line)
+    flat = flatter.replace("4e-23", "1e-27")  # no wave longer than the scan
+    assert warned(flat.replace("psd_convention", error.format(1e-3))) == []
     guess = replace(pilot.GUESS, q_max=2e4)  # solves would take seconds, and decide nothing here
     monkeypatch.setattr(levels, "pilot", lambda *_: guess)
     for scanned in (False, True):

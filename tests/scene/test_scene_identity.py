@@ -96,7 +96,10 @@ BODY = "melting_temperature = 1500\n" + "\n".join(
     if not line.startswith("conductivity")
 )
 TABLE = "conductivity = { temperature = [300, 900], value = [50, 30] }\n"
-TABLE_FACE = 'psd = [[1e4, 3.1e-23], [1e5, 7e-27]]\npsd_convention = "persson"\npsd_source = "scan"'
+TABLE_FACE = """psd = [[1e4, 3.1e-23], [1e5, 7e-27]]
+psd_convention = "persson"
+psd_source = "scan"
+psd_error = [[0.1], [0.2]]"""
 NAMED_FACE = (
     'spectrum = { name = "k_correlation", rms_height = 1e-7, hurst = 0.7, q_min = 1e3, q_roll_off = 1e4, q_max = 1e6 }'
 )
@@ -127,7 +130,8 @@ until = { flash_width = 0.02 }
 FACES = (f"rms_height = 1e-7\n{SELF_AFFINE}", f"rms_slope = 0.1\n{SELF_AFFINE}", TABLE_FACE, NAMED_FACE)
 # what a run may change and stay the same run, or what changes no number
 LEFT_OUT = {"ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"} | {
-    *("surface.psd_source", "counterface.psd_source", "body.melting_temperature", "counterface.melting_temperature")
+    *("surface.psd_source", "counterface.psd_source", "surface.psd_error", "counterface.psd_error"),
+    *("body.melting_temperature", "counterface.melting_temperature"),
 }
 
 

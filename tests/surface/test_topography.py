@@ -69,8 +69,8 @@ def test_height_and_slope_of_the_map_are_kept(periodic, surface):
     found = read_topography(periodic).spectrum
     modes = np.fft.fft2(surface) / surface.size
     q = np.hypot(*np.meshgrid(*[2 * np.pi * np.fft.fftfreq(128, SIDE / 128)] * 2, indexing="ij"))
-    assert found.rms_height == pytest.approx(surface.std(), rel=0.003)
-    assert found.rms_slope == pytest.approx(math.sqrt((q**2 * np.abs(modes) ** 2).sum()), rel=0.003)
+    assert found.rms_height == pytest.approx(surface.std(), rel=0.004)
+    assert found.rms_slope == pytest.approx(math.sqrt((q**2 * np.abs(modes) ** 2).sum()), rel=0.004)
 
 
 @pytest.mark.usefixtures("library")
@@ -98,7 +98,7 @@ def test_edges_raise_no_spectrum_where_the_surface_has_none(library, tmp_path):
 def test_the_convention_is_four_pi_squared_below_that_of_surfacetopography(library, surface):
     theirs = library.Topography(surface, (SIDE, SIDE), unit="m", periodic=True)
     q, psd = theirs.power_spectrum_from_area(nb_points_per_decade=20)
-    ours = radial_average(np.abs(np.fft.fft2(surface) / surface.size) ** 2 / UNIT**2, GRID, GRID.nyquist)
+    ours = radial_average(np.abs(np.fft.rfft2(surface) / surface.size) ** 2 / UNIT**2, GRID, GRID.nyquist).table
     inside = (q > 12 * UNIT) & (q < 40 * UNIT)
     ratio = np.asarray(psd)[inside] / ours(q[inside])
     np.testing.assert_allclose(ratio, 4 * math.pi**2, rtol=0.06)  # their bins err by the curvature of C within them
@@ -176,7 +176,7 @@ def test_files_that_are_no_map_with_size_and_unit_are_refused_in_one_line(librar
     (tmp_path / "empty.sur").write_bytes(b"")
     messages = {
         "unit.nc": "does not say its unit",
-        "size.npy": "does not say its (size|unit)",
+        "size.npy": "holds numbers alone and needs topography_size and topography_unit",
         "few.nc": "at least 8 along each side",
         "flat.nc": "all alike",
         "line.nc": "holds a line scan",
@@ -217,7 +217,7 @@ def test_a_scene_takes_its_roughness_from_a_scan_by_content(scene_file, periodic
     measured = read_topography(periodic).spectrum
     assert scene.surface.psd_convention == "persson"
     assert scene.spectrum.rms_height == pytest.approx(math.sqrt(2) * measured.rms_height, rel=1e-12)  # like = "body"
-    assert scene.spectrum.rms_height == pytest.approx(math.sqrt(2) * surface.std(), rel=0.003)
+    assert scene.spectrum.rms_height == pytest.approx(math.sqrt(2) * surface.std(), rel=0.004)
     shutil.move(periodic, periodic.with_name("renamed.nc"))
     scene_file.write_text(scene_file.read_text().replace("scan.nc", "renamed.nc"))
     assert load_scene(scene_file).identity() == scene.identity()  # the name does not count
@@ -234,12 +234,17 @@ def test_a_run_holds_the_measured_spectrum_and_goes_on_without_the_scan(scene_fi
     (tmp_path / "scan.nc").unlink()
     again = rs.open_run(run.folder)
     assert again.scene.spectrum.breaks == scene.spectrum.breaks
-    # few long waves, a tilt taken off, a finite size: what that does to a mean is unknown, in a reopened run too
+    # few long waves, none longer than the map: a part of the error, in a reopened run too
     for found in (run.estimate("flash_temperature"), again.estimate("flash_temperature")):
-        assert "scan" in found.unknown
-        assert np.isnan(found.budget["scan"]).tolist() == [False, True, True]  # nothing heats at rest
-        assert "scan: unknown" in found.explain()
-    stated = replace(scene.surface, psd_source=None)
+        relative = found.budget["scan"][1:] / found.mean[1:]
+        assert found.budget["scan"][0] == 0.0  # nothing heats at rest
+        assert ((relative > 0.03) & (relative < 0.6)).all()
+        assert "scan: of C(q) measured on maps" in found.explain()
+    unknown = replace(scene.surface, psd_error=None)  # as an older version stored it
+    old = rs.run(replace(scene, surface=unknown, numerics=numerics), run.folder, max_realizations=1)  # the same bits
+    assert np.isnan(old.estimate("flash_temperature").budget["scan"]).tolist() == [False, True, True]
+    assert "scan: unknown" in old.estimate("flash_temperature").explain()
+    stated = replace(scene.surface, psd_source=None, psd_error=None)
     own = rs.run(replace(scene, surface=stated, numerics=numerics), run.folder, max_realizations=1)  # the same bits
     assert "scan" not in own.estimate("flash_temperature").budget  # a table of one's own is taken as stated
 

@@ -1,0 +1,101 @@
+"""The error that a measured C(q) leaves in what follows from it, by the theory.
+
+Each error of the table is tried: C(q) is changed by it, and the theory says what every observable then is. Two things
+are not known of scans: C(q) scatters, as a map holds few long waves, and waves longer than the map are not in it.
+"""
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from scipy.special import chdtri, stdtrit
+
+from roughsim.grid import Array
+from roughsim.prediction import integrals, observables_of, predictions
+from roughsim.scene import Scene
+
+FIRST = 10**0.5  # q over that of the first row: up to there the exponent of C(q) at long waves is fitted
+SETTLED = 0.5  # change by the second decade of longer waves over that by the first: above, there is no limit
+DOUBT = 0.05  # probability that scans of one surface differ by more than counts as a scatter from place to place
+NORMAL = 1.959964  # standard errors of a 95 % interval
+Changes = dict[str, Array]  # of every observable, relative, over speeds or of one entry
+
+
+@lru_cache(maxsize=64)
+def scan_error(scene: Scene) -> Changes:
+    """Return the relative 95 % error of every observable by the scans that C(q) was measured on.
+
+    NaN where the theory has no value, where nothing is known of the error, or where C(q) rises so steeply towards the
+    longest waves of the scans that longer ones would change the value without limit.
+    """
+    squares = {name: np.zeros(values.shape) for name, values in predictions(scene).items()}
+    for name in ("surface", "counterface"):
+        face = getattr(scene, name)
+        if face is not None and face.psd_source == "scan":
+            error = error_of_face(scene, name, face)
+            squares = {key: square + error[key] ** 2 for key, square in squares.items()}
+    return {key: np.sqrt(square) for key, square in squares.items()}
+
+
+def scan_part(scene: Scene, observable: str) -> Array | None:
+    """Return the relative 95 % error of one observable by the scans; None where C(q) was not measured on maps."""
+    return scan_error(scene)[observable] if scene.scanned else None
+
+
+def scan_of_hottest(scene: Scene) -> float | None:
+    """Return the error of the highest T_flash by the scans of C(q), NaN if unknown; None where there are no scans."""
+    errors = scan_part(scene, "flash_temperature")
+    return None if errors is None else float(errors[np.argmax(predictions(scene)["flash_temperature"])])
+
+
+def error_of_face(scene: Scene, name: str, face: Any) -> Changes:
+    """Return the error by the scans of one face, which stands in the section `name`."""
+    own = predictions(scene)
+    if face.psd_error is None:
+        return {key: np.full(values.shape, np.nan) for key, values in own.items()}
+    q, psd = np.array(face.psd).T
+    errors = np.array(face.psd_error)
+
+    def change(at: Array, values: Array) -> Changes:
+        """What another table changes."""
+        rows = tuple(zip(at.tolist(), values.tolist(), strict=True))
+        other = replace(scene, **{name: replace(face, psd=rows, psd_error=None)})
+        found = observables_of(integrals(other), other)
+        with np.errstate(all="ignore"):  # 0/0 at rest
+            return {key: np.where(own[key] == 0.0, 0.0, found[key] / own[key] - 1.0) for key in own}
+
+    # the rows scatter one by one; where several scans overlap, they may differ by more, from place to place
+    each = [change(q, psd * (1.0 + row * errors[:, 0])) for row in np.eye(q.size)]
+    scans = [change(q, psd * (1.0 + column)) for column in errors.T[1:]]
+    shared = np.any(errors[:, 1:] != 0.0, axis=1)
+    longer = [change(*continued(q, psd, errors[:, 0], decades)) for decades in (1, 2)]
+    result = {}
+    for key in own:
+        squares = np.array([one[key] ** 2 for one in each])
+        square = NORMAL**2 * squares.sum(axis=0)
+        if scans:
+            within, freedom = squares[shared].sum(axis=0), len(scans) - 1
+            between = np.sum([one[key] ** 2 for one in scans], axis=0)
+            shown = between > within * chdtri(freedom, DOUBT) / freedom
+            square += np.where(shown, float(stdtrit(freedom, 0.975)) ** 2 * (between - within), 0.0)
+        result[key] = np.sqrt(square + limit_of(longer[0][key], longer[1][key]) ** 2)
+    return result
+
+
+def continued(q: Array, psd: Array, error: Array, decades: int) -> tuple[Array, Array]:
+    """Return a table with so many decades of longer waves: C(q) goes on as the power law of its first rows."""
+    first = q <= max(q[0] * FIRST, q[1])
+    slope = np.polyfit(np.log(q[first]), np.log(psd[first]), 1, w=1.0 / np.maximum(error[first], 1e-6))[0]
+    factor = 10.0**decades
+    return np.append(q[0] / factor, q), np.append(psd[0] * factor ** max(-float(slope), 0.0), psd)
+
+
+def limit_of(first: Array, second: Array) -> Array:
+    """Return the change by ever longer waves from those by one and by two decades of them; NaN where it has no limit.
+
+    Each further decade changes the value by the same part of what the one before did.
+    """
+    part = np.divide(second - first, first, out=np.zeros_like(first), where=np.abs(first) > 1e-6)
+    part = np.where(np.abs(part) > SETTLED, np.nan, part)
+    return np.asarray(np.abs(first / (1.0 - part)))

@@ -1,0 +1,220 @@
+"""C(q) of maps, in Persson's convention, with the error that a few long waves leave in it.
+
+A map holds a finite number of waves of each length, so that its C(q) scatters about that of the surface. A row of the
+table has the standard error of its mean over modes. Neighbouring modes of a map under a window are not independent:
+each row counts fewer modes for it, and rows then add up as if they were independent. Where several scans show the same
+q, their differences say in addition how much the surface varies from place to place.
+"""
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim.grid import Array, Grid
+from roughsim.surface.power_laws import TabulatedSpectrum
+
+BINS_PER_DECADE = 20
+GAP = 2.0  # q between neighbouring bins that no scan shows: above this factor it is said
+_ROUNDING = 1e-26  # of the largest C: below it there are rounding errors of the heights alone
+_FIRST_BINS = 5  # over which the exponent at the lowest wavenumbers is fitted
+
+
+class MeasuredSpectrum(NamedTuple):
+    """C(q) of one map or of several, with its error.
+
+    `errors` (rows, 1 + scans) are relative to C. The first column is the standard error of each row by the finite
+    number of its modes, independent from row to row. Each other column is of one scan, where there are several: how C
+    changes without it, at all rows together, so that the squares of these columns add up to a variance (jackknife).
+    """
+
+    spectrum: TabulatedSpectrum
+    errors: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Bins:
+    """C(q) of one map, averaged over directions and over bins of log q."""
+
+    q: Array  # rad/m, the mean of ln q of the modes of each bin
+    psd: Array  # C(q) there, m⁴
+    exponent: Array  # of the power law that C(q) is taken as within the bin
+    error: Array  # standard error of C, relative
+    index: NDArray[np.intp]  # of the bin: it goes from 10^(index/20) to 10^((index + 1)/20) rad/m
+    variance: float  # ⟨h²⟩ of all modes, m²
+    q_max: float  # where the map ends to be reliable, rad/m
+
+    @cached_property
+    def table(self) -> TabulatedSpectrum:
+        """The rows, carried on to q_max."""
+        q, psd = self.q, self.psd
+        if q[-1] < self.q_max * (1 - 1e-6):
+            q, psd = np.append(q, self.q_max), np.append(psd, psd[-1] * (self.q_max / q[-1]) ** -self.exponent[-1])
+        return TabulatedSpectrum(q, psd)
+
+    @property
+    def longest(self) -> float:
+        """The wavenumber, rad/m, down to which C(q) goes on below its rows, so that 2π∫qCdq is ⟨h²⟩ of the map."""
+        first, psd = float(self.q[0]), float(self.psd[0])
+        missing = self.variance - self.table.moment(0)
+        if missing <= 0.0:
+            return first
+        # 2π ∫ q C dq from q_low to q₁ = 2π C₁ q₁² (1 − (q_low/q₁)^p)/p, p = 2 − exponent, log for p = 0
+        share, power = missing / (2 * np.pi * psd * first**2), 2.0 - lowest_exponent(self.q, self.psd)
+        inner = max(1.0 - share * power, 0.0)
+        ratio = np.exp(-share) if abs(power) < 1e-9 else (inner ** (1.0 / power) if inner > 0.0 else 0.0)
+        return first * float(np.clip(ratio, 0.4, 1.0))  # a mode at 2π/L stands for no wave longer than about 2L
+
+
+def map_spectrum(heights: Array, grid: Grid, *, periodic: bool, reliable: float = np.inf) -> Bins:
+    """Return C(q) of one map, m, up to `reliable`, rad/m; under a window unless the map is periodic."""
+    weight = np.ones(()) if periodic else window(grid)
+    modes = np.fft.rfft2(heights * weight)
+    psd = modes.real**2 + modes.imag**2
+    cell = 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
+    psd *= 1.0 / (grid.points**2 * cell * float(np.mean(weight**2)))
+    # modes under a window are correlated: so many of them count as one
+    together = float(np.mean(weight**4) / np.mean(weight**2) ** 2)
+    return radial_average(psd, grid, min(grid.nyquist, reliable), together=together)
+
+
+def window(grid: Grid) -> Array:
+    """Return the Hann window of SurfaceTopography: cos²(πr/2R) within R, half of the shorter side; not normalized."""
+    (nx, ny), (dx, dy) = grid.shape, grid.spacing
+    x, y = (np.arange(nx) - nx // 2) * dx, (np.arange(ny) - ny // 2) * dy
+    r = np.minimum(np.hypot(x[:, None], y) / (0.5 * min(grid.lengths)), 1.0)
+    result: Array = 0.5 + 0.5 * np.cos(np.pi * r)
+    return result
+
+
+def radial_average(psd: Array, grid: Grid, q_max: float, *, together: float = 1.0) -> Bins:
+    """Average C(q⃗) over directions, in bins of log q.
+
+    Within a bin C(q) is taken as the power law of its neighbours, so that the value at its centre is not raised by its
+    lower edge. The error is that of the scatter of the modes in a bin, at least that of Gaussian heights.
+
+    `psd` is C(q⃗), m⁴, at the modes of `grid.half_shape`, ∫ C d²q = ⟨h²⟩; `q_max` is where to end, rad/m; `together`
+    is how many modes count as one. ValueError if fewer than three bins hold modes.
+    """
+    # all modes but q = 0, up to q_max or to where a synthetic map ends
+    q = grid.wavenumbers
+    present = psd > _ROUNDING * psd[q > 0.0].max()
+    inside = (q > 0.0) & (q <= min(q_max, float(q[present].max())) * (1 + 1e-12))
+    weight = np.broadcast_to(grid.multiplicity, q.shape)[inside]
+    q, values = q[inside], psd[inside]
+    # their bins, in log q
+    low, q_max = int(np.floor(BINS_PER_DECADE * np.log10(q.min()) + 1e-9)), float(q.max())
+    which = np.floor(BINS_PER_DECADE * np.log10(q) + 1e-9).astype(np.intp) - low
+    if BINS_PER_DECADE * np.log10(q_max) - low - which.max() < 0.5:  # less than half a bin: it joins the one below
+        which = np.minimum(which, which.max() - 1)
+    count = np.bincount(which, weight)
+    filled = count > 0
+    if filled.sum() < 3:
+        raise ValueError(f"only {filled.sum()} bins of wavenumbers up to q_max = {q_max:.4g} rad/m hold modes")
+    which, count = (np.cumsum(filled) - 1)[which], count[filled]
+    # the mean of each bin is made the value at its centre, by the power law of its neighbours
+    centre = np.exp(np.bincount(which, weight * np.log(q)) / count)
+    mean = np.bincount(which, weight * values) / count
+    exponent = -np.gradient(np.log(mean), np.log(centre))
+    shape = (q / centre[which]) ** -exponent[which]  # of the power law over the bin, 1 at its centre
+    level = mean / (np.bincount(which, weight * shape) / count)
+    # the modes of Gaussian heights scatter by as much as their mean, and q⃗ has the same as −q⃗
+    scatter = np.bincount(which, weight * (values / (level[which] * shape) - 1.0) ** 2) / count
+    error = np.sqrt(2.0 * together * np.maximum(scatter, 1.0) / count)
+    variance = float((weight * values).sum()) * 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
+    return Bins(centre, level, exponent, error, low + np.flatnonzero(filled), variance, q_max)
+
+
+def lowest_exponent(q: Array, psd: Array) -> float:
+    """Return the exponent of the power law over the first rows, from 0 to 4."""
+    first = slice(0, _FIRST_BINS)
+    return float(np.clip(-np.polyfit(np.log(q[first]), np.log(psd[first]), 1)[0], 0.0, 4.0))
+
+
+def combined(maps: Sequence[Bins]) -> MeasuredSpectrum:
+    """Return C(q) of one map, or of several of one surface over all their bands, with its error.
+
+    Several are combined by SurfaceTopography: in each bin the mean over the maps that have it, each with the same
+    weight. ImportError without it. A RuntimeWarning names a gap between bands.
+    """
+    if len(maps) == 1:
+        (one,) = maps
+        q, psd, errors = one.q, one.psd, one.error[:, None]
+    else:
+        q, psd, errors = mean_over_maps(maps)
+    longest = min(maps, key=lambda one: float(one.q[0])).longest
+    return with_ends(q, psd, errors, longest, max(one.q_max for one in maps))
+
+
+@dataclass(frozen=True)
+class _OfContainer:
+    """What the averages of SurfaceTopography ask of a map in a container."""
+
+    q: Array
+    psd: Array
+
+    def to_unit(self, _: str) -> "_OfContainer":
+        """All are in m."""
+        return self
+
+    def spectrum(self, **_: object) -> tuple[Array, Array]:
+        """C(q)."""
+        return self.q, self.psd
+
+
+def mean_over_maps(maps: Sequence[Bins]) -> tuple[Array, Array, Array]:
+    """Return q, rad/m, in the middle of each bin that some map has, the mean C, m⁴, and its errors as they are kept."""
+    from SurfaceTopography.Container.Averaging import log_average  # type: ignore[import-not-found,import-untyped,unused-ignore]
+
+    tables = []
+    for one in maps:
+        middle = 10.0 ** ((one.index + 0.5) / BINS_PER_DECADE)
+        tables.append(_OfContainer(middle, one.psd * (middle / one.q) ** -one.exponent))
+    found = log_average(tables, "spectrum", "m", nb_points_per_decade=BINS_PER_DECADE)
+    present = ~np.ma.getmaskarray(found[1])
+    q, psd = (np.asarray(column[present]) for column in found)
+    if (step := float(np.max(q[1:] / q[:-1]))) > GAP:
+        k = int(np.argmax(q[1:] / q[:-1]))
+        warnings.warn(
+            f"the scans leave a gap from q = {q[k]:.4g} to {q[k + 1]:.4g} rad/m, a factor {step:.3g}, over which C(q) "
+            "is taken as a power law; add a scan of a size between",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+    # what each map says of each bin, relative to the mean: (maps, bins), NaN where it says nothing
+    index = np.rint(BINS_PER_DECADE * np.log10(q) - 0.5).astype(np.intp)
+    values, scatter = np.full((len(maps), q.size), np.nan), np.zeros((len(maps), q.size))
+    for k, (one, table) in enumerate(zip(maps, tables, strict=True)):
+        rows = np.searchsorted(index, one.index)
+        values[k, rows] = table.psd / psd[rows]
+        scatter[k, rows] = one.error * values[k, rows]
+    count = np.sum(np.isfinite(values), axis=0)
+    sampling = np.sqrt(np.sum(scatter**2, axis=0)) / count
+    # without a map the mean is (n − own)/(n − 1); n − 1 over n of the squares of its changes add up to the variance
+    with np.errstate(invalid="ignore", divide="ignore"):
+        without = np.where(count > 1, (1.0 - values) / (count - 1) * np.sqrt((count - 1) / count), 0.0)
+    return q, psd, np.column_stack([sampling, *np.nan_to_num(without)])
+
+
+def with_ends(q: Array, psd: Array, errors: Array, longest: float, q_max: float) -> MeasuredSpectrum:
+    """Return the table from the wavenumber `longest` to q_max, rad/m, as power laws beyond its first and last rows.
+
+    A row that was added has the error of the row beside it. As they move together, the independent part of both is √2
+    times as large: its square then is at least that of the sum.
+    """
+    rows = np.flatnonzero(q < q_max * (1 - 1e-6)).tolist()
+    slopes = -lowest_exponent(q, psd), float(np.log(psd[-1] / psd[-2]) / np.log(q[-1] / q[-2]))
+    last = min(len(rows), q.size - 1)  # the row that the end is nearest to
+    first = [0] if longest < 0.999 * q[0] else []
+    source = np.array([*first, *rows, last])  # row of the error of each row of the result
+    low, high = psd[first] * (longest / q[first]) ** slopes[0], psd[last] * (q_max / q[last]) ** slopes[1]
+    psd = np.concatenate([low, psd[rows], [high]])
+    q = np.concatenate([np.full(len(first), longest), q[rows], [q_max]])
+    errors = errors[source]
+    for twice in np.flatnonzero(source[1:] == source[:-1]):
+        errors[twice : twice + 2, 0] *= np.sqrt(2.0)
+    return MeasuredSpectrum(TabulatedSpectrum(q, psd), errors)
