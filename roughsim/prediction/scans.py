@@ -15,15 +15,16 @@ from roughsim.grid import Array
 from roughsim.prediction import integrals, observables_of, predictions
 from roughsim.scene import Scene
 
-FIRST = 10**0.5  # q over that of the first row: up to there the exponent of C(q) at long waves is fitted
+FIRST = 10.0  # q over that of the first row: up to there the exponent of C(q) at long waves is fitted
 SETTLED = 0.5  # change by the second decade of longer waves over that by the first: above, there is no limit
 DOUBT = 0.05  # probability that scans of one surface differ by more than counts as a scatter from place to place
+STEP = 0.1  # of ln C, by which each row is tried
 NORMAL = 1.959964  # standard errors of a 95 % interval
-Changes = dict[str, Array]  # of every observable, relative, over speeds or of one entry
+Changes = dict[str, Array]  # of the logarithm of every observable, over speeds or of one entry
 
 
 @lru_cache(maxsize=64)
-def scan_error(scene: Scene) -> Changes:
+def scan_error(scene: Scene) -> dict[str, Array]:
     """Return the relative 95 % error of every observable by the scans that C(q) was measured on.
 
     NaN where the theory has no value, where nothing is known of the error, or where C(q) rises so steeply towards the
@@ -35,7 +36,8 @@ def scan_error(scene: Scene) -> Changes:
         if face is not None and face.psd_source == "scan":
             error = error_of_face(scene, name, face)
             squares = {key: square + error[key] ** 2 for key, square in squares.items()}
-    return {key: np.sqrt(square) for key, square in squares.items()}
+    # the error is one of logarithms: where a value is too low, what is missing is more than where it is too high
+    return {key: np.expm1(np.sqrt(square)) for key, square in squares.items()}
 
 
 def scan_part(scene: Scene, observable: str) -> Array | None:
@@ -50,7 +52,7 @@ def scan_of_hottest(scene: Scene) -> float | None:
 
 
 def error_of_face(scene: Scene, name: str, face: Any) -> Changes:
-    """Return the error by the scans of one face, which stands in the section `name`."""
+    """Return the error of the logarithms by the scans of one face, which stands in the section `name`."""
     own = predictions(scene)
     if face.psd_error is None:
         return {key: np.full(values.shape, np.nan) for key, values in own.items()}
@@ -63,23 +65,25 @@ def error_of_face(scene: Scene, name: str, face: Any) -> Changes:
         other = replace(scene, **{name: replace(face, psd=rows, psd_error=None)})
         found = observables_of(integrals(other), other)
         with np.errstate(all="ignore"):  # 0/0 at rest
-            return {key: np.where(own[key] == 0.0, 0.0, found[key] / own[key] - 1.0) for key in own}
+            return {key: np.where(own[key] == 0.0, 0.0, np.log(found[key] / own[key])) for key in own}
 
-    # the rows scatter one by one; where several scans overlap, they may differ by more, from place to place
-    each = [change(q, psd * (1.0 + row * errors[:, 0])) for row in np.eye(q.size)]
+    # the rows scatter one by one, by so much that only small steps show how much the value follows each
+    each = [change(q, psd * np.exp(STEP * row)) for row in np.eye(q.size)]
+    # where several scans overlap, they may differ by more, from place to place
     scans = [change(q, psd * (1.0 + column)) for column in errors.T[1:]]
     shared = np.any(errors[:, 1:] != 0.0, axis=1)
     longer = [change(*continued(q, psd, errors[:, 0], decades)) for decades in (1, 2)]
     result = {}
     for key in own:
-        squares = np.array([one[key] ** 2 for one in each])
+        squares = np.array([(one[key] * error / STEP) ** 2 for one, error in zip(each, errors[:, 0], strict=True)])
         square = NORMAL**2 * squares.sum(axis=0)
         if scans:
             within, freedom = squares[shared].sum(axis=0), len(scans) - 1
             between = np.sum([one[key] ** 2 for one in scans], axis=0)
             shown = between > within * chdtri(freedom, DOUBT) / freedom
             square += np.where(shown, float(stdtrit(freedom, 0.975)) ** 2 * (between - within), 0.0)
-        result[key] = np.sqrt(square + limit_of(longer[0][key], longer[1][key]) ** 2)
+        # waves that are missing change the value one way: that is no scatter, and adds to it
+        result[key] = np.sqrt(square) + limit_of(longer[0][key], longer[1][key])
     return result
 
 

@@ -6,7 +6,7 @@ Its C(q) is 4π² larger than ours: it has ⟨h²⟩ = ∫ C d²q/(2π)², we ha
 """
 
 from roughsim.surface.topography.measured import MeasuredSpectrum, combined, map_spectrum, radial_average
-from roughsim.surface.topography.reading import Topography, is_plain, read_topography
+from roughsim.surface.topography.reading import Topography, is_plain, levelled, read_topography
 from roughsim.surface.topography.writing import ENDINGS, encoded
 
 __all__ = [
@@ -16,6 +16,7 @@ __all__ = [
     "combined",
     "encoded",
     "is_plain",
+    "levelled",
     "map_spectrum",
     "radial_average",
     "read_topography",

@@ -123,7 +123,7 @@ def read_topography(path: str | Path, *, size: Sequence[float] | None = None, un
     if not np.ptp(heights) > 0.0:
         raise RecordError(f"{path} holds heights that are all alike; there is no C(q) to measure")
     grid = Grid((heights.shape[0], heights.shape[1]), found.lengths)
-    return Topography(_level(heights, found.periodic), grid, found.periodic, found.reliable)
+    return Topography(levelled(heights, found.periodic), grid, found.periodic, found.reliable)
 
 
 def _check_points(path: Path, shape: tuple[int, ...]) -> None:
@@ -205,7 +205,7 @@ def _filled(path: Path, heights: Array, lengths: tuple[float, float]) -> Array:
     return np.ascontiguousarray(masked.interpolate_undefined_data().heights(), dtype=np.float64)
 
 
-def _level(heights: Array, periodic: bool) -> Array:
+def levelled(heights: Array, periodic: bool = False) -> Array:
     """Return the heights without their mean, and without the plane of least squares if they are not periodic."""
     heights = heights - heights.mean()
     if not periodic:

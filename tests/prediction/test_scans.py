@@ -1,0 +1,119 @@
+"""The error of T_flash by the scans of C(q): exact where T_flash is linear in C, and maps cut out of known surfaces."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim import prediction
+from roughsim.prediction.scans import scan_error, scan_of_hottest
+from roughsim.scene.sections import SurfaceSection
+from roughsim.surface.topography import combined, levelled, map_spectrum
+
+Q_MIN, SPEEDS = 6350.0, (0.001, 35.0)
+# heights of 10 pm: full contact, in which T_flash ∝ C; none of the waves is much longer than the rest
+FLAT = ((1e4, 1e-38), (2e4, 1e-32), (4e4, 1e-32))
+
+
+@pytest.fixture(scope="module")
+def steel():
+    scene = rs.load_scene("steel-1.2GPa")
+    elastic = replace(scene.body, penetration_hardness=None)
+    return replace(scene, body=elastic, sliding=replace(scene.sliding, speed=SPEEDS))
+
+
+def with_errors(steel, rows, *errors):
+    face = SurfaceSection(psd=rows, psd_convention="persson", psd_source="scan", psd_error=errors)
+    return replace(steel, surface=face)
+
+
+def test_what_all_scans_share_changes_the_flash_temperature_as_c_in_full_contact(steel):
+    # without one scan C is 10 % higher at every q, without the other 10 % lower: Student t of one degree of freedom
+    scene = with_errors(steel, FLAT, *[(0.0, 0.1, -0.1)] * 3)
+    expected = math.expm1(12.706 * math.hypot(math.log(1.1), math.log(0.9)))
+    found = scan_error(scene)["flash_temperature"]
+    np.testing.assert_allclose(found, expected, rtol=0.01)
+
+
+def test_rows_that_scatter_alone_add_up_as_squares(steel):
+    # T_flash ∝ Σ of the parts of the rows, so that the errors of all rows together are those of each, as squares
+    zero = ((0.0,), (0.0,), (0.0,))
+    alone = []
+    for k in range(3):
+        errors = [*zero[:k], (0.01,), *zero[k + 1 :]]
+        alone.append(np.log1p(scan_error(with_errors(steel, FLAT, *errors))["flash_temperature"]))
+    together = np.log1p(scan_error(with_errors(steel, FLAT, *[(0.01,)] * 3))["flash_temperature"])
+    np.testing.assert_allclose(together, np.sqrt(np.sum(np.square(alone), axis=0)), rtol=1e-3)
+    # all at once would be 1 % of C, and so 1.96 % of T_flash: the parts of the rows add up to that
+    np.testing.assert_allclose(np.sum(alone, axis=0), 1.96 * 0.01, rtol=0.06)  # for steps of 10 % in C
+
+
+def test_scans_that_differ_by_no_more_than_their_scatter_show_no_difference_of_places(steel):
+    one = scan_error(with_errors(steel, FLAT, *[(0.1,)] * 3))["flash_temperature"]
+    two = scan_error(with_errors(steel, FLAT, *[(0.1, 0.05, -0.05)] * 3))["flash_temperature"]
+    np.testing.assert_allclose(two, one, rtol=1e-9)
+
+
+def test_waves_longer_than_the_scan_count_where_c_rises_to_them(steel):
+    # T_flash ∝ ∫ q² C/q^k dq: ∝ ∫ q C dq in fast, ∫ q² C dq in slow sliding, so that C ∝ q^−1 has a limit in both
+    rows = tuple((q, 1e-32 * (q / 1e4) ** -1.0) for q in (1e4, 3e4, 1e5))
+    found = scan_error(with_errors(steel, rows, *[(0.0,)] * 3))["flash_temperature"]
+    own, longer = (
+        prediction.predictions(with_errors(steel, table, *[(0.0,)] * len(table)))["flash_temperature"]
+        for table in (rows, ((1.0, 1e-28), *rows))
+    )
+    np.testing.assert_allclose(found, longer / own - 1.0, rtol=0.05)
+    steep = tuple((q, 1e-32 * (q / 1e4) ** -3.6) for q in (1e4, 3e4, 1e5))
+    scene = with_errors(steel, steep, *[(0.0,)] * 3)
+    assert np.isnan(scan_error(scene)["flash_temperature"]).all()
+    assert math.isnan(scan_of_hottest(scene))
+    # ⟨σ²⟩ ∝ ∫ q³ C dq ∝ q^0.4: it has a limit, and lacks 1/(10^0.4 − 1) of what the band from q to 10 q has
+    assert scan_error(scene)["pressure_variance"][0] == pytest.approx(1 / (10**0.4 - 1), rel=0.05)
+
+
+def test_the_error_is_unknown_without_that_of_c_and_absent_without_scans(steel):
+    unknown = replace(steel, surface=replace(with_errors(steel, FLAT, *[(0.0,)] * 3).surface, psd_error=None))
+    assert np.isnan(scan_error(unknown)["flash_temperature"]).all()
+    assert scan_of_hottest(steel) is None
+    assert not scan_error(steel)["flash_temperature"].any()
+
+
+def draws(kind, seeds, points, q_max):
+    """Whether the stated error holds T_flash of the surface that a map of one longest wave was cut out of."""
+    roll_off, exponent = kind
+    face = SurfaceSection(
+        rms_height=9e-7, hurst=0.8, q_min=Q_MIN, q_roll_off=roll_off, q_max=q_max, roll_off_exponent=exponent
+    )
+    scene = replace(rs.load_scene("steel-1.2GPa"), surface=face)
+    scene = replace(scene, sliding=replace(scene.sliding, speed=SPEEDS))
+    true = prediction.predictions(scene)["flash_temperature"]
+    side = 4 * 2 * math.pi / Q_MIN
+    grid, part = rs.Grid((points, points), (side, side)), rs.Grid((points // 4, points // 4), (side / 4, side / 4))
+    inside, errors = [], []
+    for seed in seeds:
+        heights = rs.synthesize(scene.faces[0], grid, np.random.default_rng(seed), amplitudes="gaussian")
+        spectrum, error = combined(
+            [map_spectrum(levelled(heights[: points // 4, : points // 4]), part, periodic=False)]
+        )
+        rows = tuple(zip(spectrum.q.tolist(), spectrum.psd.tolist(), strict=True))
+        scan = with_errors(scene, rows, *map(tuple, error.tolist()))
+        found, stated = prediction.predictions(scan)["flash_temperature"], scan_error(scan)["flash_temperature"]
+        inside.append(~(np.abs(found - true) > stated * found))  # unknown holds everything
+        errors.append(stated)
+    return np.sum(inside, axis=0), np.array(errors)
+
+
+@pytest.mark.statistical
+def test_the_stated_error_of_maps_cut_out_of_a_known_surface_holds():
+    inside, errors = draws((9.4e4, 1.5), range(8), 256, 1.5e5)
+    assert (inside >= 6).all()  # of 8 at 95 %: fewer than 6 has a probability of 0.6 %
+    assert (np.median(errors, axis=0) < (0.8, 0.4)).all()  # and it is no empty statement
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [(9.4e4, 1.5), (Q_MIN, 0.0)], ids=["steel", "self-affine"])
+def test_the_stated_95_percent_interval_covers_in_90_of_100_draws(kind):
+    inside, _ = draws(kind, range(100), 512, 3e5)
+    assert (inside >= 90).all()

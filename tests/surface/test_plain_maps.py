@@ -1,0 +1,272 @@
+"""Maps as numbers alone (.txt, .csv, .npy), several maps of one surface, and the error of their C(q)."""
+
+import math
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim.scene import SceneError, load_scene
+from roughsim.surface.topography import combined, levelled, map_spectrum, read_topography
+
+SIDE = 100e-6
+GRID = rs.Grid((64, 48), (SIDE, 0.75 * SIDE))
+UNIT = 2 * math.pi / SIDE
+
+
+@pytest.fixture(scope="module")
+def library():
+    import warnings
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ImportWarning)
+        return pytest.importorskip("SurfaceTopography", exc_type=ImportError)
+
+
+@pytest.fixture(scope="module")
+def surface():
+    spectrum = rs.SelfAffineSpectrum.from_rms_height(1e-7, hurst=0.8, q_min=2 * UNIT, q_max=25 * UNIT)
+    return levelled(rs.synthesize(spectrum, GRID, np.random.default_rng(3)))
+
+
+def write(folder, name, array, **how):
+    path = folder / name
+    np.save(path, array) if name.endswith("npy") else np.savetxt(path, array, **how)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "how"),
+    [
+        ("a.npy", {}),
+        ("a.txt", {"header": "heights in nm"}),
+        ("a.csv", {"delimiter": ","}),
+        ("b.csv", {"delimiter": ";"}),
+    ],
+)
+def test_numbers_alone_are_heights_in_the_unit_given_row_by_row_along_x(tmp_path, surface, name, how, monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "SurfaceTopography", None)  # it is not needed
+    path = write(tmp_path, name, surface * 1e9 + 5.0, **how)
+    found = read_topography(path, size=GRID.lengths, unit=1e-9)
+    assert (found.grid, found.periodic) == (GRID, False)
+    np.testing.assert_allclose(found.heights, surface, atol=1e-12 * np.ptp(surface))
+
+
+def test_the_spectrum_of_a_windowed_map_is_that_of_surfacetopography(library, surface, tmp_path):
+    theirs = library.Topography(surface * 1e9, GRID.lengths, unit="m", periodic=False).detrend("rms-tilt")
+    *_, whole = theirs.power_spectrum_from_area(return_map=True)
+    path = write(tmp_path, "a.npy", surface * 1e9)
+    found = read_topography(path, size=GRID.lengths, unit=1.0)
+    # the variance under the window is the sum of their map, and theirs is 4π² of ours
+    cell = 4 * math.pi**2 / math.prod(GRID.lengths)
+    psd = whole.copy()
+    psd[0, 0] = 0.0
+    q = np.hypot(*np.meshgrid(*(2 * math.pi * np.fft.fftfreq(n, x / n) for n, x in zip(*_sides(), strict=True)),
+                              indexing="ij"))  # fmt: skip
+    inside = (q > 0) & (q <= GRID.nyquist)
+    assert found.bins.variance == pytest.approx(psd[inside].sum() * cell / (4 * math.pi**2), rel=1e-6)
+    # and so is each bin, before it is put to its centre
+    k = int(np.argmax(found.bins.q > 10 * UNIT))
+    ends = 10 ** (found.bins.index[k] / 20), 10 ** ((found.bins.index[k] + 1) / 20)
+    ring = psd[(q >= ends[0]) & (q < ends[1])] / (4 * math.pi**2)
+    assert found.bins.psd[k] == pytest.approx(ring.mean(), rel=0.02)  # C curves within a bin
+
+
+def _sides():
+    return GRID.shape, GRID.lengths
+
+
+@pytest.mark.statistical
+def test_the_error_of_a_row_is_its_scatter_from_map_to_map():
+    flat = rs.SelfAffineSpectrum.from_rms_height(1e-7, hurst=0.8, q_min=UNIT, q_roll_off=20 * UNIT, q_max=25 * UNIT)
+    large = rs.Grid((192, 192), (3 * SIDE, 3 * SIDE))
+    part = rs.Grid((64, 64), (SIDE, SIDE))
+    rows = {True: [], False: []}
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        whole = rs.synthesize(flat, part, rng, amplitudes="gaussian")
+        cut = levelled(rs.synthesize(flat, large, rng, amplitudes="gaussian")[:64, :64])
+        for periodic, heights in ((True, whole), (False, cut)):
+            found = map_spectrum(heights, part, periodic=periodic)
+            wide = [slice(*np.searchsorted(found.q, ends)) for ends in ((4 * UNIT, 8 * UNIT), (8 * UNIT, 16 * UNIT))]
+            rows[periodic].append([(found.psd[s].mean(), np.sqrt((found.error[s] ** 2).sum()) / len(found.psd[s]))
+                                   for s in wide])  # fmt: skip
+    for periodic, found in rows.items():
+        psd, error = np.array(found).transpose(2, 0, 1)
+        # rows of a windowed map are correlated, and their errors made larger for it: the means over several rows fit
+        scatter = psd.std(axis=0) / psd.mean(axis=0)
+        np.testing.assert_allclose(error.mean(axis=0), scatter, rtol=4 / math.sqrt(120) + 0.1, err_msg=str(periodic))
+
+
+@pytest.mark.usefixtures("library")
+def test_several_maps_are_the_mean_in_each_bin_with_what_each_changes(surface):
+    rough, smooth = (map_spectrum(factor * surface, GRID, periodic=True) for factor in (1.1, 0.9))
+    spectrum, errors = combined([rough, smooth])
+    (alone, error), third = combined([rough]), (1.1**2 + 0.9**2) / 2
+    inside = slice(2, -3)
+    q = spectrum.q[inside]
+    np.testing.assert_allclose(spectrum(q), alone(q) / 1.1**2 * third, rtol=0.1)  # rows in the middle of bins
+    # without the rough one the mean is the smooth one; of two maps half of each square counts
+    np.testing.assert_allclose(errors[inside, 1], (0.9**2 / third - 1) * math.sqrt(0.5), rtol=1e-9)
+    np.testing.assert_allclose(errors[inside, 2], (1.1**2 / third - 1) * math.sqrt(0.5), rtol=1e-9)
+    # alike modes: the sum of squares of 1.1² and 0.9², over that of the mean, and over n²
+    share = math.sqrt(1.1**4 + 0.9**4) / (2 * third)
+    np.testing.assert_allclose(errors[inside, 0], share * np.interp(q, alone.q, error[:, 0]), rtol=0.2)
+
+
+@pytest.mark.usefixtures("library")
+def test_maps_of_several_sizes_join_their_bands():
+    spectrum = rs.SelfAffineSpectrum.from_rms_height(1e-7, hurst=0.8, q_min=UNIT, q_max=100 * UNIT)
+    rng = np.random.default_rng(1)
+    fine_grid = rs.Grid((128, 128), (SIDE / 4, SIDE / 4))
+    coarse = map_spectrum(rs.synthesize(spectrum.truncated(q_max=30 * UNIT), GRID, rng), GRID, periodic=True)
+    ends = np.array([4 * UNIT, 100 * UNIT])  # the longest wave of the small map
+    short = rs.TabulatedSpectrum(ends, spectrum(ends))
+    fine = map_spectrum(rs.synthesize(short, fine_grid, rng), fine_grid, periodic=True)
+    found, errors = combined([coarse, fine])
+    assert found.breaks[0] < 1.01 * UNIT
+    assert found.breaks[-1] == pytest.approx(fine.q_max)
+    q = np.concatenate([np.geomspace(12 * UNIT, 26 * UNIT, 10), np.geomspace(34 * UNIT, 80 * UNIT, 10)])  # not the end
+    np.testing.assert_allclose(found(q), spectrum(q), rtol=0.1)
+    alone = (found.q < 3.8 * UNIT) | (found.q > 32 * UNIT)
+    assert not errors[alone, 1:].any()  # one map alone shows no difference
+    assert errors[~alone & (found.q > 12 * UNIT) & (found.q < 20 * UNIT), 1:].all()
+    with pytest.warns(RuntimeWarning, match=r"the scans leave a gap from q = .* a factor .*; add a scan of a size"):
+        combined([map_spectrum(rs.synthesize(spectrum.truncated(q_max=2 * UNIT), GRID, rng), GRID, periodic=True,
+                               reliable=3 * UNIT), fine])  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("words.txt", b"height map\n1 2\n", "must hold numbers alone, as many in each line.*could not convert"),
+        ("uneven.csv", b"1,2,3\n4,5\n", "must hold numbers alone.*number of columns changed"),
+        ("empty.txt", b"", "holds no numbers"),
+        ("comment.txt", b"# nothing\n", "holds no numbers"),
+        ("binary.csv", bytes(range(256)), "must hold numbers alone|holds no numbers"),
+        ("empty.npy", b"", "cannot be read as a map of heights"),
+        ("cut.npy", b"\x93NUMPY\x01\x00v\x00", "cannot be read as a map of heights"),
+        ("row.txt", b"1 2 3 4 5 6 7 8 9\n", r"has \(1, 9\) points; C\(q\) needs at least 8"),
+        ("flat.txt", b"1 1 1 1 1 1 1 1\n" * 8, "all alike"),
+        ("nan.txt", b"nan nan nan nan nan nan nan nan\n" * 8, "100 % of its points are undefined"),
+    ],
+)
+def test_hostile_numbers_are_refused_in_one_line(tmp_path, name, content, message):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(rs.RecordError, match=f"{name}:? .*({message})") as refused:
+        read_topography(tmp_path / name, size=(1e-3, 1e-3), unit=1e-6)
+    assert "\n" not in str(refused.value)
+
+
+def test_arrays_that_are_no_map_are_refused(tmp_path, surface):
+    for array, message in (
+        (surface[None], "holds .*; C.q. of a surface needs a map"),
+        (surface[0], "holds a line scan"),
+        (surface + 1j, "dtype complex128; heights must be real"),
+        (np.array([["a"]]), "dtype <U1"),
+    ):
+        with pytest.raises(rs.RecordError, match=message):
+            read_topography(write(tmp_path, "a.npy", array), size=(1e-3, 1e-3), unit=1e-6)
+    np.save(tmp_path / "b.npy", np.array([[{}]]), allow_pickle=True)
+    with pytest.raises(rs.RecordError, match="pickled Python objects"):
+        read_topography(tmp_path / "b.npy", size=(1e-3, 1e-3), unit=1e-6)
+    header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (4000000, 4000000), }\n"
+    (tmp_path / "vast.npy").write_bytes(b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header)
+    with pytest.raises(rs.RecordError, match=r"vast.npy (declares 1.6e\+13 points|cannot be read)"):
+        read_topography(tmp_path / "vast.npy", size=(1e-3, 1e-3), unit=1e-6)
+
+
+@pytest.mark.usefixtures("library")
+def test_points_that_are_not_finite_are_filled_if_they_are_few(tmp_path, surface):
+    holes = surface.copy()
+    holes[10, 10:14], holes[40, 3] = np.nan, np.inf
+    with pytest.warns(RuntimeWarning, match=r"undefined points, 0.16 %, were filled"):
+        found = read_topography(write(tmp_path, "a.npy", holes), size=GRID.lengths, unit=1.0)
+    np.testing.assert_allclose(found.heights, surface, atol=0.2 * np.ptp(surface))
+    assert np.isfinite(found.heights).all()
+
+
+@pytest.fixture
+def scene_of(capped_scene, tmp_path, surface):
+    np.save(tmp_path / "a.npy", surface * 1e6)
+    np.save(tmp_path / "b.npy", surface[::-1] * 1e6)
+    text = capped_scene.to_toml()
+    begin, end = text.index("[surface]"), text.index("[body]")
+
+    def load(lines):
+        (tmp_path / "scene.toml").write_text(f"{text[:begin]}[surface]\n{lines}\n{text[end:]}")
+        return load_scene(tmp_path / "scene.toml")
+
+    return load
+
+
+def test_a_scene_reads_numbers_with_size_and_unit(scene_of, surface):
+    scene = scene_of('topography = "a.npy"\ntopography_size = ["100 um", "75 um"]\ntopography_unit = "µm"')
+    found = combined([map_spectrum(surface, GRID, periodic=False)])
+    np.testing.assert_allclose(np.array(scene.surface.psd).T, (found.spectrum.q, found.spectrum.psd), rtol=1e-6)
+    np.testing.assert_allclose(scene.surface.psd_error, found.errors, rtol=6e-3)  # three digits are kept
+    assert load_scene_text(scene.to_toml()) == scene
+    same = scene_of(
+        'topography = "a.npy"\ntopography_size = [1e-4, 7.5e-5]\ntopography_unit = "1e-6 m"'.replace("1e-6 m", "um")
+    )
+    assert same == scene
+
+
+def load_scene_text(text):
+    from roughsim.scene.files import parse_scene
+
+    return parse_scene(text)
+
+
+@pytest.mark.usefixtures("library")
+def test_a_scene_reads_a_list_of_scans(scene_of):
+    lines = 'topography = ["a.npy", "b.npy"]\ntopography_unit = "um"\ntopography_size = '
+    both, each = scene_of(lines + '["100 um", "75 um"]'), scene_of(lines + '[["100 um", "75 um"], ["100 um", "75 um"]]')
+    assert both == each
+    assert {len(row) for row in both.surface.psd_error} == {3}
+    assert both.scanned
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        ('topography = "a.npy"', "needs topography_size and topography_unit"),
+        ('topography = "a.npy"\ntopography_size = "1 mm"', "needs topography_size and topography_unit"),
+        (
+            'topography = "a.npy"\ntopography_size = 0\ntopography_unit = "um"',
+            "topography_size = 0 m must be above 0 m",
+        ),
+        ('topography = "a.npy"\ntopography_size = "1 K"\ntopography_unit = "um"', "has the dimension"),
+        ('topography = "a.npy"\ntopography_size = [1e-3, 1e-3, 1e-3]\ntopography_unit = "um"', "one length, or two"),
+        ('topography = "a.npy"\ntopography_size = [[1e-3, 1e-3], [1e-3, 1e-3]]\ntopography_unit = "um"', "for 1 files"),
+        ('topography = "a.npy"\ntopography_size = 1e-3\ntopography_unit = "K"', "topography_unit.*has the dimension"),
+        ('topography = "a.npy"\ntopography_size = 1e-3\ntopography_unit = 1e-6', "must be a unit of length"),
+        ("topography = []", "must be the path of a file"),
+        ('topography = ["a.npy", 3]', "must be the path of a file"),
+        ('topography = ["a.npy", "a.npy"]', "names a file twice"),
+        ('topography = "a.nc"\ntopography_unit = "um"', "topography_unit go with .txt, .csv and .npy"),
+        ('rms_height = 1e-6\ntopography_unit = "um"', "topography_unit goes with topography only"),
+    ],
+)
+def test_wrong_keys_of_a_scan_are_refused(scene_of, lines, message):
+    with pytest.raises(SceneError, match=message) as refused:
+        scene_of(lines)
+    assert "\n" not in str(refused.value)
+    assert "surface.topography" in str(refused.value)
+
+
+def test_errors_of_a_table_that_cannot_be_are_refused(scene_of):
+    rows = 'psd = [[1e4, 3e-23], [1e5, 7e-27]]\npsd_convention = "persson"\npsd_source = "scan"\npsd_error = '
+    for errors, message in (
+        ("[[0.1]]", "psd_error has 1 rows and psd 2"),
+        ("[[0.1], [0.2, 0.1]]", "rows of equal length"),
+        ("[[-0.1], [0.2]]", "standard error ≥ 0 first"),
+        ("[[0.1, -1], [0.2, 0]]", "above -1"),
+        ("[[nan], [0.2]]", "rows of equal length, each with a standard error|finite"),
+        ('"large"', "rows of numbers"),
+        ("3", "rows of numbers"),
+    ):
+        with pytest.raises(SceneError, match=message):
+            scene_of(rows + errors)
