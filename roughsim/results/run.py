@@ -26,6 +26,7 @@ from roughsim.results.stored import Estimates, load_estimates, save_estimates
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Row, Table
+from roughsim.store.disk import checksum
 from roughsim.store.member_files import member_path, read_field
 
 Field = NDArray[np.float32]
@@ -236,7 +237,10 @@ class Run(Counted):
 
     def _made_by(self) -> dict[str, Any]:
         """What estimates follow from, beside the identity of the run, as JSON values."""
-        return {**self._reader.state(self.realizations), "heat_partition": self.heat_partition.tolist()}
+        faces = [face for face in (self.scene.surface, self.scene.counterface) if face is not None]
+        scans = checksum([[face.psd_source, face.psd_error] for face in faces])  # no part of the identity
+        state = self._reader.state(self.realizations)
+        return {**state, "heat_partition": self.heat_partition.tolist(), "scans": scans}
 
     def refresh(self) -> None:
         """Read the members that have come since, in order, up to the first gap; damaged ones again.
