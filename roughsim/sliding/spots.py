@@ -97,10 +97,10 @@ def successors(labels: NDArray[np.int64], count: int, later: NDArray[np.int64], 
     shared = (labels > 0) & (later > 0)
     pairs, pixels = np.unique((labels[shared] - 1) * later_count + later[shared] - 1, return_counts=True)
     earlier, heirs = np.divmod(pairs, max(later_count, 1))
-    result = np.full(count, -1, np.intp)
-    taken = np.zeros(later_count, np.bool_)
+    heir, taken = [-1] * count, [False] * later_count
     # the pairs that share most come first; each spot has one heir, each heir one forerunner
-    for k in np.argsort(-pixels, kind="stable"):
-        if result[earlier[k]] < 0 and not taken[heirs[k]]:
-            result[earlier[k]], taken[heirs[k]] = heirs[k], True
-    return result
+    order = np.argsort(-pixels, kind="stable")
+    for before, after in zip(earlier[order].tolist(), heirs[order].tolist(), strict=True):
+        if heir[before] < 0 and not taken[after]:
+            heir[before], taken[after] = after, True
+    return np.array(heir, np.intp)
