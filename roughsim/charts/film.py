@@ -25,7 +25,7 @@ def film_chart(subject: Subject, path: Path) -> None:
     words = (
         "Both faces slide. Triangles: highest summits of the face at rest; circles: of the face that moves to the left"
     )
-    with new_figure(path, (11.6, 6.0), subject.title(words)) as figure:
+    with new_figure(path, (11.6, 6.0), subject.title(words), subject.look) as figure:
         panels = figure.subplots(2, SHOWN, sharex=True, sharey=True)
         for line, (name, maps) in zip(panels, rows.items(), strict=True):
             _, symbol, si_unit = FIELDS[name]

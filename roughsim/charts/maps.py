@@ -8,12 +8,14 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colors import Colormap, LinearSegmentedColormap, to_hex
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.image import AxesImage
 from matplotlib.patches import Rectangle
-from matplotlib.patheffects import withStroke
+from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar  # type: ignore[import-untyped]
 from scipy.ndimage import fourier_gaussian
 
 from roughsim import fourier
+from roughsim.charts.numbers import PART
 from roughsim.charts.style import FIELDS, Subject, new_figure, scaled
 from roughsim.errors import number
 from roughsim.grid import Array, Grid
@@ -21,33 +23,41 @@ from roughsim.results.arrays import DERIVED_UNITS
 
 Zoom = tuple[tuple[float, float], tuple[float, float]]  # ends along x and along y, m
 Window = tuple[slice, slice]  # points of a grid along x and along y
+TWO_PANELS = 5.0  # inches: a narrower figure has no enlarged part
 LEAST = 8  # points along a side of a picture
 ENLARGED = 192  # points per side of the enlarged part
 OUTLINE = "#7fdbff"
+HARD = "#7f8796"  # of contact at the hardness
+AT_HARDNESS = 1e-5  # relative; fields are stored in single precision
 
 
 def map_chart(subject: Subject, name: str, path: Path, zoom: Zoom | None = None) -> None:
     """Draw a field in colours; a cell of many points is enlarged beside it where it is hottest, or pressed hardest."""
     field, pressure, grid = subject.field(name), subject.field("pressure"), subject.grid
     window, hot = window_of(grid, zoom), name == "temperature"
-    enlarged = busiest_part(field if hot else averaged(pressure)) if zoom is None else None
+    narrow = subject.look.size is not None and subject.look.size[0] < TWO_PANELS
+    enlarged = None if narrow or zoom is not None else busiest_part(field if hot else averaged(pressure))
     title, symbol, si_unit = FIELDS[name]
     factor, unit = scaled(float(np.abs(field[window]).max()), si_unit)
     field *= factor
-    colours, windows = colour_range(name, field[window]), [window] if enlarged is None else [window, enlarged]
+    hard = share_at_hardness(subject, pressure) if name in ("pressure", "heat_flux") else 0.0
+    colours, windows = colour_range(name, field[window], hard), [window] if enlarged is None else [window, enlarged]
+    outlined = pressure if hot and not (narrow and zoom is None) else None  # it would hide a small map
+    if hard:
+        title, symbol = f"{title}; grey: {100 * hard:.3g} % of it, at the hardness", f"{symbol} below the hardness"
     size = 4.6 * len(windows) + 0.6, 3.9 * height_over_width(grid, window) + 1.25
-    with new_figure(path, size, subject.title(title)) as figure:
+    with new_figure(path, size, subject.title(title), subject.look) as figure:
         panels = list(figure.subplots(1, len(windows), squeeze=False)[0])
         for axes, part in zip(panels, windows, strict=True):
             # the contact is outlined on the most enlarged map
-            image = draw_field(axes, field, grid, part, colours, pressure if hot and part is windows[-1] else None)
+            image = draw_field(axes, field, grid, part, colours, outlined if part is windows[-1] else None)
         if enlarged is not None:
             # a frame on the whole cell shows what is enlarged
             metres = scaled(max(grid.lengths), "m")[0]
             corner = enlarged[0].start * grid.spacing[0] * metres, enlarged[1].start * grid.spacing[1] * metres
             sides = (ENLARGED * d * metres for d in grid.spacing)
             panels[0].add_patch(Rectangle(corner, *sides, fill=False, ec="1.0" if hot else "0.2", lw=0.8))
-            panels[1].set_title("enlarged", fontsize=8, color="0.3")
+            panels[1].set_title(PART, fontsize=8, color="0.3")
         sliding_arrow(panels[0], subject.speed)
         colour_bar(figure, image, panels, f"{symbol}, {unit}", "right")
 
@@ -57,14 +67,17 @@ def side_by_side_chart(subject: Subject, third: str, path: Path, zoom: Zoom | No
     grid, pressure = subject.grid, subject.field("pressure")
     window, names = window_of(grid, zoom), ("heights", "pressure", third)
     size = 3.9 * len(names), 3.3 * height_over_width(grid, window) + 1.35
-    with new_figure(path, size, subject.title(f"Heights, pressure and {third.replace('_', ' ')}")) as figure:
+    title = subject.title(f"Heights, pressure and {third.replace('_', ' ')}")
+    with new_figure(path, size, title, subject.look) as figure:
         for axes, name in zip(figure.subplots(1, len(names)), names, strict=True):
             field, (_, symbol, si_unit) = subject.field(name), FIELDS[name]
             factor, unit = scaled(float(np.abs(field[window]).max()), si_unit)
             field *= factor
             # on a whole cell the outlines would hide what they enclose
             outlined = pressure if name != "pressure" and zoom is not None else None
-            colours, edge = colour_range(name, field[window]), "0.0" if name == "heights" else OUTLINE
+            hard = share_at_hardness(subject, pressure) if name in ("pressure", "heat_flux") else 0.0
+            colours, edge = colour_range(name, field[window], hard), "0.0" if name == "heights" else OUTLINE
+            symbol += " below the hardness" if hard else ""
             image = draw_field(axes, field, grid, window, colours, outlined, edge)
             colour_bar(figure, image, axes, f"{symbol}, {unit}", "bottom")
             if name in DERIVED_UNITS:
@@ -147,16 +160,18 @@ def draw_field(
 
 
 def scale_bar(axes: Axes, unit: str) -> None:
-    """Draw a bar about a fifth of the map wide, 1, 2 or 5 times a power of ten long, with its length."""
+    """Draw a bar about a fifth of the map wide, 1, 2 or 5 times a power of ten long, with its length, on a plate."""
     left, right = axes.get_xlim()
     longest = 0.22 * (right - left)
     power = 10.0 ** np.floor(np.log10(longest) + 1e-12)
     length = float(max(k for k in (1, 2, 5) if k * power <= longest * (1 + 1e-9)) * power)
-    x, transform = left + 0.04 * (right - left), axes.get_xaxis_transform()
-    halo = [withStroke(linewidth=3.0, foreground="white")]
-    axes.plot([x, x + length], [0.045, 0.045], transform=transform, color="black", lw=2.0, path_effects=halo)
-    style: Any = {"ha": "center", "va": "bottom", "fontsize": 8, "path_effects": halo}
-    axes.text(x + length / 2, 0.06, f"{length:g} {unit}", transform=transform, **style)
+    bottom, top = axes.get_ylim()
+    thick = 0.008 * (top - bottom)
+    style: Any = {"pad": 0.35, "borderpad": 0.5, "sep": 3, "size_vertical": thick, "color": "black"}
+    words = FontProperties(size=8)
+    bar = AnchoredSizeBar(axes.transData, length, f"{length:g} {unit}", "lower left", fontproperties=words, **style)
+    bar.patch.set(alpha=0.85, lw=0.0)  # a plate, so that it can be read over any map
+    axes.add_artist(bar)
 
 
 def sliding_arrow(axes: Axes, speed: float | None) -> None:
@@ -172,14 +187,32 @@ def sliding_arrow(axes: Axes, speed: float | None) -> None:
 
 def colour_bar(figure: Figure, image: Any, axes: Any, label: str, side: str) -> None:
     """Show beside axes, or below them, what the colours mean."""
-    bar = figure.colorbar(image, ax=axes, pad=0.01, aspect=30, fraction=0.05, location=side)
+    extend: Any = "max" if np.max(image.get_array()) > image.norm.vmax else "neither"
+    bar = figure.colorbar(image, ax=axes, pad=0.01, aspect=30, fraction=0.05, location=side, extend=extend)
     bar.set_label(label)
     bar.outline.set_linewidth(0.5)
 
 
-def colour_range(name: str, field: Array) -> dict[str, Any]:
-    """Return colour map and ends: of heights about their mean plane, of all else from the smallest value."""
+def share_at_hardness(subject: Subject, pressure: Array) -> float:
+    """Return the share of the contact at the penetration hardness; 0 where none is, or the contact is elastic."""
+    if subject.column != "capped":
+        return 0.0
+    hard = pressure >= subject.run.scene.penetration_hardness * (1.0 - AT_HARDNESS)
+    return float(hard.sum()) / max(float((pressure > 0.0).sum()), 1.0)
+
+
+def colour_range(name: str, field: Array, hard: float = 0.0) -> dict[str, Any]:
+    """Return colour map and ends: of heights about their mean plane, of all else from the smallest value.
+
+    Where a share `hard` of the contact is at the hardness, that is grey, and the colours show the rest: nearly all of
+    it would have the same colour otherwise.
+    """
     limit = float(np.abs(field).max())
+    if hard:
+        shades = LinearSegmentedColormap.from_list("elastic", colour_map(name)(np.linspace(0.22, 0.66, 256)))
+        smallest = limit * AT_HARDNESS  # below there is no contact
+        colours = shades.with_extremes(under="white", over=HARD)
+        return {"cmap": colours, "vmin": smallest, "vmax": limit * (1.0 - 2 * AT_HARDNESS)}
     low, high = (-limit, limit) if name == "heights" else (float(field.min()), float(field.max()))
     return {"cmap": colour_map(name), "vmin": low, "vmax": high}
 

@@ -1,12 +1,13 @@
 """`plot_run`: draws one quantity of a run as a map or a curve, and chooses the file."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from roughsim.charts.film import film_chart
 from roughsim.charts.maps import Zoom, map_chart, side_by_side_chart
 from roughsim.charts.sliding import sliding_chart
 from roughsim.charts.spectra import correlation_chart, spectrum_chart
-from roughsim.charts.style import FIELDS, Subject, check_ending
+from roughsim.charts.style import FIELDS, USUAL, Look, Subject, check_ending
 from roughsim.charts.temperature import distribution_chart, profile_chart
 from roughsim.errors import number
 from roughsim.results.arrays import DERIVED_UNITS
@@ -78,6 +79,7 @@ def plot_run(
     column: str | None = None,
     zoom: Zoom | None = None,
     side_by_side: bool = False,
+    look: Look = USUAL,
 ) -> Path:
     """Draw one quantity of a run, and return where the picture is.
 
@@ -89,7 +91,10 @@ def plot_run(
     `path` ends in .png, .pdf or .svg; left out: a .png beside the run folder. `realization` is the first that was kept,
     or all for spectra, `speed` the scene's highest, m/s, `column` as in `Run.estimate`. Of a map `zoom` draws the
     points between these ends along x and along y, m, and `side_by_side` heights, pressure and temperature (or
-    heat_flux, if that is the quantity) beside each other. ValueError names what does not exist or was not kept.
+    heat_flux, if that is the quantity) beside each other.
+
+    `look` says whether the figure has a title, its size, and whether the numbers that are drawn get a file. ValueError
+    names what does not exist, fit, or was not kept.
     """
     if quantity not in QUANTITIES:
         raise ValueError(f"quantity = {quantity!r} cannot be drawn; choose one of {', '.join(QUANTITIES)}")
@@ -106,12 +111,13 @@ def plot_run(
     check_ending(path)
     if side_by_side:
         third = quantity if quantity in DERIVED_UNITS else "temperature"
-        side_by_side_chart(choose_subject(run, third, realization, speed, column), third, path, zoom)
+        subject = choose_subject(run, third, realization, speed, column)
+        side_by_side_chart(replace(subject, look=look), third, path, zoom)
         return path
     if quantity == "film":
-        film_chart(choose_film(run, realization, speed, column), path)
+        film_chart(replace(choose_film(run, realization, speed, column), look=look), path)
         return path
-    subject = choose_subject(run, quantity, realization, speed, column)
+    subject = replace(choose_subject(run, quantity, realization, speed, column), look=look)
     if quantity in FIELDS:
         map_chart(subject, quantity, path, zoom)
     else:

@@ -40,7 +40,7 @@ def sliding_chart(subject: Subject, path: Path) -> None:
     title = "\n".join(
         line for line in (plain(run.scene.title).replace("$", r"\$"), f"Both faces slide; {members}") if line
     )
-    with new_figure(path, (11.4, 5.6), title) as figure:
+    with new_figure(path, (11.4, 5.6), title, subject.look) as figure:
         panels = figure.subplots(2, 3, sharex=True)
         for axes, (words, label, names) in zip(panels[:, :2].ravel(), PANELS, strict=True):
             for name, dashes in zip(names, DASHES, strict=False):
@@ -48,7 +48,7 @@ def sliding_chart(subject: Subject, path: Path) -> None:
                 for k, colour in enumerate(colours):
                     # older runs follow slow speeds further; whole steps are a little longer or shorter
                     slid = (distance <= ends[k] * (1 + 1e-2)) & np.isfinite(rows[:, k]).all(axis=0)
-                    draw_mean(axes, distance[slid], rows[:, k, slid], colour, dashes)
+                    draw_mean(axes, distance[slid], rows[:, k, slid], colour, dashes, f"{name}, {speeds[k]:g} m/s")
             axes.set(xscale="log", ylabel=label, title=words)
             if label == "share":
                 axes.set_ylim(0.0, 1.0)
@@ -70,7 +70,7 @@ def draw_turnover(axes: Axes, distance: Array, curves: dict[str, Array]) -> None
     for name, dashes in zip(("spot_survival", "stress_correlation"), DASHES, strict=True):
         if (rows := curves.get(f"slide_{name}")) is not None:  # older members have no spots
             known = np.isfinite(rows).all(axis=0)
-            draw_mean(axes, distance[known], rows[:, known], "0.2", dashes)
+            draw_mean(axes, distance[known], rows[:, known], "0.2", dashes, name)
     axes.set(title="Spots that live on; dashed: stress correlation", ylabel="share", ylim=(-0.02, 1.02))
     axes.margins(x=0.0)
 
@@ -80,10 +80,11 @@ def speed_colours(count: int) -> list[str]:
     return [to_hex(colour) for colour in mpl.colormaps["viridis"](np.linspace(DARKEST, BRIGHTEST, count))]
 
 
-def draw_mean(axes: Axes, distance: Array, rows: Array, colour: str, dashes: object) -> None:
+def draw_mean(axes: Axes, distance: Array, rows: Array, colour: str, dashes: object, name: str) -> None:
     """Draw the mean of rows over the distance; solid lines with the 95 % interval where there are several rows."""
     mean = rows.mean(axis=0)
-    axes.plot(distance, mean, color=colour, lw=1.3 if dashes == "-" else 0.9, ls=dashes)
+    (line,) = axes.plot(distance, mean, color=colour, lw=1.3 if dashes == "-" else 0.9, ls=dashes, label=name)
     if len(rows) > 1 and dashes == "-":
         half = half_width(*spread(rows))
+        line.half_width = half  # type: ignore[attr-defined]  # for the file of the numbers
         axes.fill_between(distance, mean - half, mean + half, color=colour, alpha=0.18, lw=0)

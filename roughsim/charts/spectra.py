@@ -20,7 +20,7 @@ WIDTH = 0.06  # of the Gaussian weights in ln q that average the spectra
 def spectrum_chart(subject: Subject, path: Path) -> None:
     """Draw the measured C(q) of kept heights over C(q) and C_sm(q), and the stress spectrum over the theory's."""
     title = subject.title("Power spectra of the heights and of the contact stress")
-    with new_figure(path, (9.6, 4.4), title) as figure:
+    with new_figure(path, (9.6, 4.4), title, subject.look) as figure:
         left, right = figure.subplots(1, 2)
         draw_roughness(left, subject)
         draw_stress_spectrum(right, subject)
@@ -138,7 +138,7 @@ def correlation_chart(subject: Subject, path: Path) -> None:
     near = np.geomspace(1e-4 * longest, 0.4 * min(longest, reach / 0.4), 160)
     far = np.linspace(0.0, min(1.2 * longest, reach), 240)
     title = subject.title(r"Correlation of the contact stress, $g_\sigma(r)$")
-    with new_figure(path, (9.6, 4.2), title) as figure:
+    with new_figure(path, (9.6, 4.2), title, subject.look) as figure:
         left, right = figure.subplots(1, 2)
         for axes, r in ((left, near), (right, far)):
             label = rf"theory, $\gamma$ = {scene.theory.gamma:g}"

@@ -17,6 +17,7 @@ from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.text import Text
 from matplotlib.ticker import EngFormatter, FuncFormatter, LogLocator, NullFormatter
 
+from roughsim.charts.numbers import write_numbers
 from roughsim.estimate.errors import quantile
 from roughsim.grid import Array, Grid
 from roughsim.results.arrays import DERIVED_UNITS
@@ -34,6 +35,8 @@ FIELDS = {
     "temperature": ("Temperature above the mean of the cell", "$T$", "K"),
     "heat_flux": ("Frictional heat of both bodies", r"$\mu\sigma v$", "W/m²"),
 }
+SMALLEST, LARGEST = 1.5, 40.0  # sides of a figure, inches
+FEWEST, MOST = 30, 1200  # pixels per inch
 FORMATS = (".png", ".pdf", ".svg")
 STYLE: Any = {
     "font.size": 9,
@@ -51,6 +54,31 @@ STYLE: Any = {
 }
 
 
+@dataclass(frozen=True, slots=True)
+class Look:
+    """How a figure is made: with its title, of a size in inches, with dots per inch, and with a file of its numbers.
+
+    Without a `size` the figure has its own. `csv` is a file for the numbers drawn. ValueError if it cannot be so.
+    """
+
+    title: bool = True
+    size: tuple[float, float] | None = None
+    dpi: int = 160  # of .png
+    csv: Path | None = None
+
+    def __post_init__(self) -> None:
+        if self.size is not None and not all(SMALLEST <= side <= LARGEST for side in self.size):
+            words = " × ".join(f"{side:g}" for side in self.size)
+            raise ValueError(f"size = {words} inches: each side must be {SMALLEST:g} to {LARGEST:g} inches")
+        if not FEWEST <= self.dpi <= MOST:
+            raise ValueError(f"dpi = {self.dpi} must be {FEWEST} to {MOST} pixels per inch")
+        if self.csv is not None and self.csv.suffix.lower() != ".csv":
+            raise ValueError(f"csv = {str(self.csv)!r} must end in .csv")
+
+
+USUAL = Look()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Subject:
     """The data of a figure: a run, a column and its finest level in the run's cell, a realization, and a speed, m/s.
@@ -63,6 +91,7 @@ class Subject:
     level: int
     index: int | None
     speed: float | None
+    look: Look = USUAL
 
     @property
     def grid(self) -> Grid:
@@ -93,15 +122,17 @@ def check_ending(path: Path) -> None:
 
 
 @contextmanager
-def new_figure(path: Path, size: tuple[float, float], title: str = "") -> Iterator[Figure]:
+def new_figure(path: Path, size: tuple[float, float], title: str = "", look: Look = USUAL) -> Iterator[Figure]:
     """Yield an empty figure of a size in inches, in the common style; at the end it is written to `path`."""
     check_ending(path)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=size, layout="constrained")
-        if title:
+        figure = Figure(figsize=look.size or size, dpi=look.dpi, layout="constrained")
+        if title and look.title:
             figure.suptitle(title, fontsize=9, x=0.01, ha="left")
         yield figure
         save(figure, path)
+        if look.csv is not None:
+            write_numbers(figure, look.csv)
 
 
 def save(figure: Figure, path: Path) -> None:
@@ -113,13 +144,15 @@ def save(figure: Figure, path: Path) -> None:
         warnings.warn(f"the font of the pictures has no {' '.join(lacking)}: boxes are drawn instead", stacklevel=2)
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font")
-        figure.savefig(path, dpi=160)
+        figure.savefig(path, dpi="figure")
 
 
 def band(axes: Axes, x: Array, mean: Array, error: Array, colour: str) -> None:
     """Draw a mean with the half-width of its 95 % interval."""
     axes.fill_between(x, mean - error, mean + error, color=colour, alpha=0.25, lw=0)
-    axes.plot(x, mean, color=colour, lw=1.0)
+    (line,) = axes.plot(x, mean, color=colour, lw=1.0)
+    line.set_gid("measured")
+    line.half_width = error  # type: ignore[attr-defined]  # for the file of the numbers
 
 
 def plain_ticks(axis: Axis) -> None:

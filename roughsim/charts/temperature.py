@@ -42,7 +42,7 @@ def distribution_chart(subject: Subject, path: Path) -> None:
         f"{contact.flash_temperature:.4g} K (dashed), mean {contact.mean_temperature:.4g} K, "
         f"highest {contact.max_temperature:.4g} K"
     )
-    with new_figure(path, (13.2, 3.9), title) as figure:
+    with new_figure(path, (13.2, 3.9), title, subject.look) as figure:
         density, hotter, both = figure.subplots(1, 3)
         edges, area, heat = densities(contact)
         density.stairs(area, edges, fill=True, color="0.75", label="of the area")
@@ -77,7 +77,7 @@ def profile_chart(subject: Subject, path: Path) -> None:
     factor, unit = scaled(across * dy, "m")
     where = f"$y$ = {across * dy * factor:.4g} {unit}"
     title = subject.title(f"Along the sliding direction through the hottest point, {where}; contact shaded")
-    with new_figure(path, (9.6, 5.6), title) as figure:
+    with new_figure(path, (9.6, 5.6), title, subject.look) as figure:
         panels = figure.subplots(3, len(parts), sharex="col", sharey="row", squeeze=False)
         for part, column in zip(parts, panels.T, strict=True):
             x = part * dx

@@ -45,7 +45,7 @@ def compare(run: RunFolder, chart: Chart = None, as_json: Json = False) -> None:
         tell(f"picture: {chart}")
 
 
-def plot(
+def plot(  # noqa: PLR0913  (each is an option)
     run: RunFolder,
     quantity: Annotated[str, Argument(metavar="QUANTITY", help="A map or a curve, see above.")],
     output: Output = None,
@@ -54,6 +54,10 @@ def plot(
     column: Annotated[str | None, Option(metavar="COLUMN", help="smoothed, capped or elastic.")] = None,
     zoom: Annotated[str | None, Option(metavar="X0:X1,Y0:Y1", help="Draw this part of a map; in m.")] = None,
     side_by_side: Annotated[bool, Option("--side-by-side", help="Add heights and pressure to the map.")] = False,
+    title: Annotated[bool, Option("--title/--no-title", help="With the lines above the picture.")] = True,
+    size: Annotated[str | None, Option(metavar="WxH", help="Width and height in inches, as 3.4x2.6.")] = None,
+    dpi: Annotated[int, Option(metavar="N", help="Pixels per inch of a .png.")] = 160,
+    csv: Annotated[Path | None, Option(metavar="FILE", help="Write the numbers that are drawn, too.")] = None,
 ) -> None:
     """Draw a map or a curve of a run, as .png, .pdf or .svg. Of a study, an observable over what it varies.
 
@@ -66,10 +70,12 @@ def plot(
         tell(f"picture: {picture}")
         return
     from roughsim.charts.plot import plot_run
+    from roughsim.charts.style import Look
     from roughsim.results.folder import gap
 
     choices: dict[str, Any] = {"realization": realization, "speed": speed, "column": column}
     choices |= {"zoom": parse_zoom(zoom), "side_by_side": side_by_side}
+    choices["look"] = Look(title, parse_size(size), dpi, csv)
     opened = open_without_damaged(run)
     picture = plot_run(opened, quantity, output, **choices)
     tell("\n".join([*gap(opened), f"picture: {picture}"]))
@@ -135,3 +141,14 @@ def parse_zoom(text: str | None) -> tuple[tuple[float, float], tuple[float, floa
         return (float(x0), float(x1)), (float(y0), float(y1))
     except ValueError:
         raise ValueError(f"--zoom {text}: write X0:X1,Y0:Y1 in m, for example 0:5e-4,2e-4:7e-4") from None
+
+
+def parse_size(text: str | None) -> tuple[float, float] | None:
+    """Return width and height, inches, of "WxH"; None for None."""
+    if text is None:
+        return None
+    try:
+        width, height = (float(side) for side in text.lower().replace("×", "x").split("x"))
+        return width, height
+    except ValueError:
+        raise ValueError(f"--size {text}: write width x height in inches, for example 3.4x2.6") from None

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from chart_cases import SPEED
 from matplotlib import colormaps
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
 import roughsim as rs
 from roughsim.charts import maps
 from roughsim.charts.plot import plot_run
-from roughsim.charts.style import scaled
+from roughsim.charts.style import Look, scaled
 
 
 def test_axis_0_is_x_and_points_stand_at_their_coordinates():
@@ -132,18 +133,24 @@ def test_contact_is_outlined_where_it_is():
     np.testing.assert_allclose(corners.max(0), [1.95, 1.5])
 
 
+def drawn_length(bar):
+    """The length of the bar that is drawn, in units of the axis."""
+    return bar.size_bar.get_children()[0].get_width()
+
+
 def test_a_scale_bar_is_as_long_as_it_says():
     axes = Figure().subplots()
     axes.set(xlabel="$x$, µm", xlim=(100.0, 340.0))
     maps.scale_bar(axes, "µm")
-    x = axes.lines[0].get_xdata()
-    assert axes.texts[0].get_text() == "50 µm"
-    assert x[1] - x[0] == 50.0
+    (bar,) = axes.artists
+    assert bar.txt_label.get_text() == "50 µm"
+    assert drawn_length(bar) == 50.0
+    assert bar.patch.get_alpha() > 0.8  # a plate under it: it can be read over any colour
     assert axes.get_xlim() == (100.0, 340.0)  # an axis does not grow for its bar
     for longest, length in {0.9: 0.5, 1.0: 1.0, 1.99: 1.0, 2.0: 2.0, 4.9: 2.0, 52.0: 50.0, 1e-3: 1e-3}.items():
         axes.set_xlim(0.0, longest / 0.22)
         maps.scale_bar(axes, "µm")
-        assert np.ptp(axes.lines[-1].get_xdata()) == pytest.approx(length, rel=1e-12)
+        assert drawn_length(axes.artists[-1]) == pytest.approx(length, rel=1e-12)
 
 
 @pytest.mark.parametrize("speed", [35.0, -35.0])
@@ -151,3 +158,33 @@ def test_the_arrow_points_where_the_source_slides(capped_run, drawn, speed):
     plot_run(capped_run, "temperature", speed=speed)
     arrow = next(text for text in drawn[0].axes[0].texts if hasattr(text, "xyann"))
     assert np.sign(arrow.xy[0] - arrow.xyann[0]) == np.sign(speed)
+
+
+def test_a_capped_map_shows_what_varies_and_what_has_yielded_is_grey(capped_run, drawn):
+    plot_run(capped_run, "pressure")
+    figure, pressure = drawn[-1], next(capped_run.fields("pressure"))[1]
+    image, hardness = figure.axes[0].images[0], capped_run.scene.penetration_hardness
+    colours, unit = image.to_rgba(np.asarray(image.get_array())), scaled(hardness, "Pa")[0]
+    grey = np.all(np.isclose(colours, to_rgba(maps.HARD)), axis=-1).T
+    np.testing.assert_array_equal(grey, np.isclose(pressure, hardness, rtol=1e-5))
+    share = 100 * grey.sum() / np.count_nonzero(pressure)
+    assert f"grey: {share:.3g} % of it, at the hardness" in figure.get_suptitle()
+    assert image.norm.vmax == pytest.approx(hardness * unit, rel=1e-4)
+    elastic = (pressure > 0.0) & ~grey
+    assert elastic.any()
+    assert len(np.unique(colours.transpose(1, 0, 2)[elastic], axis=0)) > 20
+    np.testing.assert_array_equal(np.all(colours == 1.0, axis=-1).T, pressure == 0.0)  # no contact is white
+
+
+def test_elastic_contact_above_the_hardness_has_no_grey(capped_run, drawn):
+    plot_run(capped_run, "pressure", column="smoothed")
+    image = drawn[-1].axes[0].images[0]
+    assert image.norm.vmax == np.asarray(image.get_array()).max()
+    assert "grey" not in drawn[-1].get_suptitle()
+
+
+def test_a_narrow_figure_has_one_panel_without_outlines(capped_run, monkeypatch, drawn):
+    monkeypatch.setattr(maps, "ENLARGED", 32)
+    plot_run(capped_run, "temperature", look=Look(size=(3.4, 2.8)))
+    assert [len(axes.images) for axes in drawn[-1].axes] == [1, 0]  # and the bar
+    assert not drawn[-1].axes[0].patches

@@ -1,0 +1,96 @@
+"""Figures as a journal wants them: size, pixels, no title, and a file of the numbers that are drawn."""
+
+import csv
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from roughsim.charts.numbers import bare
+from roughsim.charts.plot import CURVES, plot_run
+from roughsim.charts.style import Look
+from roughsim.cli import main
+
+
+def test_the_size_and_the_pixels_are_those_asked_for(capped_run, tmp_path):
+    path = plot_run(capped_run, "pressure", tmp_path / "a.png", look=Look(size=(3.4, 2.6), dpi=300))
+    assert matplotlib.image.imread(path).shape[:2] == (780, 1020)
+
+
+def test_a_figure_has_no_title_if_none_is_wanted(capped_run, drawn):
+    plot_run(capped_run, "temperature", look=Look(title=False))
+    plot_run(capped_run, "temperature")
+    assert [bool(figure.get_suptitle()) for figure in drawn] == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("look", "message"),
+    [
+        ({"size": (0.5, 3.0)}, "size = 0.5 × 3 inches: each side must be 1.5 to 40 inches"),
+        ({"size": (3.0, float("nan"))}, "size = 3 × nan inches"),
+        ({"dpi": 5}, "dpi = 5 must be 30 to 1200"),
+    ],
+)
+def test_a_figure_that_cannot_be_is_refused(look, message):
+    with pytest.raises(ValueError, match=message):
+        Look(**look)
+
+
+def test_the_points_of_a_map_are_written_with_their_places(capped_run, tmp_path):
+    plot_run(capped_run, "heights", tmp_path / "a.svg", look=Look(csv=tmp_path / "a.csv"))
+    lines = (tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()
+    assert lines[0] == '"# h, µm; x, mm in the first column; y, mm in the first line"'
+    table = np.genfromtxt(lines[1:], delimiter=",")
+    heights = next(capped_run.fields("heights"))[1]
+    np.testing.assert_allclose(table[0, 1:], np.arange(128) * 2.0 / 128, rtol=1e-6)
+    np.testing.assert_allclose(table[1:, 0], np.arange(128) * 2.0 / 128, rtol=1e-6)
+    np.testing.assert_allclose(table[1:, 1:], heights * 1e6, rtol=1e-6)
+
+
+def rows_of(path):
+    with path.open(encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def test_a_curve_is_written_with_its_error_and_the_theory(capped_run, tmp_path):
+    plot_run(capped_run, "correlation", tmp_path / "a.svg", look=Look(csv=tmp_path / "a.csv"))
+    rows = rows_of(tmp_path / "a.csv")
+    measured = [row for row in rows if row["curve"] == "measured"]
+    assert {row["y_axis"] for row in rows} == {"g_σ, GPa²"}
+    assert {row["curve"] for row in rows} == {"measured", "theory, γ = 0.3"}
+    r = np.array([float(row["x"]) for row in measured]) * 1e-6
+    g, error = capped_run.correlation(r)
+    np.testing.assert_allclose([float(row["y"]) for row in measured], g * 1e-18, rtol=1e-5, atol=1e-8)
+    student = 2.5705818  # six realizations
+    np.testing.assert_allclose([float(row["error"]) for row in measured], student * error * 1e-18, rtol=1e-5)
+
+
+@pytest.mark.parametrize("curve", [name for name in CURVES if name != "sliding"])
+def test_every_curve_has_numbers_and_names_of_its_axes(capped_run, tmp_path, curve):
+    plot_run(capped_run, curve, tmp_path / "a.svg", look=Look(csv=tmp_path / "a.csv"))
+    rows = rows_of(tmp_path / "a.csv")
+    assert len(rows) > 100
+    for row in rows:
+        assert row["x_axis"]
+        assert row["y_axis"]
+        assert not set(row["x_axis"] + row["y_axis"] + row["curve"]) & set("$\\{}")
+
+
+def test_formulas_become_plain_words():
+    assert bare(r"$T_\mathrm{flash}$, K") == "T_flash, K"
+    assert bare(r"$\langle T\sigma\rangle/\langle\sigma\rangle$, K") == "⟨Tσ⟩/⟨σ⟩, K"
+
+
+def test_the_command_line_takes_them(capped_run, tmp_path, capsys):
+    folder, picture, numbers = str(capped_run.folder), tmp_path / "a.png", tmp_path / "a.csv"
+    words = ["plot", folder, "pressure", "-o", str(picture), "--no-title", "--size", "3.4x2.6", "--dpi", "100"]
+    with pytest.raises(SystemExit) as ended:
+        main([*words, "--csv", str(numbers)])
+    assert ended.value.code == 0
+    assert matplotlib.image.imread(picture).shape[:2] == (260, 340)
+    assert numbers.exists()
+    for wrong, message in ((["--size", "wide"], "write width x height in inches"), (["--csv", "a.txt"], "end in .csv")):
+        with pytest.raises(SystemExit) as ended:
+            main([*words, *wrong])
+        assert ended.value.code == 1
+        assert message in capsys.readouterr().err
