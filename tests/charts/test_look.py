@@ -10,6 +10,7 @@ from roughsim.charts.numbers import bare
 from roughsim.charts.plot import CURVES, plot_run
 from roughsim.charts.style import Look
 from roughsim.cli import main
+from roughsim.estimate.errors import quantile
 
 
 def test_the_size_and_the_pixels_are_those_asked_for(capped_run, tmp_path):
@@ -61,7 +62,7 @@ def test_a_curve_is_written_with_its_error_and_the_theory(capped_run, tmp_path):
     r = np.array([float(row["x"]) for row in measured]) * 1e-6
     g, error = capped_run.correlation(r)
     np.testing.assert_allclose([float(row["y"]) for row in measured], g * 1e-18, rtol=1e-5, atol=1e-8)
-    student = 2.5705818  # six realizations
+    student = quantile(5.0)  # six realizations
     np.testing.assert_allclose([float(row["error"]) for row in measured], student * error * 1e-18, rtol=1e-5)
 
 
