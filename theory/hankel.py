@@ -62,10 +62,15 @@ def first_crossing(panels: Panels, values: Array, fraction: float) -> float:
         return _transform(panels, values, r) / whole - fraction
 
     r = float(2 * np.sqrt((1 - fraction) * whole / roughness)) * (1 - 1e-9)  # 1 − J₀(x) ≤ x²/4: no crossing before
-    steepest = 0.59 * float(((values * q) @ WEIGHTS).sum()) / whole  # |J₁| ≤ 0.582: the fastest that it can fall
+    waves, moments = q.ravel(), (values * q * WEIGHTS).ravel() / whole
+
+    def steepest(r: float) -> float:
+        """The fastest that it can fall from r on: |J₁(x)| ≤ 0.582 and 0.8251/√x."""
+        return float(moments @ np.minimum(0.583, 0.826 / np.sqrt(r * waves)))
+
     trail = [(r, excess(r))]
     while trail[-1][0] < 100 / panels.lower[0]:
-        clear = r + trail[-1][1] / steepest  # no crossing before
+        clear = r + trail[-1][1] / steepest(r)  # no crossing before
         r *= 1.03
         while 1.03 * r < clear:
             r *= 1.03

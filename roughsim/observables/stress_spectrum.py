@@ -9,12 +9,10 @@ compact entries then equals the sum over the modes to rounding.
 
 import math
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial.polynomial import polyfromroots
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import j0, j1
 
@@ -231,10 +229,15 @@ def uniform_nodes(grid: Grid) -> UniformNodes:
 @cache
 def lagrange_coefficients() -> Array:
     """Coefficients, by powers of the distance from the middle, of the 24 Lagrange polynomials with nodes ±½, ±3/2 …"""
-    nodes = [Fraction(2 * j - _STENCIL + 1, 2) for j in range(_STENCIL)]
+    nodes = range(1 - _STENCIL, _STENCIL, 2)  # twice the distances: whole numbers, so that all is exact
+    product = [1]  # Π (y − node), its coefficients by falling powers
+    for node in nodes:
+        product = [a - node * b for a, b in zip((*product, 0), (0, *product), strict=True)]
     rows = []
     for own in nodes:
-        others = [node for node in nodes if node != own]
-        exact = polyfromroots(others) / math.prod(own - other for other in others)  # of fractions
-        rows.append([float(coefficient) for coefficient in exact])
+        others = product[:1]  # the product over y − own
+        for coefficient in product[1:-1]:
+            others.append(coefficient + own * others[-1])
+        scale = math.prod(own - node for node in nodes if node != own)
+        rows.append([(coefficient << power) / scale for power, coefficient in enumerate(reversed(others))])
     return np.array(rows)
