@@ -58,6 +58,13 @@ PICTURES = {
     "profile": (".svg", "Heights, pressure and temperature along the sliding direction through the hottest point."),
     "spectrum": (".svg", "Power spectra of the kept heights and of the stress."),
 }
+PICTURES_OF_MARCH = {
+    "sliding": (
+        ".svg",
+        "Both faces slide: temperatures, share of the heat and turnover of the contact over the slid distance.",
+    ),
+    "film": (".png", "Pressure, and temperature of the moving body, at four slid distances of one member."),
+}
 FEW_ROWS = 6  # rows of a table C(q) that the text of the scene shows
 FEW_FAILURES = 20  # members without numbers that the report names
 
@@ -186,7 +193,8 @@ def figures_section(run: Run) -> Html:
         return tag("p", "There is no sound realization to draw yet.")
     parts: list[Html] = []
     reasons: dict[str, list[str]] = {}  # with the quantities that are not shown for it
-    for quantity, (ending, caption) in PICTURES.items():
+    pictures = PICTURES | (PICTURES_OF_MARCH if run.numerics.march is not None else {})
+    for quantity, (ending, caption) in pictures.items():
         try:
             parts.append(picture(partial(plot_run, run, quantity), ending, caption))
         except (ValueError, OSError) as error:  # not kept, at rest, or damaged

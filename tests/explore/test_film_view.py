@@ -82,6 +82,19 @@ def test_another_speed_shows_its_own_temperature_at_the_same_position(view, film
     assert "at 1 m/s" in view.text.text
 
 
+def test_a_speed_that_ends_earlier_has_fewer_positions(view, film):
+    temperature = film.maps.temperature.copy()
+    temperature[0, 6:] = np.nan
+    view.show_film(replace(film, maps=replace(film.maps, temperature=temperature)))
+    assert view.slider.end == 15
+    view.speed.value = "0"
+    assert (view.slider.value, view.slider.end) == (5, 5)
+    shown = view.maps["temperature"].image.data["image"][0]
+    np.testing.assert_array_equal(shown, pixels(temperature[0, :6], 5))
+    view.speed.value = "1"
+    assert (view.slider.value, view.slider.end) == (5, 15)
+
+
 def test_the_curves_are_those_of_the_member(view, film):
     for k, source in enumerate(view.lines):
         assert source.data["y"] == pytest.approx(film.curves["slide_flash_temperature"][k])

@@ -105,6 +105,13 @@ def test_all_pictures_are_drawn(kept_run):
     assert [kind for kind, _ in images] == ["image/svg+xml", *["image/png"] * 3, *["image/svg+xml"] * 2]
 
 
+def test_the_page_of_a_run_that_slides_shows_its_march_too(sliding_run, tmp_path):
+    page = report_run(sliding_run, tmp_path / "one.html").read_text()
+    for caption in ("turnover of the contact over the slid distance", "at four slid distances of one member"):
+        assert page.count(f"{caption}.</figcaption>") == 1
+    assert "Not shown" not in page
+
+
 def test_each_picture_is_inside_the_page_and_needs_nothing_else_either(written):
     images = images_of(written.read_text())
     assert [kind for kind, _ in images] == ["image/svg+xml", "image/png", "image/svg+xml"]

@@ -236,6 +236,10 @@ def test_one_rough_face_rests_and_its_one_contact_slides_on(tmp_path):
     assert np.ptp(curves["slide_contact_fraction"]) == 0
     assert curves["slide_stress_correlation"] == pytest.approx(1)
     assert np.isnan(curves["slide_spot_survival"]).all()  # none is born, none dies
+    film = read_film(run, 0)
+    assert film.moving_summits.shape == (16, 0, 2)
+    assert (film.maps.pressure == film.maps.pressure[0]).all()  # in the frame of the resting body nothing moves
+    assert plot_run(run, "film", tmp_path / "one.png").exists()
     assert curves["slide_moving_share"][0, 1, -1] > 0.7  # the moving body runs under hot spots that rest
 
 
