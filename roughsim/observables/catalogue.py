@@ -24,6 +24,9 @@ class Curve:
     description: str
 
 
+FRACTIONS = (0.5, 0.1, 0.0)  # of g(0) that the correlation falls to at its radii
+
+
 def heat_share(sample: Sample) -> Array:
     """Return influence values of ⟨T_stat⟩/(⟨T_stat⟩ + ⟨T_mov⟩) of a level that `prediction.balanced` has prepared."""
     resting, moving = sample.numbers["resting_flash_temperature"], sample.numbers["flash_temperature"]
@@ -50,15 +53,25 @@ def radius(sample: Sample, fraction: float) -> Array:
     """
     from scipy.special import j0, j1  # slow to import, as above
 
-    from roughsim.observables.stress_spectrum import StressSpectrum
-
     q, mean = sample.wavenumber, sample.spectrum.mean(axis=0)
-    r = StressSpectrum(q, mean, sample.reach).correlation_radius(fraction)
+    r = float(sample.values_of(f"r({fraction})", lambda s: crossing(s, fraction))[0])
     if not np.isfinite(r):
         return np.full((len(sample.spectrum), 1), np.nan)
     slope = -float((mean * q) @ j1(q * r))
     excess = sample.spectrum @ (j0(q * r) - fraction)
     return (r - excess / slope)[:, None]
+
+
+def crossing(sample: Sample, fraction: float) -> Array:
+    """Return that r alone, (1,): it lies beyond those of larger fractions, and is looked for from there on."""
+    from roughsim.observables.stress_spectrum import StressSpectrum  # slow to import, as above
+
+    larger = min((other for other in FRACTIONS if other > fraction), default=None)
+    start = 0.0 if larger is None else float(sample.values_of(f"r({larger})", lambda s: crossing(s, larger))[0])
+    if not np.isfinite(start):
+        return np.array([np.nan])
+    mean = StressSpectrum(sample.wavenumber, sample.spectrum.mean(axis=0), sample.reach)
+    return np.array([mean.correlation_radius(fraction, start=start)])
 
 
 def correlation_radius(percent: int) -> Observable:
@@ -210,9 +223,7 @@ TABLE: tuple[Observable, ...] = (
         by_force_balance=True,
         solver_share=1.0,
     ),
-    correlation_radius(50),
-    correlation_radius(10),
-    correlation_radius(0),
+    *(correlation_radius(round(100 * fraction)) for fraction in FRACTIONS),
     *(record for entry in extensions("observables").values() for record in entry.load()),
 )
 OBSERVABLES = {record.name: record for record in TABLE if not record.only_stored}

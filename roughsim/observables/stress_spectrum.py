@@ -60,8 +60,8 @@ class StressSpectrum:
         values = [ordered_sum(self.variance, j0(self.wavenumber * x)) for x in distance.ravel().tolist()]
         return np.reshape(values, distance.shape)
 
-    def correlation_radius(self, fraction: float) -> float:
-        """Return the smallest r, m, with g_σ(r) = fraction·g_σ(0); NaN if there is none within `reach`.
+    def correlation_radius(self, fraction: float, *, start: float = 0.0) -> float:
+        """Return the smallest r ≥ start, m, with g_σ(r) = fraction·g_σ(0); NaN if there is none within `reach`.
 
         From r the curve cannot fall below its tangent by more than Cs²/2 within s, C = Σ|σ(q)|²q²/2 ≥ |g″|. Each step
         goes to where that bound meets the target: it never steps over a crossing and converges like Newton's method.
@@ -72,7 +72,7 @@ class StressSpectrum:
             raise ValueError(f"fraction = {fraction:.6g} must be ≥ 0 and below 1, the value at r = 0")
         if not self.pressure_variance > 0.0:
             return math.nan
-        r = 0.0
+        r = start
         for reach in (self.reach / _NEARER, self.reach):
             near = self.gathered(reach)
             # g(r)/g(0) = Σ share·J₀(qr), and the bound C of its curvature

@@ -7,6 +7,7 @@ import roughsim as rs
 from roughsim import prediction
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Observable, Sample, Theory, ratio
+from roughsim.observables.stress_spectrum import StressSpectrum
 
 THEORY = Theory(
     {"slope_length": np.array([1.0, 2.0, 3.0])}, 9e7, correlation_radius=lambda f: 10.0 * f, total=lambda w: 0.0
@@ -87,3 +88,19 @@ def test_the_contact_solve_changes_the_mean_of_each_observable_by_no_more_than_i
     assert len(changes) >= 11
     for name, change in changes.items():
         assert np.all(abs(np.mean(change, axis=0)) <= OBSERVABLES[name].solver_share), name
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_radii_are_those_that_a_search_from_the_origin_finds_in_whatever_order_they_are_asked_for(seed):
+    rng = np.random.default_rng(seed)
+    q = np.sort(rng.uniform(1.0, 300.0, 200))
+    spectrum = rng.random((7, 200)) / q**1.5
+    for order in ((50, 10, 0), (0, 10, 50)):
+        sample = Sample(300.0, 64.0, np.arange(7), {}, q, spectrum, 3.0)
+        for percent in order:
+            found = OBSERVABLES[f"correlation_radius_{percent}"].of_level(sample).mean()
+            expected = StressSpectrum(q, spectrum.mean(axis=0), 3.0).correlation_radius(percent / 100)
+            assert found == pytest.approx(expected, rel=1e-11, nan_ok=True)
+    # one that never falls to half has none of the others
+    flat = Sample(300.0, 64.0, np.arange(7), {}, q, spectrum * (q < 1.5 * q[0]), 1e-6)
+    assert np.isnan(OBSERVABLES["correlation_radius_0"].of_level(flat)).all()
