@@ -1,5 +1,6 @@
-"""The version is the tag's, in all places."""
+"""The version is the tag's, in all places, and archives say what the citation says."""
 
+import json
 import re
 import subprocess
 from importlib.metadata import PackageNotFoundError, version
@@ -27,6 +28,13 @@ def test_the_package_says_the_version_that_it_was_built_with():
 def test_the_citation_has_a_semantic_version():
     cited = re.search(r"^version: (.*)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE)
     assert re.fullmatch(r"\d+\.\d+\.\d+(rc\d+)?", cited.group(1))
+
+
+def test_the_archive_has_the_title_and_the_keywords_of_the_citation():
+    archive = json.loads((ROOT / ".zenodo.json").read_text())
+    citation = (ROOT / "CITATION.cff").read_text()
+    assert f'title: "{archive["title"]}"' in citation
+    assert re.findall(r"^  - (\w[^:\n]*)$", citation, re.MULTILINE) == archive["keywords"]
 
 
 def test_a_package_that_was_never_built_says_so(monkeypatch):
