@@ -86,7 +86,10 @@ def explore(
     port: Annotated[int | None, Option(metavar="N", min=1, max=65535, help="Left out: first free from 5006.")] = None,
     browser: Annotated[bool, Option("--browser/--no-browser", help="Open the page in the web browser.")] = True,
 ) -> None:
-    """Look at a run in the web browser: fields at any speed, curves. The run may still be going on."""
+    """Look at a run in the web browser: fields at any speed, curves. The run may still be going on.
+
+    Of a study: every observable over what it varies.
+    """
     from roughsim.explore import explore as serve
 
     def announce(address: str) -> None:

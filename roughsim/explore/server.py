@@ -3,6 +3,7 @@
 import gc
 import os
 import socket
+from collections.abc import Callable
 from functools import partial
 from hmac import compare_digest
 from pathlib import Path
@@ -23,6 +24,9 @@ from tornado.web import ErrorHandler, OutputTransform
 from roughsim.explore.content import WatchedRun
 from roughsim.explore.layout import plain_text
 from roughsim.explore.page import Page
+from roughsim.explore.study import StudyPage
+from roughsim.studies.folder import DESCRIPTION
+from roughsim.studies.study import open_study
 
 ADDRESS = "127.0.0.1"
 FIRST_PORT = 5006
@@ -37,17 +41,16 @@ YEAR = 365 * 86_400  # s: a reload hands out the token of the session again, whi
 
 
 def start(folder: str | Path, port: int | None = None) -> tuple[BaseServer, str]:
-    """Return a started server of the page of a run, and the address of the page, a secret.
+    """Return a started server of the page of a run or a study, and the address of the page, a secret.
 
-    Without a port it takes the first free one from 5006 on. RecordError if the folder is no run; OSError if the port is
-    taken.
+    Without a port it takes the first free one from 5006 on. RecordError if the folder is neither; OSError if the port
+    is taken.
     """
-    run = WatchedRun(folder)
-    _ = run.theory  # computed once, before the first page opens
+    page = page_of(Path(folder))
 
     def open_page(document: Any) -> None:
         try:
-            Page(run, document)
+            page(document)
         except Exception as error:  # a session that fails to open would keep every later visit waiting
             document.clear()
             document.add_root(plain_text("problems", f"This run cannot be shown: {error}"))
@@ -70,6 +73,16 @@ def start(folder: str | Path, port: int | None = None) -> tuple[BaseServer, str]
         return server, f"http://{ADDRESS}:{number}{server.prefix}/"
     taken = f"port = {port} is" if port else f"ports {FIRST_PORT} to {FIRST_PORT + PORTS_TRIED - 1} are"
     raise OSError(refusal.errno, f"{taken} not free on {ADDRESS}; choose another with --port")
+
+
+def page_of(folder: Path) -> Callable[[Any], object]:
+    """Return what fills an empty document with the page of a run or of a study; RecordError if it is neither."""
+    if (folder / DESCRIPTION).is_file():
+        open_study(folder)  # refused here, before a page is asked for
+        return partial(StudyPage, folder)
+    run = WatchedRun(folder)
+    _ = run.theory  # computed once, before the first page opens
+    return partial(Page, run)
 
 
 class GuardedApplication(BokehTornado):  # type: ignore[misc]  # Bokeh has no types here

@@ -147,17 +147,27 @@ class Study:
         return pandas.DataFrame(list(self.rows()))
 
     def trends(self, observable: str = "flash_temperature", column: str | None = None) -> Iterator[dict[str, Any]]:
-        """Yield how an observable changes between neighbours along each axis that is a number, all else the same.
+        """Go through the changes of an observable between neighbours along each varied number, all else the same.
 
-        Each has the point, the one before it along `key`, `speed`, the ratio of the two with its errors, and the
-        exponent n of observable ∝ keyⁿ between them. Both points see the same surfaces, so that `standard_error` is
-        that of the pairs: far less than the scatter of each. `total_error` adds all other parts of both (95 %).
+        Parameters
+        ----------
+        observable : str, optional
+            One of the observables of `roughsim.observables.catalogue.OBSERVABLES`.
+        column : str, optional
+            As of `Run.estimate`.
+
+        Returns
+        -------
+        iterator of dict
+            The point and the one `before` it along `key`, the `speed`, the `ratio` of the two with its errors, and the
+            `exponent` n of observable ∝ keyⁿ between them. Both points see the same surfaces, so that `standard_error`
+            is that of pairs: far less than the scatter of each. `total_error` adds all other parts of both (95 %).
         """
         runs = {point.name: run for point, run in self.results}
         for key in self.numeric_keys:
             lines: dict[tuple[Any, ...], list[Point]] = {}
             for point in self.points:
-                others = tuple(value for other, value in point.values.items() if other not in self.together(key))
+                others = tuple(value for other, value in point.values.items() if other not in self._together(key))
                 lines.setdefault(others, []).append(point)
             for line in lines.values():
                 line.sort(key=lambda point: float(point.values[key]))
@@ -197,8 +207,8 @@ class Study:
         firsts = [(axis.keys[0], [row[0] for row in axis.values]) for axis in self.axes]
         return [key for key, values in firsts if all(isinstance(value, (int, float)) for value in values)]
 
-    def together(self, key: str) -> tuple[str, ...]:
-        """Return the keys that change together with one."""
+    def _together(self, key: str) -> tuple[str, ...]:
+        """The keys that change together with one."""
         return next(axis.keys for axis in self.axes if key in axis.keys)
 
     def to_xarray(self) -> Any:
@@ -211,13 +221,32 @@ class Study:
         return dataset(self)
 
     def save(self, path: str | Path) -> Path:
-        """Write the results: .csv, .json and .parquet hold the tidy table, .h5 and .nc arrays over the varied keys."""
+        """Write the results into one file.
+
+        Parameters
+        ----------
+        path : str or Path
+            .csv, .json and .parquet (with pandas and pyarrow) hold the tidy table; .h5 and .nc are netCDF-4 for xarray,
+            with every observable over the varied keys, the column and the speed. Returned.
+
+        ValueError for another ending, or if the points do not make arrays.
+        """
         from roughsim.studies.tables import save_study
 
         return save_study(self, path)
 
     def chart(self, path: str | Path, observable: str = "flash_temperature") -> None:
-        """Draw an observable over the first varied number, and as a map over the first two, as .png, .pdf or .svg."""
+        """Draw an observable over the first varied number, and as a map over the first two.
+
+        Parameters
+        ----------
+        path : str or Path
+            Of the picture: .png, .pdf or .svg.
+        observable : str, optional
+            One of the observables of `roughsim.observables.catalogue.OBSERVABLES`.
+
+        ValueError for another ending or observable, or if no varied key is a number.
+        """
         from roughsim.studies.tables import draw_study
 
         draw_study(self, Path(path), observable)

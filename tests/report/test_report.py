@@ -302,3 +302,19 @@ def test_names_that_repeat_stand_above_their_rows():
 def test_control_characters_do_not_reach_the_page():
     assert text("p ≤ q\n") == "p ≤ q\n"
     assert text("a\x1b[31m\x00b<") == "a?[31m?b&lt;"
+
+
+def test_a_study_is_a_page_with_its_table_and_charts(quick, tmp_path):
+    from roughsim.report.study import report_study
+
+    scene = replace(quick, ensemble=replace(quick.ensemble, until={}, max_realizations=4), title="<b>steel</b>")
+    study = rs.study(scene, vary={"sliding.nominal_pressure": [1e8, 2e8]}, folder=tmp_path / "study")
+    page = report_study(study)
+    assert page == tmp_path / "study.html"
+    text = page.read_text()
+    assert "2 of 2 points finished" in text
+    assert "&lt;b&gt;steel" in text
+    assert "<b>steel" not in text
+    assert text.count("<img") == 2
+    with pytest.raises(ValueError, match=r"must end in \.html"):
+        report_study(study, tmp_path / "page.txt")
