@@ -11,6 +11,7 @@ from march_cases import sliding_scene
 import roughsim as rs
 from roughsim.charts.plot import plot_run
 from roughsim.results.film import filmed, highest, read_film
+from roughsim.sliding import film as film_module
 from roughsim.sliding.film import film_shape, in_blocks
 from roughsim.sliding.member import FRAMES, filmed_steps
 from roughsim.sliding.path import oblique_path
@@ -57,6 +58,21 @@ def test_bodies_touch_where_the_faces_redrawn_stand_highest(sliding_run, film):
         assert standing[tuple(points[0])] == standing.max()
     points = np.rint(film.resting_summits / grid.spacing).astype(int)
     assert resting[tuple(points[0])] == resting.max()
+
+
+def test_maps_of_a_larger_grid_are_means_over_blocks_under_the_same_summits(film, tmp_path, monkeypatch):
+    monkeypatch.setattr(film_module, "MOST_POINTS", 16)
+    monkeypatch.setattr(film_module, "LEAST_POINTS", 8)
+    coarse = read_film(rs.run(sliding_scene(), tmp_path / "run", max_realizations=1), 0)
+    fine = film.maps
+    for mine, his in ((coarse.maps.pressure, fine.pressure), (coarse.maps.temperature, fine.temperature)):
+        means = (his[..., ::2, ::2] + his[..., 1::2, ::2] + his[..., ::2, 1::2] + his[..., 1::2, 1::2]) / 4
+        np.testing.assert_allclose(mine, means, rtol=1e-4, atol=1e-6 * np.abs(means).max())
+    # the first point of a map of blocks of 2 × 2 lies between the first two points of the grid
+    spacing = film.grid.spacing[0]
+    assert coarse.grid.spacing[0] == 2 * spacing
+    assert coarse.resting_summits == pytest.approx(film.resting_summits - spacing / 2)
+    assert coarse.moving_summits == pytest.approx(film.moving_summits - spacing / 2)
 
 
 def test_a_flat_has_no_summits():
