@@ -14,6 +14,7 @@ from roughsim.comparison.compare import comparison_table
 from roughsim.ensemble import workers
 from roughsim.ensemble.status import losses
 from roughsim.errors import ConvergenceError
+from roughsim.planning import march as planning_march
 from roughsim.planning.realization import march_problem
 from roughsim.results.film import read_film
 from roughsim.sliding.path import oblique_path
@@ -286,6 +287,16 @@ def test_the_plan_adds_a_march_on_the_lowest_rung():
     assert values["slid distance"].reason.startswith("0.5 lengths of the cell, in 16 steps of 63.2 µm")
     assert values["marches"].value == "4"  # max_realizations
     assert values["film"].value == "16 positions, up to 0.2 MB"  # of 32² points, at two speeds
+
+
+def test_a_speed_that_ends_earlier_costs_no_more_afterwards(monkeypatch):
+    monkeypatch.setattr(planning_march, "seconds_of_step", lambda problem: 2.0)
+    scene = sliding_scene()
+    problem = march_problem(scene, rs.plan(scene))
+    assert planning_march.seconds_of_march(problem) == pytest.approx(16 * 2.0)
+    half = planning_march.seconds_of_march(replace(problem, distances=(0.5e-3, 1e-3)))
+    contact, heat = planning_march.STEP_SECONDS  # the heat of one speed is followed over half of the steps
+    assert half == pytest.approx(2.0 * (16 * contact + (8 + 16) * heat) / (contact + 2 * heat))
 
 
 def test_the_plan_of_a_frozen_scene_says_what_sliding_would_change(capped_scene):
