@@ -19,6 +19,7 @@ from roughsim.errors import RecordError
 from roughsim.grid import Grid
 from roughsim.heat.statistics import ContactTemperature, contact_temperature
 from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.planning.realization import realize
 from roughsim.results.film import filmed
 from roughsim.results.folder import gap, open_run
 from roughsim.results.run import Run
@@ -199,17 +200,31 @@ class MemberFields:
 
 
 def load_fields(run: Run, level: int, index: int) -> MemberFields:
-    """Read the fields of a member; ValueError if they were not kept, RecordError if its file is damaged."""
-    if index not in run.kept(level):
-        raise run.not_kept(level, index)
+    """Read the fields of a member, or compute them again if they were not kept: a member is the same every time.
+
+    RecordError if its file is damaged; ConvergenceError as `realize`.
+    """
     grid = run.numerics.grid(level)
-    heights, pressure = (run.field(level, index, name) for name in ("heights", "pressure"))
+    if index in run.kept(level):
+        heights, pressure = (run.field(level, index, name) for name in ("heights", "pressure"))
+    elif (level, index) in run.damaged:
+        raise RecordError(run.damaged[level, index])
+    else:
+        solved = realize(run.scene, run.numerics, seed=run.seed, level=level, index=index)
+        heights, pressure = (field.astype(np.float32) for field in (solved.heights, solved.contact.pressure))
     # the temperature is linear in the heat, wave by wave: the long waves of the pressure give those of the temperature
     coarse, waves = Grid((min(grid.shape[0], PREVIEW), min(grid.shape[1], PREVIEW)), grid.lengths), pressure
     for axis in (0, 1):
         if coarse.shape[axis] < grid.shape[axis]:
             waves = resample(waves, coarse.shape[axis], axis=axis)
     return MemberFields(run, grid, heights, pressure, coarse, waves)
+
+
+def usual_seconds(run: Run, level: int) -> float:
+    """Return how long a member of a level took to compute, s; 0 if none is there."""
+    indices = np.array([index for of_level, index in run.members if of_level == level], np.int64)
+    times = np.nansum(run.members.column(level, "seconds", indices), axis=1) if indices.size else np.zeros(1)
+    return float(np.median(times))
 
 
 class Image(NamedTuple):

@@ -1,5 +1,6 @@
 """The layout of the page: controls, maps, lines, distribution, curves and texts. No computing."""
 
+import re
 from math import degrees, log10, remainder, tau
 from typing import Any
 
@@ -16,9 +17,13 @@ from roughsim.explore.content import CORRELATION, Curve, Field, Image, Line, spe
 from roughsim.grid import Grid
 from roughsim.heat.statistics import ContactTemperature
 from roughsim.results.run import Run
-from roughsim.show.table import shown, with_unit
+from roughsim.show.table import shown
 
-SIDE = 336  # screen pixels along the longer side of a map: three maps fit side by side on a small screen
+SIDE = 300  # screen pixels along the longer side of a map: one fits on a telephone, three beside each other on a screen
+WIDE: Any = {"sizing_mode": "stretch_width"}  # takes the room that there is
+PAGE = "calc(100vw - 24px)"  # the width of the page within its margins
+REST = {"flex": "1 1 600px", "min-width": "0", "max-width": PAGE, "overflow-x": "auto"}  # of a line; may be scrolled
+WRAPPED = {"flex-wrap": "wrap"}  # what does not fit into a line begins a new one
 STEPS = 40  # of the slider in a decade of speed
 SPEED_LABEL = "return Number(Math.pow(10, tick).toPrecision(3)) + ' m/s'"  # JavaScript: the slider is over log10 v
 MARK = "#00b7c7"  # visible on white, blue, red and black
@@ -29,12 +34,12 @@ FIELDS = {
     "pressure": ("Contact pressure", "σ", "Pa"),
     "temperature": ("Temperature", "T", "K"),
 }
-# title, letter and SI unit along x, letter and SI unit along y
+# title, formula and SI unit along x, formula and SI unit along y
 CURVES = {
-    CORRELATION: ("Stress correlation g_σ(r)", "r", "m", "g_σ", "Pa^2"),
-    "flash_temperature": ("Flash temperature", "v", "m/s", "T_flash", "K"),
-    "flash_width": ("Hot-spot width", "v", "m/s", "D_flash", "m"),
-    "slope_length": ("Slope length", "v", "m/s", "d_flash", "m"),
+    CORRELATION: (r"Stress correlation $$g_\sigma(r)$$", "r", "m", r"g_\sigma", "Pa^2"),
+    "flash_temperature": ("Flash temperature", "v", "m/s", r"T_\mathrm{flash}", "K"),
+    "flash_width": ("Hot-spot width", "v", "m/s", r"D_\mathrm{flash}", "m"),
+    "slope_length": ("Slope length", "v", "m/s", r"d_\mathrm{flash}", "m"),
 }
 LEGEND = {"label_text_font_size": "11px", "border_line_color": None, "background_fill_alpha": 0.6}
 STYLE = {
@@ -50,6 +55,12 @@ THEME = Theme(json={"attrs": STYLE})
 def empty_source(*names: str) -> models.ColumnDataSource:
     """Return a source of data whose columns are empty."""
     return models.ColumnDataSource({name: [] for name in names})
+
+
+def formula(symbol: str, unit: str) -> str:
+    """Return a symbol with the shown form of its SI unit, to be set as a formula; text beside one loses its "µ"."""
+    letters = re.sub(r"[A-Za-z]+", r"\\mathrm{\g<0>}", shown(unit)[0])
+    return f"$${symbol},\\ {letters}$$".replace("µ", r"\mu ").replace("²", "^2")
 
 
 def upright(location: float | None, colour: str, **style: Any) -> models.Span:
@@ -103,7 +114,7 @@ class Controls:
         labels = ["colours of the cell", "of the view"]
         self.colours_of = models.RadioButtonGroup(labels=labels, active=0, name="colours")
         colours = column(plain_text("", "colours"), self.colours_of)
-        self.row = row(self.level, self.member, self.slider, self.speed, self.angle, colours)
+        self.row = row(self.level, self.member, self.slider, self.speed, self.angle, colours, styles=WRAPPED)
 
 
 class MapPanel:
@@ -144,7 +155,7 @@ class LinePanels:
         for name in FIELDS:
             last = name == "temperature"
             options = {"x_range": self.figures[0].x_range} if self.figures else {}
-            options |= {"width": 690, "height": 150 if last else 112, "tools": "xpan,xwheel_zoom,reset"}
+            options |= WIDE | {"max_width": 690, "height": 150 if last else 112, "tools": "xpan,xwheel_zoom,reset"}
             plot = figure(name=f"profile_{name}", **options)
             plot.extra_y_ranges = {"share": models.Range1d(0, 1)}
             # bars, since a stepped area without points hangs BokehJS 3.9
@@ -179,7 +190,8 @@ class DistributionPanel:
 
     def __init__(self) -> None:
         tools = "xpan,xwheel_zoom,reset"
-        self.figure = figure(width=560, height=374, tools=tools, x_axis_label="T, K", name="distribution")
+        options = WIDE | {"max_width": 560, "height": 374, "tools": tools}
+        self.figure = figure(x_axis_label=formula("T", "K"), name="distribution", **options)
         self.bins = empty_source("left", "right", "area", "middle", "heat")
         self.flash = upright(None, HEAT, line_dash="dashed", line_width=2)
         self.figure.add_layout(self.flash)
@@ -196,7 +208,7 @@ class DistributionPanel:
         self.bins.data = {"left": edges[:-1], "right": edges[1:], "area": area, "middle": middle, "heat": heat}
         self.flash.location = contact.flash_temperature
         self.figure.title.text = (
-            f"In the contact: ⟨Tσ⟩/⟨σ⟩ = {contact.flash_temperature:.4g} K (dashed), "
+            f"In the contact: ⟨Tσ⟩/⟨σ⟩ = {contact.flash_temperature:.4g} K (dashed),\n"
             f"mean {contact.mean_temperature:.4g} K, highest {contact.max_temperature:.4g} K"
         )
 
@@ -209,9 +221,9 @@ class CurvePanel:
         self.x_factor, self.factor = shown(x_si)[1], shown(y_si)[1]
         self.over_speed = name != CORRELATION
         kind = "log" if self.over_speed else "linear"
-        axes = {"x_axis_label": with_unit(x, x_si), "y_axis_label": with_unit(y, y_si)}
+        axes = {"x_axis_label": formula(x, x_si), "y_axis_label": formula(y, y_si)}
         axes |= {"x_axis_type": kind, "y_axis_type": kind}
-        self.figure = figure(title=title, width=330, height=270, tools="pan,wheel_zoom,box_zoom,reset", **axes)
+        self.figure = figure(title=title, width=312, height=270, tools="pan,wheel_zoom,box_zoom,reset", **axes)
         self.sources = {"theory": empty_source("x", "y")}
         line = {"color": THEORY, "line_width": 1.5, "legend_label": "theory"}
         self.figure.line("x", "y", source=self.sources["theory"], **line)
@@ -278,19 +290,25 @@ class Layout:
         large = {"font-size": "16px", "font-weight": "bold"}
         heading = plain_text("heading", run.scene.title or str(run.folder), **large)
         scene = small_text("scene", scene_text(run))
-        scene.width = 560
+        scene.styles = scene.styles | {"overflow-x": "auto", "max-width": f"min(560px, {PAGE})"}
         tabs = [models.TabPanel(child=text, title=f"error budget, {name}") for name, text in self.budgets.items()]
         self.root = column(
-            row(heading, self.state, self.busy, spacing=16),
+            row(heading, self.state, self.busy, spacing=16, styles=WRAPPED),
             self.problems,
             self.controls.row,
-            row(*(panel.figure for panel in self.maps.values())),
+            row(*(panel.figure for panel in self.maps.values()), styles=WRAPPED),
             self.values,
-            row(column(*self.line.figures), self.distribution.figure),
+            row(
+                column(*self.line.figures, styles={"flex": "1 1 340px", "max-width": "690px"}, **WIDE),
+                column(self.distribution.figure, styles={"flex": "1 1 340px", "max-width": "560px"}, **WIDE),
+                styles=WRAPPED,
+                **WIDE,
+            ),
             self.film,
-            row(*(panel.figure for panel in self.curves.values())),
-            row(scene, models.Tabs(tabs=tabs), spacing=30),
+            row(*(panel.figure for panel in self.curves.values()), styles=WRAPPED),
+            row(scene, models.Tabs(tabs=tabs, styles=REST), spacing=30, styles=WRAPPED, **WIDE),
             margin=(6, 10),
+            **WIDE,
         )
 
     def show_cell(self, lengths: tuple[float, float]) -> None:

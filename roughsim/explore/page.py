@@ -1,5 +1,6 @@
 """One open page: what its controls do. Bokeh calls the methods; slow work is done in threads."""
 
+import time
 from asyncio import to_thread
 from collections.abc import Callable
 from functools import partial
@@ -22,15 +23,20 @@ from roughsim.explore.content import (
     line_through,
     load_fields,
     nearest_point,
+    usual_seconds,
 )
 from roughsim.explore.film import FilmView
 from roughsim.explore.layout import FIELDS, THEME, Layout
 from roughsim.grid import Grid
 from roughsim.heat.statistics import hottest_pixel
+from roughsim.show.text import clock
 
 PERIOD = 2000  # ms between looks for new members
-NO_ICON = (
-    '{% block preamble %}<link rel="icon" href="data:,">{% endblock %}'  # or browsers ask for an icon at another path
+TURN = 300  # ms between two states of the bar
+BAR = 20  # letters of it
+HEAD = (  # without an icon browsers ask for one at another path; a telephone takes its own width
+    '{% block preamble %}<link rel="icon" href="data:,">'
+    '<meta name="viewport" content="width=device-width, initial-scale=1">{% endblock %}'
 )
 
 
@@ -79,6 +85,8 @@ class Page:
         self.point: tuple[int, int] | None = None  # that is marked
         self.maps: dict[str, tuple[Field, Grid, Ends]] = {}  # by name: a field, its grid, its lowest and highest value
         self.summary: Summary | None = None
+        self.began: float | None = None  # when fields that were not kept began to be computed, by `time.monotonic`
+        self.usual = 0.0  # s that this takes
         self._setting_controls = False
         self.layout = Layout(watched.run, self.speed)
         self.news, self.readings, self.temperatures, self.images = (LatestTask(document, self.say) for _ in range(4))
@@ -90,9 +98,10 @@ class Page:
             self.layout.film.children = [self.film.root]
         self._connect()
         document.title = f"roughsim: {scene.title or watched.run.folder.name}"
-        document.template, document.theme = NO_ICON, THEME
+        document.template, document.theme = HEAD, THEME
         document.add_root(self.layout.root)
         document.add_periodic_callback(self.look_for_news, PERIOD)
+        document.add_periodic_callback(self.turn_bar, TURN)
         self.look_for_news()
 
     def _connect(self) -> None:
@@ -121,7 +130,7 @@ class Page:
         lines = [str(problem)] if str(problem) else []
         self.layout.problems.text = "\n".join([*lines, *(self.summary.problems if self.summary else [])])
         if lines:
-            self.layout.busy.text = ""
+            self.began, self.layout.busy.text = None, ""
 
     # the run
 
@@ -152,7 +161,7 @@ class Page:
         level = int(self.layout.controls.level.value)
         sound, kept, member = self.summary.sound[level], self.summary.kept[level], self.layout.controls.member
         with_fields = set(kept)
-        member.options = [(str(i), str(i) if i in with_fields else f"{i} (fields not kept)") for i in sound]
+        member.options = [(str(i), str(i) if i in with_fields else f"{i} (computed again)") for i in sound]
         member.disabled = not sound
         if sound and member.value not in map(str, sound):
             member.value = str((kept or sound)[0])
@@ -165,18 +174,37 @@ class Page:
             self.choose_member()
 
     def choose_member(self) -> None:
-        """Read the fields of the chosen member."""
+        """Read the fields of the chosen member, or compute them again, with a bar that shows how far that is."""
         if not self.layout.controls.member.value:
             return
         level, index = int(self.layout.controls.level.value), int(self.layout.controls.member.value)
         self.member, self.temperature, self.point, self.maps = None, None, None, {}
         self.layout.clear()
         self.layout.busy.text = f"reading realization {index} …"
-        self.readings.ask(lambda: load_fields(self.watched.run, level, index), self.show_member)
+        kept = self.summary is not None and index in self.summary.kept[level]
+        self.began = None if kept else time.monotonic()
+        self.usual = usual_seconds(self.watched.run, level)
+        self.turn_bar()
+
+        def show(member: MemberFields) -> None:
+            if (str(level), str(index)) == (self.layout.controls.level.value, self.layout.controls.member.value):
+                self.show_member(member)  # and no other was chosen meanwhile
+
+        self.readings.ask(lambda: load_fields(self.watched.run, level, index), show)
+
+    def turn_bar(self) -> None:
+        """Show how far the computation of fields is, by the time that members of the level took."""
+        if self.began is None:
+            return
+        elapsed = time.monotonic() - self.began
+        done = min(elapsed / max(self.usual, 1e-9), 0.99)
+        bar = "█" * round(BAR * done) + "░" * (BAR - round(BAR * done))
+        left = f"about {clock(self.usual - elapsed)} left" if elapsed < self.usual else "any moment now"
+        self.layout.busy.text = f"{bar} these fields were not kept and are computed again, {left}"
 
     def show_member(self, member: MemberFields) -> None:
         """Show a member that has been read; its temperature follows."""
-        self.member, highest = member, float(np.abs(member.heights).max())
+        self.began, self.member, highest = None, member, float(np.abs(member.heights).max())
         self.layout.show_cell(member.grid.lengths)
         pressures = float(member.pressure.min()), float(member.pressure.max())
         self.maps = {

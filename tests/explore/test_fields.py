@@ -1,11 +1,14 @@
 """The fields of one member: the temperature at any speed, and its quick preview."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+import roughsim as rs
 from roughsim import fourier
 from roughsim.explore import content
-from roughsim.explore.content import load_fields
+from roughsim.explore.content import load_fields, usual_seconds
 
 
 def test_long_waves_of_the_previewed_temperature_are_those_of_the_whole(capped_run, monkeypatch):
@@ -32,6 +35,16 @@ def test_the_temperature_of_the_page_is_that_of_the_run(capped_run):
         np.testing.assert_array_equal(member.temperature(speed, direction, preview=True).field, field)
 
 
-def test_a_field_that_was_not_kept_says_how_to_come_by_it(capped_run):
-    with pytest.raises(ValueError, match=r"fields of realization 3 at level 2; .*--keep-fields 4.*index=3"):
-        load_fields(capped_run, 2, 3)
+def test_fields_that_were_not_kept_are_those_that_a_run_would_have_kept(capped_run, tmp_path):
+    assert capped_run.kept(2) == [0]
+    more = replace(capped_run.numerics, keep_fields=4)
+    other = rs.run(capped_run.scene, tmp_path / "run", numerics=more, max_realizations=4)
+    kept, again = load_fields(other, 2, 3), load_fields(capped_run, 2, 3)
+    np.testing.assert_array_equal(again.heights, kept.heights)
+    np.testing.assert_array_equal(again.pressure, kept.pressure)
+    assert again.pressure.dtype == kept.pressure.dtype
+
+
+def test_a_member_takes_the_time_that_others_took(capped_run):
+    times = [sum(member.provenance["seconds"].values()) for key, member in capped_run.members.items() if key[0] == 2]
+    assert usual_seconds(capped_run, 2) == pytest.approx(np.median(times))

@@ -105,13 +105,13 @@ def test_the_curves_are_those_of_the_member(view, film):
 def test_it_plays_from_the_start_to_the_end_and_stops(view):
     view.play.active = True  # from the end it begins anew
     assert view.slider.value == 0
-    assert len(view.document.session_callbacks) == 2  # that of the page, which looks for news, and this
+    assert len(view.document.session_callbacks) == 3  # those of the page, for news and for its bar, and this
     for _ in range(40):
         if view.play.active:
             view.turn()
     assert view.slider.value == view.slider.end
     assert not view.play.active
-    assert len(view.document.session_callbacks) == 1
+    assert len(view.document.session_callbacks) == 2
     view.slider.value = 3
     view.play.active = True
     view.play.active = False

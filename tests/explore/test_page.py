@@ -246,17 +246,34 @@ def test_a_click_reads_off_the_full_field(page, capped_run):
     np.testing.assert_allclose(data["pressure"], fields["pressure"][:, 80] * factor, rtol=1e-6)
 
 
-def test_fields_that_were_not_kept_say_how_to_keep_them(page):
-    options = dict(page.layout.controls.member.options)
+def test_fields_that_were_not_kept_are_computed_again_with_a_bar(page, capped_run, monkeypatch):
+    options, texts = dict(page.layout.controls.member.options), []
     assert options["0"] == "0"
-    assert options["3"] == "3 (fields not kept)"
+    assert options["3"] == "3 (computed again)"
+    page.layout.busy.on_change("text", lambda attr, old, new: texts.append(new))
     page.layout.controls.member.value = "3"
-    assert "--keep-fields 4" in page.layout.problems.text
+    assert "░" * 15 in texts[1]
+    assert "these fields were not kept and are computed again, about" in texts[1]
+    assert page.layout.problems.text == page.layout.busy.text == ""
+    solved = rs.realize(capped_run.scene, capped_run.numerics, seed=capped_run.seed, level=2, index=3)
+    np.testing.assert_array_equal(page.member.pressure, solved.contact.pressure.astype(np.float32))
+    page.turn_bar()  # nothing is computed now
     assert page.layout.busy.text == ""
-    assert image(page)["image"] == []
     page.layout.controls.member.value = "0"
-    assert page.layout.problems.text == ""
-    assert len(image(page)["image"]) == 1
+    assert "computed again" not in texts[-2]
+
+
+def test_the_bar_fills_with_the_time_that_has_passed(page, monkeypatch):
+    monkeypatch.setattr(page_module.time, "monotonic", lambda: 130.0)
+    page.began, page.usual = 100.0, 60.0
+    page.turn_bar()
+    assert page.layout.busy.text.startswith("█" * 10 + "░" * 10 + " ")
+    assert page.layout.busy.text.endswith("about 30 s left")
+    page.usual = 10.0
+    page.turn_bar()
+    assert page.layout.busy.text.endswith("any moment now")
+    page.say("it failed")
+    assert (page.began, page.layout.busy.text) == (None, "")
 
 
 def test_another_level_shows_its_own_fields(page, capped_run):
