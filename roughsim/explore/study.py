@@ -11,7 +11,7 @@ from bokeh.palettes import viridis
 from bokeh.plotting import figure
 
 from roughsim.explore.layout import THEME, plain_text
-from roughsim.explore.page import NO_ICON, LatestTask
+from roughsim.explore.page import HEAD, LatestTask
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.show.table import shown, with_unit
 from roughsim.show.text import plain
@@ -45,7 +45,7 @@ class StudyPage:
             column(head, self.state, self.controls, self.plot, self.problems, sizing_mode="stretch_width")
         )
         document.title = f"roughsim: {title}"
-        document.template, document.theme = NO_ICON, THEME
+        document.template, document.theme = HEAD, THEME
         document.add_periodic_callback(self.look_for_news, PERIOD)
         self.draw()
 
