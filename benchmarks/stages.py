@@ -39,9 +39,9 @@ STAGES = {
     "moments": ["observables.moments:measure"],
     "members written": ["store.member_files:write_member"],
     "members read": ["results.reader:Reader.take", "results.reader:Reader.spectra"],
-    "targets looked at": ["results.run:Run._last"],
+    "targets looked at": ["results.stopping:last_needed"],
     "hand-out": ["ensemble.run:run"],
-    "comparison": ["comparison.compare:compare", "comparison.tables:comparison_table"],
+    "comparison": ["comparison.compare:compare", "comparison.compare:comparison_table"],
     "theory of plan and comparison": [
         "prediction:predictions",
         "prediction:mode_sums",
@@ -90,6 +90,16 @@ class Clock:
         return call
 
 
+def found(place: str) -> tuple[Any, str]:
+    """Return the module or class that holds a function, and the name of the function there."""
+    module, _, name = place.partition(":")
+    owner: Any = import_module(f"roughsim.{module}")
+    *classes, name = name.split(".")
+    for part in classes:
+        owner = getattr(owner, part)
+    return owner, name
+
+
 def watch(clock: Clock) -> None:
     """Replace the functions of all stages, the transforms and the kernels, wherever the package has them by name."""
     watched = {place: stage for stage, places in STAGES.items() for place in places} | dict.fromkeys(
@@ -97,11 +107,7 @@ def watch(clock: Clock) -> None:
     )
     originals: dict[int, Any] = {}
     for place, stage in watched.items():
-        module, _, name = place.partition(":")
-        owner: Any = import_module(f"roughsim.{module}")
-        *classes, name = name.split(".")
-        for part in classes:
-            owner = getattr(owner, part)
+        owner, name = found(place)
         function = getattr(owner, name)
         originals[id(function)] = function, clock.timed(stage, function)
         setattr(owner, name, originals[id(function)][1])
