@@ -80,11 +80,12 @@ def chart(points: dict[str, list[dict[str, Any]]], title: str, path: Path) -> No
             axes.annotate(text, (x, y), (5, 5), textcoords="offset points", fontsize=8, color=colour)
     axes.set(xlabel="CPU time of plan, run and comparison, s", ylabel=f"total error of T_flash({SPEED:g} m/s), %")
     axes.set_title(title, fontsize=10)
-    for axis, ticks in ((axes.xaxis, (5, 10, 20, 50, 100, 200)), (axes.yaxis, (0.5, 0.7, 1, 1.5, 2, 3, 5))):
+    for axis, ticks in ((axes.xaxis, (1, 2, 3, 5, 10, 20, 50, 100, 200)), (axes.yaxis, (0.5, 0.7, 1, 1.5, 2, 3, 5))):
         axis.set_major_locator(FixedLocator(ticks))
         axis.set_major_formatter("{x:g}")
         axis.set_minor_locator(FixedLocator([]))
-    axes.set_xlim(5, 1.6 * max(*axes.get_xlim(), 30))
+    costs = [point["plan"] + point["run"] + point["compare"] for line in points.values() for point in line]
+    axes.set_xlim(0.7 * min(costs), 1.7 * max(costs))
     axes.set_ylim(min(*axes.get_ylim(), 0.7), max(*axes.get_ylim(), 2))
     axes.grid(visible=True, color="#dddddd", linewidth=0.6)
     axes.legend(frameon=False)
