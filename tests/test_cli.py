@@ -87,6 +87,7 @@ def test_new_prints_a_scene_to_start_from(capsys, tmp_path):
     assert out.split() == [*bundled_scenes(), "blank"]
 
 
+@pytest.mark.slow
 def test_run_and_compare_a_scene_of_ones_own(capsys, tmp_path, capped_scene):
     path, folder = tmp_path / "scene.toml", tmp_path / "out"
     path.write_text(capped_scene.to_toml())
@@ -106,6 +107,7 @@ def test_run_and_compare_a_scene_of_ones_own(capsys, tmp_path, capped_scene):
     assert code == 0
 
 
+@pytest.mark.slow
 def test_the_demo_ends_with_a_picture(capsys, tmp_path):
     code, out, err = inside(capsys, "demo", "-o", tmp_path / "demo", "--workers", "1")
     assert code == 0
@@ -216,6 +218,7 @@ def test_an_interrupt_says_that_nothing_is_lost(capsys, tmp_path, monkeypatch):
         ("roughsim doct", ["doctor"]),
     ],
 )
+@pytest.mark.slow
 def test_the_shell_completes_verbs_and_scenes(typed, offered):
     code = "import sys; sys.argv = ['roughsim']; from roughsim.cli import main; main()"
     asked = {"_ROUGHSIM_COMPLETE": "complete_bash", "COMP_WORDS": typed, "COMP_CWORD": str(typed.count(" "))}

@@ -82,6 +82,7 @@ def solve(seed):
 
 
 @pytest.mark.parametrize("first", range(0, 60, 20))
+@pytest.mark.slow
 def test_random_lawful_problems_are_solved(first):
     for seed in range(first, first + 20):
         solve(seed)

@@ -103,6 +103,7 @@ def pressed(heights, grid, threads):
 
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
 @pytest.mark.parametrize("start", ["spawn", "fork"])
+@pytest.mark.slow
 def test_a_new_process_gives_the_same_bits(start):
     heights, grid = rough(520)
     expected = pressed(heights, grid, 2)  # leaves a pool of threads, which a fork does not inherit

@@ -185,6 +185,7 @@ def test_a_target_out_of_reach_ends_at_the_last_realization(quick, tmp_path):
     assert not run.target_met
 
 
+@pytest.mark.slow
 def test_a_planned_run_goes_on_with_what_it_began_with(tmp_path, monkeypatch):
     # the stride of fine levels depends on when the run is to stop; a longer run is still the same run
     from roughsim.ensemble import run as ensemble_run

@@ -155,6 +155,7 @@ def test_pictures_are_of_the_runs_cell(half_run):
     assert g[0] == pytest.approx(np.mean(variance), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_comparison_has_the_modes_of_the_runs_cell_up_to_the_highest_cut_off(capped_scene, tmp_path):
     # 128 points in the run's cell hold q_max, 64 would not
     fine = replace(FINE, q_max=1.5e5)

@@ -68,6 +68,7 @@ def assert_same(run, other):
             np.testing.assert_array_equal(mine.curves[name], values)
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_in_a_march_ends_the_run_with_a_sentence_and_the_next_goes_on(sliding_run, tmp_path):
     with Dying() as pool, pytest.raises(RuntimeError, match=r"workers of the executor died .* the same call goes on"):
         rs.run(sliding_scene(), tmp_path / "run", executor=pool)
@@ -78,6 +79,7 @@ def test_a_worker_that_dies_in_a_march_ends_the_run_with_a_sentence_and_the_next
     assert_same(again, sliding_run)
 
 
+@pytest.mark.slow
 def test_a_march_that_never_comes_back_is_waited_for_as_long_as_marches_take(sliding_run, tmp_path, monkeypatch):
     monkeypatch.setattr(tasks, "LEAST_WAIT", 0.01)
     monkeypatch.setattr(tasks, "LONGEST_WAITS", 2.0)

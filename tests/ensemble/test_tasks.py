@@ -139,6 +139,7 @@ def test_an_error_ends_the_workers_at_once_and_leaves_a_given_executor_alone():
     assert multiprocessing.active_children() == others
 
 
+@pytest.mark.slow
 def test_own_workers_may_start_before_they_are_asked_for():
     with workers.Workforce(2, None) as force:
         force.start()

@@ -71,6 +71,7 @@ def test_nothing_is_biased_where_a_common_slope_would_be():
 
 @pytest.mark.statistical
 @pytest.mark.parametrize("n", [8, 12, 24])
+@pytest.mark.slow
 def test_intervals_hold_the_mean_as_often_as_they_say(n):
     # 80 % of the variance follows the skewness; the half-width is Student's, times √(1 + 2/f)
     rng, held, width = np.random.default_rng(7), 0, []

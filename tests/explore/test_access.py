@@ -148,6 +148,7 @@ def test_two_tokens_are_never_the_same(served, capped_run):
         other.end()
 
 
+@pytest.mark.slow
 def test_with_the_token_the_page_is_read_and_nothing_else_is_done(served):
     root = f"/{served.gate.token}/"
     for name in ("127.0.0.1", "localhost", "LocalHost", "[::1]"):

@@ -296,6 +296,7 @@ def test_curves_show_bands_of_the_total_error_over_the_theory(page, capped_run):
     assert "flash_temperature" in page.layout.budgets["capped"].text
 
 
+@pytest.mark.slow
 def test_a_page_of_an_empty_run_fills_as_members_come(capped_run, opened, tmp_path):
     folder = Path(shutil.copytree(capped_run.folder, tmp_path / "copy"))
     aside = folder.with_name("aside")
@@ -322,6 +323,7 @@ def test_a_page_of_an_empty_run_fills_as_members_come(capped_run, opened, tmp_pa
     assert "2 of about 6 realizations" in page.layout.state.text  # as `status` counts
 
 
+@pytest.mark.slow
 def test_a_title_is_text_and_never_html(watched):
     run = copy(watched.run)
     for title in ("<img src=http://far.away/x>", "$$\\frac{$$", "[bold]x[/nope]"):
@@ -336,6 +338,7 @@ def test_a_title_is_text_and_never_html(watched):
         assert all(place.render_as_text for place in texts)
 
 
+@pytest.mark.slow
 def test_a_field_of_half_the_cell_fills_the_view_and_says_its_size(capped_scene, tmp_path, monkeypatch):
     half = {"column": "capped", "shape": (32, 32), "q_max": 5e4, "cell": "half"}
     levels = ({"column": "capped", "shape": (64, 64), "q_max": 5e4}, half, half | {"shape": (64, 64), "q_max": 1e5})

@@ -68,6 +68,7 @@ def test_a_folder_that_is_no_run_starts_no_server(tmp_path, monkeypatch):
         server.start(tmp_path)
 
 
+@pytest.mark.slow
 def test_the_page_is_served_with_its_own_scripts_until_it_is_stopped(loop, capped_run, monkeypatch):
     found = {}
 

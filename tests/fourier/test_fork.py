@@ -41,6 +41,7 @@ FORK = """
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.slow
 def test_a_forked_process_transforms_on_though_the_threads_of_its_parent_are_gone():
     free = {name: value for name, value in os.environ.items() if name != "OMP_NUM_THREADS"}
     code = [sys.executable, "-W", "ignore", "-c", textwrap.dedent(FORK)]

@@ -316,6 +316,7 @@ def test_plans_are_made_from_many_python_threads_at_a_time():
 
 
 @pytest.mark.skipif(plans.pyfftw is None, reason="there is no FFTW")
+@pytest.mark.slow
 def test_transforms_load_no_dask_and_leave_it_to_those_who_want_it():
     code = """
         import sys

@@ -156,6 +156,7 @@ def test_a_body_on_an_insulating_counterface_takes_a_table_too(capped_scene):
     assert warm[-1] < 55.0
 
 
+@pytest.mark.slow
 def test_a_table_goes_from_the_plan_to_the_comparison(quick, tmp_path):
     """The measured share and the ratios are those of the run with the numbers of each speed."""
     rule = {"heat_partition": "total", "duration": 2e-5}

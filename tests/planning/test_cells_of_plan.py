@@ -86,6 +86,7 @@ def test_contact_that_does_not_yield_stays_in_the_runs_cell(monkeypatch, name):
 
 
 @pytest.mark.parametrize(("waves", "half"), [(3.9, False), (4.0, True), (8.0, True)])
+@pytest.mark.slow
 def test_a_short_cell_is_not_halved(monkeypatch, waves, half):
     scene = rs.load_scene("steel-1.2GPa")
     scene = replace(scene, numerics=replace(scene.numerics, lengths=(waves * WAVE, waves * WAVE)))

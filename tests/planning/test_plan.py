@@ -19,6 +19,7 @@ TOP = {"steel-0.5GPa": 16, "steel-1.2GPa": 16, "steel-2.0GPa": 8}  # over q_y, f
 
 
 @pytest.mark.parametrize("name", YIELD)
+@pytest.mark.slow
 def test_steel_is_planned_from_where_it_yields(name):
     numerics = rs.plan(rs.load_scene(name))
     coarse, fine = (numerics.levels[i] for i in numerics.of_column("smoothed"))

@@ -66,6 +66,7 @@ def test_a_slip_of_a_unit_is_told_in_one_line_with_its_value_and_the_limit(slip)
     assert all("check" in line and "\n" not in line and len(line) < 320 for line in lines)
 
 
+@pytest.mark.slow
 def test_bundled_scenes_say_no_more_than_what_is_so():
     told = {name: [line[:14] for line in judge(rs.load_scene(name)).warnings] for name in bundled_scenes()}
     share, steep = "the heat share", "rms slope = 0."

@@ -151,6 +151,7 @@ def test_a_table_of_equal_values_is_the_number_to_the_last_bit(quick):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
+@pytest.mark.slow
 def test_a_run_is_the_runs_of_its_speeds_with_their_numbers(quick, tmp_path):
     """Moments, theory, fields and shares at each speed are those of the scene with μ of that speed as a number."""
     scene = with_friction(quick, over([300, 2000], [0.3, 0.02]), heat_partition="total", duration=2e-5)

@@ -25,6 +25,7 @@ def test_a_missing_member_in_the_middle_is_named_and_what_follows_is_said(folder
     assert any(note.startswith(said) for note in comparison_table(rs.compare(run)).notes)
 
 
+@pytest.mark.slow
 def test_files_and_pages_of_a_run_with_a_gap_are_not_shorter_without_a_word(folder, tmp_path, capsys):
     (folder / "realizations" / "L0-000003.h5").unlink()
     for words in (["export", str(folder), "-o", str(tmp_path / "a.h5")], ["plot", str(folder), "spectrum"]):

@@ -76,6 +76,7 @@ def expected(case):
 
 
 @pytest.mark.parametrize("case", CASES)
+@pytest.mark.slow
 def test_xarray_finds_names_axes_and_units(files, case):
     xarray = pytest.importorskip("xarray")
     pytest.importorskip("h5netcdf")

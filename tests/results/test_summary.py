@@ -233,6 +233,7 @@ def test_a_run_stops_where_prefixes_that_are_tried_afresh_say(folder, monkeypatc
         assert again.target_met
 
 
+@pytest.mark.slow
 def test_a_long_run_stops_at_the_first_look_that_meets_the_target_as_it_grows_and_when_it_is_opened(quick, tmp_path):
     count = 300
     run = rs.run(quick, tmp_path / "run", max_realizations=1)

@@ -49,6 +49,7 @@ lines = st.one_of(
 
 @settings(max_examples=100, **STEADY)
 @given(st.sampled_from(bundled_scenes()), st.lists(st.tuples(st.integers(0, 60), lines), min_size=1, max_size=4))
+@pytest.mark.slow
 def test_any_lines_in_a_scene_make_a_scene_or_one_line_of_refusal(name, edits):
     text = [line.split("  #")[0] for line in scene_text(name).splitlines()]
     for place, line in edits:

@@ -99,6 +99,7 @@ def test_numerics_show_their_levels(capped_run):
         assert words in text
 
 
+@pytest.mark.slow
 def test_printing_a_comparison_is_the_table_of_the_command_line(capped_run, capsys):
     from roughsim.cli import main
 

@@ -158,6 +158,7 @@ def test_blocks_are_means():
     assert in_blocks(field, (2, 2)).tolist() == [[4.0, 7.0], [16.0, 19.0]]
 
 
+@pytest.mark.slow
 def test_its_picture_has_four_positions_in_both_fields(sliding_run, tmp_path):
     text = plot_run(sliding_run, "film", tmp_path / "one.svg", speed=1.0).read_text()
     for words in ("after 63.2 µm", "after 379 µm", "after 695 µm", "after 1.01 mm", "1 m/s", "realization 0", ", GPa"):

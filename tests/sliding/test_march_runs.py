@@ -100,6 +100,7 @@ def test_the_lives_of_spots_are_those_of_the_contacts_on_the_way(run):
     assert run.curves()["slide_spot_survival"][1] == pytest.approx(expected, nan_ok=True)
 
 
+@pytest.mark.slow
 def test_members_of_an_older_version_without_a_curve_are_read_with_newer_ones(run, tmp_path):
     shutil.copytree(run.folder, tmp_path / "run")
     old = read_member(member_path(run.folder, MARCH, 0), with_fields=True)
@@ -166,6 +167,7 @@ def test_a_lost_and_a_damaged_march_are_computed_again_to_the_bit(run, tmp_path)
             np.testing.assert_array_equal(new.curves[name], old.curves[name])
 
 
+@pytest.mark.slow
 def test_two_processes_make_the_same_members(run, tmp_path):
     both = rs.run(sliding_scene(), tmp_path / "run", workers=2)
     for key, member in run.members.items():
@@ -187,6 +189,7 @@ def test_a_march_that_fails_is_told_and_leaves_the_frozen_columns_alone(tmp_path
     assert run.estimate("heat_partition", "sliding").n == 1
 
 
+@pytest.mark.slow
 def test_with_a_duration_each_speed_is_read_at_its_own_distance(tmp_path):
     # 35 m/s slides 1 mm meanwhile, 14 m/s .4 mm
     history = f'history = "sliding"\nduration = {1e-3 / 35}'
