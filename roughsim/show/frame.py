@@ -5,10 +5,11 @@ from importlib import import_module
 from typing import Any
 
 
-def data_frame(rows: Sequence[Mapping[str, Any]], index: str) -> Any:
-    """Return rows as a `pandas.DataFrame` with the column `index` as its index; ImportError without pandas."""
+def data_frame(rows: Sequence[Mapping[str, Any]], index: str | None = None) -> Any:
+    """Return rows as a `pandas.DataFrame`, with a column as its index if one is named; ImportError without pandas."""
     try:
         pandas = import_module("pandas")
     except ImportError:
         raise ImportError("pandas is not installed; type: pip install pandas") from None
-    return pandas.DataFrame([dict(row) for row in rows]).set_index(index)
+    frame = pandas.DataFrame([dict(row) for row in rows])
+    return frame if index is None else frame.set_index(index)

@@ -1,7 +1,6 @@
 """`Study`: the folder of a study as it stands, its runs, and its results as one tidy table and as arrays."""
 
 from collections.abc import Iterator
-from importlib import import_module
 from itertools import pairwise
 from math import log
 from pathlib import Path
@@ -17,6 +16,8 @@ from roughsim.results.answers import TAIL, answers
 from roughsim.results.arrays import Labelled
 from roughsim.results.folder import folder_state, open_run
 from roughsim.results.run import Run
+from roughsim.show.frame import data_frame
+from roughsim.show.markup import in_notebook
 from roughsim.show.table import json_value
 from roughsim.studies.folder import read
 from roughsim.studies.vary import Point, short_names
@@ -140,11 +141,12 @@ class Study:
 
     def to_dataframe(self) -> Any:
         """Return the tidy table as a `pandas.DataFrame`; ImportError without pandas."""
-        try:
-            pandas = import_module("pandas")
-        except ImportError:
-            raise ImportError("pandas is not installed; type: pip install pandas") from None
-        return pandas.DataFrame(list(self.rows()))
+        return data_frame(list(self.rows()))
+
+    def _repr_html_(self) -> str:
+        from roughsim.studies.tables import study_table
+
+        return in_notebook(study_table(self))
 
     def trends(self, observable: str = "flash_temperature", column: str | None = None) -> Iterator[dict[str, Any]]:
         """Go through the changes of an observable between neighbours along each varied number, all else the same.
