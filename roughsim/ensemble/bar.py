@@ -29,22 +29,13 @@ class PatientConsole(PlainConsole):
 
 
 class Progress:
-    """A bar on a terminal or in a notebook, or five lines in all in a file or pipe.
+    """A bar on a terminal, or five lines in all in a file or pipe; one that is closed or full does not stop the run."""
 
-    One that is closed or full does not stop the run. `in_cell` shows the bar below the cell of a notebook.
-    """
-
-    def __init__(self, console: PatientConsole, *, in_cell: bool = False):
+    def __init__(self, console: PatientConsole):
         self.console = console
         count, left = (bars.TextColumn(text, markup=False) for text in ("{task.description}", "{task.fields[left]}"))
         self.bar = bars.Progress(count, bars.BarColumn(), left, console=console, disable=not console.is_terminal)
         self.task = self.bar.add_task("planning", total=None, left="")
-        # in a notebook rich would need another package to draw its bar anew; a cell can show a new one by itself
-        self.cell: Any = None
-        if in_cell:
-            self.cell = import_module("IPython.display").display(
-                self.bar.make_tasks_table(self.bar.tasks), display_id=True
-            )
         self.began = time.monotonic()
         self.first: int | None = None  # number of members before this process added any
         self.printed = -1  # realizations in the line that was printed last
@@ -61,9 +52,6 @@ class Progress:
         text = count_text(run) + reached(run)
         with suppress(OSError):
             self.bar.update(self.task, description=text, total=1.0, completed=min(members / expected, 1.0), left=left)
-        if self.cell is not None:
-            self.cell.update(self.bar.make_tasks_table(self.bar.tasks))
-            return
         # without a bar: five lines in all, and no count twice
         if self.bar.disable and count and count % max(needed // 5, 1) == 0 and count != self.printed:
             self.printed = count
@@ -77,16 +65,31 @@ def in_notebook() -> bool:
 
 
 @contextmanager
-def shown_in_notebook(observer: Callable[[Run], None] | None) -> Iterator[Callable[[Run], None] | None]:
-    """Show a bar below the cell of a notebook, and yield what updates it and calls `observer`; elsewhere that alone."""
+def shown_in_notebook(
+    observer: Callable[[Run], None] | None, make: Callable[[PatientConsole], Any] = Progress
+) -> Iterator[Callable[[Run], None] | None]:
+    """Show a bar below the cell of a notebook, and yield what updates it and calls `observer`; elsewhere that alone.
+
+    `make` returns what has a `bar` of rich, and `update`, which is called with a run.
+    """
     if not in_notebook():
         yield observer
         return
-    bar = Progress(PatientConsole(), in_cell=True)
+    console = PatientConsole()
+    console.quiet = True  # the cell shows all
+    shown = make(console)
+    # rich would need another package to draw its bar anew; a cell can show a new one by itself
+    cell: Any = import_module("IPython.display").display(table_of(shown.bar), display_id=True)
 
     def update(run: Run) -> None:
-        bar.update(run)
+        shown.update(run)
+        cell.update(table_of(shown.bar))
         if observer is not None:
             observer(run)
 
     yield update
+
+
+def table_of(bar: bars.Progress) -> Any:
+    """Return a bar as it is now, as something that a cell can show."""
+    return bar.make_tasks_table(bar.tasks)

@@ -88,11 +88,18 @@ def study(
     target = None if target_error is None else float(TARGET(target_error, "target_error"))
     folder = Path(folder)
     write(folder, Description(scenes[""], axes, target))
-    with stopped_by_signals() as check, Workforce(workers, executor) as force:
+    from roughsim.ensemble.bar import shown_in_notebook  # rich is slow to import
+    from roughsim.studies.bar import StudyProgress
+
+    with (
+        shown_in_notebook(observer, lambda console: StudyProgress(console, len(scenes) - 1)) as update,
+        stopped_by_signals() as check,
+        Workforce(workers, executor) as force,
+    ):
         if not any((folder / "points").iterdir()):
             force.start()  # while this process plans
         for group in begin_points(folder, {name: each for name, each in scenes.items() if name}, target):
-            complete(group, force, check, observer)
+            complete(group, force, check, update)
     return open_study(folder)
 
 

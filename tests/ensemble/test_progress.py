@@ -119,3 +119,15 @@ def test_workers_in_a_notebook_need_no_guard(quick, tmp_path):
     assert "4 of about 4 realizations" in bar["data"]["text/plain"]
     assert "<table>" in result["data"]["text/html"]
     assert rs.open_run(tmp_path / "run").realizations == 4
+
+
+def test_a_notebook_shows_one_bar_over_the_points_of_a_study(quick, tmp_path, monkeypatch, capfd):
+    cell = Cell()
+    kernel = SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=object()))
+    monkeypatch.setitem(sys.modules, "IPython", kernel)
+    monkeypatch.setitem(sys.modules, "IPython.display", cell)
+    short = aimed(quick, max_realizations=2)
+    rs.study(short, vary={"sliding.nominal_pressure": [5e7, 9e7]}, folder=tmp_path / "study")
+    assert "planning 2 points" in cell.shown[0]
+    assert "2 of 2 points finished" in cell.shown[-1]
+    assert capfd.readouterr() == ("", "")  # all is in the cell
