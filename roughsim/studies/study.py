@@ -19,7 +19,9 @@ from roughsim.results.run import Run
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import json_value
+from roughsim.show.terminal import table_text
 from roughsim.studies.folder import read
+from roughsim.studies.tables import dataset, draw_study, save_study, study_table
 from roughsim.studies.vary import Point, short_names
 
 
@@ -143,11 +145,6 @@ class Study:
         """Return the tidy table as a `pandas.DataFrame`; ImportError without pandas."""
         return data_frame(list(self.rows()))
 
-    def _repr_html_(self) -> str:
-        from roughsim.studies.tables import study_table
-
-        return in_notebook(study_table(self))
-
     def trends(self, observable: str = "flash_temperature", column: str | None = None) -> Iterator[dict[str, Any]]:
         """Go through the changes of an observable between neighbours along each varied number, all else the same.
 
@@ -213,13 +210,17 @@ class Study:
         """The keys that change together with one."""
         return next(axis.keys for axis in self.axes if key in axis.keys)
 
+    def __str__(self) -> str:
+        return table_text(study_table(self))
+
+    def _repr_html_(self) -> str:
+        return in_notebook(study_table(self))
+
     def to_xarray(self) -> Any:
         """Return every observable with its error over the varied keys, the column and the speed, as a Dataset.
 
         ImportError without xarray; ValueError if no point has a result, or the points have lists of other speeds.
         """
-        from roughsim.studies.tables import dataset
-
         return dataset(self)
 
     def save(self, path: str | Path) -> Path:
@@ -233,8 +234,6 @@ class Study:
 
         ValueError for another ending, or if the points do not make arrays.
         """
-        from roughsim.studies.tables import save_study
-
         return save_study(self, path)
 
     def chart(self, path: str | Path, observable: str = "flash_temperature") -> None:
@@ -249,8 +248,6 @@ class Study:
 
         ValueError for another ending or observable, or if no varied key is a number.
         """
-        from roughsim.studies.tables import draw_study
-
         draw_study(self, Path(path), observable)
 
 

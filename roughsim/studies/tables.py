@@ -59,7 +59,7 @@ def study_table(study: Any, observable: str = "flash_temperature") -> Table:
             slope = trends.get((point.name, name))
             cells.append(Number(slope["exponent"], "1", slope["exponent_error"]) if slope else "")
         rows.append(cells)
-    notes = [f"{study.finished} of {len(study.points)} points finished."]
+    notes = [f"{study.finished} of {len(study.points)} points finished.", *target_note(study)]
     if len(study.points) > MOST_ROWS:
         notes.append(f"The first {MOST_ROWS} points; `roughsim export` writes all, with all observables and speeds.")
     notes.append(f"{observable} at the highest speed of each point; ± total error, 95 %.")
@@ -69,6 +69,20 @@ def study_table(study: Any, observable: str = "flash_temperature") -> Table:
             "have the errors that both points share."
         )
     return Table(titles, rows, study.scene.title, notes)
+
+
+def target_note(study: Any) -> list[str]:
+    """Say how many points are within the total error that was asked for; nothing where none was."""
+    totals: dict[str, float] = {}
+    for point, run in study.results if study.target_error is not None else ():
+        estimate = run.estimate("flash_temperature")
+        relative = estimate.total_error[estimate.mean != 0.0] / np.abs(estimate.mean[estimate.mean != 0.0])
+        totals[point.name] = float(relative.max(initial=0.0))
+    if not totals:
+        return []
+    within, worst = sum(total <= study.target_error for total in totals.values()), max(totals, key=totals.__getitem__)
+    text = f"Total error of T_flash at most {100 * study.target_error:.3g} % at every speed: {within} points"
+    return [f"{text}; the largest is {100 * totals[worst]:.3g} %, at {worst}."]
 
 
 def number_of(row: dict[str, Any], observable: str) -> Number:

@@ -229,8 +229,24 @@ def test_the_table_for_people_has_a_row_for_each_point_in_readable_units(done):
     assert table.columns[0].title == "nominal pressure, MPa"
     assert isinstance(table.rows[0][-3], Number)
     assert "6 of 6 points finished." in table.notes
+    assert "6 of 6 points finished." in str(done)
+    assert "<table" in done._repr_html_()
     assert words_of("surface.hurst") == ("hurst", 1.0)
     assert words_of("surface.rms_height") == ("rms height, µm", 1e6)
+
+
+def test_the_table_says_how_many_points_are_within_the_total_error_asked_for(quick, tmp_path):
+    scene = replace(quick, ensemble=replace(quick.ensemble, max_realizations=24))
+    study = rs.study(scene, vary={"sliding.nominal_pressure": [1e8, 4e8]}, folder=tmp_path / "study", target_error=0.04)
+    worst = {}
+    for point, run in study.results:
+        estimate = run.estimate("flash_temperature")
+        hot = estimate.mean > 0.0
+        worst[point.name] = (estimate.total_error[hot] / estimate.mean[hot]).max()
+    within = sum(error <= 0.04 for error in worst.values())
+    (note,) = (note for note in study_table(study).notes if note.startswith("Total error"))
+    assert f"{within} points" in note
+    assert f"{100 * max(worst.values()):.3g} %" in note
 
 
 @pytest.mark.parametrize("observable", ["flash_temperature", "contact_fraction"])
