@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import chdtri, stdtrit
 
 from roughsim.grid import Array
-from roughsim.prediction import integrals, observables_of, predictions
+from roughsim.prediction import integrals, observables_of, over_speed
 from roughsim.scene import Scene
 
 FIRST = 10.0  # q over that of the first row: up to there the exponent of C(q) at long waves is fitted
@@ -24,17 +24,18 @@ Changes = dict[str, Array]  # of the logarithm of every observable, over speeds 
 
 
 @lru_cache(maxsize=64)
-def scan_error(scene: Scene) -> dict[str, Array]:
+def scan_error(scene: Scene, only: str = "") -> dict[str, Array]:
     """Return the relative 95 % error of every observable by the scans that C(q) was measured on.
 
-    NaN where the theory has no value, where nothing is known of the error, or where C(q) rises so steeply towards the
-    longest waves of the scans that longer ones would change the value without limit.
+    With `only` that of T_flash, or of another of `OVER_SPEED`, alone, in a fiftieth of the time. NaN where the theory
+    has no value, where nothing is known of the error, or where C(q) rises so steeply towards the longest waves of the
+    scans that longer ones would change the value without limit.
     """
-    squares = {name: np.zeros(values.shape) for name, values in predictions(scene).items()}
+    squares = {name: np.zeros(values.shape) for name, values in expected(scene, only).items()}
     for name in ("surface", "counterface"):
         face = getattr(scene, name)
         if face is not None and face.psd_source == "scan":
-            error = error_of_face(scene, name, face)
+            error = error_of_face(scene, name, face, only)
             squares = {key: square + error[key] ** 2 for key, square in squares.items()}
     # the error is one of logarithms: where a value is too low, what is missing is more than where it is too high
     return {key: np.expm1(np.sqrt(square)) for key, square in squares.items()}
@@ -47,13 +48,22 @@ def scan_part(scene: Scene, observable: str) -> Array | None:
 
 def scan_of_hottest(scene: Scene) -> float | None:
     """Return the error of the highest T_flash by the scans of C(q), NaN if unknown; None where there are no scans."""
-    errors = scan_part(scene, "flash_temperature")
-    return None if errors is None else float(errors[np.argmax(predictions(scene)["flash_temperature"])])
+    if not scene.scanned:
+        return None
+    name = "flash_temperature"
+    return float(scan_error(scene, name)[name][np.argmax(expected(scene, name)[name])])
 
 
-def error_of_face(scene: Scene, name: str, face: Any) -> Changes:
+def expected(scene: Scene, only: str) -> dict[str, Array]:
+    """Return every observable by the theory, or one of `OVER_SPEED` alone."""
+    if only:
+        return over_speed(scene, np.array(scene.speeds), names=(only,))
+    return observables_of(integrals(scene), scene)
+
+
+def error_of_face(scene: Scene, name: str, face: Any, only: str) -> Changes:
     """Return the error of the logarithms by the scans of one face, which stands in the section `name`."""
-    own = predictions(scene)
+    own = expected(scene, only)
     if face.psd_error is None:
         return {key: np.full(values.shape, np.nan) for key, values in own.items()}
     q, psd = np.array(face.psd).T
@@ -63,7 +73,7 @@ def error_of_face(scene: Scene, name: str, face: Any) -> Changes:
         """What another table changes."""
         rows = tuple(zip(at.tolist(), values.tolist(), strict=True))
         other = replace(scene, **{name: replace(face, psd=rows, psd_error=None)})
-        found = observables_of(integrals(other), other)
+        found = expected(other, only)
         with np.errstate(all="ignore"):  # 0/0 at rest
             return {key: np.where(own[key] == 0.0, 0.0, np.log(found[key] / own[key])) for key in own}
 

@@ -12,6 +12,7 @@ from roughsim.prediction.scans import scan_error, scan_of_hottest
 from roughsim.scene.sections import SurfaceSection
 from roughsim.surface.topography import combined, levelled, map_spectrum
 
+NAME = "flash_temperature"
 Q_MIN, SPEEDS = 6350.0, (0.001, 35.0)
 # heights of 10 pm: full contact, in which T_flash ∝ C; none of the waves is much longer than the rest
 FLAT = ((1e4, 1e-38), (2e4, 1e-32), (4e4, 1e-32))
@@ -80,6 +81,11 @@ def test_the_error_is_unknown_without_that_of_c_and_absent_without_scans(steel):
     assert not scan_error(steel)["flash_temperature"].any()
 
 
+def test_that_of_the_flash_temperature_alone_is_the_same(steel):
+    scene = with_errors(steel, FLAT, (0.1, 0.05, -0.1), (0.2, 0.1, 0.3), (0.1, 0.3, -0.1))
+    np.testing.assert_allclose(scan_error(scene, NAME)[NAME], scan_error(scene)[NAME], rtol=1e-9)
+
+
 def draws(kind, seeds, points, q_max):
     """Whether the stated error holds T_flash of the surface that a map of one longest wave was cut out of."""
     roll_off, exponent = kind
@@ -99,7 +105,7 @@ def draws(kind, seeds, points, q_max):
         )
         rows = tuple(zip(spectrum.q.tolist(), spectrum.psd.tolist(), strict=True))
         scan = with_errors(scene, rows, *map(tuple, error.tolist()))
-        found, stated = prediction.predictions(scan)["flash_temperature"], scan_error(scan)["flash_temperature"]
+        found, stated = prediction.predictions(scan)["flash_temperature"], scan_error(scan, NAME)[NAME]
         inside.append(~(np.abs(found - true) > stated * found))  # unknown holds everything
         errors.append(stated)
     return np.sum(inside, axis=0), np.array(errors)
