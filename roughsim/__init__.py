@@ -33,6 +33,7 @@ if TYPE_CHECKING:  # for type checkers; at run time each name is imported when i
     from roughsim.contact.patches import corrected_fractions as corrected_fractions
     from roughsim.contact.plasticity import follow_loads as follow_loads
     from roughsim.contact.plasticity import plastic_deformation as plastic_deformation
+    from roughsim.ensemble.press import press as press
     from roughsim.ensemble.run import run as run
     from roughsim.errors import ConvergenceError as ConvergenceError
     from roughsim.errors import RecordError as RecordError
@@ -85,6 +86,7 @@ _HOME = {
         "planning.plan": "plan",
         "planning.realization": "realize",
         "ensemble.run": "run",
+        "ensemble.press": "press",
         "results.folder": "open_run",
         "comparison.compare": "compare",
         "studies.work": "study",

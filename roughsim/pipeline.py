@@ -18,7 +18,7 @@ from threadpoolctl import ThreadpoolController
 from roughsim import fourier
 from roughsim.contact import Solid
 from roughsim.extensions import loaded
-from roughsim.grid import Grid
+from roughsim.grid import Field, Grid
 from roughsim.observables.moments import Sliding, measure
 from roughsim.observables.record import Measured
 from roughsim.surface.spectrum import Spectrum
@@ -60,9 +60,10 @@ class Solution(Measured):
 Solved = tuple[Problem, Solution]
 
 
-def solve_problem(problem: Problem, before: Solved | None = None) -> Solution:
+def solve_problem(problem: Problem, before: Solved | None = None, heights: Field | None = None) -> Solution:
     """Draw the surface, solve its contact and measure it; ConvergenceError if the contact misses the tolerance.
 
+    A surface of one's own may take the place of the drawn one: `heights`, m, on the grid of the problem.
     What the problem has in common with the one solved `before` is taken from there, with the same bits: the surface,
     and the contact.
     """
@@ -70,7 +71,7 @@ def solve_problem(problem: Problem, before: Solved | None = None) -> Solution:
         marks = [time.perf_counter()]
         if before is not None and same_but(problem, before[0], CONTACT_KEYS):
             heights = before[1].heights
-        else:
+        elif heights is None:
             key = problem.stream, problem.index
             stream = np.random.default_rng(np.random.SeedSequence(problem.seed, spawn_key=key))
             heights = synthesize(problem.spectrum, problem.grid, stream)

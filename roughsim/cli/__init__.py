@@ -7,12 +7,12 @@ from typer import Exit, Option, Typer
 
 import roughsim as rs
 from roughsim.cli.runs import compare, explore, export, plot, report, status
-from roughsim.cli.scenes import bench, demo, doctor, new, plan, run, study, theory
+from roughsim.cli.scenes import bench, demo, doctor, new, plan, press, run, study, theory
 from roughsim.show import text
 from roughsim.show.text import errors_in_one_line, print_in_any_language, say, show_warnings_once
 
 # as help lists them
-VERBS = (demo, new, theory, plan, run, study, status, compare, plot, explore, report, export, bench, doctor)
+VERBS = (demo, new, theory, plan, run, press, study, status, compare, plot, explore, report, export, bench, doctor)
 
 app = Typer(
     name="roughsim",

@@ -112,6 +112,23 @@ def run(
         raise Exit(1)
 
 
+def press(
+    scene: SceneName,
+    output: Annotated[Path, Option("-o", "--output", metavar="RUN", help="Folder of the run, new or begun.")],
+    changes: Set = None,
+    edges: Annotated[str | None, Option(metavar="EDGES", help="mirror or tile; left out: mirror, see above.")] = None,
+) -> None:
+    """Press the very map of a scene, and its quarters for the scatter.
+
+    The key topography of [surface] names it. The map is made periodic by its mirror images, or laid side by side as it
+    is (tile) if its file says that it is periodic. The run opens as any other: compare, plot, report, explore.
+    """
+    from roughsim.scene.changes import read_changes
+
+    rs.press(scene, output, edges=edges, changes=read_changes(changes or []))  # type: ignore[arg-type]
+    compare(output)
+
+
 def study(
     study: Annotated[Path, Argument(metavar="STUDY", help="A file with a scene and a table [vary].")],
     output: Annotated[Path, Option("-o", "--output", metavar="FOLDER", help="Folder of the study, new or begun.")],

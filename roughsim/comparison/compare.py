@@ -133,7 +133,7 @@ def compare(run: Run) -> Comparison:
     ValueError
         If the run has fewer than two sound realizations: there is no error to compare with.
     """
-    sound = len(run.sound(run.realizations))
+    sound = run.independent
     if sound < 2:
         raise ValueError(f"{run.folder} has {sound} sound realizations; a comparison needs at least 2, let it run on")
     slopes = (stress_slope(run, column) for column in run.numerics.columns)

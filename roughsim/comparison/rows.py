@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.cell_size import size_error_of_sum
 from roughsim.estimate.errors import Estimate, Uncertain, quantile, quotient, spread
 from roughsim.estimate.ladder import Values
 from roughsim.estimate.sliding import OF_MARCH
@@ -187,12 +186,12 @@ def ratios_of(
     """
     columns = run.numerics.columns
     solver = OBSERVABLES[observable].solver_share * run.numerics.tolerance
-    known: Any = {"solver": solver, "scanned": run.scene.scanned}
+    known: Any = {"solver": solver, "scanned": run.scanned}
 
     def values_of(column: str, **kind: bool) -> tuple[Values, Array]:
         """Return the values of a column, and the relative error by the finite cell."""
         values = run.values(observable, column, **kind)
-        size = size_error_of_sum(run.scene, run.numerics.lengths, observable, column, values.from_half)
+        size = run.size_error(observable, column, values)
         if more is None:
             return values, size
         mean = values.extrapolated.mean(axis=0)

@@ -79,6 +79,12 @@ def store_member(job: Job, index: int, before: Solved | None) -> Solved | None:
     except ConvergenceError as error:
         provenance = {"residual": error.residual, "iterations": error.iterations, "seconds": {}}
         member = Member(job.level, index, failure=str(error), provenance=provenance)
+    write(job, problem, member)
+    return solved
+
+
+def write(job: Job, problem: Problem | SlideProblem, member: Member) -> None:
+    """Write the file of a member with how it came about."""
     provenance = (
         member.provenance
         | job.provenance
@@ -91,7 +97,6 @@ def store_member(job: Job, index: int, before: Solved | None) -> Solved | None:
         }
     )
     write_member(job.folder, replace(member, lengths=problem.grid.lengths, provenance=provenance))
-    return solved
 
 
 def single_member(job: Job, problem: Problem, solution: Solution) -> Member:

@@ -15,7 +15,9 @@ from roughsim.grid import Array
 from roughsim.prediction import integrals, observables_of, over_speed
 from roughsim.scene import Scene
 
-FIRST = 10.0  # q over that of the first row: up to there the exponent of C(q) at long waves is fitted
+# q over that of the second row: of the first rows, and of those above, whose exponent C(q) has at long waves too. What
+# a map shows of waves as long as itself is too low, as its plane and the window took of them: so much of the exponent
+FIRST, ABOVE, TAKEN = (0.0, 2.0), (2.0, 10.0), 2.7
 SETTLED = 0.5  # change by the second decade of longer waves over that by the first: above, there is no limit
 DOUBT = 0.05  # probability that scans of one surface differ by more than counts as a scatter from place to place
 STEP = 0.1  # of ln C, by which each row is tried
@@ -98,11 +100,23 @@ def error_of_face(scene: Scene, name: str, face: Any, only: str) -> Changes:
 
 
 def continued(q: Array, psd: Array, error: Array, decades: int) -> tuple[Array, Array]:
-    """Return a table with so many decades of longer waves: C(q) goes on as the power law of its first rows."""
-    first = q <= max(q[0] * FIRST, q[1])
-    slope = np.polyfit(np.log(q[first]), np.log(psd[first]), 1, w=1.0 / np.maximum(error[first], 1e-6))[0]
+    """Return a table with so many decades of longer waves, over which C(q) goes on as a power law."""
     factor = 10.0**decades
-    return np.append(q[0] / factor, q), np.append(psd[0] * factor ** max(-float(slope), 0.0), psd)
+    rise = factor ** max(long_exponent(q, psd, error), 0.0)
+    return np.append(q[0] / factor, q), np.append(psd[0] * rise, psd)
+
+
+def long_exponent(q: Array, psd: Array, error: Array) -> float:
+    """Return the exponent of C(q) at the longest waves: that of the rows above, unless C(q) ends at the first ones."""
+
+    def exponent(low: float, high: float) -> float:
+        rows = (q >= q[1] * low * (1 - 1e-9)) & (q <= q[1] * high * (1 + 1e-9))
+        if np.count_nonzero(rows) < 2:  # a table of few rows
+            rows = q <= q[1]
+        weight = 1.0 / np.maximum(error[rows], 1e-6)
+        return -float(np.polyfit(np.log(q[rows]), np.log(psd[rows]), 1, w=weight)[0])
+
+    return min(exponent(*ABOVE), exponent(*FIRST) + TAKEN)
 
 
 def limit_of(first: Array, second: Array) -> Array:

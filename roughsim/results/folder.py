@@ -13,6 +13,7 @@ import numpy as np
 from roughsim import prediction
 from roughsim.errors import RecordError
 from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.results.pressed import PRESS, QUARTERS, Pressed
 from roughsim.results.run import Run
 from roughsim.scene import Scene, parse_scene
 from roughsim.scene.numerics import Numerics
@@ -121,7 +122,10 @@ def open_run(folder: str | Path, *, damaged: Literal["refuse", "skip"] = "refuse
         refuse_impossible(description, scene, numerics)
         if "checksums" not in description:
             refuse_what_does_not_follow(scene, description)
-        run = Run(folder, description, scene, numerics, skip_damaged=damaged == "skip")
+        kind = Pressed if description.get(PRESS, {}).get("of") == "map" else Run
+        run = kind(folder, description, scene, numerics, skip_damaged=damaged == "skip")
+        if isinstance(run, Pressed):
+            run.quarters = open_run(folder / QUARTERS, damaged=damaged)
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         raise RecordError(f"{folder} cannot be opened: {error}") from error
     run.refresh()

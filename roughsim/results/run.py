@@ -14,7 +14,7 @@ from roughsim import prediction
 from roughsim.errors import RecordError
 from roughsim.estimate.cell_size import size_error_of_sum
 from roughsim.estimate.errors import Estimate, estimate, spread
-from roughsim.estimate.ladder import notes_of
+from roughsim.estimate.ladder import Values, notes_of
 from roughsim.estimate.sliding import OF_MARCH, sliding_estimate, with_background
 from roughsim.grid import Array, Grid
 from roughsim.observables.catalogue import OBSERVABLES
@@ -110,10 +110,24 @@ class Run(Counted):
             observable,
             values,
             notes_of(self.scene, self.numerics, name, observable, values),
-            size=size_error_of_sum(self.scene, self.numerics.lengths, observable, name, values.from_half),
+            size=self.size_error(observable, name, values),
             solver=OBSERVABLES[observable].solver_share * self.numerics.tolerance,
-            scan=scan_part(self.scene, observable),
+            scan=scan_part(self.scene, observable) if self.scanned else None,
         )
+
+    @property
+    def scanned(self) -> bool:
+        """Whether the surfaces are drawn from a C(q) that was measured on maps."""
+        return self.scene.scanned
+
+    @property
+    def independent(self) -> int:
+        """How many sound realizations show the scatter."""
+        return len(self.sound(self.realizations))
+
+    def size_error(self, observable: str, column: str, values: Values) -> Array:
+        """Return the relative error by the finite cell, over speeds or of one entry."""
+        return size_error_of_sum(self.scene, self.numerics.lengths, observable, column, values.from_half)
 
     def curves(self) -> dict[str, Array]:
         """Return what members of the column sliding stored over the `slid_distance`, m; ValueError without such one.

@@ -8,18 +8,20 @@ from contextlib import contextmanager
 from importlib import resources
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from roughsim.scene.changes import with_changes
 from roughsim.scene.model import Scene
-from roughsim.scene.schema import Quantity, SceneError, as_written, nearest
+from roughsim.scene.scans import PLAIN_KEYS, measured_psd, read_maps
+from roughsim.scene.schema import SceneError, as_written, nearest
 from roughsim.scene.sections import ROUGHNESS_KEYS
 from roughsim.show.text import plain
 
+if TYPE_CHECKING:
+    from roughsim.surface.topography import Topography
+
 MAX_BYTES = 64 * 1024
 MAX_TABLE_BYTES = 1024 * 1024
-MOST_SCANS = 32  # of one face: their table with its errors still fits into a scene
-MAP_SIZE = Quantity("m", '"1 mm"', above=0)
 BLANK = "blank"  # the form to fill in: every key, commented out; it is no scene by itself
 
 
@@ -100,6 +102,21 @@ def scene_of(content: Mapping[str, Any], changes: Mapping[str, Any], source: str
         return Scene(**with_tables(with_changes(content, changes), folder))
 
 
+def load_map(
+    name_or_path: str | os.PathLike[str] | Mapping[str, Any], changes: Mapping[str, Any] | None = None
+) -> "tuple[Scene, Topography]":
+    """Return a scene and the map that its [surface] names; SceneError if it names none, or several."""
+    content, source, folder = scene_content(name_or_path)
+    scene = scene_of(content, changes or {}, source, folder)
+    section = with_changes(content, changes or {})["surface"]
+    named = section.get("topography", [])
+    paths = [Path(path) for path in ([named] if isinstance(named, str) else named)]
+    if len(paths) != 1:
+        count = "names no map" if not paths else f"names {len(paths)} maps"
+        raise SceneError(f'{source}: [surface] {count}; to press one, write topography = "scan.x3p"')
+    return scene, next(read_maps([(folder or Path()) / paths[0]], section))
+
+
 @contextmanager
 def errors_named(source: str) -> Iterator[None]:
     """Let a SceneError begin with what it is about."""
@@ -155,52 +172,6 @@ def read_text(path: Path, what: str, limit: int) -> str:
         raise SceneError(f"{what} {name} is not UTF-8 text (byte {error.start}); is it the right file?") from None
 
 
-def measured_psd(paths: list[Path], section: dict[str, Any]) -> dict[str, Any]:
-    """Measure C(q) of the maps of one surface; return the keys of a section that give it as a table with its error."""
-    from roughsim.surface.topography import combined, is_plain, read_topography
-
-    if len(paths) > MOST_SCANS:
-        raise SceneError(f"{len(paths)} scans are more than {MOST_SCANS}; leave some out")
-    plain = [is_plain(path) for path in paths]
-    given = [key for key in PLAIN_KEYS if key in section]
-    if given and not any(plain):
-        raise SceneError(f"{' and '.join(given)} go with .txt, .csv and .npy, as these files say it; remove them")
-    nothing: list[tuple[float, float] | None] = [None] * len(paths)
-    lengths = sizes(section["topography_size"], len(paths)) if "topography_size" in section else nothing
-    unit = length_unit(section["topography_unit"]) if "topography_unit" in section else None
-    maps = []
-    for path, bare, size in zip(paths, plain, lengths, strict=True):  # one map at a time in memory
-        found = read_topography(path, size=size, unit=unit) if bare else read_topography(path)
-        maps.append(found.bins)
-    spectrum, errors = combined(maps)
-    rows = [[float(q), float(psd)] for q, psd in zip(spectrum.q, spectrum.psd, strict=True)]
-    rounded = [[float(f"{error:.3g}") for error in row] for row in errors.tolist()]
-    return {"psd": rows, "psd_convention": "persson", "psd_source": "scan", "psd_error": rounded}
-
-
-def sizes(value: Any, count: int) -> list[tuple[float, float] | None]:
-    """Return the side lengths of each map, m, from one number, from two along x and y, or from pairs of them."""
-    several = isinstance(value, (list, tuple)) and any(isinstance(entry, (list, tuple)) for entry in value)
-    each = list(value) if several else [value] * count
-    if len(each) != count:
-        raise SceneError(f"topography_size has {len(each)} pairs for {count} files; give one for each, in their order")
-    pairs: list[tuple[float, float] | None] = []
-    for k, size in enumerate(each):
-        where = f"topography_size[{k}]" if several else "topography_size"
-        pair = list(size) if isinstance(size, (list, tuple)) else [size, size]
-        if len(pair) != 2:
-            raise SceneError(f"{where} = {as_written(size)} must be one length, or two along x and y")
-        pairs.append((float(MAP_SIZE(pair[0], where)), float(MAP_SIZE(pair[1], where))))
-    return pairs
-
-
-def length_unit(value: Any) -> float:
-    """Return a unit of length, m."""
-    if not isinstance(value, str) or re.match(r"\s*[-+.0-9]", value):
-        raise SceneError(f'topography_unit = {as_written(value)} must be a unit of length, for example "um"')
-    return float(MAP_SIZE(f"1 {value}", "topography_unit"))
-
-
 def stored_psd(paths: list[Path], _: dict[str, Any]) -> dict[str, Any]:
     """Read a text file of two columns, q in rad/m and C in m⁴; return the key of a section that gives it as a table."""
     (path,) = paths
@@ -220,7 +191,6 @@ def stored_psd(paths: list[Path], _: dict[str, Any]) -> dict[str, Any]:
     return {"psd": rows}
 
 
-PLAIN_KEYS = ("topography_size", "topography_unit")
 # key → the reader of its files, what they hold, an example, and the keys that cannot stand beside it
 FILES: dict[str, tuple[Callable[[list[Path], dict[str, Any]], dict[str, Any]], str, str, tuple[str, ...]]] = {
     "topography": (measured_psd, "map", "scan.x3p", (*ROUGHNESS_KEYS, "psd_file")),

@@ -1,0 +1,195 @@
+"""`press`: a measured map itself in contact, in a run folder that reads like that of drawn surfaces."""
+
+import hashlib
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import pi
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+from roughsim.ensemble.run import description_of
+from roughsim.ensemble.workers import Job, single_member, write
+from roughsim.errors import RecordError, ResolutionError
+from roughsim.fourier import set_threads
+from roughsim.grid import Array, Grid
+from roughsim.pipeline import solve_problem
+from roughsim.planning.levels import ELASTIC_SIDE, PIXELS
+from roughsim.planning.realization import level_problem
+from roughsim.results.folder import describe, folder_state, open_run, read_description
+from roughsim.results.pressed import PRESS, QUARTERS
+from roughsim.results.run import Run
+from roughsim.scene import Scene, SceneError
+from roughsim.scene.files import load_map
+from roughsim.scene.numerics import SLIDING, Column, Level, Numerics, Reason
+from roughsim.show.text import note
+from roughsim.store.member_files import member_path
+from roughsim.surface.topography import Topography
+from roughsim.surface.topography.periodic import band_limited, mirrored
+from roughsim.untrusted import machine_memory
+
+LEAST_SIDE = 64  # points of a map
+BYTES_PER_POINT = 64.0  # of the map with its mirror images
+EDGES = {
+    "mirror": "made periodic by its mirror images: no step, but the slope changes its sign at the edges",
+    "tile": "side by side as it is: where opposite edges differ there is a step, which carries load",
+}
+LOWER = "the lower one, also at half the pixel, shows what cut-off and pixel change"
+Edges = Literal["mirror", "tile"]
+
+
+def press(
+    scene: str | os.PathLike[str] | Mapping[str, Any],
+    folder: str | Path,
+    *,
+    edges: Edges | None = None,
+    changes: Mapping[str, Any] | None = None,
+) -> Run:
+    """Press the very map that [surface] topography of a scene names, and each of its quarters.
+
+    The run has one realization, the map. It is solved at half the cut-off, there also at half the pixel, and at the
+    highest cut-off that its pixels resolve with four points per wave; larger maps are made coarser to 2048 points per
+    side of the cell. The statistical error is that of the four quarters, pressed alike.
+
+    Parameters
+    ----------
+    scene : str, path or mapping
+        As for `load_scene`; its [surface] names one map, and the counterface is smooth.
+    folder : str or Path
+        Where the run goes; the same call goes on where it was stopped.
+    edges : {"mirror", "tile"}, optional
+        How the map is made periodic. "mirror": with its mirror images, in a cell of twice its sides, without a step.
+        "tile": as it is, side by side; where opposite edges differ there is a step, which carries load. Left out: tile
+        if the file says that the map is periodic, else mirror.
+    changes : mapping, optional
+        Other values of some keys of the scene, as for `load_scene`.
+
+    Returns
+    -------
+    Run
+        As from `run`.
+
+    Raises
+    ------
+    SceneError, RecordError, ResolutionError
+        If the scene or the map cannot be pressed, or the folder holds another run.
+    ConvergenceError
+        If a contact misses the tolerance.
+    """
+    loaded, topography = load_map(scene, changes)
+    refuse(loaded, topography.grid, edges)
+    edges = edges or ("tile" if topography.periodic else "mirror")
+    digest = hashlib.sha256(topography.heights.tobytes()).hexdigest()
+    home, whole = Path(folder), cell_of(topography.heights, topography.grid, edges)
+    q_max, coarser = highest_cut_off(loaded, whole.grid)
+    tasks = []
+    for place, cells, how in ((home, [whole], edges), (home / QUARTERS, quarters(topography), "mirror")):
+        own = replace(loaded, ensemble=replace(loaded.ensemble, until=(), max_realizations=len(cells)))
+        numerics = numerics_of(own, cells[0].grid, q_max, coarser, how)
+        begin(place, own, numerics, {"of": "map" if len(cells) == 1 else QUARTERS, "edges": how, "heights": digest})
+        tasks.append((place, own, numerics, cells))
+    for task in tasks:
+        solve(*task)
+    result = open_run(home)
+    result.save()
+    return result
+
+
+def refuse(scene: Scene, grid: Grid, edges: str | None) -> None:
+    """Refuse what is no single map against a smooth face, a map that is too small or too large, and unknown edges."""
+    if edges not in (None, "mirror", "tile"):
+        raise ValueError(f'edges = {edges!r} is not known; write "mirror" or "tile"')
+    if len(scene.faces) > 1:
+        raise SceneError(
+            "counterface is rough, but there is one map; to press it give the counterface its material alone, without "
+            'like = "body" and without keys of roughness'
+        )
+    if scene.sliding.history == SLIDING:
+        raise SceneError('sliding.history = "sliding" does not go with a map that is pressed; write "frozen"')
+    if min(grid.shape) < LEAST_SIDE:
+        raise ResolutionError(f"the map has {grid.shape} points; to press it takes {LEAST_SIDE} along each side")
+    if (needed := BYTES_PER_POINT * 4 * grid.points) > 0.5 * machine_memory():
+        raise ResolutionError(
+            f"the map of {grid.shape} points needs {1e-9 * needed:.3g} GB with its mirror images, above half of the "
+            "machine's memory; crop it or make it coarser"
+        )
+
+
+class Cell(NamedTuple):
+    """A periodic map."""
+
+    heights: Array  # m
+    grid: Grid
+
+
+def cell_of(heights: Array, grid: Grid, edges: str) -> Cell:
+    """Return a map made periodic."""
+    if edges == "tile":
+        return Cell(heights, grid)
+    (nx, ny), (x, y) = grid.shape, grid.lengths
+    return Cell(mirrored(heights), Grid((2 * nx, 2 * ny), (2 * x, 2 * y)))
+
+
+def quarters(topography: Topography) -> list[Cell]:
+    """Return the four quarters of a map with their mirror images; of an odd number of points the last is left out."""
+    (nx, ny), (dx, dy) = (n // 2 for n in topography.grid.shape), topography.grid.spacing
+    grid = Grid((nx, ny), (nx * dx, ny * dy))
+    parts = (topography.heights[i : i + nx, j : j + ny] for i in (0, nx) for j in (0, ny))
+    return [cell_of(part, grid, "mirror") for part in parts]
+
+
+def highest_cut_off(scene: Scene, grid: Grid) -> tuple[float, float]:
+    """Return the cut-off, rad/m, that a grid of at most 2048 points per side resolves, and how much coarser it is."""
+    coarser = max(1.0, max(grid.shape) / ELASTIC_SIDE)
+    return min(2 * pi / (PIXELS * coarser * max(grid.spacing)), float(scene.spectrum.breaks[-1])), coarser
+
+
+def numerics_of(scene: Scene, grid: Grid, q_max: float, coarser: float, edges: str) -> Numerics:
+    """Return the levels of a map: half the cut-off on two grids, and the cut-off."""
+    column: Column = "elastic" if scene.elastic else "capped"
+    given = scene.numerics
+    x, y = (4 * int(n / coarser / 4) for n in grid.shape)
+    levels = [((x // 2, y // 2), q_max / 2), ((x, y), q_max / 2), ((x, y), q_max)]
+    chosen: dict[str, Any] = {key: getattr(given, key) for key in ("tolerance", "precision", "threads", "keep_fields")}
+    reasons = (
+        Reason("surface", f"{grid.shape[0]} × {grid.shape[1]} points", EDGES[edges]),
+        Reason("cut-offs", f"{q_max / 2:.3g} and {q_max:.3g} rad/m", f"{PIXELS} points per shortest wave; {LOWER}"),
+        Reason("realizations", "1", "the map itself; its four quarters, pressed alike, show the scatter"),
+    )
+    return Numerics(
+        levels=tuple(Level(column, shape, q) for shape, q in levels),
+        lengths=grid.lengths,
+        **{key: value for key, value in chosen.items() if value is not None},
+        reasons=reasons,
+    )
+
+
+def begin(folder: Path, scene: Scene, numerics: Numerics, about: dict[str, str]) -> None:
+    """Describe a run in a folder, or check that the run there is this one; RecordError if it is not."""
+    state = folder_state(folder)
+    if state == "foreign":
+        raise RecordError(f"{folder} holds other files or is a file; name a new folder for the run")
+    description = description_of(scene, numerics) | {PRESS: about}
+    if state == "free":
+        describe(folder, description, scene, first=True)
+        return
+    stored = read_description(folder)
+    for key in ("scene", "numerics", PRESS):
+        if stored.get(key) != description[key]:
+            raise RecordError(f"{folder} holds another run: its {key} differs; name another folder")
+
+
+def solve(folder: Path, scene: Scene, numerics: Numerics, cells: Sequence[Cell]) -> None:
+    """Compute the members that are missing."""
+    home = Path(os.path.abspath(folder))
+    provenance = {"scene": scene.identity(), "numerics": numerics.to_dict()}
+    set_threads(numerics.threads)
+    for index, (heights, grid) in enumerate(cells):
+        for number, level in enumerate(numerics.levels):
+            if member_path(home, number, index).exists():
+                continue
+            note(f"{'map' if len(cells) == 1 else f'quarter {index + 1}'}: {level.shape[0]} × {level.shape[1]} points")
+            problem = replace(level_problem(scene, numerics, number), index=index)
+            job = Job(number, problem, scene.speeds, numerics.keep_fields, provenance, home)
+            surface = band_limited(heights, grid, level.shape, level.q_max)
+            write(job, problem, single_member(job, problem, solve_problem(problem, heights=surface)))

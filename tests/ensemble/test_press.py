@@ -1,0 +1,164 @@
+"""A measured map itself in contact: the very heights, errors by coarsening and by its quarters, and a run folder."""
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim.cli import main
+from roughsim.report import report_run
+from roughsim.results.pressed import Pressed
+from roughsim.surface.topography.periodic import band_limited, mirrored
+
+SIDE = 1e-3
+GRID = rs.Grid((96, 64), (SIDE, SIDE * 2 / 3))
+
+
+@pytest.fixture(autouse=True)
+def _long_waves():
+    with warnings.catch_warnings():  # C(q) of a map goes on a little beyond its sides
+        warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
+        yield
+
+
+@pytest.fixture(scope="module")
+def surface():
+    spectrum = rs.SelfAffineSpectrum.from_rms_height(3e-7, hurst=0.8, q_min=2 * math.pi / GRID.lengths[1], q_max=9e4)
+    return rs.synthesize(spectrum, GRID, np.random.default_rng(2), amplitudes="gaussian")
+
+
+@pytest.fixture
+def scene_file(capped_scene, tmp_path, surface):
+    """A scene of one rough face that names the map, in µm."""
+    np.save(tmp_path / "map.npy", 1e6 * surface)
+    text = capped_scene.to_toml()
+    surface_at, body, counter, sliding = (text.index(f"[{n}]") for n in ("surface", "body", "counterface", "sliding"))
+    face = f'[surface]\ntopography = "map.npy"\ntopography_size = {list(GRID.lengths)}\ntopography_unit = "um"\n\n'
+    rest = "[counterface]\nyoungs_modulus = 2e11\npoisson_ratio = 0.3\n"
+    rest += "conductivity = 30\ndensity = 7900\nheat_capacity = 500\n"
+    path = tmp_path / "scene.toml"
+    path.write_text(text[:surface_at] + face + text[body:counter] + rest + text[sliding:])
+    return path
+
+
+def wave(grid, i, j):
+    x, y = (np.arange(n) / n for n in grid.shape)
+    return np.cos(2 * np.pi * (i * x[:, None] + j * y))
+
+
+def test_waves_below_the_cut_off_stay_and_shorter_ones_go():
+    low, high = wave(GRID, 3, -5), wave(GRID, 20, 2)
+    q_max = 2 * math.pi / SIDE * 12
+    for shape in ((48, 32), (96, 64), (192, 130), (50, 33)):
+        found = band_limited(0.5 + 2.0 * low + high, GRID, shape, q_max)
+        np.testing.assert_allclose(found, 0.5 + 2.0 * wave(rs.Grid(shape, GRID.lengths), 3, -5), atol=1e-13)
+
+
+def test_mirror_images_go_on_without_a_step(surface):
+    whole = mirrored(surface)
+    assert whole.shape == (192, 128)
+    np.testing.assert_array_equal(whole[:96, :64], surface)
+    np.testing.assert_array_equal(whole, whole[::-1])
+    np.testing.assert_array_equal(whole, whole[:, ::-1])
+
+
+def test_a_tiled_map_is_pressed_as_its_own_heights_are(scene_file, surface, tmp_path):
+    run = rs.press(scene_file, tmp_path / "run", edges="tile")
+    level = run.numerics.levels[-1]
+    tilted = surface - surface.mean()
+    for axis in (0, 1):  # the plane that is taken off
+        along = np.linspace(-1, 1, surface.shape[axis])
+        slope = np.tensordot(tilted, along, ([axis], [0])).mean() / (along @ along)
+        tilted = tilted - slope * (along[:, None] if axis == 0 else along)
+    heights = band_limited(tilted, GRID, level.shape, level.q_max)
+    _, kept = next(run.fields("heights"))
+    np.testing.assert_allclose(kept, heights, atol=1e-6 * np.ptp(heights))  # stored in single precision
+    # the chain by hand, with E* and conduction of the scene
+    scene, grid = run.scene, rs.Grid(level.shape, GRID.lengths)
+    solid = rs.Solid(scene.effective_modulus, scene.penetration_hardness)
+    contact = rs.solve_contact(heights, grid, solid, nominal_pressure=scene.sliding.nominal_pressure, tolerance=1e-4)
+    bodies = scene.conduction()
+    sliding = rs.Sliding(speeds=[35.0], friction_coefficient=scene.friction_coefficient(),
+                         conductivity=bodies.conductivity, diffusivity=bodies.diffusivity)  # fmt: skip
+    expected = rs.measure(contact, grid, sliding).flash_temperature[0]
+    (top,) = (sample for sample in run.samples() if sample.q_max == level.q_max)
+    assert top.numbers["flash_temperature"][0, scene.speeds.index(35.0)] == pytest.approx(expected, rel=1e-3)
+
+
+def test_the_mean_is_the_map_and_the_scatter_that_of_its_quarters(scene_file, tmp_path):
+    run = rs.press(scene_file, tmp_path / "run")
+    assert isinstance(run, Pressed)
+    assert run.numerics.lengths == pytest.approx((2 * SIDE, SIDE * 4 / 3))  # with the mirror images
+    assert run.quarters.numerics.lengths == pytest.approx(GRID.lengths)
+    found = run.estimate("flash_temperature")
+    alone = run.quarters.estimate("flash_temperature")
+    whole = super(Pressed, run).values("flash_temperature").extrapolated[0] * run.heat_partition
+    np.testing.assert_allclose(found.mean, whole, rtol=1e-12)
+    moving = np.array(run.scene.speeds) > 0.0
+    mean, apart = found.mean[moving], np.abs(alone.mean - found.mean)[moving]
+    relative = alone.standard_error[moving] / alone.mean[moving]
+    np.testing.assert_allclose(found.standard_error[moving] / mean, relative, rtol=1e-9)
+    np.testing.assert_allclose(found.budget["size"][moving], apart, rtol=1e-6)
+    assert "scan" not in found.budget  # the map itself is pressed
+    assert found.n == 4
+    assert "statistical: the scatter of its four quarters" in found.explain()
+
+
+def test_the_folder_opens_in_every_verb_and_goes_on_where_it_was_stopped(scene_file, tmp_path, capsys):
+    folder = tmp_path / "run"
+    with pytest.raises(SystemExit) as ended:
+        main(["press", str(scene_file), "-o", str(folder), "--set", "sliding.speed=35"])
+    assert ended.value.code == 0
+    assert "flash_temperature" in capsys.readouterr().out
+    first = rs.open_run(folder)
+    (folder / "realizations" / "L2-000000.h5").unlink()
+    (folder / "estimates.json").unlink(missing_ok=True)
+    again = rs.press(scene_file, folder, changes={"sliding.speed": 35})
+    name = "flash_temperature"
+    np.testing.assert_array_equal(again.estimate(name).mean, first.estimate(name).mean)
+    assert report_run(again, tmp_path / "page.html").stat().st_size > 10_000
+    rs.compare(again).chart(tmp_path / "chart.png")
+    with pytest.raises(SystemExit) as ended:
+        main(["plot", str(folder), "temperature", "-o", str(tmp_path / "map.png")])
+    assert ended.value.code == 0
+    with pytest.raises(rs.RecordError, match="holds another run: its scene differs"):
+        rs.press(scene_file, folder)
+    np.save(tmp_path / "map.npy", np.load(tmp_path / "map.npy")[::-1])
+    with pytest.raises(rs.RecordError, match="holds another run: its (press|scene) differs"):
+        rs.press(scene_file, folder, changes={"sliding.speed": 35})
+
+
+@pytest.mark.statistical
+def test_the_stated_error_of_mirrored_edges_holds_the_periodic_map(scene_file, tmp_path, surface):
+    # tiled the periodic surface is exact; its mirror images have edges that it does not have
+    tiled, mirror = (rs.press(scene_file, tmp_path / edges, edges=edges) for edges in ("tile", "mirror"))
+    exact, found = (run.estimate("flash_temperature") for run in (tiled, mirror))
+    assert (np.abs(found.mean - exact.mean) <= found.total_error).all()
+    assert abs(found.mean[-1] / exact.mean[-1] - 1.0) < 0.1
+
+
+def test_what_cannot_be_pressed_is_refused_before_any_work(scene_file, tmp_path, capped_scene, surface):
+    folder = tmp_path / "run"
+    with pytest.raises(ValueError, match='edges = .* write "mirror" or "tile"'):
+        rs.press(scene_file, folder, edges="window")
+    with pytest.raises(ValueError, match=r"\[surface\] names no map; to press one"):
+        rs.press("steel-1.2GPa", folder)
+    with pytest.raises(ValueError, match="counterface is rough, but there is one map"):
+        rs.press(scene_file, folder, changes={"counterface": {"like": "body"}})
+    np.save(tmp_path / "other.npy", 1e6 * surface)
+    pytest.importorskip("SurfaceTopography", exc_type=ImportError)
+    with pytest.raises(ValueError, match="names 2 maps"):
+        rs.press(scene_file, folder, changes={"surface.topography": ["map.npy", "other.npy"]})
+    np.save(tmp_path / "map.npy", 1e6 * surface[:40])
+    with pytest.raises(rs.ResolutionError, match=r"the map has \(40, 64\) points; to press it takes 64"):
+        rs.press(scene_file, folder)
+    assert not folder.exists()
+
+
+def test_a_large_map_is_made_coarser(scene_file, tmp_path, monkeypatch):
+    monkeypatch.setattr("roughsim.ensemble.press.ELASTIC_SIDE", 96)
+    run = rs.press(scene_file, tmp_path / "run", changes={"sliding.speed": 35})
+    assert max(run.numerics.levels[-1].shape) == 96
+    assert run.numerics.levels[-1].q_max == pytest.approx(math.pi * 48 / SIDE / 2, rel=0.01)  # 4 points per wave
