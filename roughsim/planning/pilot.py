@@ -100,8 +100,9 @@ def pilot(scene: Scene, column: Column, lengths: Lengths, q_max: float) -> Pilot
     steps, pixels = (change[:, hottest] / limit[hottest] for change in changes)
     widest = (change.std(axis=0, ddof=1)[limit > 0.0] / limit[limit > 0.0] for change in changes)
     in_whole = HALF_SCATTER if parts > 1 else 1.0
+    unit = np.maximum(limit, mean / 2.0)  # where T_flash halves from one cut-off to the next, that limit is no measure
     raw_scatter, scatter = (
-        np.divide(rows.std(axis=0, ddof=1), limit, out=np.zeros_like(mean), where=limit > 0.0)
+        np.divide(rows.std(axis=0, ddof=1), unit, out=np.zeros_like(mean), where=unit > 0.0)
         for rows in (largest.rows, at_zero_skewness(largest.rows, largest.skewness))
     )
     return Pilot(

@@ -97,6 +97,18 @@ def test_a_pilot_stays_in_the_runs_cell_where_half_of_it_has_other_changes(monke
     assert found.change_scatter == pytest.approx(changes.std(ddof=1) / limit, rel=1e-12)
 
 
+def test_a_pilot_whose_temperature_more_than_halves_still_tells_its_scatter(monkeypatch):
+    def realize(scene, numerics, *, level, index, **_):
+        return solution((1.0 + 0.05 * np.random.default_rng(index).standard_normal(1)) * [100.0, 40.0, 95.0][level])
+
+    monkeypatch.setattr(realization, "realize", realize)
+    scene = replace(rs.load_scene("steel-1.2GPa"), title="pilot that falls fast")
+    found = stage.pilot(scene, "capped", (3.9 * WAVE, 3.9 * WAVE), 1e9)
+    rows = np.array([1.0 + 0.05 * np.random.default_rng(i).standard_normal() for i in range(12)])
+    # the limit of first order is below zero: half the temperature of the highest cut-off stands for it
+    assert found.hot_scatter == pytest.approx(2.0 * rows.std(ddof=1) / rows.mean(), rel=1e-9)
+
+
 def test_the_scatter_of_a_pilot_is_what_the_skewness_of_the_surfaces_leaves(monkeypatch):
     # waves in phase, h = cos x + a cos 2x, have the skewness ¾a/(½ + ½a²)^(3/2); T_flash is a line of it, and a rest
     x = np.arange(32) * 2 * pi / 32
