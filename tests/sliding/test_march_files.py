@@ -1,0 +1,33 @@
+"""A run whose faces slide: its exported file and its estimates on disk have the column sliding."""
+
+import json
+
+import h5py
+import numpy as np
+
+import roughsim as rs
+from roughsim.results.export import export_run
+
+
+def test_an_export_has_the_column_sliding_and_the_numbers_of_the_marches(sliding_run, tmp_path):
+    run, march = sliding_run, sliding_run.numerics.march
+    with h5py.File(export_run(run, tmp_path / "sliding.h5")) as file:
+        columns = list(file["column"].asstr())
+        assert columns[-1] == "sliding"
+        estimate = run.estimate("flash_temperature", "sliding")
+        np.testing.assert_array_equal(file["flash_temperature"][-1], estimate.mean)
+        np.testing.assert_array_equal(file["flash_temperature_total_error"][-1], estimate.total_error)
+        assert np.isnan(file["slope_length"][-1]).all()  # a march does not measure it
+        group = file[f"level_{march}"]
+        for row, index in enumerate(group["realization"]):
+            numbers = run.members[march, index].numbers
+            np.testing.assert_array_equal(group["sliding_share"][row], numbers["sliding_share"])
+        assert '"sliding" over the speed' in file.attrs["README"]
+
+
+def test_the_column_sliding_is_read_back_to_the_bit(sliding_run):
+    content = json.loads((sliding_run.folder / "estimates.json").read_text())
+    assert set(content["estimates"]["sliding"]) == {"flash_temperature", "heat_partition", "contact_fraction"}
+    stored = rs.open_run(sliding_run.folder).estimate("flash_temperature", "sliding")
+    assert stored.mean.tolist() == content["estimates"]["sliding"]["flash_temperature"]["mean"]
+    assert "march" in stored.budget
