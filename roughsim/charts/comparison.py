@@ -109,7 +109,7 @@ def draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
     unknown.pop("bandwidth", None)  # the titles say "at q_c" instead
     lines = [
         plain(run.scene.title),
-        f"{run.realizations} realizations",
+        run.extent,
         "bands: total error, 95 %; of the stress correlation: statistical, 95 %",
         f"at least, as these parts of the error are unknown: {', '.join(unknown)}" if unknown else "",
         f"heat share in the body {share.min():.3g}" + (f"…{share.max():.3g}" if np.ptp(share) > 0 else ""),

@@ -157,7 +157,7 @@ def comparison_table(comparison: Comparison) -> Table:
         )
         for row in comparison.rows
     ]
-    count = f"{run.realizations} realizations" + (f", {run.failed} failed and left out" if run.failed else "")
+    count = run.extent + (f", {run.failed} failed and left out" if run.failed else "")
     title = f"{title}: {count}" if title else count
     return Table([*columns, Column("note")], rows, title, [*meanings(comparison), *comparison.notes()])
 

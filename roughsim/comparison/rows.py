@@ -1,5 +1,6 @@
 """The rows of a comparison: each observable at each speed by theory and in each column, and the ratios of columns."""
 
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import copysign, inf, isfinite, isnan, log, nan
@@ -116,8 +117,12 @@ def rows_of(run: Run) -> Iterator[Row]:
     """Yield a row for each observable and speed; at the end the contact temperatures, if the scene has a duration."""
     grid, q_c = finest(run)
     drawn = TruncatedSpectrum(prediction.smoothed_spectrum(run.scene), q_c)
+    with warnings.catch_warnings():
+        if not run.drawn:  # the longest waves of C(q) stand for what a map shows, and its cell lacks nothing of it
+            warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
+        summed = prediction.mode_sums(run.scene, drawn, grid)
     theories = {  # by the field of a row that has it
-        "theory": prediction.mode_sums(run.scene, drawn, grid),
+        "theory": summed,
         "theory_at_cut_off": prediction.predictions(run.scene, q_c),
         "theory_full_spectrum": prediction.predictions(run.scene),
         "calibrated": prediction.calibrated_predictions(run.scene),

@@ -61,7 +61,7 @@ def losses(run: Run) -> list[str]:
 def state_line(run: Run) -> str:
     """Return in one line the number of realizations, the errors beside their targets, and whether more are coming."""
     if run.target_met or run.realizations >= run.max_realizations:
-        return f"{run.realizations} realizations{reached(run)}; finished: {ended(run)}"
+        return f"{run.extent}{reached(run)}; finished: {ended(run)}"
     process, left = writer(run.folder), seconds_left(run)
     now = f"being computed by {process}" if process else "not being computed now"
     pace = f", {clock(left)} left at the latest pace" if left is not None else ""

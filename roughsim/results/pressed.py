@@ -23,6 +23,7 @@ class Pressed(Run):
     size and of its edges: quarters have twice the edge per area.
     """
 
+    drawn = False
     quarters: Run  # realizations 0 … 3
 
     def refresh(self) -> None:
@@ -32,9 +33,9 @@ class Pressed(Run):
             self.quarters.refresh()
 
     @property
-    def scanned(self) -> bool:
-        """No surface is drawn from C(q): the map itself is pressed."""
-        return False
+    def extent(self) -> str:
+        """What was computed, in words."""
+        return "the map itself" if self.realizations else "nothing of the map yet"
 
     @property
     def independent(self) -> int:

@@ -64,6 +64,7 @@ class Run(Counted):
         Level and index of files that could not be used, and why; empty unless opened with ``damaged="skip"``.
     """
 
+    drawn = True  # whether the surfaces are drawn from C(q)
     _stored: Estimates | None = None  # the estimates in the folder, once they were looked for
 
     def estimate(self, observable: str, column: str | None = None) -> Estimate:
@@ -118,7 +119,12 @@ class Run(Counted):
     @property
     def scanned(self) -> bool:
         """Whether the surfaces are drawn from a C(q) that was measured on maps."""
-        return self.scene.scanned
+        return self.drawn and self.scene.scanned
+
+    @property
+    def extent(self) -> str:
+        """How much was computed, in words."""
+        return f"{self.realizations} realizations"
 
     @property
     def independent(self) -> int:
