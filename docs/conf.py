@@ -28,7 +28,7 @@ html_math_renderer = "mathml"  # browsers draw it themselves: no script, nothing
 
 nb_execution_mode = "force"  # the notebooks are stored without results
 nb_execution_in_temp = True
-nb_execution_timeout = 120
+nb_execution_timeout = 600  # s for a cell: busy machines are slow
 nb_execution_raise_on_error = True
 nb_ipywidgets_js: dict[str, dict[str, str]] = {}  # nothing from elsewhere
 
