@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from march_cases import sliding_scene
+from tasks_at_once import Now
 
 import roughsim as rs
 from roughsim.explore.content import WatchedRun, as_bytes
@@ -16,21 +17,6 @@ from bokeh.document import Document
 
 from roughsim.explore import page as page_module
 from roughsim.explore.page import Page
-
-
-class Now:
-    """Does every task at once, in the thread of the page."""
-
-    def __init__(self, document, failed):
-        self.failed = failed
-
-    def ask(self, work, show):
-        try:
-            result = work()
-        except Exception as error:
-            self.failed(error)
-        else:
-            show(result)
 
 
 @pytest.fixture

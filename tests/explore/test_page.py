@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tasks_at_once import Now
 
 import roughsim as rs
 from roughsim.explore import content
@@ -19,21 +20,6 @@ from bokeh.models import Div, PreText
 from roughsim.explore import page as page_module
 from roughsim.explore.layout import Layout
 from roughsim.explore.page import Page
-
-
-class Now:
-    """Does every task at once, in the thread of the page."""
-
-    def __init__(self, document, failed):
-        self.failed = failed
-
-    def ask(self, work, show):
-        try:
-            result = work()
-        except Exception as error:
-            self.failed(error)
-        else:
-            show(result)
 
 
 @pytest.fixture(scope="module")
