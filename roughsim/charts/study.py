@@ -29,13 +29,17 @@ def study_chart(
 
     `rows` are those of the tidy table. `keys` are the varied numbers: name → the words of an axis, and the factor from
     SI to its unit. Curves are those of the speeds where one number is varied, else of the second one at the highest
-    speed. ValueError if no number is varied, or nothing is there to draw.
+    speed of each point. ValueError if no number is varied, or nothing is there to draw.
     """
     rows = [row for row in rows if row["observable"] == observable]
     if not keys or not rows:
         what = "no varied key is a number" if not keys else f"no point has {observable} yet"
         raise ValueError(f"there is nothing to draw: {what}")
-    highest = max((row["speed"] for row in rows if row["speed"] is not None), default=None)
+    highest: dict[str, float] = {}  # speed of each point
+    for row in rows:
+        if row["speed"] is not None:
+            highest[row["point"]] = max(row["speed"], highest.get(row["point"], 0.0))
+    at_highest = [row for row in rows if row["speed"] == highest.get(row["point"])]
     names = [*keys]
     mapped = len(keys) > 1 and all(len({row[name] for row in rows}) > 2 for name in names[:2])
     with new_figure(path, (10.0 if mapped else 5.4, 4.0), plain(title).replace("$", r"\$")) as figure:
@@ -43,12 +47,11 @@ def study_chart(
         if len(keys) == 1:
             draw_curves(panels[0], rows, keys, names[0], "speed", column, observable)
         else:
-            at_speed = [row for row in rows if row["speed"] == highest]
-            draw_curves(panels[0], at_speed, keys, names[0], names[1], column, observable)
-            if highest is not None:
-                panels[0].set_title(f"at {highest:g} m/s")
+            draw_curves(panels[0], at_highest, keys, names[0], names[1], column, observable)
+            if len({*highest.values()}) == 1:
+                panels[0].set_title(f"at {at_highest[0]['speed']:g} m/s")
         if mapped:
-            draw_map(panels[1], [row for row in rows if row["speed"] == highest], keys, column, observable)
+            draw_map(panels[1], at_highest, keys, column, observable)
 
 
 def draw_curves(

@@ -51,7 +51,7 @@ class StudyPage:
 
     def _make_controls(self) -> None:
         """Make a choice of the observable, of what lies along x, of what a curve is for, and one for each key."""
-        numeric = [self.study.keys[key] for key in self.study.numeric_keys] or list(self.names)
+        numeric = [*(self.study.keys[key] for key in self.study.numeric_keys), SPEED]
         families = [SPEED, *self.names, NONE]
         second = next((name for name in self.names if name != numeric[0]), SPEED)
         self.selects: dict[str, models.Select] = {
@@ -82,9 +82,16 @@ class StudyPage:
         for name in self.names:
             if name not in free:
                 rows = [r for r in rows if str(r[name]) == self.choice(f"key {name}")]
-        if SPEED not in free:
+        with_speed = {(r["point"], r["speed"]) for r in rows if r["speed"] is not None}
+        if SPEED not in free and len(with_speed) > len(dict(with_speed)):  # else each point has one speed of its own
             rows = [r for r in rows if r["speed"] is None or str(r["speed"]) == self.choice(SPEED)]
+        if self.choice("x") == SPEED:
+            rows = [r for r in rows if r["speed"] is not None]
         return rows
+
+    def words(self, name: str) -> tuple[str, float]:
+        """Return what an axis is called, and the factor from SI to its unit."""
+        return words_of(self.names.get(name, "sliding.speed"))
 
     def draw(self) -> None:
         """Draw the figure anew, and show only the controls that matter."""
@@ -106,7 +113,7 @@ class StudyPage:
     def figure_of(self, rows: list[dict[str, Any]]) -> Any:
         """Return the figure of some rows."""
         x, family, observable = self.choice("x"), self.choice("family"), self.choice("observable")
-        words, factor = words_of(self.names[x])
+        words, factor = self.words(x)
         unit = OBSERVABLES[observable].unit
         in_unit = shown(unit)[1]
         places = [r[x] for r in rows]
@@ -123,7 +130,7 @@ class StudyPage:
             height=HEIGHT,
             tools="pan,wheel_zoom,box_zoom,reset,save",
         )
-        values = list(dict.fromkeys(r.get(family) for r in rows)) if family != NONE else [None]
+        values = list({str(r.get(family)): r.get(family) for r in rows}.values())
         if len(values) > MOST_CURVES:
             values = [values[k] for k in np.linspace(0, len(values) - 1, MOST_CURVES).round().astype(int)]
         for value, colour in zip(values, viridis(max(len(values), 2) + 1), strict=False):
@@ -144,7 +151,7 @@ class StudyPage:
         for axis, logarithmic in ((made.xaxis, log_x), (made.yaxis, log_y)):
             if logarithmic:
                 axis.ticker = models.LogTicker(mantissas=[1, 2, 5])
-        made.legend.title = "" if family == NONE else words_of(self.names[family])[0] if family != SPEED else SPEED
+        made.legend.title = "" if family == NONE else self.words(family)[0]
         made.add_layout(made.legend[0], "right" if len(values) > 1 else "center")
         made.legend.click_policy = "hide"
         return made

@@ -161,18 +161,19 @@ class Study:
             The point and the one `before` it along `key`, the `speed`, the `ratio` of the two with its errors, and the
             `exponent` n of observable ∝ keyⁿ between them. Both points see the same surfaces, so that `standard_error`
             is that of pairs: far less than the scatter of each. `total_error` adds all other parts of both (95 %).
+            Neighbours with other levels or another seed make no pairs, and are left out.
         """
         runs = {point.name: run for point, run in self.results}
         for key in self.numeric_keys:
-            lines: dict[tuple[Any, ...], list[Point]] = {}
+            lines: dict[tuple[str, ...], list[Point]] = {}
             for point in self.points:
-                others = tuple(value for other, value in point.values.items() if other not in self._together(key))
+                others = tuple(str(value) for other, value in point.values.items() if other not in self._together(key))
                 lines.setdefault(others, []).append(point)
             for line in lines.values():
                 line.sort(key=lambda point: float(point.values[key]))
                 for low, high in pairwise(point for point in line if point.name in runs):
                     run, before = runs[high.name], runs[low.name]
-                    if run.scene.speeds == before.scene.speeds:
+                    if run.scene.speeds == before.scene.speeds and surfaces(run) == surfaces(before):
                         ratio = paired_ratio(run, before, observable, column)
                         yield from self._trend_rows(key, low, high, ratio, run.scene.speeds)
 
@@ -239,6 +240,8 @@ class Study:
     def chart(self, path: str | Path, observable: str = "flash_temperature") -> None:
         """Draw an observable over the first varied number, and as a map over the first two.
 
+        Other keys have their first values, which the title names.
+
         Parameters
         ----------
         path : str or Path
@@ -256,6 +259,11 @@ def open_study(folder: str | Path) -> Study:
     return Study(folder)
 
 
+def surfaces(run: Run) -> tuple[Any, ...]:
+    """Return what two runs must have in common so that their rows are pairs."""
+    return run.seed, run.numerics.levels, run.numerics.lengths
+
+
 def paired_ratio(above: Run, below: Run, observable: str, column: str | None = None) -> Uncertain:
     """Return the ratio of an observable of two runs with the same levels and surfaces, and its paired errors.
 
@@ -264,8 +272,7 @@ def paired_ratio(above: Run, below: Run, observable: str, column: str | None = N
     """
     if observable not in UNITS or observable not in OBSERVABLES:
         raise ValueError(f"observable = {observable!r} is unknown; choose one of {', '.join(OBSERVABLES)}")
-    alike = (above.seed, above.numerics.levels, above.numerics.lengths)
-    if alike != (below.seed, below.numerics.levels, below.numerics.lengths):
+    if surfaces(above) != surfaces(below):
         raise ValueError(f"{above.folder} and {below.folder} have other levels or surfaces: their rows are no pairs")
     common = sorted({*above.sound(above.realizations)} & {*below.sound(below.realizations)})
     pair, sizes = [], []
@@ -280,6 +287,6 @@ def paired_ratio(above: Run, below: Run, observable: str, column: str | None = N
         pair[0],
         pair[1],
         size=np.hypot(*sizes),
-        solver=OBSERVABLES[observable].solver_share * above.numerics.tolerance,
+        solver=OBSERVABLES[observable].solver_share * max(above.numerics.tolerance, below.numerics.tolerance),
         scanned=above.scene.scanned,
     )

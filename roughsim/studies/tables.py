@@ -92,6 +92,8 @@ def number_of(row: dict[str, Any], observable: str) -> Number:
 
 def value_text(key: str, value: Any) -> str:
     """Return a varied value in the unit that people read."""
+    if isinstance(value, (list, tuple)):
+        return ", ".join(value_text(key, entry) for entry in value)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return str(value)
     return significant(float(value) * words_of(key)[1], 5)
@@ -103,9 +105,17 @@ def draw_study(study: Any, path: Path, observable: str) -> None:
 
     if observable not in OBSERVABLES:
         raise ValueError(f"observable = {observable!r} is unknown; choose one of {', '.join(OBSERVABLES)}")
-    keys = {study.keys[key]: words_of(key) for key in study.numeric_keys}
+    keys = {study.keys[key]: words_of(key) for key in study.numeric_keys[:2]}
+    rows = list(study.rows(observable))
     title = f"{study.scene.title}: {study.finished} of {len(study.points)} points"
-    study_chart(list(study.rows(observable)), keys, study.column, observable, path, title=title)
+    for axis in study.axes:  # those that are not drawn have the values of the first result
+        names = [study.keys[key] for key in axis.keys]
+        if keys and rows and names[0] not in keys:
+            rows = [row for row in rows if all(row[name] == rows[0][name] for name in names)]
+            for key, name in zip(axis.keys, names, strict=True):
+                words, _, unit = words_of(key)[0].partition(", ")
+                title += f"; {words} {value_text(key, rows[0][name])} {unit}".rstrip()
+    study_chart(rows, keys, study.column, observable, path, title=title)
 
 
 def save_study(study: Any, path: str | Path) -> Path:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.scene.schema import SECTIONS, SceneError, as_written, quantity
 
 MOST_POINTS = 10_000
@@ -95,17 +96,21 @@ def spaced(keys: tuple[str, ...], values: Mapping[str, Any], where: str) -> list
     if isinstance(count, bool) or not isinstance(count, int) or not 2 <= count <= MOST_POINTS:
         raise SceneError(f"{where}.{kind}: count = {as_written(count)} must be a whole number from 2 to {MOST_POINTS}")
     for end in (first, last):
-        if not isinstance(end, float) or (kind == "logspace" and end <= 0.0):
+        if isinstance(end, bool) or not isinstance(end, (int, float)) or (kind == "logspace" and end <= 0.0):
             raise SceneError(f"{where}.{kind} = {as_written(end)} must be a number{' > 0' * (kind == 'logspace')}")
-    return [float(f"{value:.{DIGITS}g}") for value in SPACES[kind](first, last, count)]
+    spread = [float(f"{value:.{DIGITS}g}") for value in SPACES[kind](float(first), float(last), count)]
+    whole = isinstance(first, int)
+    return [int(value) if whole and value.is_integer() else value for value in spread]
 
 
 def in_si(key: str, value: Any, where: str) -> Any:
     """Return a value in SI if its key is a number; any other value as it is, to be checked in its scene."""
     section, _, name = key.partition(".")
     number = quantity(SECTIONS[section], name) if section in SECTIONS and name else None
-    if hasattr(value, "item"):  # a number of NumPy
-        value = value.item()
+    if hasattr(value, "tolist"):  # a number or an array of NumPy
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return tuple(in_si(key, entry, where) for entry in value)
     if number is None or isinstance(value, bool) or not isinstance(value, (str, int, float)):
         return value
     try:
@@ -118,6 +123,8 @@ def in_si(key: str, value: Any, where: str) -> Any:
 
 def label(value: Any) -> str:
     """Return a value as a few letters that may stand in the name of a folder."""
+    if isinstance(value, tuple):
+        value = "-".join(map(label, value))
     text = f"{value:.{DIGITS}g}" if isinstance(value, float) else str(value)
     return re.sub(r"[^\w.+-]+", "-", text).strip("-")[:60] or "none"
 
@@ -125,7 +132,7 @@ def label(value: Any) -> str:
 def short_names(keys: Sequence[str]) -> dict[str, str]:
     """Return each key without its section where that is clear: "nominal_pressure", but "sliding_speed"."""
     last = [key.rpartition(".")[2] for key in keys]
-    taken = {"speed", "column", "observable"}  # names in the tables
+    taken = {"speed", "column", "observable", *OBSERVABLES}  # names in the tables
     return {
         key: name if last.count(name) == 1 and name not in taken else key.replace(".", "_")
         for key, name in zip(keys, last, strict=True)

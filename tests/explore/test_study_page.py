@@ -88,3 +88,21 @@ def test_the_server_opens_the_page_of_a_study_and_refuses_other_folders(study, t
     assert server.page_of(study.folder).func is StudyPage
     with pytest.raises(rs.RecordError, match="is no run"):
         server.page_of(tmp_path)
+
+
+def test_words_and_lists_are_curves_over_the_speed(study, tmp_path):
+    vary = {"sliding.heat_partition": ["mean", "all"]}
+    words = rs.study(study.scene, vary=vary, folder=tmp_path / "words")
+    page = StudyPage(words.folder, Document())
+    assert list(curves(page)) == ["mean", "all"]
+    assert np.array_equal(curves(page)["all"]["x"], words.scene.speeds)
+    page.selects["observable"].value = "contact_fraction"
+    assert "no result to draw" in page.problems.text
+
+
+def test_speeds_varied_one_by_one_lie_along_x(study, tmp_path):
+    vary = {"sliding.speed": [1.0, 10.0]}
+    page = StudyPage(rs.study(study.scene, vary=vary, folder=tmp_path / "speeds").folder, Document())
+    page.selects["family"].value = "none"
+    (curve,) = curves(page).values()
+    assert np.array_equal(curve["x"], [1.0, 10.0])

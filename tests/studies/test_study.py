@@ -258,6 +258,45 @@ def test_a_study_is_drawn(done, tmp_path, observable):
         done.chart(tmp_path / "s.svg", "heat")
 
 
+@pytest.fixture(scope="module")
+def odd(small, tmp_path_factory):
+    """A study over a number, words that name an observable, too, and a number that leaves no pairs."""
+    vary = {"sliding.nominal_pressure": [1e8, 3e8], "sliding.heat_partition": ["mean", "all"], "ensemble.seed": [1, 2]}
+    return rs.study(small, vary=vary, folder=tmp_path_factory.mktemp("studies") / "odd")
+
+
+def test_a_varied_key_and_an_observable_of_one_name_are_two_things_in_a_file(odd, tmp_path):
+    xarray = pytest.importorskip("xarray")
+    with xarray.open_dataset(odd.save(tmp_path / "odd.h5"), engine="h5netcdf") as data:
+        assert data["sliding_heat_partition"].values.tolist() == ["mean", "all"]
+        share = data["heat_partition"].sel(column="theory", speed=0.0)
+        assert np.all(share.values == 0.5)  # at rest, of like bodies
+
+
+def test_points_of_another_seed_have_no_trend_and_the_others_have_theirs(odd):
+    assert {trend["key"] for trend in odd.trends()} == {"nominal_pressure"}
+    assert "∂ln/∂ln" in str(odd)
+
+
+def test_a_chart_holds_the_keys_that_it_does_not_show_and_its_title_names_them(odd, tmp_path, monkeypatch):
+    drawn = {}
+    monkeypatch.setattr(
+        "roughsim.charts.study.study_chart", lambda rows, keys, *rest, title: drawn.update(rows=rows, title=title)
+    )
+    odd.chart(tmp_path / "chart.png")
+    assert {row["sliding_heat_partition"] for row in drawn["rows"]} == {"mean"}
+    assert {row["seed"] for row in drawn["rows"]} == {1, 2}
+    assert drawn["title"].endswith("; heat partition mean")
+
+
+def test_a_chart_over_load_and_speed_has_all_speeds(small, tmp_path):
+    vary = {"sliding.nominal_pressure": [1e8, 2e8, 3e8], "sliding.speed": [1.0, 10.0, 35.0]}
+    study = rs.study(small, vary=vary, folder=tmp_path / "study")
+    study.chart(tmp_path / "chart.svg")
+    text = (tmp_path / "chart.svg").read_text()
+    assert all(f">{speed}<" in text for speed in (1, 10, 35))  # the legend
+
+
 def test_speeds_may_be_varied_one_by_one(small, tmp_path):
     study = rs.study(small, vary={"sliding.speed": [1.0, 35.0]}, folder=tmp_path / "speeds")
     value = study.to_dict()["rows"]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from roughsim.scene import SceneError
+from roughsim.studies.tables import value_text
 from roughsim.studies.vary import NAME, points_of, read_axes
 
 
@@ -22,6 +23,16 @@ def test_first_last_and_count_stand_for_a_list():
     assert np.allclose(ratios, np.log(100.0) / 4, rtol=1e-7)
     (axis,) = read_axes({"surface.hurst": {"linspace": [0.6, 0.9, 4]}})
     assert [value for (value,) in axis.values] == pytest.approx([0.6, 0.7, 0.8, 0.9])
+
+
+def test_whole_numbers_may_be_spaced_and_lists_have_units_and_names():
+    assert read_axes({"ensemble.seed": {"linspace": [1, 5, 3]}})[0].values == ((1,), (3,), (5,))
+    with pytest.raises(SceneError, match="1.5 must be a whole number"):
+        read_axes({"ensemble.seed": {"linspace": [1, 2, 3]}})
+    (axis,) = read_axes({"numerics.lengths": [["1 mm", 9e-4], np.array([2e-3, 1e-3])]})
+    assert axis.values == (((1e-3, 9e-4),), ((2e-3, 1e-3),))
+    assert [point.name for point in points_of([axis])] == ["lengths=0.001-0.0009", "lengths=0.002-0.001"]
+    assert value_text("numerics.lengths", (1e-3, 9e-4)) == "1000, 900"  # µm
 
 
 def test_keys_that_change_together_share_an_axis():
@@ -42,7 +53,7 @@ def test_names_of_points_are_folders_that_no_pattern_mistakes():
     names = [point.name for point in points_of(read_axes(vary))]
     assert len(set(names)) == 12
     assert all(NAME.fullmatch(name) and not re.search(r"[*?\[\]/\\ ]", name) for name in names)
-    assert names[-1] == "nominal_pressure=1234567.89,sliding_speed=3,heat_partition=0.5"
+    assert names[-1] == "nominal_pressure=1234567.89,sliding_speed=3,sliding_heat_partition=0.5"
 
 
 @pytest.mark.parametrize(
