@@ -16,7 +16,7 @@ from roughsim.estimate.cell_size import choose_lengths, size_error_of_sum
 from roughsim.estimate.errors import LEAST, LEAST_FINE, quantile
 from roughsim.grid import Array
 from roughsim.planning.levels import Ladder, ladders_of
-from roughsim.planning.march import march_reasons, with_march
+from roughsim.planning.march import march_memory, march_reasons, with_march
 from roughsim.planning.pilot import HALF_SCATTER, SCATTER_KNOWN, SOLVES, Lengths, Pilot, work
 from roughsim.prediction.scans import scan_of_hottest
 from roughsim.scene import Scene
@@ -88,16 +88,22 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
     if "friction_coefficient" in scene.tables:
         text = at_speeds(prediction.friction_coefficient(scene))
         reasons.append(Reason("friction_coefficient", text, "at T₀ + T_flash of the theory, speed by speed"))
-    reasons += march_reasons(scene, numerics)
+    memory = memory_reason(scene, numerics)  # before the march is timed
+    return replace(numerics, reasons=(*reasons, *march_reasons(scene, numerics), memory))
+
+
+def memory_reason(scene: Scene, numerics: Numerics) -> Reason:
+    """Return what memory the largest member takes; ResolutionError if the machine has too little."""
     points = max(level.shape[0] * level.shape[1] for level in numerics.levels)
-    memory, available = BYTES_PER_POINT * points, machine_memory()
+    memory, why, available = BYTES_PER_POINT * points, "largest grid", machine_memory()
+    if numerics.march is not None and (march := march_memory(scene, numerics)) > memory:
+        memory, why = march, "the march: both bodies remember their heat, at each speed"
     if memory > MEMORY_SHARE * available:
         raise ResolutionError(
-            f"memory = {memory / 1e9:.3g} GB for a grid of {points} points exceeds {100 * MEMORY_SHARE:.0f} % of the "
-            f"machine's {available / 1e9:.3g} GB; lower the levels' shape"
+            f"memory = {memory / 1e9:.3g} GB ({why}) exceeds {100 * MEMORY_SHARE:.0f} % of the machine's "
+            f"{available / 1e9:.3g} GB; lower the levels' shape"
         )
-    reasons.append(Reason("memory", f"{memory / 1e9:.2g} GB per worker", "largest grid"))
-    return replace(numerics, reasons=tuple(reasons))
+    return Reason("memory", f"{memory / 1e9:.2g} GB per worker", why)
 
 
 def at_speeds(values: Array) -> str:

@@ -14,7 +14,7 @@ from roughsim.pipeline import Problem, Solution, linear_algebra, solve_problem
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.sliding.member import SlideProblem
-from roughsim.sliding.path import pixel_of_path
+from roughsim.sliding.path import oblique_path, pixel_of_path
 from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
 
 LEAST_STEPS = 4  # of a march: the last half has means
@@ -71,6 +71,7 @@ def march_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
             f"pixels of {step:.4g} m on the grid {level.shape}; slide further, leave out the slow speeds, or refine "
             "the last of numerics.levels"
         )
+    oblique_path(grid, max(scene.sliding.distances))  # refuses too many steps
     resting, moving = scene.sliding_faces
     bodies = prediction.conduction(scene)
     return SlideProblem(

@@ -31,9 +31,9 @@ class StressCorrelation:
         self.taken += 1
 
     def mean(self) -> Array:
-        """Return the correlation at lags of 1, 2 … steps, relative to the mean variance."""
+        """Return the correlation at lags of 1, 2 … steps, relative to the mean variance; NaN without a variance."""
         correlation = self.sums[: self.taken] / self.counts[: self.taken]
-        relative: Array = correlation[1:] / correlation[0]
+        relative: Array = correlation[1:] / (correlation[0] or np.nan)
         return relative
 
 

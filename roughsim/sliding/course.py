@@ -67,7 +67,8 @@ def follow(
         diffusivity=[motion.moving.diffusivity for motion in motions],
     )
     correlation, spots, projector = StressCorrelation(grid), SpotLives(), Projector(grid, len(motions), filmed)
-    rows, fractions, frozen, spectra, before = [], [], [], [], None
+    rows, fractions, frozen, before = [], [], [], None
+    late: Array = np.zeros(())  # sum of the spectra over the last steps
     for n, step in enumerate(walk(contacts, grid, path, motions)):
         correlation.add(step.stress)
         if step.contact is not before:  # over a flat it stays
@@ -80,7 +81,7 @@ def follow(
         spectrum, unseen = stress_spectrum(step.stress, grid)
         frozen.append(sums_over_directions(spectrum, unseen, grid, sliding)[0])
         if n > LAST * path.steps:
-            spectra.append(spectrum.variance)
+            late = late + spectrum.variance
         projector.add(n, step)
     heating = np.asarray(sliding.friction_coefficient) * np.array(sliding.speeds)
     factor = heating / (np.asarray(sliding.conductivity) * step.stress[0, 0].real)
@@ -93,7 +94,7 @@ def follow(
         yielded,
         correlation.mean(),
         survival(spots.lives(), path.distance[1:]),
-        np.mean(spectra, axis=0),
+        late / (path.steps - int(LAST * path.steps)),
         step.contact,
         projector.film(path),
     )

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from roughsim.errors import ResolutionError
 from roughsim.grid import Grid
 
-# After each length of the cell the path has moved across by this part of it, so that a wave meets new rows. 1/φ⁴: any
-# number of laps spreads evenly over the cell.
+# After each length of the cell the path has moved across by this part of its shorter side, so that a wave meets new
+# rows. 1/φ⁴: any number of laps spreads evenly over a square cell.
 ACROSS = ((math.sqrt(5.0) - 1.0) / 2.0) ** 4
+MOST_STEPS = 1_000_000  # over a day of CPU time on 64² points; the curves of all steps stay in memory
 _ROUNDING = 1e-9
 
 
@@ -37,7 +39,12 @@ class Path:
 
 def pixel_of_path(grid: Grid) -> float:
     """Return the distance that goes with one pixel along x, m."""
-    return grid.spacing[0] * math.hypot(1.0, ACROSS * grid.lengths[1] / grid.lengths[0])
+    return grid.spacing[0] * math.hypot(1.0, slope(grid))
+
+
+def slope(grid: Grid) -> float:
+    """Return dy/dx of the path: 8°, or less in a cell that is longer than wide."""
+    return ACROSS * min(1.0, grid.lengths[1] / grid.lengths[0])
 
 
 def oblique_path(grid: Grid, slid_distance: float, steps: int | None = None, *, backwards: bool = False) -> Path:
@@ -45,7 +52,7 @@ def oblique_path(grid: Grid, slid_distance: float, steps: int | None = None, *, 
 
     Each step is a whole number of pixels along x: one, or as many as bring the number of steps nearest to `steps`.
     Across, the direction is straight and each position the nearest pixel to it. ValueError if the distance, or a step,
-    would be under a pixel.
+    would be under a pixel; ResolutionError above `MOST_STEPS`.
     """
     spacing = pixel_of_path(grid)
     pixels = slid_distance / spacing
@@ -62,7 +69,12 @@ def oblique_path(grid: Grid, slid_distance: float, steps: int | None = None, *, 
                 f"most {round(pixels)}, or refine the grid"
             )
         stride = max(1, round(pixels / steps))
+    if pixels > MOST_STEPS * stride:
+        raise ResolutionError(
+            f"slid_distance = {slid_distance:.6g} m is {pixels / stride:.3g} steps of {stride * spacing:.4g} m, of which "
+            f"{MOST_STEPS} are the most that are followed; slide less far, or for a shorter time"
+        )
     along = stride * np.arange(max(1, round(pixels / stride)) + 1, dtype=np.float64)
-    across = along * (ACROSS * grid.shape[1] / grid.shape[0])
+    across = along * (slope(grid) * grid.spacing[0] / grid.spacing[1])
     offsets = np.rint(np.stack([along, across], axis=1)).astype(np.intp)
     return Path(-offsets if backwards else offsets, along * spacing)

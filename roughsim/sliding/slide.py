@@ -1,12 +1,13 @@
 """Two rough bodies that slide over one another: contact and temperatures of both bodies, step by step."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from roughsim.contact import Contact, Solid, checked_load
-from roughsim.errors import not_negative, number, positive, real_field
+from roughsim.errors import number, positive, real_field
 from roughsim.grid import Array, Grid
 from roughsim.heat.partition import Body
 from roughsim.sliding.course import follow
@@ -40,7 +41,8 @@ class Slide:
     contact_fraction, plastic_fraction : ndarray
         Share of points with σ > 0, and with σ = σ_P.
     stress_correlation : ndarray
-        ⟨δσ(s) δσ(s + Δ)⟩/⟨δσ²⟩ at points of the resting body, with Δ = `slid_distance`, mean over several s.
+        ⟨δσ(s) δσ(s + Δ)⟩/⟨δσ²⟩ at points of the resting body, with Δ = `slid_distance`, mean over several s; NaN
+        of a uniform stress.
     spot_survival : ndarray
         Share of the contact spots of 4 pixels or more, born on the way, that live for longer than `slid_distance`; NaN
         beyond what was seen, and over a flat.
@@ -100,7 +102,7 @@ def slide(  # noqa: PLR0913  (two bodies)
     nominal_pressure : float
         σ₀, Pa.
     friction_coefficient : float
-        μ ≥ 0.
+        μ > 0: without friction there is no heat to share.
     speed : float or array_like
         v of the moving body over the resting one, m/s, not 0, of either sign; several in an array, all of one sign.
         The contact is solved once for all of them.
@@ -117,7 +119,7 @@ def slide(  # noqa: PLR0913  (two bodies)
     the share of its heat is not found.
     """
     load = checked_load("nominal_pressure", nominal_pressure, solid)
-    friction = not_negative("friction_coefficient", friction_coefficient)
+    friction = positive("friction_coefficient", friction_coefficient)
     speeds = _checked_speeds(speed, moving, resting)
     distance = positive("slid_distance", slid_distance, "m")
     if steps is not None and (number("steps", steps) < 1 or steps % 1):
@@ -152,7 +154,7 @@ def _checked_speeds(speed: ArrayLike, moving: Body, resting: Body) -> Array:
     if not np.isfinite(speeds).all() or not (speeds.min() > 0.0 or speeds.max() < 0.0):
         raise ValueError(f"speed = {speed!r} m/s must be finite, not 0, and of one sign: the bodies slide one way")
     difference = moving.speed - resting.speed
-    if array.ndim == 0 and difference != speeds[0]:
+    if array.ndim == 0 and not math.isclose(difference, speeds[0], rel_tol=1e-9):
         raise ValueError(
             f"moving.speed − resting.speed = {difference:.6g} m/s, but speed = {speeds[0]:.6g} m/s; give the bodies "
             "the speeds of the contact through them"

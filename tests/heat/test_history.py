@@ -102,3 +102,21 @@ def test_a_short_wave_keeps_what_a_step_leaves_of_it():
     assert last_temperature(lambda _: 1.0, steps * step, steps, mode=(1, 0)) == pytest.approx(
         expected, rel=KERNEL_ERROR
     )
+
+
+@pytest.mark.parametrize("decay", [1e-4, 0.1, 1.0, 10.0, 100.0])
+def test_the_weights_of_the_steps_have_a_positive_real_part_at_every_frequency(decay):
+    # else a share that changes from step to step could grow without bound
+    steps, mode = 400, (1, 0)
+    step = decay / (STEEL[1] * (2 * pi / 1e-3) ** 2)
+    history, weights = History(GRID, *STEEL, step, steps, np.zeros(GRID.half_shape, complex)), []
+    for n in range(steps):
+        pulse = np.full(GRID.half_shape, n == 0, complex)
+        weights.append((history.known() + history.response * pulse)[mode].real)
+        history.advance(pulse)
+    angles = np.linspace(0, pi, 401)[1:]
+    real = np.cos(np.outer(angles, np.arange(steps))) @ weights
+    # what is cut off is under half of the last weight over sin(angle/2), the alternating end of the sum
+    cut = weights[-1] / np.sin(angles / 2)
+    assert ((real + cut) / weights[0]).min() > 0.47
+    assert (real / weights[0])[-1] > 0.47 - weights[-1] / weights[0]

@@ -15,6 +15,7 @@ from roughsim.ensemble import workers
 from roughsim.ensemble.status import losses
 from roughsim.errors import ConvergenceError
 from roughsim.planning import march as planning_march
+from roughsim.planning import plan as planning_plan
 from roughsim.planning.realization import march_problem
 from roughsim.results.film import read_film
 from roughsim.sliding.path import oblique_path
@@ -267,6 +268,22 @@ def test_too_short_a_slide_is_refused_before_any_work(tmp_path):
     with pytest.raises(rs.errors.ResolutionError, match=r"^slid distance = 0.0002 m at 1 m/s is under 4 pixels of 6.3"):
         rs.run(sliding_scene(short), tmp_path / "run")
     assert not (tmp_path / "run").exists()
+
+
+def test_hours_of_sliding_are_refused_before_any_work():
+    hours = 'history = "sliding"\nduration = "2 h"'
+    with pytest.raises(rs.errors.ResolutionError, match=r"^slid_distance = 252000 m is 3.99e\+09 steps of 6.316e-05 m"):
+        rs.plan(sliding_scene(hours))
+
+
+def test_the_memory_of_both_bodies_is_planned(monkeypatch):
+    scene = sliding_scene()
+    reason = rs.plan(scene).reasons[-1]
+    assert reason == ("memory", "0.00091 GB per worker", "the march: both bodies remember their heat, at each speed")
+    monkeypatch.setattr(planning_plan, "machine_memory", lambda: 1e6)
+    monkeypatch.setattr(planning_march, "seconds_of_step", None)  # refused before it is timed
+    with pytest.raises(rs.errors.ResolutionError, match=r"memory = 0.000911 GB \(the march: .* exceeds 80 % of the"):
+        rs.plan(scene)
 
 
 def test_the_march_is_no_single_contact(run):

@@ -212,6 +212,37 @@ def test_a_step_is_whole_pixels_and_laps_meet_new_rows():
     assert (oblique_path(grid, CELL, backwards=True).offsets == -oblique_path(grid, CELL).offsets).all()
 
 
+def test_in_a_tall_cell_the_path_is_no_steeper():
+    path = oblique_path(Grid((20, 400), (CELL, 10 * CELL)), 2 * CELL)
+    angle = path.offsets[-1] * [CELL / 20, CELL / 40]
+    assert angle[1] / angle[0] == pytest.approx(ACROSS, abs=0.02)
+    assert path.distance[-1] == pytest.approx(hypot(*angle), rel=0.01)
+
+
+def test_the_stress_of_two_flats_has_no_correlation():
+    flat = np.zeros((16, 16))
+    assert np.isnan(partial(flat, flat, 1.0).stress_correlation).all()
+
+
+def test_speeds_of_the_bodies_may_be_rounded():
+    # 0.4 − 0.1 is not 0.3 to the last bit
+    moving, resting = replace(STEEL, speed=0.4), replace(STEEL, speed=0.1)
+    slid = partial(bumps(16, 1), bumps(16, 2), [0.3])
+    both = slide(
+        bumps(16, 1),
+        Grid((16, 16), (CELL, CELL)),
+        Solid(E),
+        nominal_pressure=1e6,
+        friction_coefficient=0.3,
+        speed=0.3,
+        moving=moving,
+        resting=resting,
+        counter_heights=bumps(16, 2),
+        slid_distance=CELL / 2,
+    )
+    assert (both.flash_temperature == slid.flash_temperature[0]).all()
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -223,7 +254,9 @@ def test_a_step_is_whole_pixels_and_laps_meet_new_rows():
         ({"slid_distance": -1.0}, "slid_distance = -1 m must be positive"),
         ({"steps": 100}, "steps = 100 over 0.001 m would be shorter than one pixel"),
         ({"steps": 0}, "steps = 0 must be a whole number"),
-        ({"friction_coefficient": -0.1}, "friction_coefficient = -0.1 must not be negative"),
+        ({"slid_distance": 1e5}, "slid_distance = 100000 m is 1.58e.09 steps of 6.316e-05 m, of which 1000000 are the most"),
+        ({"friction_coefficient": -0.1}, "friction_coefficient = -0.1 must be positive"),
+        ({"friction_coefficient": 0}, "friction_coefficient = 0 must be positive"),
         ({"counter_heights": np.zeros((8, 8))}, "counter_heights has shape"),
         ({"nominal_pressure": 2e9, "solid": Solid(E, 1e9)}, "exceeds penetration_hardness"),
     ],
