@@ -71,8 +71,8 @@ def oblique_path(grid: Grid, slid_distance: float, steps: int | None = None, *, 
         stride = max(1, round(pixels / steps))
     if pixels > MOST_STEPS * stride:
         raise ResolutionError(
-            f"slid_distance = {slid_distance:.6g} m is {pixels / stride:.3g} steps of {stride * spacing:.4g} m, of which "
-            f"{MOST_STEPS} are the most that are followed; slide less far, or for a shorter time"
+            f"slid_distance = {slid_distance:.6g} m is {pixels / stride:.3g} steps of {stride * spacing:.4g} m, of "
+            f"which {MOST_STEPS} are the most that are followed; slide less far, or for a shorter time"
         )
     along = stride * np.arange(max(1, round(pixels / stride)) + 1, dtype=np.float64)
     across = along * (slope(grid) * grid.spacing[0] / grid.spacing[1])
