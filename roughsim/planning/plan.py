@@ -95,7 +95,7 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
 def memory_reason(scene: Scene, numerics: Numerics) -> Reason:
     """Return what memory the largest member takes; ResolutionError if the machine has too little."""
     points = max(level.shape[0] * level.shape[1] for level in numerics.levels)
-    memory, why, available = BYTES_PER_POINT * points, "largest grid", machine_memory()
+    memory, why, available = float(BYTES_PER_POINT * points), "largest grid", machine_memory()
     if numerics.march is not None and (march := march_memory(scene, numerics)) > memory:
         memory, why = march, "the march: both bodies remember their heat, at each speed"
     if memory > MEMORY_SHARE * available:
