@@ -86,7 +86,7 @@ def member(case: Case, index: int) -> dict[str, list]:
         tolerance=TOLERANCE,
     )
     distances = slid.slid_distance
-    edges = np.geomspace(distances[0] * 0.99, distances[-1] * 1.01, BINS + 1)
+    edges = edges_of(distances[0], distances[-1])
     place = np.digitize(distances, edges) - 1
     used = np.unique(place)
 
@@ -122,12 +122,18 @@ def solve(case: Case, folder: Path, most: int) -> None:
             print(f"{case.name}: member {index}", flush=True)
 
 
-def late(member: dict[str, np.ndarray], name: str) -> np.ndarray:
+def edges_of(first: float, last: float) -> np.ndarray:
+    """Edges of the bins of the slid distance, from its first step to its last, m."""
+    return np.geomspace(first * 0.99, last * 1.01, BINS + 1)
+
+
+def late(case: Case, member: dict[str, np.ndarray], name: str) -> np.ndarray:
     """Return the mean of a number over the last half of the distance, for each speed."""
-    distance = member["slid_distance"]
-    inside = distance > distance[-1] / 2
-    weight = np.gradient(distance)[inside]
-    return np.average(member[name][..., inside], axis=-1, weights=weight)
+    edges = edges_of(member["slid_distance"][0], case.distance)
+    used = np.digitize(member["slid_distance"], edges) - 1
+    # each bin counts by the part of it that lies in that half
+    inside = np.minimum(edges[1:], case.distance) - np.maximum(edges[:-1], case.distance / 2)
+    return np.average(member[name], axis=-1, weights=np.maximum(inside, 0.0)[used])
 
 
 def mean_and_error(values: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -140,10 +146,10 @@ def mean_and_error(values: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
 def table(case: Case, members: list[dict[str, np.ndarray]]) -> None:
     """Print the means over the last half of the distance."""
     print(f"\n{case.name}, {len(members)} members, last half of the distance")
-    ratio = mean_and_error([late(m, "flash_temperature") / m["frozen_flash_temperature"] for m in members])
-    share = mean_and_error([late(m, "moving_share") for m in members])
+    ratio = mean_and_error([late(case, m, "flash_temperature") / m["frozen_flash_temperature"] for m in members])
+    share = mean_and_error([late(case, m, "moving_share") for m in members])
     flash, background, total = (
-        mean_and_error([late(m, name) for m in members])
+        mean_and_error([late(case, m, name) for m in members])
         for name in ("flash_temperature", "background", "contact_temperature")
     )
     for k, speed in enumerate(SPEEDS):
