@@ -17,6 +17,7 @@ from roughsim.explore.content import CORRELATION, Curve, Field, Image, Line, spe
 from roughsim.grid import Grid
 from roughsim.heat.statistics import ContactTemperature
 from roughsim.results.run import Run
+from roughsim.scene import with_short_tables
 from roughsim.show.table import shown
 
 SIDE = 300  # screen pixels along the longer side of a map: one fits on a telephone, three beside each other on a screen
@@ -86,7 +87,9 @@ def scene_text(run: Run) -> str:
         for number, level in enumerate(run.numerics.levels)
     )
     sides = " × ".join(f"{1e3 * length:.4g}" for length in run.numerics.lengths)
-    return "\n".join([run.scene.to_toml().strip(), "", f"# cell {sides} mm, seed {run.seed}", *grids])
+    return "\n".join(
+        [with_short_tables(run.scene.to_toml()).strip(), "", f"# cell {sides} mm, seed {run.seed}", *grids]
+    )
 
 
 class Controls:

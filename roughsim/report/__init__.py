@@ -1,6 +1,5 @@
 """A run as one HTML page to send: scene, plan, comparison, errors, figures and provenance, all in one file."""
 
-import re
 import time
 from base64 import b64encode
 from collections import Counter
@@ -24,7 +23,7 @@ from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.planning.limits import judge
 from roughsim.planning.plan import level_text, plan_table
 from roughsim.results.run import Run
-from roughsim.scene import Scene
+from roughsim.scene import Scene, with_short_tables
 from roughsim.scene.numerics import Reason
 from roughsim.show.markup import Html, bullets, digits, html_table, joined, tag, text
 from roughsim.show.table import Cell, Column, Number, Table
@@ -65,7 +64,6 @@ PICTURES_OF_MARCH = {
     ),
     "film": (".png", "Pressure, and temperature of the moving body, at four slid distances of one member."),
 }
-FEW_ROWS = 6  # rows of a table C(q) that the text of the scene shows
 FEW_FAILURES = 20  # members without numbers that the report names
 
 
@@ -234,7 +232,7 @@ def scene_section(run: Run) -> Html:
     ]
     titles = [Column("what follows from it"), Column("", number=True), Column("")]
     facts = judge(scene, run.numerics).facts
-    toml = re.sub(r"((?:^\[[^\[\]\n]*\],\n)+)", shortened, scene.to_toml(), flags=re.MULTILINE)
+    toml = with_short_tables(scene.to_toml())
     parts = [html_table(Table(titles, follows)), *([html_table(facts.table())] if facts else []), tag("pre", toml)]
     return joined(*parts)
 
@@ -243,14 +241,6 @@ def diffusivity_text(scene: Scene) -> str:
     """Return D of the moving body, mm²/s: one number, or the range over the speeds where κ depends on temperature."""
     values = prediction.conduction(scene).diffusivity * 1e6
     return " … ".join(dict.fromkeys(str(Number(float(value))) for value in (values.max(), values.min())))
-
-
-def shortened(match: re.Match[str]) -> str:
-    """Return the first and the last rows of a long table."""
-    rows, half = match[1].splitlines(keepends=True), FEW_ROWS // 2
-    if len(rows) <= FEW_ROWS:
-        return match[1]
-    return "".join([*rows[:half], f"# … {len(rows) - 2 * half} rows more in scene.toml of the run …\n", *rows[-half:]])
 
 
 def provenance_section(run: Run) -> Html:

@@ -6,6 +6,7 @@ from pathlib import Path
 from string import Template
 
 from roughsim.report import picture, place_of
+from roughsim.scene import with_short_tables
 from roughsim.show.markup import Html, html_table, joined, tag, text
 from roughsim.store.disk import place_bytes
 from roughsim.studies.study import Study
@@ -36,7 +37,7 @@ def page(study: Study) -> str:
     parts = {
         "Result": html_table(study_table(study)),
         "Charts": joined(*(chart(study, name, caption) for name, caption in DRAWN.items())),
-        "Scene": tag("pre", study.scene.to_toml()),
+        "Scene": tag("pre", with_short_tables(study.scene.to_toml())),
     }
     links = (tag("a", name, href=f"#{name.lower()}") for name in parts)
     bodies = (tag("section", tag("h2", name), content, id=name.lower()) for name, content in parts.items())

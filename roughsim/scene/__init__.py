@@ -10,5 +10,6 @@ from roughsim.scene.files import bundled_scenes as bundled_scenes
 from roughsim.scene.files import load_scene as load_scene
 from roughsim.scene.files import parse_scene as parse_scene
 from roughsim.scene.files import scene_text as scene_text
+from roughsim.scene.files import with_short_tables as with_short_tables
 from roughsim.scene.model import Scene as Scene
 from roughsim.scene.schema import SceneError as SceneError

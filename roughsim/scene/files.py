@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from roughsim.surface.topography import Topography
 
 MAX_BYTES = 64 * 1024
+FEW_ROWS = 6  # of a table C(q) that a text for people shows
 MAX_TABLE_BYTES = 1024 * 1024
 BLANK = "blank"  # the form to fill in: every key, commented out; it is no scene by itself
 
@@ -232,3 +233,17 @@ def with_table(name: str, key: str, section: dict[str, Any], folder: Path | None
         raise SceneError(f"{setting}: {error}") from None
     used = (key, *PLAIN_KEYS) if key == "topography" else (key,)
     return {other: section[other] for other in section if other not in used} | table
+
+
+def with_short_tables(text: str) -> str:
+    """Return the text of a scene file for people to read: long tables C(q) have their first and last rows only."""
+
+    def shortened(match: re.Match[str]) -> str:
+        rows, half = match[1].splitlines(keepends=True), FEW_ROWS // 2
+        if len(rows) <= FEW_ROWS:
+            return match[1]
+        return "".join(
+            [*rows[:half], f"# … {len(rows) - 2 * half} rows more in scene.toml of the run …\n", *rows[-half:]]
+        )
+
+    return re.sub(r"((?:^\[[^\[\]\n]*\],\n)+)", shortened, text, flags=re.MULTILINE)
