@@ -27,7 +27,7 @@ from roughsim.store import claims
 
 claims.LEASE, claims.RENEWAL, tasks.PAUSE = 3.0, 0.2, 0.05
 genuine = workers.solve_problem
-workers.solve_problem = lambda problem: (time.sleep(0.1), genuine(problem))[1]  # so that kills come in the middle
+workers.solve_problem = lambda *rest: (time.sleep(0.1), genuine(*rest))[1]  # so that kills come in the middle
 rs.run(rs.load_scene(sys.argv[1]), sys.argv[2], max_realizations=int(sys.argv[3]), until={})
 """
 UNGUARDED = """
@@ -117,6 +117,7 @@ def test_levels_in_half_the_cell_have_the_same_bits_after_a_kill_in_the_middle(c
         return {path.name for path in folder.glob("realizations/L*.h5")}
 
     while len(stored()) < 8:
+        assert any(one.poll() is None for one in array), array[0].communicate()[1]
         time.sleep(0.01)
     # one that computes a member now
     claims = [path for path in (folder / "claims").iterdir() if path.name.startswith("L")]
