@@ -5,6 +5,7 @@ A folder may come from elsewhere, so nothing in it is trusted.
 
 import json
 from dataclasses import asdict, dataclass
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from roughsim.errors import RecordError
 from roughsim.scene import Scene, SceneError, parse_scene
 from roughsim.scene.files import errors_named, read_text, scene_content, toml_content
 from roughsim.store.disk import is_temporary, place_bytes, read_bytes
-from roughsim.studies.vary import NAME, Axis, Point, points_of
+from roughsim.studies.vary import MOST_POINTS, NAME, Axis, Point, points_of
 
 FORMAT = 1
 DESCRIPTION = "study.json"
@@ -70,7 +71,7 @@ def write(folder: Path, description: Description) -> None:
                 f"{folder} holds a study with target_error = {before}, here it is {description.target_error}: its "
                 "levels were planned for that one; name another folder, or give the target as it was"
             )
-    elif folder.exists() and any(not is_temporary(path.name) for path in folder.iterdir()):
+    elif folder.exists() and not is_beginning(folder):
         raise RecordError(f"{folder} holds other files; name a new folder for the study")
     (folder / "points").mkdir(parents=True, exist_ok=True)
     content = {
@@ -82,6 +83,13 @@ def write(folder: Path, description: Description) -> None:
         path = folder / name
         if not path.is_file() or path.read_bytes() != text.encode():
             place_bytes(path, text.encode())
+
+
+def is_beginning(folder: Path) -> bool:
+    """Return whether a folder is empty, or has what a process writes before study.json, which others may see."""
+    names = {path.name for path in folder.iterdir() if not is_temporary(path.name)}
+    points = folder / "points"
+    return not names or (names <= {"points", "scene.toml"} and points.is_dir() and not any(points.iterdir()))
 
 
 def read(folder: Path) -> Description:
@@ -98,6 +106,9 @@ def read(folder: Path) -> Description:
             Axis(tuple(map(str, axis["keys"])), tuple(tuple(map(frozen, row)) for row in axis["values"]))
             for axis in content["axes"]
         )
+        count = prod(len(axis.values) for axis in axes)
+        if not 1 <= count <= MOST_POINTS or any(len(row) != len(axis.keys) for axis in axes for row in axis.values):
+            raise ValueError(f"{count} points, or rows of another length than their keys")
         target = content["target_error"]
         scene = parse_scene(read_bytes(folder / "scene.toml", MOST_BYTES).decode("utf-8"), source=str(folder))
         description = Description(scene, axes, None if target is None else float(target))

@@ -146,7 +146,9 @@ def points_of(axes: Sequence[Axis]) -> tuple[Point, ...]:
     for rows in product(*(axis.values for axis in axes)):
         values = dict(zip(keys, (value for row in rows for value in row), strict=True))
         points.append(Point(",".join(f"{names[key]}={label(value)}" for key, value in values.items())[:200], values))
+    seen: set[str] = set()
     for point in points:
-        if [other.name for other in points].count(point.name) > 1:
+        if point.name in seen:
             raise SceneError(f"vary: two points would have the name {point.name}; write their values shorter")
+        seen.add(point.name)
     return tuple(points)

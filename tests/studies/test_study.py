@@ -13,7 +13,7 @@ from roughsim import pipeline
 from roughsim.errors import RecordError
 from roughsim.scene import SceneError
 from roughsim.show.table import Number
-from roughsim.studies.folder import study_file
+from roughsim.studies.folder import read, study_file, write
 from roughsim.studies.study import paired_ratio
 from roughsim.studies.tables import study_table, words_of
 
@@ -347,3 +347,24 @@ def test_a_foreign_description_leads_to_no_other_folder(done, tmp_path):
     (tmp_path / "study.json").write_text(json.dumps(content))
     with pytest.raises(RecordError, match="cannot be the name of a folder"):
         rs.open_study(tmp_path)
+
+
+def test_a_foreign_description_of_too_many_points_is_refused_at_once(done, tmp_path):
+    shutil.copy(done.folder / "scene.toml", tmp_path)
+    content = json.loads((done.folder / "study.json").read_text())
+    many = [{"keys": [f"sliding.a{i}"], "values": [[j] for j in range(100)]} for i in range(8)]
+    for axes in (many, [], [{"keys": ["sliding.speed"], "values": [[1, 2]]}]):
+        (tmp_path / "study.json").write_text(json.dumps(content | {"axes": axes}))
+        with pytest.raises(RecordError, match="is damaged"):
+            rs.open_study(tmp_path)
+
+
+def test_a_study_killed_before_its_description_was_written_begins_again(done, tmp_path):
+    (tmp_path / "points").mkdir()
+    description = read(done.folder)
+    write(tmp_path, description)
+    assert read(tmp_path) == description
+    (tmp_path / "study.json").unlink()
+    (tmp_path / "points" / "mine").mkdir()
+    with pytest.raises(RecordError, match="holds other files"):
+        write(tmp_path, description)
