@@ -4,6 +4,7 @@ A folder may come from elsewhere, so nothing in it is trusted.
 """
 
 import json
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from math import prod
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import Any
 from roughsim.errors import RecordError
 from roughsim.scene import Scene, SceneError, parse_scene
 from roughsim.scene.files import errors_named, read_text, scene_content, toml_content
+from roughsim.scene.schema import SECTIONS
 from roughsim.store.disk import is_temporary, place_bytes, read_bytes
 from roughsim.studies.vary import MOST_POINTS, NAME, Axis, Point, points_of
 
@@ -19,7 +21,7 @@ FORMAT = 1
 DESCRIPTION = "study.json"
 MOST_BYTES = 16 << 20  # of study.json
 FILE_BYTES = 1 << 20  # of a study file
-FILE_KEYS = ("scene", "target_error", "vary", "title")
+FILE_KEYS = ("scene", "target_error", "vary")
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,9 +51,21 @@ def study_file(path: Path) -> dict[str, Any]:
                 raise SceneError(f'{key} is missing; a study has scene = "demo" and a table [vary]')
         if not isinstance(content["scene"], str):
             raise SceneError('scene must be the name of a bundled scene or the path of a file, as in scene = "demo"')
-    beside = path.parent / content["scene"]
-    content["scene"] = beside if beside.is_file() else content["scene"]
+        if isinstance(content["vary"], dict):
+            content["vary"] = with_dotted_keys(content["vary"])
+    with suppress(OSError):  # a name that no file can have
+        beside = path.parent / content["scene"]
+        content["scene"] = beside if beside.is_file() else content["scene"]
     return content
+
+
+def with_dotted_keys(vary: dict[str, Any]) -> dict[str, Any]:
+    """Return the table [vary] with the keys of a section, as TOML reads them without quotes, as dotted keys."""
+    result: dict[str, Any] = {}
+    for name, value in vary.items():
+        nested = name in SECTIONS and isinstance(value, dict)
+        result |= {f"{name}.{key}": entry for key, entry in value.items()} if nested else {name: value}
+    return result
 
 
 def write(folder: Path, description: Description) -> None:
@@ -98,7 +112,7 @@ def read(folder: Path) -> Description:
     if not path.exists():
         raise RecordError(f"{folder} is no study: it has no {DESCRIPTION}; name the folder that `roughsim study` made")
     try:
-        content = json.loads(read_bytes(path, MOST_BYTES).decode("utf-8"))
+        content = json.loads(read_bytes(path, MOST_BYTES).decode("utf-8"), parse_constant=refuse_constant)
         version = int(content["format_version"])
         if version > FORMAT:
             raise RecordError(f"{path} has format {version}, above {FORMAT}; update roughsim to read it")
@@ -110,6 +124,8 @@ def read(folder: Path) -> Description:
         if not 1 <= count <= MOST_POINTS or any(len(row) != len(axis.keys) for axis in axes for row in axis.values):
             raise ValueError(f"{count} points, or rows of another length than their keys")
         target = content["target_error"]
+        if target is not None and not 0.0 < float(target) < 1.0:
+            raise ValueError(f"target_error = {target} must lie between 0 and 1")
         scene = parse_scene(read_bytes(folder / "scene.toml", MOST_BYTES).decode("utf-8"), source=str(folder))
         description = Description(scene, axes, None if target is None else float(target))
         for point in description.points:
@@ -117,9 +133,14 @@ def read(folder: Path) -> Description:
                 raise ValueError(f"the point {point.name!r} cannot be the name of a folder")
     except RecordError:
         raise
-    except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
         raise RecordError(f"{path} is damaged ({error}); give the study again to have it anew") from error
     return description
+
+
+def refuse_constant(word: str) -> None:
+    """Refuse NaN and infinity, which no study writes."""
+    raise ValueError(f"{word} is no value of a study")
 
 
 def frozen(value: Any) -> Any:

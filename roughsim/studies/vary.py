@@ -5,6 +5,7 @@ An axis is written as ``"sliding.nominal_pressure" = ["1 MPa", "5 MPa"]``, or wi
 ``"body.penetration_hardness, sliding.friction_coefficient" = [["1 GPa", 0.1], ["2 GPa", 0.2]]``.
 """
 
+import hashlib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,8 +19,11 @@ from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.scene.schema import SECTIONS, SceneError, as_written, quantity
 
 MOST_POINTS = 10_000
+LONGEST = 60  # letters of a value in the name of a point
 DIGITS = 9  # significant, of a number in the name of a point: values that differ by less are the same
-NAME = re.compile(r"[\w=.,+-]{1,200}")  # of a point: none of *?[]/, so that it is a folder that a pattern can name
+NAME = re.compile(
+    r"[\w=.,+-]{1,200}", re.ASCII
+)  # of a point: none of *?[]/, so that it is a folder that a pattern can name
 SPACES: dict[str, Any] = {"logspace": np.geomspace, "linspace": np.linspace}
 EXAMPLE = '"sliding.nominal_pressure" = ["1 MPa", "5 MPa"]'
 
@@ -122,11 +126,12 @@ def in_si(key: str, value: Any, where: str) -> Any:
 
 
 def label(value: Any) -> str:
-    """Return a value as a few letters that may stand in the name of a folder."""
+    """Return a value as a few letters that may stand in the name of a folder; a long one is cut, with a digest."""
     if isinstance(value, tuple):
         value = "-".join(map(label, value))
     text = f"{value:.{DIGITS}g}" if isinstance(value, float) else str(value)
-    return re.sub(r"[^\w.+-]+", "-", text).strip("-")[:60] or "none"
+    word = re.sub(r"[^\w.+-]+", "-", text, flags=re.ASCII).strip("-") or "none"
+    return word if len(word) <= LONGEST else f"{word[: LONGEST - 9]}-{hashlib.sha256(text.encode()).hexdigest()[:8]}"
 
 
 def short_names(keys: Sequence[str]) -> dict[str, str]:

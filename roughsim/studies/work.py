@@ -114,7 +114,9 @@ def scenes_of(scene: Any, vary: Mapping[Any, Any]) -> tuple[tuple[Axis, ...], di
     identities: dict[str, str] = {}
     for name, each in scenes.items():
         if name and (other := identities.setdefault(json.dumps(each.identity(), sort_keys=True), name)) != name:
-            raise SceneError(f"the points {other} and {name} are the same scene: no number depends on what differs")
+            raise SceneError(
+                f"the points {other} and {name} are the same scene: no number of a member depends on what differs"
+            )
     return axes, scenes
 
 

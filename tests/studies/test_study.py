@@ -100,7 +100,10 @@ def test_the_folder_of_another_scene_or_of_something_else_is_refused(small, done
     [
         ({"sliding.nominal_pressure": [1e8, 5e9]}, r"nominal_pressure=5e\+09.*exceeds body.penetration_hardness"),
         ({"sliding.nominal_presure": [1e8]}, "did you mean"),
-        ({"body.melting_temperature": [1500.0, 1800.0]}, "are the same scene: no number depends on what differs"),
+        (
+            {"body.melting_temperature": [1500.0, 1800.0]},
+            "are the same scene: no number of a member depends on what differs",
+        ),
     ],
 )
 def test_a_point_that_cannot_be_is_refused_before_any_work(small, tmp_path, vary, message):
@@ -315,6 +318,20 @@ def test_a_study_file_names_a_scene_beside_it(tmp_path, small):
     assert study_file(tmp_path / "study.toml")["scene"] == "demo"
 
 
+def test_the_keys_of_a_study_file_need_no_quotes(tmp_path):
+    text = 'scene = "demo"\n[vary]\nsliding.speed = [1.0]\nbody.density = { linspace = [1, 2, 3] }\n"title" = ["a"]\n'
+    (tmp_path / "study.toml").write_text(text)
+    vary = study_file(tmp_path / "study.toml")["vary"]
+    assert vary == {"sliding.speed": [1.0], "body.density": {"linspace": [1, 2, 3]}, "title": ["a"]}
+
+
+def test_a_scene_whose_name_no_file_can_have_is_refused_as_any_other(tmp_path):
+    (tmp_path / "study.toml").write_text(f'scene = "{"a" * 5000}"\n[vary]\n"sliding.speed" = [1.0]\n')
+    content = study_file(tmp_path / "study.toml")
+    with pytest.raises(SceneError, match="is not bundled"):
+        rs.study(content["scene"], vary=content["vary"], folder=tmp_path / "study")
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -322,6 +339,7 @@ def test_a_study_file_names_a_scene_beside_it(tmp_path, small):
         ("[vary]\n", "scene is missing"),
         ('scene = 3\n[vary]\n"sliding.speed" = [1.0]\n', "scene must be the name"),
         ('scenes = "demo"\n', "scenes is not a key of a study"),
+        ('title = "mine"\n', "title is not a key of a study"),
         ("scene = \n", "not valid TOML"),
     ],
 )
@@ -332,7 +350,10 @@ def test_a_study_file_that_cannot_be_used_is_refused_in_one_line(tmp_path, text,
     assert "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize("content", ["", "{}", "[]", '{"format_version": 9}', '{"format_version": 1, "axes": 3}'])
+@pytest.mark.parametrize(
+    "content",
+    ["", "{}", "[]", '{"format_version": 9}', '{"format_version": 1e400}', '{"format_version": 1, "axes": 3}'],
+)
 def test_a_damaged_description_is_refused(done, tmp_path, content):
     shutil.copy(done.folder / "scene.toml", tmp_path)
     (tmp_path / "study.json").write_text(content)

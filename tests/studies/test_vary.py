@@ -81,3 +81,10 @@ def test_what_cannot_be_varied_is_refused_in_one_line(vary, message):
     with pytest.raises(SceneError, match=message) as refused:
         points_of(read_axes(vary))
     assert "\n" not in str(refused.value)
+
+
+def test_long_values_have_names_of_their_own():
+    words = ["x" * 70 + "a", "x" * 70 + "b", "größe" * 30]
+    names = [point.name for point in points_of(read_axes({"title": words}))]
+    assert len(set(names)) == 3
+    assert all(NAME.fullmatch(name) and name.isascii() for name in names)
