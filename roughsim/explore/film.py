@@ -135,7 +135,8 @@ class FilmView:
         texts = [f"{distance * self.factor:.3g} {self.unit}" for distance in self.film.maps.distance]
         label = models.CustomJSTickFormatter(args={"texts": texts}, code="return texts[tick]")
         place = last if self.slider.disabled else min(self.slider.value, last)
-        self.slider.update(end=max(last, 1), value=place, format=label, disabled=last < 1)
+        self.slider.format = label  # first: the page writes it beside the slider when the value changes
+        self.slider.update(end=max(last, 1), value=place, disabled=last < 1)
         self.draw()
 
     def draw(self) -> None:
