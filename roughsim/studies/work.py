@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from roughsim.ensemble.run import aimed, begin, check_workers, complete
 from roughsim.ensemble.workers import Workforce, stopped_by_signals
-from roughsim.planning.plan import plan, statistical_target, total_work
+from roughsim.planning.plan import plan, statistical_target
 from roughsim.results.folder import folder_state, read_description
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneError
@@ -128,7 +128,7 @@ def title_of(scene: Scene, point: Point) -> str:
 def begin_points(folder: Path, scenes: dict[str, Scene], target_error: float | None) -> list[list[Begun]]:
     """Begin the run of each point, or check the one that is there; return groups with the same levels.
 
-    A group of points with the same roughness has one plan, that of the point which needs most work.
+    Points with the same roughness have one plan, that of the middle load.
     """
     groups: dict[str, list[Begun]] = {}
     families: dict[str, dict[str, Scene]] = {}
@@ -161,12 +161,12 @@ def begin_one(scene: Scene, folder: Path, numerics: Numerics | None) -> Begun:
 def plan_of(scenes: list[Scene], target_error: float | None) -> tuple[Numerics, dict[str, float]]:
     """Return numerics for scenes with the same roughness, and their targets.
 
-    The points of the lightest and of the heaviest load are planned, and the numerics that take more work are those of
-    all. Fields are kept only where the scene says how many: a member is computed again when its maps are looked at.
+    The point of the middle load is planned, and its numerics are those of all: the lightest needs many realizations,
+    and so rare fine levels, which would make the others wait for three of them. Fields are kept only where the scene
+    says how many: a member is computed again when its maps are looked at.
     """
     by_load = sorted(scenes, key=lambda scene: scene.sliding.nominal_pressure / min(scene.penetration_hardness, 1e30))
-    plans = [plan(scene, target_error) for scene in dict.fromkeys((by_load[0], by_load[-1]))]
-    numerics = max(plans, key=lambda one: total_work(one.levels, one.forecast.realizations if one.forecast else 1))
+    numerics = plan(by_load[len(by_load) // 2], target_error)
     if scenes[0].numerics.keep_fields is None:
         numerics = replace(numerics, keep_fields=0)
     until = dict(scenes[0].ensemble.until)
