@@ -10,7 +10,8 @@ from roughsim.ensemble.bar import PatientConsole
 from roughsim.show.text import clock
 from roughsim.studies.bar import StudyProgress
 from roughsim.studies.study import Study
-from roughsim.studies.work import scenes_of, study
+from roughsim.studies.vary import points_of, read_axes
+from roughsim.studies.work import study
 
 
 def study_shown(content: dict[str, Any], folder: Path, workers: int | None, *, began: float | None = None) -> Study:
@@ -20,7 +21,7 @@ def study_shown(content: dict[str, Any], folder: Path, workers: int | None, *, b
     """
     began = time.monotonic() if began is None else began
     console = PatientConsole(stderr=True)
-    points = len(scenes_of(content["scene"], content["vary"])[1]) - 1
+    points = len(points_of(read_axes(content["vary"])))  # their scenes are made once, by `study`
     progress = StudyProgress(console, points)
     try:
         with suppress(OSError):
