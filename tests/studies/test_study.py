@@ -143,6 +143,14 @@ def test_flash_temperature_is_exactly_proportional_to_friction(done):
         assert trend["standard_error"] < 1e-12
 
 
+def test_flash_temperature_is_exactly_proportional_to_the_share_of_the_heat(quick, tmp_path):
+    scene = replace(quick, ensemble=replace(quick.ensemble, until={}, max_realizations=4))
+    study = rs.study(scene, vary={"sliding.heat_partition": [0.25, 0.5]}, folder=tmp_path / "study")
+    trends = list(study.trends())
+    assert trends
+    assert [trend["ratio"] for trend in trends] == pytest.approx([2.0] * len(trends), rel=1e-12)
+
+
 def test_a_trend_is_known_better_than_its_points_for_they_see_the_same_surfaces(done):
     trends = [t for t in done.trends() if t["key"] == "nominal_pressure" and t["speed"] == 35.0]
     assert len(trends) == 4
