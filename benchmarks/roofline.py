@@ -37,37 +37,43 @@ def flat(start: int, stop: int, *_: Any) -> int:
     return stop - start
 
 
-def of_rows(start: int, stop: int, free: Any, *_: Any) -> int:
-    return (stop - start) * free.shape[1]
+def of_rows(stages: int, rows: Any, parent_rows: Any, bottom: int, free: Any, *_: Any) -> int:
+    return int(rows[1] - rows[0]) * int(free.shape[1])
 
 
-def of_parents(start: int, stop: int, free: Any, *_: Any) -> int:
-    return 2 * (stop - start) * free.shape[1]
+def of_row_span(start: int, stop: int, free: Any, *_: Any) -> int:
+    return (stop - start) * int(free.shape[1])
 
 
-def of_pairs(field: Any, start: int, stop: int, *_: Any) -> int:
-    return 2 * (stop - start) * field.shape[1]
+def of_parents(*arguments: Any) -> int:
+    return 2 * of_rows(*arguments)
 
 
-def of_columns(stiff: bool, start: int, stop: int, *others: Any) -> int:
-    along = others[-1][0]
-    return 2 * (stop - start) * along.size
+def of_rows_of_lines(stages: int, task: int, field: Any, target: Any, rows: Any, columns: Any) -> int:
+    return 2 * int(rows[1] - rows[0]) * int(field.shape[1])
+
+
+def of_columns(stages: int, task: int, field: Any, target: Any, rows: Any, columns: Any) -> int:
+    return 2 * int(columns[1] - columns[0]) * int(field.shape[0])
 
 
 def loops(points: int) -> dict[str, Loop]:
     """Bytes and flops by hand: pressure, gap and heights are float64, the rest float32, the free set bytes."""
     return {
-        "rows_forward": Loop(lines, 8, 2.5 * log2(points) + 2, of_pairs),
-        "columns_product": Loop(lines, 8, 5 * log2(points) + 4, of_columns),
-        "rows_backward": Loop(lines, 8, 2.5 * log2(points) + 2, of_pairs),
-        "push_finest": Loop(extension, 8, 2, of_rows),
-        "pull": Loop(extension, 10, 6, of_rows),
-        "gather": Loop(extension, 6, 8, of_parents),
-        "scatter_finest": Loop(extension, 19, 6, of_rows),
-        "scatter_load": Loop(extension, 19, 5, of_rows),
+        # rows, columns, rows back: each a call of its own on a large grid
+        "product 1": Loop(lines, 8, 2.5 * log2(points) + 2, of_rows_of_lines),
+        "product 2": Loop(lines, 8, 5 * log2(points) + 4, of_columns),
+        "product 4": Loop(lines, 8, 2.5 * log2(points) + 2, of_rows_of_lines),
+        "product 7": Loop(lines, 24, 10 * log2(points) + 8, of_rows_of_lines),
+        # push and pull, gather and scatter, at the finest level
+        "extend 1": Loop(extension, 8, 2, of_rows),
+        "extend 8": Loop(extension, 10, 6, of_rows),
+        "transpose 1": Loop(extension, 6, 8, of_parents),
+        "transpose 8": Loop(extension, 19, 6, of_rows),
+        "scatter_load": Loop(extension, 19, 5, of_row_span),
         "classify": Loop(active_set, 21, 14, flat),
         "propose": Loop(active_set, 34, 9, flat),
-        "free_step": Loop(active_set, 25, 7, flat),
+        "shifted_step": Loop(active_set, 25, 10, flat),
         "curvature": Loop(active_set, 8, 6, flat),
         "advance": Loop(active_set, 40, 9, flat),
     }
@@ -109,19 +115,21 @@ def recorded(points: int, load: float, repeats: int) -> tuple[dict[str, tuple[fl
     """Solve, and return the seconds and points of each loop on the finest grid, and the seconds of the whole solve."""
     task, calls, runs, whole = problem(points, load, np.inf), [], [], []
 
-    def timed(name: str, loop: Loop) -> Callable[..., Any]:
-        work = getattr(loop.module, name)
+    table, staged = loops(points), {"product", "extend", "transpose"}
 
+    def timed(name: str, work: Callable[..., Any]) -> Callable[..., Any]:
         def call(*arguments: Any) -> Any:
             start = time.thread_time()
             result = work(*arguments)
-            calls.append((name, time.thread_time() - start, loop.points(*arguments)))
+            spent, key = time.thread_time() - start, f"{name} {arguments[0]}" if name in staged else name
+            if key in table:  # what is left out counts as all else
+                calls.append((key, spent, table[key].points(*arguments)))
             return result
 
         return call
 
-    for name, loop in loops(points).items():
-        setattr(loop.module, name, timed(name, loop))
+    for module, name in {(loop.module, key.split()[0]) for key, loop in table.items()}:
+        setattr(module, name, timed(name, getattr(module, name)))
     for _ in range(repeats + 1):
         calls.clear()
         start = time.thread_time()

@@ -7,8 +7,8 @@ ones, scatter of 3 % between realizations (normal, or skewed as a gamma distribu
 Each trial stops at the first n ≥ 12 whose relative half-width meets the target, as a run does.
 
 --runs runs scenes instead, with N seeds each, and asks how many statistical intervals of T_flash hold the mean of all
-other seeds: with the regression on the skewness of the surfaces, and without it on the same members. Runs in FOLDER are
-not computed again. --toy makes few trials, or two seeds of a coarse level.
+other seeds: with the regression on the peak volume of the surfaces, and without it on the same members. Runs in FOLDER
+are not computed again. --toy makes few trials, or two seeds of a coarse level.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from script import Command
 import roughsim as rs
 from roughsim.estimate.errors import LEAST, Estimate, estimate, relative_half_width
 from roughsim.estimate.ladder import Values, observe, values_of
+from roughsim.estimate.regression import CONTROLS
 from roughsim.observables.record import Sample
 
 NAME, LIMIT, MOST = "flash_temperature", 10.0, 240
@@ -65,11 +66,11 @@ def coverage(trials: int, target: float, skew: float, seed: int, step: float = 0
 
 
 def of_members(run: rs.Run, *, regression: bool) -> Estimate:
-    """Return T_flash of a run, with the regression on the skewness or without it."""
+    """Return T_flash of a run, with the regression on the peak volume or without it."""
     column, samples = run.column(None), run.samples(spectra=False)
     if not regression:
         samples = [
-            replace(sample, numbers={name: x for name, x in sample.numbers.items() if name != "skewness"})
+            replace(sample, numbers={name: x for name, x in sample.numbers.items() if name not in CONTROLS})
             for sample in samples
         ]
     return estimate(NAME, values_of(run.scene, column, NAME, samples))
@@ -96,7 +97,7 @@ def runs_told(name: str, folder: Path, seeds: int, *, toy: bool) -> None:
         )
         others = (means.sum(axis=0) - means) / (seeds - 1)
         held = np.abs(means - others) <= halves * np.sqrt(1.0 + 1.0 / (seeds - 1))  # the others scatter too
-        way = "at zero skewness" if regression else "surfaces as they are"
+        way = "at the mean peak volume" if regression else "surfaces as they are"
         for k, speed in enumerate(scene.speeds):
             percent = 100.0 / means[:, k].mean()
             print(

@@ -34,6 +34,7 @@ MAPS = {
     "2 and 1/4": [(2, 0, 0), (16, 9, 9)],
 }
 SPEEDS = (0.001, 35.0)  # m/s
+FIRST_SEED = dict(zip(KINDS, (3000, 2000), strict=True))  # none of them was used to choose the rules
 
 
 def known(kind):
@@ -88,7 +89,8 @@ def main():
     axes = figure.subplots()
     for kind, marker in zip(KINDS, "os", strict=True):
         for x, (name, maps) in enumerate(MAPS.items()):
-            found, stated = draws(kind, maps, 512, range(1 if options.toy else 100))
+            first = FIRST_SEED[kind]
+            found, stated = draws(kind, maps, 512, first + np.arange(1 if options.toy else 100))
             inside, known = np.abs(found) <= stated, np.isfinite(stated)
             print(
                 f"{kind}, sides {name} longest waves: off by {found[:, -1].mean():+.0f} ± {found[:, -1].std():.0f} %,"

@@ -21,6 +21,7 @@ from roughsim.contact import Contact
 from roughsim.contact.active_set import solve_contact
 from roughsim.errors import ConvergenceError
 from roughsim.estimate.ladder import observe
+from roughsim.estimate.regression import CONTROLS
 from roughsim.grid import Grid
 from roughsim.observables.moments import Sliding, measure
 from roughsim.observables.record import Sample
@@ -31,7 +32,6 @@ from roughsim.planning.realization import level_problem
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Level, Numerics
 from roughsim.show.table import Column, Number, Row, Table, json_value
-from roughsim.surface.skewness import long_wave_skewness
 from roughsim.surface.synthesis import synthesize
 
 SEED = 21  # any number but those of the run and the pilot: the bench has surfaces of its own
@@ -176,16 +176,16 @@ def solve_level(problem: Problem, level: Level, realizations: int) -> tuple[Samp
     One realization more goes ahead, untimed: it makes the plans of FFTW and compiles the kernels.
     """
     solve_problem(replace(problem, index=realizations))
-    moments, skewness, seconds = [], [], []
+    moments, volumes, seconds = [], [], []
     for index in range(realizations):
         start = time.process_time()
         solution = solve_problem(replace(problem, index=index))
         seconds.append(time.process_time() - start)
         moments.append(solution.observables)
-        skewness.append(long_wave_skewness(solution.heights, solution.grid))
+        volumes.append(solution.peak_volumes)
     stored = ("flash_temperature", "contact_fraction", "pressure_variance")
     numbers = {name: np.stack([np.atleast_1d(getattr(m, name)) for m in moments]) for name in stored}
-    numbers["skewness"] = np.array(skewness)
+    numbers |= dict(zip(CONTROLS, np.array(volumes).T, strict=True))
     spectra = np.stack([m.stress_spectrum.variance for m in moments])
     reach, side = 0.5 * float(np.hypot(*problem.grid.lengths)), float(level.shape[0])
     wavenumber, rows = moments[0].stress_spectrum.wavenumber, np.arange(realizations, dtype=np.intp)

@@ -46,6 +46,12 @@ class ResolutionError(RoughsimError, ValueError):
     """A grid is too coarse, or a machine too small, for the computation."""
 
 
+def instance(name: str, value: Any, kind: type, example: str) -> None:
+    """Refuse with a TypeError what is not of a kind; `example` shows how one is made."""
+    if not isinstance(value, kind):
+        raise TypeError(f"{name} = {value!r} must be a {kind.__name__}, as {example}")
+
+
 def number(name: str, value: Any, unit: str = "") -> float:
     """Return `value` as a finite float; ValueError or TypeError naming `name` otherwise."""
     try:

@@ -21,6 +21,7 @@ from roughsim.extensions import loaded
 from roughsim.grid import Field, Grid
 from roughsim.observables.moments import Sliding, measure
 from roughsim.observables.record import Measured
+from roughsim.surface.peak_volume import PeakVolumes, peak_volumes
 from roughsim.surface.spectrum import Spectrum
 from roughsim.surface.synthesis import synthesize
 
@@ -68,13 +69,16 @@ def solve_problem(problem: Problem, before: Solved | None = None, heights: Field
     and the contact.
     """
     with linear_algebra().limit(limits=problem.threads):
-        marks = [time.perf_counter()]
+        marks, drawn = [time.perf_counter()], heights is None
         if before is not None and same_but(problem, before[0], CONTACT_KEYS):
             heights = before[1].heights
         elif heights is None:
-            key = problem.stream, problem.index
-            stream = np.random.default_rng(np.random.SeedSequence(problem.seed, spawn_key=key))
-            heights = synthesize(problem.spectrum, problem.grid, stream)
+            heights = synthesize(problem.spectrum, problem.grid, stream_of(problem))
+        found = PeakVolumes(0.0, 0.0)
+        if drawn:
+            modulus = problem.solid.effective_modulus
+            ratios = problem.nominal_pressure / modulus, problem.solid.penetration_hardness / modulus
+            found = peak_volumes(problem.spectrum, problem.grid, heights, lambda: stream_of(problem), *ratios)
         marks.append(time.perf_counter())
         if before is not None and same_but(problem, before[0], ("sliding",)):
             contact = before[1].contact
@@ -91,7 +95,14 @@ def solve_problem(problem: Problem, before: Solved | None = None, heights: Field
         moments = measure(contact, problem.grid, problem.sliding)
         marks.append(time.perf_counter())
     seconds = dict(zip(("surface", "contact", "observables"), np.diff(marks).tolist(), strict=True))
-    return Solution(grid=problem.grid, heights=heights, contact=contact, observables=moments, seconds=seconds)
+    return Solution(
+        grid=problem.grid, heights=heights, contact=contact, observables=moments, peak_volumes=found, seconds=seconds
+    )
+
+
+def stream_of(problem: Problem) -> np.random.Generator:
+    """Return the random stream that draws the surface."""
+    return np.random.default_rng(np.random.SeedSequence(problem.seed, spawn_key=(problem.stream, problem.index)))
 
 
 def same_but(problem: Problem, other: Problem, names: tuple[str, ...]) -> bool:

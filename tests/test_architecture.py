@@ -134,6 +134,15 @@ def test_verbs_that_solve_no_contact_load_neither_compiler_nor_transforms():
     assert found.stdout.strip() == ""
 
 
+def test_a_worker_loads_no_scenes_no_theory_and_little_of_scipy():
+    code = (
+        "import sys, roughsim.ensemble.workers; names = {'scipy.special', 'scipy.fft', 'scipy.optimize', 'h5py', "
+        "'pydantic', 'theory', 'roughsim.scene'}; print(*(names & set(sys.modules)))"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert found.stdout.strip() == ""
+
+
 def test_typed_names_are_the_public_ones():
     tree = ast.parse((ROOT / "roughsim" / "__init__.py").read_text())
     (block,) = [n for n in tree.body if isinstance(n, ast.If)]

@@ -1,6 +1,7 @@
 """What other packages add by entry points: in the order of names, after what roughsim has, and nothing is replaced."""
 
 from importlib.metadata import EntryPoint
+from types import SimpleNamespace
 
 import pytest
 
@@ -11,7 +12,7 @@ from roughsim.extensions import INSIDE, extensions, loaded
 def test_extensions_come_in_the_order_of_their_names_and_take_none_of_the_package(kind, monkeypatch):
     names = ["zeta", *INSIDE[kind], "alpha"]
     installed = {f"roughsim.{kind}": [EntryPoint(name, "math:pi", f"roughsim.{kind}") for name in names]}
-    monkeypatch.setattr("roughsim.extensions.entry_points", lambda group: installed[group])
+    monkeypatch.setattr("roughsim.extensions.installed", lambda: SimpleNamespace(select=lambda group: installed[group]))
     assert [*extensions(kind)] == sorted(names)
     assert {name: extensions(kind)[name].value for name in INSIDE[kind]} == INSIDE[kind]
     assert extensions(kind)["zeta"].load() == pytest.approx(3.14159, abs=1e-5)

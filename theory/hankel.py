@@ -8,6 +8,7 @@ with r.
 """
 
 from collections.abc import Callable
+from dataclasses import fields
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
@@ -94,19 +95,33 @@ def _bracket(excess: Callable[[float], float], trail: list[tuple[float, float]])
 
 
 def _transform(panels: Panels, values: Array, r: float) -> float:
-    total = 0.0
+    slowly: list[tuple[Panels, Array]] = []
+    quickly: list[tuple[Panels, Array]] = []
     while panels.start.size:
         bounds = panels.ends()
         phase = r * (bounds[:, 1] - bounds[:, 0])
         slow = phase <= _SLOW
         fast = (phase >= _FAST) & (panels.start > panels.stop / 2)  # p varies with 1/y: at a break it is not smooth
-        if slow.any():
-            total += float(((values[slow] * j0(r * panels.take(slow).nodes()[0])) @ WEIGHTS).sum())
-        if fast.any():
-            total += _levin(panels.take(fast), values[fast], r)
+        for chosen, found in ((slow, slowly), (fast, quickly)):
+            if chosen.any():
+                found.append((panels.take(chosen), values[chosen]))
         rest = ~(slow | fast)
+        if not rest.any():
+            break
         panels, values = _halved(panels.take(rest), values[rest])
+    total = 0.0
+    if slowly:
+        panels, values = _together(slowly)
+        total += float(((values * j0(r * panels.nodes()[0])) @ WEIGHTS).sum())
+    if quickly:
+        total += _levin(*_together(quickly), r)
     return total
+
+
+def _together(parts: list[tuple[Panels, Array]]) -> tuple[Panels, Array]:
+    """Return all panels of a list, and the values on them."""
+    columns = ([getattr(panels, field.name) for panels, _ in parts] for field in fields(Panels))
+    return Panels(*map(np.concatenate, columns)), np.concatenate([values for _, values in parts])
 
 
 def _halved(panels: Panels, values: Array) -> tuple[Panels, Array]:

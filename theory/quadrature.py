@@ -92,19 +92,17 @@ class Panels:
 
     def ends(self) -> Array:
         """Return the wavenumbers at both ends of each panel, shape (panels, 2)."""
-        return self.at(np.stack([self.start, self.stop], axis=1))[0]
+        return self.at(np.array((self.start, self.stop)).T)[0]
 
     def take(self, which: Which) -> "Panels":
         """Return the panels selected by an index or a mask."""
-        return Panels(*(getattr(self, field.name)[which] for field in fields(self)))
+        return Panels(self.piece[which], self.lower[which], self.upper[which], self.start[which], self.stop[which])
 
     def halves(self) -> "Panels":
         """Return twice as many panels, each cut in two, in order."""
-        middle = (self.start + self.stop) / 2
-        start = np.stack([self.start, middle], axis=1).ravel()
-        stop = np.stack([middle, self.stop], axis=1).ravel()
-        piece, lower, upper = (np.repeat(bound, 2) for bound in (self.piece, self.lower, self.upper))
-        return Panels(piece, lower, upper, start, stop)
+        twice = self.take(np.repeat(np.arange(self.start.size), 2))
+        twice.start[1::2] = twice.stop[::2] = (self.start + self.stop) / 2
+        return twice
 
 
 def extents(lower: Array, upper: Array) -> Array:

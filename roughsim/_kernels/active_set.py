@@ -114,38 +114,49 @@ def propose(
     free, p, gap, z = free[start:stop], p[start:stop], gap[start:stop], z[start:stop]
     change, load, inner = change[start:stop], results[0][start:stop], results[1][start:stop]
     (alpha, beta), (offset, _, cap) = mix, law
-    total, count, added = 0.0, 0, 0.0
+    total, count, added = 0.0, 0.0, 0.0
     for i in range(stop - start):
-        inside = free[i] != 0
+        # as a number: masks from bytes are slow to mix with those from pressures
+        inside = float(free[i])
         # pressed beyond the flat it goes to the cap, else to zero; at exactly d it goes where it carries already
         r = gap[i] - offset
         bound = cap if (r < 0.0) | ((r == 0.0) & (p[i] > 0.0)) else 0.0
         # both are computed and one is taken: a branch here would keep the loop from vector units
         own, other = beta * change[i] - alpha * z[i], bound - p[i]
-        change[i] = own if inside else other
+        change[i] = own if inside > 0.0 else other
         x = p[i] + change[i]
         y = min(max(x, 0.0), cap)
-        stays = (x == y) & inside
-        more = y - x if inside else other
+        stays = inside if x == y else 0.0
+        more = y - x if inside > 0.0 else other
         load[i] = more
-        inner[i] = 1 if stays else 0
+        inner[i] = np.int8(stays)
         total += y
-        count += 1 if stays else 0
+        count += stays
         added += abs(more)
     return total, count, added
 
 
 @kernel(fastmath=REORDER)
-def shifted_sum(start: int, stop: int, free: Any, p: Any, change: Any, shift: float, cap: float) -> Any:
-    """Σ clip(p + change + shift on the free points, 0, cap), and how many of these stay between the bounds."""
-    free, p, change = free[start:stop], p[start:stop], change[start:stop]
-    total, count = 0.0, 0
+def shifted_step(
+    start: int, stop: int, free: Any, p: Any, gap: Any, change: Any, offset: float, shift: float, cap: float, step: Any
+) -> Any:
+    """Write the step clip(p + change + shift on the free points, 0, cap) − p.
+
+    Return Σ of the clipped, how many free points stay between the bounds, ⟨step, gap − d⟩ and Σ step².
+    """
+    free, p, gap, change, step = free[start:stop], p[start:stop], gap[start:stop], change[start:stop], step[start:stop]
+    total, count, slope, square = 0.0, 0.0, 0.0, 0.0
     for i in range(stop - start):
-        x = p[i] + change[i] + (shift if free[i] else 0.0)
+        inside = float(free[i])
+        x = p[i] + change[i] + shift * inside
         y = min(max(x, 0.0), cap)
         total += y
-        count += 1 if (x == y) & (free[i] == 1) else 0
-    return total, count
+        count += inside if x == y else 0.0
+        c = y - p[i]
+        step[i] = c
+        slope += c * (gap[i] - offset)
+        square += c * c
+    return total, count, slope, square
 
 
 @kernel()
@@ -154,22 +165,6 @@ def shift_free(start: int, stop: int, free: Any, p: Any, shift: float, cap: floa
     free, p = free[start:stop], p[start:stop]
     for i in range(stop - start):
         p[i] = min(max(p[i] + (shift if free[i] else 0.0), 0.0), cap)
-
-
-@kernel(fastmath=REORDER)
-def free_step(
-    start: int, stop: int, free: Any, p: Any, gap: Any, offset: float, shift: float, cap: float, step: Any
-) -> Any:
-    """Turn the trial change into the step clip(p + change + shift) − p; return ⟨step, gap − d⟩ and Σ step²."""
-    free, p, gap, step = free[start:stop], p[start:stop], gap[start:stop], step[start:stop]
-    slope, square = 0.0, 0.0
-    for i in range(stop - start):
-        x = p[i] + step[i] + (shift if free[i] else 0.0)
-        c = min(max(x, 0.0), cap) - p[i]
-        step[i] = c
-        slope += c * (gap[i] - offset)
-        square += c * c
-    return slope, square
 
 
 @kernel(fastmath=REORDER)
@@ -225,3 +220,22 @@ def advance(
         total += y
         inside += 1 if x == y else 0
     return total, inside
+
+
+@kernel()
+def to_si(start: int, stop: int, p: Any, u: Any, heights: Any, units: Any, bounds: Any) -> Any:
+    """Turn the pressure and the gap into Pa and a displacement in m; return how many points touch and have yielded.
+
+    `units` are those of pressure and gap and the middle of the heights, `bounds` the cap and the hardness, Pa.
+    """
+    p, u, heights = p[start:stop], u[start:stop], heights[start:stop]
+    (pressure_unit, unit, middle), (cap, hardness) = units, bounds
+    touching, yielded = 0, 0
+    for i in range(stop - start):
+        # a yielded point has exactly the hardness, not the hardness to rounding
+        x, full = p[i] * pressure_unit, p[i] >= cap
+        touching += 1 if p[i] > 0.0 else 0
+        yielded += 1 if full else 0
+        p[i] = hardness if full else min(x, hardness)
+        u[i] = u[i] * unit + heights[i] - middle
+    return touching, yielded

@@ -6,6 +6,9 @@ level are the bytes of the free set, and its field is zero off the free points. 
 flat arrays and has the shape shapes[l]. Where only one axis is halved, which the shapes say, a parent has two children
 and the weight min(1, Σ/`WHOLE`), and the interpolation is linear: `_push_one`, `_gather_one`. These are compiled only
 where some level needs them: `one_axis` is None elsewhere, and the compiler then leaves them out.
+
+`extend` and `transpose` do some stages in one call: `stages` is a sum of `FIRST`, `UP`, `DOWN` and `LAST`, and `rows`
+and `parent_rows` are start and stop at level 0 and above it.
 """
 
 from typing import Any
@@ -14,10 +17,11 @@ import numpy as np
 
 from roughsim._kernels import REORDER, kernel
 
+FIRST, UP, DOWN, LAST = 1, 2, 4, 8  # at level 0, to the top, back from it, at level 0
 WHOLE = 1.5  # children on which a parent has the full weight, of two
 
 
-@kernel(inline=True)
+@kernel()
 def push_finest(start: int, stop: int, free: Any, field: Any, weight: Any, value: Any, inverse: Any) -> None:
     """Fill the parent rows of the rows start … stop − 1 (start even): weight, mean, 1/Σ weights."""
     columns = field.shape[1]
@@ -46,17 +50,50 @@ def push_finest(start: int, stop: int, free: Any, field: Any, weight: Any, value
 
 
 @kernel(fastmath=REORDER)
-def scatter_finest(
-    start: int, stop: int, free: Any, parent: Any, inverse: Any, step: Any, response: Any, field: Any
+def extend(stages: int, rows: Any, _: Any, bottom: int, free: Any, field: Any, parents: Any, pyramid: Any) -> None:
+    """Extend a field from the free points, in place: push, the levels above, pull."""
+    weight, value, inverse = parents
+    if stages & FIRST:
+        push_finest(rows[0], rows[1], free, field, weight, value, inverse)
+    if stages & UP:
+        push_coarse(bottom, *pyramid)
+    if stages & DOWN:
+        pull_coarse(bottom, *pyramid)
+    if stages & LAST:
+        pull(rows[0], rows[1], free, value, field)
+
+
+@kernel(fastmath=REORDER)
+def transpose(
+    stages: int,
+    rows: Any,
+    parent_rows: Any,
+    bottom: int,
+    free: Any,
+    field: Any,
+    parents: Any,
+    pyramid: Any,
+    step: Any,
+    response: Any,
 ) -> Any:
-    """Write what reaches the free points, zero elsewhere; return ⟨field, response⟩ and ⟨step, response⟩ over them."""
+    """Gather a field onto the free points, in place, zero elsewhere: the transposes of pull, levels above, and push.
+
+    The levels above are `UP` and `DOWN` at once.
+    Return ⟨field, response⟩ and ⟨step, response⟩ over the free points of these rows.
+    """
+    _, value, inverse = parents
+    if stages & FIRST:
+        gather(parent_rows[0], parent_rows[1], free, field, value)
+    if stages & UP:
+        transpose_coarse(bottom, *pyramid)
     cross, own, zero = 0.0, 0.0, field.dtype.type(0.0)
-    for i in range(start, stop):
-        # the products of a row are summed while the row is in the cache
-        scatter(i, i + 1, free, parent, inverse, field)
-        for j in range(field.shape[1]):
-            cross += field[i, j] * response[i, j]
-            own += step[i, j] * response[i, j] if free[i, j] else zero
+    if stages & LAST:
+        for i in range(rows[0], rows[1]):
+            # the products of a row are summed while the row is in the cache
+            scatter(i, i + 1, free, value, inverse, field)
+            for j in range(field.shape[1]):
+                cross += field[i, j] * response[i, j]
+                own += step[i, j] * response[i, j] if free[i, j] else zero
     return cross, own
 
 
@@ -83,16 +120,6 @@ def scatter_load(start: int, stop: int, free: Any, parent: Any, inverse: Any, p:
             total += y
             count += 1 if (x == y) & stays else 0
     return total, count
-
-
-@kernel()
-def extend(rows: Any, bottom: int, free: Any, field: Any, parents: Any, pyramid: Any) -> None:
-    """Extend at all levels: the rows start … stop − 1 of level 0, and all of the pyramid above."""
-    weight, value, inverse = parents
-    push_finest(rows[0], rows[1], free, field, weight, value, inverse)
-    push_coarse(bottom, *pyramid)
-    pull_coarse(bottom, *pyramid)
-    pull(rows[0], rows[1], free, value, field)
 
 
 @kernel()
@@ -208,7 +235,7 @@ def pull(start: int, stop: int, weight: Any, parent: Any, value: Any) -> None:
             value[i, a] = w * value[i, a] + (one - w) * (big * blended[parents] + small * blended[parents - 1])
 
 
-@kernel(inline=True)
+@kernel()
 def gather(start: int, stop: int, weight: Any, source: Any, parent: Any) -> None:
     """Fill the parent rows start … stop − 1 with the transpose of the bilinear part of `pull`."""
     (rows, columns), (high, wide) = source.shape, parent.shape

@@ -3,7 +3,8 @@
 Complex numbers are handed in as pairs of reals along the last axis. Two real rows travel as one complex line. The half
 spectrum is transposed: entry (k, i) holds column k of row i. The first loops take the lines start … stop − 1 in groups
 that fit the cache; `plans` holds three addresses in FFTW, of execute(plan, source, result) and of its plans for one
-group there and back. A last group that is not full is transformed whole, and only what belongs to it is used.
+group there and back. A last group that is not full is transformed whole, and only what belongs to it is used. Others
+sum over a half spectrum.
 """
 
 import ctypes
@@ -14,7 +15,10 @@ from llvmlite import ir
 from numba import config, types
 from numba.extending import intrinsic
 
-from roughsim._kernels import kernel
+from roughsim._kernels import REORDER, kernel
+
+ROWS, COLUMNS, BACK = 1, 2, 4  # stages of a product, to be added up
+COMPLY, STIFFEN, THERE, BACKWARD = range(4)  # what is done with the columns
 
 
 def _transform(context: Any, execute: Any, plan: Any, source: Any, result: Any) -> Any:
@@ -36,6 +40,27 @@ def _interpreted(execute: int, *addresses: int) -> None:
 
 
 transform: Any = _interpreted if config.DISABLE_JIT else intrinsic(_transform)  # type: ignore[attr-defined]
+
+
+@kernel()
+def product(stages: int, task: int, source: Any, target: Any, rows: Any, columns: Any, alone: Any) -> None:
+    """Multiply a field by q/2 or by 2/q, or do one stage of that on some of the lines.
+
+    `stages` is a sum of `ROWS`, `COLUMNS` and `BACK`, `task` what is done with the columns: `COMPLY`, `STIFFEN`, or
+    their transform `THERE` or `BACKWARD` alone, which the compiler leaves out where `alone` is None. `rows` and
+    `columns` hold what the stages take.
+    """
+    first, last, row_group, row_plans, row_source, row_result, spectrum = rows
+    start, stop, column_group, column_plans, whole, column_result, weights = columns
+    if stages & ROWS:
+        rows_forward(source, first, last, row_group, row_plans, row_source, row_result, spectrum)
+    if alone is not None:  # noqa: SIM102  (by itself, so that the compiler sees it)
+        if stages & COLUMNS and task >= THERE:
+            columns_alone(task == THERE, start, stop, column_group, column_plans, whole, column_result, weights)
+    if stages & COLUMNS and task < THERE:
+        columns_product(task == STIFFEN, start, stop, column_group, column_plans, whole, column_result, weights)
+    if stages & BACK:
+        rows_backward(target, first, last, row_group, row_plans, row_source, row_result, spectrum)
 
 
 @kernel(inline=True)
@@ -73,14 +98,24 @@ def columns_product(
         transform(plans[0], plans[2], result.ctypes.data, line)
 
 
-@kernel()
-def product(source: Any, target: Any, rows: Any, columns: Any) -> None:
-    """Multiply by q/2 or by 2/q: `rows` and `columns` hold what `rows_forward` and `columns_product` ask for."""
-    first, last, row_group, row_plans, row_source, row_result, spectrum = rows
-    stiff, start, stop, column_group, column_plans, whole, column_result, weights = columns
-    rows_forward(source, first, last, row_group, row_plans, row_source, row_result, spectrum)
-    columns_product(stiff, start, stop, column_group, column_plans, whole, column_result, weights)
-    rows_backward(target, first, last, row_group, row_plans, row_source, row_result, spectrum)
+@kernel(inline=True)
+def columns_alone(
+    there: bool, start: int, stop: int, group: int, plans: Any, spectrum: Any, result: Any, weights: Any
+) -> None:
+    """Transform the columns, in place, and multiply by the factor; or transform them back."""
+    width = 2 * weights[0].size
+    for first in range(start, stop, group):
+        line = spectrum[first:].ctypes.data
+        if there:
+            transform(plans[0], plans[1], line, result.ctypes.data)
+        for r in range(min(group, stop - first)):
+            for i in range(width):
+                if there:
+                    spectrum[first + r, i] = weights[2] * result[r, i]
+                else:
+                    result[r, i] = spectrum[first + r, i]
+        if not there:
+            transform(plans[0], plans[2], result.ctypes.data, line)
 
 
 @kernel(inline=True)
@@ -163,6 +198,34 @@ def multiply(stiff: bool, lines: Any, first: int, count: int, weights: Any) -> N
         if other == 0:
             lines[r, 0] = 0.0
             lines[r, 1] = 0.0
+
+
+@kernel()
+def highest(start: int, stop: int, spectrum: Any, along: Any, across: Any, least: float) -> Any:
+    """The greatest |f(q)|² in these rows of a half spectrum, and the greatest q² where |f(q)|² > least."""
+    top, reached = 0.0, 0.0
+    for k in range(start, stop):
+        for i in range(along.size):
+            power = spectrum[k, i].real ** 2 + spectrum[k, i].imag ** 2
+            top = max(top, power)
+            if power > least:
+                reached = max(reached, along[i] + across[k])
+    return top, reached
+
+
+@kernel(fastmath=REORDER)
+def point_sum(pairs: Any, along: Any, across: Any, phases_along: Any, phases_across: Any) -> float:
+    """Σ |q| Re f(q) exp(iφ) over rows of a half spectrum, as pairs; each axis has cos φ and sin φ of its own."""
+    cosine, sine = phases_along
+    total = 0.0
+    for k in range(across.size):
+        real, imaginary, line = 0.0, 0.0, pairs[k]
+        for i in range(along.size):
+            q = np.sqrt(along[i] + across[k])
+            real += q * (line[2 * i] * cosine[i] - line[2 * i + 1] * sine[i])
+            imaginary += q * (line[2 * i] * sine[i] + line[2 * i + 1] * cosine[i])
+        total += phases_across[0][k] * real - phases_across[1][k] * imaginary
+    return total
 
 
 @kernel()

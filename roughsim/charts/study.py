@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from roughsim.charts.style import THEORY, band, new_figure, plain_ticks
 from roughsim.grid import Array
 from roughsim.observables.catalogue import UNITS
+from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import shown, with_unit
 from roughsim.show.text import plain
 
@@ -57,7 +58,7 @@ def study_chart(
 def draw_curves(
     axes: Axes, rows: Rows, keys: dict[str, tuple[str, float]], x: str, family: str, column: str, observable: str
 ) -> None:
-    """Draw a curve for each value of `family`: the simulation with its error, and both theories."""
+    """Draw a curve for each value of `family`: simulation with its error, the slide if there is one, both theories."""
     words, factor = keys[x]
     in_unit = shown(UNITS[observable])[1]
     values = sorted({row[family] for row in rows if row[family] is not None}) or [None]
@@ -74,10 +75,14 @@ def draw_curves(
         at, mean, error = curve(same, x, column)
         band(axes, at * factor, mean * in_unit, error * in_unit, colour)
         axes.plot(at * factor, mean * in_unit, ls="", marker="o", ms=3.5, color=colour)
+        at, mean, error = curve(same, x, SLIDING)
+        axes.errorbar(at * factor, mean * in_unit, error * in_unit, fmt="D", ms=4.5, mfc="white", color=colour, lw=0.9)
         if value is not None:
             handles.insert(0, Line2D([], [], color=colour, marker="o", ms=3.5, label=f"{value * in_family_unit:.4g}"))
     handles.append(Line2D([], [], color=THEORY, lw=0.9, label="theory"))
     handles.append(Line2D([], [], color=THEORY, lw=0.9, ls=DASHES, label="calibrated"))
+    if any(row["column"] == SLIDING for row in rows):
+        handles.append(Line2D([], [], color=THEORY, ls="", marker="D", ms=4.5, mfc="white", label=SLIDING))
     ordered = sorted({row[x] for row in rows})
     if ordered[0] > 0.0 and ordered[-1] > 5.0 * ordered[0]:
         axes.set_xscale("log")

@@ -191,7 +191,7 @@ def ratios_of(
     """
     columns = run.numerics.columns
     solver = OBSERVABLES[observable].solver_share * run.numerics.tolerance
-    known: Any = {"solver": solver, "scanned": run.scanned}
+    known: Any = {"solver": solver}
 
     def values_of(column: str, **kind: bool) -> tuple[Values, Array]:
         """Return the values of a column, and the relative error by the finite cell."""
@@ -208,11 +208,13 @@ def ratios_of(
     with np.errstate(all="ignore"):  # 0/0 at rest
         apart = np.nan_to_num(summed / integral - 1.0, nan=0.0, posinf=0.0, neginf=0.0)
     size = np.hypot(first_size, apart)
-    result = {f"{columns[0]}_over_theory": quotient(first, summed, size=size, **known)}
+    # the theory is by the C(q) of the scans, also where the map itself is pressed
+    result = {f"{columns[0]}_over_theory": quotient(first, summed, size=size, scanned=run.scene.scanned, **known)}
     if len(columns) > 1:
         (above, above_size), (below, below_size) = (values_of(column) for column in (columns[1], columns[0]))
         size = np.hypot(above_size, below_size)
-        result[f"{columns[1]}_over_{columns[0]}"] = quotient(above, below, size=size, **known)
+        ratio = quotient(above, below, size=size, scanned=run.scanned, **known)
+        result[f"{columns[1]}_over_{columns[0]}"] = ratio
     return result
 
 

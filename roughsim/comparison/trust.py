@@ -13,7 +13,7 @@ from math import inf, isfinite, log, nan
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PchipInterpolator, RegularGridInterpolator
+import scipy
 
 from roughsim import prediction
 from roughsim.grid import Array
@@ -201,13 +201,13 @@ def interpolated(table: Table, rows: Any, axes: dict[str, Array], place: dict[st
     at = [float(np.clip(scaled(name, place[name], hurst), *nodes[k][[0, -1]])) for k, name in enumerate(free)]
     shape = (*(axes[name].size for name in free), len(table.quantities))
     logs, measured = (x[rows].reshape(shape) for x in (np.log(table.value), table.error))
-    errors = [RegularGridInterpolator(nodes, measured)(at)[0]]
+    errors = [scipy.interpolate.RegularGridInterpolator(nodes, measured)(at)[0]]
     for k in range(len(free)):
         along = np.moveaxis(logs, k, len(free) - 1)  # of this coordinate, once the others are at the place
         for other in (i for i in range(len(free)) if i != k):
-            along = CubicSpline(nodes[other], along)(at[other])
+            along = scipy.interpolate.CubicSpline(nodes[other], along)(at[other])
         errors.append(missed(nodes[k], along, at[k], CURVED))
-    value: Array = CubicSpline(nodes[-1], along)(at[-1])
+    value: Array = scipy.interpolate.CubicSpline(nodes[-1], along)(at[-1])
     # what the map has at one value only may change from there to the scene
     fixed = [name for name, axis in axes.items() if axis.size == 1]
     steps = sum(abs(scaled(name, place[name]) - scaled(name, float(axes[name][0]))) for name in fixed)
@@ -241,7 +241,8 @@ def judgements(scene: Scene, table: Table, logs: Array, error: Array, within: di
             yield Judgement(name, None, 100 * (high - 1), 100 * high * float(error[columns[0]]))
             continue
         nodes = np.log([table.quantities[k][1] for k in columns])
-        between = PchipInterpolator(nodes, logs[columns])  # a straight line misses up to twice as much
+        # a straight line misses up to twice as much
+        between = scipy.interpolate.PchipInterpolator(nodes, logs[columns])
         for k, peclet in within.items():
             x = float(np.clip(log(peclet), nodes[0], nodes[-1]))
             high = float(own[name][k] / base[name][k] / np.exp(between(x)))

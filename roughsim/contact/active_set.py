@@ -7,11 +7,12 @@ goes to dimensionless units and back, and judges the result; the algorithm is in
 """
 
 import warnings
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roughsim._kernels.active_set import to_si
 from roughsim.contact import Contact, Solid, checked_load
 from roughsim.contact.solver.ahead import compile_ahead
 from roughsim.contact.solver.problem import coarser, dimensionless, full_contact
@@ -92,26 +93,15 @@ def solve_contact(
         transforms += 1.0  # that of the heights
         if residual > tolerance:
             _warn_or_raise(state, tolerance, limit, pressure_unit)
-    displacement, hardness = gap, solid.penetration_hardness
-
-    def to_si(start: int, stop: int) -> tuple[Any, Any]:
-        """Go back to SI, in place, and count the points of contact and the yielded ones."""
-        p, u, h = (field[start:stop] for field in (pressure, displacement, problem.heights))
-        touching, yielded = np.count_nonzero(p > 0.0), p >= problem.cap
-        p *= pressure_unit
-        # a yielded point has exactly the hardness, not the hardness to rounding
-        np.minimum(p, hardness, out=p)
-        p[yielded] = hardness
-        u *= problem.unit
-        u += h
-        u -= problem.middle
-        return touching, np.count_nonzero(yielded)
-
-    touching, yielded = total(run(to_si, spans(*grid.shape)))
+    # back to SI, in place
+    fields = pressure.ravel(), gap.ravel(), problem.heights.ravel()
+    units, bounds = (pressure_unit, problem.unit, problem.middle), (problem.cap, solid.penetration_hardness)
+    blocks = [(a * grid.shape[1], b * grid.shape[1]) for a, b in spans(*grid.shape)]
+    touching, yielded = total(run(lambda a, b: to_si(a, b, *fields, units, bounds), blocks))
     kind = np.float32 if precision == "single" else np.float64
     return Contact(
         pressure=pressure.astype(kind, copy=False),
-        displacement=displacement.astype(kind, copy=False),
+        displacement=gap.astype(kind, copy=False),
         contact_fraction=float(touching / grid.points),
         plastic_fraction=float(yielded / grid.points),
         residual=residual,

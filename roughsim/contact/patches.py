@@ -171,13 +171,15 @@ def _counts(field: Field, hardness: Any) -> tuple[float, ...]:
     """Count the points with p > 0 and with p = σ_P, and the sides of elastic points: to empty ones, to yielded ones."""
 
     def count(start: int, stop: int) -> tuple[Any, ...]:
-        part = field.take(range(start - 1, stop), axis=0, mode="wrap")  # with the row before, periodic
-        touching, yielded = part > 0, part == hardness
-        # 0 without contact, 1 elastic, 3 yielded: the three pairs of unlike neighbours differ by different bits
-        kind = touching.view(np.uint8) + 2 * yielded.view(np.uint8)
-        unlike = kind[1:] ^ kind[:-1], kind[1:] ^ np.roll(kind[1:], 1, axis=1)
+        # with the row and the column before, periodic: 0 without contact, 1 elastic, 3 yielded
+        kind = np.empty((1 + stop - start, 1 + field.shape[1]), np.uint8)
+        for own, part in ((kind[:1, 1:], field[start - 1][None]), (kind[1:, 1:], field[start:stop])):
+            np.add((part > 0).view(np.uint8), 2 * (part == hardness).view(np.uint8), out=own)
+        kind[:, 0] = kind[:, -1]
+        # the three pairs of unlike neighbours differ by different bits
+        unlike = own ^ kind[:-1, 1:], own ^ kind[1:, :-1]
         outer, inner = (sum(np.count_nonzero(pair == bits) for pair in unlike) for bits in (0 ^ 1, 1 ^ 3))
-        return np.count_nonzero(touching[1:]), np.count_nonzero(yielded[1:]), outer, inner
+        return np.count_nonzero(own), np.count_nonzero(own == 3), outer, inner
 
     counts: tuple[float, ...] = total(run(count, spans(*field.shape)))
     return counts

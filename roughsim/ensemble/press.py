@@ -34,6 +34,7 @@ EDGES = {
     "mirror": "made periodic by its mirror images: no step, but the slope changes its sign at the edges",
     "tile": "side by side as it is: where opposite edges differ there is a step, which carries load",
 }
+NO_WINDOW = "it would lower the rim of the map to its mean plane, so that the middle carries the load of the rim too"
 LOWER = "the lower one, also at half the pixel, shows what cut-off and pixel change"
 Edges = Literal["mirror", "tile"]
 
@@ -97,12 +98,14 @@ def press(
 
 def refuse(scene: Scene, grid: Grid, edges: str | None) -> None:
     """Refuse what is no single map against a smooth face, a map that is too small or too large, and unknown edges."""
+    if edges == "window":
+        raise ValueError(f'edges = "window" is not offered: {NO_WINDOW}; write "mirror" or "tile"')
     if edges not in (None, "mirror", "tile"):
         raise ValueError(f'edges = {edges!r} is not known; write "mirror" or "tile"')
     if len(scene.faces) > 1:
         raise SceneError(
             "counterface is rough, but there is one map; to press it give the counterface its material alone, without "
-            'like = "body" and without keys of roughness'
+            'like = "body" and without keys of roughness; if you have maps of both faces, name the map of their sum'
         )
     if scene.sliding.history == SLIDING:
         raise SceneError('sliding.history = "sliding" does not go with a map that is pressed; write "frozen"')

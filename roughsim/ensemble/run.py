@@ -128,14 +128,17 @@ def complete(
     force: Workforce,
     check: Callable[[], None],
     observer: Callable[[Run], None] | None = None,
+    *,
+    claimed_in: Path | None = None,
 ) -> list[Run]:
     """Compute the members that runs which were begun still lack; they have the same levels and seed.
 
-    Errors as `run`.
+    `claimed_in` is the folder of the claims, which processes with other runs besides these share; left out: that of the
+    first run. Errors as `run`.
     """
     homes = [Path(os.path.abspath(folder)) for *_, folder in begun]  # workers may have started in another directory
     runs = []
-    with Claims(homes[0]) as claims:
+    with Claims(claimed_in or homes[0]) as claims:
         for (scene, numerics, folder), home in zip(begun, homes, strict=True):
             sweep(home, claims)  # before anything is read: damaged members would be refused
             run = open_run(folder)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from multiprocessing.context import SpawnContext, SpawnProcess
 from pathlib import Path
 from types import FrameType, TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,8 +23,10 @@ from roughsim import fourier
 from roughsim.errors import ConvergenceError, RecordError
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.pipeline import Problem, Solution, Solved, solve_problem, versions
-from roughsim.sliding.member import SlideProblem, solve_slide
 from roughsim.store.member_files import Member, write_member
+
+if TYPE_CHECKING:  # who marches loads it with the problem; single contacts do without
+    from roughsim.sliding.member import SlideProblem
 
 WORKER = "roughsim worker"  # name of the processes that are started here
 UNGUARDED = 113  # exit code of a worker that met the call of `run` while it imported the script of its parent
@@ -35,7 +37,7 @@ class Job:
     """What a worker needs to compute the members of one level: some kilobytes once pickled."""
 
     level: int
-    problem: Problem | SlideProblem  # its index is replaced by that of the member
+    problem: "Problem | SlideProblem"  # its index is replaced by that of the member
     speeds: tuple[float, ...]  # m/s, as the scene has them: the problem has a tiny speed in place of zero
     keep_fields: int  # how many realizations keep their fields
     provenance: dict[str, Any]  # of the whole run: its scene and numerics
@@ -71,11 +73,11 @@ def store_member(job: Job, index: int, before: Solved | None) -> Solved | None:
         with warnings.catch_warnings():
             # the plan says how much of the spectrum the cell leaves out; the members need not repeat it
             warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
-            if isinstance(problem, SlideProblem):
-                member = march_member(job, problem)
-            else:
+            if isinstance(problem, Problem):
                 solved = problem, solve_problem(problem, before)
                 member = single_member(job, *solved)
+            else:
+                member = march_member(job, problem)
     except ConvergenceError as error:
         provenance = {"residual": error.residual, "iterations": error.iterations, "seconds": {}}
         member = Member(job.level, index, failure=str(error), provenance=provenance)
@@ -83,7 +85,7 @@ def store_member(job: Job, index: int, before: Solved | None) -> Solved | None:
     return solved
 
 
-def write(job: Job, problem: Problem | SlideProblem, member: Member) -> None:
+def write(job: Job, problem: "Problem | SlideProblem", member: Member) -> None:
     """Write the file of a member with how it came about."""
     provenance = (
         member.provenance
@@ -116,8 +118,10 @@ def single_member(job: Job, problem: Problem, solution: Solution) -> Member:
     )
 
 
-def march_member(job: Job, problem: SlideProblem) -> Member:
+def march_member(job: Job, problem: "SlideProblem") -> Member:
     """Compute the member of a march of one body over the other."""
+    from roughsim.sliding.member import solve_slide
+
     solution = solve_slide(problem, film=problem.index < job.keep_fields)
     return Member(
         job.level,

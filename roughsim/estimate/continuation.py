@@ -4,11 +4,10 @@ A rung is one cut-off, as `roughsim.estimate.ladder` has it. Each way gives a re
 the scatter of the rungs goes into the statistical error. The error of the remainder itself is that of the bandwidth.
 """
 
-from math import nan
+from math import exp, log, nan
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
 from roughsim.grid import Array
 from roughsim.observables.record import Sample
@@ -112,16 +111,17 @@ def fitted_exponent(cut_offs: list[float], values: list[Array], usual: float = 1
 
     Between 0.3 and 3; the usual one where the means allow none.
     """
+    x, y, z = (-log(q / cut_offs[0]) for q in cut_offs)
+
+    def quotient(p: float) -> float:
+        return (exp(p * x) - exp(p * y)) / (exp(p * y) - exp(p * z))
+
     exponents = []
     for a, b, c in zip(*(np.mean(rows, axis=0).tolist() for rows in values), strict=True):
         exponent = usual
-        if (a - b) * (b - c) > 0.0:
-
-            def excess(p: float, quotient: float = (a - b) / (b - c)) -> float:
-                return float(quotient_of_steps(cut_offs, np.asarray(p)) - quotient)
-
-            if excess(0.3) * excess(3.0) <= 0.0:
-                exponent = float(brentq(excess, 0.3, 3.0))
+        if (a - b) * (b - c) > 0.0 and quotient(low := 0.3) <= (wanted := (a - b) / (b - c)) <= quotient(high := 3.0):
+            while low < (exponent := 0.5 * (low + high)) < high:  # the quotient rises with p: down to the last bit
+                low, high = (exponent, high) if quotient(exponent) < wanted else (low, exponent)
         exponents.append(exponent)
     return np.array(exponents)
 

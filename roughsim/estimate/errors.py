@@ -1,6 +1,7 @@
 """Means with all parts of their errors (statistical, bandwidth, pixel, finite size, solver), and the rule to stop."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from math import inf
 
 import numpy as np
@@ -19,8 +20,8 @@ LEAST_FINE = 3  # of these with the finest level: two can agree by chance
 
 SOURCES = {
     "statistical": (
-        "half-width of the 95 % interval, at zero skewness of the surfaces where members have it: Student t, wider by "
-        "1/f for runs that stop where scatter is low"
+        "half-width of the 95 % interval, at the mean peak volume of the surfaces where members tell it: Student t, "
+        "wider by 1/f for runs that stop where scatter is low"
     ),
     "bandwidth": "left by the cut-off q_c",
     "pixel": "left by the grid at fixed q_c",
@@ -64,6 +65,7 @@ class Estimate(Uncertain):
     effective_n: Array  # realizations with all levels that would give the same statistical error: at most `n`
     notes: tuple[str, ...] = ()  # sentences on extrapolation and missing levels, for `explain`
     speeds: tuple[float, ...] = ()  # of the entries, m/s; empty where it does not depend on the speed
+    sources: Mapping[str, str] = field(default_factory=SOURCES.copy)  # what each part of `budget` is, in words
 
     @property
     def half_width(self) -> Array:
@@ -94,7 +96,7 @@ class Estimate(Uncertain):
             rows = [[f"{speed:g}", *row] for speed, row in zip(self.speeds, rows, strict=True)]
         columns = [Column(title, number=True) for title in titles]
         title = f"{with_unit(self.observable, self.unit)}: {self.n} realizations"
-        return Table(columns, rows, title, (*self.notes, *(f"{name}: {SOURCES[name]}" for name in self.budget)))
+        return Table(columns, rows, title, (*self.notes, *(f"{name}: {self.sources[name]}" for name in self.budget)))
 
     def _repr_html_(self) -> str:
         return in_notebook(self.table())
@@ -109,7 +111,7 @@ class Estimate(Uncertain):
                 f"{self.number(k)} {unit}".rstrip() + f": {parts}; n = {self.n} realizations, worth "
                 f"{self.effective_n[k]:.3g} with all levels; value at the finest level {self.bias[k] * factor:+.2g}"
             )
-        sources = [f"{name}: {SOURCES[name]}" for name in self.budget if name not in self.unknown]
+        sources = [f"{name}: {self.sources[name]}" for name in self.budget if name not in self.unknown]
         missing = [f"{name}: unknown: no level of the run shows it; not in these figures" for name in self.unknown]
         return "\n".join([f"{self.observable}:", *lines, *self.notes, *sources, *missing])
 

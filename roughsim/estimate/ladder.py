@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from roughsim import prediction
 from roughsim.estimate.continuation import Rung, remainder_by_power, remainder_by_theory, the_surer
-from roughsim.estimate.regression import at_zero_skewness
+from roughsim.estimate.regression import at_mean_peak_volume
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
@@ -145,7 +145,7 @@ def observe(
 def climb(observable: str, samples: list[Sample]) -> list[Rung]:
     """Return the rungs with rows for all realizations: those of the rung below, corrected by the known differences.
 
-    Where all realizations have a level, its rows are at zero skewness; the differences do not follow the skewness.
+    Where all realizations have a level, its rows are at the mean peak volume; the differences hardly follow it.
     """
     of_level, count = OBSERVABLES[observable].of_level, len(samples[0].rows)
     ladder: list[Rung] = []
@@ -155,7 +155,7 @@ def climb(observable: str, samples: list[Sample]) -> list[Rung]:
             continue
         rows = of_level(sample)
         if not ladder or (len(rows) == count and not sample.half):
-            rows = at_zero_skewness(rows, sample.numbers.get("skewness", np.zeros(len(rows))))
+            rows = at_mean_peak_volume(rows, sample.numbers)
         else:
             below = ladder[-1]
             # all rows move by the mean change; those that have the level also by their own, as much as they stand for

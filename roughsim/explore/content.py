@@ -8,8 +8,8 @@ from threading import Lock
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import resample
 
 from roughsim import prediction
 from roughsim.charts.style import half_width
@@ -216,7 +216,7 @@ def load_fields(run: Run, level: int, index: int) -> MemberFields:
     coarse, waves = Grid((min(grid.shape[0], PREVIEW), min(grid.shape[1], PREVIEW)), grid.lengths), pressure
     for axis in (0, 1):
         if coarse.shape[axis] < grid.shape[axis]:
-            waves = resample(waves, coarse.shape[axis], axis=axis)
+            waves = scipy.signal.resample(waves, coarse.shape[axis], axis=axis)
     return MemberFields(run, grid, heights, pressure, coarse, waves)
 
 

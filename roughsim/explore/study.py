@@ -13,6 +13,7 @@ from bokeh.plotting import figure
 from roughsim.explore.layout import THEME, plain_text
 from roughsim.explore.page import HEAD, LatestTask
 from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import shown, with_unit
 from roughsim.show.text import plain
 from roughsim.studies.study import Study, open_study
@@ -63,13 +64,17 @@ class StudyPage:
         options = [(str(speed), f"{speed:g} m/s") for speed in speeds]
         self.selects[SPEED] = models.Select(title="speed", value=options[0][0] if options else "", options=options)
         for name, key in self.names.items():
-            values = list(dict.fromkeys(str(point.values[key]) for point in self.study.points))
-            texts = {str(point.values[key]): value_text(key, point.values[key]) for point in self.study.points}
-            choices = [(value, texts[value]) for value in values]
-            self.selects[f"key {name}"] = models.Select(title=words_of(key)[0], value=values[0], options=choices)
+            choices = self.choices(key)
+            self.selects[f"key {name}"] = models.Select(title=words_of(key)[0], value=choices[0][0], options=choices)
         for name, select in self.selects.items():
             select.update(name=name.removeprefix("key "), width=190)
             select.on_change("value", lambda attr, old, new: self.draw())
+
+    def choices(self, key: str) -> list[tuple[str, str]]:
+        """Return the values of a key, as they are compared and as they are shown."""
+        return list(
+            {str(value): value_text(key, value) for value in (p.values[key] for p in self.study.points)}.items()
+        )
 
     def choice(self, name: str) -> str:
         """Return the value of a control."""
@@ -104,6 +109,8 @@ class StudyPage:
             f"{count} of {total} points finished. Points: simulated, ± total error (95 %). Thin lines: theory; dashed: "
             "by the calibrated stress spectrum."
         )
+        if any(r["column"] == SLIDING for r in self.rows):
+            self.state.text += " Diamonds: of faces that slide over one another."
         rows = self.chosen_rows()
         if not rows:
             self.say(ValueError("there is no result to draw with these values yet"))
@@ -114,10 +121,10 @@ class StudyPage:
         """Return the figure of some rows."""
         x, family, observable = self.choice("x"), self.choice("family"), self.choice("observable")
         words, factor = self.words(x)
-        unit = OBSERVABLES[observable].unit
+        unit, simulation = OBSERVABLES[observable].unit, self.study.column  # which asks every point
         in_unit = shown(unit)[1]
         places = [r[x] for r in rows]
-        simulated = [r["value"] for r in rows if r["column"] == self.study.column]
+        simulated = [r["value"] for r in rows if r["column"] == simulation]
         log_x = min(places) > 0.0 and max(places) > 5.0 * min(places)
         log_y = bool(simulated) and min(simulated) > 0.0
         made = figure(
@@ -139,11 +146,14 @@ class StudyPage:
             for source, dash in THEORIES.items():
                 at, mean, _ = curve(same, x, source)
                 made.line(at * factor, mean * in_unit, color=colour, line_dash=dash, line_width=1, alpha=0.8)
-            at, mean, error = curve(same, x, self.study.column)
+            at, mean, error = curve(same, x, simulation)
             data = {"x": at * factor, "y": mean * in_unit, "low": (mean - error) * in_unit}
             source = models.ColumnDataSource(data | {"high": (mean + error) * in_unit, "error": error * in_unit})
             dots = made.scatter("x", "y", source=source, color=colour, size=7, legend_label=label)
             made.line("x", "y", source=source, color=colour, line_width=2, alpha=0.5, legend_label=label)
+            at, mean, _ = curve(same, x, SLIDING)
+            if len(at):
+                made.scatter(at * factor, mean * in_unit, marker="diamond", color=colour, size=12, fill_color="white")
             whisker = {"base": "x", "lower": "low", "upper": "high", "line_color": colour, "source": source}
             made.add_layout(models.Whisker(**whisker, upper_head=None, lower_head=None))
             tips = [(words, "@x{0.[0000]a}"), (observable, "@y{0.[0000]a} ± @error{0.[0000]a}")]
@@ -169,13 +179,15 @@ class StudyPage:
         """Read the study again in a thread, and draw it if it has more."""
 
         def read() -> tuple[Study, list[dict[str, Any]]]:
-            study = open_study(self.folder)
+            study = self.study.reread()
             return study, list(study.rows())
 
         def show(news: tuple[Study, list[dict[str, Any]]]) -> None:
             changed = [r["value"] for r in news[1]] != [r["value"] for r in self.rows]
             self.study, self.rows = news
             if changed:
+                for name, key in self.names.items():  # values may have been added
+                    self.selects[f"key {name}"].options = self.choices(key)
                 self.draw()
 
         if self.study.finished < len(self.study.points):

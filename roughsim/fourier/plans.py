@@ -16,25 +16,26 @@ import weakref
 from collections.abc import Callable
 from functools import cache, lru_cache
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
-import scipy.fft
+import scipy
 from numpy.typing import DTypeLike, NDArray
 
-# pyfftw.interfaces, of which nothing is used here, would load dask and with it pandas, which takes longer than all the
-# rest; for the time of the import dask is hidden, and `import pyfftw.interfaces.dask_fft` still works afterwards
-_dask = sys.modules.get("dask")  # pint loads it, but not dask.array
-sys.modules["dask"] = None  # type: ignore[assignment]
+# pyfftw.interfaces, of which nothing is used here, would load scipy.fft, and dask and pandas where they are: that takes
+# longer than all the rest. For the time of the import it is an empty module; whoever imports it later gets the whole
+_interfaces = "pyfftw.interfaces"
+_empty = sys.modules.setdefault(_interfaces, ModuleType(_interfaces))
 try:
     import pyfftw
 except ImportError:  # the wheel of pyfftw bundles GPL code; some sites do without it
     pyfftw = None
     warnings.warn("pyfftw is not installed: scipy.fft takes over, slower", RuntimeWarning, stacklevel=2)
-finally:
-    del sys.modules["dask"]
-    if _dask is not None:
-        sys.modules["dask"] = _dask
+if not hasattr(_empty, "__file__"):
+    del sys.modules[_interfaces]
+    if pyfftw is not None:
+        del pyfftw.interfaces
 
 ALIGNMENT = 64  # bytes, of what is handed to FFTW by address
 PADDING = 8  # complex numbers between lines, so that equal places do not all fall onto the same part of the cache

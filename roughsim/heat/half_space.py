@@ -14,8 +14,8 @@ from functools import lru_cache
 from itertools import product
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.fft import next_fast_len
 
 from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.fourier import convolution
@@ -61,7 +61,7 @@ def half_space_temperature(
 
 def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:
     """Return a shape for fast transforms that holds every offset between two pixels once."""
-    nx, ny = (next_fast_len(2 * n - 1, real=True) for n in shape)
+    nx, ny = (scipy.fft.next_fast_len(2 * n - 1, real=True) for n in shape)
     return nx, ny
 
 

@@ -11,8 +11,8 @@ import math
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import special
 
 from roughsim.errors import ConvergenceError
 from roughsim.grid import Array, Grid
@@ -80,8 +80,8 @@ class History:
 def latest_step(decay: Array) -> tuple[Array, Array]:
     """Return ∫₀¹ (1 − u) u^(−1/2) e^(−xu) du and ∫₀¹ u^(1/2) e^(−xu) du for x = `decay`."""
     x = np.maximum(decay, 1e-30)
-    whole = math.sqrt(math.pi) * special.erf(np.sqrt(x)) / np.sqrt(x)
-    early = special.gamma(1.5) * special.gammainc(1.5, x) / x**1.5
+    whole = math.sqrt(math.pi) * scipy.special.erf(np.sqrt(x)) / np.sqrt(x)
+    early = scipy.special.gamma(1.5) * scipy.special.gammainc(1.5, x) / x**1.5
     return whole - early, early
 
 

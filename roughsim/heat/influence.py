@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import special
+import scipy
 
 from roughsim.grid import Array
 
@@ -87,11 +87,11 @@ class Axis:
         if self.averaged:
             edges = np.concatenate((offsets[:1] - 1, offsets, offsets[-1:] + 1))[:, None] * self.size
             scaled = (edges + self.drift * u**2) / (2 * u)
-            integral = scaled * special.erf(scaled) + np.exp(-(scaled**2)) / math.sqrt(math.pi)
+            integral = scaled * scipy.special.erf(scaled) + np.exp(-(scaled**2)) / math.sqrt(math.pi)
             mean: Array = np.diff(integral, 2, axis=0) * (u / self.size)
             return mean
         edges = (np.append(offsets - 0.5, offsets[-1] + 0.5) + self.shift)[:, None] * self.size
-        risen: Array = special.erf((edges + self.drift * u**2) / (2 * u))
+        risen: Array = scipy.special.erf((edges + self.drift * u**2) / (2 * u))
         return (risen[1:] - risen[:-1]) / 2
 
 

@@ -21,8 +21,8 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy import special
 
 from roughsim import fourier
 from roughsim.errors import not_negative, number, positive, real_field
@@ -126,7 +126,7 @@ def uniform_temperature(
     reach = np.sqrt(positive("diffusivity", diffusivity, "m²/s") * instants)
     with np.errstate(divide="ignore", invalid="ignore"):
         scaled = np.where(reach > 0, not_negative("depth", depth, "m") / (2 * reach), np.inf)
-        ierfc = np.exp(-(scaled**2)) * (1 / math.sqrt(math.pi) - scaled * special.erfcx(scaled))
+        ierfc = np.exp(-(scaled**2)) * (1 / math.sqrt(math.pi) - scaled * scipy.special.erfcx(scaled))
     result = 2 * flux / conductivity * reach * np.where(reach > 0, ierfc, 0.0)
     return result if instants.ndim else float(result)
 
@@ -253,7 +253,7 @@ def response_of_modes(square: Field, advection: Field, depth: float, spread: flo
         if depth > 0.0:
             response[young] = math.sqrt(spread) * _buried(scaled, depth / (2 * math.sqrt(spread)))
         else:
-            response[young] *= special.erf(scaled)
+            response[young] *= scipy.special.erf(scaled)
     return response
 
 
@@ -264,11 +264,11 @@ def _buried(b: NDArray[np.complex128], a: float) -> NDArray[np.complex128]:
     """
     tail = np.exp(-(a * a) - b * b)
     shallow = b.real > a
-    first = tail * special.erfcx(np.where(shallow, b - a, a - b))
+    first = tail * scipy.special.erfcx(np.where(shallow, b - a, a - b))
     first = np.where(shallow, 2 * np.exp(-2 * a * b) - first, first)
-    result: NDArray[np.complex128] = (first - tail * special.erfcx(a + b)) / (2 * b)
+    result: NDArray[np.complex128] = (first - tail * scipy.special.erfcx(a + b)) / (2 * b)
     # for small b a series in b²: [f(a−b) − f(a+b)]/(2b) by the derivatives of f(x) = e^(x²) erfc(x), f′ = 2xf − 2/√π
-    derivatives = [float(special.erfcx(a))]
+    derivatives = [float(scipy.special.erfcx(a))]
     derivatives.append(2 * a * derivatives[0] - 2 / math.sqrt(math.pi))
     for n in range(1, 14):
         derivatives.append(2 * a * derivatives[n] + 2 * n * derivatives[n - 1])

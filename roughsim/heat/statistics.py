@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.special import j0
 
 from roughsim import fourier
 from roughsim.contact.patches import Patches, patch_sizes
@@ -109,7 +109,7 @@ def temperature_correlation(temperature: ArrayLike, grid: Grid, r: ArrayLike) ->
     amplitude = fourier.forward(field.astype(np.float64, copy=False))
     wavenumber, entry = distinct_wavenumbers(grid)
     power = np.bincount(entry, quarter_plane(amplitude.real**2 + amplitude.imag**2, grid).ravel())
-    values = [float(power[1:] @ j0(wavenumber[1:] * x)) for x in distance.ravel().tolist()]
+    values = [float(power[1:] @ scipy.special.j0(wavenumber[1:] * x)) for x in distance.ravel().tolist()]
     return np.reshape(values, distance.shape)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from roughsim.extensions import extensions
 from roughsim.grid import Array
-from roughsim.observables.record import Measured, Observable, Sample, ratio
+from roughsim.observables.record import Observable, Sample, ratio
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,14 +36,6 @@ def heat_share(sample: Sample) -> Array:
     change = mean_moving * (resting - mean_resting) - mean_resting * (moving - mean_moving)
     values: Array = mean_resting / both + change / both**2
     return values
-
-
-def skewness(measured: Measured) -> float:
-    """Return the skewness of the long waves of the surface of a member."""
-    # slow to import: reading the names alone must not wait for it
-    from roughsim.surface.skewness import long_wave_skewness
-
-    return long_wave_skewness(measured.heights, measured.grid)
 
 
 def radius(sample: Sample, fraction: float) -> Array:
@@ -176,10 +168,17 @@ TABLE: tuple[Observable, ...] = (
         only_stored=True,
     ),
     Observable(
-        "skewness",
+        "peak_volume",
         "1",
-        stored="<h^3>/<h^2>^(3/2) of the long waves of the surface; its mean over surfaces is zero",
-        measure=skewness,
+        stored="<h-t; h>t> / rms h of the surface, less its exact mean over surfaces; t: level of the contact area",
+        measure=lambda measured: measured.peak_volumes.of_all,
+        only_stored=True,
+    ),
+    Observable(
+        "long_peak_volume",
+        "1",
+        stored="the same of the waves longer than 1/32 of the cell",
+        measure=lambda measured: measured.peak_volumes.of_long,
         only_stored=True,
     ),
     Observable(
@@ -228,6 +227,7 @@ TABLE: tuple[Observable, ...] = (
 )
 OBSERVABLES = {record.name: record for record in TABLE if not record.only_stored}
 NUMBERS = {record.name: record for record in TABLE if record.stored}  # stored in the file of each member
+NO_LONGER = ("skewness",)  # stored by earlier versions, one number a member: not read
 AXIS = "slid_distance"
 CURVES = {
     AXIS: Curve("m", False, "slid distance"),

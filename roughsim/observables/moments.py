@@ -205,8 +205,12 @@ def sums_over_directions(spectrum: StressSpectrum, unseen: Array, grid: Grid, sl
     """Return Σ w Re F/|q|, −Σ w Re(i cosφ F), Σ w |q| Re F, averaged over all directions; shape (3, speeds)."""
     q, w = spectrum.wavenumber, spectrum.variance
     even, odd, odd_at_nyquist = responses_of_grid(grid, tuple(abs(rate) for rate in sliding.rates))
-    gradient = (odd_at_nyquist * unseen).sum(axis=1) - (odd * w).sum(axis=1)
-    return np.stack(((even * (w / q)).sum(axis=1), gradient, (even * (w * q)).sum(axis=1)))
+
+    def total(response: Array, weight: Array) -> Array:
+        return np.asarray(np.einsum("vq,q->v", response, weight))  # a product of matrices might depend on threads
+
+    gradient = total(odd_at_nyquist, unseen) - total(odd, w)
+    return np.stack((total(even, w / q), gradient, total(even, w * q)))
 
 
 @lru_cache(maxsize=8)  # the grids of a run come in turn: fewer than there are would never be met again

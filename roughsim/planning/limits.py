@@ -9,8 +9,8 @@ from math import exp, inf, isfinite, isinf, isnan, log, nan, pi, prod, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from roughsim import prediction
 from roughsim.estimate.cell_size import choose_lengths
@@ -182,7 +182,7 @@ def gentle_end(scene: Scene) -> float:
         return scene.spectrum.truncated(q_max=exp(log_q)).rms_slope - STEEP
 
     first, last = log(1.01 * scene.spectrum.breaks[0]), log(scene.spectrum.breaks[-1])
-    return nan if excess(first) > 0.0 else exp(brentq(excess, first, last))
+    return nan if excess(first) > 0.0 else exp(scipy.optimize.brentq(excess, first, last))
 
 
 def roughness_lines(scene: Scene) -> Lines:
@@ -201,8 +201,8 @@ def roughness_lines(scene: Scene) -> Lines:
     scan, target = scan_of_hottest(scene), dict(scene.ensemble.until).get("flash_temperature", inf)
     if scan is not None and isnan(scan):
         yield (
-            "C(q) was measured on a scan, and its error is unknown: psd_error is missing, or C(q) rises so steeply to "
-            "the longest waves of the scan that longer ones would change T_flash without limit; take a larger scan, or "
+            "C(q) was measured on a scan, and its error is unknown: psd_error is missing, or C(q) may rise so steeply "
+            "to the longest waves of the scan that longer ones change T_flash without limit; take a larger scan, or "
             "state C(q) yourself"
         )
     elif scan is not None and scan > target:

@@ -16,7 +16,7 @@ import numpy as np
 from roughsim.errors import ConvergenceError
 from roughsim.estimate.cell_size import SIZE_ERROR, size_error
 from roughsim.estimate.ladder import SAME
-from roughsim.estimate.regression import at_zero_skewness
+from roughsim.estimate.regression import CONTROLS, scatter_at_mean_peak_volume
 from roughsim.grid import Array
 from roughsim.scene import Scene
 from roughsim.scene.numerics import DEFAULT_SOLVER, Column, Level, Numerics
@@ -36,7 +36,7 @@ class Pilot:
     """What the pilot of one column says of T_flash, relative to its limit; at the hottest speed where none is named."""
 
     raw_scatter: float  # standard deviation of one realization, at the worst speed
-    scatter: float  # the same at zero skewness
+    scatter: float  # the same at the mean peak volume
     hot_scatter: float  # the same at the speed with the highest T_flash
     step: float  # change of the mean from q_max/2 to q_max
     pixel: float  # change of the mean from 4 to 8 pixels per shortest wave, at q_max/2
@@ -53,10 +53,10 @@ GUESS = Pilot(0.02, 0.02, 0.02, step=0.2, pixel=0.009, change_scatter=0.004, q_m
 
 
 class Solved(NamedTuple):
-    """All realizations of a level: T_flash (SOLVES, speeds), K, skewness (SOLVES,), points, and least CPU time, s."""
+    """All realizations of a level: T_flash (SOLVES, speeds), K, `CONTROLS`, points, and least CPU time, s."""
 
     rows: Array
-    skewness: Array
+    peak_volumes: dict[str, Array]
     points: int
     seconds: float
 
@@ -102,8 +102,8 @@ def pilot(scene: Scene, column: Column, lengths: Lengths, q_max: float) -> Pilot
     in_whole = HALF_SCATTER if parts > 1 else 1.0
     unit = np.maximum(limit, mean / 2.0)  # where T_flash halves from one cut-off to the next, that limit is no measure
     raw_scatter, scatter = (
-        np.divide(rows.std(axis=0, ddof=1), unit, out=np.zeros_like(mean), where=unit > 0.0)
-        for rows in (largest.rows, at_zero_skewness(largest.rows, largest.skewness))
+        np.divide(scatter_at_mean_peak_volume(largest.rows, numbers), unit, out=np.zeros_like(mean), where=unit > 0.0)
+        for numbers in ({}, largest.peak_volumes)
     )
     return Pilot(
         raw_scatter=float(raw_scatter.max()),
@@ -127,9 +127,8 @@ def pace(small: Solved, large: Solved) -> float:
 def flash_temperatures(scene: Scene, numerics: Numerics, level: int) -> Solved:
     """Solve all realizations of a level."""
     from roughsim.planning.realization import realize  # slow to import: it loads the compiler
-    from roughsim.surface.skewness import long_wave_skewness
 
-    rows, skewness, least = [], [], inf
+    rows, volumes, least = [], [], inf
     for index in range(SOLVES):
         start = time.process_time()
         with warnings.catch_warnings():
@@ -137,8 +136,9 @@ def flash_temperatures(scene: Scene, numerics: Numerics, level: int) -> Solved:
             solution = realize(scene, numerics, seed=SEED, level=level, index=index)
         least = min(least, time.process_time() - start)
         rows.append(solution.observables.flash_temperature)
-        skewness.append(long_wave_skewness(solution.heights, solution.grid))
-    return Solved(np.stack(rows), np.array(skewness), numerics.grid(level).points, least)
+        volumes.append(solution.peak_volumes)
+    controls = dict(zip(CONTROLS, np.array(volumes).T, strict=True))
+    return Solved(np.stack(rows), controls, numerics.grid(level).points, least)
 
 
 def fast_size(points: float) -> int:

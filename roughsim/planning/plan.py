@@ -148,8 +148,8 @@ def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | N
         text = f"scatter {100 * seen.scatter:.2g} %, step {100 * seen.step:.2g} %, pixel {100 * seen.pixel:.2g} %"
         explanation = (
             f"cheap solves up to q_c = {seen.q_max:.3g} rad/m: how much T_flash scatters from one realization to the "
-            f"next ({100 * seen.raw_scatter:.2g} % before its regression on the skewness of the surface), falls when "
-            "q_c is doubled, and changes at half the pixel"
+            f"next ({100 * seen.raw_scatter:.2g} % before its regression on the peak volume of the surface), falls "
+            "when q_c is doubled, and changes at half the pixel"
         )
     reasons = [
         *(Reason(rung.level.column, level_text((rung.level,)), rung.reason) for rung in rungs),

@@ -33,6 +33,7 @@ from roughsim.surface.spectrum import TruncatedSpectrum
 
 OVER_SPEED = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
 NOTHING = Theory({}, nan, correlation_radius=lambda _: nan, total=lambda _: nan)  # for what a theory does not give
+REMEMBERED = 1024  # scenes whose numbers are kept: a study goes through its points again and again
 _NEAR = 16.0  # mode spacings above q_min up to which W is averaged over Fourier cells
 # share of the theory's contact that has yielded at a cut-off: from the first value on, T_flash falls with the cut-off.
 # Below it T_flash follows the theory if up to q_max at most the second is added (measured on rocks of 1 to 30 GPa)
@@ -43,7 +44,7 @@ _FALL = (0.3, 1.05)
 _STEP = 0.1  # of the law for contact that yields: coarser ones move T_flash by .3 % from one cut-off to the next
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=REMEMBERED)
 def predictions(scene: Scene, q_max: float = inf) -> dict[str, Array]:
     """Return every observable over C(q), or over its part up to q_max, rad/m; NaN where there is no theory.
 
@@ -133,7 +134,7 @@ def area_fractions(scene: Scene, q_max: float = inf) -> dict[str, float]:
     return {"contact_fraction": float(elastic + plastic), "plastic_fraction": float(plastic)}
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=REMEMBERED)
 def yield_wavenumber(scene: Scene) -> float:
     """Return q_y, rad/m, where 1 % of the theory's contact is still elastic; infinite if C(q) ends before."""
     return float(theory.plasticity.yield_wavenumber(scene.spectrum, **pressure_arguments(scene)))
@@ -155,7 +156,7 @@ def stress_spectrum(scene: Scene, q: Array) -> Array:
     return density * weight
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=REMEMBERED)
 def calibrated_predictions(scene: Scene) -> dict[str, Array]:
     """Return every observable by the calibrated law, as `predictions`; NaN where the law does not hold."""
     return observables_of(calibrated_integrals(scene), scene, calibrated(scene).observables)
@@ -205,7 +206,7 @@ def continuation(scene: Scene, column: str, cut_offs: tuple[float, ...], observa
     return values if follows else np.full_like(values, nan)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=REMEMBERED)
 def follows_theory(scene: Scene, column: str, q_max: float) -> bool | None:
     """Return whether a column follows the theory from the cut-off q_max, rad/m, to the end of the spectrum.
 
@@ -220,21 +221,27 @@ def follows_theory(scene: Scene, column: str, q_max: float) -> bool | None:
     return True if at_the_end - now <= _ADDED else None
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=REMEMBERED)
 def yielded_fall(scene: Scene, cut_offs: tuple[float, ...]) -> Array | None:
     """Return T_flash, K, by the law for contact that yields up to each cut-off, rad/m, and over all of C(q).
 
     Its shape is (cut-offs + 1, speeds), with all heat in the moving body; None outside the range of the law.
     """
-    spectra = [*(TruncatedSpectrum(scene.spectrum, q) for q in cut_offs), scene.spectrum]
-    name = "flash_temperature"
     try:
-        laws = [theory.plasticity.stress_spectrum(c, **pressure_arguments(scene), step=_STEP) for c in spectra]
-        return np.stack(
-            [over_speed(scene, np.array(scene.speeds), stress_spectrum=law, names=(name,))[name] for law in laws]
-        )
+        return np.stack([yielded_flash_temperature(scene, q) for q in (*cut_offs, inf)])
     except (ValueError, theory.quadrature.QuadratureError):
         return None
+
+
+@lru_cache(maxsize=64)
+def yielded_flash_temperature(scene: Scene, q_max: float) -> Array:
+    """Return T_flash, K, by that law up to one cut-off, rad/m, (speeds,); ValueError or QuadratureError outside it."""
+    spectrum = TruncatedSpectrum(scene.spectrum, q_max) if q_max < inf else scene.spectrum
+    law = theory.plasticity.stress_spectrum(spectrum, **pressure_arguments(scene), step=_STEP)
+    name = "flash_temperature"
+    values = over_speed(scene, np.array(scene.speeds), stress_spectrum=law, names=(name,))[name]
+    values.flags.writeable = False
+    return values
 
 
 def usual_exponent(scene: Scene, q_c: float) -> float:

@@ -6,7 +6,7 @@ are not known of scans: C(q) scatters, as a map holds few long waves, and waves 
 
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import chdtri, stdtrit
@@ -18,6 +18,8 @@ from roughsim.scene import Scene
 # q over that of the second row: of the first rows, and of those above, whose exponent C(q) has at long waves too. What
 # a map shows of waves as long as itself is too low, as its plane and the window took of them: so much of the exponent
 FIRST, ABOVE, TAKEN = (0.0, 2.0), (2.0, 10.0), 2.7
+FIRST_SCATTER = 0.5  # of the exponent of the first rows, over what their errors say
+BELOW = 0.999  # of the first q: there the longer waves begin
 SETTLED = 0.5  # change by the second decade of longer waves over that by the first: above, there is no limit
 DOUBT = 0.05  # probability that scans of one surface differ by more than counts as a scatter from place to place
 STEP = 0.1  # of ln C, by which each row is tried
@@ -30,8 +32,8 @@ def scan_error(scene: Scene, only: str = "") -> dict[str, Array]:
     """Return the relative 95 % error of every observable by the scans that C(q) was measured on.
 
     With `only` that of T_flash, or of another of `OVER_SPEED`, alone, in a fiftieth of the time. NaN where the theory
-    has no value, where nothing is known of the error, or where C(q) rises so steeply towards the longest waves of the
-    scans that longer ones would change the value without limit.
+    has no value, where nothing is known of the error, or where C(q) rises, or within the error of its exponent may
+    rise, so steeply towards the longest waves of the scans that longer ones change the value without limit.
     """
     squares = {name: np.zeros(values.shape) for name, values in expected(scene, only).items()}
     for name in ("surface", "counterface"):
@@ -84,7 +86,11 @@ def error_of_face(scene: Scene, name: str, face: Any, only: str) -> Changes:
     # where several scans overlap, they may differ by more, from place to place
     scans = [change(q, psd * (1.0 + column)) for column in errors.T[1:]]
     shared = np.any(errors[:, 1:] != 0.0, axis=1)
-    longer = [change(*continued(q, psd, errors[:, 0], decades)) for decades in (1, 2)]
+    waves = long_waves(q, psd, errors[:, 0])
+    longer, steeper = (
+        [change(*continued(q, psd, exponent, waves.begin, decades)) for decades in (1, 2)]
+        for exponent in (waves.exponent, waves.exponent + waves.error)
+    )
     result = {}
     for key in own:
         squares = np.array([(one[key] * error / STEP) ** 2 for one, error in zip(each, errors[:, 0], strict=True)])
@@ -94,29 +100,45 @@ def error_of_face(scene: Scene, name: str, face: Any, only: str) -> Changes:
             between = np.sum([one[key] ** 2 for one in scans], axis=0)
             shown = between > within * chdtri(freedom, DOUBT) / freedom
             square += np.where(shown, float(stdtrit(freedom, 0.975)) ** 2 * (between - within), 0.0)
-        # waves that are missing change the value one way: that is no scatter, and adds to it
-        result[key] = np.sqrt(square) + limit_of(longer[0][key], longer[1][key])
+        # waves that are missing change the value one way: that is no scatter, and adds to it. There is a limit only if
+        # C(q) may also be so much steeper as its rows scatter: those that scatter low would have one by chance
+        missing, possible = (limit_of(first[key], second[key]) for first, second in (longer, steeper))
+        result[key] = np.sqrt(square) + np.where(np.isnan(possible), np.nan, missing)
     return result
 
 
-def continued(q: Array, psd: Array, error: Array, decades: int) -> tuple[Array, Array]:
-    """Return a table with so many decades of longer waves, over which C(q) goes on as a power law."""
-    factor = 10.0**decades
-    rise = factor ** max(long_exponent(q, psd, error), 0.0)
-    return np.append(q[0] / factor, q), np.append(psd[0] * rise, psd)
+class LongWaves(NamedTuple):
+    """How C(q) goes on to waves longer than the scans."""
+
+    exponent: float
+    error: float  # standard error of the exponent
+    begin: float  # C where the power law begins, just below the first row, m⁴
 
 
-def long_exponent(q: Array, psd: Array, error: Array) -> float:
-    """Return the exponent of C(q) at the longest waves: that of the rows above, unless C(q) ends at the first ones."""
+def long_waves(q: Array, psd: Array, error: Array) -> LongWaves:
+    """Return the power law of the rows above the first ones, unless C(q) ends at the first ones."""
 
-    def exponent(low: float, high: float) -> float:
+    def power_law(low: float, high: float) -> tuple[float, float, float]:
+        """Exponent, its standard error, and the value at the first row."""
         rows = (q >= q[1] * low * (1 - 1e-9)) & (q <= q[1] * high * (1 + 1e-9))
         if np.count_nonzero(rows) < 2:  # a table of few rows
             rows = q <= q[1]
-        weight = 1.0 / np.maximum(error[rows], 1e-6)
-        return -float(np.polyfit(np.log(q[rows]), np.log(psd[rows]), 1, w=weight)[0])
+        weight, x = 1.0 / np.maximum(error[rows], 1e-6), np.log(q[rows])
+        (slope, level), covariance = np.polyfit(x, np.log(psd[rows]), 1, w=weight, cov="unscaled")
+        return -float(slope), float(np.sqrt(covariance[0, 0])), float(np.exp(level + slope * np.log(q[0])))
 
-    return min(exponent(*ABOVE), exponent(*FIRST) + TAKEN)
+    (exponent, scatter, law), (at_first, scatter_of_first, _) = power_law(*ABOVE), power_law(*FIRST)
+    if at_first + TAKEN < exponent:
+        return LongWaves(at_first + TAKEN, FIRST_SCATTER * scatter_of_first, float(psd[0]))
+    # the plane and the window have taken of the first row: the law of those above begins higher
+    return LongWaves(exponent, scatter, max(float(psd[0]), law))
+
+
+def continued(q: Array, psd: Array, exponent: float, begin: float, decades: int) -> tuple[Array, Array]:
+    """Return a table with so many decades of longer waves, over which C(q) goes on as a power law from `begin`, m⁴."""
+    factor = 10.0**decades
+    rise = factor ** max(exponent, 0.0)
+    return np.concatenate([[q[0] / factor, q[0] * BELOW], q]), np.concatenate([[begin * rise, begin], psd])
 
 
 def limit_of(first: Array, second: Array) -> Array:

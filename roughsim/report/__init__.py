@@ -18,7 +18,6 @@ from roughsim.charts.plot import plot_run
 from roughsim.comparison.compare import Comparison, compare
 from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import state_line
-from roughsim.estimate.errors import SOURCES
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.planning.limits import judge
 from roughsim.planning.plan import level_text, plan_table
@@ -167,7 +166,7 @@ def errors_section(run: Run) -> Html:
     if not run.sound(run.realizations):
         return tag("p", "There is no sound realization yet.", css="warning")
     parts = [tag("p", "Means over all sound realizations, at the highest speed, with each source of error by itself:")]
-    parts.append(bullets(*(f"{name}: {x}" for name, x in SOURCES.items() if name != "scan" or run.scene.scanned)))
+    parts.append(bullets(*(f"{name}: {x}" for name, x in run.sources.items() if name != "scan" or run.scanned)))
     fastest = int(np.argmax(run.scene.speeds))
     for column in run.numerics.columns:
         # the notes of the estimates, each once, after the names of its observables if not all have it

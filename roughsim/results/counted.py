@@ -22,6 +22,9 @@ class Counted:
     Its attributes are those of `roughsim.results.run.Run`.
     """
 
+    # realizations without a gap, and targets: what was computed holds until a `refresh` finds others, or damaged files
+    _basis: tuple[int, dict[str, float]] | None = None
+
     def __init__(
         self, folder: Path, description: dict[str, Any], scene: Scene, numerics: Numerics, *, skip_damaged: bool = False
     ):
@@ -45,10 +48,16 @@ class Counted:
 
         RecordError if one is damaged or of another run, OSError if one cannot be read now, which is no damage.
         """
-        self._counted: tuple[int, bool] | None = None  # these remember what is computed until the next `refresh`
-        self._samples: dict[tuple[str, bool], list[Sample]] = {}
-        self._values: dict[tuple[str, str, bool], Values] = {}
-        self._reader.refresh(self.max_realizations)
+        again = bool(self.damaged)
+        try:
+            self._reader.refresh(self.max_realizations)
+        finally:
+            basis = self._reader.available, dict(self.until)
+            if again or basis != self._basis:
+                self._basis = basis
+                self._counted: tuple[int, bool] | None = None
+                self._samples: dict[tuple[str, bool], list[Sample]] = {}
+                self._values: dict[tuple[str, str, bool], Values] = {}
 
     def take(self, level: int, index: int) -> bool:
         """Read one member now, also beyond a gap; False if its file is missing. Errors as `refresh`."""

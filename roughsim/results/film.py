@@ -4,8 +4,8 @@ import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter
 
 from roughsim.errors import RecordError
 from roughsim.grid import Array, Grid
@@ -111,6 +111,6 @@ def highest(heights: Array | None) -> NDArray[np.intp]:
     """Return the points of the highest local maxima of a periodic field, (maxima, 2); none of a flat."""
     if heights is None:
         return np.empty((0, 2), np.intp)
-    peaks = np.argwhere(heights == maximum_filter(heights, size=3, mode="wrap"))
+    peaks = np.argwhere(heights == scipy.ndimage.maximum_filter(heights, size=3, mode="wrap"))
     order = np.argsort(-heights[tuple(peaks.T)], kind="stable")
     return peaks[order[:SUMMITS]]

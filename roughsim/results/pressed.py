@@ -1,16 +1,27 @@
 """`Pressed`: an opened run folder of a measured map itself, with what its quarters show."""
 
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from roughsim.estimate.errors import Estimate
+from roughsim.estimate.errors import SOURCES, Estimate
 from roughsim.estimate.ladder import Values
 from roughsim.grid import Array
 from roughsim.results.run import Run
 
-NOTE = "the map itself; statistical: the scatter of its four quarters; size: how far their mean is from the map"
+NOTE = "the value is that of the map itself; n counts its four quarters, which show the scatter"
+# quarters of one map share its longest waves: by `experiments/pressed_maps.py` maps of 2 and 4 longest waves differ by
+# 0.8 to 1.8 times what four independent quarters would; the interval has √(1 + 2/3) beside it
+SHARED = 1.2
+OF_MAP = {
+    "statistical": "how far the mean over many maps of this size, from the same surface, may be: 95 %, by the scatter "
+    f"of the four quarters, {SHARED:g} times as they share the longest waves; Student t of three degrees of freedom",
+    "size": "how far the mean of the four quarters is from the map: they have no wave longer than themselves, and "
+    "twice the edge per area",
+}
 QUARTERS = "quarters"  # folder, within that of the map, of the run of its four quarters
 PRESS = "press"  # key in run.json: "of" the map or its quarters, how it was made periodic, its checksum
 
@@ -19,11 +30,12 @@ class Pressed(Run):
     """The run of one map: realization 0 is the map as it is, and there is no other.
 
     Its quarters are pressed one by one with the same pressure, in a run of their own. Their scatter gives the
-    statistical error of the map, which is four of them. The difference of their mean from the map is the error of its
-    size and of its edges: quarters have twice the edge per area.
+    statistical error: how far the map may be from the mean over many such maps. The difference of the mean of the
+    quarters from the map is the error of its size and of its edges: quarters have twice the edge per area.
     """
 
     drawn = False
+    sources: Mapping[str, str] = MappingProxyType({**SOURCES, **OF_MAP})
     quarters: Run  # realizations 0 … 3
 
     def refresh(self) -> None:
@@ -48,11 +60,11 @@ class Pressed(Run):
         parts = self.quarters.values(observable, column, extrapolated=extrapolated)
 
         def about(name: str) -> Array:
-            """Rows that scatter as those of the quarters, relative to their mean, and have the mean of the map."""
+            """Rows that scatter `SHARED` times as the quarters do about their mean, and have the mean of the map."""
             value, rows = getattr(whole, name).mean(axis=0), getattr(parts, name)
             with np.errstate(all="ignore"):  # 0/0 at rest, and where nothing yields
-                relative = rows / rows.mean(axis=0)
-            return np.asarray(np.where(np.isfinite(relative), relative, 1.0) * value)
+                apart = SHARED * (rows / rows.mean(axis=0) - 1.0)
+            return np.asarray((1.0 + np.where(np.isfinite(apart), apart, 0.0)) * value)
 
         return whole._replace(
             extrapolated=about("extrapolated"), finest=about("finest"), base=about("base"), group=parts.group

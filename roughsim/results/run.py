@@ -1,7 +1,7 @@
 """`Run`: an opened run folder with its estimates, fields and arrays."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -13,7 +13,7 @@ from scipy.special import j0
 from roughsim import prediction
 from roughsim.errors import RecordError
 from roughsim.estimate.cell_size import size_error_of_sum
-from roughsim.estimate.errors import Estimate, estimate, spread
+from roughsim.estimate.errors import SOURCES, Estimate, estimate, spread
 from roughsim.estimate.ladder import Values, notes_of
 from roughsim.estimate.sliding import OF_MARCH, sliding_estimate, with_background
 from roughsim.grid import Array, Grid
@@ -65,6 +65,7 @@ class Run(Counted):
     """
 
     drawn = True  # whether the surfaces are drawn from C(q)
+    sources: Mapping[str, str] = SOURCES  # what each part of an error is, in words
     _stored: Estimates | None = None  # the estimates in the folder, once they were looked for
 
     def estimate(self, observable: str, column: str | None = None) -> Estimate:
@@ -94,7 +95,8 @@ class Run(Counted):
             single = self._estimate(observable, None, np.ones_like(self.heat_partition))
             result = sliding_estimate(observable, single, self._reader.marched(self.realizations))
         result = result or self._estimate(observable, column, self.heat_partition)
-        return replace(result, speeds=self.scene.speeds if OBSERVABLES[observable].per_speed else ())
+        speeds = self.scene.speeds if OBSERVABLES[observable].per_speed else ()
+        return replace(result, speeds=speeds, sources=self.sources)
 
     def contact_temperature(self) -> Estimate:
         """Return T₀ + T_flash of the moving body in the column sliding, after the duration of the scene, over speed."""

@@ -325,9 +325,9 @@ def key_line(section: str, key: str, value: Any) -> str:
 
 
 def literal(value: Any) -> str:
-    """Return a value as TOML: mappings are tables on one line, tuples are lists."""
+    """Return a value as TOML: mappings are tables on one line."""
     if isinstance(value, dict):
         return f"{{ {', '.join(f'{key} = {literal(entry)}' for key, entry in value.items() if entry is not None)} }}"
-    if isinstance(value, tuple):
+    if isinstance(value, (list, tuple)):
         return f"[{', '.join(map(literal, value))}]"
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)

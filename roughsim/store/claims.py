@@ -23,6 +23,8 @@ from roughsim.store.member_files import MEMBER_NAME
 LEASE = 30.0  # s; a process that is silent for so long counts as ended
 RENEWAL = 2.0  # s between two signs of life
 PROCESS_NAME = re.compile(r"[\w.-]{1,200}")
+PLAN = "plan"  # claim of the process that plans the points of a study
+_CLAIM = re.compile(rf"{MEMBER_NAME.pattern}|{PLAN}")
 _PROCESS_FILE = re.compile(rf"process-{PROCESS_NAME.pattern}")
 
 
@@ -58,7 +60,7 @@ class Claims:
         self._end.set()
         self._thread.join()
         _remove(self.path)
-        for path in _listed(self.folder, MEMBER_NAME):
+        for path in _listed(self.folder, _CLAIM):
             if self._is_stale(path):
                 _remove(path)
         for path in _listed(self.folder, _PROCESS_FILE):  # after the claims, which are judged by these files
@@ -80,7 +82,7 @@ class Claims:
                 self.sign(count)
 
     def take(self, claim: str) -> bool:
-        """Claim a member, also from a process that has ended; False if it was claimed by this process or another one.
+        """Claim a member, or the plan of a study, also from a process that has ended; False if it was claimed before.
 
         Where claim files cannot be made, no other process is asked, and a warning says so once.
         """

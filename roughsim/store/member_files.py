@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
 from roughsim.grid import Array
-from roughsim.observables.catalogue import CURVES, NUMBERS
+from roughsim.observables.catalogue import CURVES, NO_LONGER, NUMBERS
 from roughsim.sliding.film import FIELDS as FILM
 from roughsim.store.disk import DamagedError, damaged, place_bytes, read_bytes, read_numbers
 from roughsim.store.member_hdf5 import FORMAT, KEPT_FIELDS, STORED, digest_of_arrays, hdf5_of
@@ -219,7 +219,7 @@ def _read_in_place(path: Path, content: bytes) -> Member:
             return np.frombuffer(content, "<f8", size // 8, first).copy()  # a view would keep the whole file in memory
 
         first, size = places["header"]
-        return _member(_header_of(path, content[first : first + size].decode()), read, {})
+        return _without_former(_member(_header_of(path, content[first : first + size].decode()), read, {}))
     except RecordError:
         raise
     except (LookupError, ValueError, TypeError, OverflowError, RecursionError) as error:
@@ -244,7 +244,7 @@ def _opened(path: Path, content: bytes, fields: Sequence[str]) -> Member:
             for name, data in member.fields.items():
                 if digest_of_arrays(name, [data]) != file[name].attrs["sha256"] or list(data.shape) != shapes[name]:
                     raise ValueError(f"the SHA-256 of its {name} does not match")
-            return member
+            return _without_former(member)
     except RecordError:
         raise
     except (OSError, LookupError, ValueError, TypeError, RuntimeError) as error:
@@ -270,6 +270,11 @@ def _member(header: dict[str, Any], read: Callable[[str], Array], fields: dict[s
     )
 
 
+def _without_former(member: Member) -> Member:
+    """Return a member without the numbers that are no longer stored."""
+    return replace(member, numbers={name: x for name, x in member.numbers.items() if name not in NO_LONGER})
+
+
 def _header_of(path: Path, text: str) -> dict[str, Any]:
     """Return the header of a file from its JSON; ValueError if it is of another member, or no writer makes it."""
     header: dict[str, Any] = json.loads(text)
@@ -285,7 +290,10 @@ def _check_header(header: dict[str, Any]) -> None:
     speeds = len(header["speeds"])
     sound = {
         "numbers": all(
-            name in NUMBERS and shape == [speeds if NUMBERS[name].per_speed else 1] for name, shape in header["numbers"]
+            shape == [1]
+            if name in NO_LONGER
+            else name in NUMBERS and shape == [speeds if NUMBERS[name].per_speed else 1]
+            for name, shape in header["numbers"]
         ),
         "curves": all(
             name in CURVES and len(shape) == 1 + CURVES[name].per_speed and shape[0] in (speeds, shape[-1])

@@ -22,7 +22,7 @@ from roughsim.observables.catalogue import AXIS, CURVES, NUMBERS
 from roughsim.sliding import film
 from roughsim.store.disk import add_attributes, hdf5_bytes
 
-FORMAT = 3  # to be raised when older readers would misread a file, or take it for damaged
+FORMAT = 4  # to be raised when older readers would misread a file, or take it for damaged
 KEPT_FIELDS = {  # of single contacts: unit, and description in exported files
     "heights": ("m", "composite heights"),
     "pressure": ("Pa", "contact pressure, positive in compression"),

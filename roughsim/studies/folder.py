@@ -4,6 +4,7 @@ A folder may come from elsewhere, so nothing in it is trusted.
 """
 
 import json
+import sys
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from math import prod
@@ -144,7 +145,9 @@ def refuse_constant(word: str) -> None:
 
 
 def frozen(value: Any) -> Any:
-    """Return a JSON value with its lists as tuples."""
+    """Return a JSON value with its lists as tuples; ValueError for a number that no float holds."""
+    if isinstance(value, (int, float)) and not abs(value) <= sys.float_info.max:
+        raise ValueError("a number is beyond what a float holds")
     return tuple(map(frozen, value)) if isinstance(value, list) else value
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from itertools import pairwise
-from math import log
+from math import inf, log
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +20,12 @@ from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import json_value
 from roughsim.show.terminal import table_text
-from roughsim.studies.folder import read
+from roughsim.studies.folder import Description, read
 from roughsim.studies.tables import dataset, draw_study, save_study, study_table
 from roughsim.studies.vary import Point, short_names
+
+LATER = "levels of the study"  # choice of the reason of a point that came later and has the levels of the others
+LIMITS = ("bandwidth", "pixel", "size")  # parts of an error that more realizations leave as they are
 
 
 class Study:
@@ -43,9 +46,9 @@ class Study:
         Relative total error of T_flash that was asked for.
     """
 
-    def __init__(self, folder: str | Path):
+    def __init__(self, folder: str | Path, description: Description | None = None):
         self.folder = Path(folder)
-        description = read(self.folder)
+        description = description or read(self.folder)
         self.scene, self.axes, self.points = description.scene, description.axes, description.points
         self.target_error = description.target_error
         self._runs: dict[str, Run | None] = {}
@@ -72,7 +75,41 @@ class Study:
     @property
     def finished(self) -> int:
         """How many points have met their targets, or have all realizations."""
-        return sum(run.target_met or run.realizations >= run.max_realizations for _, run in self.results)
+        return sum(is_finished(run) for _, run in self.results)
+
+    def reread(self) -> "Study":
+        """Return the study as it stands now; the points that have finished are not read again."""
+        again = Study(self.folder)
+        for _, run in self.results:
+            if is_finished(run):
+                again._runs[run.folder.name] = run
+        again._tables = {name: table for name, table in self._tables.items() if name in again._runs}
+        return again
+
+    @property
+    def later(self) -> list[str]:
+        """Names of the points that came later, and have the levels that were planned for others."""
+        runs = ((point.name, self.run(point)) for point in self.points)
+        return [name for name, run in runs if run is not None and any(reason[0] == LATER for reason in run.reasons)]
+
+    def misfits(self) -> dict[str, tuple[str, float]]:
+        """Return the points whose levels or cell do not suit them: the largest part of the error of each, relative.
+
+        That is "bandwidth", "pixel" or "size" of T_flash at the worst speed, where it exceeds what was asked for:
+        `target_error`, or else the statistical target of the point.
+        """
+        result: dict[str, tuple[str, float]] = {}
+        for point, run in self.results:
+            estimate = run.estimate("flash_temperature")
+            hot = estimate.mean > 0.0
+            limit = self.target_error or run.until.get("flash_temperature", inf)
+            parts = {
+                part: float(np.nanmax(estimate.budget[part][hot] / estimate.mean[hot], initial=0.0)) for part in LIMITS
+            }
+            worst = max(parts, key=parts.__getitem__)
+            if parts[worst] > limit:
+                result[point.name] = worst, parts[worst]
+        return result
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -257,6 +294,11 @@ class Study:
 def open_study(folder: str | Path) -> Study:
     """Open the folder of a study for reading, also while processes compute it; RecordError if it is none."""
     return Study(folder)
+
+
+def is_finished(run: Run) -> bool:
+    """Return whether a run has met its targets, or has all realizations."""
+    return run.target_met or run.realizations >= run.max_realizations
 
 
 def surfaces(run: Run) -> tuple[Any, ...]:

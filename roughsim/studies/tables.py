@@ -15,51 +15,61 @@ import numpy as np
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
 from roughsim.results.answers import TAIL
 from roughsim.results.arrays import Labelled, to_dataset
-from roughsim.scene.schema import SECTIONS, quantity
+from roughsim.scene.numerics import SLIDING
+from roughsim.scene.schema import literal
+from roughsim.show.frame import data_frame
 from roughsim.show.table import Column, Number, Row, Table, significant, with_unit
 from roughsim.store.disk import hdf5_bytes, place_bytes
+from roughsim.studies.vary import key_quantity
 
 PREFIXES = {"Pa": (1e-6, "MPa"), "m": (1e6, "µm"), "rad/m": (1.0, "1/m")}  # units of keys that people read
 ENDINGS = (".csv", ".json", ".parquet", ".h5", ".hdf5", ".nc")
+NAMED = 4  # points that a note names
 MOST_ROWS = 60  # of the table on a terminal
+MARK = " *"  # of a point whose levels do not suit it
+LONGEST = 40  # letters of a value in a table
 
 
 def words_of(key: str) -> tuple[str, float]:
     """Return what an axis of a key is called, and the factor from SI to its unit: ("nominal pressure, MPa", 1e-6)."""
-    section, _, name = key.partition(".")
-    number = quantity(SECTIONS[section], name) if section in SECTIONS else None
+    number = key_quantity(key)
     factor, unit = PREFIXES.get(number.unit, (1.0, number.unit)) if number is not None else (1.0, "")
-    text = name.replace("_", " ") or key
+    text = key.partition(".")[2].replace("_", " ") or key
     return (f"{text}, {unit}" if unit else text), factor
 
 
 def study_table(study: Any, observable: str = "flash_temperature") -> Table:
     """Return a row for each point: the varied values, theory and simulation at the highest speed, and the trend."""
-    keys, columns = study.keys, ["theory", "calibrated", study.column]
+    keys = study.keys
     told: dict[str, dict[str, Any]] = {}
     for row in study.rows(observable):
         of_point = told.setdefault(row["point"], {})
         shown_before = of_point.get(row["column"])
         if shown_before is None or row["speed"] is None or row["speed"] > shown_before["speed"]:
             of_point[row["column"]] = row
+    slides = any(SLIDING in of_point for of_point in told.values())
+    columns = ["theory", "calibrated", study.column, *([SLIDING] if slides else [])]
     trends: dict[tuple[str, str], dict[str, Any]] = {}
     for trend in sorted(study.trends(observable), key=lambda trend: trend["speed"] or 0.0):
         trends[trend["point"], trend["key"]] = trend  # that of the highest speed stays
     titles = [Column(words_of(key)[0], number=True) for key in keys]
     titles += [Column(title, number=True) for title in ("n", *(with_unit(name, UNITS[observable]) for name in columns))]
-    numeric = [keys[key] for key in study.numeric_keys]
+    paired = {along for _, along in trends}
+    numeric = [keys[key] for key in study.numeric_keys if keys[key] in paired]
     titles += [Column(f"∂ln/∂ln {name.replace('_', ' ')}", number=True) for name in numeric]
+    misfits = study.misfits()
     rows: list[Row] = []
     for point in study.points[:MOST_ROWS]:
         of_point = told.get(point.name, {})
         cells: list[Any] = [value_text(key, value) for key, value in point.values.items()]
-        cells.append(str(next((row["realizations"] for row in of_point.values()), "–")))
+        count = next((row["realizations"] for row in of_point.values()), "–")
+        cells.append(f"{count}{MARK * (point.name in misfits)}")
         cells += [number_of(of_point[column], observable) if column in of_point else "–" for column in columns]
         for name in numeric:
             slope = trends.get((point.name, name))
             cells.append(Number(slope["exponent"], "1", slope["exponent_error"]) if slope else "")
         rows.append(cells)
-    notes = [f"{study.finished} of {len(study.points)} points finished.", *target_note(study)]
+    notes = [f"{study.finished} of {len(study.points)} points finished.", *target_note(study), *level_notes(study)]
     if len(study.points) > MOST_ROWS:
         notes.append(f"The first {MOST_ROWS} points; `roughsim export` writes all, with all observables and speeds.")
     notes.append(f"{observable} at the highest speed of each point; ± total error, 95 %.")
@@ -85,18 +95,44 @@ def target_note(study: Any) -> list[str]:
     return [f"{text}; the largest is {100 * totals[worst]:.3g} %, at {worst}."]
 
 
+def level_notes(study: Any) -> list[str]:
+    """Say which points have the levels of others, and whose levels or cell do not suit them."""
+    notes = []
+    if later := study.later:
+        named = f"{', '.join(later[:NAMED])}{', …' * (len(later) > NAMED)}"
+        notes.append(f"{len(later)} points came later and have the levels planned for the others: {named}.")
+    if misfits := study.misfits():
+        worst = max(misfits, key=lambda name: misfits[name][1])
+        part, error = misfits[worst]
+        notes.append(
+            f"*: the levels or the cell do not suit {len(misfits)} points: bandwidth, pixel or size alone exceeds the "
+            f"error asked for; the largest is {part} {100 * error:.3g} %, at {worst}. A study of these in a folder of "
+            "its own plans for them."
+        )
+    return notes
+
+
 def number_of(row: dict[str, Any], observable: str) -> Number:
     """Return the value of a row with its error, if it has one."""
     return Number(row["value"], UNITS[observable], 0.0 if np.isnan(row["total_error"]) else row["total_error"])
 
 
 def value_text(key: str, value: Any) -> str:
-    """Return a varied value in the unit that people read."""
+    """Return a varied value in the unit that people read; lists and tables as a scene file writes them, but short."""
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return significant(float(value) * words_of(key)[1], 5)
     if isinstance(value, (list, tuple)):
-        return ", ".join(value_text(key, entry) for entry in value)
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return str(value)
-    return significant(float(value) * words_of(key)[1], 5)
+        text = f"[{', '.join(value_text(key, entry) for entry in value)}]"
+    else:
+        text = plain_value(value)
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 14]} … {text[-11:]}"
+
+
+def plain_value(value: Any) -> Any:
+    """Return a number or a word as it is, and a list or a table as a scene file writes it."""
+    if isinstance(value, str) or (isinstance(value, (int, float)) and not isinstance(value, bool)):
+        return value
+    return literal(value)
 
 
 def draw_study(study: Any, path: Path, observable: str) -> None:
@@ -136,7 +172,7 @@ def save_study(study: Any, path: str | Path) -> Path:
         content = csv_text(study).encode()
     elif ending == ".parquet":
         buffer = io.BytesIO()
-        study.to_dataframe().to_parquet(buffer)
+        data_frame(flat_rows(study)).to_parquet(buffer)
         content = buffer.getvalue()
     else:
         content = hdf5_bytes(lambda file: fill(file, study))
@@ -146,12 +182,19 @@ def save_study(study: Any, path: str | Path) -> Path:
 
 def csv_text(study: Any) -> str:
     """Return the tidy table as CSV, with the unit of each row in its own column."""
-    rows = list(study.rows())
+    rows = flat_rows(study)
     file = io.StringIO()
     writer = csv.DictWriter(file, list(rows[0]) if rows else ["point"], lineterminator="\n")
     writer.writeheader()
     writer.writerows({name: "" if value is None else value for name, value in row.items()} for row in rows)
     return file.getvalue()
+
+
+def flat_rows(study: Any) -> list[dict[str, Any]]:
+    """Return the tidy table with one kind of value in each column; lists and tables as a scene file writes them."""
+    rows = list(study.rows())
+    texts = {name for name in study.keys.values() if not all(isinstance(row[name], (int, float)) for row in rows)}
+    return [row | {name: str(plain_value(row[name])) for name in texts} for row in rows]
 
 
 def fill(file: Any, study: Any) -> None:
@@ -191,8 +234,8 @@ def arrays(study: Any) -> Iterator[Labelled]:
     axes = [keys[axis.keys[0]] for axis in study.axes]
     for axis in study.axes:
         for i, key in enumerate(axis.keys):
-            values = np.array([row[i] if isinstance(row[i], (int, float)) else str(row[i]) for row in axis.values])
-            number = quantity(SECTIONS[key.partition(".")[0]], key.partition(".")[2])
+            values = np.array([plain_value(row[i]) for row in axis.values])
+            number = key_quantity(key)
             unit = {"units": number.unit or "1"} if number is not None and values.dtype.kind != "U" else {}
             yield Labelled(keys[key], (keys[axis.keys[0]],), values, unit | {"key": key})
     columns = list(dict.fromkeys(row["column"] for row in rows))

@@ -2,21 +2,23 @@
 
 An axis is written as ``"sliding.nominal_pressure" = ["1 MPa", "5 MPa"]``, or with the ends and the number of values as
 ``{ logspace = ["1 MPa", "100 MPa", 9] }`` or ``{ linspace = ... }``. Keys that change together share an axis:
-``"body.penetration_hardness, sliding.friction_coefficient" = [["1 GPa", 0.1], ["2 GPa", 0.2]]``.
+``"body.penetration_hardness, sliding.friction_coefficient" = [["1 GPa", 0.1], ["2 GPa", 0.2]]``. The numbers of a key
+all have a unit or none has.
 """
 
 import hashlib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import prod
+from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
 
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.scene.schema import SECTIONS, SceneError, as_written, quantity
+from roughsim.scene.schema import SECTIONS, SceneError, as_written, literal, quantity, shortened
 
 MOST_POINTS = 10_000
 LONGEST = 60  # letters of a value in the name of a point
@@ -26,6 +28,8 @@ NAME = re.compile(
 )  # of a point: none of *?[]/, so that it is a folder that a pattern can name
 SPACES: dict[str, Any] = {"logspace": np.geomspace, "linspace": np.linspace}
 EXAMPLE = '"sliding.nominal_pressure" = ["1 MPa", "5 MPa"]'
+SPACED = '{ logspace = ["1 MPa", "100 MPa", 9] }'
+IN_TEXT = re.compile(r"\s*[-+.0-9]")  # how a number with a unit begins
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,47 +74,85 @@ def read_axis(names: Any, values: Any) -> Axis:
         values = spaced(keys, values, where)
     if isinstance(values, str) or not isinstance(values, (Sequence, np.ndarray)) or not len(values):
         raise SceneError(f"{where} = {as_written(values)} must be a list of values, for example {EXAMPLE}")
-    rows = []
+    rows: list[tuple[Any, ...]] = []
     for i, value in enumerate(values):
         row = [value] if len(keys) == 1 else value
         if isinstance(row, str) or not isinstance(row, (Sequence, np.ndarray)) or len(row) != len(keys):
             raise SceneError(
                 f"{where}[{i}] = {as_written(value)} must be a list of {len(keys)} values, one for each key"
             )
-        rows.append(tuple(in_si(key, entry, f"{where}[{i}]") for key, entry in zip(keys, row, strict=True)))
-    written = [",".join(map(label, row)) for row in rows]
-    for i, text in enumerate(written):
-        if text in written[:i]:
+        rows.append(tuple(row))
+    for k, key in enumerate(keys):
+        refuse_mixture(key, [row[k] for row in rows], where)
+    rows = [
+        tuple(in_si(key, entry, f"{where}[{i}]") for key, entry in zip(keys, row, strict=True))
+        for i, row in enumerate(rows)
+    ]
+    written: set[str] = set()
+    for i, row in enumerate(rows):
+        text = ",".join(map(label, row))
+        if text in written:
             raise SceneError(f"{where}[{i}] = {text} is there twice; remove one of the two")
+        written.add(text)
     return Axis(keys, tuple(rows))
+
+
+def refuse_mixture(key: str, values: Sequence[Any], where: str) -> None:
+    """Refuse numbers of a key of which some have a unit and some have none: a count, say, is no third load."""
+    number = key_quantity(key)
+    entries = list(leaves(values)) if number is not None else []
+    texts = [entry for entry in entries if isinstance(entry, str) and IN_TEXT.match(entry)]
+    plain = [entry for entry in entries if not isinstance(entry, bool) and isinstance(entry, Real)]
+    if texts and plain:
+        meant = len(entries) == 3 and entries[:2] == texts and isinstance(entries[2], Integral) and int(entries[2]) > 1
+        example = f"{{ logspace = {literal(entries)} }}" if meant else SPACED
+        raise SceneError(
+            f"{where} mixes {as_written(texts[0])} with the plain number {as_written(plain[0])}"
+            f"{f' ({number.unit})' * bool(number.unit)}; write all with a unit, or none. First, last and count are "
+            f"written {example}"
+        )
+
+
+def leaves(values: Any) -> Iterator[Any]:
+    """Yield what lists within lists hold."""
+    for value in values:
+        if isinstance(value, (list, tuple, np.ndarray)):
+            yield from leaves(value)
+        else:
+            yield value
 
 
 def spaced(keys: tuple[str, ...], values: Mapping[str, Any], where: str) -> list[float]:
     """Return the values that "logspace" or "linspace" stands for: first, last, and how many."""
     (kind, ends), *more = [*values.items()] or [("", ())]
     if more or kind not in SPACES or not isinstance(ends, Sequence) or isinstance(ends, str) or len(ends) != 3:
-        example = '{ logspace = ["1 MPa", "100 MPa", 9] }'
-        raise SceneError(
-            f"{where} = {as_written(dict(values))} must be a list, or first, last and count as in {example}"
-        )
+        written = shortened(literal(dict(values)))
+        raise SceneError(f"{where} = {written} must be a list, or first, last and count as in {SPACED}")
     if len(keys) != 1:
         raise SceneError(f"{where}: {kind} is for one key; write several keys as a list of lists")
-    first, last = (in_si(keys[0], end, f"{where}.{kind}") for end in ends[:2])
+    where = f"{where}.{kind}"
+    refuse_mixture(keys[0], ends[:2], where)
+    first, last = (in_si(keys[0], end, where) for end in ends[:2])
     count = ends[2]
-    if isinstance(count, bool) or not isinstance(count, int) or not 2 <= count <= MOST_POINTS:
-        raise SceneError(f"{where}.{kind}: count = {as_written(count)} must be a whole number from 2 to {MOST_POINTS}")
+    if isinstance(count, bool) or not isinstance(count, Integral) or not 2 <= int(count) <= MOST_POINTS:
+        raise SceneError(f"{where}: count = {as_written(count)} must be a whole number from 2 to {MOST_POINTS}")
     for end in (first, last):
         if isinstance(end, bool) or not isinstance(end, (int, float)) or (kind == "logspace" and end <= 0.0):
-            raise SceneError(f"{where}.{kind} = {as_written(end)} must be a number{' > 0' * (kind == 'logspace')}")
-    spread = [float(f"{value:.{DIGITS}g}") for value in SPACES[kind](float(first), float(last), count)]
+            raise SceneError(f"{where} = {as_written(end)} must be a number{' > 0' * (kind == 'logspace')}")
+    spread = [float(f"{value:.{DIGITS}g}") for value in SPACES[kind](float(first), float(last), int(count))]
     whole = isinstance(first, int)
     return [int(value) if whole and value.is_integer() else value for value in spread]
 
 
+def key_quantity(key: str) -> Any:
+    """Return the `Quantity` of a key of the scene; None if its values are no numbers, or there is no such key."""
+    section, _, name = key.partition(".")
+    return quantity(SECTIONS[section], name) if section in SECTIONS and name else None
+
+
 def in_si(key: str, value: Any, where: str) -> Any:
     """Return a value in SI if its key is a number; any other value as it is, to be checked in its scene."""
-    section, _, name = key.partition(".")
-    number = quantity(SECTIONS[section], name) if section in SECTIONS and name else None
+    number = key_quantity(key)
     if hasattr(value, "tolist"):  # a number or an array of NumPy
         value = value.tolist()
     if isinstance(value, (list, tuple)):
@@ -120,7 +162,7 @@ def in_si(key: str, value: Any, where: str) -> Any:
     try:
         return number(value) if number.whole else float(number(value))
     except ValueError as error:
-        if isinstance(value, str) and not re.match(r"\s*[-+.0-9]", value):
+        if isinstance(value, str) and not IN_TEXT.match(value):
             return value  # a word, as of sliding.heat_partition
         raise SceneError(f"{where}{error}") from None
 

@@ -6,8 +6,10 @@ share that contact. Every member has the bits that its scene has when it is run 
 """
 
 import json
-from collections.abc import Callable, Mapping
+import time
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
+from contextlib import contextmanager
 from dataclasses import replace
 from math import hypot, isnan
 from pathlib import Path
@@ -20,12 +22,14 @@ from roughsim.results.folder import folder_state, read_description
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneError
 from roughsim.scene.files import scene_of
-from roughsim.scene.numerics import Numerics
+from roughsim.scene.numerics import Numerics, Reason
 from roughsim.scene.sections import ROUGHNESS_KEYS, TARGET
+from roughsim.store.claims import PLAN, Claims
 from roughsim.studies.folder import Description, base_scene, write
-from roughsim.studies.study import Study, open_study
+from roughsim.studies.study import LATER, Study
 from roughsim.studies.vary import Axis, Point, points_of, read_axes
 
+PAUSE = 0.2  # s between two looks whether another process has planned
 # sections and keys of a scene that do not concern its contact
 HEAT_KEYS = ("conductivity", "density", "heat_capacity", "friction_coefficient", "speed", "heat_partition", "duration")
 
@@ -55,7 +59,7 @@ def study(
     scene : Scene, str, path or dict
         What is varied: a scene, or what `load_scene` takes.
     vary : mapping
-        Keys of the scene with their values, as {"sliding.nominal_pressure": [1e6, "5 MPa"]}; the grid of all
+        Keys of the scene with their values, as {"sliding.nominal_pressure": ["1 MPa", "5 MPa"]}; the grid of all
         combinations is computed. {"logspace": ["1 MPa", "100 MPa", 9]} stands for a list, "a, b" for two keys that
         change together, with a list of pairs. More values may be given later: what is there stays.
     folder : str or Path
@@ -87,7 +91,8 @@ def study(
     axes, scenes = scenes_of(scene, vary)
     target = None if target_error is None else float(TARGET(target_error, "target_error"))
     folder = Path(folder)
-    write(folder, Description(scenes[""], axes, target))
+    description = Description(scenes[""], axes, target)
+    write(folder, description)
     from roughsim.ensemble.bar import shown_in_notebook  # rich is slow to import
     from roughsim.studies.bar import StudyProgress
 
@@ -98,9 +103,22 @@ def study(
     ):
         if not any((folder / "points").iterdir()):
             force.start()  # while this process plans
-        for group in begin_points(folder, {name: each for name, each in scenes.items() if name}, target):
-            complete(group, force, check, update)
-    return open_study(folder)
+        points = {name: each for name, each in scenes.items() if name}
+        with planning_alone(folder, check):
+            groups = begin_points(folder, points, target)
+        for group in groups:
+            complete(group, force, check, update, claimed_in=folder)
+    return Study(folder, description)
+
+
+@contextmanager
+def planning_alone(folder: Path, check: Callable[[], None]) -> Iterator[None]:
+    """Wait until no other process plans this study: two plans may differ, and its points would be no pairs."""
+    with Claims(folder) as claims:
+        while not claims.take(PLAN):
+            check()
+            time.sleep(PAUSE)
+        yield
 
 
 def scenes_of(scene: Any, vary: Mapping[Any, Any]) -> tuple[tuple[Axis, ...], dict[str, Scene]]:
@@ -141,6 +159,11 @@ def begin_points(folder: Path, scenes: dict[str, Scene], target_error: float | N
         begun = {name: begin_one(members[name], paths[name], None) for name in there}
         if there:
             numerics, until = begun[there[0]].numerics, dict(begun[there[0]].scene.ensemble.until)
+            at_work = any(any((paths[name] / "realizations").iterdir()) for name in there)
+            if at_work and not members[there[0]].numerics.levels:  # else an interrupted start, or levels of the scene
+                reason = Reason(LATER, "as planned before", "the point came later, to others with the same roughness")
+                others = (reason for reason in numerics.reasons if reason.choice != LATER)
+                numerics = replace(numerics, reasons=(reason, *others))
         else:
             numerics, until = plan_of(list(members.values()), target_error)
         for name in members:

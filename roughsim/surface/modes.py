@@ -58,14 +58,15 @@ def mean_over_cells(weight: Callable[[Array], Array], spectrum: Spectrum, grid: 
     """
     breaks = spectrum.breaks
 
-    def weighted(q: Array) -> Any:
-        within = np.clip(q, breaks[0], breaks[-1])
-        return spectrum(q) * weight(within.ravel()).reshape(q.shape)
+    def both(q: Array) -> Any:
+        within, power = np.clip(q, breaks[0], breaks[-1]), spectrum(q)
+        return np.stack((power * weight(within.ravel()).reshape(q.shape), power))
 
     rows, columns = np.nonzero(modes)
     cells = np.minimum(rows, grid.shape[0] - rows), columns
     steps = 2 * pi / grid.lengths[0], 2 * pi / grid.lengths[1]
-    return _polar_cells(weighted, breaks, *cells, steps) / _polar_cells(spectrum, breaks, *cells, steps)
+    weighted, whole = _polar_cells(both, breaks, *cells, steps)
+    return np.asarray(weighted / whole)
 
 
 def _quadrant(spectrum: Spectrum, grid: Grid) -> Array:
@@ -114,10 +115,25 @@ def _smooth_cells(spectrum: Spectrum, kx: Index, ky: Index, steps: Steps) -> Arr
 
 
 def _polar_cells(psd: Callable[[Array], Any], breaks: Sequence[float], kx: Index, ky: Index, steps: Steps) -> Array:
-    """∫ q C(q) θ(q) dq, θ the angle of the circle q inside the cell: exact at sharp ends, in pieces between kinks."""
-    if kx.size > 4096:  # a few cells at a time: the work arrays stay small
-        parts = [slice(start, start + 4096) for start in range(0, kx.size, 4096)]
-        return np.concatenate([_polar_cells(psd, breaks, kx[part], ky[part], steps) for part in parts])
+    """∫ q C(q) θ(q) dq, θ the angle of the circle q inside the cell: exact at sharp ends, in pieces between kinks.
+
+    `psd` may return several spectra at once, along the first axes: then the result has these axes, too.
+    """
+    # equal cells are integrated once: those of ±k_x, and in a square cell those of (k_x, k_y) and (k_y, k_x)
+    short, long = (np.minimum(kx, ky), np.maximum(kx, ky)) if steps[0] == steps[1] else (kx, ky)
+    most = int(long.max(initial=0)) + 1
+    cells, entry = np.unique(short * most + long, return_inverse=True)
+    kx, ky = np.divmod(cells, most)
+    # a few cells at a time: the work arrays stay small
+    parts = [slice(start, start + 4096) for start in range(0, max(cells.size, 1), 4096)]
+    each = [_distinct_polar_cells(psd, breaks, kx[part], ky[part], steps) for part in parts]
+    return np.asarray(np.concatenate(each, axis=-1)[..., entry])
+
+
+def _distinct_polar_cells(
+    psd: Callable[[Array], Any], breaks: Sequence[float], kx: Index, ky: Index, steps: Steps
+) -> Any:
+    """Return `_polar_cells` of a few cells."""
     # a cell on an axis is twice its half in the quadrant
     x0, x1 = np.maximum(kx - 0.5, 0) * steps[0], (kx + 0.5) * steps[0]
     y0, y1 = np.maximum(ky - 0.5, 0) * steps[1], (ky + 0.5) * steps[1]
@@ -129,7 +145,7 @@ def _polar_cells(psd: Callable[[Array], Any], breaks: Sequence[float], kx: Index
     nodes, weights = np.polynomial.legendre.leggauss(20)
     t = (nodes + 1) / 2
     smooth, slope = t * t * (3 - 2 * t), 6 * t * (1 - t)  # flattens the square roots of θ(q) at the corners
-    total = np.zeros(kx.size)
+    total: Any = np.zeros(kx.size)
     for left, right in pairwise(edges):
         if not (right > left).any():
             continue
@@ -143,5 +159,5 @@ def _polar_cells(psd: Callable[[Array], Any], breaks: Sequence[float], kx: Index
         lower = np.maximum(np.arccos(np.minimum(x1 / radius, 1)), np.arcsin(np.minimum(y0 / radius, 1)))
         angle = np.maximum(upper - lower, 0.0)
         inside = (middle > breaks[0]) & (middle < breaks[-1])
-        total += np.where(inside, span, 0.0) * ((q * q * value * angle * slope) @ (weights / 2))
+        total = total + np.where(inside, span, 0.0) * ((q * q * value * angle * slope) @ (weights / 2))
     return copies * total

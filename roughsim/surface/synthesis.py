@@ -66,11 +66,14 @@ def synthesize(
         values = modes.deviation * np.where(real, normal[:, 0], complex_normal)
     else:
         turn = rng.random(count)[modes.kept]
-        values = modes.deviation * np.where(real, np.where(turn < 0.5, 1.0, -1.0), np.exp(2j * pi * turn))
+        values, angle = np.empty(turn.shape, np.complex128), 2 * pi * turn
+        values.real, values.imag = modes.deviation * np.cos(angle), modes.deviation * np.sin(angle)
+        values[real] = modes.deviation[real] * np.where(turn[real] < 0.5, 1.0, -1.0)
     # the half spectrum, with the conjugate partners that lie in it
     half = np.zeros(grid.half_shape, dtype=np.complex128)
-    half.flat[modes.place] = values
-    half.flat[modes.partner[modes.paired]] = values[modes.paired].conj()
+    flat, paired = half.reshape(-1), modes.paired
+    flat[modes.place] = values
+    flat[modes.partner[paired]] = values[paired].conj()
     return fourier.inverse(half, grid.shape)
 
 

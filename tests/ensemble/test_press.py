@@ -8,8 +8,10 @@ import pytest
 
 import roughsim as rs
 from roughsim.cli import main
+from roughsim.ensemble.press import cell_of, highest_cut_off, quarters
 from roughsim.report import report_run
 from roughsim.results.pressed import Pressed
+from roughsim.surface.topography import Topography, encoded
 from roughsim.surface.topography.periodic import band_limited, mirrored
 
 SIDE = 1e-3
@@ -45,7 +47,7 @@ def scene_file(capped_scene, tmp_path, surface):
 
 def wave(grid, i, j):
     x, y = (np.arange(n) / n for n in grid.shape)
-    return np.cos(2 * np.pi * (i * x[:, None] + j * y))
+    return np.cos(2 * np.pi * (i * x[:, None] + j * y) + 0.7)  # of no symmetry
 
 
 def test_waves_below_the_cut_off_stay_and_shorter_ones_go():
@@ -64,9 +66,33 @@ def test_mirror_images_go_on_without_a_step(surface):
     np.testing.assert_array_equal(whole, whole[:, ::-1])
 
 
+def test_the_quarters_are_the_four_parts_each_with_its_mirror_images():
+    grid = rs.Grid((67, 130), (0.67e-3, 2.6e-3))  # pixels of 10 and 20 µm; the last row is left out
+    heights = np.random.default_rng(0).standard_normal(grid.shape)
+    found = quarters(Topography(heights, grid, periodic=True))
+    parts = heights[:33, :65], heights[:33, 65:], heights[33:66, :65], heights[33:66, 65:]
+    for cell, part in zip(found, parts, strict=True):
+        np.testing.assert_array_equal(cell.heights[:33, :65], part)
+        np.testing.assert_array_equal(cell.heights[33:, 65:], part[::-1, ::-1])
+        assert cell.grid.lengths == pytest.approx((0.66e-3, 2.6e-3))
+    assert cell_of(heights, grid, "tile").grid == grid
+
+
+def test_the_cut_off_has_four_points_of_the_larger_pixel_per_wave_and_ends_with_the_spectrum(capped_scene):
+    oblong = rs.Grid((128, 64), (1.28e-3, 1.28e-3))  # pixels of 10 and 20 µm
+    assert highest_cut_off(capped_scene, oblong) == (pytest.approx(2 * math.pi / 80e-6), 1.0)
+    fine = rs.Grid((128, 64), (1.28e-4, 1.28e-4))
+    assert capped_scene.spectrum.breaks[-1] == 2e5 < 2 * math.pi / 8e-6
+    assert highest_cut_off(capped_scene, fine) == (2e5, 1.0)
+
+
 def test_a_tiled_map_is_pressed_as_its_own_heights_are(scene_file, surface, tmp_path):
     run = rs.press(scene_file, tmp_path / "run", edges="tile")
+    assert "side by side" in run.reasons[0][2]
+    assert "mirror images" in run.quarters.reasons[0][2]  # they do not go on at their edges
     level = run.numerics.levels[-1]
+    lower = [(level.shape[0] // 2, level.shape[1] // 2), level.shape]  # half the cut-off, there also half the pixel
+    assert [(x.shape, x.q_max) for x in run.numerics.levels[:-1]] == [(shape, level.q_max / 2) for shape in lower]
     tilted = surface - surface.mean()
     for axis in (0, 1):  # the plane that is taken off
         along = np.linspace(-1, 1, surface.shape[axis])
@@ -96,14 +122,20 @@ def test_the_mean_is_the_map_and_the_scatter_that_of_its_quarters(scene_file, tm
     alone = run.quarters.estimate("flash_temperature")
     whole = super(Pressed, run).values("flash_temperature").extrapolated[0] * run.heat_partition
     np.testing.assert_allclose(found.mean, whole, rtol=1e-12)
+    finest = super(Pressed, run).values("flash_temperature").finest[0] * run.heat_partition
+    assert (finest[1:] != whole[1:]).all()  # there is an extrapolation
+    np.testing.assert_allclose(found.bias, finest - whole, rtol=1e-9, atol=1e-12)
     moving = np.array(run.scene.speeds) > 0.0
     mean, apart = found.mean[moving], np.abs(alone.mean - found.mean)[moving]
     relative = alone.standard_error[moving] / alone.mean[moving]
-    np.testing.assert_allclose(found.standard_error[moving] / mean, relative, rtol=1e-9)
+    np.testing.assert_allclose(found.standard_error[moving] / mean, 1.2 * relative, rtol=1e-9)  # neighbours are alike
     np.testing.assert_allclose(found.budget["size"][moving], apart, rtol=1e-6)
     assert "scan" not in found.budget  # the map itself is pressed
     assert found.n == 4
-    assert "statistical: the scatter of its four quarters" in found.explain()
+    said = found.explain()
+    assert "scatter of the four quarters" in said
+    assert "size: how far the mean of the four quarters is from the map" in said
+    assert "doubling cells" not in said  # of drawn surfaces
 
 
 def test_the_folder_opens_in_every_verb_and_goes_on_where_it_was_stopped(scene_file, tmp_path, capsys):
@@ -130,6 +162,36 @@ def test_the_folder_opens_in_every_verb_and_goes_on_where_it_was_stopped(scene_f
     np.save(tmp_path / "map.npy", np.load(tmp_path / "map.npy")[::-1])
     with pytest.raises(rs.RecordError, match="holds another run: its (press|scene) differs"):
         rs.press(scene_file, folder, changes={"sliding.speed": 35})
+
+
+def test_stored_estimates_and_an_open_run_follow_the_quarters(scene_file, tmp_path):
+    run = rs.press(scene_file, tmp_path / "run", edges="tile", changes={"sliding.speed": 35})
+    assert run.estimate("flash_temperature").n == 4
+    for level in range(len(run.numerics.levels)):
+        (run.folder / "quarters" / "realizations" / f"L{level}-000003.h5").unlink()
+    shorter = rs.open_run(run.folder)
+    assert shorter.independent == 3
+    assert shorter.estimate("flash_temperature").n == 3  # not what estimates.json has of four
+    rs.press(scene_file, run.folder, edges="tile", changes={"sliding.speed": 35})
+    assert shorter.estimate("flash_temperature").n == 3
+    shorter.refresh()
+    assert shorter.estimate("flash_temperature").n == 4
+
+
+def test_another_map_of_the_same_spectrum_is_another_run(scene_file, tmp_path, surface):
+    rs.press(scene_file, tmp_path / "run", edges="tile", changes={"sliding.speed": 35})
+    np.save(tmp_path / "map.npy", -1e6 * surface)  # upside down: C(q) to the bit, so that only the heights tell
+    with pytest.raises(rs.RecordError, match="holds another run: its press differs"):
+        rs.press(scene_file, tmp_path / "run", edges="tile", changes={"sliding.speed": 35})
+
+
+def test_a_file_that_says_that_its_map_is_periodic_is_tiled(scene_file, tmp_path, surface):
+    pytest.importorskip("SurfaceTopography", exc_type=ImportError)
+    (tmp_path / "map.nc").write_bytes(encoded(surface, GRID, ".nc"))
+    lines = scene_file.read_text().replace("map.npy", "map.nc").splitlines()
+    scene_file.write_text("\n".join(line for line in lines if not line.startswith("topography_")))
+    run = rs.press(scene_file, tmp_path / "run", changes={"sliding.speed": 35})
+    assert run.numerics.lengths == pytest.approx(GRID.lengths)
 
 
 @pytest.mark.statistical

@@ -87,7 +87,7 @@ def test_a_cut_elastic_scene_is_continued_to_what_a_grid_that_holds_it_finds(cut
     assert np.all(rises > 0.02)
     top = cut_run.values("flash_temperature").finest.mean(axis=0)[1:] * cut_run.heat_partition[1:]
     assert np.all(np.abs(found.mean[1:] - top * (1 + rises)) < found.budget["bandwidth"][1:])
-    assert np.all(found.budget["bandwidth"][1:] < top * rises)
+    assert np.all(found.budget["bandwidth"][1:] < 1.1 * top * rises)
     assert found.budget["bandwidth"][0] == 0.0  # at rest
     assert "continued from q_c to q_max with the shape of the theory" in found.explain()
     assert "does not converge" not in found.explain()

@@ -1,68 +1,98 @@
-"""Regression on the skewness: slopes of all other realizations, no bias, and what is left alone."""
+"""Regression on peak volumes: slopes of all other realizations, no bias, and what is left alone."""
 
 import numpy as np
 import pytest
 
 from roughsim.estimate.errors import estimate
 from roughsim.estimate.ladder import observe
-from roughsim.estimate.regression import at_zero_skewness
+from roughsim.estimate.regression import LEAST_FITTED, at_mean_peak_volume, scatter_at_mean_peak_volume
 from roughsim.observables.record import Sample
 
 NAME = "flash_temperature"
 
 
-def test_each_row_is_corrected_with_the_slope_of_all_others():
+def numbers(*controls):
+    """Numbers of members with the first, or both, of the controls."""
+    return dict(zip(("peak_volume", "long_peak_volume"), controls, strict=False))
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_each_row_is_corrected_with_the_slopes_of_all_others(count):
     rng = np.random.default_rng(1)
-    skewness = rng.standard_normal(9)
-    values = np.array([10.0, 200.0]) + np.outer(skewness, [3.0, -0.5]) + rng.standard_normal((9, 2))
+    controls = rng.standard_normal((count, 13)) * [[1e-3], [20.0]][:count]
+    values = np.array([10.0, 200.0]) + (controls.T @ [[3e3, -0.5], [0.2, 0.1]][:count]) + rng.standard_normal((13, 2))
     expected = np.empty_like(values)
-    for i in range(9):
-        others = np.arange(9) != i
-        for k in range(2):
-            slope = np.polyfit(skewness[others], values[others, k], 1)[0]
-            expected[i, k] = values[i, k] - slope * skewness[i]
-    np.testing.assert_allclose(at_zero_skewness(values, skewness), expected, rtol=1e-12)
-    np.testing.assert_allclose(at_zero_skewness(values, skewness[:, None]), expected, rtol=1e-12)
+    for i in range(13):
+        others = np.arange(13) != i
+        design = np.column_stack((np.ones(12), controls[:, others].T))
+        slopes = np.linalg.lstsq(design, values[others], rcond=None)[0][1:]
+        expected[i] = values[i] - controls[:, i] @ slopes
+    np.testing.assert_allclose(at_mean_peak_volume(values, numbers(*controls)), expected, rtol=1e-9)
+    columns = numbers(*controls[:, :, None])
+    np.testing.assert_allclose(at_mean_peak_volume(values, columns), expected, rtol=1e-9)
 
 
-def test_values_on_a_line_have_no_scatter_left_and_the_value_at_zero():
-    skewness = np.linspace(-0.2, 0.5, 8)
-    values = 7.0 + np.outer(skewness, [2.0, -4.0])
-    np.testing.assert_allclose(at_zero_skewness(values, skewness), 7.0, rtol=1e-12)
+def test_values_on_a_plane_have_no_scatter_left_and_the_value_at_zero():
+    first, second = np.linspace(-0.2, 0.5, 12), np.linspace(-1.0, 1.0, 12) ** 2
+    values = 7.0 + np.outer(first, [2.0, -4.0]) + np.outer(second, [0.3, 5.0])
+    np.testing.assert_allclose(at_mean_peak_volume(values, numbers(first, second)), 7.0, rtol=1e-12)
+    np.testing.assert_allclose(scatter_at_mean_peak_volume(values, numbers(first, second)), 0.0, atol=1e-12)
 
 
-def test_few_rows_and_rows_without_a_skewness_stay_to_the_bit():
+def test_few_rows_and_rows_without_a_peak_volume_stay_to_the_bit():
     values = np.random.default_rng(2).standard_normal((12, 3))
-    skewness = np.random.default_rng(3).standard_normal(12)
-    np.testing.assert_array_equal(at_zero_skewness(values[:7], skewness[:7]), values[:7])
-    assert not np.any(at_zero_skewness(values[:8], skewness[:8]) == values[:8])
+    volumes = np.random.default_rng(3).standard_normal(12)
+    few = LEAST_FITTED - 1
+    np.testing.assert_array_equal(at_mean_peak_volume(values[:few], numbers(volumes[:few])), values[:few])
+    assert not np.any(at_mean_peak_volume(values[: few + 1], numbers(volumes[: few + 1])) == values[: few + 1])
+    np.testing.assert_array_equal(at_mean_peak_volume(values, {}), values)
     for unknown in (np.full(12, np.nan), np.zeros(12), np.full((12, 1), np.nan)):
-        np.testing.assert_array_equal(at_zero_skewness(values, unknown), values)
-    np.testing.assert_array_equal(at_zero_skewness(values, np.full(12, 0.3)), values)  # no slope can be told
+        np.testing.assert_array_equal(at_mean_peak_volume(values, numbers(unknown)), values)
+    # no slope can be told, and none from one row alone
+    np.testing.assert_array_equal(at_mean_peak_volume(values, numbers(np.full(12, 0.3))), values)
+    np.testing.assert_allclose(at_mean_peak_volume(values, numbers(np.eye(12)[3])), values, rtol=1e-12)
+
+
+def test_a_control_that_the_other_makes_up_changes_nothing():
+    rng = np.random.default_rng(12)
+    values, volumes = rng.standard_normal((14, 2)), rng.standard_normal(14)
+    alone = at_mean_peak_volume(values, numbers(volumes))
+    np.testing.assert_allclose(at_mean_peak_volume(values, numbers(volumes, -3.0 * volumes)), alone, rtol=1e-9)
 
 
 def test_rows_of_an_older_run_count_as_they_are():
     values = np.random.default_rng(4).standard_normal((20, 1))
-    skewness = np.random.default_rng(5).standard_normal(20)
-    skewness[:10] = np.nan
-    mixed = at_zero_skewness(values, skewness)
+    volumes = np.random.default_rng(5).standard_normal(20)
+    volumes[:10] = np.nan
+    mixed = at_mean_peak_volume(values, numbers(volumes))
     np.testing.assert_array_equal(mixed[:10], values[:10])
     assert not np.any(mixed[10:] == values[10:])
 
 
 def test_infinite_and_undefined_values_stay():
     values = np.ones((10, 3)) * [np.inf, np.nan, 1.0]
-    changed = at_zero_skewness(values, np.linspace(-1, 1, 10))
+    changed = at_mean_peak_volume(values, numbers(np.linspace(-1, 1, 10)))
     np.testing.assert_array_equal(changed, values)
 
 
 @pytest.mark.statistical
+def test_the_scatter_that_is_left_is_that_of_many_rows():
+    # of 12 rows it is right in the mean; their own scatter with the slopes of others would be a third larger
+    rng, squares = np.random.default_rng(13), []
+    for _ in range(3000):
+        controls = rng.standard_normal((2, 12))
+        values = (controls[0] - controls[1] + 0.5 * rng.standard_normal(12))[:, None]
+        squares.append(float(scatter_at_mean_peak_volume(values, numbers(*controls))[0]) ** 2)
+    assert abs(np.mean(squares) - 0.25) < 4 * np.std(squares) / np.sqrt(3000)
+
+
+@pytest.mark.statistical
 def test_nothing_is_biased_where_a_common_slope_would_be():
-    # Y = s² has the mean 1. The slope of all rows is correlated with their skewness: the mean at zero would be 1 − 2/n
-    rng, n, own, common = np.random.default_rng(6), 10, [], []
+    # Y = s² has the mean 1. The slope of all rows is correlated with their s: the mean at zero would be 1 − 2/n
+    rng, n, own, common = np.random.default_rng(6), 12, [], []
     for _ in range(4000):
         s = rng.standard_normal(n)
-        own.append(at_zero_skewness((s * s)[:, None], s).mean())
+        own.append(at_mean_peak_volume((s * s)[:, None], numbers(s)).mean())
         common.append(np.polyfit(s, s * s, 1)[1])
     error = np.std(own) / np.sqrt(len(own))
     assert abs(np.mean(own) - 1.0) < 4 * error
@@ -70,10 +100,10 @@ def test_nothing_is_biased_where_a_common_slope_would_be():
 
 
 @pytest.mark.statistical
-@pytest.mark.parametrize("n", [8, 12, 24])
+@pytest.mark.parametrize("n", [10, 12, 24])
 @pytest.mark.slow
 def test_intervals_hold_the_mean_as_often_as_they_say(n):
-    # 80 % of the variance follows the skewness; the half-width is Student's, times √(1 + 2/f)
+    # 80 % of the variance follows the peak volume; the half-width is Student's, times √(1 + 2/f)
     rng, held, width = np.random.default_rng(7), 0, []
     for _ in range(3000):
         s = rng.standard_normal((n, 1))
@@ -85,13 +115,13 @@ def test_intervals_hold_the_mean_as_often_as_they_say(n):
     assert np.sqrt(0.2) < np.mean(width) < np.sqrt(0.2) * (1 + 1.5 / n)
 
 
-def sample(values, skewness, q_max=1.0, every=1):
+def sample(values, volumes, q_max=1.0, every=1):
     rows = np.arange(0, len(values), every)
-    numbers = {NAME: values[rows], "skewness": skewness[rows]}
-    return Sample(q_max, 64.0 * q_max, rows, numbers, np.ones(1), np.ones((len(rows), 1)), 1.0)
+    stored = {NAME: values[rows], "peak_volume": volumes[rows]}
+    return Sample(q_max, 64.0 * q_max, rows, stored, np.ones(1), np.ones((len(rows), 1)), 1.0)
 
 
-def test_the_coarsest_level_is_at_zero_skewness_and_the_corrections_are_as_they_are():
+def test_the_coarsest_level_is_at_the_mean_peak_volume_and_the_corrections_are_as_they_are():
     rng = np.random.default_rng(8)
     s = rng.standard_normal((16, 1))
     base = 100.0 + 5.0 * s + 0.1 * rng.standard_normal((16, 1))
@@ -108,7 +138,7 @@ def test_the_coarsest_level_is_at_zero_skewness_and_the_corrections_are_as_they_
     np.testing.assert_allclose(whole.extrapolated[:, 0], expected, rtol=1e-12)
 
 
-def test_levels_without_a_skewness_are_read_as_before():
+def test_levels_without_a_peak_volume_are_read_as_they_are():
     values = np.random.default_rng(9).standard_normal((12, 2)) + 50.0
     plain = Sample(1.0, 64.0, np.arange(12), {NAME: values}, np.ones(1), np.ones((12, 1)), 1.0)
     np.testing.assert_array_equal(observe(NAME, [plain], capped=True, end=1.0).extrapolated, values)

@@ -53,6 +53,23 @@ def test_it_opens_with_flash_temperature_over_the_first_key_and_a_curve_for_each
     assert page.state.text.startswith("6 of 6 points finished")
 
 
+def test_drawing_asks_each_point_a_few_times_only(page, study, monkeypatch):
+    # asked for each row, the time of a page grew as the square of the number of points
+    asked, run = [], rs.Study.run
+    monkeypatch.setattr(rs.Study, "run", lambda *arguments: asked.append(1) or run(*arguments))
+    page.draw()
+    assert len(asked) <= 4 * len(study.points)
+
+
+def test_a_page_reads_again_only_what_has_not_finished(page, study):
+    again = page.study.reread()
+    assert all(again.run(point) is page.study.run(point) for point in study.points)
+    first = page.study.points[0].name
+    page.study.run(page.study.points[0]).max_realizations += 1  # as if more were to come
+    again = page.study.reread()
+    assert [again.run(p) is page.study.run(p) for p in study.points] == [p.name != first for p in study.points]
+
+
 def test_controls_choose_the_observable_the_axis_and_the_curves(page):
     page.selects["observable"].value = "contact_fraction"
     assert np.all(np.diff(curves(page)["0.1"]["y"]) > 0.0)  # more load, more contact

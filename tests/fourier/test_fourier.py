@@ -317,11 +317,15 @@ def test_plans_are_made_from_many_python_threads_at_a_time():
 
 @pytest.mark.skipif(plans.pyfftw is None, reason="there is no FFTW")
 @pytest.mark.slow
-def test_transforms_load_no_dask_and_leave_it_to_those_who_want_it():
+def test_transforms_load_no_interfaces_and_leave_them_to_those_who_want_them():
     code = """
         import sys
         import roughsim.fourier
-        assert not {"dask", "pandas", "xarray"} & set(sys.modules)
+        assert not {"dask", "pandas", "xarray", "scipy.fft", "pyfftw.interfaces"} & set(sys.modules)
+        import pyfftw
+        assert not hasattr(pyfftw, "interfaces")
+        from pyfftw.interfaces import numpy_fft, scipy_fft
+        assert pyfftw.interfaces.numpy_fft.rfft2 is numpy_fft.rfft2 and scipy_fft.fft
         import importlib.util
         if importlib.util.find_spec("dask"):
             from pyfftw.interfaces import dask_fft

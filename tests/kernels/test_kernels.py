@@ -125,13 +125,14 @@ def test_a_proposal_is_conjugate_where_free_and_a_bound_elsewhere(state):
 
 def test_a_shift_moves_the_free_points_alone(state):
     x = state.p + state.step + np.where(state.free == 1, 0.15, 0.0)
-    found = kernels.shifted_sum(START, STOP, state.free, state.p, state.step, 0.15, state.cap)
-    same(found, state.clip(x)[PART].sum(), (inside(x, state.cap) & (state.free == 1))[PART].sum())
-    step = state.step.copy()
-    found = kernels.free_step(START, STOP, state.free, state.p, state.gap, OFFSET, 0.15, state.cap, step)
+    step = np.full(POINTS, 7.0)
+    args = state.free, state.p, state.gap, state.step, OFFSET, 0.15, state.cap, step
+    found = kernels.shifted_step(START, STOP, *args)
     expected = state.clip(x) - state.p
-    np.testing.assert_allclose(step, changed(state.step, expected), rtol=1e-13, atol=1e-16)
-    same(found, (expected * (state.gap - OFFSET))[PART].sum(), (expected**2)[PART].sum())
+    np.testing.assert_allclose(step, changed(np.full(POINTS, 7.0), expected), rtol=1e-13, atol=1e-16)
+    stays = inside(x, state.cap) & (state.free == 1)
+    products = expected * (state.gap - OFFSET), expected**2
+    same(found, *(values[PART].sum() for values in (state.clip(x), stays, *products)))
 
 
 def test_a_shift_of_the_pressure_itself_ends_at_the_bounds(state):
@@ -144,6 +145,18 @@ def test_the_extent_is_that_of_the_displacement(state):
     displacement = (state.gap + (state.heights - 0.1) / 0.4)[PART]
     found = kernels.extent(START, STOP, state.heights, 0.1, 0.4, state.gap)
     same(found, displacement.min(), displacement.max())
+
+
+@pytest.mark.parametrize("top", [np.inf, 1.0])
+def test_pressure_and_gap_go_back_to_si_and_points_are_counted(state, top):
+    p, gap, hardness = np.minimum(state.p, top), state.gap.copy(), 3.0000001 * top
+    before = p.copy()
+    found = kernels.to_si(START, STOP, p, gap, state.heights, (3.0, 2.0, 0.1), (top, hardness))
+    pressure = np.where(before < top, np.minimum(3.0 * before, hardness), hardness)
+    np.testing.assert_allclose(p, changed(before, pressure), rtol=1e-15)
+    assert not np.isfinite(hardness) or (p == hardness).sum() == (before[PART] >= top).sum() > 0
+    np.testing.assert_allclose(gap, changed(state.gap, 2.0 * state.gap + state.heights - 0.1), rtol=1e-14, atol=1e-15)
+    assert found == ((before > 0.0)[PART].sum(), (before >= top)[PART].sum())
 
 
 def test_a_gradient_step_goes_to_a_share_of_the_target(state):
@@ -167,6 +180,27 @@ def test_curvature_and_advance_are_those_of_the_step(state):
     np.testing.assert_allclose(gap, changed(state.gap, state.gap + 0.5 * state.response), rtol=1e-14)
     x = p - STIFFNESS * (gap - OFFSET)
     same(found, state.clip(x)[PART].sum(), inside(x, state.cap)[PART].sum())
+
+
+def test_the_highest_mode_is_the_last_above_a_power():
+    rng = np.random.default_rng(3)
+    along, across = rng.uniform(0.0, 9.0, 7), rng.uniform(0.0, 9.0, 5)
+    spectrum = rng.normal(size=(5, 7)) + 1j * rng.normal(size=(5, 7))
+    power, square = np.abs(spectrum[1:4]) ** 2, (across[:, None] + along)[1:4]
+    least = float(np.median(power))
+    same(line_kernels.highest(1, 4, spectrum, along, across, np.inf), power.max(), 0.0)
+    same(line_kernels.highest(1, 4, spectrum, along, across, least), power.max(), square[power > least].max())
+
+
+def test_the_sum_at_a_point_is_that_of_all_waves():
+    rng = np.random.default_rng(4)
+    along, across = rng.uniform(0.0, 9.0, 7), rng.uniform(0.0, 9.0, 5)
+    spectrum = rng.normal(size=(5, 7)) + 1j * rng.normal(size=(5, 7))
+    x, y = rng.uniform(-3.0, 3.0, 7), rng.uniform(-3.0, 3.0, 5)
+    waves = np.sqrt(across[:, None] + along) * spectrum * np.exp(1j * (y[:, None] + x))
+    phases = [(np.cos(angle), np.sin(angle)) for angle in (x, y)]
+    found = line_kernels.point_sum(spectrum.view(float), along, across, *phases)
+    assert found == pytest.approx(waves.real.sum(), rel=1e-13, abs=1e-13)
 
 
 def test_columns_go_to_lines_and_back():

@@ -98,7 +98,7 @@ def test_the_page_has_one_file_and_one_entry_point_for_each():
 def test_an_observable_from_outside_may_not_take_the_name_of_another(monkeypatch):
     def outside(*records):
         entry = SimpleNamespace(name="own", load=lambda: records)
-        monkeypatch.setattr("roughsim.extensions.entry_points", lambda group: [entry])
+        monkeypatch.setattr("roughsim.extensions.installed", lambda: SimpleNamespace(select=lambda group: [entry]))
         return runpy.run_path(catalogue.__file__)
 
     assert [*outside(Observable("own", "m"))["OBSERVABLES"]] == [*catalogue.OBSERVABLES, "own"]

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from moments_cases import BODY, UNIT, Pressed, patches, plane, points
 from scipy.optimize import brentq
-from scipy.special import j0
+from scipy.special import j0, j1, jv, jvp
 
 from roughsim import Grid, Sliding, measure
 from roughsim.observables.moments import StressSpectrum
+from roughsim.observables.stress_spectrum import _FALLING, _FOURTH, first_root, further_derivatives
 
 
 @pytest.mark.parametrize(
@@ -107,6 +108,49 @@ def test_the_radius_is_the_first_crossing_even_if_the_curve_only_dips():
     for fraction in (correlation(dip) + 1e-5, correlation(dip) + 1e-9):
         exact = brentq(lambda r, level=fraction: correlation(r) - level, 2.4048 / fine, dip, xtol=1e-16)
         assert seen.stress_spectrum.correlation_radius(fraction) == pytest.approx(exact, rel=1e-8)
+
+
+def test_no_fourth_derivative_of_the_bessel_function_exceeds_the_bound_of_the_steps():
+    x = np.concatenate((np.linspace(0.0, 100.0, 20001), np.geomspace(100.0, 1e6, 20001)))
+    fourth = np.abs(3 * j0(x) - 4 * jv(2, x) + jv(4, x)) / 8  # J_n′ = (J_{n−1} − J_{n+1})/2, four times
+    bound = _FOURTH / np.hypot(1.0, x / _FALLING) ** 0.5
+    assert np.all(fourth <= bound * (1 + 1e-12))
+    assert fourth[0] == bound[0] == 0.375
+    assert np.all(np.diff(bound) <= 0.0)
+
+
+def test_no_crossing_is_passed_however_the_curve_ripples():
+    rng = np.random.default_rng(7)
+    r = np.linspace(0.0, 1.0, 40001)
+    places = []
+    for _ in range(12):
+        q = np.sort(np.exp(rng.uniform(np.log(3.0), np.log(300.0), 6)))
+        variance = rng.random(6)
+        curve = variance @ j0(np.outer(q, r)) / variance.sum()
+        for fraction in (0.6, 0.3, 0.1, 0.0):
+            first = int(np.argmax(curve < fraction))  # the ripples are a hundred times wider than the steps here
+            found = StressSpectrum(q, variance, 1.0).correlation_radius(fraction)
+            assert r[first - 1] <= found <= r[first]
+            places.append(found * q[-1])
+    assert max(places) > 20.0  # some lie beyond many ripples
+
+
+@pytest.mark.parametrize(
+    "terms", [(2.0, 0.0, 0.0, 3.0), (0.0, 0.0, 0.0, 5.0), (1e-9, 4.0, 1e6, 1e-12), (3e5, 0.0, 2.0, 1e-3)]
+)
+def test_a_step_ends_where_its_terms_have_used_up_the_excess(terms):
+    for excess in (1e-14, 1e-3, 0.5):
+        step = first_root(excess, list(terms))
+        used = sum(term * step**power for power, term in enumerate(terms, 1))
+        assert excess * (1 - 1e-7) <= used <= excess
+
+
+@pytest.mark.parametrize("r", [0.0, 1e-3, 0.4, 7.0])
+def test_derivatives_of_the_curve_are_those_of_the_bessel_functions(r):
+    q, w = np.array([0.5, 2.0, 9.0]), np.array([1.0, 0.3, 0.02])
+    sums = [float(w @ (q**power * bessel(q * r))) for power, bessel in ((1, j1), (2, j0), (3, j1))]
+    exact = [float(w @ (q**order * jvp(0, q * r, order))) for order in (2, 3)]
+    assert further_derivatives(r, *sums) == pytest.approx(exact, rel=1e-9, abs=1e-8)
 
 
 def test_the_radius_solves_its_equation_on_a_rough_field():

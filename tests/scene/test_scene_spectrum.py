@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from importlib.metadata import EntryPoint
+from types import SimpleNamespace
 from typing import Annotated, Any, Literal
 
 import pytest
@@ -90,7 +91,8 @@ def test_a_spectrum_of_another_package_is_an_entry_point_and_takes_no_name_of_th
         EntryPoint("mine", f"{__name__}:Mine", "roughsim.spectra"),
         EntryPoint("k_correlation", "no", "roughsim.spectra"),
     ]
-    monkeypatch.setattr("roughsim.extensions.entry_points", lambda group: outside * (group == "roughsim.spectra"))
+    others = SimpleNamespace(select=lambda group: outside * (group == "roughsim.spectra"))
+    monkeypatch.setattr("roughsim.extensions.installed", lambda: others)
     text = named(name="mine", psd_at_q_min="1e-22 m^4", hurst=None, rms_height=None, q_roll_off=None)
     scene = parse_scene(text)
     assert scene.surface.spectrum == Mine(name="mine", psd_at_q_min=1e-22, q_min=7e3, q_max=9e6)

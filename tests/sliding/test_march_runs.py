@@ -11,13 +11,13 @@ from march_cases import MILLIMETRE, sliding_scene
 import roughsim as rs
 from roughsim.charts.plot import plot_run
 from roughsim.comparison.compare import comparison_table
-from roughsim.ensemble import workers
 from roughsim.ensemble.status import losses
 from roughsim.errors import ConvergenceError
 from roughsim.planning import march as planning_march
 from roughsim.planning import plan as planning_plan
 from roughsim.planning.realization import march_problem
 from roughsim.results.film import read_film
+from roughsim.sliding import member as sliding_member
 from roughsim.sliding.path import oblique_path
 from roughsim.sliding.spots import SpotLives, survival
 from roughsim.store.member_files import member_path, read_member, write_member
@@ -176,14 +176,14 @@ def test_two_processes_make_the_same_members(run, tmp_path):
 
 
 def test_a_march_that_fails_is_told_and_leaves_the_frozen_columns_alone(tmp_path, monkeypatch):
-    genuine = workers.solve_slide
+    genuine = sliding_member.solve_slide
 
     def fail(problem, **options):
         if problem.index == 0:
             raise ConvergenceError("temperatures of the two bodies: none", 1.0, 10)
         return genuine(problem, **options)
 
-    monkeypatch.setattr(workers, "solve_slide", fail)
+    monkeypatch.setattr(sliding_member, "solve_slide", fail)
     run = rs.run(sliding_scene(), tmp_path / "run")
     assert (run.realizations, run.failed, len(run.sound(4))) == (4, 0, 4)
     assert losses(run) == ["1 members that slide did not converge and are left out of the column sliding"]

@@ -259,6 +259,10 @@ def test_speeds_of_the_bodies_may_be_rounded():
         ({"friction_coefficient": 0}, "friction_coefficient = 0 must be positive"),
         ({"counter_heights": np.zeros((8, 8))}, "counter_heights has shape"),
         ({"nominal_pressure": 2e9, "solid": Solid(E, 1e9)}, "exceeds penetration_hardness"),
+        ({"grid": 3}, "^grid = 3 must be a Grid, as Grid("),
+        ({"solid": E}, "^solid = 1.* must be a Solid, as Solid("),
+        ({"moving": None}, "^moving = None must be a Body, as Body("),
+        ({"resting": 1.0}, "^resting = 1.0 must be a Body, as Body("),
     ],
 )
 def test_bad_input_is_refused(change, message):
@@ -273,5 +277,5 @@ def test_bad_input_is_refused(change, message):
         "resting": STEEL,
         "slid_distance": CELL,
     } | change
-    with pytest.raises(ValueError, match=message.replace("(", r"\(")):
+    with pytest.raises((TypeError, ValueError), match=message.replace("(", r"\(")):
         slide(arguments.pop("heights"), arguments.pop("grid"), arguments.pop("solid"), **arguments)

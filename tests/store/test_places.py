@@ -72,7 +72,7 @@ def test_all_kinds_of_members_are_read_without_hdf5_as_hdf5_reads_them(folder, m
         one,
         replace(one, index=43, provenance={"text": "ünïcode " * 200}),
         replace(one, index=44, spectrum=np.zeros(8), numbers={name: 0.0 * x for name, x in one.numbers.items()}),
-        replace(one, index=45, speeds=(1.0,), numbers={"skewness": np.array([-0.5])}),
+        replace(one, index=45, speeds=(1.0,), numbers={"peak_volume": np.array([-0.5])}),
         Member(1, 46, failure="stalled", provenance={"residual": 1.0}),
     ]
     for kind in kinds:

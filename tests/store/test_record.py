@@ -153,11 +153,11 @@ def test_an_older_format_is_read_from_the_oldest_on_and_refused_before(folder, m
     write_member(folder, member())
     path, kept = member_path(folder, 1, 42), {**member_hdf5.KEPT_FIELDS, "displacement": ("m", "elastic")}
     # a later version, which keeps one field more
-    monkeypatch.setattr(member_files, "FORMAT", 4)
+    monkeypatch.setattr(member_files, "FORMAT", 5)
     monkeypatch.setattr(member_files, "KEPT_FIELDS", kept)
     back = read_member(path, with_fields=True)
     assert back.kept == ("heights", "pressure")
     np.testing.assert_array_equal(back.numbers["contact_fraction"], member().numbers["contact_fraction"])
-    monkeypatch.setattr(member_files, "OLDEST", 4)
-    with pytest.raises(rs.RecordError, match="has format version 3; this one reads from 4 on: run the scene again"):
+    monkeypatch.setattr(member_files, "OLDEST", 5)
+    with pytest.raises(rs.RecordError, match="has format version 4; this one reads from 5 on: run the scene again"):
         read_member(path)

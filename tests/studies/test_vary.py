@@ -11,7 +11,7 @@ from roughsim.studies.vary import NAME, points_of, read_axes
 
 
 def test_a_grid_has_all_combinations_and_the_last_key_varies_fastest():
-    axes = read_axes({"sliding.nominal_pressure": ["1 MPa", 5e6], "body.penetration_hardness": ["1 GPa", "2 GPa"]})
+    axes = read_axes({"sliding.nominal_pressure": ["1 MPa", "5 MPa"], "body.penetration_hardness": ["1 GPa", "2 GPa"]})
     values = [tuple(point.values.values()) for point in points_of(axes)]
     assert values == [(1e6, 1e9), (1e6, 2e9), (5e6, 1e9), (5e6, 2e9)]
 
@@ -25,18 +25,55 @@ def test_first_last_and_count_stand_for_a_list():
     assert [value for (value,) in axis.values] == pytest.approx([0.6, 0.7, 0.8, 0.9])
 
 
+@pytest.mark.parametrize(
+    ("vary", "meant"),
+    [
+        ({"sliding.nominal_pressure": ["12 MPa", "360 MPa", 20]}, '"12 MPa", "360 MPa", 20'),  # no load of 20 Pa
+        ({"sliding.nominal_pressure": ["12 MPa", "360 MPa", np.float64(20)]}, '"1 MPa", "100 MPa", 9'),
+        ({"sliding.nominal_pressure": {"logspace": ["12 MPa", 360.0, 20]}}, '"1 MPa", "100 MPa", 9'),
+        ({"sliding.nominal_pressure": {"linspace": [12.0, "360 MPa", 20]}}, '"1 MPa", "100 MPa", 9'),
+        ({"sliding.speed": [["1 m/s", 3.0], "5 m/s"]}, '"1 MPa", "100 MPa", 9'),
+        ({"sliding.friction_coefficient": ["10 %", 0.2]}, '"1 MPa", "100 MPa", 9'),
+        ({"sliding.speed, sliding.nominal_pressure": [["1 m/s", 1e6], ["2 m/s", "2 MPa"]]}, '"1 MPa", "100 MPa", 9'),
+    ],
+)
+def test_numbers_with_and_without_a_unit_do_not_mix(vary, meant):
+    message = rf"mixes .* with the plain number .*; write all with a unit, or none\. .* {{ logspace = \[{meant}\] }}"
+    with pytest.raises(SceneError, match=message):
+        read_axes(vary)
+
+
+def test_words_and_numbers_may_mix_and_so_may_keys():
+    read_axes({"sliding.heat_partition": ["mean", 0.5]})
+    read_axes({"sliding.nominal_pressure, sliding.friction_coefficient": [["1 MPa", 0.1], ["2 MPa", 0.2]]})
+
+
+def test_a_count_may_come_from_numpy():
+    (axis,) = read_axes({"sliding.speed": {"linspace": [1.0, 2.0, np.int64(3)]}})
+    assert axis.values == ((1.0,), (1.5,), (2.0,))
+
+
+def test_lists_and_tables_are_written_as_a_scene_file_has_them_and_short():
+    table = {"temperature": ["300 K", "900 K"], "value": [50, 30]}
+    assert value_text("body.conductivity", table).startswith('{ temperature = ["300 K", ')
+    assert value_text("body.conductivity", table).endswith("[50, 30] }")
+    assert len(value_text("body.conductivity", table)) <= 40
+    assert value_text("numerics.lengths", [1e-3, 2e-3]) == "[1000, 2000]"
+    assert value_text("body.conductivity", {"value": [50, 30]}) == "{ value = [50, 30] }"
+
+
 def test_whole_numbers_may_be_spaced_and_lists_have_units_and_names():
     assert read_axes({"ensemble.seed": {"linspace": [1, 5, 3]}})[0].values == ((1,), (3,), (5,))
     with pytest.raises(SceneError, match="1.5 must be a whole number"):
         read_axes({"ensemble.seed": {"linspace": [1, 2, 3]}})
-    (axis,) = read_axes({"numerics.lengths": [["1 mm", 9e-4], np.array([2e-3, 1e-3])]})
+    (axis,) = read_axes({"numerics.lengths": [[1e-3, 9e-4], np.array([2e-3, 1e-3])]})
     assert axis.values == (((1e-3, 9e-4),), ((2e-3, 1e-3),))
     assert [point.name for point in points_of([axis])] == ["lengths=0.001-0.0009", "lengths=0.002-0.001"]
-    assert value_text("numerics.lengths", (1e-3, 9e-4)) == "1000, 900"  # µm
+    assert value_text("numerics.lengths", (1e-3, 9e-4)) == "[1000, 900]"  # µm
 
 
 def test_keys_that_change_together_share_an_axis():
-    together = {"sliding.friction_coefficient, body.conductivity": [[0.1, "20 W/(m K)"], [0.2, 40]]}
+    together = {"sliding.friction_coefficient, body.conductivity": [[0.1, "20 W/(m K)"], [0.2, "40 W/(m K)"]]}
     points = points_of(read_axes(together))
     assert [point.values for point in points] == [
         {"sliding.friction_coefficient": 0.1, "body.conductivity": 20.0},
@@ -46,8 +83,8 @@ def test_keys_that_change_together_share_an_axis():
 
 def test_names_of_points_are_folders_that_no_pattern_mistakes():
     vary = {
-        "sliding.nominal_pressure": ["1 MPa", 1234567.891],
-        "sliding.speed": [["1 m/s", "2 m/s"], 3.0],
+        "sliding.nominal_pressure": ["1 MPa", "1.234567891 MPa"],
+        "sliding.speed": [["1 m/s", "2 m/s"], "3 m/s"],
         "sliding.heat_partition": ["mean", "all", 0.5],
     }
     names = [point.name for point in points_of(read_axes(vary))]
@@ -66,14 +103,17 @@ def test_names_of_points_are_folders_that_no_pattern_mistakes():
         ({3: [1]}, "must be the name of a key"),
         ({"sliding.nominal_pressure": ["1 K"]}, r"has the dimension \[temperature\]; a quantity in Pa"),
         ({"sliding.nominal_pressure": [-1.0]}, r"vary.\"sliding.nominal_pressure\"\[0\] = -1.0 Pa must be above 0"),
-        ({"sliding.nominal_pressure": ["1 MPa", 1e6]}, "1000000 is there twice"),
+        ({"sliding.nominal_pressure": ["1 MPa", "1000 kPa"]}, "1000000 is there twice"),
         ({"sliding.speed": [1.0], "sliding.speed ": [2.0]}, "sliding.speed is there twice"),
         ({"a, b": [1, 2]}, "must be a list of 2 values"),
         ({"a, b": {"logspace": [1, 2, 3]}}, "is for one key"),
         ({"sliding.speed": {"logspace": [1, 2]}}, "first, last and count"),
         ({"sliding.speed": {"logspace": [0.0, 2.0, 3]}}, "must be a number > 0"),
         ({"sliding.speed": {"geomspace": [1, 2, 3]}}, "first, last and count"),
-        ({"sliding.speed": {"linspace": [1, 2, 1]}}, "a whole number from 2"),
+        *(
+            ({"sliding.speed": {"linspace": [1, 2, count]}}, "count = .* must be a whole number from 2")
+            for count in (1, 0, -3, 3.0, "3", True, 10**9)
+        ),
         ({"surface.hurst": {"linspace": [0, 1, 200]}, "sliding.speed": {"linspace": [1, 2, 51]}}, "above the limit"),
     ],
 )

@@ -14,7 +14,7 @@ import numpy as np
 from roughsim._kernels import active_set, found_compiled
 from roughsim._kernels.interpolation import refine
 from roughsim.contact.solver.operators import Extension, half_space
-from roughsim.contact.solver.problem import ScaledProblem
+from roughsim.contact.solver.problem import ScaledProblem, dimensionless, full_contact
 from roughsim.contact.solver.state import State
 from roughsim.grid import Field, Grid
 from roughsim.show.text import note
@@ -44,12 +44,16 @@ def compile_ahead() -> None:
 
 
 def compile_other_half() -> None:
-    """Compile the kernels of the preconditioner, about half of all."""
+    """Compile the kernels of the preconditioner, and what comes before and after a solve: about half of all."""
     extension, free, pressure = Extension(GRID, np.float32), np.ones(GRID.shape, np.int8), np.ones(GRID.shape)
     field, step, response = (np.zeros(GRID.shape, np.float32) for _ in range(3))
     extension.extend(free, field)
     extension.transpose(free, field, step, response)
     extension.gather_load(free, field, pressure, 1.0, step)
+    problem, spectrum, _ = dimensionless(heights(), GRID, 1.0, 1e-9, np.inf)
+    full_contact(problem, spectrum)
+    flat = pressure.ravel()
+    active_set.to_si(0, 1, flat, flat, flat, (1.0, 1.0, 1.0), (np.inf, np.inf))
 
 
 def compile_half() -> None:

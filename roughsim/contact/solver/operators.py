@@ -12,6 +12,7 @@ pixels are oblong, only their shorter side is doubled at first.
 """
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any
@@ -20,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim._kernels import extension, lines
+from roughsim._kernels.extension import DOWN, FIRST, LAST, UP
 from roughsim.fourier import Transform, direct, plans
 from roughsim.fourier.blocks import POINTS, run, spans, total
 from roughsim.grid import Field, Grid
@@ -27,6 +29,10 @@ from roughsim.grid import Field, Grid
 CACHED = 1 << 18  # bytes of one group of lines
 GROUP = 16  # lines in a group, at least: shorter pieces of a column are slow to write
 PADDING = 16  # complex numbers between rows of the spectrum, so that these do not all share the same part of the cache
+KEPT = 1 << 18  # points of a grid, at most, whose buffers are kept for the next solve: to make them costs as much as
+# some steps there; 20 bytes for each point and precision
+MOST_KEPT = 12  # grids in each precision, the coarse ones of a cascade among them
+ONCE = [(0, 0)]  # the block of a stage that is not divided
 SQUARE = 1.5  # ratio of the sides of a cell of the pyramid up to which both are doubled
 
 
@@ -46,6 +52,9 @@ class Operator:
         self.spectrum = self.whole[:half]
         self.row_plans = plans.line_plans(self.row_group, columns, (columns + plans.PADDING,) * 2, self.dtype)
         self.column_plans = plans.line_plans(self.column_group, rows, (distance, rows + plans.PADDING), self.dtype)
+        # transforms of columns alone are compiled in double precision only
+        self.alone = True if self.dtype == np.float64 else None
+        self.single: tuple[Any, ...] | None = None  # what `_lines` returns where there is one block
 
     def comply(self, pressure: Field, displacement: Field) -> None:
         """Write S p, mean zero; both arrays may be the same."""
@@ -57,63 +66,42 @@ class Operator:
 
     def multiply(self, stiff: bool, source: Field, result: Field) -> None:
         """Write the product with |q|/2 if `stiff`, else with 2/|q|."""
-        weights = self.along, self.across, self.factor
-        blocks, others = self.row_blocks, self.column_blocks
-        if len(blocks) == len(others) == 1 and source.dtype == np.float32:  # one call: each costs more than its work
-            rows, columns = (*blocks[0], *self._rows()), (stiff, *others[0], *self._columns(), weights)
-            lines.product(source, result, rows, columns)
-            return
-        self._each_row(lines.rows_forward, source)
-        self._each_column(lambda *block: lines.columns_product(stiff, *block), weights)
-        self._each_row(lines.rows_backward, result)
+        self._stages((lines.ROWS, lines.COLUMNS, lines.BACK), lines.STIFFEN if stiff else lines.COMPLY, source, result)
 
     def forward(self, field: Field) -> Field:
         """Return the transposed half spectrum (1/N) Σ field·exp(−iq·x), complex; it is a view of the buffer."""
-        self._each_row(lines.rows_forward, field)
-        run(self._columns_forward, self.column_blocks)
+        self._stages((lines.ROWS, lines.COLUMNS), lines.THERE, field, field)
         return self.complex_spectrum
 
     def inverse(self, field: Field) -> None:
         """Write the field whose transposed half spectrum the buffer holds."""
-        run(self._columns_backward, self.column_blocks)
-        self._each_row(lines.rows_backward, field)
+        self._stages((lines.COLUMNS, lines.BACK), lines.BACKWARD, field, field)
 
     @property
     def complex_spectrum(self) -> Field:
         """The buffer as complex numbers, shape (columns//2 + 1, rows)."""
         return self.spectrum.view(np.result_type(self.dtype, np.complex64))[:, : self.shape[0]]
 
-    def _columns_forward(self, start: int, stop: int) -> None:
-        """Transform columns in place, and multiply by the factor."""
-        group, (_, forward, _), whole, result = self._columns()
-        for first in range(start, stop, group):
-            columns = whole[first : first + group]
-            self.column_plans.execute(forward, columns.ctypes.data, result.ctypes.data)
-            np.multiply(result, self.factor, out=columns[:, : result.shape[1]])
+    def _stages(self, stages: tuple[int, ...], task: int, source: Field, result: Field) -> None:
+        """Do these stages of a product, each on all of its blocks."""
+        if len(self.row_blocks) == len(self.column_blocks) == 1:  # one call: each costs more than its work
+            self.single = self.single or self._lines(self.row_blocks[0], self.column_blocks[0])
+            lines.product(sum(stages), task, source, result, *self.single)
+            return
+        for stage in stages:
+            work = lambda *block, stage=stage: lines.product(stage, task, source, result, *self._lines(block, block))  # noqa: E731
+            run(work, self.column_blocks if stage == lines.COLUMNS else self.row_blocks)
 
-    def _columns_backward(self, start: int, stop: int) -> None:
-        """Transform columns back, in place."""
-        group, (_, _, backward), whole, result = self._columns()
-        for first in range(start, stop, group):
-            # the plan goes from the buffer to the columns
-            columns = whole[first : first + group]
-            result[...] = columns[:, : result.shape[1]]
-            self.column_plans.execute(backward, result.ctypes.data, columns.ctypes.data)
-
-    def _each_row(self, kernel: Any, field: Field) -> None:
-        run(lambda start, stop: kernel(field, start, stop, *self._rows()), self.row_blocks)
-
-    def _each_column(self, kernel: Any, *arguments: Any) -> None:
-        run(lambda start, stop: kernel(start, stop, *self._columns(), *arguments), self.column_blocks)
-
-    def _rows(self) -> tuple[Any, ...]:
-        """Group, plans and buffers of this Python thread."""
-        group = plans.lines(self.row_group, self.shape[1], self.dtype)
-        return self.row_group, self.row_plans.addresses, group.source_pairs, group.result_pairs, self.spectrum
-
-    def _columns(self) -> tuple[Any, ...]:
-        result = plans.lines(self.column_group, self.shape[0], self.dtype).result_pairs
-        return self.column_group, self.column_plans.addresses, self.whole, result
+    def _lines(self, rows: tuple[int, int], columns: tuple[int, int]) -> tuple[Any, ...]:
+        """These rows and columns, with groups, plans and the buffers of this Python thread."""
+        row = plans.lines(self.row_group, self.shape[1], self.dtype)
+        column = plans.lines(self.column_group, self.shape[0], self.dtype).result_pairs
+        weights = self.along, self.across, self.factor
+        return (
+            (*rows, self.row_group, self.row_plans.addresses, row.source_pairs, row.result_pairs, self.spectrum),
+            (*columns, self.column_group, self.column_plans.addresses, self.whole, column, weights),
+            self.alone,
+        )
 
 
 class PlainOperator(Operator):
@@ -148,6 +136,20 @@ class PlainOperator(Operator):
 def half_space(grid: Grid, dtype: Any) -> Operator:
     """Return the fastest operator that works on this machine."""
     return Operator(grid, dtype) if direct() else PlainOperator(grid, dtype)
+
+
+def kept_half_space(grid: Grid, dtype: Any) -> Operator:
+    """Return `half_space`; on a small grid it is made once in a Python thread, and all that ask share its buffer."""
+    operator: Operator = kept(half_space, grid, np.dtype(dtype))
+    return operator
+
+
+def kept(make: Callable[..., Any], grid: Grid, *others: Any) -> Any:
+    """Return ``make(grid, *others)``; where the grid is small, what it made for this Python thread before."""
+    if grid.points > KEPT:
+        return make(grid, *others)
+    key = grid, *others, plans.get_threads()
+    return plans.thread_cache(make.__name__, key, lambda: make(grid, *others), most=MOST_KEPT)
 
 
 @lru_cache(maxsize=16)
@@ -204,13 +206,8 @@ class Extension:
             extension.pull_coarse(self.bottom, *self.pyramid)
             field[...] = self.parents[1]
             return
-        if len(self.rows) == 1:  # one call: each costs more than its work on a small grid
-            extension.extend(self.rows[0], self.bottom, free, field, self.parents, self.pyramid)
-            return
-        run(lambda a, b: extension.push_finest(a, b, free, field, *self.parents), self.rows)
-        extension.push_coarse(self.bottom, *self.pyramid)
-        extension.pull_coarse(self.bottom, *self.pyramid)
-        run(lambda a, b: extension.pull(a, b, free, self.parents[1], field), self.rows)
+        work = free, field, self.parents, self.pyramid
+        self._stages(extension.extend, [(FIRST, self.rows), (UP + DOWN, ONCE), (LAST, self.rows)], *work)
 
     def transpose(self, free: NDArray[np.int8], field: Field, step: Field, response: Field) -> tuple[float, float]:
         """Gather `field` from the whole plane onto the free points, in place: the transpose of `extend`.
@@ -222,11 +219,9 @@ class Extension:
             extension.transpose_coarse(self.bottom, *self.pyramid)
             np.multiply(self.parents[1], free, out=field)
             return float(np.sum(field * response, dtype=float)), float(np.sum(free * step * response, dtype=float))
-        run(lambda a, b: extension.gather(a, b, free, field, self.parents[1]), self.parent_rows)
-        extension.transpose_coarse(self.bottom, *self.pyramid)
-        parents = self.parents[1], self.parents[2]
-        task = lambda a, b: extension.scatter_finest(a, b, free, *parents, step, response, field)  # noqa: E731
-        cross, own = total(run(task, self.rows))
+        stages = [(FIRST, self.parent_rows), (UP + DOWN, ONCE), (LAST, self.rows)]
+        work = free, field, self.parents, self.pyramid, step, response
+        cross, own = total(self._stages(extension.transpose, stages, *work))
         return cross, own
 
     def gather_load(
@@ -246,14 +241,21 @@ class Extension:
             trial = pressure + change
             clipped = np.clip(trial, 0.0, cap)
             return float(clipped.sum()), int(np.count_nonzero((clipped == trial) & (free > 0)))
-        run(lambda a, b: extension.push_finest(a, b, free, load, *self.parents), self.rows)
-        extension.push_coarse(self.bottom, *self.pyramid)
-        run(lambda a, b: extension.gather(a, b, free, load, self.parents[1]), self.parent_rows)
-        extension.transpose_coarse(self.bottom, *self.pyramid)
+        work = free, load, self.parents, self.pyramid
+        self._stages(extension.extend, [(FIRST, self.rows), (UP, ONCE)], *work)
+        self._stages(extension.transpose, [(FIRST, self.parent_rows), (UP + DOWN, ONCE)], *work, load, load)
         parents = self.parents[1], self.parents[2]
         task = lambda a, b: extension.scatter_load(a, b, free, *parents, pressure, cap, change)  # noqa: E731
         clipped_sum, count = total(run(task, self.rows))
-        return clipped_sum, int(count)
+        return clipped_sum, count
+
+    def _stages(self, kernel: Any, stages: list[tuple[int, list[tuple[int, int]]]], *work: Any) -> list[Any]:
+        """Do each stage on all of its blocks; return what the last one returns on each."""
+        if len(self.rows) == len(self.parent_rows) == 1:  # one call: each costs more than its work on a small grid
+            return [kernel(sum(stage for stage, _ in stages), self.rows[0], self.parent_rows[0], self.bottom, *work)]
+        for stage, blocks in stages:
+            parts = run(lambda a, b, stage=stage: kernel(stage, (a, b), (a, b), self.bottom, *work), blocks)
+        return parts
 
 
 def _shapes(grid: Grid) -> list[tuple[int, int]]:

@@ -4,12 +4,14 @@ Lengths are in units of the longer side of the cell, heights in units of their r
 transposed half spectra, as `operators` hold them.
 """
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from roughsim.contact.solver.operators import half_space
+from roughsim._kernels import lines as kernels
+from roughsim.contact.solver.operators import half_space, kept_half_space
 from roughsim.fourier.blocks import extremes, run, spans
 from roughsim.grid import Field, Grid
 
@@ -51,10 +53,11 @@ def dimensionless(
     scaled = np.empty(grid.shape)
 
     def scale(start: int, stop: int) -> None:
-        scaled[start:stop] = (heights[start:stop] - middle) / unit
+        np.subtract(heights[start:stop], middle, out=scaled[start:stop])
+        scaled[start:stop] /= unit
 
     run(scale, spans(*grid.shape))
-    spectrum = half_space(unit_grid, np.float64).forward(scaled)
+    spectrum = kept_half_space(unit_grid, np.float64).forward(scaled)
     highest = highest_wavenumber(unit_grid, spectrum)
     # κ = q_s/2 makes the residual close to the error of the pressure
     stiffness = 0.5 * max(highest, 2 * np.pi / max(unit_grid.lengths))
@@ -62,24 +65,22 @@ def dimensionless(
     return ScaledProblem(heights, middle, unit, unit_grid, load, cap, stiffness), spectrum, pressure_unit
 
 
-def wavenumbers(grid: Grid, start: int = 0, stop: int | None = None) -> Field:
-    """Return |q| of the rows start … stop − 1 of a transposed half spectrum."""
+def squares(grid: Grid) -> tuple[Field, Field]:
+    """Return q² along the columns and the rows of a transposed half spectrum, whose sum is |q|²."""
     along, across = (np.square(q.ravel()) for q in grid.wavevectors)
-    squares: Field = across[start:stop, None] + along
-    return np.sqrt(squares, out=squares)
+    return along, across
 
 
 def highest_wavenumber(grid: Grid, spectrum: Field) -> float:
     """Return the highest |q| in the heights of this spectrum; modes below rounding are not in them."""
+    along, across = squares(grid)
 
-    def power(start: int, stop: int) -> Field:
-        part = spectrum[start:stop]
-        return np.asarray(np.square(part.real) + np.square(part.imag))
+    def greatest(least: float) -> list[tuple[float, float]]:
+        search = lambda a, b: kernels.highest(a, b, spectrum, along, across, least)  # noqa: E731
+        return run(search, spans(*spectrum.shape))
 
-    rows = spans(*spectrum.shape)
-    least = 1e-24 * max(run(lambda a, b: float(power(a, b).max()), rows))
-    highest: float = max(run(lambda a, b: float((wavenumbers(grid, a, b) * (power(a, b) > least)).max()), rows))
-    return highest
+    least = 1e-24 * max(power for power, _ in greatest(np.inf))
+    return math.sqrt(max(square for _, square in greatest(least)))
 
 
 def coarser(finest: ScaledProblem, spectrum: Field, known: int = 0) -> list[ScaledProblem]:
@@ -90,15 +91,16 @@ def coarser(finest: ScaledProblem, spectrum: Field, known: int = 0) -> list[Scal
         nx, ny = ((n + 1) // 2 if n >= 2 * COARSEST else n for n in fine)
         if (nx, ny) == fine or nx * ny <= known:
             return levels
-        # keep the modes that the coarse grid resolves; a Nyquist row or column that was not there before is dropped
-        spectrum = spectrum[: ny // 2 + 1, np.rint(np.fft.fftfreq(nx) * nx).astype(int)]
-        if nx % 2 == 0 and nx < fine[0]:
-            spectrum[:, nx // 2] = 0.0
-        if ny % 2 == 0 and ny < fine[1]:
-            spectrum[-1] = 0.0
         grid, heights = Grid((nx, ny), finest.grid.lengths), np.empty((nx, ny))
-        operator = half_space(grid, np.float64)
-        operator.complex_spectrum[...] = spectrum
+        operator = kept_half_space(grid, np.float64)
+        # keep the modes that the coarse grid resolves; a Nyquist row or column that the finest has not is dropped
+        coarse, rows, positive = operator.complex_spectrum, ny // 2 + 1, (nx + 1) // 2
+        coarse[:, :positive] = spectrum[:rows, :positive]
+        coarse[:, positive:] = spectrum[:rows, spectrum.shape[1] - nx + positive :]
+        if nx % 2 == 0 and nx < finest.grid.shape[0]:
+            coarse[:, nx // 2] = 0.0
+        if ny % 2 == 0 and ny < finest.grid.shape[1]:
+            coarse[-1] = 0.0
         operator.inverse(heights)
         stiffness = min(finest.stiffness, 0.5 * grid.nyquist)
         levels.append(replace(finest, heights=heights, middle=0.0, unit=1.0, grid=grid, stiffness=stiffness))
@@ -110,20 +112,21 @@ def full_contact(problem: ScaledProblem, spectrum: Field) -> tuple[Field, Field]
     if load == problem.cap:
         return np.full(grid.shape, load), (problem.middle - problem.heights) / problem.unit
     # one point beyond the bounds is enough to say no, and the lowest nearly always is: its pressure is one sum
+    along, across = squares(grid)
     row, column = np.unravel_index(np.argmin(problem.heights), grid.shape)
-    along = np.exp(2j * np.pi * row / grid.shape[0] * np.arange(grid.shape[0]))
-    across = np.exp(2j * np.pi * column / grid.shape[1] * np.arange(grid.half_shape[1]))
+    turn, other = 2 * np.pi * row / grid.shape[0] * np.arange(along.size), 2 * np.pi * column / grid.shape[1]
+    turns, modes = other * np.arange(across.size), grid.multiplicity[0]
+    phases, others = (np.cos(turn), np.sin(turn)), (modes * np.cos(turns), modes * np.sin(turns))
 
-    def stiffened(start: int, stop: int) -> Field:
-        return np.asarray(spectrum[start:stop] * (0.5 * wavenumbers(grid, start, stop)))
+    def pressed(start: int, stop: int) -> float:
+        pairs, rows = np.ascontiguousarray(spectrum[start:stop]).view(np.float64), slice(start, stop)
+        return kernels.point_sum(pairs, along, across[rows], phases, (others[0][rows], others[1][rows]))
 
-    # not BLAS: its threads spin on
-    each = run(lambda a, b: np.einsum("ji,i->j", stiffened(a, b), along), spans(*spectrum.shape))
-    lines: Field = np.concatenate(each)
-    if load + np.sum(grid.multiplicity[0] * (across * lines).real) < -1e-3 * load:
+    if load + 0.5 * sum(run(pressed, spans(*spectrum.shape))) < -1e-3 * load:
         return None
+    # in a buffer of its own: `spectrum` may be needed after this
     operator, fluctuation = half_space(grid, np.float64), np.empty(grid.shape)
-    operator.complex_spectrum[...] = stiffened(0, len(spectrum))
+    np.multiply(spectrum, 0.5 * np.sqrt(across[:, None] + along), out=operator.complex_spectrum)
     operator.inverse(fluctuation)
     rounding = 1e-14 * (load + float(np.abs(fluctuation).max()))
     pressure = load + fluctuation

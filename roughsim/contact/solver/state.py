@@ -15,10 +15,10 @@ import numpy as np
 
 from roughsim._kernels import active_set as kernels
 from roughsim.contact.solver.load import find_offset, find_shift
-from roughsim.contact.solver.operators import Extension, half_space, rms_compliance
+from roughsim.contact.solver.operators import Extension, kept, kept_half_space, rms_compliance
 from roughsim.contact.solver.problem import ScaledProblem
 from roughsim.fourier.blocks import extremes, run, spans, total
-from roughsim.grid import Field
+from roughsim.grid import Field, Grid
 
 REACH = 0.5  # a point is free where 0 < p − REACH κ(gap − d) < cap
 DOUBLE = float(np.finfo(np.float64).eps)
@@ -45,18 +45,33 @@ class Assessment(NamedTuple):
     blur: float
 
 
+class Buffers:
+    """What a solve works in, but for its pressure and gap: operators, and fields of the steps' precision."""
+
+    def __init__(self, grid: Grid, kind: Any):
+        self.operator, self.extension = kept_half_space(grid, kind), Extension(grid, kind)
+        self.blocks = [(a * grid.shape[1], b * grid.shape[1]) for a, b in spans(*grid.shape)]
+        # the free points, and those of them that stay between the bounds in the step that is proposed
+        self.free, self.inner = np.empty(grid.shape, np.int8), np.empty(grid.shape, np.int8)
+        self.step, self.response, self.field = (np.empty(grid.shape, kind) for _ in range(3))
+
+
 class State:
-    """The fields and buffers of one solve, and the estimate of its rounding errors."""
+    """The fields of one solve, and the estimate of its rounding errors.
+
+    On a small grid the next solve of a Python thread takes over all fields but pressure and gap: one state at a time.
+    """
 
     def __init__(self, problem: ScaledProblem):
-        shape, kind = problem.grid.shape, problem.step_type
+        grid, kind = problem.grid, problem.step_type
         self.problem, self.kind = problem, kind
-        self.blocks = [(a * shape[1], b * shape[1]) for a, b in spans(*shape)]
-        self.operator, self.extension = half_space(problem.grid, kind), Extension(problem.grid, kind)
-        # the free points, and those of them that stay between the bounds in the step that is proposed
-        self.free, self.inner = np.zeros(shape, np.int8), np.zeros(shape, np.int8)
-        self.step, self.response, self.field = (np.zeros(shape, kind) for _ in range(3))
-        self.pressure, self.gap = np.empty(shape), np.empty(shape)
+        buffers: Buffers = kept(Buffers, grid, np.dtype(kind))
+        self.blocks, self.operator, self.extension = buffers.blocks, buffers.operator, buffers.extension
+        self.free, self.inner, self.field = buffers.free, buffers.inner, buffers.field
+        self.step, self.response = buffers.step, buffers.response
+        for each in (self.free, self.step, self.response):
+            each[...] = 0
+        self.pressure, self.gap = np.empty(grid.shape), np.empty(grid.shape)
         # the same arrays in one dimension, as kernels take them
         self.flat: tuple[Field, ...] = tuple(
             a.ravel() for a in (self.pressure, self.gap, self.free, self.field, self.step)
@@ -104,10 +119,11 @@ class State:
             run(lambda a, b: np.copyto(field[a:b], p[a:b], casting="same_kind"), self.blocks)
             self.operator.comply(self.field, self.field)
             run(lambda a, b: np.copyto(gap[a:b], field[a:b]), self.blocks)
+            low, high = extremes(self.field)
         else:
-            half_space(problem.grid, dtype).comply(self.pressure, self.gap)
+            kept_half_space(problem.grid, dtype).comply(self.pressure, self.gap)
+            low, high = extremes(self.gap)
         self.transforms += 1.0 if dtype == np.float32 else 2.0
-        low, high = extremes(self.gap)
         self.range = high - low
         heights = problem.heights.ravel()
         sizes = self.sums(kernels.subtract_heights, heights, problem.middle, problem.unit, *self.flat[:2])
@@ -202,20 +218,38 @@ class State:
         Return its slope and square; None if no shift of the free points restores the load.
         """
         p, gap, free, field, step = self.flat
-        cap = self.problem.cap
         load = self.response  # of the last step, which is done with
         arguments = free, p, gap, field, (alpha, beta), self.law, step, (load.ravel(), self.inner.ravel())
         *sums, added = self.sums(kernels.propose, *arguments)
         # the load that bounds add or take is made up for by the free points nearby: a shift of all of them would move
         # it across the cell, where long waves answer strongly. Where most of the load moves there is no nearby
         if sums[1] and NEARBY * self.residual < added / self.problem.target < 0.5:
-            sums = self.extension.gather_load(self.inner, load, self.pressure, cap, self.step)
+            sums = self.extension.gather_load(self.inner, load, self.pressure, self.problem.cap, self.step)
         accuracy = min(1e-9, 1e-3 * self.residual) * self.room / self.problem.target
-        shift = self.load_shift(sums, max(accuracy, 1e-15))
-        if shift is None:
+        products: list[float] = []
+
+        def after(shift: float) -> tuple[float, float]:
+            nonlocal products
+            total, count, *products = self.shifted(shift)
+            return total, count
+
+        met, shift = find_shift(after, self.problem.target, max(accuracy, 1e-15), *sums)
+        if not met:
             return None
-        slope, square = self.sums(kernels.free_step, free, p, gap, self.offset, shift, cap, step)
+        slope, square = products or self.shifted(shift)[2:]  # no shift was needed, and none tried
+        # the step is in the other of the two fields
+        self.step, self.response, self.flat = load, self.step, (*self.flat[:4], load.ravel())
         return slope, square
+
+    def shifted(self, shift: float) -> tuple[float, float, float, float]:
+        """Write `step` with the free points shifted, and clipped, into `response`.
+
+        Return the load after it, the number of free points between the bounds, its slope and its square.
+        """
+        p, gap, free, _, step = self.flat
+        arguments = free, p, gap, step, self.offset, shift, self.problem.cap, self.response.ravel()
+        result: tuple[float, float, float, float] = self.sums(kernels.shifted_step, *arguments)
+        return result
 
     def best_length(self, slope: float) -> float:
         """Return the length of least energy along `step`, given its slope; 0 where the energy does not fall."""
@@ -225,26 +259,18 @@ class State:
         self.respond()
         return -slope / self.curvature if self.curvature > 0.0 else 1.0
 
-    def load_shift(self, sums: tuple[float, int], accuracy: float) -> float | None:
-        """Solve for the shift of the free points that restores the load; None if none does."""
-        p, _, free, _, step = self.flat
-        after = lambda shift: self.sums(kernels.shifted_sum, free, p, step, shift, self.problem.cap)  # noqa: E731
-        met, shift = find_shift(after, self.problem.target, accuracy, *sums)
-        return shift if met else None
-
-    def balance(self, accuracy: float, sums: tuple[float, int] | None = None) -> bool:
+    def balance(self, accuracy: float, sums: tuple[float, float] | None = None) -> bool:
         """Shift the free points so that the load holds to this accuracy; return whether any shift does.
 
-        `sums` are those of `shifted_sum` at no shift, where they are at hand.
+        `sums` are the load and the number of free points between the bounds, where they are at hand.
         """
-        p, _, free, _, step = self.flat
+        p, _, free, *_ = self.flat
         self.step[...] = 0.0
-        sums = sums or self.sums(kernels.shifted_sum, free, p, step, 0.0, self.problem.cap)
-        shift = self.load_shift(sums, accuracy)
-        if shift is None:
-            return False
-        run(lambda a, b: kernels.shift_free(a, b, free, p, shift, self.problem.cap), self.blocks)
-        return True
+        sums = sums or self.shifted(0.0)[:2]
+        met, shift = find_shift(lambda shift: self.shifted(shift)[:2], self.problem.target, accuracy, *sums)
+        if met:
+            run(lambda a, b: kernels.shift_free(a, b, free, p, shift, self.problem.cap), self.blocks)
+        return met
 
     def move(self, length: float) -> None:
         """Move by min(length, 1) steps: beyond 1 the step could leave the bounds."""

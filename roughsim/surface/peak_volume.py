@@ -1,0 +1,178 @@
+"""The volume of the peaks of a surface: a number that takes no contact and says most of its flash temperature.
+
+A contact that covers a share f of the cell touches, roughly, the highest points: those above the level t that a share f
+of a normal surface exceeds. The volume of material above it, ⟨h − t; h > t⟩ per area (the peak material volume of ISO
+25178), differs from surface to surface, and T_flash follows it. Its mean over all surfaces with the same modes is known
+exactly, so what a surface has by chance can be taken off (a control variate).
+
+At each point h is a sum of independent a cos φ with random phases φ, one of each mode. So
+
+    ⟨e^(s h)⟩ = Π I₀(a s),        ⟨h − t; h > t⟩ = (1/π) Re ∫ ⟨e^(s (h − t))⟩ /s² du,   s = 1 + iu,  u > 0.
+
+Modes that are their own conjugate have only a sign by chance: cosh(a s) takes the place of I₀(a s).
+"""
+
+import warnings
+from collections.abc import Callable
+from functools import lru_cache
+from math import erf, pi, sqrt
+from statistics import NormalDist
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim.grid import Array, Grid
+from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
+from roughsim.surface.synthesis import remembered_modes, synthesize
+
+MOST_SHARE = 0.45  # beyond, the level is no longer that of peaks
+LEAST_SHARE = 1e-4
+LONG_WAVES = 32  # along the longest side of the cell
+ENOUGH_POINTS = 512  # per side: finer grids are thinned out. The mean over surfaces is that of any points
+STEP, NODES = 0.1, 128  # of u: what is left is below 1e-10 where many modes make up the surface
+MOST_NODES = 1 << 15  # for surfaces of a few modes, whose ⟨e^(s h)⟩ falls slowly
+Stream = Callable[[], np.random.Generator]
+LARGE = 0.05  # amplitude over the rms height; smaller modes enter by a power series
+
+
+class HeightsAtAPoint(NamedTuple):
+    """Heights of all surfaces with the same modes at one point."""
+
+    rms: float  # m
+    rms_slope: float
+    s: NDArray[np.complex128]  # 1/rms
+    mean_exponential: NDArray[np.complex128]  # ⟨e^(s h)⟩ at each s
+
+
+class PeakVolumes(NamedTuple):
+    """⟨h − t; h > t⟩ of a surface over the rms height, less its mean over surfaces."""
+
+    of_all: float  # waves
+    of_long: float  # waves alone, on a level of their own
+
+
+def peak_volumes(
+    spectrum: Spectrum, grid: Grid, heights: Array, stream: Stream, load: float, hardness: float
+) -> PeakVolumes:
+    """Return the peak volume of a drawn surface, and that of its long waves.
+
+    Their means over surfaces with the same modes, fixed amplitudes and random phases are zero exactly. The level t is
+    that above which a normal surface has the expected contact area.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+        C(q) that the surface was drawn from, m⁴; a frozen record.
+    grid : Grid
+        The periodic cell.
+    heights : ndarray
+        h, shape `grid.shape`, m, as `synthesize` draws it with fixed amplitudes.
+    stream : callable
+        Returns the random stream of that draw anew.
+    load, hardness : float
+        σ₀/E* and σ_P/E*; infinite hardness for elastic contact.
+
+    Returns
+    -------
+    PeakVolumes
+        Zeros for a flat surface.
+    """
+    kept: Any = spectrum  # a frozen record: what follows from it is kept
+    point = heights_at_a_point(kept, grid)
+    if point.rms_slope == 0.0:
+        return PeakVolumes(0.0, 0.0)
+    level = -NormalDist().inv_cdf(expected_share(point.rms_slope, load, hardness))
+    of_all, longest = excess(heights, level, point), LONG_WAVES * 2 * pi / max(grid.lengths)
+    if not spectrum.breaks[0] < longest < spectrum.breaks[-1]:  # all waves are long, or none is
+        return PeakVolumes(of_all, 0.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # what the cell leaves out was said of the whole surface
+        waves, coarse = long_waves_of(kept, grid, longest)
+        drawn = synthesize(waves, coarse, stream())  # they are the first modes of the same stream
+        return PeakVolumes(of_all, excess(drawn, level, heights_at_a_point(waves, coarse)))
+
+
+@lru_cache(maxsize=96)
+def long_waves_of(spectrum: Spectrum, grid: Grid, longest: float) -> tuple[TruncatedSpectrum, Grid]:
+    """Return the spectrum of the long waves alone, up to `longest`, rad/m, and a coarse grid for them."""
+    (nx, ny), (x, y) = grid.shape, grid.lengths
+    points = [min(n, 4 * int(longest * length / (2 * pi)) + 4) for n, length in ((nx, x), (ny, y))]
+    return TruncatedSpectrum(spectrum, longest), Grid((points[0], points[1]), grid.lengths)
+
+
+def excess(heights: Array, level: float, point: HeightsAtAPoint) -> float:
+    """Return ⟨h − t; h > t⟩ of a surface less that of all surfaces, both in units of the rms height, as is t."""
+    if point.rms == 0.0:
+        return 0.0
+    thinned = heights[tuple(slice(None, None, max(n // ENOUGH_POINTS, 1)) for n in heights.shape)]
+    above = thinned[thinned > level * point.rms] / point.rms - level
+    return float(above.sum()) / thinned.size - mean_above(level, point)
+
+
+def expected_share(rms_slope: float, load: float, hardness: float) -> float:
+    """Return the share of the area in contact, elastic or yielded, whichever is larger (Persson 2001), within limits.
+
+    `load` σ₀/E* and `hardness` σ_P/E*. A level that fits less well leaves more scatter; it biases nothing.
+    """
+    share = max(erf(sqrt(2.0) * load / rms_slope), load / hardness)
+    return min(max(share, LEAST_SHARE), MOST_SHARE)
+
+
+def mean_above(level: float, point: HeightsAtAPoint) -> float:
+    """Return ⟨h − t; h > t⟩ over all surfaces in units of their rms height, as is `level`, t > 0."""
+    terms = point.mean_exponential * np.exp(-level * point.s) / point.s**2
+    terms[0] *= 0.5  # trapezoids
+    return float(np.sum(terms.real)) * STEP / pi
+
+
+@lru_cache(maxsize=96)
+def heights_at_a_point(spectrum: Spectrum, grid: Grid) -> HeightsAtAPoint:
+    """Return how the heights of surfaces with fixed amplitudes are distributed at any point."""
+    modes = remembered_modes(spectrum, grid)
+    amplitude = np.where(modes.real, 1.0, 2.0) * modes.deviation
+    squares = np.where(modes.real, 1.0, 0.5) * amplitude**2
+    variance = float(squares.sum())
+    slope = sqrt(float((squares * grid.wavenumbers.ravel()[modes.place] ** 2).sum()))
+    nodes = NODES
+    while True:
+        s: NDArray[np.complex128] = np.array(1.0 + 1j * STEP * np.arange(nodes), dtype=np.complex128)
+        mean: NDArray[np.complex128] = np.ones(nodes, dtype=np.complex128)
+        if variance > 0.0:
+            own = amplitude / sqrt(variance)
+            mean = mean_exponential(own[~modes.real], own[modes.real], s)
+        if nodes >= MOST_NODES or variance == 0.0 or abs(mean[-1] / s[-1]) <= 1e-10 * abs(mean[0]):
+            return HeightsAtAPoint(sqrt(variance), slope, s, mean)
+        nodes *= 4
+
+
+def mean_exponential(phased: Array, signed: Array, s: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Return Π I₀(a s) Π cosh(b s) over amplitudes a with random phases and b with random signs."""
+    small = phased[phased <= LARGE]
+    # ln I₀(x) = x²/4 − x⁴/64 + x⁶/576 − 11 x⁸/49152 + …
+    logarithm = sum(
+        coefficient * float((small**power).sum()) * s**power
+        for power, coefficient in ((2, 1 / 4), (4, -1 / 64), (6, 1 / 576), (8, -11 / 49152))
+    )
+    mean = np.exp(logarithm)
+    # modes of one |q| have the same amplitude
+    equal, counts = np.unique(np.round(phased[phased > LARGE], 13), return_counts=True)
+    for a, count in zip(equal, counts, strict=True):
+        mean *= bessel(a * s) ** count
+    for b in signed:
+        mean *= np.cosh(b * s)
+    result: NDArray[np.complex128] = mean
+    return result
+
+
+def bessel(z: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Return I₀(z), the mean of e^(z cos φ) over all φ."""
+    if abs(z).max() > 30.0:
+        from scipy.special import iv  # slow to import, and only surfaces of a few waves need it
+
+        result: NDArray[np.complex128] = iv(0, z)
+        return result
+    # trapezoids of a periodic function: at 64 angles the error is 2 I₆₄(|z|) < 1e-13 I₀(|z|)
+    angles = np.arange(33) * (pi / 32)
+    weights = np.where((angles == 0.0) | (angles == angles[-1]), 0.5, 1.0) / 32
+    return np.asarray(np.exp(z[:, None] * np.cos(angles)) @ weights, dtype=np.complex128)

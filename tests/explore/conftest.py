@@ -1,0 +1,52 @@
+"""Pages of a finished run, without a browser."""
+
+import pytest
+from tasks_at_once import Now
+
+from roughsim.explore.content import WatchedRun
+
+
+@pytest.fixture(scope="module")
+def watched(capped_run):
+    return WatchedRun(capped_run.folder)
+
+
+@pytest.fixture
+def opened(watched, monkeypatch):
+    """Opens another folder of the same scene; its theory is known already."""
+    from bokeh.document import Document
+
+    from roughsim.explore.page import Page
+
+    monkeypatch.setattr("roughsim.explore.page.LatestTask", Now)
+
+    def open_page(folder):
+        other = WatchedRun(folder)
+        other.theory = watched.theory
+        return Page(other, Document())
+
+    return open_page
+
+
+@pytest.fixture(scope="module")
+def shared(watched):
+    from bokeh.document import Document
+
+    from roughsim.explore.page import Page
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("roughsim.explore.page.LatestTask", Now)
+        yield Page(watched, Document())
+
+
+@pytest.fixture
+def page(shared):
+    """A page as it opens."""
+    layout = shared.layout
+    layout.controls.colours_of.active = 0
+    layout.x_range.update(start=0.0, end=2.0)
+    layout.y_range.update(start=0.0, end=2.0)
+    layout.controls.level.value, layout.controls.member.value = "2", "0"
+    shared.choose(35.0, 0.0)
+    shared.say("")
+    return shared

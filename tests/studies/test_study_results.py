@@ -1,0 +1,213 @@
+"""The results of a study: the tidy table, files for other programs, the table for people, and charts."""
+
+import csv
+import json
+import shutil
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from study_cases import LOADS, VARY
+
+import roughsim as rs
+from roughsim.show.table import Number
+from roughsim.studies.folder import Description, write
+from roughsim.studies.tables import save_study, study_table, words_of
+from roughsim.studies.vary import read_axes
+
+
+def test_the_tidy_table_has_the_estimates_of_the_runs(done):
+    rows = list(done.rows())
+    for point, run in done.results:
+        e = run.estimate("flash_temperature")
+        mine = [r for r in rows if r["point"] == point.name and r["observable"] == "flash_temperature"]
+        capped = {r["speed"]: (r["value"], r["total_error"]) for r in mine if r["column"] == "capped"}
+        for k, speed in enumerate(run.scene.speeds):
+            if speed:
+                assert capped[speed] == (e.mean[k], e.total_error[k])
+        theory = [r for r in mine if r["column"] == "theory"]
+        assert all(np.isnan(r["total_error"]) for r in theory)
+        assert mine[0]["friction_coefficient"] == point.values["sliding.friction_coefficient"]
+        assert mine[0]["nominal_pressure"] == point.values["sliding.nominal_pressure"]
+
+
+def test_files_of_a_study_hold_the_same_numbers(done, tmp_path):
+    rows = list(done.rows())
+    with done.save(tmp_path / "t.csv").open() as file:
+        read = list(csv.DictReader(file))
+    assert [float(r["value"]) for r in read] == [r["value"] for r in rows]
+    stored = json.loads(done.save(tmp_path / "t.json").read_text())
+    finite = [r["value"] if np.isfinite(r["value"]) else None for r in rows]
+    assert [r["value"] for r in stored["rows"]] == finite
+    assert stored["finished"] == 6
+    import h5py
+
+    with h5py.File(done.save(tmp_path / "t.h5")) as file:
+        assert list(file["nominal_pressure"]) == LOADS
+        assert file["flash_temperature"].shape == (3, 2, file["column"].size, file["speed"].size)
+        names = [file["flash_temperature"].dims[k][0].name for k in range(4)]
+        assert names == ["/nominal_pressure", "/friction_coefficient", "/column", "/speed"]
+        columns = [name.decode() for name in file["column"][()]]
+        value = file["flash_temperature"][2, 1, columns.index("capped"), -1]
+        error = file["flash_temperature_total_error"][2, 1, columns.index("capped"), -1]
+    e = done.results[-1][1].estimate("flash_temperature")
+    assert (value, error) == (e.mean[-1], e.total_error[-1])
+    with pytest.raises(ValueError, match="must end in .csv"):
+        done.save(tmp_path / "t.txt")
+
+
+def test_a_study_opens_in_xarray_with_the_varied_keys_as_coordinates(done, tmp_path):
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    dataset = done.to_xarray()
+    one = dataset.flash_temperature.sel(nominal_pressure=1e8, friction_coefficient=0.2, column="capped")
+    run = done.run(next(p for p in done.points if p.values == dict(zip(VARY, (1e8, 0.2), strict=True))))
+    assert np.array_equal(one, run.estimate("flash_temperature").mean)
+    with xarray.open_dataset(done.save(tmp_path / "s.nc"), engine="h5netcdf") as stored:
+        assert stored.flash_temperature.equals(dataset.flash_temperature)
+        assert stored.nominal_pressure.attrs["units"] == "Pa"
+
+
+def test_a_study_is_a_data_frame_where_pandas_is_there(done, tmp_path):
+    pandas = pytest.importorskip("pandas")
+    frame = done.to_dataframe()
+    assert isinstance(frame, pandas.DataFrame)
+    assert len(frame) == len(list(done.rows()))
+
+
+def test_the_table_for_people_has_a_row_for_each_point_in_readable_units(done):
+    table = study_table(done)
+    assert [row[0] for row in table.rows] == ["100", "100", "120", "120", "300", "300"]
+    assert table.columns[0].title == "nominal pressure, MPa"
+    assert isinstance(table.rows[0][-3], Number)
+    assert "6 of 6 points finished." in table.notes
+    assert "6 of 6 points finished." in str(done)
+    assert "<table" in done._repr_html_()
+    assert words_of("surface.hurst") == ("hurst", 1.0)
+    assert words_of("surface.rms_height") == ("rms height, µm", 1e6)
+
+
+def test_the_table_says_how_many_points_are_within_the_total_error_asked_for(quick, tmp_path):
+    scene = replace(quick, ensemble=replace(quick.ensemble, max_realizations=24))
+    study = rs.study(scene, vary={"sliding.nominal_pressure": [1e8, 4e8]}, folder=tmp_path / "study", target_error=0.04)
+    worst = {}
+    for point, run in study.results:
+        estimate = run.estimate("flash_temperature")
+        hot = estimate.mean > 0.0
+        worst[point.name] = (estimate.total_error[hot] / estimate.mean[hot]).max()
+    within = sum(error <= 0.04 for error in worst.values())
+    (note,) = (note for note in study_table(study).notes if note.startswith("Total error"))
+    assert f"{within} points" in note
+    assert f"{100 * max(worst.values()):.3g} %" in note
+
+
+def test_points_whose_levels_or_cell_do_not_suit_them_are_named_and_marked(done, monkeypatch):
+    # an error that more realizations leave as it is, above what was asked for; the statistical one is left to the run
+    def run(target, **parts):
+        budget = dict.fromkeys(("statistical", "bandwidth", "pixel", "size"), np.array([0.0, 0.1, 0.1])) | parts
+        estimate = SimpleNamespace(mean=np.array([0.0, 10.0, 100.0]), budget=budget)
+        return SimpleNamespace(estimate=lambda _: estimate, until={"flash_temperature": target})
+
+    runs = {
+        "fine": run(0.02),
+        "short of realizations": run(0.02, statistical=np.array([0.0, 5.0, 50.0])),
+        "cut off": run(0.02, bandwidth=np.array([0.0, 0.1, 3.0]), size=np.array([0.0, 0.1, 2.5])),
+        "with a small cell, slow": run(0.02, size=np.array([0.0, 0.5, 0.1])),
+        "loose": run(0.06, pixel=np.array([0.0, 0.5, 0.1])),
+        "unknown": run(0.02, bandwidth=np.full(3, np.nan)),
+    }
+    results = [(SimpleNamespace(name=name), run) for name, run in runs.items()]
+    misfits = rs.Study.misfits(SimpleNamespace(results=results, target_error=None))
+    assert misfits == {"cut off": ("bandwidth", 0.03), "with a small cell, slow": ("size", 0.05)}
+    assert set(rs.Study.misfits(SimpleNamespace(results=results, target_error=0.04))) == {
+        "with a small cell, slow",
+        "loose",
+    }
+
+    names = [point.name for point in done.points]
+    monkeypatch.setattr(rs.Study, "misfits", lambda _: {names[1]: ("bandwidth", 0.03), names[2]: ("size", 0.05)})
+    table = study_table(done)
+    assert [row[2].endswith(" *") for row in table.rows] == [False, True, True, False, False, False]
+    (note,) = (note for note in table.notes if note.startswith("*"))
+    assert f"the largest is size 5 %, at {names[2]}" in note
+
+
+@pytest.mark.parametrize("observable", ["flash_temperature", "contact_fraction"])
+def test_a_study_is_drawn(done, tmp_path, observable):
+    done.chart(tmp_path / "s.svg", observable)
+    text = (tmp_path / "s.svg").read_text()
+    assert "nominal pressure, MPa" in text
+    with pytest.raises(ValueError, match="observable = 'heat' is unknown"):
+        done.chart(tmp_path / "s.svg", "heat")
+
+
+@pytest.fixture(scope="module")
+def odd(small, tmp_path_factory):
+    """A study over a number, words that name an observable, too, and a number that leaves no pairs."""
+    vary = {"sliding.nominal_pressure": [1e8, 3e8], "sliding.heat_partition": ["mean", "all"], "ensemble.seed": [1, 2]}
+    return rs.study(small, vary=vary, folder=tmp_path_factory.mktemp("studies") / "odd")
+
+
+def test_a_varied_key_and_an_observable_of_one_name_are_two_things_in_a_file(odd, tmp_path):
+    xarray = pytest.importorskip("xarray")
+    with xarray.open_dataset(odd.save(tmp_path / "odd.h5"), engine="h5netcdf") as data:
+        assert data["sliding_heat_partition"].values.tolist() == ["mean", "all"]
+        share = data["heat_partition"].sel(column="theory", speed=0.0)
+        assert np.allclose(share.values, 0.5, rtol=1e-12)  # at rest, of like bodies
+
+
+def test_points_of_another_seed_have_no_trend_and_the_others_have_theirs(odd):
+    assert {trend["key"] for trend in odd.trends()} == {"nominal_pressure"}
+    assert "∂ln/∂ln" in str(odd)
+
+
+def test_without_pairs_there_is_no_column_of_trends(quick, tmp_path):
+    scene = replace(quick, ensemble=replace(quick.ensemble, until={}, max_realizations=2))
+    study = rs.study(scene, vary={"ensemble.seed": [1, 2]}, folder=tmp_path / "study")
+    assert "∂ln/∂ln" not in str(study)
+
+
+def test_numbers_and_words_of_one_key_are_texts_in_a_table_for_other_programs(tmp_path):
+    pandas, _ = pytest.importorskip("pandas"), pytest.importorskip("pyarrow")
+    rows = [{"share": "mean", "lengths": (2e-3, 1e-3), "value": 1.0}, {"share": 0.5, "lengths": 2e-3, "value": 2.0}]
+    study = SimpleNamespace(keys={"sliding.heat_partition": "share", "numerics.lengths": "lengths"}, rows=lambda: rows)
+    frame = pandas.read_parquet(save_study(study, tmp_path / "study.parquet"))
+    assert frame["share"].tolist() == ["mean", "0.5"]
+    assert frame["lengths"].tolist() == ["[0.002, 0.001]", "0.002"]
+    assert frame["value"].tolist() == [1.0, 2.0]
+    lines = save_study(study, tmp_path / "study.csv").read_text().splitlines()
+    assert lines == ["share,lengths,value", 'mean,"[0.002, 0.001]",1.0', "0.5,0.002,2.0"]
+
+
+def test_a_chart_holds_the_keys_that_it_does_not_show_and_its_title_names_them(odd, tmp_path, monkeypatch):
+    drawn = {}
+    monkeypatch.setattr(
+        "roughsim.charts.study.study_chart", lambda rows, keys, *rest, title: drawn.update(rows=rows, title=title)
+    )
+    odd.chart(tmp_path / "chart.png")
+    assert {row["sliding_heat_partition"] for row in drawn["rows"]} == {"mean"}
+    assert {row["seed"] for row in drawn["rows"]} == {1, 2}
+    assert drawn["title"].endswith("; heat partition mean")
+
+
+def test_a_chart_over_load_and_speed_has_all_speeds(small, tmp_path):
+    vary = {"sliding.nominal_pressure": [1e8, 2e8, 3e8], "sliding.speed": [1.0, 10.0, 35.0]}
+    study = rs.study(small, vary=vary, folder=tmp_path / "study")
+    study.chart(tmp_path / "chart.svg")
+    text = (tmp_path / "chart.svg").read_text()
+    assert all(f">{speed}<" in text for speed in (1, 10, 35))  # the legend
+
+
+def test_a_study_of_slides_shows_them_beside_single_contacts(sliding_run, tmp_path):
+    key, load = "sliding.nominal_pressure", sliding_run.scene.sliding.nominal_pressure
+    description = Description(sliding_run.scene, read_axes({key: [load, 2 * load]}), None)
+    write(tmp_path, description)
+    shutil.copytree(sliding_run.folder, tmp_path / "points" / description.points[0].name)
+    study = rs.open_study(tmp_path)
+    table = study_table(study)
+    titles = [column.title for column in table.columns]
+    flash = sliding_run.estimate("flash_temperature", "sliding")
+    assert table.rows[0][titles.index("sliding, K")].value == flash.mean[-1]
+    study.chart(tmp_path / "s.svg")
+    assert ">sliding<" in (tmp_path / "s.svg").read_text()
