@@ -7,7 +7,8 @@ subsets (multilevel Monte Carlo, Giles, Operations Research 56, 607, 2008). Alon
 1/q_c, so that T∞ + c q_c^(−p) takes most of its error along.
 
 Levels in half the cell have surfaces of their own. They start from a level that repeats the highest one of the run's
-cell, and only their differences from it and from each other are used: those hardly depend on the cell.
+cell, and only their ratios to it and to each other are used: those hardly depend on the cell, T = ⟨T₀⟩ ⟨T₁⟩/⟨T₀⟩ …
+Ratios scatter less than differences, and what the run's cell scatters by falls with them.
 """
 
 from itertools import pairwise
@@ -132,13 +133,16 @@ def observe(
     group = np.zeros(len(first), dtype=np.intp)
     for sample in samples[1:]:
         group[sample.rows] += 1
-    with np.errstate(invalid="ignore"):  # infinite at rest
-        base = first + (limit.mean(axis=0) - first.mean(axis=0))
+    with np.errstate(all="ignore"):  # infinite at rest
         mean = limit.mean(axis=0)
-        start = next((rung for rung in ladder if rung.sample.half), None)  # its rows are still those of the run's cell
-        added = np.zeros_like(mean) if start is None else np.abs(mean - start.rows.mean(axis=0))
+        start = next((rung for rung in ladder if rung.sample.half), ladder[0])
+        of_start = start.rows.mean(axis=0)  # still that of the run's cell
+        added = np.where(start.sample.half, np.abs(mean - of_start), 0.0)
+        # what the run's cell scatters by is multiplied by the ratios of half the cell
+        factor = np.divide(mean, of_start, out=np.ones_like(mean), where=have_ratios(observable, samples))
+        base = mean + factor * (first - first.mean(axis=0))
     from_half = np.divide(added, np.abs(mean), out=np.zeros_like(mean), where=added > 0.0)
-    independent = start is not None and all(sample.half for sample in samples[1:])
+    independent = len(samples) > 1 and all(sample.half for sample in samples[1:])
     return Values(limit, finest, base, group, exponent, bandwidth, pixel, from_half, independent)
 
 
@@ -148,6 +152,7 @@ def climb(observable: str, samples: list[Sample]) -> list[Rung]:
     Where all realizations have a level, its rows are at the mean peak volume; the differences hardly follow it.
     """
     of_level, count = OBSERVABLES[observable].of_level, len(samples[0].rows)
+    with_ratio = have_ratios(observable, samples)
     ladder: list[Rung] = []
     for sample in samples:
         if sample.half and not ladder[-1].sample.half:  # it repeats the rung: the differences that follow start from it
@@ -158,17 +163,41 @@ def climb(observable: str, samples: list[Sample]) -> list[Rung]:
             rows = at_mean_peak_volume(rows, sample.numbers)
         else:
             below = ladder[-1]
-            # all rows move by the mean change; those that have the level also by their own, as much as they stand for
-            change = rows - of_level(below.sample.at(sample.rows))
-            mean = change.mean(axis=0)
-            rows = below.rows + mean
-            rows[sample.rows] += count / len(change) * (change - mean)
+            low = of_level(below.sample.at(sample.rows))
+            rows = corrected(below.rows, low, rows, sample.rows, with_ratio & sample.half)
         if ladder and sample.q_max <= ladder[-1].sample.q_max * (1 + SAME):
             below = ladder[-1]
             ladder[-1] = below._replace(partner=rows, refined=sample.side / below.sample.side)
         else:
             ladder.append(Rung(sample, rows))
     return ladder
+
+
+def have_ratios(observable: str, samples: list[Sample]) -> NDArray[np.bool_]:
+    """Return where there are levels in half the cell, and all their values have one sign, (speeds,)."""
+    in_half = [OBSERVABLES[observable].of_level(sample) for sample in samples if sample.half]
+    if not in_half:
+        return np.zeros(OBSERVABLES[observable].of_level(samples[0]).shape[1:], dtype=bool)
+    values = np.concatenate(in_half)
+    with np.errstate(invalid="ignore"):  # infinite at rest
+        return np.asarray(np.all(np.isfinite(values) & (values * values[0] > 0.0), axis=0))
+
+
+def corrected(rows: Array, low: Array, high: Array, indices: NDArray[np.intp], with_ratio: NDArray[np.bool_]) -> Array:
+    """Return the rows of a rung for all realizations: those of the rung below, corrected from `low` to `high`.
+
+    These are the values of both rungs for the realizations `indices`. All rows move by their mean change; those that
+    have it also by their own, as much as they stand for. `with_ratio` the rows, of other surfaces, are multiplied by
+    ⟨high⟩/⟨low⟩. That is biased by about the squared relative scatter over their number: a small part of its error.
+    """
+    mean, low_mean = rows.mean(axis=0), low.mean(axis=0)
+    factor, scale = (
+        np.divide(above, low_mean, out=np.ones_like(mean), where=with_ratio) for above in (high.mean(axis=0), mean)
+    )
+    change = scale * (high - factor * low)
+    moved: Array = factor * rows + change.mean(axis=0)
+    moved[indices] += len(rows) / len(high) * (change - change.mean(axis=0))
+    return moved
 
 
 def at_highest_cut_off(ladder: list[Rung], order: float, has_limit: bool) -> tuple[Array, Array, Array]:

@@ -23,6 +23,11 @@ def half(sample):
     return replace(sample, half=True)
 
 
+def ratio(every):
+    """What half the cell says of the step, from every so many realizations."""
+    return (START + CHANGE)[::every].mean(axis=0) / START[::every].mean(axis=0)
+
+
 def ladder(every):
     """The run's cell up to q_c = 1, and half the cell from there to 2 for each `every`-th realization."""
     start, fine = (half(seldom(rows, every, q_max=q)) for rows, q in ((START, 1.0), (START + CHANGE, 2.0)))
@@ -30,30 +35,32 @@ def ladder(every):
 
 
 @pytest.mark.parametrize("every", [1, 3])
-def test_half_the_cell_adds_its_mean_differences_and_no_mean_of_its_own(every):
+def test_half_the_cell_gives_its_ratio_and_no_mean_of_its_own(every):
     values = observe(NAME, ladder(every), capped=True, end=2.0)
-    expected = BASE.mean(axis=0) + CHANGE[::every].mean(axis=0)
+    expected = BASE.mean(axis=0) * ratio(every)
     np.testing.assert_allclose(values.extrapolated.mean(axis=0), expected, rtol=1e-12)
     np.testing.assert_allclose(values.finest.mean(axis=0), expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("every", [2, 3])
-def test_corrections_on_surfaces_of_their_own_add_their_variance_to_that_of_the_base(every):
+def test_a_ratio_of_other_surfaces_adds_its_variance_to_that_of_the_base(every):
     values = observe(NAME, ladder(every), capped=True, end=2.0)
-    few = CHANGE[::every]
-    variances = BASE.var(axis=0, ddof=1) / 12, few.var(axis=0, ddof=1) / len(few)
+    # of the product of a mean and a ratio of means
+    low, high = START[::every], (START + CHANGE)[::every]
+    own = BASE.mean(axis=0) / low.mean(axis=0) * (high - ratio(every) * low)
+    variances = (ratio(every) * BASE).var(axis=0, ddof=1) / 12, own.var(axis=0, ddof=1) / len(own)
     error = np.sqrt(sum(variances))
     told = estimate(NAME, values)
     np.testing.assert_allclose(told.standard_error, error, rtol=1e-12)
     # Satterthwaite
-    freedom = sum(variances) ** 2 / (variances[0] ** 2 / 11 + variances[1] ** 2 / (len(few) - 1))
+    freedom = sum(variances) ** 2 / (variances[0] ** 2 / 11 + variances[1] ** 2 / (len(own) - 1))
     np.testing.assert_allclose(told.effective_n - 1.0, np.minimum(freedom, 11.0), rtol=1e-12)
     half_width = told.half_width / expected_mean(every)
     assert relative_half_width(values) == pytest.approx(half_width.max(), rel=1e-12)
 
 
 def expected_mean(every):
-    return BASE.mean(axis=0) + CHANGE[::every].mean(axis=0)
+    return BASE.mean(axis=0) * ratio(every)
 
 
 def test_the_error_of_a_ratio_takes_corrections_as_independent_too():
@@ -67,26 +74,25 @@ def test_the_partner_in_half_the_cell_shows_the_pixel():
     finer = half(level(START + CHANGE, side=64.0))
     values = observe(NAME, [level(BASE), start, finer], capped=False, end=1.0)
     # second order: half the pixel shows three quarters of what a vanishing one changes
-    expected = BASE.mean(axis=0) + 4.0 / 3.0 * CHANGE.mean(axis=0)
-    np.testing.assert_allclose(values.extrapolated.mean(axis=0), expected, rtol=1e-12)
-    np.testing.assert_allclose(values.pixel, np.abs(CHANGE.mean(axis=0)) / 3.0, rtol=1e-12)
+    change = BASE.mean(axis=0) * (ratio(1) - 1.0)
+    np.testing.assert_allclose(values.extrapolated.mean(axis=0), BASE.mean(axis=0) + 4.0 / 3.0 * change, rtol=1e-12)
+    np.testing.assert_allclose(values.pixel, np.abs(change) / 3.0, rtol=1e-12)
 
 
 def test_levels_in_the_runs_cell_come_before_those_in_half_of_it():
     # a whole level to q_c = 2, from which half the cell goes on to 4
-    more = np.array([-3.0, -4.0])
-    start, fine = (half(seldom(rows, 3, q_max=q)) for rows, q in ((START, 2.0), (START + more, 4.0)))
+    start, fine = (half(seldom(rows, 3, q_max=q)) for rows, q in ((START, 2.0), (0.97 * START, 4.0)))
     samples = [level(BASE), level(BASE + CHANGE, q_max=2.0), start, fine]
     values = observe(NAME, samples, capped=True, end=4.0)
-    expected = (BASE + CHANGE).mean(axis=0) + more
+    expected = 0.97 * (BASE + CHANGE).mean(axis=0)
     np.testing.assert_allclose(values.extrapolated.mean(axis=0), expected, rtol=1e-12)
-    np.testing.assert_allclose(values.from_half, -more / expected, rtol=1e-12)
+    np.testing.assert_allclose(values.from_half, 0.03 / 0.97, rtol=1e-12)
     assert not values.independent  # the second level has the surfaces of the first
 
 
 def test_the_share_that_half_the_cell_adds_has_the_size_error_of_half_the_cell():
     values = observe(NAME, ladder(3), capped=True, end=2.0)
-    share = -CHANGE[::3].mean(axis=0) / expected_mean(3)
+    share = 1.0 / ratio(3) - 1.0
     np.testing.assert_allclose(values.from_half, share, rtol=1e-12)
     steel = rs.load_scene("steel-1.2GPa")
     lengths = (4 * 2 * np.pi / 6350,) * 2  # four longest waves: 0.4 %; two: four times that
@@ -97,6 +103,37 @@ def test_the_share_that_half_the_cell_adds_has_the_size_error_of_half_the_cell()
     size = size_error_of_sum(light, lengths, NAME, "capped", np.array([0.5]))
     assert size[0] == pytest.approx(sqrt(0.125**2 + (0.5 * 0.5) ** 2), rel=1e-9)
     np.testing.assert_array_equal(size_error_of_sum(steel, lengths, NAME, "capped", np.zeros(2)), 0.004)
+
+
+@pytest.mark.parametrize("few", [0.0, -1.0])
+def test_values_of_two_signs_have_no_ratio_and_add_their_difference(few):
+    # a plastic area that some realizations do not have; the other entry has a ratio still
+    start, fine = START.copy(), START + CHANGE
+    start[3, 0], fine[6, 0] = few, 0.5 * few
+    samples = [level(BASE), half(seldom(start, 3)), half(seldom(fine, 3, q_max=2.0))]
+    values = observe(NAME, samples, capped=True, end=2.0)
+    change = (fine - start)[::3]
+    expected = BASE.mean(axis=0) + change.mean(axis=0)
+    expected[1] = expected_mean(3)[1]
+    np.testing.assert_allclose(values.extrapolated.mean(axis=0), expected, rtol=1e-12)
+    variances = BASE[:, 0].var(ddof=1) / 12, change[:, 0].var(ddof=1) / 4
+    assert estimate(NAME, values).standard_error[0] == pytest.approx(np.sqrt(sum(variances)), rel=1e-12)
+
+
+@pytest.mark.statistical
+def test_the_error_of_a_ratio_of_other_surfaces_is_its_scatter_over_many_ladders():
+    # truth: 100 · 0.7; half the cell scatters by 12 % and has another mean
+    rng, means, variances = np.random.default_rng(8), [], []
+    for _ in range(2000):
+        base = 100.0 + 4.0 * rng.standard_normal((24, 1))
+        start = 140.0 + 16.0 * rng.standard_normal((24, 1))
+        fine = 0.7 * start + 5.0 * rng.standard_normal((24, 1))
+        samples = [level(base), half(seldom(start, 2)), half(seldom(fine, 2, q_max=2.0))]
+        values = observe(NAME, samples, capped=True, end=2.0)
+        means.append(values.extrapolated.mean())
+        variances.append(estimate(NAME, values).standard_error[0] ** 2)
+    assert np.mean(means) == pytest.approx(70.0, abs=4 * np.std(means) / np.sqrt(2000))
+    assert np.mean(variances) == pytest.approx(np.var(means), rel=0.1)
 
 
 def test_without_half_cells_nothing_comes_from_them():
