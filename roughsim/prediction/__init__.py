@@ -5,7 +5,7 @@ is integrated over C(q), over all of it or up to a cut-off, or it is summed over
 record (`Theory`), from which an observable takes its value.
 """
 
-from collections.abc import Callable, Container
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from math import inf, nan, pi
@@ -16,7 +16,6 @@ from scipy.special import erf
 
 import theory
 from roughsim.grid import Array, Grid, modes_where
-from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample, Theory
 from roughsim.observables.stress_spectrum import StressSpectrum
 from roughsim.prediction.bodies import background as background
@@ -27,12 +26,12 @@ from roughsim.prediction.bodies import heat_partition as heat_partition
 from roughsim.prediction.bodies import heat_per_pressure as heat_per_pressure
 from roughsim.prediction.bodies import smoothed_spectrum as smoothed_spectrum
 from roughsim.prediction.law import calibrated as calibrated
+from roughsim.prediction.values import NOTHING, Predicted
 from roughsim.scene import Scene
 from roughsim.surface.modes import mean_over_cells, mode_variance
 from roughsim.surface.spectrum import TruncatedSpectrum
 
 OVER_SPEED = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
-NOTHING = Theory({}, nan, correlation_radius=lambda _: nan, total=lambda _: nan)  # for what a theory does not give
 REMEMBERED = 1024  # scenes whose numbers are kept: a study goes through its points again and again
 _NEAR = 16.0  # mode spacings above q_min up to which W is averaged over Fourier cells
 # share of the theory's contact that has yielded at a cut-off: from the first value on, T_flash falls with the cut-off.
@@ -45,29 +44,20 @@ _STEP = 0.1  # of the law for contact that yields: coarser ones move T_flash by 
 
 
 @lru_cache(maxsize=REMEMBERED)
-def predictions(scene: Scene, q_max: float = inf) -> dict[str, Array]:
+def predictions(scene: Scene, q_max: float = inf) -> Predicted:
     """Return every observable over C(q), or over its part up to q_max, rad/m; NaN where there is no theory.
 
     The arrays over speed, or of one entry, are read-only. Temperatures are with all the heat in the moving body.
     """
-    return observables_of(integrals(scene, q_max), scene)
+    return Predicted(integrals(scene, q_max), scene)
 
 
-def mode_sums(scene: Scene, spectrum: Any, grid: Grid) -> dict[str, Array]:
+def mode_sums(scene: Scene, spectrum: Any, grid: Grid) -> Predicted:
     """Return every observable by the theory summed over the modes of a grid, those that a simulation has.
 
     `spectrum` is the one that the surfaces are drawn from, up to their q_c.
     """
-    return observables_of(summed_over_modes(scene, spectrum, grid), scene)
-
-
-def observables_of(view: Theory, scene: Scene, known: Container[str] = OBSERVABLES) -> dict[str, Array]:
-    """Return every observable by a theory of the scene, read-only, over speeds or of one entry; NaN if not `known`."""
-    speeds = len(scene.speeds)
-    result = {name: x.of_theory(view if name in known else NOTHING, speeds) for name, x in OBSERVABLES.items()}
-    for values in result.values():
-        values.flags.writeable = False
-    return result
+    return Predicted(summed_over_modes(scene, spectrum, grid), scene)
 
 
 def integrals(scene: Scene, q_max: float = inf) -> Theory:
@@ -157,9 +147,9 @@ def stress_spectrum(scene: Scene, q: Array) -> Array:
 
 
 @lru_cache(maxsize=REMEMBERED)
-def calibrated_predictions(scene: Scene) -> dict[str, Array]:
+def calibrated_predictions(scene: Scene) -> Predicted:
     """Return every observable by the calibrated law, as `predictions`; NaN where the law does not hold."""
-    return observables_of(calibrated_integrals(scene), scene, calibrated(scene).observables)
+    return Predicted(calibrated_integrals(scene), scene, calibrated(scene).observables)
 
 
 def calibrated_integrals(scene: Scene) -> Theory:

@@ -4,6 +4,7 @@ Each error of the table is tried: C(q) is changed by it, and the theory says wha
 are not known of scans: C(q) scatters, as a map holds few long waves, and waves longer than the map are not in it.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -12,7 +13,8 @@ import numpy as np
 from scipy.special import chdtri, stdtrit
 
 from roughsim.grid import Array
-from roughsim.prediction import integrals, observables_of, over_speed
+from roughsim.prediction import integrals, over_speed
+from roughsim.prediction.values import Predicted
 from roughsim.scene import Scene
 
 # q over that of the second row: of the first rows, and of those above, whose exponent C(q) has at long waves too. What
@@ -58,11 +60,11 @@ def scan_of_hottest(scene: Scene) -> float | None:
     return float(scan_error(scene, name)[name][np.argmax(expected(scene, name)[name])])
 
 
-def expected(scene: Scene, only: str) -> dict[str, Array]:
+def expected(scene: Scene, only: str) -> Mapping[str, Array]:
     """Return every observable by the theory, or one of `OVER_SPEED` alone."""
     if only:
         return over_speed(scene, np.array(scene.speeds), names=(only,))
-    return observables_of(integrals(scene), scene)
+    return Predicted(integrals(scene), scene)
 
 
 def error_of_face(scene: Scene, name: str, face: Any, only: str) -> Changes:

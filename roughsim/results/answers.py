@@ -1,10 +1,11 @@
 """The answers of a run as arrays: every observable in every column with its total error, beside both theories."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
 from roughsim import prediction
+from roughsim.estimate.sliding import OF_MARCH
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.arrays import Labelled
@@ -30,8 +31,8 @@ def columns_of(run: Run) -> list[str]:
     return ["theory", "calibrated", *run.numerics.columns, *([SLIDING] if run.slides else [])]
 
 
-def answers(run: Run) -> Iterator[Labelled]:
-    """Yield the columns, the speeds, the share of the heat, and each observable with its total error, 95 %.
+def answers(run: Run, observables: Iterable[str] = OBSERVABLES) -> Iterator[Labelled]:
+    """Yield the columns, the speeds, the share of the heat, and observables with their total error, 95 %.
 
     They are (column, speed) or (column,). ValueError if the run has no sound realization.
     """
@@ -42,15 +43,15 @@ def answers(run: Run) -> Iterator[Labelled]:
     yield Labelled("heat_share_used", ("speed",), run.heat_partition, share)
     theories = prediction.predictions(run.scene), prediction.calibrated_predictions(run.scene)
     bands = prediction.calibrated(run.scene).errors
-    estimates = {column: run.estimates(column) for column in columns[2:]}
-    for name, record in OBSERVABLES.items():
+    for name in observables:
+        record = OBSERVABLES[name]
         heat = run.heat_partition if record.heated else np.ones(len(run.heat_partition) if record.per_speed else 1)
         theory, calibrated = (by[name] * heat for by in theories)
         values = [theory, calibrated]
         errors = [np.full_like(theory, np.nan), np.abs(calibrated) * bands.get(name, np.nan)]
         unknown = []
-        for column, measured in estimates.items():
-            estimate = measured.get(name)
+        for column in columns[2:]:
+            estimate = None if column == SLIDING and name not in OF_MARCH else run.estimate(name, column)
             values.append(np.full_like(theory, np.nan) if estimate is None else estimate.mean)
             errors.append(np.full_like(theory, np.nan) if estimate is None else estimate.total_error)
             if estimate is not None and estimate.unknown:

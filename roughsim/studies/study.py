@@ -139,11 +139,10 @@ class Study:
         """
         for point, run in self.results:
             values = {"point": point.name} | {self.keys[key]: value for key, value in point.values.items()}
-            tables = self._answers(point, run)
+            names = [name for name in OBSERVABLES if observable in (None, name)]
+            tables = self._answers(point, run, names)
             columns = tables["column"].data.tolist()
-            for name in OBSERVABLES:
-                if name not in tables or observable not in (None, name):
-                    continue
+            for name in names:
                 record, errors = OBSERVABLES[name], tables[name + TAIL].data
                 for i, column in enumerate(columns):
                     entries = np.atleast_1d(tables[name].data[i]), np.atleast_1d(errors[i])
@@ -160,11 +159,13 @@ class Study:
                             "realizations": run.realizations,
                         }
 
-    def _answers(self, point: Point, run: Run) -> dict[str, Labelled]:
-        """The answers of a point by their names, computed once."""
-        if point.name not in self._tables:
-            self._tables[point.name] = {array.name: array for array in answers(run)}
-        return self._tables[point.name]
+    def _answers(self, point: Point, run: Run, observables: list[str]) -> dict[str, Labelled]:
+        """The answers of a point by their names, with these observables; computed once."""
+        table = self._tables.setdefault(point.name, {})
+        missing = [name for name in observables if name not in table]
+        if missing or not table:
+            table |= {array.name: array for array in answers(run, missing)}
+        return table
 
     def to_dict(self) -> dict[str, Any]:
         """Return the study as JSON values: its keys, how far it is, the tidy table, and the trends of T_flash."""
