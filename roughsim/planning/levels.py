@@ -27,7 +27,7 @@ from roughsim.scene.numerics import Column, Level
 PILOT_TOP = 4.0  # q_y: highest cut-off of a pilot of capped contact, the lowest rung of most ladders
 ELASTIC_SIDE, CAPPED_SIDE = 2048, 4096  # points per side of the finest grids of a plan; beyond, C(q) is cut
 PIXELS = 4  # per shortest wave of a level; its partner at half the pixel has twice as many
-LATER = 0.35  # scatter of the correction by the highest cut-off over that by the one before: 0.25 … 0.5 on the steels
+LATER = 0.45  # scatter of the correction by the highest cut-off over that by the one before: 0.4 … 0.55 on the steels
 SYSTEMATIC = 0.6  # share of the target that the pixel may take; the rest is for the scatter
 SYSTEMATIC_CUT = 0.85  # with the bandwidth, where another rung costs more than many realizations of the lowest one
 
@@ -77,7 +77,7 @@ class Ladder(NamedTuple):
             rungs.append(first)
             halved = half and first.level.column == "capped"
             if halved:
-                again = "the first again: only differences from it count, which hardly depend on the cell"
+                again = "the first again: only ratios to it count, which hardly depend on the cell"
                 rungs.append(Rung(in_half(replace(first.level, every=every)), again))
             for rung in finer:
                 level = replace(rung.level, every=every if rung.scatter == 1.0 else seldom)

@@ -26,8 +26,8 @@ from roughsim.untrusted import machine_memory
 
 TARGET = 0.01  # relative total error where neither the caller nor the scene states one
 LEAST_SHARE = 0.1  # of the squared target, kept for the statistical error however large the systematic errors are
-CORRECTIONS = 0.4  # scatter of the first correction over that of the changes in the pilot; 0.3 … 0.5 on the steels
-WIDEST_CORRECTIONS = 0.33  # the same at the speed where they scatter most, mostly the slowest; 0.2 … 0.4 on the steels
+CORRECTIONS = 0.65  # scatter of the first correction over that of the changes in the pilot; 0.4 … 1.0 on the steels
+WIDEST_CORRECTIONS = 0.5  # the same at the speed where they scatter most, mostly the slowest; 0.25 … 0.9 on the steels
 MEMBER = 5e5  # `work` of what a member takes whatever its grid, a few milliseconds: handing out, file, reading
 MEMORY_SHARE = 0.8  # share of the machine's memory that the largest grid may take
 BYTES_PER_POINT = 120  # peak memory of a solve, measured

@@ -210,7 +210,7 @@ class Numerics(Record, section="numerics"):
             raise ValueError(
                 f'levels: the first {column} one with cell = "half" has {start.shape[0]} × {start.shape[1]} points to '
                 f"q_max = {start.q_max:.6g} rad/m; it must repeat the highest one in the run's cell, here {half}: "
-                "corrections are differences from it"
+                "corrections are ratios to it"
             )
 
     def grid(self, level: int) -> Grid:
