@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import fields
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+import scipy
 from scipy.special import j0, j1
 
 from theory.arguments import Array
@@ -78,7 +78,7 @@ def first_crossing(panels: Panels, values: Array, fraction: float) -> float:
         trail = [*trail[-2:], (r, excess(r))]
         bracket = _bracket(excess, trail)
         if bracket is not None:
-            return float(brentq(excess, *bracket, xtol=1e-16 * r, rtol=1e-13))
+            return float(scipy.optimize.brentq(excess, *bracket, xtol=1e-16 * r, rtol=1e-13))
     raise ValueError(f"the correlation stays above fraction = {fraction:.6g} of its value at r = 0")
 
 
@@ -88,7 +88,7 @@ def _bracket(excess: Callable[[float], float], trail: list[tuple[float, float]])
     if value <= 0.0:
         return before, now
     if len(trail) == 3 and trail[0][1] > trail[1][1] < value:
-        dip = minimize_scalar(excess, bounds=(trail[0][0], now), method="bounded")
+        dip = scipy.optimize.minimize_scalar(excess, bounds=(trail[0][0], now), method="bounded")
         if dip.fun <= 0.0:
             return trail[0][0], float(dip.x)
     return None

@@ -3,8 +3,8 @@
 from collections.abc import Callable
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from theory.arguments import Array, real_array
 
@@ -57,7 +57,9 @@ def self_consistent(
             f"the contact becomes hotter than the table, whose last temperature is {temperatures[-1]:.6g} K; extend "
             "the table"
         )
-    contact = float(brentq(excess, start, float(temperatures[-1]), xtol=1e-12 * max(abs(start), 1.0), rtol=1e-14))
+    contact = float(
+        scipy.optimize.brentq(excess, start, float(temperatures[-1]), xtol=1e-12 * max(abs(start), 1.0), rtol=1e-14)
+    )
     return float(np.interp(contact, temperatures, hardness)), contact - start
 
 

@@ -26,7 +26,7 @@ from itertools import pairwise
 from math import ceil, log, pi, sqrt
 
 import numpy as np
-from scipy.linalg.lapack import dgtsv, zgtsv
+import scipy
 from scipy.special import ndtr, ndtri
 
 from theory.arguments import Array, Spectrum, breaks_of, density
@@ -156,7 +156,7 @@ def _rosenbrock(law: Array, step: float, z: Array, series: Array, spacing: float
     here = -0.5 + earlier[1:] - later[:-1]
     here[0] -= earlier[0]
     here[-1] += later[-1]
-    scale = _GAMMA * step
+    scale, dgtsv = _GAMMA * step, scipy.linalg.lapack.dgtsv
     matrix = (scale * earlier[1:-1], 1 - scale * here, -scale * later[1:-1])
     first = dgtsv(*matrix, change(law, through))[3]
     middle = law + step * first
@@ -191,6 +191,6 @@ def _spread(growth: Array, rates: tuple[Array, Array], start: int) -> Array:
     result[0, start] = 1.0
     for i, power in enumerate(growth):
         diagonal = -power * (up + down) - (1 + 1j)
-        solved = zgtsv((power * up)[:-1] + 0j, diagonal, (power * down)[1:] + 0j, result[i] + 0j)[3]
+        solved = scipy.linalg.lapack.zgtsv((power * up)[:-1] + 0j, diagonal, (power * down)[1:] + 0j, result[i] + 0j)[3]
         result[i + 1] = 2 * solved.imag
     return result

@@ -17,9 +17,9 @@ from __future__ import annotations
 from math import pi
 
 import numpy as np
+import scipy
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 from scipy.special import erf, erfcx
 
 from theory.arguments import Array, Spectrum, breaks_of, not_negative_array, positive, real_array
@@ -88,7 +88,7 @@ def yield_wavenumber(
         elastic, plastic = float(between(min(s, rest), g)[0]), float(reached(s, rest, g)[0])
         return elastic / (elastic + plastic) - share
 
-    g_yield = np.exp(brentq(excess, np.log(1e-30), np.log(70.0), xtol=1e-14))
+    g_yield = np.exp(scipy.optimize.brentq(excess, np.log(1e-30), np.log(70.0), xtol=1e-14))
     return half_variance_table(spectrum).inverse(float(g_yield) * (hardness / modulus) ** 2 * 4 / pi)
 
 

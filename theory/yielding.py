@@ -12,10 +12,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import lru_cache
 from math import ceil, expm1, inf, log, pi, sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.interpolate import BSpline, make_lsq_spline
 
 from theory.arguments import Array, Spectrum, breaks_of, density, positive, real_array
 from theory.calibrated import CalibratedSpectrum, calibrated
@@ -24,6 +25,9 @@ from theory.persson import half_variance
 from theory.quadrature import WEIGHTS, panels_between
 from theory.scattering import Table, scatter
 from theory.walls import area_fractions, between, shares, yield_wavenumber
+
+if TYPE_CHECKING:  # slow to import
+    from scipy.interpolate import BSpline
 
 _DEPTH = 1e3  # sidebands are followed down to q_min over this, constant at the end
 _REACH = 1e3  # times q_max to which the tail is followed
@@ -233,7 +237,7 @@ def _smooth(table: Table, first: float) -> BSpline:
     inner = np.arange(ceil(x[0] - first), ceil(x[-1] - first)) + first
     inner = inner[(inner > x[0] + 0.3) & (inner < x[-1] - 0.3)]
     knots = np.concatenate([np.full(_DEGREE + 1, x[0]), inner, np.full(_DEGREE + 1, x[-1])])
-    return make_lsq_spline(x, table.value, knots, k=_DEGREE, w=table.weight)
+    return scipy.interpolate.make_lsq_spline(x, table.value, knots, k=_DEGREE, w=table.weight)
 
 
 def _distinct(breaks: Array) -> Array:
