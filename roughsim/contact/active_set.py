@@ -75,18 +75,18 @@ def solve_contact(
     surface = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
     earlier = None if start is None else _checked_start(start)
     compile_ahead()
-    problem, spectrum, pressure_unit = dimensionless(
+    problem, relief, pressure_unit = dimensionless(
         surface, grid, solid.effective_modulus, load, solid.penetration_hardness
     )
     # where no point lifts off the fields are known; elsewhere they are solved for, coarse grids first
-    closed_form = full_contact(problem, spectrum)
+    closed_form = full_contact(problem, relief)
     if closed_form is not None:
         (pressure, gap), residual, iterations, transforms = closed_form, 0.0, 0, 2.0
     else:
         if earlier is not None:
             earlier = earlier[0] / pressure_unit, earlier[1] / problem.unit
-        levels = coarser(problem, spectrum, 0 if earlier is None else earlier[0].size)
-        del spectrum  # as large as the heights
+        levels = coarser(problem, relief, 0 if earlier is None else earlier[0].size)
+        del relief  # its spectrum is as large as the heights
         limit = 1000 if max_iterations is None else int(max_iterations)
         state, transforms = solve_cascade(levels, tolerance, limit, earlier)
         pressure, gap, residual, iterations = state.pressure, state.gap, state.residual, state.iterations

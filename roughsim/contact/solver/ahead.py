@@ -50,8 +50,8 @@ def compile_other_half() -> None:
     extension.extend(free, field)
     extension.transpose(free, field, step, response)
     extension.gather_load(free, field, pressure, 1.0, step)
-    problem, spectrum, _ = dimensionless(heights(), GRID, 1.0, 1e-9, np.inf)
-    full_contact(problem, spectrum)
+    problem, relief, _ = dimensionless(heights(), GRID, 1.0, 1e-9, np.inf)
+    full_contact(problem, relief)
     flat = pressure.ravel()
     active_set.to_si(0, 1, flat, flat, flat, (1.0, 1.0, 1.0), (np.inf, np.inf))
 

@@ -5,13 +5,13 @@ transposed half spectra, as `operators` hold them.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from roughsim._kernels import lines as kernels
-from roughsim.contact.solver.operators import half_space, kept_half_space
+from roughsim.contact.solver.operators import KEPT, half_space, kept_half_space
 from roughsim.fourier.blocks import extremes, run, spans
 from roughsim.grid import Field, Grid
 
@@ -41,14 +41,40 @@ class ScaledProblem:
         return self.load * self.grid.points
 
 
-def dimensionless(
-    heights: Field, grid: Grid, effective_modulus: float, nominal_pressure: float, hardness: float
-) -> tuple[ScaledProblem, Field, float]:
-    """Return the problem, the spectrum of its heights, and the unit of its pressures, Pa."""
+@dataclass(slots=True, eq=False)
+class Relief:
+    """What a contact problem has from its heights and grid alone, whatever the load."""
+
+    heights: Field  # m; a copy where it is kept
+    cell: Grid
+    grid: Grid  # in units of the longer side
+    middle: float  # m
+    unit: float  # range of the heights, m
+    spectrum: Field
+    stiffness: float
+    pressed: float  # p − load at the lowest point in full contact
+    # by the shape of a coarser grid: the grid, and the modes of the heights that it resolves, in units of their range
+    coarse: dict[tuple[int, int], tuple[Grid, Field]] = field(default_factory=dict)
+
+
+@dataclass(slots=True)
+class Latest:
+    """The relief of the last solve on a small grid: other loads on the same heights may follow."""
+
+    relief: Relief | None = None
+
+
+_latest = Latest()
+
+
+def relief_of(heights: Field, grid: Grid) -> Relief:
+    """Return the relief of some heights, m; that of the solve before if it had the same ones."""
+    latest = _latest.relief
+    if latest is not None and latest.cell == grid and np.array_equal(latest.heights, heights):
+        return latest
     low, high = extremes(heights)
     middle, side = 0.5 * (high + low), max(grid.lengths)
     unit = max(high - middle, middle - low) or side
-    pressure_unit = effective_modulus * (unit / side)
     unit_grid = Grid(grid.shape, (grid.lengths[0] / side, grid.lengths[1] / side))
     scaled = np.empty(grid.shape)
 
@@ -61,8 +87,23 @@ def dimensionless(
     highest = highest_wavenumber(unit_grid, spectrum)
     # κ = q_s/2 makes the residual close to the error of the pressure
     stiffness = 0.5 * max(highest, 2 * np.pi / max(unit_grid.lengths))
+    pressed = pressed_at(int(np.argmin(heights)), unit_grid, spectrum)
+    relief = Relief(heights, grid, unit_grid, middle, unit, spectrum, stiffness, pressed)
+    if grid.points <= KEPT:
+        relief.heights, relief.spectrum = heights.copy(), spectrum.copy()
+        _latest.relief = relief
+    return relief
+
+
+def dimensionless(
+    heights: Field, grid: Grid, effective_modulus: float, nominal_pressure: float, hardness: float
+) -> tuple[ScaledProblem, Relief, float]:
+    """Return the problem, the relief of its heights, and the unit of its pressures, Pa."""
+    relief = relief_of(heights, grid)
+    middle, unit = relief.middle, relief.unit
+    pressure_unit = effective_modulus * (unit / max(grid.lengths))
     load, cap = nominal_pressure / pressure_unit, hardness / pressure_unit
-    return ScaledProblem(heights, middle, unit, unit_grid, load, cap, stiffness), spectrum, pressure_unit
+    return ScaledProblem(heights, middle, unit, relief.grid, load, cap, relief.stiffness), relief, pressure_unit
 
 
 def squares(grid: Grid) -> tuple[Field, Field]:
@@ -83,7 +124,7 @@ def highest_wavenumber(grid: Grid, spectrum: Field) -> float:
     return math.sqrt(max(square for _, square in greatest(least)))
 
 
-def coarser(finest: ScaledProblem, spectrum: Field, known: int = 0) -> list[ScaledProblem]:
+def coarser(finest: ScaledProblem, relief: Relief, known: int = 0) -> list[ScaledProblem]:
     """Return the problem and its spectrally truncated versions of more than `known` points, finest first."""
     levels = [finest]
     while True:
@@ -91,29 +132,34 @@ def coarser(finest: ScaledProblem, spectrum: Field, known: int = 0) -> list[Scal
         nx, ny = ((n + 1) // 2 if n >= 2 * COARSEST else n for n in fine)
         if (nx, ny) == fine or nx * ny <= known:
             return levels
-        grid, heights = Grid((nx, ny), finest.grid.lengths), np.empty((nx, ny))
-        operator = kept_half_space(grid, np.float64)
-        # keep the modes that the coarse grid resolves; a Nyquist row or column that the finest has not is dropped
-        coarse, rows, positive = operator.complex_spectrum, ny // 2 + 1, (nx + 1) // 2
-        coarse[:, :positive] = spectrum[:rows, :positive]
-        coarse[:, positive:] = spectrum[:rows, spectrum.shape[1] - nx + positive :]
-        if nx % 2 == 0 and nx < finest.grid.shape[0]:
-            coarse[:, nx // 2] = 0.0
-        if ny % 2 == 0 and ny < finest.grid.shape[1]:
-            coarse[-1] = 0.0
-        operator.inverse(heights)
+        if (nx, ny) not in relief.coarse:
+            relief.coarse[nx, ny] = truncated(relief, (nx, ny))
+        grid, heights = relief.coarse[nx, ny]
         stiffness = min(finest.stiffness, 0.5 * grid.nyquist)
         levels.append(replace(finest, heights=heights, middle=0.0, unit=1.0, grid=grid, stiffness=stiffness))
 
 
-def full_contact(problem: ScaledProblem, spectrum: Field) -> tuple[Field, Field] | None:
-    """Return pressure and gap where p = load + |q|h/2 keeps to the bounds or the load is the cap; None elsewhere."""
-    grid, load = problem.grid, problem.load
-    if load == problem.cap:
-        return np.full(grid.shape, load), (problem.middle - problem.heights) / problem.unit
-    # one point beyond the bounds is enough to say no, and the lowest nearly always is: its pressure is one sum
+def truncated(relief: Relief, shape: tuple[int, int]) -> tuple[Grid, Field]:
+    """Return a coarser grid, and the heights on it."""
+    (nx, ny), spectrum = shape, relief.spectrum
+    grid, heights = Grid(shape, relief.grid.lengths), np.empty(shape)
+    operator = kept_half_space(grid, np.float64)
+    # a Nyquist row or column that the finest has not is dropped
+    coarse, rows, positive = operator.complex_spectrum, ny // 2 + 1, (nx + 1) // 2
+    coarse[:, :positive] = spectrum[:rows, :positive]
+    coarse[:, positive:] = spectrum[:rows, spectrum.shape[1] - nx + positive :]
+    if nx % 2 == 0 and nx < relief.grid.shape[0]:
+        coarse[:, nx // 2] = 0.0
+    if ny % 2 == 0 and ny < relief.grid.shape[1]:
+        coarse[-1] = 0.0
+    operator.inverse(heights)
+    return grid, heights
+
+
+def pressed_at(point: int, grid: Grid, spectrum: Field) -> float:
+    """Return p − load = |q|h/2 of full contact at one point of the flattened grid: one sum."""
     along, across = squares(grid)
-    row, column = np.unravel_index(np.argmin(problem.heights), grid.shape)
+    row, column = divmod(point, grid.shape[1])
     turn, other = 2 * np.pi * row / grid.shape[0] * np.arange(along.size), 2 * np.pi * column / grid.shape[1]
     turns, modes = other * np.arange(across.size), grid.multiplicity[0]
     phases, others = (np.cos(turn), np.sin(turn)), (modes * np.cos(turns), modes * np.sin(turns))
@@ -122,14 +168,24 @@ def full_contact(problem: ScaledProblem, spectrum: Field) -> tuple[Field, Field]
         pairs, rows = np.ascontiguousarray(spectrum[start:stop]).view(np.float64), slice(start, stop)
         return kernels.point_sum(pairs, along, across[rows], phases, (others[0][rows], others[1][rows]))
 
-    if load + 0.5 * sum(run(pressed, spans(*spectrum.shape))) < -1e-3 * load:
+    return 0.5 * float(sum(run(pressed, spans(*spectrum.shape))))
+
+
+def full_contact(problem: ScaledProblem, relief: Relief) -> tuple[Field, Field] | None:
+    """Return pressure and gap where p = load + |q|h/2 keeps to the bounds or the load is the cap; None elsewhere."""
+    grid, load = problem.grid, problem.load
+    if load == problem.cap:
+        return np.full(grid.shape, load), (problem.middle - problem.heights) / problem.unit
+    # one point beyond the bounds is enough to say no, and the lowest nearly always is
+    if load + relief.pressed < -1e-3 * load:
         return None
-    # in a buffer of its own: `spectrum` may be needed after this
+    # in a buffer of its own: the spectrum may be needed after this
+    along, across = squares(grid)
     operator, fluctuation = half_space(grid, np.float64), np.empty(grid.shape)
-    np.multiply(spectrum, 0.5 * np.sqrt(across[:, None] + along), out=operator.complex_spectrum)
+    np.multiply(relief.spectrum, 0.5 * np.sqrt(across[:, None] + along), out=operator.complex_spectrum)
     operator.inverse(fluctuation)
     rounding = 1e-14 * (load + float(np.abs(fluctuation).max()))
     pressure = load + fluctuation
     if pressure.min() < -rounding or pressure.max() > problem.cap + rounding:
         return None
-    return np.clip(pressure, 0.0, problem.cap), np.full(grid.shape, -spectrum[0, 0].real)
+    return np.clip(pressure, 0.0, problem.cap), np.full(grid.shape, -relief.spectrum[0, 0].real)
