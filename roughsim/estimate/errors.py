@@ -62,7 +62,7 @@ class Estimate(Uncertain):
     unit: str  # SI
     bias: Array  # value at the finest level minus `mean`; zero where nothing is extrapolated
     n: int  # realizations
-    effective_n: Array  # realizations with all levels that would give the same statistical error: at most `n`
+    effective_n: Array  # realizations with all levels and known slopes that would give the same interval: at most `n`
     notes: tuple[str, ...] = ()  # sentences on extrapolation and missing levels, for `explain`
     speeds: tuple[float, ...] = ()  # of the entries, m/s; empty where it does not depend on the speed
     sources: Mapping[str, str] = field(default_factory=SOURCES.copy)  # what each part of `budget` is, in words
@@ -109,7 +109,8 @@ class Estimate(Uncertain):
             parts = ", ".join(f"{name} {part:.2g}" for name, part in known.items())
             lines.append(
                 f"{self.number(k)} {unit}".rstrip() + f": {parts}; n = {self.n} realizations, worth "
-                f"{self.effective_n[k]:.3g} with all levels; value at the finest level {self.bias[k] * factor:+.2g}"
+                f"{self.effective_n[k]:.3g} with all levels and known slopes; value at the finest level "
+                f"{self.bias[k] * factor:+.2g}"
             )
         sources = [f"{name}: {self.sources[name]}" for name in self.budget if name not in self.unknown]
         missing = [f"{name}: unknown: no level of the run shows it; not in these figures" for name in self.unknown]
@@ -131,7 +132,7 @@ def estimate(
     solves; `scan` that of a C(q) measured on maps, (speeds,), NaN where it is unknown.
     """
     mean = values.extrapolated.mean(axis=0)
-    error, freedom = spread(values.extrapolated, values.base, values.group, independent=values.independent)
+    error, freedom = spread_of(values)
     with np.errstate(invalid="ignore"):  # slope_length is infinite at rest: its errors are undefined
         budget = {
             "statistical": half_width(error, freedom),
@@ -166,14 +167,15 @@ def quotient(
     if isinstance(below, Values):
         rows, base = ratio(above.extrapolated, below.extrapolated), ratio(above.base, below.base)
         group = above.group + (above.group.max() + 1) * below.group  # 0 where both columns have their coarsest alone
-        columns = [above, below]
+        columns, slopes = [above, below], max(above.slopes, below.slopes)
         independent = above.independent and below.independent
     else:
         exact = np.broadcast_to(below, above.base.shape)
         rows, base, group = ratio(above.extrapolated, exact), ratio(above.base, exact), above.group
-        columns, independent = [above._replace(bandwidth=np.zeros_like(above.bandwidth))], above.independent
+        columns, slopes = [above._replace(bandwidth=np.zeros_like(above.bandwidth))], above.slopes
+        independent = above.independent
     value = rows.mean(axis=0)
-    error, freedom = spread(rows, base, group, independent=independent)
+    error, freedom = spread(rows, base, group, independent=independent, slopes=slopes)
     if not np.any(above.extrapolated):  # elastic contact has no plastic area: there is no ratio to speak of
         value = np.full_like(value, np.nan)
 
@@ -196,17 +198,23 @@ def quotient(
 
 
 def spread(
-    values: Array, base: Array | None = None, group: NDArray[np.intp] | None = None, *, independent: bool = False
+    values: Array,
+    base: Array | None = None,
+    group: NDArray[np.intp] | None = None,
+    *,
+    independent: bool = False,
+    slopes: int = 0,
 ) -> tuple[Array, Array]:
     """Return the standard error of the mean over axis 0 of influence values (n, speeds), and its degrees of freedom.
 
     `base` and `group` as in `Values`; left out, all rows have the same levels. The coarsest level scatters alike in all
     rows. The corrections by finer levels scatter about their mean over the rows that have them, and these rows show how
     they correlate with the coarsest level, unless they are known to be `independent` of it. Where only one row has
-    them, the error is infinite. Degrees of freedom after Satterthwaite. Scatter below rounding counts as none:
-    realizations that agree to all digits have no error.
+    them, the error is infinite. Degrees of freedom after Satterthwaite; the `slopes` that were fitted to the coarsest
+    level are lost to it. Scatter below rounding counts as none: realizations that agree to all digits have no error.
     """
     n, shape = len(values), values.shape[1:]
+    most = n - 1.0 - slopes
     if n < 2:
         return np.full(shape, np.inf), np.zeros(shape)
     if base is None or group is None or np.all(group == group[0]):
@@ -230,11 +238,17 @@ def spread(
             rest = rest + weight * beside**2
             of_correlation = 0.0 if independent else 2.0 * (along * beside) ** 2
             doubt = doubt + weight**2 * (beside**4 + of_correlation) / freedom
-        variance, doubt = shared + rest, doubt + shared**2 / (n - 1)
-        worth = np.divide(variance**2, doubt, out=np.full(shape, n - 1.0), where=doubt > 0.0)
+        variance, doubt = shared + rest, doubt + shared**2 / most
+        worth = np.divide(variance**2, doubt, out=np.full(shape, most), where=doubt > 0.0)
         rounding = 1e-12 * np.abs(values).max(axis=0)
         error: Array = np.where(np.sqrt(n * variance) <= rounding, 0.0, np.sqrt(variance))
-    return error, np.minimum(worth, n - 1.0)
+    return error, np.minimum(worth, most)
+
+
+def spread_of(values: Values) -> tuple[Array, Array]:
+    """Return `spread` of the values of an observable: the standard error of their mean, and its degrees of freedom."""
+    rows, base, group = values.extrapolated, values.base, values.group
+    return spread(rows, base, group, independent=values.independent, slopes=values.slopes)
 
 
 def quantile(freedom: Array | float) -> Array:
@@ -269,7 +283,7 @@ def relative_half_width(values: Values) -> float:
     with_finest = np.count_nonzero(values.group == values.group.max())
     if with_finest < min(LEAST_FINE, len(values.group)):
         return inf
-    half = half_width(*spread(values.extrapolated, values.base, values.group, independent=values.independent))
+    half = half_width(*spread_of(values))
     mean = np.abs(values.extrapolated.mean(axis=0))
     relative = np.divide(half, mean, out=np.zeros_like(half), where=half > 0.0)
     return float(relative.max())

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from roughsim import prediction
 from roughsim.estimate.continuation import Rung, remainder_by_power, remainder_by_theory, the_surer
-from roughsim.estimate.regression import at_mean_peak_volume
+from roughsim.estimate.regression import at_mean_peak_volume, slopes_of
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
@@ -43,7 +43,7 @@ class Values(NamedTuple):
     `exponent`, `bandwidth` and `pixel` (speeds,) are the fitted p (NaN if nothing was extrapolated), and the errors
     left in the mean by q_c and by the pixel; NaN where no pair of levels shows them. `from_half` (speeds,) is the share
     of the mean that comes from levels in half the cell. With `independent` all finer levels are of that kind: they do
-    not scatter with the coarsest one.
+    not scatter with the coarsest one. `slopes` is how many the regression on the peak volumes has fitted to the rows.
     """
 
     extrapolated: Array
@@ -55,6 +55,7 @@ class Values(NamedTuple):
     pixel: Array
     from_half: Array | float = 0.0
     independent: bool = False
+    slopes: int = 0
 
 
 def values_of(
@@ -143,7 +144,9 @@ def observe(
         base = mean + factor * (first - first.mean(axis=0))
     from_half = np.divide(added, np.abs(mean), out=np.zeros_like(mean), where=added > 0.0)
     independent = len(samples) > 1 and all(sample.half for sample in samples[1:])
-    return Values(limit, finest, base, group, exponent, bandwidth, pixel, from_half, independent)
+    count = len(samples[0].rows)
+    slopes = max(slopes_of(sample.numbers, count) for sample in samples if at_mean(sample, count))
+    return Values(limit, finest, base, group, exponent, bandwidth, pixel, from_half, independent, slopes)
 
 
 def climb(observable: str, samples: list[Sample]) -> list[Rung]:
@@ -159,7 +162,7 @@ def climb(observable: str, samples: list[Sample]) -> list[Rung]:
             ladder[-1] = ladder[-1]._replace(sample=sample)
             continue
         rows = of_level(sample)
-        if not ladder or (len(rows) == count and not sample.half):
+        if at_mean(sample, count):
             rows = at_mean_peak_volume(rows, sample.numbers)
         else:
             below = ladder[-1]
@@ -198,6 +201,11 @@ def corrected(rows: Array, low: Array, high: Array, indices: NDArray[np.intp], w
     moved: Array = factor * rows + change.mean(axis=0)
     moved[indices] += len(rows) / len(high) * (change - change.mean(axis=0))
     return moved
+
+
+def at_mean(sample: Sample, count: int) -> bool:
+    """Return whether a level is taken at the mean peak volume: that of the run's cell that all realizations have."""
+    return len(sample.rows) == count and not sample.half
 
 
 def at_highest_cut_off(ladder: list[Rung], order: float, has_limit: bool) -> tuple[Array, Array, Array]:

@@ -22,7 +22,7 @@ def at_mean_peak_volume(values: Array, numbers: Mapping[str, Array]) -> Array:
     """Return values (n, any) without what follows the `CONTROLS` among their numbers, (n,) or (n, 1) each.
 
     Numbers that are missing or NaN count as zero. The mean over surfaces is that of `values`. The variance of the mean
-    is that of the rows over n, to a few percent.
+    is that of the rows over n, to a few percent, and known with n − 1 − `slopes_of` degrees of freedom.
     """
     controls = controls_of(numbers, len(values))
     if controls is None:
@@ -36,6 +36,15 @@ def at_mean_peak_volume(values: Array, numbers: Mapping[str, Array]) -> Array:
         # what the slopes without row j say of it: x_j · (b − G x̃_j r_j)
         said = controls @ slopes - (gain[:, 1:] * controls).sum(axis=1)[:, None] * left_out
     return values - np.where(told[:, None] & np.isfinite(said), said, 0.0)
+
+
+def slopes_of(numbers: Mapping[str, Array], n: int) -> int:
+    """Return how many slopes are fitted to n rows: each leaves the scatter a degree of freedom less."""
+    controls = controls_of(numbers, n)
+    if controls is None:
+        return 0
+    design, inverse = fitted(np.empty((n, 0)), controls)[2:]
+    return int(np.trace(inverse @ design.T @ design).round()) - 1  # a control that others make up has no slope
 
 
 def scatter_at_mean_peak_volume(values: Array, numbers: Mapping[str, Array]) -> Array:

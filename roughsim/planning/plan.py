@@ -14,6 +14,7 @@ from roughsim import prediction
 from roughsim.errors import ResolutionError, number
 from roughsim.estimate.cell_size import choose_lengths, size_error_of_sum
 from roughsim.estimate.errors import LEAST, LEAST_FINE, quantile
+from roughsim.estimate.regression import CONTROLS, LEAST_FITTED
 from roughsim.grid import Array
 from roughsim.planning.levels import Ladder, ladders_of
 from roughsim.planning.march import march_memory, march_reasons, with_march
@@ -245,18 +246,22 @@ def cell_reasons(ladder: Ladder, in_whole: Split, in_half: Split) -> list[Reason
 def half_width(count: int, scatter: float, changes: Sequence[tuple[float, int]]) -> float:
     """Return the relative 95 % half-width of a mean after `count` realizations.
 
-    `scatter` is the relative standard deviation of the coarsest level. `changes` has that of each correction by finer
-    levels, and its stride.
+    `scatter` is the relative standard deviation that the regression leaves of the coarsest level. `changes` has that of
+    each correction by finer levels, and its stride.
     """
     if count == 1:
         return inf  # one realization shows no scatter
-    parts = [(scatter**2 / count, count - 1)]
+    slopes = len(CONTROLS) if count >= LEAST_FITTED else 0
+    most = count - 1.0 - slopes
+    # what slopes fitted to the other rows add to the variance of a row, for normal numbers
+    uncertain = slopes / max(most - 2.0, 1.0)
+    parts = [((1.0 + uncertain) * scatter**2 / count, most)]
     for change, every in changes:
         fine = -(-count // every)
         parts.append((change**2 / fine, max(fine - 1, 1)))
     variance = sum(part for part, _ in parts)
     doubt = sum(part**2 / freedom for part, freedom in parts)  # Satterthwaite, as in the estimate
-    freedom = min(variance**2 / doubt, count - 1.0) if doubt > 0.0 else count - 1.0
+    freedom = min(variance**2 / doubt, most) if doubt > 0.0 else most
     return float(quantile(freedom)) * sqrt(variance)
 
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
-from roughsim.estimate.errors import estimate
+from roughsim.estimate.errors import estimate, looks, quotient, relative_half_width
 from roughsim.estimate.ladder import observe
 from roughsim.estimate.regression import LEAST_FITTED, at_mean_peak_volume, scatter_at_mean_peak_volume
 from roughsim.observables.record import Sample
@@ -97,6 +98,106 @@ def test_nothing_is_biased_where_a_common_slope_would_be():
     error = np.std(own) / np.sqrt(len(own))
     assert abs(np.mean(own) - 1.0) < 4 * error
     assert np.mean(common) < 1.0 - 6 * error
+
+
+def member_level(values, controls, q_max=1.0, every=1):
+    """A level with both controls of its realizations, (2, n)."""
+    rows = np.arange(0, len(values), every)
+    stored = {NAME: values[rows], **numbers(*controls[:, rows])}
+    return Sample(q_max, 64.0 * q_max, rows, stored, np.ones(1), np.ones((len(rows), 1)), 1.0)
+
+
+def by_others(values, controls):
+    """Each row, of one speed, with the slopes of all others: least squares written out."""
+    n = len(values)
+    result = np.empty(n)
+    for i in range(n):
+        others = np.arange(n) != i
+        design = np.column_stack((np.ones(n - 1), controls[:, others].T))
+        result[i] = values[i, 0] - np.linalg.lstsq(design, values[others, 0], rcond=None)[0][1:] @ controls[:, i]
+    return result
+
+
+def students(rows, lost):
+    """Half-width of a mean of rows with n − 1 − lost degrees of freedom, wider for runs that stop themselves."""
+    freedom = len(rows) - 1 - lost
+    return stats.t.ppf(0.975, freedom) * np.sqrt(1 + 2 / freedom) * stats.sem(rows)
+
+
+def test_each_fitted_slope_costs_an_interval_a_degree_of_freedom():
+    rng = np.random.default_rng(20)
+    controls = rng.standard_normal((2, 14))
+    values = 8.0 + (controls.sum(axis=0) + rng.standard_normal(14))[:, None]
+    first, twice, known = controls[:1], np.stack([controls[0], -2.0 * controls[0]]), np.zeros((2, 14))
+    for x, used, lost in ((controls, controls, 2), (first, first, 1), (twice, first, 1), (known, known[:0], 0)):
+        seen = observe(NAME, [member_level(values, x)], capped=True, end=1.0)
+        expected = students(by_others(values, used), lost)
+        assert estimate(NAME, seen).half_width[0] == pytest.approx(expected, rel=1e-9)
+        assert relative_half_width(seen) == pytest.approx(expected / by_others(values, used).mean(), rel=1e-9)
+    few = observe(NAME, [member_level(values[:9], controls[:, :9])], capped=True, end=1.0)
+    assert estimate(NAME, few).half_width[0] == pytest.approx(students(values[:9, 0], 0), rel=1e-9)
+
+
+def test_a_ratio_loses_the_slopes_of_its_columns():
+    # the influence of row i on ⟨a⟩/⟨b⟩ is (a_i − (⟨a⟩/⟨b⟩) b_i)/⟨b⟩: the two columns have the same surfaces
+    rng = np.random.default_rng(21)
+    controls = rng.standard_normal((2, 15))
+    columns = [8.0 + (controls.T @ slopes + 0.3 * rng.standard_normal(15))[:, None] for slopes in ([1, 1], [2, -1])]
+    above, below = (by_others(values, controls) for values in columns)
+    of_columns = [observe(NAME, [member_level(values, controls)], capped=True, end=1.0) for values in columns]
+    expected = students((above - above.mean() / below.mean() * below) / below.mean(), 2)
+    plain = observe(NAME, [member_level(columns[1], np.zeros((2, 15)))], capped=True, end=1.0)
+    assert quotient(*of_columns).budget["statistical"][0] == pytest.approx(expected, rel=1e-9)
+    exact = quotient(of_columns[0], np.array([4.0])).budget["statistical"][0]
+    assert exact == pytest.approx(students(above, 2) / 4.0, rel=1e-9)
+    rows, many = columns[1][:, 0], columns[1].mean()  # one column alone has slopes
+    expected = students((above - above.mean() / many * rows) / many, 2)
+    assert quotient(of_columns[0], plain).budget["statistical"][0] == pytest.approx(expected, rel=1e-9)
+    expected = students((rows - many / above.mean() * above) / above.mean(), 2)
+    assert quotient(plain, of_columns[0]).budget["statistical"][0] == pytest.approx(expected, rel=1e-9)
+
+
+def test_corrections_keep_their_degrees_of_freedom():
+    # corrections of every second row that do not scatter with the coarsest level: Satterthwaite of n − 3 and n/2 − 1
+    rng = np.random.default_rng(22)
+    controls = rng.standard_normal((2, 16))
+    base = 50.0 + (controls.sum(axis=0) + rng.standard_normal(16))[:, None]
+    coarse = by_others(base, controls)
+    design = np.column_stack((np.ones(8), coarse[::2]))
+    noise = rng.standard_normal(8)
+    noise -= design @ np.linalg.lstsq(design, noise, rcond=None)[0]
+    fine = base.copy()
+    fine[::2, 0] += 3.0 * noise - 1.0
+    levels = [member_level(base, controls), member_level(fine, controls, 2.0, 2)]
+    found = estimate(NAME, observe(NAME, levels, capped=False, end=2.0))
+    shared, added = coarse.var(ddof=1) / 16, 9.0 * noise.var(ddof=1) / 8
+    # the slope of the corrections over the coarsest level is known from 8 rows, and the mean of 16 moves with it
+    doubt = shared**2 / 13 + (added**2 + 2.0 * (coarse.var(ddof=1) / 16) * added * 8 / 16) / 7
+    assert found.standard_error[0] == pytest.approx(np.sqrt(shared + added), rel=1e-9)
+    assert found.effective_n[0] - 1.0 == pytest.approx((shared + added) ** 2 / doubt, rel=1e-9)
+
+
+@pytest.mark.statistical
+@pytest.mark.slow
+@pytest.mark.parametrize("worth", [12, 18, 30])
+def test_runs_that_stop_themselves_hold_the_mean_in_95_percent(worth):
+    # three quarters of the variance follow two controls; the rest alone, of one unit, meets the goal with `worth` rows
+    rng, held, ratios = np.random.default_rng(23), [], []
+    goal = 1.96 / np.sqrt(worth) / 1000.0
+    for _ in range(1500):
+        x = rng.standard_normal((2, 4 * worth + 20))
+        noise = rng.standard_normal((2, x.shape[1]))
+        above, below = 1000.0 + (np.sqrt(1.5) * x.sum(axis=0) + noise)[:, :, None]
+
+        def seen(values, n, x=x):
+            return observe(NAME, [member_level(values[:n], x[:, :n])], capped=True, end=1.0)
+
+        n = next(n for n in looks(12, x.shape[1]) if relative_half_width(seen(above, n)) <= goal)
+        found, between = estimate(NAME, seen(above, n)), quotient(seen(above, n), seen(below, n))
+        held.append(abs(found.mean[0] - 1000.0) <= found.half_width[0])
+        ratios.append(abs(between.mean[0] - 1.0) <= between.budget["statistical"][0])
+    for share in (np.mean(held), np.mean(ratios)):
+        assert 0.94 - 2 * 0.0056 < share < 0.96 + 2 * 0.0056 + 0.1 / worth  # standard errors; wider intervals of few
 
 
 @pytest.mark.statistical

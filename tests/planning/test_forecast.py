@@ -35,10 +35,18 @@ def planned(monkeypatch, scene, target=None, seen=SEEN):
 
 
 def half_width(n, scatter, *changes):
-    """Student's, with Satterthwaite's degrees of freedom of all n rows and of the few fine ones of each correction."""
+    """Student's, with Satterthwaite's degrees of freedom of all n rows and of the few fine ones of each correction.
+
+    Two slopes are fitted to the rows: they cost two degrees of freedom, and add 2/(n − 5) to the variance.
+    """
     few = [-(-n // every) for _, every in changes]
-    parts = np.array([scatter**2 / n, *(change**2 / fine for (change, _), fine in zip(changes, few, strict=True))])
-    freedom = min(parts.sum() ** 2 / (parts**2 / [n - 1, *(max(fine - 1, 1) for fine in few)]).sum(), n - 1)
+    parts = np.array(
+        [
+            scatter**2 / n * (n - 3) / (n - 5),
+            *(change**2 / fine for (change, _), fine in zip(changes, few, strict=True)),
+        ]
+    )
+    freedom = min(parts.sum() ** 2 / (parts**2 / [n - 3, *(max(fine - 1, 1) for fine in few)]).sum(), n - 3)
     return stats.t.ppf(0.975, freedom) * sqrt(1 + 2 / freedom) * sqrt(parts.sum())
 
 
@@ -244,8 +252,8 @@ def test_a_goal_that_is_met_at_once_still_takes_three_fine_realizations():
 
 def test_few_fine_realizations_tell_with_few_degrees_of_freedom():
     # 17 coarse ones of which 3 are fine, almost all scatter in the latter: Student's t of little more than 2
-    parts = np.array([0.01**2 / 17, 0.05**2 / 3])
-    freedom = parts.sum() ** 2 / (parts[0] ** 2 / 16 + parts[1] ** 2 / 2)
+    parts = np.array([0.01**2 / 17 * 14 / 12, 0.05**2 / 3])
+    freedom = parts.sum() ** 2 / (parts[0] ** 2 / 14 + parts[1] ** 2 / 2)
     assert 2.0 < freedom < 2.1
     expected = stats.t.ppf(0.975, freedom) * sqrt(1 + 2 / freedom) * sqrt(parts.sum())
     assert expected_half_width(17, 0.01, [(0.05, 8)]) == pytest.approx(expected, rel=1e-9)
