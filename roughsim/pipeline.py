@@ -69,16 +69,20 @@ def solve_problem(problem: Problem, before: Solved | None = None, heights: Field
     and the contact.
     """
     with linear_algebra().limit(limits=problem.threads):
-        marks, drawn = [time.perf_counter()], heights is None
+        marks, drawn, stream = (
+            [time.perf_counter()],
+            heights is None,
+            Stream(problem.seed, problem.stream, problem.index),
+        )
         if before is not None and same_but(problem, before[0], CONTACT_KEYS):
             heights = before[1].heights
         elif heights is None:
-            heights = synthesize(problem.spectrum, problem.grid, stream_of(problem))
+            heights = synthesize(problem.spectrum, problem.grid, stream())
         found = PeakVolumes(0.0, 0.0)
         if drawn:
             modulus = problem.solid.effective_modulus
             ratios = problem.nominal_pressure / modulus, problem.solid.penetration_hardness / modulus
-            found = peak_volumes(problem.spectrum, problem.grid, heights, lambda: stream_of(problem), *ratios)
+            found = peak_volumes(problem.spectrum, problem.grid, heights, stream, *ratios)
         marks.append(time.perf_counter())
         if before is not None and same_but(problem, before[0], ("sliding",)):
             contact = before[1].contact
@@ -100,9 +104,18 @@ def solve_problem(problem: Problem, before: Solved | None = None, heights: Field
     )
 
 
-def stream_of(problem: Problem) -> np.random.Generator:
-    """Return the random stream that draws the surface."""
-    return np.random.default_rng(np.random.SeedSequence(problem.seed, spawn_key=(problem.stream, problem.index)))
+@dataclass(frozen=True, slots=True)
+class Stream:
+    """The random stream that draws a surface, begun anew with each call."""
+
+    seed: int
+    stream: int
+    index: int
+
+    def __call__(self) -> np.random.Generator:
+        """Begin the stream."""
+        key = self.stream, self.index
+        return np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=key))
 
 
 def same_but(problem: Problem, other: Problem, names: tuple[str, ...]) -> bool:

@@ -69,7 +69,7 @@ def peak_volumes(
     heights : ndarray
         h, shape `grid.shape`, m, as `synthesize` draws it with fixed amplitudes.
     stream : callable
-        Returns the random stream of that draw anew.
+        Returns the random stream of that draw anew; equal ones stand for the same stream.
     load, hardness : float
         σ₀/E* and σ_P/E*; infinite hardness for elastic contact.
 
@@ -89,7 +89,7 @@ def peak_volumes(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # what the cell leaves out was said of the whole surface
         waves, coarse = long_waves_of(kept, grid, longest)
-        drawn = synthesize(waves, coarse, stream())  # they are the first modes of the same stream
+        drawn = long_surface(waves, coarse, stream)
         return PeakVolumes(of_all, excess(drawn, level, heights_at_a_point(waves, coarse)))
 
 
@@ -99,6 +99,12 @@ def long_waves_of(spectrum: Spectrum, grid: Grid, longest: float) -> tuple[Trunc
     (nx, ny), (x, y) = grid.shape, grid.lengths
     points = [min(n, 4 * int(longest * length / (2 * pi)) + 4) for n, length in ((nx, x), (ny, y))]
     return TruncatedSpectrum(spectrum, longest), Grid((points[0], points[1]), grid.lengths)
+
+
+@lru_cache(maxsize=1)
+def long_surface(waves: TruncatedSpectrum, grid: Grid, stream: Stream) -> Array:
+    """Return the long waves of a surface, the first modes of its stream; kept, as other loads on it may follow."""
+    return synthesize(waves, grid, stream())
 
 
 def excess(heights: Array, level: float, point: HeightsAtAPoint) -> float:
