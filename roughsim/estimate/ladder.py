@@ -3,12 +3,12 @@
 A ladder climbs in the cut-off q_c at fixed pixels per shortest wave. A rung is one cut-off: its level, and, where there
 is one, a second level of the same q_c on a finer grid, its partner. Levels share the modes of each realization, so that
 the difference between neighbours scatters little and a few realizations give it: T = ⟨T₀⟩ + ⟨T₁ − T₀⟩ + … over nested
-subsets (multilevel Monte Carlo, Giles, Operations Research 56, 607, 2008). Along the ladder the pixel shrinks with
-1/q_c, so that T∞ + c q_c^(−p) takes most of its error along.
+subsets (multilevel Monte Carlo, Giles, Operations Research 56, 607, 2008). In capped contact a surface whose T₀ is high
+by chance has as much higher a T₁, and ratios scatter less: T = ⟨T₀⟩ ⟨T₁⟩/⟨T₀⟩ … Along the ladder the pixel shrinks
+with 1/q_c, so that T∞ + c q_c^(−p) takes most of its error along.
 
 Levels in half the cell have surfaces of their own. They start from a level that repeats the highest one of the run's
-cell, and only their ratios to it and to each other are used: those hardly depend on the cell, T = ⟨T₀⟩ ⟨T₁⟩/⟨T₀⟩ …
-Ratios scatter less than differences, and what the run's cell scatters by falls with them.
+cell, and only their ratios to it and to each other are used: those hardly depend on the cell.
 """
 
 from itertools import pairwise
@@ -39,7 +39,7 @@ class Values(NamedTuple):
     """One observable: a row per realization, (n, speeds), in the limit and at the finest level, with its errors.
 
     Rows with the same number in `group` (n,) have the same levels, those with 0 the coarsest alone. `base` has the rows
-    of the coarsest level, moved to the mean of `extrapolated`: the rest of the scatter is that of finer levels.
+    of the coarsest level, brought to the mean of `extrapolated`: the rest of the scatter is that of finer levels.
     `exponent`, `bandwidth` and `pixel` (speeds,) are the fitted p (NaN if nothing was extrapolated), and the errors
     left in the mean by q_c and by the pixel; NaN where no pair of levels shows them. `from_half` (speeds,) is the share
     of the mean that comes from levels in half the cell. With `independent` all finer levels are of that kind: they do
@@ -107,7 +107,8 @@ def observe(
     steps show that power, as it rises on the way up; `usual` is the power where they do not. `law` has what the law for
     contact that yields says at the upper two cut-offs and at `end`, (3, speeds), to continue where that is surer.
     """
-    record, ladder = OBSERVABLES[observable], climb(observable, samples)
+    record, with_ratio = OBSERVABLES[observable], have_ratios(observable, samples, capped=capped)
+    ladder = climb(observable, samples, with_ratio)
     first, top = ladder[0].rows, ladder[-1].rows
     has_limit = record.limit or not capped
     order = record.pixel_orders[capped]
@@ -136,26 +137,23 @@ def observe(
         group[sample.rows] += 1
     with np.errstate(all="ignore"):  # infinite at rest
         mean = limit.mean(axis=0)
-        start = next((rung for rung in ladder if rung.sample.half), ladder[0])
-        of_start = start.rows.mean(axis=0)  # still that of the run's cell
-        added = np.where(start.sample.half, np.abs(mean - of_start), 0.0)
-        # what the run's cell scatters by is multiplied by the ratios of half the cell
-        factor = np.divide(mean, of_start, out=np.ones_like(mean), where=have_ratios(observable, samples))
+        factor = np.divide(mean, first.mean(axis=0), out=np.ones_like(mean), where=with_ratio)
         base = mean + factor * (first - first.mean(axis=0))
+        start = next((rung for rung in ladder if rung.sample.half), None)  # its rows are still those of the run's cell
+        added = np.zeros_like(mean) if start is None else np.abs(mean - start.rows.mean(axis=0))
     from_half = np.divide(added, np.abs(mean), out=np.zeros_like(mean), where=added > 0.0)
-    independent = len(samples) > 1 and all(sample.half for sample in samples[1:])
+    independent = start is not None and all(sample.half for sample in samples[1:])
     count = len(samples[0].rows)
     slopes = max(slopes_of(sample.numbers, count) for sample in samples if at_mean(sample, count))
     return Values(limit, finest, base, group, exponent, bandwidth, pixel, from_half, independent, slopes)
 
 
-def climb(observable: str, samples: list[Sample]) -> list[Rung]:
+def climb(observable: str, samples: list[Sample], with_ratio: NDArray[np.bool_]) -> list[Rung]:
     """Return the rungs with rows for all realizations: those of the rung below, corrected by the known differences.
 
     Where all realizations have a level, its rows are at the mean peak volume; the differences hardly follow it.
     """
     of_level, count = OBSERVABLES[observable].of_level, len(samples[0].rows)
-    with_ratio = have_ratios(observable, samples)
     ladder: list[Rung] = []
     for sample in samples:
         if sample.half and not ladder[-1].sample.half:  # it repeats the rung: the differences that follow start from it
@@ -167,7 +165,7 @@ def climb(observable: str, samples: list[Sample]) -> list[Rung]:
         else:
             below = ladder[-1]
             low = of_level(below.sample.at(sample.rows))
-            rows = corrected(below.rows, low, rows, sample.rows, with_ratio & sample.half)
+            rows = corrected(below.rows, low, rows, sample.rows, with_ratio)
         if ladder and sample.q_max <= ladder[-1].sample.q_max * (1 + SAME):
             below = ladder[-1]
             ladder[-1] = below._replace(partner=rows, refined=sample.side / below.sample.side)
@@ -176,22 +174,22 @@ def climb(observable: str, samples: list[Sample]) -> list[Rung]:
     return ladder
 
 
-def have_ratios(observable: str, samples: list[Sample]) -> NDArray[np.bool_]:
-    """Return where there are levels in half the cell, and all their values have one sign, (speeds,)."""
-    in_half = [OBSERVABLES[observable].of_level(sample) for sample in samples if sample.half]
-    if not in_half:
-        return np.zeros(OBSERVABLES[observable].of_level(samples[0]).shape[1:], dtype=bool)
-    values = np.concatenate(in_half)
+def have_ratios(observable: str, samples: list[Sample], *, capped: bool) -> NDArray[np.bool_]:
+    """Return where levels are corrected by ratios, (speeds,): in capped contact, where all values have one sign.
+
+    In elastic contact differences may scatter less: T_flash of rubber at its highest speed by a half.
+    """
+    values = np.concatenate([OBSERVABLES[observable].of_level(sample) for sample in samples])
     with np.errstate(invalid="ignore"):  # infinite at rest
-        return np.asarray(np.all(np.isfinite(values) & (values * values[0] > 0.0), axis=0))
+        return np.asarray(capped & np.all(np.isfinite(values) & (values * values[0] > 0.0), axis=0))
 
 
 def corrected(rows: Array, low: Array, high: Array, indices: NDArray[np.intp], with_ratio: NDArray[np.bool_]) -> Array:
     """Return the rows of a rung for all realizations: those of the rung below, corrected from `low` to `high`.
 
-    These are the values of both rungs for the realizations `indices`. All rows move by their mean change; those that
-    have it also by their own, as much as they stand for. `with_ratio` the rows, of other surfaces, are multiplied by
-    ⟨high⟩/⟨low⟩. That is biased by about the squared relative scatter over their number: a small part of its error.
+    These are the values of both rungs for the realizations `indices`, or for others in half the cell. All rows are
+    multiplied by ⟨high⟩/⟨low⟩, or moved by the mean difference; those that have both also by their own, as much as they
+    stand for. A ratio is biased by about the squared relative scatter over their number: a small part of its error.
     """
     mean, low_mean = rows.mean(axis=0), low.mean(axis=0)
     factor, scale = (

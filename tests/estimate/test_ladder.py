@@ -19,31 +19,43 @@ from intervals import coverage
 def test_a_fine_level_of_few_realizations_corrects_the_coarse_one():
     rng = np.random.default_rng(0)
     coarse = 10.0 + rng.standard_normal((24, 2))
-    fine = coarse - 3.0 + 0.01 * rng.standard_normal((24, 2))
+    fine = 0.7 * coarse + 0.01 * rng.standard_normal((24, 2))
     samples = [level(coarse), seldom(fine, 4, q_max=2.0, side=128.0)]
     values = observe(NAME, samples, capped=True, end=2.0)  # C(q) ends at the finest level: nothing to extrapolate
-    expected = coarse.mean(axis=0) + (fine - coarse)[::4].mean(axis=0)
+    expected = coarse.mean(axis=0) * fine[::4].mean(axis=0) / coarse[::4].mean(axis=0)
     np.testing.assert_allclose(values.extrapolated.mean(axis=0), expected, rtol=1e-13)
     np.testing.assert_array_equal(np.unique(values.group, return_counts=True)[1], [18, 6])
     full = observe(NAME, [level(coarse), level(fine, q_max=2.0, side=128.0)], capped=True, end=2.0)
     assert values.group.tolist()[:5] == [1, 0, 0, 0, 1]  # 0: the coarsest level alone
-    np.testing.assert_allclose(values.base, coarse - coarse.mean(axis=0) + expected, rtol=1e-13)
+    np.testing.assert_allclose(values.base, coarse * expected / coarse.mean(axis=0), rtol=1e-13)
     few, all_ = (est.spread(v.extrapolated, v.base, v.group)[0] for v in (values, full))
     np.testing.assert_allclose(few, all_, rtol=0.2)  # six fine solves are worth almost as much as 24
 
 
+def test_elastic_contact_is_corrected_by_differences():
+    rng = np.random.default_rng(2)
+    coarse = 10.0 + rng.standard_normal((24, 1))
+    fine = coarse - 3.0 + 0.01 * rng.standard_normal((24, 1))
+    values = observe(NAME, [level(coarse), seldom(fine, 4, q_max=2.0, side=128.0)], capped=False, end=2.0)
+    expected = coarse.mean(axis=0) + (fine - coarse)[::4].mean(axis=0)
+    np.testing.assert_allclose(values.extrapolated.mean(axis=0), expected, rtol=1e-13)
+    np.testing.assert_allclose(values.base, coarse - coarse.mean(axis=0) + expected, rtol=1e-13)
+
+
 @pytest.mark.statistical
-def test_the_error_of_a_ladder_is_its_scatter_over_many_ladders():
+@pytest.mark.parametrize("mean", [0.0, 10.0])  # differences, as there are two signs; ratios
+def test_the_error_of_a_ladder_is_its_scatter_over_many_ladders(mean):
     rng = np.random.default_rng(1)
     means, variances = [], []
     for _ in range(2000):
-        coarse = rng.standard_normal((24, 1))
+        coarse = mean + rng.standard_normal((24, 1))
         fine = 0.8 * coarse + 0.5 * rng.standard_normal((24, 1))
         values = observe(NAME, [level(coarse), seldom(fine, 4, q_max=2.0)], capped=True, end=2.0)
         means.append(values.extrapolated.mean())
         variances.append(est.spread(values.extrapolated, values.base, values.group)[0][0] ** 2)
     # 1/√1000 = 3 % is the relative error of the right side, 2 % of the left
     assert np.mean(variances) == pytest.approx(np.var(means), rel=0.08)
+    assert np.mean(means) == pytest.approx(0.8 * mean, abs=4 * np.std(means) / np.sqrt(2000))
 
 
 @pytest.mark.parametrize("exponent", [0.8, 1.0, 1.4])
