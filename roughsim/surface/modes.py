@@ -141,23 +141,29 @@ def _distinct_polar_cells(
     corners = [np.hypot(x0, y0), np.hypot(x1, y0), np.hypot(x0, y1), np.hypot(x1, y1)]
     inner = [np.clip(np.full(kx.shape, q), corners[0], corners[3]) for q in breaks]
     edges = np.sort(np.stack([*corners, *inner]), axis=0)
-    x0, x1, y0, y1 = (side[:, None] for side in (x0, x1, y0, y1))
     nodes, weights = np.polynomial.legendre.leggauss(20)
     t = (nodes + 1) / 2
     smooth, slope = t * t * (3 - 2 * t), 6 * t * (1 - t)  # flattens the square roots of θ(q) at the corners
     total: Any = np.zeros(kx.size)
-    for left, right in pairwise(edges):
-        if not (right > left).any():
+    for low, high in pairwise(edges):
+        middle = 0.5 * (low + high)
+        own = np.flatnonzero((high > low) & (middle > breaks[0]) & (middle < breaks[-1]))  # cells that the piece meets
+        if not own.size:
             continue
+        left, right = low[own, None], high[own, None]
         span = np.log(right / left)  # steps in ln q: in long cells C(q) falls by decades
-        q = left[:, None] * np.exp(span[:, None] * smooth)
-        middle = 0.5 * (left + right)
-        value = psd(np.clip(q, left[:, None] * (1 + 1e-15), right[:, None] * (1 - 1e-15)))
+        q = left * np.exp(span * smooth)
+        value = psd(np.clip(q, left * (1 + 1e-15), right * (1 - 1e-15)))
         # angle of the circle of radius q inside the cell
         radius = np.maximum(q, np.finfo(float).tiny)
-        upper = np.minimum(np.arccos(np.minimum(x0 / radius, 1)), np.arcsin(np.minimum(y1 / radius, 1)))
-        lower = np.maximum(np.arccos(np.minimum(x1 / radius, 1)), np.arcsin(np.minimum(y0 / radius, 1)))
-        angle = np.maximum(upper - lower, 0.0)
-        inside = (middle > breaks[0]) & (middle < breaks[-1])
-        total = total + np.where(inside, span, 0.0) * ((q * q * value * angle * slope) @ (weights / 2))
+        upper, lower = (
+            (np.arccos(np.minimum(x[own, None] / radius, 1)), np.arcsin(np.minimum(y[own, None] / radius, 1)))
+            for x, y in ((x0, y1), (x1, y0))
+        )
+        angle = np.maximum(np.minimum(*upper) - np.maximum(*lower), 0.0)
+        integrand = np.zeros((*value.shape[:-2], kx.size, t.size))
+        integrand[..., own, :] = q * q * value * angle * slope
+        length = np.zeros(kx.size)
+        length[own] = span[:, 0]
+        total = total + length * (integrand @ (weights / 2))
     return copies * total
