@@ -305,9 +305,14 @@ def lines(count: int, points: int, dtype: DTypeLike) -> Lines:
 
 def forward(field: NDArray[Any]) -> NDArray[Any]:
     """Return the half spectrum f(q) = (1/N) Σ_x f(x) exp(−iq·x), shape (n_x, n_y//2 + 1), of a real field."""
+    return transformed(field).copy()
+
+
+def transformed(field: NDArray[Any]) -> NDArray[Any]:
+    """Return `forward` of a field in the buffer of this Python thread: the next transform of the shape changes it."""
     buffers = transform((field.shape[0], field.shape[1]), field.dtype)
     buffers.field[...] = field
-    return buffers.forward().copy()
+    return buffers.forward()
 
 
 def inverse(spectrum: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:

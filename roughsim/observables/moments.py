@@ -147,7 +147,7 @@ def measure(contact: Contact, grid: Grid, sliding: Sliding) -> Moments:
         warnings.warn(
             "pressure = 0 Pa everywhere: without contact temperatures, width and length are NaN", RuntimeWarning, 2
         )
-    amplitude = fourier.forward(pressure)
+    amplitude = fourier.transformed(pressure)
     if low == high:  # only q = 0, whatever the rounding of the transform
         amplitude[...] = 0.0
     spectrum, unseen = stress_spectrum(amplitude, grid)

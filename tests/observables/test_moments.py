@@ -207,8 +207,8 @@ def test_opposite_speeds_have_the_same_averaged_moments():
 
 def test_all_speeds_take_one_forward_transform(monkeypatch):
     calls = []
-    forward = fourier.forward
-    monkeypatch.setattr(fourier, "forward", lambda field: calls.append(1) or forward(field))
+    forward = fourier.Transform.forward
+    monkeypatch.setattr(fourier.Transform, "forward", lambda transform: calls.append(1) or forward(transform))
     grid = Grid((16, 16), (1.0, 1.0))
     measure(Pressed(patches(grid)), grid, Sliding([0.1, 1.0, 10.0], direction=0.3, **UNIT))
     assert len(calls) == 1
