@@ -21,6 +21,7 @@ from script import Command
 import roughsim as rs
 from roughsim import prediction
 from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.planning.pilot import fast_size
 
 SCENES = {
     "0.5 GPa": ("steel-0.5GPa", None),
@@ -28,6 +29,7 @@ SCENES = {
     "2.0 GPa": ("steel-2.0GPa", None),
     "1.2 GPa, 12 MPa": ("steel-1.2GPa", 12e6),
     "1.2 GPa, 360 MPa": ("steel-1.2GPa", 360e6),
+    "0.5 GPa, 5 MPa": ("steel-0.5GPa", 5e6),
     "demo, 4.5 MPa": ("demo", 4.5e6),
 }
 WAVES, FIRST = 4, 2.0  # longest waves per side of the run's cell; the first cut-off, q_y
@@ -38,9 +40,9 @@ HALF, WHOLE = 2, 1  # parts of the cell per side
 def levels_of(scene: rs.Scene, parts: int) -> rs.Numerics:
     """Return two cut-offs with 4 pixels per shortest wave, and the first with 8, in the cell over `parts`."""
     length = WAVES * 2 * np.pi / scene.spectrum.breaks[0]
-    kept = int(FIRST * prediction.yield_wavenumber(scene) * length / (2 * np.pi)) // 16 * 16
-    sides, unit = np.array([4, 8, 8]) * kept // parts, 2 * np.pi / length
-    levels = (rs.Level("capped", (int(side),) * 2, q * kept * unit) for side, q in zip(sides, (1, 1, 2), strict=True))
+    cut_off = FIRST * prediction.yield_wavenumber(scene)
+    side = fast_size(4 * cut_off * length / (2 * np.pi)) // parts
+    levels = [rs.Level("capped", (k * side, k * side), q * cut_off) for k, q in ((1, 1), (2, 1), (2, 2))]
     return rs.Numerics(tuple(levels), (length / parts,) * 2)
 
 

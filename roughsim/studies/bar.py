@@ -27,8 +27,7 @@ class StudyProgress:
 
         done = run.target_met or run.realizations >= run.max_realizations
         self.share[run.folder] = 1.0 if done else min(run.realizations / realizations_needed(run), 1.0)
-        if done:
-            self.finished.add(run.folder)
+        (self.finished.add if done else self.finished.discard)(run.folder)  # a point may get a lower target
         count = len(self.finished)
         text = f"{count} of {self.points} points finished; {run.realizations} realizations in {run.folder.name}"
         with suppress(OSError):

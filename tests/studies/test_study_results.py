@@ -11,7 +11,9 @@ import pytest
 from study_cases import LOADS, VARY
 
 import roughsim as rs
+from roughsim.results.folder import read_description
 from roughsim.show.table import Number
+from roughsim.studies import work
 from roughsim.studies.folder import Description, write
 from roughsim.studies.tables import save_study, study_table, words_of
 from roughsim.studies.vary import read_axes
@@ -211,3 +213,55 @@ def test_a_study_of_slides_shows_them_beside_single_contacts(sliding_run, tmp_pa
     assert table.rows[0][titles.index("sliding, K")].value == flash.mean[-1]
     study.chart(tmp_path / "s.svg")
     assert ">sliding<" in (tmp_path / "s.svg").read_text()
+
+
+def test_a_point_goes_on_until_its_total_error_meets_the_target(quick, tmp_path, monkeypatch):
+    # the plan leaves all of the target to the scatter, as if there were no systematic errors
+    monkeypatch.setattr(work, "statistical_target", lambda target, _: target)
+    scene = replace(quick, ensemble=replace(quick.ensemble, max_realizations=400))
+    folder, target = tmp_path / "study", 0.01
+
+    def point():
+        study = rs.study(scene, vary={"sliding.nominal_pressure": [1e8]}, folder=folder, target_error=target)
+        return study.results[0][1]
+
+    run = point()
+    estimate = run.estimate("flash_temperature")
+    warm = estimate.mean > 0.0
+    assert max(estimate.total_error[warm] / estimate.mean[warm]) <= target
+    assert run.until["flash_temperature"] < target
+    assert read_description(run.folder)["until"] == run.until
+    assert point().realizations == run.realizations  # the same command finds it finished
+
+
+def tightened_from(monkeypatch, statistical, systematic, *, met=True, n=40):
+    """The statistical target that a point with these relative errors of two speeds gets next; None without."""
+    mean = np.array([0.0, 10.0, 100.0])
+    half = mean[1:] * statistical
+    found = SimpleNamespace(
+        mean=mean,
+        half_width=np.append(0.0, half),
+        total_error=np.append(0.0, np.hypot(half, mean[1:] * np.array(systematic))),
+    )
+    run = SimpleNamespace(estimate=lambda _: found, target_met=met, realizations=n)
+    monkeypatch.setattr(work, "open_run", lambda _: run)
+    monkeypatch.setattr(work, "aimed", lambda scene, until: until)
+    monkeypatch.setattr(work, "begin_one", lambda until, *_: until["flash_temperature"])
+    point = SimpleNamespace(scene=None, folder=None, numerics=SimpleNamespace(levels=[SimpleNamespace(every=4)]))
+    return next(iter(work.tightened([point], 0.02)), None)
+
+
+def test_the_next_statistical_target_is_what_the_systematic_errors_leave(monkeypatch):
+    def after(*errors, **how):
+        return tightened_from(monkeypatch, *errors, **how)
+
+    # .02² − .016² = .012², at the first speed; twice the realizations at most
+    assert after(np.array([0.014, 0.01]), [0.016, 0.0]) == pytest.approx(0.012)
+    assert after(np.array([0.019, 0.01]), [0.016, 0.0]) == pytest.approx(0.019 * 0.5**0.5)
+    assert after(np.array([0.01, 0.01]), [0.017, 0.017]) is None  # met
+    assert after(np.array([0.014, 0.01]), [0.016, 0.0], met=False) is None  # no realizations left
+    # systematic errors that miss it alone: known, or by too few fine realizations
+    assert after(np.array([0.014, 0.01]), [0.0195, 0.0]) is None
+    assert after(np.array([0.014, 0.01]), [0.03, 0.0], n=20) == pytest.approx(0.014 * 0.5**0.5)
+    # hardly missed: a step that needs more realizations all the same
+    assert after(np.array([0.0121, 0.01]), [0.016, 0.0]) == pytest.approx(0.0121 * 0.98)
