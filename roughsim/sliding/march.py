@@ -9,7 +9,6 @@ import numpy as np
 
 from roughsim import fourier
 from roughsim.contact import Contact, Solid
-from roughsim.contact.active_set import solve_contact
 from roughsim.errors import ConvergenceError
 from roughsim.grid import Array, Field, Grid
 from roughsim.heat.equal_temperatures import equalize
@@ -91,6 +90,8 @@ def contacts(
     heights: Field, counter_heights: Field | None, grid: Grid, solid: Solid, load: float, path: Path, tolerance: float
 ) -> Iterator[Contact]:
     """Yield the contact at each position of the path, each solve begun from the last; one for all over a flat."""
+    from roughsim.contact.active_set import solve_contact  # loads numba: who plans and leads a run may do without
+
     contact = None
     for offset in path.offsets:
         if contact is None or counter_heights is not None:
