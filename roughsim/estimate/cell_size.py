@@ -9,6 +9,7 @@ from math import nan, pi, sqrt
 
 import numpy as np
 
+from roughsim import prediction
 from roughsim.grid import Array
 from roughsim.scene import Scene
 
@@ -17,6 +18,9 @@ SIZE_ERROR = 0.004
 ENOUGH_WAVES, ENOUGH_ROLL_OFF_WAVES, MOST_WAVES = 4.0, 8.0, 8.0
 # relative error × (longest waves per side)² σ₀/σ_P where few spots carry the load; measured at σ₀/σ_P = .0008 … .008
 FEW_SPOTS = {"smoothed": 0.0016, "capped": 0.0002}
+# relative error of what finer levels add in half such a cell, and × its number of spots where few carry the load;
+# measured by `experiments/half_cell.py`
+STEP_ERROR, FEW_SPOTS_OF_STEP = 0.008, 0.016
 
 
 def choose_lengths(scene: Scene) -> tuple[tuple[float, float], str]:
@@ -65,12 +69,20 @@ def size_error_of_sum(
 ) -> Array:
     """Return the relative error of the cell's size where a share `from_half` of a mean comes from half the cell.
 
-    It is an array of the shape of that share. The rest is as in `size_error`, which holds for the corrections by finer
-    levels too: in half the cell they changed by −0.7 to +0.4 % of themselves, that of a cell of twice the sides.
+    It is an array of the shape of that share.
     """
-    half = (lengths[0] / 2, lengths[1] / 2)
-    whole, corrections = (size_error(scene, sides, observable, column) for sides in (lengths, half))
-    return np.hypot(whole, np.multiply(from_half, corrections))
+    whole = size_error(scene, lengths, observable, column)
+    return np.hypot(whole, np.multiply(from_half, step_error(scene, lengths) if np.any(from_half) else 0.0))
+
+
+def step_error(scene: Scene, lengths: tuple[float, float]) -> float:
+    """Return the relative error of what finer levels of capped contact add in half the cell of these sides, m.
+
+    They count in ratios, which depend less on the cell than means do. A spot is as large as the shortest wave that the
+    contact has not yielded at.
+    """
+    spots = share_of_spots(scene) * (min(lengths) / 2 * prediction.yield_wavenumber(scene) / (2 * pi)) ** 2
+    return max(STEP_ERROR * (size_error(scene, lengths) / SIZE_ERROR), FEW_SPOTS_OF_STEP / spots)
 
 
 def share_of_spots(scene: Scene) -> float:

@@ -8,6 +8,7 @@ import pytest
 from ladder_cases import NAME, level, seldom
 
 import roughsim as rs
+from roughsim import prediction
 from roughsim.estimate.cell_size import size_error_of_sum
 from roughsim.estimate.errors import estimate, quotient, relative_half_width
 from roughsim.estimate.ladder import observe
@@ -91,18 +92,20 @@ def test_levels_in_the_runs_cell_come_before_those_in_half_of_it():
     assert not values.independent  # the second level has the surfaces of the first
 
 
-def test_the_share_that_half_the_cell_adds_has_the_size_error_of_half_the_cell():
+def test_the_share_that_half_the_cell_adds_has_a_size_error_of_its_own():
     values = observe(NAME, ladder(3), capped=True, end=2.0)
     share = 1.0 / ratio(3) - 1.0
     np.testing.assert_allclose(values.from_half, share, rtol=1e-12)
     steel = rs.load_scene("steel-1.2GPa")
-    lengths = (4 * 2 * np.pi / 6350,) * 2  # four longest waves: 0.4 %; two: four times that
+    lengths = (4 * 2 * np.pi / 6350,) * 2  # four longest waves: 0.4 %; of what half of it adds: 0.8 %
     size = size_error_of_sum(steel, lengths, NAME, "capped", values.from_half)
-    np.testing.assert_allclose(size, np.sqrt(0.004**2 + (0.016 * share) ** 2), rtol=1e-12)
-    # few spots: 0.0002 over (waves per side)² σ₀/σ_P
-    light = replace(steel, sliding=replace(steel.sliding, nominal_pressure=1e-4 * 1.2e9))
+    np.testing.assert_allclose(size, np.sqrt(0.004**2 + (0.008 * share) ** 2), rtol=1e-12)
+    # few spots: 0.0002 over (waves per side)² σ₀/σ_P; of what half the cell adds, 0.016 over its number of spots
+    light = replace(steel, sliding=replace(steel.sliding, nominal_pressure=1e-3 * 1.2e9))
     size = size_error_of_sum(light, lengths, NAME, "capped", np.array([0.5]))
-    assert size[0] == pytest.approx(sqrt(0.125**2 + (0.5 * 0.5) ** 2), rel=1e-9)
+    spots = 1e-3 * (2 * prediction.yield_wavenumber(light) / 6350) ** 2
+    assert size[0] == pytest.approx(sqrt(0.0125**2 + (0.5 * 0.016 / spots) ** 2), rel=1e-9)
+    assert 0.2 < spots < 0.3  # q_y is eight times q_min
     np.testing.assert_array_equal(size_error_of_sum(steel, lengths, NAME, "capped", np.zeros(2)), 0.004)
 
 
@@ -162,9 +165,9 @@ def test_half_the_cell_has_the_same_mean_corrections():
     whole, half = ((b - a) / base for a, b in ((low, high), (start, fine)))
     error = np.hypot(whole.std(axis=0, ddof=1) / sqrt(60), half.std(axis=0, ddof=1) / sqrt(240))
     assert np.all(error < 0.002)
-    # the error of the size that half the cell has, of the change, and three standard errors
+    # the stated error of what half the cell adds, and three standard errors: of differences, which differ more
     apart = np.abs(whole.mean(axis=0) - half.mean(axis=0))
-    assert np.all(apart <= 0.016 * np.abs(whole.mean(axis=0)) + 3.0 * error)
+    assert np.all(apart <= 0.008 * np.abs(whole.mean(axis=0)) + 3.0 * error)
     # a quarter of the area scatters about four times as much, in variance
     gain = half.var(axis=0, ddof=1) / whole.var(axis=0, ddof=1)
     assert np.all((gain > 2.0) & (gain < 8.0))

@@ -104,9 +104,9 @@ def test_the_plan_expects_what_the_pilot_says(monkeypatch):
     assert q_y == pytest.approx(5.07e4, rel=0.01)
     assert forecast.bandwidth == pytest.approx((0.2 if top > 6e5 else 1.0) * 0.2 * 2e5 / top)
     assert {level.cell for level in ladder[1:]} == {"half"}
-    # four times the size error of the whole cell, of what the corrections add; they start at a quarter of the top
+    # 0.8 % of what the corrections add, beside the size error of the run's cell; they start at a quarter of the top
     added = 0.2 * 2e5 / (top / 4)
-    assert forecast.size == pytest.approx(np.hypot(0.004, 4 * 0.004 * added))
+    assert forecast.size == pytest.approx(np.hypot(0.004, 0.008 * added))
     assert forecast.cpu_seconds == pytest.approx(2e-8 * work(numerics.levels, forecast.realizations))
     systematic = np.linalg.norm([forecast.bandwidth, forecast.pixel, forecast.size])
     goal = sqrt(0.02**2 - systematic**2)
