@@ -114,7 +114,7 @@ def test_the_mean_is_that_of_the_runs_cell_times_the_ratio_in_half_of_it(half_ru
     whole = 0.004 * (8 / (2e-3 * 2e4 / (2 * np.pi))) ** 2
     told = half_run.estimate("contact_fraction")
     share = half_run.values("contact_fraction").from_half[0]
-    assert told.budget["size"][0] == pytest.approx(told.mean[0] * whole * np.hypot(1.0, 4.0 * share), rel=1e-9)
+    assert told.budget["size"][0] == pytest.approx(told.mean[0] * whole * np.hypot(1.0, 2.0 * share), rel=1e-9)
     assert share > 0.01
 
 
