@@ -323,3 +323,25 @@ def test_random_problems_meet_the_optimality_conditions():
         cap = np.inf if rng.random() < 0.4 else slope * share / rng.uniform(0.02, 0.95)
         contact = rs.solve_contact(heights, grid, rs.Solid(1.0, cap), nominal_pressure=slope * share)
         assert_solved(heights, grid, rs.Solid(1.0, cap), slope * share, contact)
+
+
+def test_a_load_after_others_on_the_same_heights_has_the_bits_of_one_alone():
+    (heights, grid), (small, coarse) = rough(128), rough(64)
+    others = rough(128, seed=1)[0]
+    cases = [(0.1, 1e-3), (0.1, 0.05), (np.inf, 1e-2), (np.inf, 10.0), (0.1, 1e-2)]  # σ_P and σ₀ over E*
+
+    def fields(surface, hardness, load, grid=grid):
+        contact = rs.solve_contact(surface, grid, rs.Solid(1.0, hardness), nominal_pressure=load)
+        return np.stack((contact.pressure, contact.displacement))
+
+    def alone(surface, case):
+        fields(small, 0.1, 1e-3, coarse)  # what is kept is of this grid
+        return fields(surface.copy(), *case)
+
+    expected = [alone(heights, case) for case in cases]
+    for case, values in zip(cases, expected, strict=True):
+        np.testing.assert_array_equal(fields(heights, *case), values)
+    fields(others, *cases[0])
+    np.testing.assert_array_equal(fields(heights, *cases[0]), expected[0])
+    heights[3:9] *= 0.5  # the array is another surface now
+    np.testing.assert_array_equal(fields(heights, *cases[0]), alone(heights, cases[0]))
