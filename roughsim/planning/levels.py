@@ -27,7 +27,7 @@ from roughsim.scene.numerics import Column, Level
 PILOT_TOP = 4.0  # q_y: highest cut-off of a pilot of capped contact, the lowest rung of most ladders
 ELASTIC_SIDE, CAPPED_SIDE = 2048, 4096  # points per side of the finest grids of a plan; beyond, C(q) is cut
 PIXELS = 4  # per shortest wave of a level; its partner at half the pixel has twice as many
-LATER = 0.45  # scatter of the correction by the highest cut-off over that by the one before: 0.4 … 0.55 on the steels
+LATER = 0.5  # scatter of the correction by the highest cut-off over that by the one before: 0.4 … 0.65 on the steels
 SYSTEMATIC = 0.6  # share of the target that the pixel may take; the rest is for the scatter
 SYSTEMATIC_CUT = 0.85  # with the bandwidth, where another rung costs more than many realizations of the lowest one
 
@@ -83,6 +83,11 @@ class Ladder(NamedTuple):
                 level = replace(rung.level, every=every if rung.scatter == 1.0 else seldom)
                 rungs.append(rung._replace(level=in_half(level) if halved else level))
         return rungs
+
+    def fallen(self, seen: Pilot) -> float:
+        """Return the scatter of changes from the first rung of the last column over that of the pilot's changes."""
+        first = self.columns()[-1][0].level
+        return seen.q_max / first.q_max if first.column == "capped" else 1.0
 
     def columns(self) -> list[list[Rung]]:
         """Return the rungs of each column."""

@@ -27,8 +27,9 @@ from roughsim.untrusted import machine_memory
 
 TARGET = 0.01  # relative total error where neither the caller nor the scene states one
 LEAST_SHARE = 0.1  # of the squared target, kept for the statistical error however large the systematic errors are
-CORRECTIONS = 0.65  # scatter of the first correction over that of the changes in the pilot; 0.4 … 1.0 on the steels
-WIDEST_CORRECTIONS = 0.5  # the same at the speed where they scatter most, mostly the slowest; 0.25 … 0.9 on the steels
+# scatter of the first correction over that of the changes in the pilot, in capped contact × the pilot's over its own
+# cut-off; at the hottest speed, and at that where they scatter most: 0.26 … 0.48 and 0.18 … 0.32 on the steels
+CORRECTIONS, WIDEST_CORRECTIONS = 0.4, 0.3
 MEMBER = 5e5  # `work` of what a member takes whatever its grid, a few milliseconds: handing out, file, reading
 MEMORY_SHARE = 0.8  # share of the machine's memory that the largest grid may take
 BYTES_PER_POINT = 120  # peak memory of a solve, measured
@@ -206,6 +207,7 @@ def split_of(
     systematic = hypot(0.0 if isnan(ladder.bandwidth) else ladder.bandwidth, ladder.pixel, size)
     goal = statistical_target(target, systematic) if stop is None else stop
     factor, most = HALF_SCATTER if half else 1.0, scene.ensemble.max_realizations
+    factor *= ladder.fallen(seen)
     change = factor * CORRECTIONS * seen.change_scatter
     widest = max(change, factor * WIDEST_CORRECTIONS * seen.widest_change_scatter)
     splits = []

@@ -58,10 +58,11 @@ def strides_of(numerics):
 
 
 def corrections(numerics, change):
-    """Scatter and stride: the second step scatters 0.45 times as much as the first; half the cell twice the whole."""
+    """Scatter and stride: as the pilot's over the cut-off; the second step half the first; half the cell twice."""
     often, seldom = strides_of(numerics)
+    change *= 2e5 / numerics.levels[numerics.of_column("capped")[0]].q_max
     change *= 2.0 if numerics.levels[-1].cell == "half" else 1.0
-    return (change, often), (0.45 * change, seldom)
+    return (change, often), (0.5 * change, seldom)
 
 
 def test_the_plan_expects_a_rough_surface_to_fall_slowly(monkeypatch):
@@ -110,7 +111,7 @@ def test_the_plan_expects_what_the_pilot_says(monkeypatch):
     assert forecast.cpu_seconds == pytest.approx(2e-8 * work(numerics.levels, forecast.realizations))
     systematic = np.linalg.norm([forecast.bandwidth, forecast.pixel, forecast.size])
     goal = sqrt(0.02**2 - systematic**2)
-    n, changes = forecast.realizations, corrections(numerics, 0.65 * 0.004)
+    n, changes = forecast.realizations, corrections(numerics, 0.4 * 0.004)
     assert n > 2 * seldom  # three fine ones at least
     assert half_width(n, 0.03, *changes) <= goal
     assert n == 2 * seldom + 1 or goal < half_width(n - 1, 0.03, *changes)
@@ -150,7 +151,7 @@ def test_a_plan_says_how_far_its_realizations_may_be_off(monkeypatch):
     goal = float(re.search(r"flash_temperature=([\d.]+)%", told).group(1)) / 100
     spread = sqrt(10 / stats.chi2.ppf(0.025, 10))  # how much larger the scatter of 12 values about a line may be
     assert spread == pytest.approx(1.75, abs=0.006)
-    changes = corrections(numerics, spread * 0.65 * 0.004)
+    changes = corrections(numerics, spread * 0.4 * 0.004)
     assert half_width(high, spread * 0.03, *changes) == pytest.approx(goal, rel=0.02)
 
 
@@ -163,7 +164,7 @@ def test_the_strides_of_fine_levels_are_the_cheapest_powers_of_two(monkeypatch, 
     goal = sqrt(max(0.012**2 - systematic**2, 0.1 * 0.012**2))
     cost = {}
     for often, seldom in ((2**k, 2**j) for k in range(10) for j in range(k, 10)):
-        first, second = corrections(numerics, 0.65 * change)
+        first, second = corrections(numerics, 0.4 * change)
         changes = (first[0], often), (second[0], seldom)
         n = max(12, 2 * seldom + 1, int((1.9 / goal) ** 2 * (0.03**2 + sum(x * x * k / 2 for x, k in changes))))
         while half_width(n, 0.03, *changes) > goal:
