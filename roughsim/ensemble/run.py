@@ -130,11 +130,13 @@ def complete(
     observer: Callable[[Run], None] | None = None,
     *,
     claimed_in: Path | None = None,
+    next_target: Callable[[Run], dict[str, float] | None] | None = None,
 ) -> list[Run]:
     """Compute the members that runs which were begun still lack; they have the same levels and seed.
 
     `claimed_in` is the folder of the claims, which processes with other runs besides these share; left out: that of the
-    first run. Errors as `run`.
+    first run. `next_target` says to what errors a run goes on once it has met its targets; None: it has ended. Errors
+    as `run`.
     """
     homes = [Path(os.path.abspath(folder)) for *_, folder in begun]  # workers may have started in another directory
     runs = []
@@ -146,7 +148,14 @@ def complete(
             run.until, run.max_realizations = dict(scene.ensemble.until), scene.ensemble.max_realizations
             run.refresh()
             runs.append(AtWork(scene, numerics, home, run))
-        Tasks(runs, claims, check, observer).complete(force)
+        tasks = Tasks(runs, claims, check, observer)
+        tasks.complete(force)
+        while next_target is not None and (lower := {one: until for one in runs if (until := next_target(one.run))}):
+            for one, until in lower.items():
+                begin(aimed(one.scene, until=until), one.folder, one.numerics)  # who resumes the run goes on to it, too
+                one.run.until = until
+                one.run.refresh()
+            tasks.complete(force)
         for at_work in runs:
             at_work.run.save()
             clear(at_work.folder, claims)

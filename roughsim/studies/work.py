@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from math import hypot, isnan, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,7 +21,7 @@ import numpy as np
 from roughsim.ensemble.run import aimed, begin, check_workers, complete
 from roughsim.ensemble.workers import Workforce, stopped_by_signals
 from roughsim.planning.plan import LEAST_SHARE, plan, statistical_target
-from roughsim.results.folder import folder_state, open_run, read_description
+from roughsim.results.folder import folder_state, read_description
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneError
 from roughsim.scene.files import scene_of
@@ -109,11 +110,9 @@ def study(
         points = {name: each for name, each in scenes.items() if name}
         with planning_alone(folder, check):
             groups = begin_points(folder, points, target)
-        for unmet in groups:
-            begun = unmet
-            while begun:
-                complete(begun, force, check, update, claimed_in=folder)
-                begun = [] if target is None else tightened(begun, target)
+        lower = None if target is None else partial(next_target, target_error=target)
+        for group in groups:
+            complete(group, force, check, update, claimed_in=folder, next_target=lower)
     return Study(folder, description)
 
 
@@ -208,29 +207,24 @@ def plan_of(scenes: list[Scene], target_error: float | None) -> tuple[Numerics, 
     return numerics, until
 
 
-def tightened(group: list[Begun], target_error: float) -> list[Begun]:
-    """Return the points whose total error still misses the target, with a lower statistical target.
+def next_target(run: Run, target_error: float) -> dict[str, float] | None:
+    """Return the statistical target with which a run that misses its total error goes on; None where it has ended.
 
     A plan expects the systematic errors of one load at the hottest speed; a run has measured its own, at every speed.
-    They scatter, too: no step takes more than about twice the realizations. Points stay as they are where the
-    systematic errors, measured by enough fine realizations, leave next to nothing of the target.
+    They scatter, too: no step takes more than about twice the realizations. A run has ended where its systematic
+    errors, measured by enough fine realizations, leave next to nothing of the target.
     """
-    again = []
-    for one in group:
-        run = open_run(one.folder)
-        found = run.estimate("flash_temperature")
-        warm = found.mean > 0.0
-        total, statistical = (error[warm] / found.mean[warm] for error in (found.total_error, found.half_width))
-        if not run.target_met or not np.any(total > target_error):
-            continue
-        left = np.maximum(target_error**2 - (total**2 - statistical**2), 0.0)
-        fine = run.realizations // max(level.every for level in one.numerics.levels)
-        if fine >= ENOUGH_FINE and np.any(left < LEAST_SHARE * target_error**2):
-            continue
-        factor = np.clip((np.sqrt(left) / statistical).min(), sqrt(0.5), 0.98)
-        scene = aimed(one.scene, until={"flash_temperature": float(factor * statistical.max())})
-        again.append(begin_one(scene, one.folder, one.numerics))
-    return again
+    found = run.estimate("flash_temperature")
+    warm = found.mean > 0.0
+    total, statistical = (error[warm] / found.mean[warm] for error in (found.total_error, found.half_width))
+    if not run.target_met or not np.any(total > target_error):
+        return None
+    left = np.maximum(target_error**2 - (total**2 - statistical**2), 0.0)
+    fine = run.realizations // max(level.every for level in run.numerics.levels)
+    if fine >= ENOUGH_FINE and np.any(left < LEAST_SHARE * target_error**2):
+        return None
+    factor = np.clip((np.sqrt(left) / statistical).min(), sqrt(0.5), 0.98)
+    return {"flash_temperature": float(factor * statistical.max())}
 
 
 def family(scene: Scene) -> str:

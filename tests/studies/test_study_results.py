@@ -234,34 +234,29 @@ def test_a_point_goes_on_until_its_total_error_meets_the_target(quick, tmp_path,
     assert point().realizations == run.realizations  # the same command finds it finished
 
 
-def tightened_from(monkeypatch, statistical, systematic, *, met=True, n=40):
-    """The statistical target that a point with these relative errors of two speeds gets next; None without."""
+def target_after(statistical, systematic, *, met=True, n=40):
+    """The statistical target that a run with these relative errors of two speeds gets next; None without."""
     mean = np.array([0.0, 10.0, 100.0])
-    half = mean[1:] * statistical
+    half = mean[1:] * np.array(statistical)
     found = SimpleNamespace(
         mean=mean,
         half_width=np.append(0.0, half),
         total_error=np.append(0.0, np.hypot(half, mean[1:] * np.array(systematic))),
     )
-    run = SimpleNamespace(estimate=lambda _: found, target_met=met, realizations=n)
-    monkeypatch.setattr(work, "open_run", lambda _: run)
-    monkeypatch.setattr(work, "aimed", lambda scene, until: until)
-    monkeypatch.setattr(work, "begin_one", lambda until, *_: until["flash_temperature"])
-    point = SimpleNamespace(scene=None, folder=None, numerics=SimpleNamespace(levels=[SimpleNamespace(every=4)]))
-    return next(iter(work.tightened([point], 0.02)), None)
+    numerics = SimpleNamespace(levels=[SimpleNamespace(every=1), SimpleNamespace(every=4)])
+    run = SimpleNamespace(estimate=lambda _: found, target_met=met, realizations=n, numerics=numerics)
+    until = work.next_target(run, 0.02)
+    return until and until["flash_temperature"]
 
 
-def test_the_next_statistical_target_is_what_the_systematic_errors_leave(monkeypatch):
-    def after(*errors, **how):
-        return tightened_from(monkeypatch, *errors, **how)
-
+def test_the_next_statistical_target_is_what_the_systematic_errors_leave():
     # .02² − .016² = .012², at the first speed; twice the realizations at most
-    assert after(np.array([0.014, 0.01]), [0.016, 0.0]) == pytest.approx(0.012)
-    assert after(np.array([0.019, 0.01]), [0.016, 0.0]) == pytest.approx(0.019 * 0.5**0.5)
-    assert after(np.array([0.01, 0.01]), [0.017, 0.017]) is None  # met
-    assert after(np.array([0.014, 0.01]), [0.016, 0.0], met=False) is None  # no realizations left
+    assert target_after([0.014, 0.01], [0.016, 0.0]) == pytest.approx(0.012)
+    assert target_after([0.019, 0.01], [0.016, 0.0]) == pytest.approx(0.019 * 0.5**0.5)
+    assert target_after([0.01, 0.01], [0.017, 0.017]) is None  # met
+    assert target_after([0.014, 0.01], [0.016, 0.0], met=False) is None  # no realizations left
     # systematic errors that miss it alone: known, or by too few fine realizations
-    assert after(np.array([0.014, 0.01]), [0.0195, 0.0]) is None
-    assert after(np.array([0.014, 0.01]), [0.03, 0.0], n=20) == pytest.approx(0.014 * 0.5**0.5)
+    assert target_after([0.014, 0.01], [0.0195, 0.0]) is None
+    assert target_after([0.014, 0.01], [0.03, 0.0], n=20) == pytest.approx(0.014 * 0.5**0.5)
     # hardly missed: a step that needs more realizations all the same
-    assert after(np.array([0.0121, 0.01]), [0.016, 0.0]) == pytest.approx(0.0121 * 0.98)
+    assert target_after([0.0121, 0.01], [0.016, 0.0]) == pytest.approx(0.0121 * 0.98)
