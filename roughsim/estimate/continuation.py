@@ -8,6 +8,7 @@ from math import exp, log, nan
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import stdtrit
 
 from roughsim.grid import Array
 from roughsim.observables.record import Sample
@@ -87,9 +88,10 @@ def remainder_by_power(ladder: list[Rung], end: float, settled: float, usual: fl
 def the_surer(power: tuple[Array, Array, Array], ladder: list[Rung], law: Array) -> tuple[Array, Array, Array]:
     """Return exponent (NaN by the law), remainder and error of the surer of two ways: a power, or a constant ratio.
 
-    `law` as in `observe`, measured/law is constant. The rungs may refute it: what that has changed over the last step,
-    at the worst speed, is part of its error. Where both ways lie further apart than their errors and scatter allow, the
-    power stays, and the distance is the error.
+    The surer one has the smaller sum of squares of its error and of the scatter that it gives the limit. `law` as in
+    `observe`, measured/law is constant. The rungs may refute it: what that has changed over the last step, at the worst
+    speed, is part of its error. Where both ways lie further apart than their errors and scatter allow, the power stays,
+    and the distance is the error.
     """
     (exponent, remainder, error), below, top = power, ladder[-2].rows, ladder[-1].rows
     mean = top.mean(axis=0)
@@ -99,9 +101,12 @@ def the_surer(power: tuple[Array, Array, Array], ladder: list[Rung], law: Array)
     doubts = DOUBT_OF_LAW[0] * mean, DOUBT_OF_LAW[1] * by_law.mean(axis=0), np.abs(change).max() * mean
     doubt = np.linalg.norm(doubts, axis=0)
     apart = np.abs((remainder - by_law).mean(axis=0))
-    scatter = 2.0 * (remainder - by_law).std(axis=0) / np.sqrt(len(top))
-    contrary = apart > np.linalg.norm([error, doubt, scatter], axis=0)
-    chosen = (doubt < error) & ~contrary
+    scatter, of_power, of_law = (
+        rows.std(axis=0) / np.sqrt(len(top)) for rows in (remainder - by_law, top + remainder, top + by_law)
+    )
+    contrary = apart > np.linalg.norm([error, doubt, 2.0 * scatter], axis=0)
+    wide = stdtrit(max(len(ladder[-1].sample.rows) - 1, 1), 0.975)  # few realizations have the highest rung
+    chosen = (np.hypot(doubt, wide * of_law) < np.hypot(error, wide * of_power)) & ~contrary
     surest = np.where(contrary, apart, np.where(chosen, doubt, error))
     return np.where(chosen, nan, exponent), np.where(chosen, by_law, remainder), surest
 

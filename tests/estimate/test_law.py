@@ -101,6 +101,8 @@ def test_scatter_alone_does_not_refute_a_law():
     [
         (0.0, 0.0, 2.0, True, 1.0),  # the law: 0.5 % of 100 and 7 % of the 12.37 that follow, and no change
         (0.0, 0.0, 0.9, False, 0.9),  # the power is surer
+        (0.0, 0.1, 0.9, False, 0.9),  # with what its scatter adds: t = 3.18 for four rows, 0.9² + 0.318² < 1
+        (0.0, 0.2, 0.9, True, 1.0),  # 0.9² + 0.636² > 1
         (3.0, 0.0, 2.0, False, 3.0),  # 3 > √(1 + 4): one of the two is wrong
         (2.0, 0.0, 2.0, True, 1.0),
         (2.1, 0.0, 2.0, True, 1.0),  # 2 < 2.1 < √5
