@@ -70,6 +70,32 @@ def test_the_error_of_a_ratio_takes_corrections_as_independent_too():
     np.testing.assert_allclose(told.standard_error, estimate(NAME, values).standard_error / 2.0, rtol=1e-12)
 
 
+def test_a_ratio_takes_corrections_as_independent_only_where_those_of_both_columns_are():
+    # the fine level of one column follows its coarse one: 8 of 16 rows are moved by n/8 = 2 times what they add
+    rng = np.random.default_rng(9)
+    base, constant = 50.0 + rng.standard_normal((16, 1)), np.full((16, 1), 8.0)
+    fine = base + 0.7 * (base - 60.0)
+    above = observe(NAME, [level(base), seldom(fine, 2, q_max=2.0)], capped=False, end=2.0)
+    start, finer = half(seldom(constant, 2)), half(seldom(0.5 * constant, 2, q_max=2.0))
+    below = observe(NAME, [level(constant), start, finer], capped=True, end=2.0)
+    own, added = base.std(ddof=1), 2.0 * 0.7 * base[::2].std(ddof=1)
+    expected = np.sqrt(8.0 * own**2 + 8.0 * (own + added) ** 2) / 16.0
+    assert quotient(above, below).standard_error[0] == pytest.approx(expected / 4.0, rel=1e-12)
+    mean = above.extrapolated.mean()
+    assert quotient(below, above).standard_error[0] == pytest.approx(expected * 4.0 / mean**2, rel=1e-12)
+
+
+def test_surfaces_of_half_the_cell_have_no_slopes_in_the_base():
+    volumes = {"peak_volume": RNG.standard_normal(12), "long_peak_volume": RNG.standard_normal(12)}
+    start, fine = (
+        half(replace(level(rows, q_max=q), numbers={NAME: rows, **volumes}))
+        for rows, q in ((START, 1.0), (START + CHANGE, 2.0))
+    )
+    values = observe(NAME, [level(BASE), start, fine], capped=True, end=2.0)
+    assert values.slopes == 0
+    np.testing.assert_allclose(values.extrapolated.mean(axis=0), expected_mean(1), rtol=1e-12)
+
+
 def test_the_partner_in_half_the_cell_shows_the_pixel():
     start = half(level(START, side=32.0))
     finer = half(level(START + CHANGE, side=64.0))
@@ -107,6 +133,28 @@ def test_the_share_that_half_the_cell_adds_has_a_size_error_of_its_own():
     assert size[0] == pytest.approx(sqrt(0.0125**2 + (0.5 * 0.016 / spots) ** 2), rel=1e-9)
     assert 0.2 < spots < 0.3  # q_y is eight times q_min
     np.testing.assert_array_equal(size_error_of_sum(steel, lengths, NAME, "capped", np.zeros(2)), 0.004)
+
+
+def test_what_is_extrapolated_beyond_half_cells_comes_from_them_too():
+    # of two cut-offs, q_c = 1 and 2, by 1/q_c: the last step times 1 − 2/end follows
+    values = observe(NAME, ladder(3), capped=True, end=8.0)
+    mean = BASE.mean(axis=0) * (ratio(3) + (ratio(3) - 1.0) * (1.0 - 2.0 / 8.0))
+    np.testing.assert_allclose(values.extrapolated.mean(axis=0), mean, rtol=1e-12)
+    np.testing.assert_allclose(values.from_half, BASE.mean(axis=0) / mean - 1.0, rtol=1e-12)
+
+
+def test_what_half_a_smaller_cell_adds_is_as_much_less_exact_as_its_means():
+    steel, share = rs.load_scene("steel-1.2GPa"), np.array([0.5])
+    # 16 times the error at a quarter of the sides; the shorter side counts. With few spots, 16 times fewer of them
+    for waves in ((1.0, 1.0), (1.0, 4.0), (4.0, 1.0)):
+        lengths = (waves[0] * 2 * np.pi / 6350, waves[1] * 2 * np.pi / 6350)
+        size = size_error_of_sum(steel, lengths, NAME, "capped", share)
+        np.testing.assert_allclose(size, 16 * np.sqrt(0.004**2 + (0.008 * share) ** 2), rtol=1e-12)
+    light = replace(steel, sliding=replace(steel.sliding, nominal_pressure=1e-4 * 1.2e9))
+    lengths = (4 * 2 * np.pi / 6350, 16 * 2 * np.pi / 6350)
+    spots = 1e-4 * (2 * prediction.yield_wavenumber(light) / 6350) ** 2
+    size = size_error_of_sum(light, lengths, NAME, "capped", share)
+    np.testing.assert_allclose(size, np.hypot(0.0002 / (16 * 1e-4), share * 0.016 / spots), rtol=1e-9)
 
 
 @pytest.mark.parametrize("few", [0.0, -1.0])

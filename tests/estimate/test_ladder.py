@@ -32,6 +32,19 @@ def test_a_fine_level_of_few_realizations_corrects_the_coarse_one():
     np.testing.assert_allclose(few, all_, rtol=0.2)  # six fine solves are worth almost as much as 24
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_what_is_extrapolated_scatters_with_the_coarse_level_too(sign):
+    # negative values, as of ∇²T, have ratios like positive ones; by 1/q_c, the last step times 1 − 2/end follows
+    rng = np.random.default_rng(3)
+    coarse = sign * (10.0 + rng.standard_normal((24, 2)))
+    fine = 0.7 * coarse + 0.01 * rng.standard_normal((24, 2))
+    values = observe(NAME, [level(coarse), seldom(fine, 4, q_max=2.0)], capped=True, end=8.0)
+    ratio = fine[::4].mean(axis=0) / coarse[::4].mean(axis=0)
+    factor = ratio + (ratio - 1.0) * (1.0 - 2.0 / 8.0)
+    np.testing.assert_allclose(values.extrapolated.mean(axis=0), factor * coarse.mean(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(values.base, factor * coarse, rtol=1e-12)
+
+
 def test_elastic_contact_is_corrected_by_differences():
     rng = np.random.default_rng(2)
     coarse = 10.0 + rng.standard_normal((24, 1))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from roughsim.estimate.errors import estimate, looks, quotient, relative_half_width
+from roughsim.estimate.errors import estimate, looks, quotient, relative_half_width, spread
 from roughsim.estimate.ladder import observe
 from roughsim.estimate.regression import LEAST_FITTED, at_mean_peak_volume, scatter_at_mean_peak_volume
 from roughsim.observables.record import Sample
@@ -175,6 +175,16 @@ def test_corrections_keep_their_degrees_of_freedom():
     doubt = shared**2 / 13 + (added**2 + 2.0 * (coarse.var(ddof=1) / 16) * added * 8 / 16) / 7
     assert found.standard_error[0] == pytest.approx(np.sqrt(shared + added), rel=1e-9)
     assert found.effective_n[0] - 1.0 == pytest.approx((shared + added) ** 2 / doubt, rel=1e-9)
+
+
+def test_corrections_add_no_degrees_of_freedom_to_those_of_the_coarsest_level():
+    # two independent parts of 13 and 7 degrees, with variances in that ratio, would be worth 20 of them
+    base, added = np.zeros((16, 1)), np.zeros((16, 1))
+    base[:, 0] = np.sqrt(13.0) * stats.zscore(np.arange(16.0), ddof=1)
+    added[::2, 0] = np.sqrt(16.0**2 / 8.0 * 7.0 / 16.0) * stats.zscore(np.arange(8.0) ** 2, ddof=1)
+    error, freedom = spread(base + added, base, np.tile([1, 0], 8), independent=True, slopes=2)
+    assert error[0] == pytest.approx(np.sqrt(20.0 / 16.0), rel=1e-12)
+    assert freedom[0] == pytest.approx(13.0, rel=1e-12)
 
 
 @pytest.mark.statistical
