@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.errors import positive
+from roughsim.errors import instance, positive
 
 Array = NDArray[np.float64]
 Field = NDArray[Any]  # of real or complex numbers, in double or single precision
@@ -149,3 +149,8 @@ def distinct_wavenumbers(grid: Grid) -> tuple[Array, NDArray[np.intp]]:
     present[square] = True
     entry = (np.cumsum(present) - 1)[square]
     return 2 * pi / grid.lengths[0] * np.sqrt(np.flatnonzero(present).astype(np.float64)), entry
+
+
+def need_grid(grid: Any) -> None:
+    """Refuse with a TypeError what is no `Grid`."""
+    instance("grid", grid, Grid, "Grid((128, 128), (1e-3, 1e-3))")

@@ -6,6 +6,7 @@ import pickle
 import numpy as np
 import pytest
 
+import roughsim as rs
 from roughsim.grid import Grid
 
 SHAPES = [(1, 1), (1, 8), (7, 1), (2, 2), (4, 5), (5, 4), (16, 9), (61, 64)]
@@ -122,3 +123,34 @@ def test_wavevectors_point_both_ways_along_x_and_forwards_along_y():
         assert qx[1, 0] == pytest.approx(1)
         assert qx[-1, 0] == pytest.approx(-1)
         assert (qy >= 0).all()
+
+
+FIELD = np.zeros((8, 8))
+CALLS = {
+    "solve_contact": lambda grid, solid: rs.solve_contact(FIELD, grid, solid, nominal_pressure=1e6),
+    "follow_loads": lambda grid, solid: list(rs.follow_loads(FIELD, grid, solid, nominal_pressures=[1e6])),
+    "plastic_deformation": lambda grid, solid: rs.plastic_deformation(None, FIELD, grid, solid),
+    "contact_patches": lambda grid, _: rs.contact_patches(FIELD > 0, grid),
+    "corrected_area": lambda grid, _: rs.corrected_area(FIELD > 0, grid),
+    "measure": lambda grid, _: rs.measure(None, grid, None),
+    "sliding_temperature": lambda grid, _: rs.sliding_temperature(
+        FIELD, grid, speed=1, conductivity=30, diffusivity=1e-5
+    ),
+    "half_space_temperature": lambda grid, _: rs.half_space_temperature(
+        FIELD, grid, speed=1, conductivity=30, diffusivity=1e-5
+    ),
+    "partition_heat": lambda grid, _: rs.partition_heat(FIELD, grid, moving=None, resting=None),
+    "synthesize": lambda grid, _: rs.synthesize(None, grid, None),
+}
+
+
+@pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
+def test_what_is_no_grid_is_refused_by_name(call):
+    with pytest.raises(TypeError, match=r"^grid = 3 must be a Grid, as Grid\("):
+        call(3, rs.Solid(effective_modulus=1e11))
+
+
+@pytest.mark.parametrize("name", ["solve_contact", "follow_loads", "plastic_deformation"])
+def test_what_is_no_solid_is_refused_by_name(name):
+    with pytest.raises(TypeError, match=r"^solid = 1.0 must be a Solid, as Solid\("):
+        CALLS[name](rs.Grid((8, 8), (1.0, 1.0)), 1.0)

@@ -6,8 +6,9 @@ algorithm. `patches` measures the connected patches of a contact, `plasticity` i
 
 from dataclasses import dataclass
 from math import inf
+from typing import Any
 
-from roughsim.errors import positive
+from roughsim.errors import instance, positive
 from roughsim.grid import Field
 
 
@@ -70,3 +71,8 @@ def checked_load(name: str, nominal_pressure: float, solid: Solid) -> float:
             "no contact can carry it"
         )
     return load
+
+
+def need_solid(solid: Any) -> None:
+    """Refuse with a TypeError what is no `Solid`."""
+    instance("solid", solid, Solid, "Solid(effective_modulus=1.1e11)")

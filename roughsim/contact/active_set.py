@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roughsim._kernels.active_set import to_si
-from roughsim.contact import Contact, Solid, checked_load
+from roughsim.contact import Contact, Solid, checked_load, need_solid
 from roughsim.contact.solver.ahead import compile_ahead
 from roughsim.contact.solver.problem import coarser, dimensionless, full_contact
 from roughsim.contact.solver.solve import solve_cascade
 from roughsim.contact.solver.state import State, rounding_floor
 from roughsim.errors import ConvergenceError, number, real_field
 from roughsim.fourier.blocks import run, spans, total
-from roughsim.grid import Field, Grid
+from roughsim.grid import Field, Grid, need_grid
 
 
 def solve_contact(
@@ -65,6 +65,8 @@ def solve_contact(
     Contact
         The fields and how good they are.
     """
+    need_grid(grid)
+    need_solid(solid)
     load = checked_load("nominal_pressure", nominal_pressure, solid)
     if not 0.0 < number("tolerance", tolerance) < 1.0:
         raise ValueError(f"tolerance = {tolerance:.6g} must lie between 0 and 1")

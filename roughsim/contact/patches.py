@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughsim.errors import positive, real_field
 from roughsim.fourier.blocks import run, spans, total
-from roughsim.grid import Array, Field, Grid
+from roughsim.grid import Array, Field, Grid, need_grid
 
 Mask = NDArray[np.bool_]
 EDGE_SHARE = (math.pi - 1 + math.log(2)) / 24  # pixels by which each side of a pixel on the edge enlarges the contact
@@ -85,6 +85,7 @@ def contact_patches(mask: ArrayLike, grid: Grid) -> Patches:
     `mask` is of bool and shape `grid.shape`, for example `contact.pressure > 0`; TypeError or ValueError otherwise. An
     empty contact has no patches, full contact has one.
     """
+    need_grid(grid)
     return Patches(patch_sizes(_pixels(mask, grid)), math.prod(grid.spacing))
 
 
@@ -99,6 +100,7 @@ def corrected_area(mask: ArrayLike, grid: Grid) -> float:
 
     `mask` is of bool and shape `grid.shape`, true at the points with p > 0; TypeError or ValueError otherwise.
     """
+    need_grid(grid)
     pixels = _pixels(mask, grid)
     touching, _, outer, _ = _counts(pixels, math.inf)
     return (touching - EDGE_SHARE * outer) * math.prod(grid.spacing)

@@ -16,11 +16,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roughsim.contact import Contact, Solid, checked_load
+from roughsim.contact import Contact, Solid, checked_load, need_solid
 from roughsim.contact.active_set import solve_contact
 from roughsim.contact.patches import yielded_points
 from roughsim.errors import real_field
-from roughsim.grid import Array, Field, Grid
+from roughsim.grid import Array, Field, Grid, need_grid
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,6 +50,8 @@ def plastic_deformation(contact: Contact, heights: ArrayLike, grid: Grid, solid:
     TypeError or ValueError for fields that are not finite, real and of `grid.shape`, for pressures beyond the hardness,
     and for heights whose gap is not constant over the elastic contact: they, or the cell, are not those of the contact.
     """
+    need_grid(grid)
+    need_solid(solid)
     surface = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
     pressure = real_field("pressure", contact.pressure, grid.shape)
     if not pressure.any():
@@ -93,6 +95,8 @@ def follow_loads(
     `heights` are the surface after it. Errors are those of `solve_contact`; all loads are checked before the first
     solve.
     """
+    need_grid(grid)
+    need_solid(solid)
     surface = real_field("heights", heights, grid.shape)
     loads = [checked_load("nominal_pressures", load, solid) for load in nominal_pressures]
 

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.fourier import convolution
-from roughsim.grid import Field, Grid
+from roughsim.grid import Field, Grid, need_grid
 from roughsim.heat.influence import Axis, one_sided_influence, temperature_at
 from roughsim.heat.periodic import checked_duration, checked_flux, checked_times, fields_over_time, unit_vector
 
@@ -48,6 +48,7 @@ def half_space_temperature(
     Returns T above the body's temperature far away, K, at the centres of the pixels, shape `grid.shape` or
     `(len(time), *grid.shape)`. TypeError or ValueError for an argument of the wrong kind, not finite or out of range.
     """
+    need_grid(grid)
     flux = real_field("heat_flux", heat_flux, grid.shape)
     drift = number("speed", speed, "m/s") / positive("diffusivity", diffusivity, "m²/s")
     unit = grid.spacing[0]

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from roughsim import fourier
 from roughsim.errors import ConvergenceError, number, positive
 from roughsim.fourier import convolution
-from roughsim.grid import Field, Grid
+from roughsim.grid import Field, Grid, need_grid
 from roughsim.heat.half_space import axes, influence_response, padded_shape
 from roughsim.heat.periodic import checked_duration, checked_flux
 
@@ -78,6 +78,7 @@ def partition_heat(
     kind, not finite or out of its range; ConvergenceError where the two temperatures do not agree to 1e-8 within three
     rounds of 40 applications of their operator.
     """
+    need_grid(grid)
     flux, duration = checked_flux(heat_flux, grid.shape), checked_duration(time)
     if not flux.any():
         warnings.warn(

@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 from roughsim import fourier
 from roughsim.errors import not_negative, number, positive, real_field
 from roughsim.fourier import convolution
-from roughsim.grid import Array, Field, Grid
+from roughsim.grid import Array, Field, Grid, need_grid
 
 ROWS = 32  # rows of the half spectrum in one block: the work arrays stay in the cache
 FORGOTTEN = 40.0  # D q² t from which on a mode is steady: e^-40 = 4e-18 of the start is left
@@ -79,6 +79,7 @@ def sliding_temperature(
     ndarray
         T, K, shape `grid.shape` or `(len(time), *grid.shape)`, without its mean (q = 0).
     """
+    need_grid(grid)
     flux = real_field("heat_flux", heat_flux, grid.shape)
     speed = number("speed", speed, "m/s")
     conductivity = positive("conductivity", conductivity, "W/(m K)")

@@ -26,7 +26,7 @@ from roughsim import fourier
 from roughsim.contact import Contact
 from roughsim.contact.patches import edge_corrected
 from roughsim.errors import not_negative, number, positive, real_field
-from roughsim.grid import Array, Grid
+from roughsim.grid import Array, Grid, need_grid
 from roughsim.heat.periodic import responses, unit_vector
 from roughsim.observables.stress_spectrum import StressSpectrum, nyquist_waves, stress_spectrum, uniform_nodes
 
@@ -137,6 +137,7 @@ def measure(contact: Contact, grid: Grid, sliding: Sliding) -> Moments:
     TypeError or ValueError if the pressure is not a finite real field of `grid.shape`, or has no positive mean though
     it is not zero. A RuntimeWarning if there is no contact: temperatures, width and length are then NaN.
     """
+    need_grid(grid)
     pressure = real_field("pressure", contact.pressure, grid.shape).astype(np.float64, copy=False)
     mean, low, high = float(pressure.mean()), float(pressure.min()), float(pressure.max())
     if mean < 0.0 or (mean == 0.0 and pressure.any()):

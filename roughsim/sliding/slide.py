@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roughsim.contact import Contact, Solid, checked_load
+from roughsim.contact import Contact, Solid, checked_load, need_solid
 from roughsim.errors import instance, number, positive, real_field
-from roughsim.grid import Array, Grid
+from roughsim.grid import Array, Grid, need_grid
 from roughsim.heat.partition import Body
 from roughsim.sliding.course import follow
 from roughsim.sliding.march import Motion, contacts
@@ -118,8 +118,8 @@ def slide(  # noqa: PLR0913  (two bodies)
     TypeError or ValueError for an argument of the wrong kind or out of its range; ConvergenceError where a contact or
     the share of its heat is not found.
     """
-    instance("grid", grid, Grid, "Grid((128, 128), (1e-3, 1e-3))")
-    instance("solid", solid, Solid, "Solid(effective_modulus=1.1e11)")
+    need_grid(grid)
+    need_solid(solid)
     for name, body in (("moving", moving), ("resting", resting)):
         instance(name, body, Body, "Body(conductivity=30.0, diffusivity=7.6e-6)")
     load = checked_load("nominal_pressure", nominal_pressure, solid)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim import fourier
-from roughsim.grid import Array, Grid
+from roughsim.grid import Array, Grid, need_grid
 from roughsim.surface.modes import mode_variance
 from roughsim.surface.spectrum import Spectrum
 
@@ -50,6 +50,7 @@ def synthesize(
     ndarray
         Heights, shape `grid.shape`, m, with mean zero.
     """
+    need_grid(grid)
     if not isinstance(rng, np.random.Generator):
         raise TypeError(f"rng = {rng!r} must be a numpy Generator; make one with np.random.default_rng(seed)")
     if amplitudes not in ("fixed", "gaussian"):
