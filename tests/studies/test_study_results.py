@@ -234,6 +234,28 @@ def test_a_point_goes_on_until_its_total_error_meets_the_target(quick, tmp_path,
     assert point().realizations == run.realizations  # the same command finds it finished
 
 
+def test_a_later_point_begins_with_the_loosest_target_of_those_that_are_there(quick, tmp_path):
+    # one of these needed a lower one for its own systematic errors
+    scene, folder = replace(quick, ensemble=replace(quick.ensemble, max_realizations=400)), tmp_path / "study"
+    first = rs.study(scene, vary={"sliding.nominal_pressure": [1e8, 2e8]}, folder=folder, target_error=0.2)
+    until = first.results[1][1].until["flash_temperature"]
+    run = first.results[0][1]
+    lower = replace(run.scene, ensemble=replace(quick.ensemble, until={"flash_temperature": 0.7 * until}))
+    work.begin_one(lower, run.folder, run.numerics)
+    study = rs.study(scene, vary={"sliding.nominal_pressure": [1e8, 2e8, 3e8]}, folder=folder, target_error=0.2)
+    targets = [run.until["flash_temperature"] for _, run in study.results]
+    assert targets == [0.7 * until, until, until]
+
+
+def test_the_first_statistical_target_leaves_room_for_all_systematic_errors_of_the_plan(quick, monkeypatch):
+    # .2² − .03² − .04² − .12² = .2² − .13²
+    expected = SimpleNamespace(bandwidth=0.03, pixel=0.04, size=0.12)
+    monkeypatch.setattr(work, "replace", lambda numerics, **_: numerics)
+    monkeypatch.setattr(work, "plan", lambda *_: SimpleNamespace(forecast=expected))
+    until = work.plan_of([quick], 0.2)[1]
+    assert until["flash_temperature"] == pytest.approx((0.2**2 - 0.13**2) ** 0.5)
+
+
 def target_after(statistical, systematic, *, met=True, n=40):
     """The statistical target that a run with these relative errors of two speeds gets next; None without."""
     mean = np.array([0.0, 10.0, 100.0])
