@@ -123,6 +123,31 @@ def test_power_or_law_or_neither(distance, scatter, error, chosen, expected):
     assert remainder.mean() == pytest.approx(-follows + (0.0 if chosen else distance), rel=1e-9)
 
 
+def test_the_scatter_that_chooses_has_the_freedom_of_the_highest_rung():
+    # 13 rows, 4 of which have it: t = 3.18, and 0.9² + (3.18 · 0.13)² < 1 < 0.9² + (3.18 · 0.15)², with t = 2.18 both <
+    follows = np.sqrt(1.0 - 0.25) / 0.07
+    top = np.full((13, 1), 100.0)
+    rungs = [Rung(level(top), top), Rung(level(top[::4], rows=np.arange(0, 13, 4)), top)]
+    law = np.array([[1.0], [1.0], [1.0 - follows / 100.0]])
+    for scatter, chosen in ((0.13, False), (0.15, True)):
+        noise = np.zeros((13, 1))
+        noise[:2, 0] = scatter * 13.0 / np.sqrt(2.0) * np.array([1.0, -1.0])  # of the mean: `scatter`
+        exponent, *_ = the_surer((np.array([1.2]), -follows + noise, np.array([0.9])), rungs, law)
+        assert bool(np.isnan(exponent[0])) is chosen
+
+
+def test_what_the_top_rung_scatters_by_counts_in_both_ways():
+    # the remainder of the power takes back what the rung has by chance; the ratio of the law does not
+    follows = np.sqrt(1.0 - 0.25) / 0.07
+    noise = 2.0 * np.array([[1.0], [-1.0], [1.0], [-1.0]])
+    top = 100.0 + noise
+    rungs = [Rung(level(rows), rows) for rows in (top, top)]
+    law = np.array([[1.0], [1.0], [1.0 - follows / 100.0]])
+    # the error of the power is 2 and that of the law 1, but the limit of the law scatters by 3.18 · 0.88
+    exponent, *_ = the_surer((np.array([1.2]), -follows - noise, np.array([2.0])), rungs, law)
+    assert np.isfinite(exponent[0])
+
+
 def test_rows_scatter_as_the_top_rung_does():
     values = observed(fall, fall, count=2, scatter=0.05)
     top = observed(fall, fall, count=2, scatter=0.05).finest
