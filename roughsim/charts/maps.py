@@ -1,5 +1,6 @@
 """Maps of fields: the whole cell, and, for a cell of many points, an enlarged part beside it."""
 
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +41,7 @@ def map_chart(subject: Subject, name: str, path: Path, zoom: Zoom | None = None)
     title, symbol, si_unit = FIELDS[name]
     factor, unit = scaled(float(np.abs(field[window]).max()), si_unit)
     field *= factor
-    hard = share_at_hardness(subject, pressure) if name in ("pressure", "heat_flux") else 0.0
+    hard = share_at_hardness(pressure, hardness_of(subject)) if name in ("pressure", "heat_flux") else 0.0
     colours, windows = colour_range(name, field[window], hard), [window] if enlarged is None else [window, enlarged]
     outlined = pressure if hot and not (narrow and zoom is None) else None  # it would hide a small map
     if hard:
@@ -75,7 +76,7 @@ def side_by_side_chart(subject: Subject, third: str, path: Path, zoom: Zoom | No
             field *= factor
             # on a whole cell the outlines would hide what they enclose
             outlined = pressure if name != "pressure" and zoom is not None else None
-            hard = share_at_hardness(subject, pressure) if name in ("pressure", "heat_flux") else 0.0
+            hard = share_at_hardness(pressure, hardness_of(subject)) if name in ("pressure", "heat_flux") else 0.0
             colours, edge = colour_range(name, field[window], hard), "0.0" if name == "heights" else OUTLINE
             symbol += " below the hardness" if hard else ""
             image = draw_field(axes, field, grid, window, colours, outlined, edge)
@@ -193,11 +194,14 @@ def colour_bar(figure: Figure, image: Any, axes: Any, label: str, side: str) -> 
     bar.outline.set_linewidth(0.5)
 
 
-def share_at_hardness(subject: Subject, pressure: Array) -> float:
-    """Return the share of the contact at the penetration hardness; 0 where none is, or the contact is elastic."""
-    if subject.column != "capped":
-        return 0.0
-    hard = pressure >= subject.run.scene.penetration_hardness * (1.0 - AT_HARDNESS)
+def hardness_of(subject: Subject) -> float:
+    """Return the penetration hardness that the contact has, Pa; infinite in elastic contact."""
+    return subject.run.scene.penetration_hardness if subject.column == "capped" else inf
+
+
+def share_at_hardness(pressure: Array, hardness: float) -> float:
+    """Return the share of the contact at the penetration hardness, Pa; 0 where none is, as where that is infinite."""
+    hard = pressure >= hardness * (1.0 - AT_HARDNESS)
     return float(hard.sum()) / max(float((pressure > 0.0).sum()), 1.0)
 
 

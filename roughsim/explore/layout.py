@@ -10,7 +10,7 @@ from bokeh.layouts import column, row
 from bokeh.plotting import figure
 from bokeh.themes import Theme
 
-from roughsim.charts.maps import palette
+from roughsim.charts.maps import HARD, palette
 from roughsim.charts.style import COLOURS, THEORY, scaled
 from roughsim.charts.temperature import COLOUR_OF, densities
 from roughsim.explore.content import CORRELATION, Curve, Field, Image, Line, speed_range
@@ -131,15 +131,19 @@ class MapPanel:
         self.image = empty_source("image", "x", "y", "dw", "dh")
         colours = palette(quantity)
         # bytes 0…255 are sent; the bar beside them has the real limits
-        mapper = models.LinearColorMapper(palette=colours, low=0, high=255)
+        self.mapper = models.LinearColorMapper(palette=colours, low=0, high=255, high_color=HARD)
         columns = {key: key for key in self.image.data}
-        self.figure.image(**columns, source=self.image, color_mapper=mapper, level="underlay")
+        self.figure.image(**columns, source=self.image, color_mapper=self.mapper, level="underlay")
         self.scale = models.LinearColorMapper(palette=colours, low=0, high=1)
         bar = models.ColorBar(color_mapper=self.scale, height=10, padding=2, title=None, name=f"{name}_bar")
         self.figure.add_layout(bar, "below")
 
-    def show(self, image: Image, factor: float, note: str) -> None:
-        """Show an image by one replacement of its data; the factor turns m into the unit of the axes."""
+    def show(self, image: Image, factor: float, note: str, *, hard: bool = False) -> None:
+        """Show an image by one replacement of its data; the factor turns m into the unit of the axes.
+
+        `hard` shows in grey what reaches the upper limit: contact at the hardness, nearly all of it in most runs.
+        """
+        self.mapper.high = 254 if hard else 255
         box = zip(("x", "y", "dw", "dh"), image.box, strict=True)
         self.image.data = {"image": [image.pixels], **{key: [length * factor] for key, length in box}}
         low, high = image.limits

@@ -4,12 +4,13 @@ import time
 from asyncio import to_thread
 from collections.abc import Callable
 from functools import partial
-from math import radians
+from math import inf, radians
 from typing import Any
 
 import numpy as np
 from bokeh.document import Document, without_document_lock
 
+from roughsim.charts.maps import share_at_hardness
 from roughsim.errors import positive
 from roughsim.explore.content import (
     Ends,
@@ -84,6 +85,7 @@ class Page:
         self.temperature: Temperature | None = None
         self.point: tuple[int, int] | None = None  # that is marked
         self.maps: dict[str, tuple[Field, Grid, Ends]] = {}  # by name: a field, its grid, its lowest and highest value
+        self.hard = 0.0  # share of the contact at the hardness
         self.summary: Summary | None = None
         self.began: float | None = None  # when fields that were not kept began to be computed, by `time.monotonic`
         self.usual = 0.0  # s that this takes
@@ -207,6 +209,9 @@ class Page:
         self.began, self.member, highest = None, member, float(np.abs(member.heights).max())
         self.layout.show_cell(member.grid.lengths)
         pressures = float(member.pressure.min()), float(member.pressure.max())
+        level = self.watched.run.numerics.levels[int(self.layout.controls.level.value)]
+        hardness = self.watched.run.scene.penetration_hardness if level.column == "capped" else inf
+        self.hard = share_at_hardness(member.pressure, hardness)
         self.maps = {
             "heights": (member.heights, member.grid, (-highest, highest)),
             "pressure": (member.pressure, member.grid, pressures),
@@ -285,7 +290,10 @@ class Page:
         if lengths != self.watched.run.numerics.lengths:
             sides = " × ".join(f"{length * self.layout.factor:.4g}" for length in lengths)
             note += f", half the cell: {sides} {self.layout.unit}"
-        self.layout.maps[name].show(image, self.layout.factor, note)
+        hard = name == "pressure" and self.hard > 0.0 and self.layout.controls.colours_of.active == 0
+        if hard:
+            note += f", grey: {100 * self.hard:.3g} % of the contact, at the hardness"
+        self.layout.maps[name].show(image, self.layout.factor, note, hard=hard)
 
     def mark(self, x: float, y: float) -> None:
         """Mark a point, in the unit of the axes, and show the values there and along the line through it."""

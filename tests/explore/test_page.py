@@ -21,6 +21,13 @@ def test_the_page_opens_with_the_fields_and_their_real_limits(page, capped_run):
         scale = page.layout.maps[name].scale
         assert (scale.low, scale.high) == pytest.approx((field.min(), field.max()), rel=1e-6)
         np.testing.assert_array_equal(image(page, name)["image"][0], pixels(field))
+    # what is at the hardness is grey, and the title says how much of the contact that is
+    contact = next(capped_run.fields("pressure"))[1]
+    hard = 100 * (contact > 0.99999 * 1e9).sum() / (contact > 0).sum()
+    assert f"grey: {hard:.3g} % of the contact, at the hardness" in page.layout.maps["pressure"].figure.title.text
+    assert {name: panel.mapper.high for name, panel in page.layout.maps.items()} == dict(
+        heights=255, pressure=254, temperature=255
+    )
     scale = page.layout.maps["heights"].scale
     assert (-scale.low, scale.high) == pytest.approx((np.abs(heights).max(),) * 2, rel=1e-6)
     assert page.layout.state.text == "6 realizations; finished: all realizations are there"
