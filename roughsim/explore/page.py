@@ -292,7 +292,7 @@ class Page:
             note += f", half the cell: {sides} {self.layout.unit}"
         hard = name == "pressure" and self.hard > 0.0 and self.layout.controls.colours_of.active == 0
         if hard:
-            note += f", grey: {100 * self.hard:.3g} % of the contact, at the hardness"
+            note += f", grey: {100 * self.hard:.3g} % at σ_P"
         self.layout.maps[name].show(image, self.layout.factor, note, hard=hard)
 
     def mark(self, x: float, y: float) -> None:

@@ -24,7 +24,7 @@ def test_the_page_opens_with_the_fields_and_their_real_limits(page, capped_run):
     # what is at the hardness is grey, and the title says how much of the contact that is
     contact = next(capped_run.fields("pressure"))[1]
     hard = 100 * (contact > 0.99999 * 1e9).sum() / (contact > 0).sum()
-    assert f"grey: {hard:.3g} % of the contact, at the hardness" in page.layout.maps["pressure"].figure.title.text
+    assert f"grey: {hard:.3g} % at σ_P" in page.layout.maps["pressure"].figure.title.text
     assert {name: panel.mapper.high for name, panel in page.layout.maps.items()} == dict(
         heights=255, pressure=254, temperature=255
     )
