@@ -130,20 +130,16 @@ class MapPanel:
         self.figure.grid.visible = False
         self.image = empty_source("image", "x", "y", "dw", "dh")
         colours = palette(quantity)
-        # bytes 0…255 are sent; the bar beside them has the real limits
         self.mapper = models.LinearColorMapper(palette=colours, low=0, high=255, high_color=HARD)
-        columns = {key: key for key in self.image.data}
+        columns = {key: key for key in self.image.data}  # bytes 0…255 are sent; the bar has the real limits
         self.figure.image(**columns, source=self.image, color_mapper=self.mapper, level="underlay")
         self.scale = models.LinearColorMapper(palette=colours, low=0, high=1)
         bar = models.ColorBar(color_mapper=self.scale, height=10, padding=2, title=None, name=f"{name}_bar")
         self.figure.add_layout(bar, "below")
 
     def show(self, image: Image, factor: float, note: str, *, hard: bool = False) -> None:
-        """Show an image by one replacement of its data; the factor turns m into the unit of the axes.
-
-        `hard` shows in grey what reaches the upper limit: contact at the hardness, nearly all of it in most runs.
-        """
-        self.mapper.high = 254 if hard else 255
+        """Show an image by one replacement of its data; the factor turns m into the unit of the axes."""
+        self.mapper.high = 254 if hard else 255  # contact at the hardness has the highest value, and is grey
         box = zip(("x", "y", "dw", "dh"), image.box, strict=True)
         self.image.data = {"image": [image.pixels], **{key: [length * factor] for key, length in box}}
         low, high = image.limits
