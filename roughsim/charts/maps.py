@@ -21,6 +21,7 @@ from roughsim.charts.style import FIELDS, Subject, new_figure, scaled
 from roughsim.errors import number
 from roughsim.grid import Array, Grid
 from roughsim.results.arrays import DERIVED_UNITS
+from roughsim.scene import Scene
 
 Zoom = tuple[tuple[float, float], tuple[float, float]]  # ends along x and along y, m
 Window = tuple[slice, slice]  # points of a grid along x and along y
@@ -41,7 +42,7 @@ def map_chart(subject: Subject, name: str, path: Path, zoom: Zoom | None = None)
     title, symbol, si_unit = FIELDS[name]
     factor, unit = scaled(float(np.abs(field[window]).max()), si_unit)
     field *= factor
-    hard = share_at_hardness(pressure, hardness_of(subject)) if name in ("pressure", "heat_flux") else 0.0
+    hard = share_in_grey(subject, name, pressure)
     colours, windows = colour_range(name, field[window], hard), [window] if enlarged is None else [window, enlarged]
     outlined = pressure if hot and not (narrow and zoom is None) else None  # it would hide a small map
     if hard:
@@ -76,7 +77,7 @@ def side_by_side_chart(subject: Subject, third: str, path: Path, zoom: Zoom | No
             field *= factor
             # on a whole cell the outlines would hide what they enclose
             outlined = pressure if name != "pressure" and zoom is not None else None
-            hard = share_at_hardness(pressure, hardness_of(subject)) if name in ("pressure", "heat_flux") else 0.0
+            hard = share_in_grey(subject, name, pressure)
             colours, edge = colour_range(name, field[window], hard), "0.0" if name == "heights" else OUTLINE
             symbol += " below the hardness" if hard else ""
             image = draw_field(axes, field, grid, window, colours, outlined, edge)
@@ -194,13 +195,15 @@ def colour_bar(figure: Figure, image: Any, axes: Any, label: str, side: str) -> 
     bar.outline.set_linewidth(0.5)
 
 
-def hardness_of(subject: Subject) -> float:
-    """Return the penetration hardness that the contact has, Pa; infinite in elastic contact."""
-    return subject.run.scene.penetration_hardness if subject.column == "capped" else inf
+def share_in_grey(subject: Subject, name: str, pressure: Array) -> float:
+    """Return the share of the contact, at the hardness, that a map of pressure or heat flux shows in grey."""
+    follows = name in ("pressure", "heat_flux")
+    return share_at_hardness(pressure, subject.run.scene, subject.column) if follows else 0.0
 
 
-def share_at_hardness(pressure: Array, hardness: float) -> float:
-    """Return the share of the contact at the penetration hardness, Pa; 0 where none is, as where that is infinite."""
+def share_at_hardness(pressure: Array, scene: Scene, column: str) -> float:
+    """Return the share of the contact at the penetration hardness; 0 where none is, or the contact is elastic."""
+    hardness = scene.penetration_hardness if column == "capped" else inf
     hard = pressure >= hardness * (1.0 - AT_HARDNESS)
     return float(hard.sum()) / max(float((pressure > 0.0).sum()), 1.0)
 

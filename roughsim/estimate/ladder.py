@@ -149,9 +149,9 @@ def observe(
 
 
 def climb(observable: str, samples: list[Sample], with_ratio: NDArray[np.bool_]) -> list[Rung]:
-    """Return the rungs with rows for all realizations: those of the rung below, corrected by the known differences.
+    """Return the rungs with rows for all realizations: those of the rung below, `corrected` by what is known.
 
-    Where all realizations have a level, its rows are at the mean peak volume; the differences hardly follow it.
+    Where all realizations have a level, its rows are at the mean peak volume; the corrections hardly follow it.
     """
     of_level, count = OBSERVABLES[observable].of_level, len(samples[0].rows)
     ladder: list[Rung] = []

@@ -4,7 +4,7 @@ import time
 from asyncio import to_thread
 from collections.abc import Callable
 from functools import partial
-from math import inf, radians
+from math import radians
 from typing import Any
 
 import numpy as np
@@ -210,8 +210,7 @@ class Page:
         self.layout.show_cell(member.grid.lengths)
         pressures = float(member.pressure.min()), float(member.pressure.max())
         level = self.watched.run.numerics.levels[int(self.layout.controls.level.value)]
-        hardness = self.watched.run.scene.penetration_hardness if level.column == "capped" else inf
-        self.hard = share_at_hardness(member.pressure, hardness)
+        self.hard = share_at_hardness(member.pressure, self.watched.run.scene, level.column)
         self.maps = {
             "heights": (member.heights, member.grid, (-highest, highest)),
             "pressure": (member.pressure, member.grid, pressures),
