@@ -20,6 +20,7 @@ from script import Command
 
 import roughsim as rs
 from roughsim import prediction
+from roughsim.estimate.cell_size import STEP_ERROR
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.planning.pilot import fast_size
 
@@ -102,7 +103,8 @@ def chart(found: list[tuple[str, float, float, float]], path: Path) -> None:
     axes.errorbar(steps, changes, yerr=2 * errors, fmt="o", ms=3, lw=0.8)
     wide = np.array([0.0, steps.max()])
     for sign in (-1, 1):
-        axes.plot(wide, sign * 0.016 * wide, color="0.5", lw=0.8)
+        axes.plot(wide, sign * STEP_ERROR * wide, color="0.5", lw=0.8)
+    axes.set_title(f"lines: {100 * STEP_ERROR:g} % of the change, the least error that runs state", fontsize=9)
     axes.set(xlabel="what a finer level changes (%)", ylabel="half − run's cell (%), ± 2 standard errors")
     figure.savefig(path, dpi=130)
 
