@@ -1,35 +1,31 @@
 """Where the CPU time of a run and its comparison goes: a table of stages, in Markdown.
 
-    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/stages.py [--scene steel-1.2GPa] [--target 0.01]
+    python benchmarks/stages.py [--scene steel-1.2GPa] [--target 0.01] [--warm]
 
-One process at one thread. Each stage counts its own time alone, without that of the stages inside it; the same columns
-say how much of it was spent in Fourier transforms and compiled kernels. A process that goes ahead compiles the kernels;
-this one loads them from the disk.
+One process at one thread. Each stage counts its own time alone, without that of the stages inside it. Two columns say
+how much of it was spent in Fourier transforms and compiled kernels, and how much in the arithmetic of NumPy on whole
+fields and spectra; the rest is Python and files. Modules that are imported, and kernels that are loaded from the disk,
+are stages of their own, wherever that happens. A process that goes ahead compiles both. With --warm the process has
+done the same run before.
 """
 
 from __future__ import annotations
 
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
 import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from importlib import import_module, machinery
+from pathlib import Path
+from typing import Any
 
-START = time.process_time()  # of Python itself
-import argparse  # noqa: E402
-import subprocess  # noqa: E402
-import sys  # noqa: E402
-import tempfile  # noqa: E402
-from collections import Counter  # noqa: E402
-from collections.abc import Callable  # noqa: E402
-from dataclasses import replace  # noqa: E402
-from importlib import import_module  # noqa: E402
-from pathlib import Path  # noqa: E402
-from typing import Any  # noqa: E402
-
-import roughsim as rs  # noqa: E402
-from roughsim.comparison import compare  # noqa: E402
-from roughsim.ensemble import run  # noqa: E402
-
-IMPORTED = time.process_time()
-
-PHYSICS = "transforms and kernels"
+PHYSICS, ARRAYS = KINDS = "transforms and kernels", "array arithmetic"
+IMPORT, LOADED = "import", "kernels loaded"
 # stage: functions, as "module:name" of the package, whose time it is
 STAGES = {
     "plan": ["planning.plan:plan"],
@@ -58,22 +54,38 @@ TRANSFORMS = [
 ]
 
 
+# functions that do little but arithmetic on whole fields and spectra
+ARITHMETIC = [
+    *("surface.synthesis:synthesize", "surface.synthesis:independent_modes", "surface.peak_volume:peak_volumes"),
+    *("contact.solver.problem:relief_of", "contact.solver.problem:truncated", "contact.solver.problem:full_contact"),
+    *("observables.moments:measure", "observables.stress_spectrum:StressSpectrum.correlation_radius"),
+    "observables.catalogue:radius",
+]
+LOADERS = machinery.SourceFileLoader, machinery.ExtensionFileLoader
+
+
 class Clock:
-    """CPU seconds by stage, and by stage those in transforms and kernels; the innermost stage counts."""
+    """CPU seconds by stage, and by stage those of each kind; the innermost stage counts."""
 
     def __init__(self) -> None:
-        self.seconds, self.physics = Counter[str](), Counter[str]()
-        self.running = ["between"]
-        self.mark = time.process_time()
+        self.seconds = Counter[str]()
+        self.kinds = {kind: Counter[str]() for kind in KINDS}
+        self.running = [IMPORT]
+        self.mark = 0.0  # of Python itself
 
     def lap(self) -> None:
         """Give the time since the last lap to what is running."""
         now = time.process_time()
-        stage = next(name for name in reversed(self.running) if name != PHYSICS)
+        stage = next(name for name in reversed(self.running) if name not in KINDS)
         self.seconds[stage] += now - self.mark
-        if self.running[-1] == PHYSICS:
-            self.physics[stage] += now - self.mark
+        if self.running[-1] in KINDS:
+            self.kinds[self.running[-1]][stage] += now - self.mark
         self.mark = now
+
+    def clear(self) -> None:
+        """Forget the time of all stages."""
+        for each in (self.seconds, *self.kinds.values()):
+            each.clear()
 
     def timed(self, stage: str, function: Callable[..., Any]) -> Callable[..., Any]:
         """Return a function whose time is counted for a stage."""
@@ -102,54 +114,81 @@ def found(place: str) -> tuple[Any, str]:
 
 def watch(clock: Clock) -> None:
     """Replace the functions of all stages, the transforms and the kernels, wherever the package has them by name."""
-    watched = {place: stage for stage, places in STAGES.items() for place in places} | dict.fromkeys(
-        TRANSFORMS, PHYSICS
-    )
+    watched = [(place, ARRAYS) for place in ARITHMETIC] + [(place, PHYSICS) for place in TRANSFORMS]
+    watched += [(place, stage) for stage, places in STAGES.items() for place in places]
+    owners = [found(place) for place, _ in watched]
     originals: dict[int, Any] = {}
-    for place, stage in watched.items():
-        owner, name = found(place)
+    for (owner, name), (_, stage) in zip(owners, watched, strict=True):
         function = getattr(owner, name)
-        originals[id(function)] = function, clock.timed(stage, function)
-        setattr(owner, name, originals[id(function)][1])
+        _, inner = originals.get(id(function), (function, function))  # a stage may be arithmetic as a whole
+        originals[id(function)] = function, clock.timed(stage, inner)
     modules = [module for name, module in sys.modules.items() if name.startswith("roughsim")]
     for module in modules:
         for value in list(vars(module).values()):
             if module.__name__.startswith("roughsim._kernels.") and hasattr(value, "py_func"):
                 originals.setdefault(id(value), (value, clock.timed(PHYSICS, value)))
-    for module in modules:
-        for name, value in list(vars(module).items()):
+    for owner in [*modules, *(owner for owner, _ in owners)]:
+        for name, value in list(vars(owner).items()):
             if id(value) in originals:
-                setattr(module, name, originals[id(value)][1])
+                setattr(owner, name, originals[id(value)][1])
+    for owner, name, stage in (
+        *((loader, "create_module", IMPORT) for loader in LOADERS[1:]),
+        *((loader, "exec_module", IMPORT) for loader in LOADERS),
+        (import_module("numba.core.dispatcher").Dispatcher, "_compile_for_args", LOADED),
+    ):
+        setattr(owner, name, clock.timed(stage, getattr(owner, name)))
+
+
+def measure(name: str, target: float, *, warm: bool) -> None:
+    """Do a run and its comparison, and print the table."""
+    clock = Clock()
+    import roughsim as rs
+    from roughsim.comparison import compare
+    from roughsim.ensemble import run
+
+    watch(clock)
+    scene = rs.load_scene(name)
+    scene = replace(scene, ensemble=replace(scene.ensemble, until={"flash_temperature": target}))
+    clock.lap()
+    clock.running = ["between"]
+    with tempfile.TemporaryDirectory() as folder:
+        for repetition in range(1 + warm):
+            if repetition:
+                clock.lap()
+                clock.clear()
+            result = run.run(scene, Path(folder) / f"run{repetition}")
+            compare.comparison_table(compare.compare(rs.open_run(result.folder)))
+    clock.lap()
+    members, seconds = len(result.members), clock.seconds
+    whole = sum(seconds.values())
+    print(f"{scene.title}: {members} members, {whole:.2f} s of CPU\n")
+    print("| stage | seconds | share, % | transforms and kernels, s | arrays, s |\n|---|---|---|---|---|")
+    inside, arrays = (clock.kinds[kind] for kind in KINDS)
+    for stage, value in sorted(seconds.items(), key=lambda item: -item[1]):
+        print(f"| {stage} | {value:.2f} | {100 * value / whole:.1f} | {inside[stage]:.2f} | {arrays[stage]:.2f} |")
+    sums = [sum(kind.values()) for kind in (inside, arrays)]
+    print(f"| all | {whole:.2f} | 100 | {sums[0]:.2f} | {sums[1]:.2f} |\n")
+    shares = [100 * part / whole for part in (*sums, whole - sum(sums))]
+    print("transforms and kernels {:.0f} %, arrays {:.0f} %, Python and files {:.0f} %".format(*shares))
 
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--scene", default="steel-1.2GPa")
     options.add_argument("--target", type=float, default=0.01, help="of the statistical error of T_flash")
+    options.add_argument("--warm", action="store_true", help="after the same run in the same process")
+    options.add_argument("--here", action="store_true", help="in this process, whatever is compiled")
     given = options.parse_args()
-    scene = rs.load_scene(given.scene)
-    target = {"flash_temperature": given.target}
-    scene = replace(scene, ensemble=replace(scene.ensemble, until=target))
+    if given.here:
+        measure(given.scene, given.target, warm=given.warm)
+        return
     with tempfile.TemporaryDirectory() as folder:
-        compile_ahead = (
-            "import roughsim as rs; "
-            f"rs.run(rs.load_scene({given.scene!r}), {folder + '/ahead'!r}, max_realizations=1, workers=1)"
-        )
-        subprocess.run([sys.executable, "-c", compile_ahead], check=True)
-        clock = Clock()
-        watch(clock)
-        result = run.run(scene, Path(folder) / "run")
-        compare.comparison_table(compare.compare(rs.open_run(result.folder)))
-        clock.lap()
-    members = len(result.members)
-    seconds = clock.seconds + Counter({"import": IMPORTED})
-    whole = sum(seconds.values())
-    print(f"{scene.title}: {members} members, {whole:.2f} s of CPU\n")
-    print("| stage | seconds | share, % | in transforms and kernels, s |\n|---|---|---|---|")
-    for stage, value in sorted(seconds.items(), key=lambda item: -item[1]):
-        print(f"| {stage} | {value:.2f} | {100 * value / whole:.1f} | {clock.physics[stage]:.2f} |")
-    inside = sum(clock.physics.values())
-    print(f"| all | {whole:.2f} | 100 | {inside:.2f} |\n\n{100 * (1 - inside / whole):.0f} % outside")
+        # both processes keep the bytecode of all modules in the folder, also where the environment would not
+        environment = os.environ | {"PYTHONPYCACHEPREFIX": folder, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        environment.pop("PYTHONDONTWRITEBYTECODE", None)
+        command = [sys.executable, *sys.argv, "--here"]
+        subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL)
+        subprocess.run(command, env=environment, check=True)
 
 
 if __name__ == "__main__":
