@@ -94,12 +94,15 @@ def checksum(value: Any) -> str:
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def hdf5_bytes(fill: Callable[[Any], None]) -> memoryview:
-    """Return the bytes of an HDF5 file that `fill` fills, made in memory: HDF5 never meets a full disk."""
+def hdf5_bytes(fill: Callable[[Any], None], content: bytes | bytearray = b"") -> memoryview:
+    """Return the bytes of an HDF5 file that `fill` fills, made in memory: HDF5 never meets a full disk.
+
+    `content` is the file to begin with; left out: an empty one.
+    """
     import h5py
 
-    image = io.BytesIO()  # not the core driver: before HDF5 2.0 its images of v110 files have a stale checksum
-    with h5py.File(image, "w", libver="v110") as file:
+    image = io.BytesIO(content)  # not the core driver: before HDF5 2.0 its images of v110 files have a stale checksum
+    with h5py.File(image, "r+" if content else "w", libver="v110") as file:
         fill(file)
     return image.getbuffer()
 

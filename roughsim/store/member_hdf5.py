@@ -4,8 +4,9 @@ All arrays lie in the root group with dimension scales and units, as netCDF-4 wa
 as NeXus wants it. The attribute `header` is JSON and holds what is no array. `sha256` guards the header and numbers,
 and each field has a digest of its own.
 
-The files of members without fields differ in header, digest and numbers alone, and HDF5 would take most of their time.
-So HDF5 makes one file of each kind. The others are copies of it with their own bytes in these places.
+The files of members differ in header, digest and numbers alone, and HDF5 would take most of their time. So HDF5 makes
+one file of each kind. The others are copies of it with their own bytes in these places. To a copy of a member that
+keeps fields HDF5 adds these.
 """
 
 import hashlib
@@ -46,8 +47,6 @@ def hdf5_of(header: dict[str, Any], arrays: dict[str, Array], fields: Fields) ->
     text = json.dumps(header, sort_keys=True)
     text += " " * (-len(text) % HEADER_STEP)
     digest = digest_of_arrays(text, (values for name, values in arrays.items() if name != "speed"))
-    if fields:
-        return _made(text, digest, arrays, fields, header["lengths"])
     blank, places = _blank(len(text), tuple((name, values.shape) for name, values in arrays.items()))
     content = bytearray(blank)
     for name, words in {"header": text, "sha256": digest}.items():
@@ -59,39 +58,40 @@ def hdf5_of(header: dict[str, Any], arrays: dict[str, Array], fields: Fields) ->
         content[start : start + count] = own
         if values.ndim:  # a scalar has no checksum
             content[start + count : start + count + CHECK_BYTES] = fletcher32(own).to_bytes(CHECK_BYTES, "little")
-    return memoryview(content), places
+    if not fields:
+        return memoryview(content), places
+    add = _add_film if film.AXIS in fields else _add_fields
+    content = hdf5_bytes(lambda file: add(file, fields, header["lengths"]), content)
+    return content, places | _places_of(content, text, digest)  # the arrays stay where they were
 
 
 @lru_cache(maxsize=KINDS)
 def _blank(length: int, shapes: tuple[tuple[str, tuple[int, ...]], ...]) -> tuple[memoryview, Places]:
     """Return the data of a kind of members, with a header of this length, and the places to be filled."""
-    return _made("?" * length, "!" * 64, {name: np.zeros(shape) for name, shape in shapes}, {}, ())
+    return _made("?" * length, "!" * 64, {name: np.zeros(shape) for name, shape in shapes})
 
 
-def _made(
-    text: str, digest: str, arrays: dict[str, Array], fields: Fields, lengths: Sequence[float]
-) -> tuple[memoryview, Places]:
+def _made(text: str, digest: str, arrays: dict[str, Array]) -> tuple[memoryview, Places]:
     """Return the data as HDF5 writes them, and the places in them."""
     places: Places = {}
 
     def fill(file: Any) -> None:
         add_attributes(file, {"NX_class": "NXroot", "default": "entry"})
         add_attributes(file, {"format": "roughsim realization", "format_version": FORMAT})
-        entry = file.create_group("entry")
-        add_attributes(entry, {"NX_class": "NXentry", "default": "fields" if fields else "stress"})
+        add_attributes(file.create_group("entry"), {"NX_class": "NXentry", "default": "stress"})
         add_attributes(file, {"header": text})
         if arrays:
             places.update(_fill_numbers(file, arrays))
-        if film.AXIS in fields:
-            _fill_film(file, fields, lengths)
-        elif fields:
-            _fill_fields(file, fields, lengths)
         add_attributes(file, {"sha256": digest})
 
     content = hdf5_bytes(fill)
-    for name, own in {"header": text, "sha256": digest}.items():  # text is stored as it is, and occurs once
-        places[name] = bytes(content).find(own.encode()), len(own)
-    return content, places
+    return content, places | _places_of(content, text, digest)
+
+
+def _places_of(content: memoryview, header: str, digest: str) -> Places:
+    """Return where header and digest lie: text is stored as it is, and occurs once."""
+    whole = bytes(content)
+    return {name: (whole.find(own.encode()), len(own)) for name, own in (("header", header), ("sha256", digest))}
 
 
 def _fill_numbers(file: Any, arrays: dict[str, Array]) -> Places:
@@ -122,8 +122,8 @@ def _fill_numbers(file: Any, arrays: dict[str, Array]) -> Places:
     }
 
 
-def _fill_fields(file: Any, fields: Fields, lengths: Sequence[float]) -> None:
-    """Store the kept fields, each with its own digest: a reader of the numbers need not read them."""
+def _add_fields(file: Any, fields: Fields, lengths: Sequence[float]) -> None:
+    """Add the kept fields, each with its own digest: a reader of the numbers need not read them."""
     shape = next(iter(fields.values())).shape
     _fill_axes(file, shape, lengths)
     for name, values in fields.items():
@@ -137,8 +137,8 @@ def _fill_fields(file: Any, fields: Fields, lengths: Sequence[float]) -> None:
     _link(file, "fields", "pressure", ["x", "y"], [name for name in fields if name != "pressure"])
 
 
-def _fill_film(file: Any, fields: Fields, lengths: Sequence[float]) -> None:
-    """Store the maps of a march, each array with its own digest, in chunks of one map."""
+def _add_film(file: Any, fields: Fields, lengths: Sequence[float]) -> None:
+    """Add the maps of a march, each array with its own digest, in chunks of one map."""
     _fill_axes(file, fields["film_pressure"].shape[-2:], lengths)
     for name, values in fields.items():
         data = np.ascontiguousarray(values, dtype="<f4")
@@ -156,7 +156,8 @@ def _fill_film(file: Any, fields: Fields, lengths: Sequence[float]) -> None:
 
 
 def _fill_axes(file: Any, shape: tuple[int, ...], lengths: Sequence[float]) -> None:
-    """Store the coordinates of the points along x and y."""
+    """Store the coordinates of the points along x and y, of fields that viewers are to draw first."""
+    file["entry"].attrs["default"] = "fields"
     for axis, points, length in zip("xy", shape, lengths, strict=True):
         _add(file, axis, np.arange(points) * (length / points), "m").make_scale(axis)
 
@@ -184,9 +185,8 @@ def _link(file: Any, name: str, signal: str, axes: list[str], others: list[str])
     """Make a group that viewers draw: hard links to a signal, its axes, and other arrays."""
     group = file["entry"].create_group(name)
     add_attributes(group, {"NX_class": "NXdata", "signal": signal, "axes": axes})
-    stored = set(file)
     for array in dict.fromkeys((signal, *axes, *others)):
-        if array in stored:
+        if file.id.links.exists(array.encode()):
             group.id.links.create_hard(array.encode(), file.id, array.encode())
 
 

@@ -53,7 +53,7 @@ def test_a_copy_has_the_bytes_that_hdf5_writes(seed):
             np.testing.assert_array_equal(file[name][()], values)  # HDF5 checks the checksum behind each array
     assert json.loads(text) == header
     assert digest == hashlib.sha256(text.encode() + b"".join(values.tobytes() for values in numbers[1:])).hexdigest()
-    assert content == member_hdf5._made(text, digest, arrays, {}, ())[0]
+    assert content == member_hdf5._made(text, digest, arrays)[0]
 
 
 @pytest.mark.parametrize("words", [[0], [0xFFFF], [0xFFFE, 1], [1, 0xFFFE], [0xFFFF] * 1000, [0, 0, 7], range(721)])
