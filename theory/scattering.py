@@ -16,9 +16,9 @@ from math import pi
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from theory.arguments import Array
+from theory.compiled import lapack
 from theory.interface import Diffusion, between_shells
 
 ANSWER = 0.8  # power of g(Q)/g(q) with which the half-space answers beside q: 1 to second order
@@ -142,7 +142,7 @@ def stiffness_variance(diffusion: Diffusion, x: Array, edges: Array) -> Array:
         if i and since < x.size:
             power = diffusion.growth[i - 1]
             matrix = (-(power * down)[1:], 1 + power * (up + down), -(power * up)[:-1])
-            carried[:, since:] = scipy.linalg.lapack.dgtsv(*matrix, carried[:, since:])[3]
+            carried[:, since:] = lapack.dgtsv(*matrix, carried[:, since:])[3]
     result = np.array([np.interp(edges, logs, row) for row in grown])
     for m, row in enumerate(result):
         row[m + 1 :] = square_there[m]

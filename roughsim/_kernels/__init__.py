@@ -2,6 +2,8 @@
 
 import warnings
 from collections.abc import Callable
+from contextlib import suppress
+from importlib import import_module
 from typing import Any, TypeVar, cast
 
 from numba import njit
@@ -10,6 +12,24 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 # sums may be reordered (so that they use vector units), but NaN and infinity keep their meaning
 REORDER = frozenset({"reassoc", "contract", "nsz"})
+
+
+def load_arrays_of_numba() -> None:
+    """Import what numba imports with its first kernel, but for its look for a BLAS: that would load scipy.linalg.
+
+    No kernel here needs one. Where kernels of others do, numba looks again.
+    """
+    linear_algebra: Any = import_module("numba.np.linalg")
+    look = linear_algebra.ensure_blas
+    linear_algebra.ensure_blas = lambda: None
+    try:
+        import_module("numba.np.arraymath")
+    finally:
+        linear_algebra.ensure_blas = look
+
+
+with suppress(AttributeError, ImportError):  # releases of numba that have this elsewhere
+    load_arrays_of_numba()
 
 
 def kernel(fastmath: frozenset[str] = frozenset(), inline: bool = False) -> Callable[[Function], Function]:

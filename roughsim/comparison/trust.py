@@ -13,9 +13,9 @@ from math import inf, isfinite, log, nan
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy
 
 from roughsim import prediction
+from roughsim.comparison.interpolation import cell_of, linear, monotone, spline
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.scene import Scene
@@ -201,13 +201,16 @@ def interpolated(table: Table, rows: Any, axes: dict[str, Array], place: dict[st
     at = [float(np.clip(scaled(name, place[name], hurst), *nodes[k][[0, -1]])) for k, name in enumerate(free)]
     shape = (*(axes[name].size for name in free), len(table.quantities))
     logs, measured = (x[rows].reshape(shape) for x in (np.log(table.value), table.error))
-    errors = [scipy.interpolate.RegularGridInterpolator(nodes, measured)(at)[0]]
+    error = measured
+    for axis, x in zip(nodes, at, strict=True):
+        error = linear(axis, error, x)
+    errors = [error]
     for k in range(len(free)):
         along = np.moveaxis(logs, k, len(free) - 1)  # of this coordinate, once the others are at the place
         for other in (i for i in range(len(free)) if i != k):
-            along = scipy.interpolate.CubicSpline(nodes[other], along)(at[other])
+            along = spline(nodes[other], along, at[other])
         errors.append(missed(nodes[k], along, at[k], CURVED))
-    value: Array = scipy.interpolate.CubicSpline(nodes[-1], along)(at[-1])
+    value = spline(nodes[-1], along, at[-1])
     # what the map has at one value only may change from there to the scene
     fixed = [name for name, axis in axes.items() if axis.size == 1]
     steps = sum(abs(scaled(name, place[name]) - scaled(name, float(axes[name][0]))) for name in fixed)
@@ -219,7 +222,7 @@ def missed(nodes: Array, values: Array, x: float, part: float) -> Array:
 
     The bend at a node is what leaving that node out shows; two nodes show none.
     """
-    k = int(np.clip(np.searchsorted(nodes, x, side="right") - 1, 0, nodes.size - 2))
+    k = cell_of(nodes, x)
     square = (x - nodes[k]) * (nodes[k + 1] - x)
     if nodes.size == 2:
         return np.full(values.shape[1:], 4.0 * UNSEEN * square / (nodes[1] - nodes[0]) ** 2)
@@ -242,10 +245,9 @@ def judgements(scene: Scene, table: Table, logs: Array, error: Array, within: di
             continue
         nodes = np.log([table.quantities[k][1] for k in columns])
         # a straight line misses up to twice as much
-        between = scipy.interpolate.PchipInterpolator(nodes, logs[columns])
         for k, peclet in within.items():
             x = float(np.clip(log(peclet), nodes[0], nodes[-1]))
-            high = float(own[name][k] / base[name][k] / np.exp(between(x)))
+            high = float(own[name][k] / base[name][k] / np.exp(monotone(nodes, logs[columns], x)))
             total = np.hypot(np.interp(x, nodes, error[columns]), missed(nodes, logs[columns], x, 1.0))
             yield Judgement(name, scene.speeds[k], 100 * (high - 1), 100 * high * float(total))
 

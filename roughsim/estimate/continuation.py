@@ -8,10 +8,10 @@ from math import exp, log, nan
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
 
 from roughsim.grid import Array
 from roughsim.observables.record import Sample
+from roughsim.observables.special import stdtrit
 
 # where the lowest rung stands at 4 q_y or above, fitted exponents were 0.9…1.4 for H = 0.8, 0.4…0.8 for H = 0.3, and a
 # fifth of the remainder was left over in 19 of 20 cases; without a fit half of it is in doubt

@@ -6,12 +6,12 @@ from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtrit  # Student's t; importing scipy.stats takes a third of a second
 
 from roughsim.estimate.ladder import Values
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import ratio
+from roughsim.observables.special import stdtrit
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Number, Row, Table, shown, with_unit
 

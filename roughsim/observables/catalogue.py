@@ -43,7 +43,7 @@ def radius(sample: Sample, fraction: float) -> Array:
 
     A change δg of one realization moves the crossing by −δg/g′.
     """
-    from scipy.special import j0, j1  # slow to import, as above
+    from roughsim.observables.special import j0, j1  # slow to import, as above
 
     q, mean = sample.wavenumber, sample.spectrum.mean(axis=0)
     r = float(sample.values_of(f"r({fraction})", lambda s: crossing(s, fraction))[0])
@@ -51,7 +51,8 @@ def radius(sample: Sample, fraction: float) -> Array:
         return np.full((len(sample.spectrum), 1), np.nan)
     slope = -float((mean * q) @ j1(q * r))
     excess = sample.spectrum @ (j0(q * r) - fraction)
-    return (r - excess / slope)[:, None]
+    values: Array = (r - excess / slope)[:, None]
+    return values
 
 
 def crossing(sample: Sample, fraction: float) -> Array:

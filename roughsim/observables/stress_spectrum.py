@@ -13,7 +13,6 @@ from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from roughsim.errors import number
@@ -48,6 +47,8 @@ class StressSpectrum:
 
         TypeError or ValueError at a distance, m, that is not a number, negative, or beyond `reach`.
         """
+        from roughsim.observables.special import j0  # slow to import, and who measures does without
+
         distance = np.asarray(r)
         if distance.dtype.kind not in "iuf":
             raise TypeError(f"r has dtype {distance.dtype}; real numbers in m are needed")
@@ -58,7 +59,7 @@ class StressSpectrum:
                 f"r = {distance[outside].ravel()[0]:.6g} m must lie between 0 and half the diagonal of the cell, "
                 f"{self.reach:.6g} m; simulate a larger cell"
             )
-        values = [ordered_sum(self.variance, scipy.special.j0(self.wavenumber * x)) for x in distance.ravel().tolist()]
+        values = [ordered_sum(self.variance, j0(self.wavenumber * x)) for x in distance.ravel().tolist()]
         return np.reshape(values, distance.shape)
 
     def correlation_radius(self, fraction: float, *, start: float = 0.0) -> float:
@@ -68,6 +69,8 @@ class StressSpectrum:
         step goes to where that bound first meets the target: it never steps over a crossing, and converges faster than
         Newton's method. TypeError or ValueError where `fraction` is not a number in [0, 1).
         """
+        from roughsim.observables.special import j0, j1  # as above
+
         fraction = number("fraction", fraction)
         if not 0.0 <= fraction < 1.0:
             raise ValueError(f"fraction = {fraction:.6g} must be ≥ 0 and below 1, the value at r = 0")
@@ -81,8 +84,8 @@ class StressSpectrum:
             even, odd = share * q ** np.array([[0], [2]]), share * q ** np.array([[1], [3]])
             while r <= reach:
                 x = q * r
-                g, g2 = np.einsum("kq,q->k", even, scipy.special.j0(x)).tolist()
-                g1, g3 = np.einsum("kq,q->k", odd, scipy.special.j1(x)).tolist()
+                g, g2 = np.einsum("kq,q->k", even, j0(x)).tolist()
+                g1, g3 = np.einsum("kq,q->k", odd, j1(x)).tolist()
                 excess = g - fraction
                 if excess <= 0.0:
                     return r

@@ -12,7 +12,6 @@ from math import inf, nan, pi
 from typing import Any
 
 import numpy as np
-from scipy.special import erf
 
 import theory
 from roughsim.grid import Array, Grid, modes_where
@@ -30,6 +29,7 @@ from roughsim.prediction.values import NOTHING, Predicted
 from roughsim.scene import Scene
 from roughsim.surface.modes import mean_over_cells, mode_variance
 from roughsim.surface.spectrum import TruncatedSpectrum
+from theory.compiled import special
 
 OVER_SPEED = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
 REMEMBERED = 1024  # scenes whose numbers are kept: a study goes through its points again and again
@@ -308,7 +308,7 @@ def heat_history(scene: Scene, q: Array) -> tuple[Array, Array, Array]:
         np.array([theory.background.temperature(time, heat_flux=square, conductivity=1.0, diffusivity=d) for d in each])
         for each in (bodies.diffusivity, bodies.counter_diffusivity)
     )
-    return erf(q * np.sqrt(bodies.counter_diffusivity * time)[:, None]), moving, resting
+    return special.erf(q * np.sqrt(bodies.counter_diffusivity * time)[:, None]), moving, resting
 
 
 def balanced(scene: Scene, sample: Sample) -> Sample:

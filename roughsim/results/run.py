@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import j0
 
 from roughsim import prediction
 from roughsim.errors import RecordError
@@ -18,6 +17,7 @@ from roughsim.estimate.ladder import Values, notes_of
 from roughsim.estimate.sliding import OF_MARCH, sliding_estimate, with_background
 from roughsim.grid import Array, Grid
 from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.observables.special import j0
 from roughsim.prediction.scans import scan_part
 from roughsim.results import arrays
 from roughsim.results.arrays import Labelled

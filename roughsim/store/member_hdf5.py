@@ -61,8 +61,8 @@ def hdf5_of(header: dict[str, Any], arrays: dict[str, Array], fields: Fields) ->
     if not fields:
         return memoryview(content), places
     add = _add_film if film.AXIS in fields else _add_fields
-    content = hdf5_bytes(lambda file: add(file, fields, header["lengths"]), content)
-    return content, places | _places_of(content, text, digest)  # the arrays stay where they were
+    whole = hdf5_bytes(lambda file: add(file, fields, header["lengths"]), content)
+    return whole, places | _places_of(whole, text, digest)  # the arrays stay where they were
 
 
 @lru_cache(maxsize=KINDS)
