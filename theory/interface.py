@@ -82,7 +82,8 @@ def _shells(spectrum: Spectrum, modulus: float, step: float) -> tuple[Array, Arr
     inner = np.exp(logs[:-1, None] + width[:, None] * (1 + share) / 2)
     power = 2 * pi * inner**2 * density(spectrum, inner) @ weights / 2 * width
     spread = sqrt(modulus**2 / 4 * float(np.sum(power * np.exp(2 * (logs[:-1] + width / 2)))))
-    last = 2 * pi * float(np.exp(2 * logs[-1]) * density(spectrum, np.exp(logs[-1:]))[0]) * _SMOOTHED
+    end = np.array(breaks[-1:])  # and not exp(ln q_max): rounding may put that beyond C(q), where C = 0
+    last = 2 * pi * float((end**2 * density(spectrum, end))[0]) * _SMOOTHED
     table = max(last, _SMOOTHED * power[-1]) + np.append(np.cumsum(power[::-1])[::-1], 0.0)
     steps = np.maximum(-np.diff(np.log(table)), width) / step
     count = np.append(0.0, np.cumsum(steps))

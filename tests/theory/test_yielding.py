@@ -52,6 +52,23 @@ def test_stress_behind_a_soft_half_space_is_that_of_the_bearing_set():
     assert np.trapezoid(2 * np.pi * q * stress(q), np.log(q)) == pytest.approx(exact, rel=0.06)
 
 
+class Ending(SelfAffine):
+    """The same C(q), zero beyond q_max."""
+
+    def __call__(self, q):
+        return np.where(q > self.q_max, 0.0, super().__call__(q))
+
+
+def test_flash_temperature_falls_smoothly_with_q_max_where_nothing_lies_beyond():
+    # exp(ln q_max) exceeds q_max by rounding at about half of these ends: there C was taken as zero
+    ends = 1e6 * 2 ** (np.arange(9) / 8)
+    assert {bool(np.exp(np.log(q)) > q) for q in ends} == {False, True}
+    laws = [law(Ending(level=3e-25, q_max=q), pressure=0.02 * HARDNESS) for q in ends]
+    heat = {"nominal_pressure": 0.02 * HARDNESS, **HEATING}
+    steps = np.diff(np.log([float(flash.flash_temperature(1e8, stress_spectrum=stress, **heat)) for stress in laws]))
+    assert np.abs(np.diff(steps)).max() < 5e-4  # of steps of -4e-3; 1.6e-3 with that
+
+
 def test_the_mean_pressure_is_kept_and_probabilities_sum_to_one():
     diffusion = diffuse(SelfAffine(), MODULUS, 0.1 * HARDNESS, HARDNESS)
     assert diffusion.probability @ diffusion.pressure == pytest.approx(0.1 * HARDNESS, rel=1e-11)
