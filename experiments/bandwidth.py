@@ -2,10 +2,11 @@
 
     python experiments/bandwidth.py [--toy] [-o FOLDER]
 
-Contacts are solved at q_c = 4, 8 … 64 q_y with four pixels per shortest wave, as plans do, many on the coarse rungs and
-few on the fine ones, which share their streams. Then T_flash is continued to 64 q_y from rungs up to 8, 16 and 32 q_y
-alone, as a power of q_c and by the law for contact that yields. SEEN are contacts that DOUBT_FITTED and
-DOUBT_OF_LAW were set by, the last three drawn at random; those of `fresh` were drawn and solved when both were final.
+Contacts are solved at q_c = 4, 8 … 128 q_y with four pixels per shortest wave, as plans do, many on the coarse rungs and
+few on the fine ones, which share their streams; to 64 q_y only where the finest grid would have more than MOST points per
+side. Then T_flash is continued to the end from rungs up to 8, 16, 32 and 64 q_y alone, as a power of q_c and by the law
+for contact that yields. `seen` are contacts that DOUBT_FITTED and DOUBT_OF_LAW were set by, the last seven drawn at
+random; those of `fresh` were drawn and solved when both were final.
 Printed is how many of the statements hold, at seven Péclet numbers each: first those of the ladder itself, whose
 scatter is small, by the bandwidth error alone; then those of RUNS short ladders on streams of their own, with the
 scatter of few realizations, by the bandwidth and the statistical error. What is in FOLDER is not solved again.
@@ -29,8 +30,9 @@ from roughsim.estimate.ladder import Values, observe
 from roughsim.observables.record import Sample
 from theory import flash, plasticity
 
-NAME, PIXELS, END, STEP = "flash_temperature", 4.0, 64.0, 0.1
-DEEP = {4.0: 200, 8.0: 100, 16.0: 40, 32.0: 12, END: 5}  # q_c/q_y, and how many are solved
+NAME, PIXELS, END, STEP = "flash_temperature", 4.0, 128.0, 0.1
+DEEP = {4.0: 240, 8.0: 120, 16.0: 60, 32.0: 24, 64.0: 10, END: 4}  # q_c/q_y, and how many are solved
+MOST = 4700  # points per side
 SHORT, RUNS = {4.0: 16, 8.0: 6, 16.0: 4}, 24
 
 
@@ -49,17 +51,27 @@ SEEN += [Contact(p.share, p.yields, p.hurst, p.plateau, p.low_exponent, label=p.
 SEEN += [Contact(0.0224, 0.448, 0.549, 3.01), Contact(0.0207, 0.575, 0.461, 3.54), Contact(0.0333, 0.31, 0.846, 3.58)]
 
 
-def fresh(count: int = 4) -> list[Contact]:
-    """Draw contacts with q_y > 1.5 q_min, whose finest grid has no more than 2200 points per side."""
-    rng, drawn = np.random.default_rng(20261126), []
-    while len(drawn) < count:
+def drawn(seed: int, count: int) -> list[Contact]:
+    """Draw contacts with q_y > 1.5 q_min, whose grid to 64 q_y has no more than 2200 points per side."""
+    rng, contacts = np.random.default_rng(seed), []
+    while len(contacts) < count:
         hurst = round(rng.uniform(0.3, 1.0), 3)
         place = [(0.02, 0.4), (0.3, 1.1), (1.0, 5.0)]
         share, yields, plateau = (float(f"{np.exp(rng.uniform(*np.log(ends))):.3g}") for ends in place)
         contact = Contact(share, yields, hurst, plateau)
-        if yields * plateau > 1.5 and contact.periods * yields * PIXELS * END <= 2200:
-            drawn.append(contact)
-    return drawn
+        if yields * plateau > 1.5 and contact.periods * yields * PIXELS * 64.0 <= 2200:
+            contacts.append(contact)
+    return contacts
+
+
+def seen() -> list[Contact]:
+    """Return the contacts that the errors were set by."""
+    return [*SEEN, *drawn(20261126, 4)]
+
+
+def fresh() -> list[Contact]:
+    """Return those drawn after that."""
+    return drawn(20261124, 6)
 
 
 def solve(contact: Contact, depth: float, stream: int, count: int) -> Any:
@@ -81,6 +93,7 @@ def measured(contact: Contact, folder: Path, *, runs: int, toy: bool) -> dict[st
     path = folder / f"{contact.name}.npz"
     if not path.exists():
         few = {4.0: 8, 8.0: 6, 16.0: 4} if toy else DEEP
+        few = {depth: n for depth, n in few.items() if contact.grid(depth * contact.yields, PIXELS).shape[0] <= MOST}
         rows = {f"ref{depth:g}": solve(contact, depth, 0, count) for depth, count in few.items()}
         for k in range(runs):
             rows |= {f"run{k}-{depth:g}": solve(contact, depth, k + 1, count) for depth, count in SHORT.items()}
@@ -133,7 +146,7 @@ def ladders_told(groups: dict[str, list[tuple[Contact, dict[str, Any]]]]) -> lis
     """Print how many statements of ladders without scatter hold, and return what the law leaves over."""
     left = []
     for group, contacts in groups.items():
-        for top in (8.0, 16.0, 32.0):
+        for top in (8.0, 16.0, 32.0, 64.0):
             for law in (False, True):
                 rows = []
                 for contact, raw in contacts:
@@ -204,7 +217,7 @@ def draw(left: list[Any], path: Path) -> None:
 def main() -> None:
     command = Command(__file__, __doc__, "one contact up to 16 q_y")
     options = command.parse()
-    groups = {"seen": [Contact(0.25, 1.0, 0.8)]} if options.toy else {"seen": SEEN, "fresh": fresh()}
+    groups = {"seen": [Contact(0.25, 1.0, 0.8)]} if options.toy else {"seen": seen(), "fresh": fresh()}
     solved = {}
     for group, contacts in groups.items():
         runs = 2 if options.toy else RUNS

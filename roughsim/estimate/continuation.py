@@ -20,8 +20,9 @@ USUAL_SCATTER = 0.3  # how far exponents lie from the usual one
 # exponents below that part of the usual one are mostly of rungs that stand too low: the usual one is taken instead, and
 # what the fit has beyond it is the doubt, with a quarter to spare
 LEAST_EXPONENT, WIDER = 0.7, 1.25
-# what the law for contact that yields leaves in doubt: a share of the value, and of what follows after it
-DOUBT_OF_LAW = (0.005, 0.07)
+# what the law for contact that yields leaves in doubt: the smaller of a share of the value and of one of what follows
+# after it, and a share of that in any case
+DOUBT_OF_LAW = (0.005, 0.2, 0.07)
 # the doubt about a remainder with the theory's shape held in 156 of 158 comparisons on six ladders, many of them on the
 # same surfaces (H = 0.3…0.95, rubber and rock), a quarter of it alone in 119; beyond half of the value none was tried
 DOUBT_OF_SHAPE, MOST_OF_SHAPE = 0.25, 0.5
@@ -98,8 +99,7 @@ def the_surer(power: tuple[Array, Array, Array], ladder: list[Rung], law: Array)
     with np.errstate(all="ignore"):  # 0/0 at rest, where nothing follows
         by_law = top * (law[2] / law[1] - 1.0)
         change = np.nan_to_num((mean * (law[0] / law[1]) - below.mean(axis=0)) / mean)
-    doubts = DOUBT_OF_LAW[0] * mean, DOUBT_OF_LAW[1] * by_law.mean(axis=0), np.abs(change).max() * mean
-    doubt = np.linalg.norm(doubts, axis=0)
+    doubt = doubt_of_law(mean, by_law.mean(axis=0), np.abs(change).max() * mean)
     apart = np.abs((remainder - by_law).mean(axis=0))
     scatter, of_power, of_law = (
         rows.std(axis=0) / np.sqrt(len(top)) for rows in (remainder - by_law, top + remainder, top + by_law)
@@ -109,6 +109,13 @@ def the_surer(power: tuple[Array, Array, Array], ladder: list[Rung], law: Array)
     chosen = (np.hypot(doubt, wide * of_law) < np.hypot(error, wide * of_power)) & ~contrary
     surest = np.where(contrary, apart, np.where(chosen, doubt, error))
     return np.where(chosen, nan, exponent), np.where(chosen, by_law, remainder), surest
+
+
+def doubt_of_law(value: Array, follows: Array, change: Array) -> Array:
+    """Return the error of what follows after a value by the law, where value/law has changed by `change` before."""
+    of_value, least, share = DOUBT_OF_LAW
+    parts = np.minimum(of_value * np.abs(value), least * np.abs(follows)), share * follows, change
+    return np.asarray(np.linalg.norm(parts, axis=0))
 
 
 def fitted_exponent(cut_offs: list[float], values: list[Array], usual: float = 1.0) -> Array:

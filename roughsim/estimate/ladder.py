@@ -31,7 +31,7 @@ from roughsim.scene.numerics import Numerics
 NO_LIMIT = tuple(name for name, record in OBSERVABLES.items() if not record.limit)
 # lengths that turn back with the pixel: beyond 8 pixels per wave they went on by 0.2 to 1.5 of the change from 4 to 8
 TURNING = 1.5
-LAW_TESTED = 16.0  # of `settled`: up to there it was, with four pixels per wave on all rungs
+LAW_TESTED = 32.0  # of `settled`: up to there it was, with four pixels per wave on all rungs
 SAME = 1e-9  # relative: wavenumbers that differ by less are the same
 
 

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.continuation import DOUBT_OF_LAW, DOUBT_OF_SHAPE
+from roughsim.estimate.continuation import DOUBT_OF_SHAPE, doubt_of_law
 from roughsim.planning.pilot import Lengths, Pilot, fast_size, may_halve, pilot
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Column, Level
@@ -32,8 +32,9 @@ SYSTEMATIC = 0.6  # share of the target that the pixel may take; the rest is for
 SYSTEMATIC_CUT = 0.85  # with the bandwidth, where another rung costs more than many realizations of the lowest one
 
 # cut-offs and doubts of capped contact, measured on steel: docs/errors.md
-# what measured/law changes over the last step, at the worst speed, over what follows after it: .04, .04, .10 on steels
-CHANGE_OF_LAW = 0.065
+# what measured/law changes over the last step, at the worst speed, over what follows after it: rms of the steels up to
+# 16, 32 and 64 q_y; .03 ... .19
+CHANGE_OF_LAW = 0.1
 SMOOTHED_TOP = 1.5  # q_y: the end of C_sm
 CAPPED_TOPS = (8, 16, 32)  # q_y: tops of ladders to choose from
 NEAR_END = 1.25  # times a top: C(q) that ends below is solved to its end
@@ -207,7 +208,7 @@ def law_error(scene: Scene, top: float) -> float:
         return inf
     hottest = int(np.argmax(law[-1]))
     follows = 1.0 - float(law[-1, hottest] / law[-2, hottest])
-    return hypot(DOUBT_OF_LAW[0], DOUBT_OF_LAW[1] * follows, CHANGE_OF_LAW * follows)
+    return float(doubt_of_law(np.ones(1), np.array([follows]), np.array([CHANGE_OF_LAW * follows]))[0])
 
 
 def rung(column: Column, lengths: Lengths, q_c: float, pixels: int, reason: str, scatter: float = 0.0) -> Rung:
