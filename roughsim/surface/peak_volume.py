@@ -136,8 +136,10 @@ def mean_above(level: float, point: HeightsAtAPoint) -> float:
 def heights_at_a_point(spectrum: Spectrum, grid: Grid) -> HeightsAtAPoint:
     """Return how the heights of surfaces with fixed amplitudes are distributed at any point."""
     modes = remembered_modes(spectrum, grid)
-    amplitude = np.where(modes.real, 1.0, 2.0) * modes.deviation
-    squares = np.where(modes.real, 1.0, 0.5) * amplitude**2
+    phased = np.full(modes.place.shape, True)
+    phased[modes.real] = False
+    amplitude = np.where(phased, 2.0, 1.0) * modes.deviation
+    squares = np.where(phased, 0.5, 1.0) * amplitude**2
     variance = float(squares.sum())
     slope = sqrt(float((squares * grid.wavenumbers.ravel()[modes.place] ** 2).sum()))
     nodes = NODES
@@ -146,7 +148,7 @@ def heights_at_a_point(spectrum: Spectrum, grid: Grid) -> HeightsAtAPoint:
         mean: NDArray[np.complex128] = np.ones(nodes, dtype=np.complex128)
         if variance > 0.0:
             own = amplitude / sqrt(variance)
-            mean = mean_exponential(own[~modes.real], own[modes.real], s)
+            mean = mean_exponential(own[phased], own[modes.real], s)
         if nodes >= MOST_NODES or variance == 0.0 or abs(mean[-1] / s[-1]) <= 1e-10 * abs(mean[0]):
             return HeightsAtAPoint(sqrt(variance), slope, s, mean)
         nodes *= 4

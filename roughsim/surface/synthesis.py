@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim import fourier
+from roughsim.fourier.plans import transform
 from roughsim.grid import Array, Grid, need_grid
 from roughsim.surface.modes import mode_variance
 from roughsim.surface.spectrum import Spectrum
@@ -63,19 +63,25 @@ def synthesize(
     count, real = modes.kept.size, modes.real
     if amplitudes == "gaussian":
         normal = rng.standard_normal((count, 2))[modes.kept]
-        complex_normal = (normal[:, 0] + 1j * normal[:, 1]) * np.sqrt(0.5)
-        values = modes.deviation * np.where(real, normal[:, 0], complex_normal)
+        values = modes.deviation * ((normal[:, 0] + 1j * normal[:, 1]) * np.sqrt(0.5))
+        values[real] = modes.deviation[real] * normal[real, 0]
     else:
         turn = rng.random(count)[modes.kept]
-        values, angle = np.empty(turn.shape, np.complex128), 2 * pi * turn
-        values.real, values.imag = modes.deviation * np.cos(angle), modes.deviation * np.sin(angle)
-        values[real] = modes.deviation[real] * np.where(turn[real] < 0.5, 1.0, -1.0)
+        # cos and sin of the phase 2π·turn by the tangent of its half: NumPy has that in vector units, but not these two
+        tangent = np.tan(pi * turn)
+        square = tangent * tangent
+        size = modes.deviation / (1.0 + square)
+        values = np.empty(turn.shape, np.complex128)
+        values.real, values.imag = (1.0 - square) * size, 2.0 * tangent * size
+        values[real] = np.where(turn[real] < 0.5, modes.deviation[real], -modes.deviation[real])
     # the half spectrum, with the conjugate partners that lie in it
-    half = np.zeros(grid.half_shape, dtype=np.complex128)
-    flat, paired = half.reshape(-1), modes.paired
+    buffers = transform(grid.shape, np.float64)
+    buffers.spectrum[...] = 0.0
+    flat = buffers.spectrum.reshape(-1)
     flat[modes.place] = values
-    flat[modes.partner[paired]] = values[paired].conj()
-    return fourier.inverse(half, grid.shape)
+    flat[modes.partner] = values[modes.paired].conj()
+    heights: Array = buffers.inverse().copy()
+    return heights
 
 
 class DrawnModes(NamedTuple):
@@ -83,9 +89,9 @@ class DrawnModes(NamedTuple):
 
     kept: NDArray[np.bool_]  # of all modes that are drawn: a Nyquist mode of this grid is two modes of a finer one
     place: NDArray[np.int64]  # flat place in the half spectrum, of those kept
-    partner: NDArray[np.int64]  # flat place of the conjugate, where that also lies in the half spectrum
-    paired: NDArray[np.bool_]  # whether it does
-    real: NDArray[np.bool_]  # whether the mode is its own conjugate
+    paired: NDArray[np.int64]  # which of them have their conjugate in the half spectrum, too
+    partner: NDArray[np.int64]  # flat places of those conjugates
+    real: NDArray[np.int64]  # which modes are their own conjugates
     deviation: Array  # √variance of one mode of the full plane, m
 
 
@@ -111,9 +117,10 @@ def independent_modes(spectrum: Spectrum, grid: Grid) -> DrawnModes:
     kx, ky = kx[kept] % nx, ky[kept]
     mirror = (nx - kx) % nx
     lone_column = (ky == 0) | (2 * ky == ny)  # columns that hold both a mode and its conjugate
-    real = lone_column & (mirror == kx)
-    place = kx * half[1] + ky
-    return DrawnModes(kept, place, mirror * half[1] + ky, lone_column & ~real, real, np.sqrt(variance.flat[place]))
+    own = mirror == kx
+    real, paired = np.flatnonzero(lone_column & own), np.flatnonzero(lone_column & ~own)
+    place, partner = kx * half[1] + ky, mirror[paired] * half[1] + ky[paired]
+    return DrawnModes(kept, place, paired, partner, real, np.sqrt(variance.flat[place]))
 
 
 SMALL = 2**18  # points, of grids whose modes take a few MB
