@@ -128,9 +128,9 @@ def quarter_plane(power: Array, grid: Grid) -> Array:
     `power` of the half spectrum, shape `half_shape`, is written over.
     """
     nx = grid.shape[0]
-    power *= grid.multiplicity
     quarter = power[: nx // 2 + 1]
     quarter[1 : (nx + 1) // 2] += power[: nx // 2 : -1]  # row −i onto row i
+    quarter *= grid.multiplicity
     return quarter
 
 

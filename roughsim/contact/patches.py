@@ -171,17 +171,23 @@ def labelled_patches(mask: Mask, *, periodic: bool = True) -> tuple[NDArray[np.i
 
 def _counts(field: Field, hardness: Any) -> tuple[float, ...]:
     """Count the points with p > 0 and with p = σ_P, and the sides of elastic points: to empty ones, to yielded ones."""
+    capped = hardness < math.inf
 
     def count(start: int, stop: int) -> tuple[Any, ...]:
         # with the row and the column before, periodic: 0 without contact, 1 elastic, 3 yielded
         kind = np.empty((1 + stop - start, 1 + field.shape[1]), np.uint8)
         for own, part in ((kind[:1, 1:], field[start - 1][None]), (kind[1:, 1:], field[start:stop])):
-            np.add((part > 0).view(np.uint8), 2 * (part == hardness).view(np.uint8), out=own)
+            np.greater(part, 0, out=own.view(np.bool_))
+            if capped:
+                np.add(own, 2 * (part == hardness).view(np.uint8), out=own)
         kind[:, 0] = kind[:, -1]
         # the three pairs of unlike neighbours differ by different bits
         unlike = own ^ kind[:-1, 1:], own ^ kind[1:, :-1]
-        outer, inner = (sum(np.count_nonzero(pair == bits) for pair in unlike) for bits in (0 ^ 1, 1 ^ 3))
-        return np.count_nonzero(own), np.count_nonzero(own == 3), outer, inner
+        outer, inner = (
+            sum(np.count_nonzero(pair == bits) for pair in unlike) if possible else 0
+            for bits, possible in ((0 ^ 1, True), (1 ^ 3, capped))
+        )
+        return np.count_nonzero(own), np.count_nonzero(own == 3) if capped else 0, outer, inner
 
     counts: tuple[float, ...] = total(run(count, spans(*field.shape)))
     return counts
