@@ -58,6 +58,7 @@ TRANSFORMS = [
 ARITHMETIC = [
     *("surface.synthesis:synthesize", "surface.synthesis:independent_modes", "surface.peak_volume:peak_volumes"),
     *("contact.solver.problem:relief_of", "contact.solver.problem:truncated", "contact.solver.problem:full_contact"),
+    *("contact.solver.state:State.refresh", "contact.solver.solve:handed_on", "fourier.blocks:extremes"),
     *("observables.moments:measure", "observables.stress_spectrum:StressSpectrum.correlation_radius"),
     "observables.catalogue:radius",
 ]
@@ -139,14 +140,15 @@ def watch(clock: Clock) -> None:
         setattr(owner, name, clock.timed(stage, getattr(owner, name)))
 
 
-def measure(name: str, target: float, *, warm: bool) -> None:
-    """Do a run and its comparison, and print the table."""
+def measure(name: str, target: float, *, warm: bool, watched: bool) -> None:
+    """Do a run and its comparison, and print the table; not watched all is shown as one stage."""
     clock = Clock()
     import roughsim as rs
     from roughsim.comparison import compare
     from roughsim.ensemble import run
 
-    watch(clock)
+    if watched:
+        watch(clock)
     scene = rs.load_scene(name)
     scene = replace(scene, ensemble=replace(scene.ensemble, until={"flash_temperature": target}))
     clock.lap()
@@ -178,16 +180,19 @@ def main() -> None:
     options.add_argument("--target", type=float, default=0.01, help="of the statistical error of T_flash")
     options.add_argument("--warm", action="store_true", help="after the same run in the same process")
     options.add_argument("--here", action="store_true", help="in this process, whatever is compiled")
+    options.add_argument(
+        "--unwatched", action="store_true", help="without stages: kernels that are watched cannot be compiled"
+    )
     given = options.parse_args()
     if given.here:
-        measure(given.scene, given.target, warm=given.warm)
+        measure(given.scene, given.target, warm=given.warm, watched=not given.unwatched)
         return
     with tempfile.TemporaryDirectory() as folder:
         # both processes keep the bytecode of all modules in the folder, also where the environment would not
         environment = os.environ | {"PYTHONPYCACHEPREFIX": folder, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
         environment.pop("PYTHONDONTWRITEBYTECODE", None)
         command = [sys.executable, *sys.argv, "--here"]
-        subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([*command, "--unwatched"], env=environment, check=True, stdout=subprocess.DEVNULL)
         subprocess.run(command, env=environment, check=True)
 
 

@@ -20,7 +20,6 @@ from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Number, Table, json_value, with_unit
 from roughsim.show.table import Row as Cells
-from roughsim.show.terminal import table_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +86,8 @@ class Comparison:
         return comparison_table(self)
 
     def __str__(self) -> str:
+        from roughsim.show.terminal import table_text  # rich is slow to import
+
         return table_text(self.table())
 
     def _repr_html_(self) -> str:

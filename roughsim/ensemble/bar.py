@@ -1,6 +1,5 @@
 """A bar that shows how far a run is, on a terminal or in a notebook; in a file or pipe it is a few lines."""
 
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -12,7 +11,7 @@ from rich import progress as bars
 from roughsim.ensemble.status import count_text, end_known, reached, realizations_needed
 from roughsim.results.run import Run
 from roughsim.show.terminal import PlainConsole
-from roughsim.show.text import clock
+from roughsim.show.text import clock, is_notebook
 
 
 class PatientConsole(PlainConsole):
@@ -58,12 +57,6 @@ class Progress:
             self.console.print_lines(f"{text}, {left}")
 
 
-def in_notebook() -> bool:
-    """Whether this process is the kernel of a notebook."""
-    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
-    return hasattr(shell, "kernel")
-
-
 @contextmanager
 def shown_in_notebook(
     observer: Callable[[Run], None] | None, make: Callable[[PatientConsole], Any] = Progress
@@ -72,7 +65,7 @@ def shown_in_notebook(
 
     `make` returns what has a `bar` of rich, and `update`, which is called with a run.
     """
-    if not in_notebook():
+    if not is_notebook():
         yield observer
         return
     console = PatientConsole()

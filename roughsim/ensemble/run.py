@@ -23,6 +23,7 @@ from roughsim.results.folder import describe, folder_state, open_run, read_descr
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics, Reason
+from roughsim.show.text import is_notebook
 from roughsim.store.claims import Claims
 from roughsim.store.member_hdf5 import FORMAT
 
@@ -86,10 +87,13 @@ def run(
     """
     check_workers(workers, executor)
     scene = aimed(scene, seed=seed, until=until, max_realizations=max_realizations)
+    force = Workforce(workers, executor)
+    if not is_notebook():
+        return carry_out(scene, Path(folder), force, numerics, observer=observer)
     from roughsim.ensemble.bar import shown_in_notebook  # rich is slow to import
 
     with shown_in_notebook(observer) as update:
-        return carry_out(scene, Path(folder), Workforce(workers, executor), numerics, observer=update)
+        return carry_out(scene, Path(folder), force, numerics, observer=update)
 
 
 def carry_out(

@@ -4,9 +4,10 @@ import itertools
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import reduce
+from operator import add
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.fourier.plans import get_threads
@@ -47,7 +48,7 @@ def run(task: Callable[..., Any], blocks: list[Any]) -> list[Any]:
 
 def total(parts: list[Any]) -> Any:
     """Sum tuples of partial sums, in the order of the blocks."""
-    return parts[0] if len(parts) == 1 else tuple(np.sum(np.array(parts, np.float64), axis=0).tolist())
+    return parts[0] if len(parts) == 1 else tuple(reduce(add, column) for column in zip(*parts, strict=True))
 
 
 def extremes(field: NDArray[Any]) -> tuple[float, float]:

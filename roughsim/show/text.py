@@ -23,6 +23,12 @@ ASCII = {
 }  # fmt: skip
 
 
+def is_notebook() -> bool:
+    """Whether this process is the kernel of a notebook."""
+    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    return hasattr(shell, "kernel")
+
+
 def plain(text: object) -> str:
     """Return text on one line; what does not print, such as the start of a command to the terminal, becomes "?"."""
     return "".join(c if c.isprintable() else " " if c.isspace() else "?" for c in str(text))
