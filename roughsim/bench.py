@@ -189,14 +189,14 @@ def solve_level(problem: Problem, level: Level, realizations: int) -> tuple[Samp
     spectra = np.stack([m.stress_spectrum.variance for m in moments])
     reach, side = 0.5 * float(np.hypot(*problem.grid.lengths)), float(level.shape[0])
     wavenumber, rows = moments[0].stress_spectrum.wavenumber, np.arange(realizations, dtype=np.intp)
-    sample = Sample(level.q_max, side, rows, numbers, wavenumber, spectra, reach, half=level.cell == "half")
+    sample = Sample(level.q_max, side, rows, numbers, wavenumber, spectra, reach, part=level.parts > 1)
     return sample, float(np.median(seconds))
 
 
 def splits_of(levels: list[Level]) -> list[Split]:
     """Return the splits to compare: each grid alone, the first k cut-offs, and all levels with ever rarer fine ones.
 
-    Levels in half the cell correct others, and are in the last kind alone.
+    Levels in a part of the cell correct others, and are in the last kind alone.
     """
     if len(levels) == 1:
         return [Split("the plan's level", (0,), (1,), planned=True)]

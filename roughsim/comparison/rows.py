@@ -177,8 +177,7 @@ def cell_of(estimate: Estimate, k: int) -> Cell:
 def finest(run: Run) -> tuple[Grid, float]:
     """Return a grid in the run's cell with the pixel of the first column's finest level, and its cut-off, rad/m."""
     level = run.numerics.levels[run.numerics.of_column(run.numerics.columns[0])[-1]]
-    parts = 2 if level.cell == "half" else 1
-    return Grid((parts * level.shape[0], parts * level.shape[1]), run.numerics.lengths), level.q_max
+    return Grid((level.parts * level.shape[0], level.parts * level.shape[1]), run.numerics.lengths), level.q_max
 
 
 def ratios_of(

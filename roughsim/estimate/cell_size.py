@@ -5,7 +5,7 @@ A run cannot show the error of its own cell. It was measured once, by doubling c
 per side it is within 0.6 % of its integral.
 """
 
-from math import nan, pi, sqrt
+from math import inf, nan, pi, sqrt
 
 import numpy as np
 
@@ -13,35 +13,62 @@ from roughsim import prediction
 from roughsim.grid import Array
 from roughsim.scene import Scene
 
-# relative error at 4 longest waves per side, or 8 of the roll-off where C(q) is flat below it
-SIZE_ERROR = 0.004
+SAME = 1e-9  # relative: lengths that differ by less are the same
+# relative error at 4 longest waves per side, or 8 of the roll-off where C(q) is flat below it; and of capped contact
+# where C(q) has no plateau, but for r(g = 0.1)
+SIZE_ERROR, CAPPED_SIZE_ERROR = 0.004, 0.002
 ENOUGH_WAVES, ENOUGH_ROLL_OFF_WAVES, MOST_WAVES = 4.0, 8.0, 8.0
 # relative error × (longest waves per side)² σ₀/σ_P where few spots carry the load; measured at σ₀/σ_P = .0008 … .008
 FEW_SPOTS = {"smoothed": 0.0016, "capped": 0.0002}
 # relative error of what finer levels add in half such a cell, and × its number of spots where few carry the load;
 # measured by `experiments/half_cell.py`
 STEP_ERROR, FEW_SPOTS_OF_STEP = 0.008, 0.016
+SIZE_SHARE = 0.45  # of a target error that the size may take before the cell has twice the sides
 
 
-def choose_lengths(scene: Scene) -> tuple[tuple[float, float], str]:
-    """Return the sides of the cell, m, and the reason: those that the scene gives, or the shortest that suffice."""
+def choose_lengths(scene: Scene, target: float = inf) -> tuple[tuple[float, float], str]:
+    """Return the sides of the cell, m, and the reason: those that the scene gives, or the shortest that suffice.
+
+    They have twice that length where the error of the size would take too much of the relative error `target`.
+    """
     if scene.numerics.lengths is not None:
         return scene.numerics.lengths, "given in the scene"
+    length, wave, kind = enough_length(scene)
+    times, why = 1, ""
+    if length > (1 + SAME) * ENOUGH_WAVES * wave and plateau_end(scene) is None:
+        why = ": few spots carry the load"
+    if size_error(scene, (length, length)) > SIZE_SHARE * target:
+        times, why = 2, f"{why}: half of them would leave too much of the target to the size"
+    lengths = (times * length, times * length)
+    reason = f"{lengths[0] / wave:.3g} {kind} per side{why}"
+    return lengths, f"{reason}; a larger cell changes T_flash by less than {100 * size_error(scene, lengths):.1g} %"
+
+
+def enough_length(scene: Scene) -> tuple[float, float, str]:
+    """Return the length of the sides that suffice for most targets, m, the wave that counts, m, and what it is."""
     longest = 2 * pi / scene.spectrum.breaks[0]
     roll_off = plateau_end(scene)
     if roll_off is not None:
         wave = 2 * pi / roll_off
         enough = ENOUGH_ROLL_OFF_WAVES * wave
-        length = max(enough, min(ENOUGH_WAVES * longest, 2 * enough))
-        reason = f"{length / wave:.3g} roll-off waves (2π/q_roll_off) per side: C(q) is flat below q_roll_off"
-    else:
-        waves, why = ENOUGH_WAVES, ""
-        if spots := share_of_spots(scene):  # so many waves keep the capped column within SIZE_ERROR; at most MOST_WAVES
-            waves = min(max(ENOUGH_WAVES, sqrt(FEW_SPOTS["capped"] / SIZE_ERROR / spots)), MOST_WAVES)
-            why = ": few spots carry the load" if waves > ENOUGH_WAVES else ""
-        length, reason = waves * longest, f"{waves:.3g} longest waves (2π/q_min) per side" + why
-    lengths = (length, length)
-    return lengths, f"{reason}; a larger cell changes T_flash by less than {100 * size_error(scene, lengths):.1g} %"
+        kind = "roll-off waves (2π/q_roll_off), as C(q) is flat below q_roll_off,"
+        return max(enough, min(ENOUGH_WAVES * longest, 2 * enough)), wave, kind
+    waves = ENOUGH_WAVES
+    if spots := share_of_spots(scene):  # so many waves keep the capped column within SIZE_ERROR; at most MOST_WAVES
+        waves = min(max(ENOUGH_WAVES, sqrt(FEW_SPOTS["capped"] / SIZE_ERROR / spots)), MOST_WAVES)
+    return waves * longest, longest, "longest waves (2π/q_min)"
+
+
+def parts_of(scene: Scene, lengths: tuple[float, float]) -> int:
+    """Return how many sides of a cell for corrections of capped contact make one of these sides, m: 4, 2, or 1.
+
+    1: there is no such cell. It has half the sides that suffice for most targets, at least. Few spots may not make more
+    than `SIZE_ERROR` in the run's cell.
+    """
+    fit = min(lengths) / enough_length(scene)[0] * (1 + SAME)
+    if scene.elastic or few_spots(scene, lengths, "capped") > SIZE_ERROR * (1 + SAME):
+        return 1
+    return 4 if fit >= 2.0 else 2 if fit >= 1.0 else 1
 
 
 def size_error(
@@ -56,33 +83,46 @@ def size_error(
     """
     if observable == "correlation_radius_0":
         return nan
+    capped = column in ("", "capped") and not scene.elastic and observable != "correlation_radius_10"
+    enough = CAPPED_SIZE_ERROR if capped and plateau_end(scene) is None else SIZE_ERROR
+    return max(enough * shortness(scene, lengths), few_spots(scene, lengths, column or "capped"))
+
+
+def shortness(scene: Scene, lengths: tuple[float, float]) -> float:
+    """Return the error of the size over that of the length that suffices for C(q); the shorter side, m, counts."""
     roll_off = plateau_end(scene)
     waves = min(lengths) * (scene.spectrum.breaks[0] if roll_off is None else roll_off) / (2 * pi)
     short = (ENOUGH_WAVES if roll_off is None else ENOUGH_ROLL_OFF_WAVES) / waves
-    spots = share_of_spots(scene)
-    few = FEW_SPOTS.get(column or "capped", 0.0) / (spots * waves**2) if spots else 0.0
-    return max(SIZE_ERROR * max(short, short**2), few)
+    return max(short, short**2)
+
+
+def few_spots(scene: Scene, lengths: tuple[float, float], column: str) -> float:
+    """Return the relative error of means over few spots of contact; 0 where these have no size of their own."""
+    roll_off, spots = plateau_end(scene), share_of_spots(scene)
+    waves = min(lengths) * (scene.spectrum.breaks[0] if roll_off is None else roll_off) / (2 * pi)
+    return FEW_SPOTS.get(column, 0.0) / (spots * waves**2) if spots else 0.0
 
 
 def size_error_of_sum(
-    scene: Scene, lengths: tuple[float, float], observable: str, column: str, from_half: Array | float
+    scene: Scene, lengths: tuple[float, float], parts: int, observable: str, column: str, from_part: Array | float
 ) -> Array:
-    """Return the relative error of the cell's size where a share `from_half` of a mean comes from half the cell.
+    """Return the relative error of the cell's size where a share `from_part` of a mean comes from a part of the cell.
 
-    It is an array of the shape of that share.
+    Its sides are those of the cell, m, over `parts`. The error is an array of the shape of that share.
     """
     whole = size_error(scene, lengths, observable, column)
-    return np.hypot(whole, np.multiply(from_half, step_error(scene, lengths) if np.any(from_half) else 0.0))
+    of_part = step_error(scene, min(lengths) / parts) if np.any(from_part) else 0.0
+    return np.hypot(whole, np.multiply(from_part, of_part))
 
 
-def step_error(scene: Scene, lengths: tuple[float, float]) -> float:
-    """Return the relative error of what finer levels of capped contact add in half the cell of these sides, m.
+def step_error(scene: Scene, side: float) -> float:
+    """Return the relative error of what finer levels of capped contact add in a part of the cell of this side, m.
 
     They count in ratios, which depend less on the cell than means do. A spot is as large as the shortest wave that the
     contact has not yielded at.
     """
-    spots = share_of_spots(scene) * (min(lengths) / 2 * prediction.yield_wavenumber(scene) / (2 * pi)) ** 2
-    return max(STEP_ERROR * (size_error(scene, lengths) / SIZE_ERROR), FEW_SPOTS_OF_STEP / spots)
+    spots = share_of_spots(scene) * (side * prediction.yield_wavenumber(scene) / (2 * pi)) ** 2
+    return max(STEP_ERROR * shortness(scene, (2 * side, 2 * side)), FEW_SPOTS_OF_STEP / spots)
 
 
 def share_of_spots(scene: Scene) -> float:

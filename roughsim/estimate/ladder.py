@@ -7,8 +7,8 @@ subsets (multilevel Monte Carlo, Giles, Operations Research 56, 607, 2008). In c
 by chance has as much higher a T₁, and ratios scatter less: T = ⟨T₀⟩ ⟨T₁⟩/⟨T₀⟩ … Along the ladder the pixel shrinks
 with 1/q_c, so that T∞ + c q_c^(−p) takes most of its error along.
 
-Levels in half the cell have surfaces of their own. They start from a level that repeats the highest one of the run's
-cell, and only their ratios to it and to each other are used: those hardly depend on the cell.
+Levels in a part of the cell have surfaces of their own. They start from a level that repeats the highest one of the
+run's cell, and only their ratios to it and to each other are used: those hardly depend on the cell.
 """
 
 from itertools import pairwise
@@ -41,9 +41,9 @@ class Values(NamedTuple):
     Rows with the same number in `group` (n,) have the same levels, those with 0 the coarsest alone. `base` has the rows
     of the coarsest level, brought to the mean of `extrapolated`: the rest of the scatter is that of finer levels.
     `exponent`, `bandwidth` and `pixel` (speeds,) are the fitted p (NaN if nothing was extrapolated), and the errors
-    left in the mean by q_c and by the pixel; NaN where no pair of levels shows them. `from_half` (speeds,) is the share
-    of the mean that comes from levels in half the cell. With `independent` all finer levels are of that kind: they do
-    not scatter with the coarsest one. `slopes` is how many the regression on the peak volumes has fitted to the rows.
+    left in the mean by q_c and by the pixel; NaN where no pair of levels shows them. `from_part` (speeds,) is the share
+    of the mean that comes from levels in a part of the cell. With `independent` all finer levels are of that kind: they
+    do not scatter with the coarsest one. `slopes` is how many the regression on the peak volumes has fitted to rows.
     """
 
     extrapolated: Array
@@ -53,7 +53,7 @@ class Values(NamedTuple):
     exponent: Array
     bandwidth: Array
     pixel: Array
-    from_half: Array | float = 0.0
+    from_part: Array | float = 0.0
     independent: bool = False
     slopes: int = 0
 
@@ -99,10 +99,10 @@ def observe(
     usual: float = 1.0,
     law: Array | None = None,
 ) -> Values:
-    """Return the values of an observable from the levels of one column, by q_c, then by points; half cells come last.
+    """Return the values of an observable from the levels of one column, by q_c, then by points.
 
-    The first level has every realization. They are extrapolated to `end`, rad/m, where C(q) ends: with the shape of
-    `theory`, which has what the theory says at each cut-off and at `end`, (cut-offs + 1, speeds) or of one speed, NaN
+    Those in a part of the cell come last. The first level has every realization. They are extrapolated to `end`,
+    rad/m, where C(q) ends: with the shape of `theory`, which has what the theory says at each cut-off and at `end`, (cut-offs + 1, speeds) or of one speed, NaN
     where it is not known to hold; without it as a power of the cut-off. `settled`, rad/m, is the cut-off from which on
     steps show that power, as it rises on the way up; `usual` is the power where they do not. `law` has what the law for
     contact that yields says at the upper two cut-offs and at `end`, (3, speeds), to continue where that is surer.
@@ -139,13 +139,13 @@ def observe(
         mean = limit.mean(axis=0)
         factor = np.divide(mean, first.mean(axis=0), out=np.ones_like(mean), where=with_ratio)
         base = mean + factor * (first - first.mean(axis=0))
-        start = next((rung for rung in ladder if rung.sample.half), None)  # its rows are still those of the run's cell
+        start = next((rung for rung in ladder if rung.sample.part), None)  # its rows are still those of the run's cell
         added = np.zeros_like(mean) if start is None else np.abs(mean - start.rows.mean(axis=0))
-    from_half = np.divide(added, np.abs(mean), out=np.zeros_like(mean), where=added > 0.0)
-    independent = start is not None and all(sample.half for sample in samples[1:])
+    from_part = np.divide(added, np.abs(mean), out=np.zeros_like(mean), where=added > 0.0)
+    independent = start is not None and all(sample.part for sample in samples[1:])
     count = len(samples[0].rows)
     slopes = max(slopes_of(sample.numbers, count) for sample in samples if at_mean(sample, count))
-    return Values(limit, finest, base, group, exponent, bandwidth, pixel, from_half, independent, slopes)
+    return Values(limit, finest, base, group, exponent, bandwidth, pixel, from_part, independent, slopes)
 
 
 def climb(observable: str, samples: list[Sample], with_ratio: NDArray[np.bool_]) -> list[Rung]:
@@ -156,7 +156,7 @@ def climb(observable: str, samples: list[Sample], with_ratio: NDArray[np.bool_])
     of_level, count = OBSERVABLES[observable].of_level, len(samples[0].rows)
     ladder: list[Rung] = []
     for sample in samples:
-        if sample.half and not ladder[-1].sample.half:  # it repeats the rung: the differences that follow start from it
+        if sample.part and not ladder[-1].sample.part:  # it repeats the rung: the differences that follow start from it
             ladder[-1] = ladder[-1]._replace(sample=sample)
             continue
         rows = of_level(sample)
@@ -187,7 +187,7 @@ def have_ratios(observable: str, samples: list[Sample], *, capped: bool) -> NDAr
 def corrected(rows: Array, low: Array, high: Array, indices: NDArray[np.intp], with_ratio: NDArray[np.bool_]) -> Array:
     """Return the rows of a rung for all realizations: those of the rung below, corrected from `low` to `high`.
 
-    These are the values of both rungs for the realizations `indices`, or for others in half the cell. All rows are
+    These are the values of both rungs for the realizations `indices`, or for others in a part of the cell. All rows are
     multiplied by ⟨high⟩/⟨low⟩, or moved by the mean difference; those that have both also by their own, as much as they
     stand for. A ratio is biased by about the squared relative scatter over their number: a small part of its error.
     """
@@ -203,7 +203,7 @@ def corrected(rows: Array, low: Array, high: Array, indices: NDArray[np.intp], w
 
 def at_mean(sample: Sample, count: int) -> bool:
     """Return whether a level is taken at the mean peak volume: that of the run's cell that all realizations have."""
-    return len(sample.rows) == count and not sample.half
+    return len(sample.rows) == count and not sample.part
 
 
 def at_highest_cut_off(ladder: list[Rung], order: float, has_limit: bool) -> tuple[Array, Array, Array]:
@@ -260,8 +260,7 @@ def notes_of(scene: Scene, numerics: Numerics, column: str, observable: str, val
     """Return in words what values were made of: the levels, how they were continued to the end of C(q), the speeds."""
     levels = [numerics.levels[i] for i in numerics.of_column(column)]
     grids = ", ".join(
-        f"{level.shape[0]} × {level.shape[1]} to {level.q_max:.3g} rad/m" + " in half the cell" * (level.cell == "half")
-        for level in levels
+        f"{level.shape[0]} × {level.shape[1]} to {level.q_max:.3g} rad/m" + level.where for level in levels
     )
     notes = [f"{column} contact on {grids}, solver tolerance {numerics.tolerance:.1g}"]
     if np.any(np.isfinite(values.exponent)):

@@ -83,7 +83,7 @@ def scene_text(run: Run) -> str:
     """Return the scene file, the cell and the grids of a run."""
     grids = (
         f"# L{number}: {level.column}, {level.shape[0]} × {level.shape[1]} points, q_c = {level.q_max:.4g} rad/m"
-        + ", in half the cell" * (level.cell == "half")
+        + level.where.replace(" in", ", in")
         for number, level in enumerate(run.numerics.levels)
     )
     sides = " × ".join(f"{1e3 * length:.4g}" for length in run.numerics.lengths)
@@ -100,7 +100,7 @@ class Controls:
             (
                 str(k),
                 f"{level.column}, q_c {level.q_max:.3g}, {level.shape[0]} × {level.shape[1]}"
-                + ", half the cell" * (level.cell == "half"),
+                + level.where.replace(" in", ","),
             )
             for k, level in enumerate(run.numerics.levels)
             if k in run.numerics.single

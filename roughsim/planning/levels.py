@@ -4,30 +4,32 @@ A pilot goes ahead (`roughsim.planning.pilot`). What it measures scales to the r
 
 - Contact that yields needs no resolution of its own: the yield wavenumber q_y sets the scale, not q_max.
 - Contact on the smoothed spectrum C_sm converges by itself: one cut-off a little above q_y, on two grids.
-- Capped contact errs by the cut-off more than by the pixel: three cut-offs, continued as T∞ + c q_c^(−p) or by the law
-  for contact that yields, the lower two also at half the pixel.
+- Capped contact errs by the cut-off more than by the pixel: cut-offs from 4 q_y on, three at least, continued as
+  T∞ + c q_c^(−p) or by the law for contact that yields, the lower two also at half the pixel.
 - Where no grid holds C(q), or reaches q_y: three cut-offs, continued with the theory's shape.
-- Corrections of capped contact may come from half the cell: docs/errors.md. Those of elastic contact do not.
+- Corrections of capped contact may come from a part of the cell: docs/errors.md. Those of elastic contact do not.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from math import hypot, inf, isfinite, nan, pi
-from typing import NamedTuple
+from math import hypot, inf, isfinite, log2, nan, pi
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from roughsim import prediction
+from roughsim.estimate.cell_size import SAME, enough_length, parts_of
 from roughsim.estimate.continuation import DOUBT_OF_SHAPE, doubt_of_law
-from roughsim.planning.pilot import Lengths, Pilot, fast_size, may_halve, pilot
+from roughsim.planning.pilot import Lengths, Pilot, fast_size, pilot
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Column, Level
 
 PILOT_TOP = 4.0  # q_y: highest cut-off of a pilot of capped contact, the lowest rung of most ladders
-ELASTIC_SIDE, CAPPED_SIDE = 2048, 4096  # points per side of the finest grids of a plan; beyond, C(q) is cut
+# points per side of the finest grids of a plan, the last in a part of the cell; beyond, C(q) is cut
+ELASTIC_SIDE, CAPPED_SIDE, PART_SIDE = 2048, 4096, 6144
 PIXELS = 4  # per shortest wave of a level; its partner at half the pixel has twice as many
-LATER = 0.5  # scatter of the correction by the highest cut-off over that by the one before: 0.4 … 0.65 on the steels
+LATER = 0.45  # scatter of the correction by a cut-off over that by the one before: 0.37 … 0.52 on the steels
 SYSTEMATIC = 0.6  # share of the target that the pixel may take; the rest is for the scatter
 SYSTEMATIC_CUT = 0.85  # with the bandwidth, where another rung costs more than many realizations of the lowest one
 
@@ -36,7 +38,8 @@ SYSTEMATIC_CUT = 0.85  # with the bandwidth, where another rung costs more than 
 # 16, 32 and 64 q_y; .03 ... .19
 CHANGE_OF_LAW = 0.1
 SMOOTHED_TOP = 1.5  # q_y: the end of C_sm
-CAPPED_TOPS = (8, 16, 32)  # q_y: tops of ladders to choose from
+CAPPED_TOPS = (8, 16, 32, 64, 128)  # q_y: tops of ladders to choose from
+LOWEST = 4.0  # q_y: the lowest rung of ladders to 16 q_y and higher; from there on steps tell an exponent
 NEAR_END = 1.25  # times a top: C(q) that ends below is solved to its end
 FITTED_TOP = 16  # q_y: from there on the lowest rung stands at 4 q_y, and the rungs tell an exponent
 SLOW_FALL = 0.75  # exponent below which three rungs do not tell it well: H = 0.43
@@ -58,32 +61,45 @@ class Rung(NamedTuple):
 class Ladder(NamedTuple):
     """The rungs of a scene, and the relative errors to expect of T_flash; NaN is a bandwidth that no level tells.
 
-    `correction` is the share of T_flash that the capped levels above the first add, where half the cell may give it;
-    else 0.
+    `correction` is the share of T_flash that the capped levels above the first add, where a part of the cell may give
+    it, and `parts` is how many of its sides make one of the run's; else 0 and 1. With `only_part` the highest levels
+    need more points in the run's cell than a plan allows.
     """
 
     rungs: list[Rung]
     bandwidth: float
     pixel: float
     correction: float = 0.0
+    parts: int = 1
+    only_part: bool = False
 
-    def divided(self, every: int, seldom: int, half: bool) -> list[Rung]:
+    def divided(self, every: int, seldom: int, *, in_part: bool) -> list[Rung]:
         """Return the rungs with their strides: 1 for the first of a column, `every` for its first correction.
 
-        All others have `seldom`. With `half` those that correct capped contact lie in half the cell, and so does a
+        The next ones have four times as much each, but at most `seldom`; the highest, and those that only show an
+        error, have `seldom`. With `in_part` those that correct capped contact lie in a part of the cell, and so does a
         repetition of the first.
         """
         rungs: list[Rung] = []
         for first, *finer in self.columns():
             rungs.append(first)
-            halved = half and first.level.column == "capped"
-            if halved:
+            apart = in_part and first.level.column == "capped"
+            if apart:
                 again = "the first again: only ratios to it count, which hardly depend on the cell"
-                rungs.append(Rung(in_half(replace(first.level, every=every)), again))
+                rungs.append(Rung(self.smaller(replace(first.level, every=every)), again))
+            stride, top = every, max((rung.level.q_max for rung in finer), default=0.0)
             for rung in finer:
-                level = replace(rung.level, every=every if rung.scatter == 1.0 else seldom)
-                rungs.append(rung._replace(level=in_half(level) if halved else level))
+                corrects = rung.scatter == 1.0 or (rung.scatter > 0.0 and rung.level.q_max < top)
+                level = replace(rung.level, every=stride if corrects else seldom)
+                rungs.append(rung._replace(level=self.smaller(level) if apart else level))
+                stride = min(4 * stride, seldom) if corrects else stride
         return rungs
+
+    def smaller(self, level: Level) -> Level:
+        """Return a level in the part of the cell, with the same pixel."""
+        x, y = level.shape
+        cell: Literal["half", "quarter"] = "half" if self.parts == 2 else "quarter"
+        return replace(level, shape=(x // self.parts, y // self.parts), cell=cell)
 
     def fallen(self, seen: Pilot) -> float:
         """Return the scatter of changes from the first rung of the last column over that of the pilot's changes."""
@@ -95,14 +111,9 @@ class Ladder(NamedTuple):
         names = dict.fromkeys(rung.level.column for rung in self.rungs)
         return [[rung for rung in self.rungs if rung.level.column == name] for name in names]
 
-    def levels(self, every: int, seldom: int, half: bool = False) -> tuple[Level, ...]:
+    def levels(self, every: int, seldom: int, *, in_part: bool = False) -> tuple[Level, ...]:
         """Return the levels of the rungs `divided`."""
-        return tuple(rung.level for rung in self.divided(every, seldom, half))
-
-
-def in_half(level: Level) -> Level:
-    """Return a level in half the cell, with the same pixel."""
-    return replace(level, shape=(level.shape[0] // 2, level.shape[1] // 2), cell="half")
+        return tuple(rung.level for rung in self.divided(every, seldom, in_part=in_part))
 
 
 def highest_cut_off(lengths: Lengths, side: int) -> float:
@@ -122,10 +133,13 @@ def yield_scale(scene: Scene) -> tuple[float, str]:
 def ladders_of(scene: Scene, lengths: Lengths, target: float) -> tuple[list[Ladder], Pilot]:
     """Return the levels that serve a scene for a relative error, lowest first, and what its pilot has seen."""
     q_max = scene.spectrum.breaks[-1]
+    # a cell of twice the sides that suffice needs no pilot of its own
+    times = 2.0 if min(lengths) >= 2.0 * enough_length(scene)[0] * (1 - SAME) else 1.0
+    small = (lengths[0] / times, lengths[1] / times)
     if scene.elastic:
-        seen = pilot(scene, "elastic", lengths, q_max)
+        seen = pilot(scene, "elastic", small, q_max).in_cell(times)
         return [elastic_ladder(scene, lengths, target, seen)], seen
-    seen = pilot(scene, "capped", lengths, min(q_max, PILOT_TOP * yield_scale(scene)[0]))
+    seen = pilot(scene, "capped", small, min(q_max, PILOT_TOP * yield_scale(scene)[0])).in_cell(times)
     return capped_ladders(scene, lengths, target, seen), seen
 
 
@@ -142,10 +156,12 @@ def elastic_ladder(scene: Scene, lengths: Lengths, target: float, seen: Pilot) -
 
 
 def capped_ladders(scene: Scene, lengths: Lengths, target: float, seen: Pilot) -> list[Ladder]:
-    """Return the smoothed surface on two grids, with capped contact up to 8, 16 or 32 q_y: those that serve."""
+    """Return the smoothed surface on two grids, with capped contact up to 8, 16, 32 … q_y: those that serve."""
     q_max = scene.spectrum.breaks[-1]
     q_yield, where = yield_scale(scene)
     limit = highest_cut_off(lengths, CAPPED_SIDE)
+    if (parts := parts_of(scene, lengths)) > 1:
+        limit = max(limit, parts * highest_cut_off(lengths, PART_SIDE))
     smoothed_top = min(SMOOTHED_TOP * q_yield, q_max)
     if smoothed_top > limit / 2:  # both columns up to the same cut-offs
         return [cut_ladder(scene, ("smoothed", "capped"), lengths, seen, f"yields beyond any grid ({where})")]
@@ -157,7 +173,7 @@ def capped_ladders(scene: Scene, lengths: Lengths, target: float, seen: Pilot) -
         if q_max <= min(limit, NEAR_END * top):  # little is left out: all of C(q), which serves every observable
             top = q_max
         ladder = capped_ladder(scene, lengths, seen, factor, top)
-        last = top < factor * q_yield or factor == CAPPED_TOPS[-1]
+        last = factor * q_yield * (1 + SAME) >= min(q_max, limit) or factor == CAPPED_TOPS[-1]
         if hypot(ladder.bandwidth, ladder.pixel) <= SYSTEMATIC_CUT * target or (last and not ladders):
             ladders.append(ladder._replace(rungs=[*smoothed, *ladder.rungs]))
         if last:
@@ -173,16 +189,22 @@ def capped_ladder(scene: Scene, lengths: Lengths, seen: Pilot, factor: float, to
     errors = capped_errors(top, top < q_max, seen, exponent, doubt)
     if top < q_max and seen.measured:
         errors = min(errors[0], law_error(scene, top)), errors[1]
-    height, halved = f"{top / q_yield:.3g} q_y", may_halve(scene, lengths)
+    height, parts = f"{top / q_yield:.3g} q_y", parts_of(scene, lengths)
+    whole_limit = highest_cut_off(lengths, CAPPED_SIDE)
+    only_part, limit = top > whole_limit, max(whole_limit, (parts > 1) * parts * highest_cut_off(lengths, PART_SIDE))
     if top >= q_max:
         whole = f"all of C(q), {height}, at {PIXELS} pixels per shortest wave"
-        return Ladder(pair("capped", lengths, top, PIXELS, whole), *errors, halved * seen.pixel)
-    first = f"{top / 4 / q_yield:.3g} q_y at {PIXELS} pixels per shortest wave"
-    at_limit = top == highest_cut_off(lengths, CAPPED_SIDE)
-    last = height + (f": the limit of {CAPPED_SIDE} points per side" if at_limit else "")
-    last += ": how that falls, T∞ + c q_c^(−p), or by the law for contact that yields"
-    rungs = climb("capped", lengths, top, first, last, halved=(4, 2))
-    return Ladder(rungs, *errors, halved * remainder(seen, top / 4, exponent))
+        rungs, correction = pair("capped", lengths, top, PIXELS, whole), seen.pixel
+    else:
+        steps = max(2, int(log2(top / (LOWEST * q_yield)) + SAME))
+        first = f"{top / 2**steps / q_yield:.3g} q_y at {PIXELS} pixels per shortest wave"
+        last = height + (
+            f": the limit of {PART_SIDE if only_part else CAPPED_SIDE} points per side" if top == limit else ""
+        )
+        last += ": how that falls, T∞ + c q_c^(−p), or by the law for contact that yields"
+        rungs = climb("capped", lengths, top, first, last, steps=steps, partners=2)
+        correction = remainder(seen, top / 2**steps, exponent)
+    return Ladder(rungs, *errors, (parts > 1) * correction, parts, only_part)
 
 
 def capped_errors(top: float, cut: bool, seen: Pilot, exponent: float, doubt: float) -> tuple[float, float]:
@@ -224,16 +246,17 @@ def pair(column: Column, lengths: Lengths, q_c: float, pixels: int, reason: str,
 
 
 def climb(
-    column: Column, lengths: Lengths, top: float, first: str, last: str, *, halved: tuple[int, ...]
+    column: Column, lengths: Lengths, top: float, first: str, last: str, *, steps: int, partners: int
 ) -> list[Rung]:
-    """Return three cut-offs, top/4, top/2 and top, those of `halved` also at half the pixel."""
+    """Return cut-offs that double up to a top, `steps` times; the lowest ones, `partners`, also at half the pixel."""
     rungs = []
-    steps = ((4, first, 0.0), (2, "twice the q_c: what shorter waves change", 1.0), (1, last, LATER))
-    for part, reason, scatter in steps:
-        rungs.append(rung(column, lengths, top / part, PIXELS, reason, scatter))
-        if part in halved:
-            finer = "half the pixel: shows the error of the pixel"
-            rungs.append(rung(column, lengths, top / part, 2 * PIXELS, finer))
+    for k in range(steps + 1):
+        q_c, reason = top / 2 ** (steps - k), first if k == 0 else last
+        if 0 < k < steps:
+            reason = "twice the q_c: what shorter waves change"
+        rungs.append(rung(column, lengths, q_c, PIXELS, reason, LATER ** (k - 1) if k else 0.0))
+        if k < partners:
+            rungs.append(rung(column, lengths, q_c, 2 * PIXELS, "half the pixel: shows the error of the pixel"))
     return rungs
 
 
@@ -250,7 +273,7 @@ def cut_ladder(scene: Scene, columns: tuple[Column, ...], lengths: Lengths, seen
                 last += "follows the theory's shape, scaled by the last step"
             else:
                 last += "is unknown: the contact yields at shorter waves than any grid holds"
-        rungs += climb(column, lengths, top, f"{first}; {PIXELS} pixels per shortest wave", last, halved=(4,))
+        rungs += climb(column, lengths, top, f"{first}; {PIXELS} pixels per shortest wave", last, steps=2, partners=1)
     # the pixel is of second order, as in elastic contact
     return Ladder(rungs, cut_bandwidth(scene, columns[-1], top, seen), seen.pixel / 3)
 

@@ -9,13 +9,12 @@ import warnings
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import ceil, inf, pi
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from roughsim.errors import ConvergenceError
-from roughsim.estimate.cell_size import SIZE_ERROR, size_error
-from roughsim.estimate.ladder import SAME
+from roughsim.estimate.cell_size import parts_of
 from roughsim.estimate.regression import CONTROLS, scatter_at_mean_peak_volume
 from roughsim.grid import Array
 from roughsim.scene import Scene
@@ -47,6 +46,11 @@ class Pilot:
     # of these changes at the speed where they scatter most, relative to T_flash there
     widest_change_scatter: float = 0.0
 
+    def in_cell(self, times: float) -> Self:
+        """Return what it says of a cell of so many times its sides: independent parts of a cell scatter apart."""
+        names = ("raw_scatter", "scatter", "hot_scatter", "change_scatter", "widest_change_scatter")
+        return replace(self, **{name: getattr(self, name) / times for name in names})
+
 
 # what stands for a pilot whose solves do not converge: about what those of steel say
 GUESS = Pilot(0.02, 0.02, 0.02, step=0.2, pixel=0.009, change_scatter=0.004, q_max=inf, pace=1.2e-8, measured=False)
@@ -66,11 +70,6 @@ def work(points: float) -> float:
     return float(points**1.25)
 
 
-def may_halve(scene: Scene, lengths: Lengths) -> bool:
-    """Return whether capped contact has the same changes with cut-off and pixel in half the cell, sides in m."""
-    return size_error(scene, lengths) <= SIZE_ERROR * (1.0 + SAME)
-
-
 @lru_cache(maxsize=32)
 def pilot(scene: Scene, column: Column, lengths: Lengths, q_max: float) -> Pilot:
     """Measure T_flash at a few low cut-offs; a guess where a solve does not converge.
@@ -78,7 +77,7 @@ def pilot(scene: Scene, column: Column, lengths: Lengths, q_max: float) -> Pilot
     `lengths` are of the cell, m. `q_max` is the highest cut-off, rad/m; lowered to what `POINTS` per side resolve with
     4 pixels per wave. The changes with cut-off and pixel come from half the cell where it has the same ones.
     """
-    parts = 2 if column == "capped" and may_halve(scene, lengths) else 1
+    parts = min(parts_of(scene, lengths), 2) if column == "capped" else 1
     cut = min(q_max, POINTS * 2 * pi / (4 * max(lengths)))
     x, y = (fast_size(max(2.0 * parts * LEAST_POINTS, 4 * cut * length / (2 * pi))) for length in lengths)
     fine = Level(column, (x // parts, y // parts), cut)

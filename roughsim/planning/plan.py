@@ -65,7 +65,7 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
         target_error = stop or TARGET
     if not 0.0 < number("target_error", target_error) < 1.0:
         raise ValueError(f"target_error = {target_error:.6g} must lie between 0 and 1; 0.01 is 1 %")
-    lengths, reason = choose_lengths(scene)
+    lengths, reason = choose_lengths(scene, target_error)
     reasons = [Reason("cell", f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm", reason)]
     if scene.numerics.levels is not None:
         numerics = Numerics(scene.numerics.levels, lengths)
@@ -124,12 +124,13 @@ def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | N
     most = scene.ensemble.max_realizations
     ways = []
     for ladder in ladders if stop is None else ladders[:1]:  # a higher one leaves more of the target to the scatter
-        in_whole = split_of(scene, lengths, ladder, seen, target, stop, half=False)
-        in_half = split_of(scene, lengths, ladder, seen, target, stop, half=True) if ladder.correction else in_whole
-        ways.append((min(in_whole, in_half, key=lambda split: split.work), ladder, in_whole, in_half))
-    chosen, ladder, in_whole, in_half = min(ways, key=lambda way: way[0].work)
+        in_whole = split_of(scene, lengths, ladder, seen, target, stop, in_part=False)
+        in_part = split_of(scene, lengths, ladder, seen, target, stop, in_part=True) if ladder.correction else in_whole
+        cheaper = in_part if ladder.only_part else min(in_whole, in_part, key=lambda split: split.work)
+        ways.append((cheaper, ladder, in_whole, in_part))
+    chosen, ladder, in_whole, in_part = min(ways, key=lambda way: way[0].work)
     size, goal, strides, needed = chosen.size, chosen.goal, chosen.strides, chosen.needed
-    rungs, changes = ladder.divided(*strides, chosen.half), corrections(ladder, strides, chosen.change)
+    rungs, changes = ladder.divided(*strides, in_part=chosen.in_part), corrections(ladder, strides, chosen.change)
     levels, count = tuple(rung.level for rung in rungs), min(needed, most)
     statistical = half_width(count, seen.hot_scatter, changes)
     cpu_seconds = seen.pace * total_work(levels, count)
@@ -155,7 +156,7 @@ def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | N
         )
     reasons = [
         *(Reason(rung.level.column, level_text((rung.level,)), rung.reason) for rung in rungs),
-        *cell_reasons(ladder, in_whole, in_half),
+        *cell_reasons(ladder, chosen, in_whole, in_part),
         Reason("pilot", text, explanation),
         Reason("realizations", f"about {count}", why),
         *forecast_reasons(forecast, scan_of_hottest(scene)),
@@ -173,7 +174,7 @@ class Split(NamedTuple):
     the relative scatter of the first correction at the hottest speed, and at that where it scatters most.
     """
 
-    half: bool
+    in_part: bool
     strides: Strides
     goal: float
     size: float
@@ -196,26 +197,28 @@ class Split(NamedTuple):
 
 
 def split_of(
-    scene: Scene, lengths: Lengths, ladder: Ladder, seen: Pilot, target: float, stop: float | None, *, half: bool
+    scene: Scene, lengths: Lengths, ladder: Ladder, seen: Pilot, target: float, stop: float | None, *, in_part: bool
 ) -> Split:
-    """Return the cheapest split with the corrections in the run's cell, or, with `half`, in half of it.
+    """Return the cheapest split with the corrections in the run's cell, or, with `in_part`, in a part of it.
 
     At least three realizations have the finest levels, unless fewer are computed.
     """
-    size = float(size_error_of_sum(scene, lengths, "flash_temperature", "", ladder.correction if half else 0.0))
+    from_part, parts = (ladder.correction, ladder.parts) if in_part else (0.0, 1)
+    size = float(size_error_of_sum(scene, lengths, parts, "flash_temperature", "", from_part))
     # the statistical error may take the rest of the target that the systematic errors leave
     systematic = hypot(0.0 if isnan(ladder.bandwidth) else ladder.bandwidth, ladder.pixel, size)
     goal = statistical_target(target, systematic) if stop is None else stop
-    factor, most = HALF_SCATTER if half else 1.0, scene.ensemble.max_realizations
-    factor *= ladder.fallen(seen)
+    factor, most = HALF_SCATTER ** (parts // 2) * ladder.fallen(seen), scene.ensemble.max_realizations
     change = factor * CORRECTIONS * seen.change_scatter
     widest = max(change, factor * WIDEST_CORRECTIONS * seen.widest_change_scatter)
     splits = []
     for strides in ((every, seldom) for every in STRIDES for seldom in STRIDES if seldom >= every):
-        split = Split(half, strides, goal, size, change, widest)
+        split = Split(in_part, strides, goal, size, change, widest)
         needed = split.realizations(ladder, seen)
         if strides == (1, 1) or (LEAST_FINE - 1) * strides[1] < min(needed, most):
-            splits.append(split._replace(needed=needed, work=total_work(ladder.levels(*strides, half), needed)))
+            splits.append(
+                split._replace(needed=needed, work=total_work(ladder.levels(*strides, in_part=in_part), needed))
+            )
     return min(splits, key=lambda split: split.work)
 
 
@@ -227,22 +230,22 @@ def statistical_target(target: float, systematic: float) -> float:
 def corrections(ladder: Ladder, strides: Strides, change: float) -> list[tuple[float, int]]:
     """Return scatter and stride of each correction of the last column, of which the first scatters by `change`."""
     column = ladder.rungs[-1].level.column
-    rungs = [rung for rung in ladder.divided(*strides, half=False) if rung.level.column == column]
+    rungs = [rung for rung in ladder.divided(*strides, in_part=False) if rung.level.column == column]
     return [(rung.scatter * change, rung.level.every) for rung in rungs if rung.scatter]
 
 
-def cell_reasons(ladder: Ladder, in_whole: Split, in_half: Split) -> list[Reason]:
-    """Return in which cell the corrections are computed, and why; nothing where half the cell may not serve."""
+def cell_reasons(ladder: Ladder, chosen: Split, in_whole: Split, in_part: Split) -> list[Reason]:
+    """Return in which cell the corrections are computed, and why; nothing where no part of the cell may serve."""
     if not ladder.correction:
         return []
-    chosen, other = sorted((in_half, in_whole), key=lambda split: split.work)
-    names = {True: "half the cell", False: "the run's cell"}
-    size = f"{100 * sqrt(max(in_half.size**2 - in_whole.size**2, 0.0)):.1g}"
+    part = "half the cell" if ladder.parts == 2 else "a quarter of the cell"
+    names, other = {True: part, False: "the run's cell"}, in_whole if chosen.in_part else in_part
+    size = f"{100 * sqrt(max(in_part.size**2 - in_whole.size**2, 0.0)):.1g}"
     why = (
-        f"takes {chosen.work / other.work:.2g} of the work that {names[other.half]} takes; half the cell has the same "
-        f"corrections within {size} % of T_flash, which is in the size error, and {HALF_SCATTER:g} times their scatter"
+        f"takes {chosen.work / other.work:.2g} of the work that {names[other.in_part]} takes; {part} has the same "
+        f"corrections within {size} % of T_flash, which is in the size error, and {ladder.parts:g} times their scatter"
     )
-    return [Reason("corrections", f"in {names[chosen.half]}", why)]
+    return [Reason("corrections", f"in {names[chosen.in_part]}", why)]
 
 
 def half_width(count: int, scatter: float, changes: Sequence[tuple[float, int]]) -> float:
@@ -313,7 +316,7 @@ def level_text(levels: Sequence[Level]) -> str:
     texts = (
         f"{level.column} " * (len(levels) > 1)
         + f"{level.shape[0]} × {level.shape[1]} to q_c = {level.q_max:.3g} rad/m"
-        + " in half the cell" * (level.cell == "half")
+        + level.where
         + f", 1 in {level.every}" * (level.every > 1)
         for level in levels
     )

@@ -76,8 +76,8 @@ def readme(run: Run) -> str:
     columns = columns_of(run)
     failed = f", {run.failed} of them failed and left out" if run.failed else ""
     levels = [
-        f"level_{i}: {level.column} contact, {level.shape[0]} x {level.shape[1]} points, "
-        f"{'half the cell, ' if level.cell else ''}q_c = {level.q_max:.4g} rad/m."
+        f"level_{i}: {level.column} contact, {level.shape[0]} x {level.shape[1]} points{level.where}, "
+        f"q_c = {level.q_max:.4g} rad/m."
         for i, level in enumerate(run.numerics.levels)
     ]
     parts = [

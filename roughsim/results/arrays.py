@@ -159,7 +159,9 @@ def flat(run: Counted, levels: list[list[Labelled]]) -> Iterator[Labelled]:
     yield Labelled("column", ("level",), np.array([level.column for level in numerics.levels]), {})
     yield Labelled("q_max", ("level",), np.array([level.q_max for level in numerics.levels]), {"units": "1/m"})
     cells = np.array([level.cell or "whole" for level in numerics.levels])
-    yield Labelled("cell", ("level",), cells, {"description": "half: of half the sides, on surfaces of its own"})
+    yield Labelled(
+        "cell", ("level",), cells, {"description": "half, quarter: of so much of the sides, on surfaces of its own"}
+    )
     share = {"units": "1", "description": "share of the heat that the temperatures are of"}
     yield Labelled("heat_partition", ("speed",), run.heat_partition, share)
     kept = (array for array in chain(*levels) if array.name == "kept_realization")

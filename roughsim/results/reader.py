@@ -127,8 +127,8 @@ class Reader:
         numbers = {name: self.members.column(level, name, indices[rows]) for name in NUMBERS}
         nothing = np.empty(0), np.empty((len(rows), 0))
         wavenumber, spectra = self.spectra(level, indices[rows]) if with_spectra else nothing
-        side, half = float(of_level.shape[0]), of_level.cell == "half"
-        return Sample(of_level.q_max, side, rows, numbers, wavenumber, spectra, reach, half)
+        side, part = float(of_level.shape[0]), of_level.parts > 1
+        return Sample(of_level.q_max, side, rows, numbers, wavenumber, spectra, reach, part)
 
     def spectra(self, level: int, indices: NDArray[np.int64]) -> tuple[Array, Array]:
         """Return the wavenumbers of a level, rad/m, and the stress spectra of sound members, Pa².

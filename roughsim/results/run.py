@@ -135,7 +135,9 @@ class Run(Counted):
 
     def size_error(self, observable: str, column: str, values: Values) -> Array:
         """Return the relative error by the finite cell, over speeds or of one entry."""
-        return size_error_of_sum(self.scene, self.numerics.lengths, observable, column, values.from_half)
+        return size_error_of_sum(
+            self.scene, self.numerics.lengths, self.numerics.parts(column), observable, column, values.from_part
+        )
 
     def curves(self) -> dict[str, Array]:
         """Return what members of the column sliding stored over the `slid_distance`, m; ValueError without such one.
@@ -149,7 +151,7 @@ class Run(Counted):
 
         `distance` is r, m, one-dimensional; ValueError beyond half the diagonal of the cell.
         """
-        sample = next(sample for sample in reversed(self.samples(column)) if not sample.half)
+        sample = next(sample for sample in reversed(self.samples(column)) if not sample.part)
         if distance.max(initial=0.0) > sample.reach * (1 + 1e-12):
             raise ValueError(
                 f"distance = {distance.max():.4g} m exceeds half the diagonal of the cell, {sample.reach:.4g} m; "

@@ -80,10 +80,11 @@ class Level(Record, section="numerics.levels"):
         The level is solved for realizations 0, `every`, 2 `every`, … A fine level needs few, since its difference from
         the next coarser one scatters little. 1 for the coarsest level of a column; for each other one a multiple of the
         value of the rung below it, and of all smaller values in the column.
-    cell : {"half"} or None
-        "half": the cell has half the sides of the run's, and surfaces of its own. Such levels only correct: each adds
-        its mean difference from the one before. The first of a column repeats the pixel and q_max of the column's
-        highest level in the run's cell. None: the run's cell.
+    cell : {"half", "quarter"} or None
+        "half": the cell has half the sides of the run's, and surfaces of its own; "quarter": a quarter of the sides.
+        Such levels only correct: each adds its mean difference from the one before. The first of a column repeats the
+        pixel and q_max of the column's highest level in the run's cell, and the others lie in the same cell. None: the
+        run's cell.
     first : int or None
         Of the march: only realizations 0 … `first` − 1 have it. None: all have it.
     """
@@ -92,8 +93,18 @@ class Level(Record, section="numerics.levels"):
     shape: Annotated[tuple[Points, Points], one_or_list(2)]
     q_max: QMax
     every: Annotated[int, whole("1", 1, 1_000_000)] = 1
-    cell: Literal["half"] | None = None
+    cell: Literal["half", "quarter"] | None = None
     first: Annotated[int, whole("8", 1, 1_000_000)] | None = None
+
+    @property
+    def parts(self) -> int:
+        """How many sides of its cell make one of the run's."""
+        return {None: 1, "half": 2, "quarter": 4}[self.cell]
+
+    @property
+    def where(self) -> str:
+        """In which part of the run's cell it lies, in words to append; empty for all of it."""
+        return {None: "", "half": " in half the cell", "quarter": " in a quarter of the cell"}[self.cell]
 
     def indices(self, count: int) -> range:
         """Return which of the first `count` realizations are solved at this level."""
@@ -158,7 +169,7 @@ class Numerics(Record, section="numerics"):
                 )
         self._check_march()
         for column in self.columns:
-            self._check_half(column)
+            self._check_parts(column)
             self._check_strides(column)
         return self
 
@@ -193,40 +204,51 @@ class Numerics(Record, section="numerics"):
                     "keep one and move it to the end"
                 )
 
-    def _check_half(self, column: str) -> None:
-        """Refuse levels in half the cell that do not begin where those in the run's cell end."""
+    def _check_parts(self, column: str) -> None:
+        """Refuse levels in a part of the cell that do not begin where those in the run's cell end, or in two parts."""
         levels = [self.levels[i] for i in self.of_column(column)]
         whole = [level for level in levels if level.cell is None]
-        start = next((level for level in levels if level.cell == "half"), None)
+        start = next((level for level in levels if level.cell), None)
         if start is None:
             return
         if not whole:
             raise ValueError(
-                f'levels of column {column} all have cell = "half", which only correct; add one in the run\'s cell'
+                f'levels of column {column} all have cell = "{start.cell}", which only correct; add one in the '
+                "run's cell"
+            )
+        other = next((level for level in levels if level.cell not in (None, start.cell)), None)
+        if other is not None:
+            raise ValueError(
+                f'levels of column {column} have cell = "{start.cell}" and "{other.cell}"; choose one of the two'
             )
         end = next(level for level in whole if level.q_max == whole[-1].q_max)
-        if start.q_max != end.q_max or tuple(2 * n for n in start.shape) != end.shape:
-            half = f"{end.shape[0] / 2:g} × {end.shape[1] / 2:g} points to q_max = {end.q_max:.6g} rad/m"
+        if start.q_max != end.q_max or tuple(start.parts * n for n in start.shape) != end.shape:
+            x, y = (n / start.parts for n in end.shape)
+            part = f"{x:g} × {y:g} points to q_max = {end.q_max:.6g} rad/m"
             raise ValueError(
-                f'levels: the first {column} one with cell = "half" has {start.shape[0]} × {start.shape[1]} points to '
-                f"q_max = {start.q_max:.6g} rad/m; it must repeat the highest one in the run's cell, here {half}: "
-                "corrections are ratios to it"
+                f'levels: the first {column} one with cell = "{start.cell}" has {start.shape[0]} × {start.shape[1]} '
+                f"points to q_max = {start.q_max:.6g} rad/m; it must repeat the highest one in the run's cell, here "
+                f"{part}: corrections are ratios to it"
             )
 
     def grid(self, level: int) -> Grid:
         """Return the grid of a level."""
-        share = 0.5 if self.levels[level].cell == "half" else 1.0
-        return Grid(self.levels[level].shape, (share * self.lengths[0], share * self.lengths[1]))
+        parts = self.levels[level].parts
+        return Grid(self.levels[level].shape, (self.lengths[0] / parts, self.lengths[1] / parts))
 
     def of_column(self, column: str) -> tuple[int, ...]:
         """Return the levels of a column: first in the run's cell, each by q_max, then by the number of points."""
         numbers = [i for i, level in enumerate(self.levels) if level.column == column]
-        place = [(level.cell == "half", level.q_max, level.shape[0] * level.shape[1]) for level in self.levels]
+        place = [(level.parts, level.q_max, level.shape[0] * level.shape[1]) for level in self.levels]
         return tuple(sorted(numbers, key=place.__getitem__))
 
     def picture(self, column: str) -> int:
         """Return the finest level of a column in the run's cell: its fields are the pictures of the scene."""
         return [i for i in self.of_column(column) if self.levels[i].cell is None][-1]
+
+    def parts(self, column: str) -> int:
+        """Return how many sides of the cell of a column's last level make one of the run's."""
+        return max(self.levels[i].parts for i in self.of_column(column))
 
     def of_index(self, index: int) -> tuple[int, ...]:
         """Return the numbers of the levels that are solved for the realization `index`."""

@@ -44,7 +44,7 @@ def numerics_table(numerics: Any) -> Table:
 
 def level_texts(level: Any) -> Iterator[str]:
     """Yield the points, the cut-off and the realizations of a level."""
-    yield f"{level.shape[0]} × {level.shape[1]}" + (" in half the cell" if level.cell == "half" else "")
+    yield f"{level.shape[0]} × {level.shape[1]}" + level.where
     yield significant(level.q_max, 4)
     first = "" if level.first is None else f" of the first {level.first}"
     yield ("all" if level.every == 1 else f"1 in {level.every}") + first

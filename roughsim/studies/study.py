@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from roughsim.estimate.cell_size import size_error_of_sum
 from roughsim.estimate.errors import Uncertain, quotient
 from roughsim.estimate.ladder import values_of
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
@@ -324,7 +323,7 @@ def paired_ratio(above: Run, below: Run, observable: str, column: str | None = N
         values = values_of(run.scene, name, observable, run.samples(column, common, spectra=record.spectra))
         share = run.heat_partition if record.heated else 1.0
         keys = ("extrapolated", "finest", "base", "bandwidth", "pixel")
-        sizes.append(size_error_of_sum(run.scene, run.numerics.lengths, observable, name, values.from_half))
+        sizes.append(run.size_error(observable, name, values))
         pair.append(values._replace(**{key: getattr(values, key) * share for key in keys}))
     return quotient(
         pair[0],

@@ -136,7 +136,7 @@ def test_levels_in_half_the_cell_are_never_alone_and_have_surfaces_of_their_own(
 
     def noted(problem, level, realizations):
         sample, seconds = solve_level(problem, level, realizations)
-        seen.append((problem.stream, problem.grid.lengths[0], sample.half))
+        seen.append((problem.stream, problem.grid.lengths[0], sample.part))
         return sample, seconds
 
     monkeypatch.setattr(measurements, "solve_level", noted)

@@ -63,10 +63,22 @@ def test_half_cells_that_do_not_begin_where_the_runs_cell_ends_are_refused(level
 
 
 def test_a_cell_of_another_size_is_refused():
-    with pytest.raises(ValueError, match=r'levels.cell = "quarter" is not known; the choice is half'):
-        rs.Level("capped", 64, 5e4, cell="quarter")
-    text = rs.Level("capped", 64, 5e4)
-    assert text.cell is None
+    with pytest.raises(ValueError, match=r'levels.cell = "third" is not known; the choice is half, quarter'):
+        rs.Level("capped", 64, 5e4, cell="third")
+    assert rs.Level("capped", 64, 5e4).cell is None
+
+
+def test_a_quarter_of_the_cell_has_its_grid_its_own_surfaces_and_no_half_beside_it():
+    levels = tuple(replace(level, shape=(16 << i, 16 << i), cell="quarter") for i, level in enumerate((START, FINE)))
+    numerics = Numerics((WHOLE, *levels), LENGTHS)
+    assert numerics.grid(1).lengths == (LENGTHS[0] / 4, LENGTHS[1] / 4)
+    assert [numerics.stream(i) for i in range(3)] == [0, 2, 2]
+    assert [numerics.parts("capped"), levels[0].parts, WHOLE.parts] == [4, 4, 1]
+    assert levels[0].where == " in a quarter of the cell"
+    with pytest.raises(ValueError, match='column capped have cell = "half" and "quarter"; choose one of the two'):
+        Numerics((WHOLE, START, levels[1]), LENGTHS)
+    with pytest.raises(ValueError, match=r'cell = "quarter" has 32 × 32 points .* here 16 × 16 points'):
+        Numerics((WHOLE, replace(levels[0], shape=(32, 32)), levels[1]), LENGTHS)
 
 
 def test_a_scene_may_state_them_and_writes_them_back(capped_scene):
@@ -113,7 +125,7 @@ def test_the_mean_is_that_of_the_runs_cell_times_the_ratio_in_half_of_it(half_ru
     # 8 waves of the roll-off per side have 0.4 %; the run's cell has 6.4, half of it 3.2
     whole = 0.004 * (8 / (2e-3 * 2e4 / (2 * np.pi))) ** 2
     told = half_run.estimate("contact_fraction")
-    share = half_run.values("contact_fraction").from_half[0]
+    share = half_run.values("contact_fraction").from_part[0]
     assert told.budget["size"][0] == pytest.approx(told.mean[0] * whole * np.hypot(1.0, 2.0 * share), rel=1e-9)
     assert share > 0.01
 

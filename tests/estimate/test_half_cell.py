@@ -21,7 +21,7 @@ CHANGE = np.array([-10.0, -20.0]) + 0.5 * RNG.standard_normal((12, 2))
 
 
 def half(sample):
-    return replace(sample, half=True)
+    return replace(sample, part=True)
 
 
 def ratio(every):
@@ -114,25 +114,29 @@ def test_levels_in_the_runs_cell_come_before_those_in_half_of_it():
     values = observe(NAME, samples, capped=True, end=4.0)
     expected = 0.97 * (BASE + CHANGE).mean(axis=0)
     np.testing.assert_allclose(values.extrapolated.mean(axis=0), expected, rtol=1e-12)
-    np.testing.assert_allclose(values.from_half, 0.03 / 0.97, rtol=1e-12)
+    np.testing.assert_allclose(values.from_part, 0.03 / 0.97, rtol=1e-12)
     assert not values.independent  # the second level has the surfaces of the first
 
 
 def test_the_share_that_half_the_cell_adds_has_a_size_error_of_its_own():
     values = observe(NAME, ladder(3), capped=True, end=2.0)
     share = 1.0 / ratio(3) - 1.0
-    np.testing.assert_allclose(values.from_half, share, rtol=1e-12)
+    np.testing.assert_allclose(values.from_part, share, rtol=1e-12)
     steel = rs.load_scene("steel-1.2GPa")
-    lengths = (4 * 2 * np.pi / 6350,) * 2  # four longest waves: 0.4 %; of what half of it adds: 0.8 %
-    size = size_error_of_sum(steel, lengths, NAME, "capped", values.from_half)
-    np.testing.assert_allclose(size, np.sqrt(0.004**2 + (0.008 * share) ** 2), rtol=1e-12)
+    lengths = (4 * 2 * np.pi / 6350,) * 2  # four longest waves: 0.2 %; of what half of it adds: 0.8 %
+    size = size_error_of_sum(steel, lengths, 2, NAME, "capped", values.from_part)
+    np.testing.assert_allclose(size, np.sqrt(0.002**2 + (0.008 * share) ** 2), rtol=1e-12)
+    # a quarter of twice the sides is the same cell
+    twice = (2 * lengths[0], 2 * lengths[1])
+    size = size_error_of_sum(steel, twice, 4, NAME, "capped", values.from_part)
+    np.testing.assert_allclose(size, np.sqrt(0.001**2 + (0.008 * share) ** 2), rtol=1e-12)
     # few spots: 0.0002 over (waves per side)² σ₀/σ_P; of what half the cell adds, 0.016 over its number of spots
     light = replace(steel, sliding=replace(steel.sliding, nominal_pressure=1e-3 * 1.2e9))
-    size = size_error_of_sum(light, lengths, NAME, "capped", np.array([0.5]))
+    size = size_error_of_sum(light, lengths, 2, NAME, "capped", np.array([0.5]))
     spots = 1e-3 * (2 * prediction.yield_wavenumber(light) / 6350) ** 2
     assert size[0] == pytest.approx(sqrt(0.0125**2 + (0.5 * 0.016 / spots) ** 2), rel=1e-9)
     assert 0.2 < spots < 0.3  # q_y is eight times q_min
-    np.testing.assert_array_equal(size_error_of_sum(steel, lengths, NAME, "capped", np.zeros(2)), 0.004)
+    np.testing.assert_array_equal(size_error_of_sum(steel, lengths, 2, NAME, "capped", np.zeros(2)), 0.002)
 
 
 def test_what_is_extrapolated_beyond_half_cells_comes_from_them_too():
@@ -140,7 +144,7 @@ def test_what_is_extrapolated_beyond_half_cells_comes_from_them_too():
     values = observe(NAME, ladder(3), capped=True, end=8.0)
     mean = BASE.mean(axis=0) * (ratio(3) + (ratio(3) - 1.0) * (1.0 - 2.0 / 8.0))
     np.testing.assert_allclose(values.extrapolated.mean(axis=0), mean, rtol=1e-12)
-    np.testing.assert_allclose(values.from_half, BASE.mean(axis=0) / mean - 1.0, rtol=1e-12)
+    np.testing.assert_allclose(values.from_part, BASE.mean(axis=0) / mean - 1.0, rtol=1e-12)
 
 
 def test_what_half_a_smaller_cell_adds_is_as_much_less_exact_as_its_means():
@@ -148,12 +152,12 @@ def test_what_half_a_smaller_cell_adds_is_as_much_less_exact_as_its_means():
     # 16 times the error at a quarter of the sides; the shorter side counts. With few spots, 16 times fewer of them
     for waves in ((1.0, 1.0), (1.0, 4.0), (4.0, 1.0)):
         lengths = (waves[0] * 2 * np.pi / 6350, waves[1] * 2 * np.pi / 6350)
-        size = size_error_of_sum(steel, lengths, NAME, "capped", share)
-        np.testing.assert_allclose(size, 16 * np.sqrt(0.004**2 + (0.008 * share) ** 2), rtol=1e-12)
+        size = size_error_of_sum(steel, lengths, 2, NAME, "capped", share)
+        np.testing.assert_allclose(size, 16 * np.sqrt(0.002**2 + (0.008 * share) ** 2), rtol=1e-12)
     light = replace(steel, sliding=replace(steel.sliding, nominal_pressure=1e-4 * 1.2e9))
     lengths = (4 * 2 * np.pi / 6350, 16 * 2 * np.pi / 6350)
     spots = 1e-4 * (2 * prediction.yield_wavenumber(light) / 6350) ** 2
-    size = size_error_of_sum(light, lengths, NAME, "capped", share)
+    size = size_error_of_sum(light, lengths, 2, NAME, "capped", share)
     np.testing.assert_allclose(size, np.hypot(0.0002 / (16 * 1e-4), share * 0.016 / spots), rtol=1e-9)
 
 
@@ -190,7 +194,7 @@ def test_the_error_of_a_ratio_of_other_surfaces_is_its_scatter_over_many_ladders
 
 def test_without_half_cells_nothing_comes_from_them():
     values = observe(NAME, [level(BASE), seldom(BASE + CHANGE, 3, q_max=2.0)], capped=True, end=2.0)
-    np.testing.assert_array_equal(values.from_half, 0.0)
+    np.testing.assert_array_equal(values.from_part, 0.0)
     assert not values.independent
 
 

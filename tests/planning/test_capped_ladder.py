@@ -17,15 +17,16 @@ SEEN = Pilot(
 )
 
 
-def ladder(monkeypatch, *, end=800.0, limit=64.0, law=inf, target=0.01, seen=SEEN):
+def ladder(monkeypatch, *, end=800.0, limit=64.0, law=inf, target=0.01, seen=SEEN, parts=1):
     """The lowest ladder that serves steel which yields at Q_YIELD; the end of C(q) and the limit of grids over it."""
-    return ladders(monkeypatch, end=end, limit=limit, law=law, target=target, seen=seen)[0]
+    return ladders(monkeypatch, end=end, limit=limit, law=law, target=target, seen=seen, parts=parts)[0]
 
 
-def ladders(monkeypatch, *, end=800.0, limit=64.0, law=inf, target=0.01, seen=SEEN):
+def ladders(monkeypatch, *, end=800.0, limit=64.0, law=inf, target=0.01, seen=SEEN, parts=1):
     """All that serve."""
     monkeypatch.setattr(stage, "yield_scale", lambda _: (Q_YIELD, "q_y"))
     monkeypatch.setattr(stage, "law_error", lambda *_: law)
+    monkeypatch.setattr(stage, "parts_of", lambda *_: parts)
     steel = rs.load_scene("steel-1.2GPa")
     scene = replace(steel, surface=replace(steel.surface, q_max=end * Q_YIELD))
     side = 4096 * 2 * pi / (4 * limit * Q_YIELD)  # four pixels per wave at the limit
@@ -52,6 +53,33 @@ def test_no_grid_is_larger_than_the_limit(monkeypatch, limit, end, top):
     assert (f"the limit of {stage.CAPPED_SIDE} points" in found.rungs[-1].reason) is (limit == top)
 
 
+def test_a_part_of_the_cell_holds_finer_grids_than_all_of_it(monkeypatch):
+    # up to 6144 points per side in a half or a quarter, 4096 in the run's cell
+    for parts, limit in ((2, 27.0), (4, 54.0)):
+        tops = ladders(monkeypatch, limit=9.0, target=1e-4, parts=parts)
+        assert capped(tops[-1])[-1] == pytest.approx(limit)
+        assert tops[-1].only_part
+        assert "the limit of 6144 points" in tops[-1].rungs[-1].reason
+        assert tops[-1].rungs[-1].level.shape[0] // parts == 6144
+        finest = tops[-1].levels(1, 4, in_part=True)[-1]
+        assert (finest.shape, finest.cell) == ((6144, 6144), "half" if parts == 2 else "quarter")
+    low = ladders(monkeypatch, limit=9.0, law=1e-4, target=0.2, parts=2)
+    assert [found.only_part for found in low] == [False, True, True]
+
+
+@pytest.mark.parametrize(
+    ("limit", "rungs"), [(32.0, [4, 8, 16, 32]), (60.0, [7.5, 15, 30, 60]), (800.0, [4, 8, 16, 32, 64, 128])]
+)
+def test_high_ladders_begin_between_4_and_8_q_y(monkeypatch, limit, rungs):
+    found = ladder(monkeypatch, limit=limit, target=1e-5, end=1e4)
+    assert sorted({round(depth, 6) for depth in capped(found)}) == pytest.approx(rungs)
+    scatters = [rung.scatter for rung in found.rungs if rung.level.column == "capped" and rung.scatter]
+    assert scatters == pytest.approx([0.45**k for k in range(len(rungs) - 1)])
+    # the lowest two also at half the pixel
+    sides = [rung.level.shape[0] for rung in found.rungs if rung.level.column == "capped"]
+    assert len(sides) == len(rungs) + 2
+
+
 def test_all_that_follows_a_ladder_below_8_q_y_is_in_doubt(monkeypatch):
     found = ladder(monkeypatch, limit=7.0, target=1e-4)
     assert found.bandwidth == pytest.approx(0.2 * 4.0 / 7.0)  # the step of the pilot, up to 4 q_y, by the power 1
@@ -59,8 +87,8 @@ def test_all_that_follows_a_ladder_below_8_q_y_is_in_doubt(monkeypatch):
 
 def test_higher_ladders_serve_too(monkeypatch):
     tops = [capped(found)[-1] for found in ladders(monkeypatch, law=1e-3, target=0.1)]
-    assert tops == pytest.approx([8.0, 16.0, 32.0])
-    assert [capped(found)[-1] for found in ladders(monkeypatch, law=1e-3, target=1e-4)] == pytest.approx([32.0])
+    assert tops == pytest.approx([8.0, 16.0, 32.0, 64.0])
+    assert [capped(found)[-1] for found in ladders(monkeypatch, law=1e-3, target=1e-4)] == pytest.approx([64.0])
 
 
 @pytest.mark.parametrize(("part", "top"), [(0.84, 8.0), (0.86, 16.0)])

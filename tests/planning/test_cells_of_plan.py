@@ -37,13 +37,13 @@ def test_only_capped_levels_above_the_first_move_to_half_the_cell():
         Rung(Level("capped", (n, 2 * n), q), str(q), scatter)
         for n, q, scatter in ((64, 2e4, 0.0), (128, 2e4, 0.0), (128, 4e4, 1.0), (256, 8e4, 0.5))
     ]
-    ladder = Ladder([*smoothed, *capped], 0.0, 0.0)
+    ladder = Ladder([*smoothed, *capped], 0.0, 0.0, parts=2)
     assert ladder.levels(2, 8) == (
         smoothed[0].level,
         replace(smoothed[1].level, every=8),
         *(replace(rung.level, every=k) for rung, k in zip(capped, (1, 8, 2, 8), strict=True)),
     )
-    shapes = [(level.shape, level.every, level.cell) for level in ladder.levels(2, 8, half=True)]
+    shapes = [(level.shape, level.every, level.cell) for level in ladder.levels(2, 8, in_part=True)]
     assert shapes == [
         ((64, 64), 1, None),
         ((128, 128), 8, None),
@@ -53,10 +53,21 @@ def test_only_capped_levels_above_the_first_move_to_half_the_cell():
         ((64, 128), 2, "half"),
         ((128, 256), 8, "half"),
     ]
-    assert [rung.reason for rung in ladder.divided(2, 8, half=True)[-3:]] == ["20000.0", "40000.0", "80000.0"]
+    assert [rung.reason for rung in ladder.divided(2, 8, in_part=True)[-3:]] == ["20000.0", "40000.0", "80000.0"]
+    quarter = ladder._replace(parts=4).levels(2, 8, in_part=True)[3:]
+    assert [(level.shape, level.cell) for level in quarter[::3]] == [((16, 32), "quarter"), ((64, 128), "quarter")]
 
 
-def test_steel_takes_its_corrections_from_half_the_cell_and_says_what_the_other_way_costs(monkeypatch):
+def test_from_rung_to_rung_of_a_long_ladder_a_quarter_of_the_realizations_is_solved_and_three_at_the_top():
+    capped = [Rung(Level("capped", (64 << k, 64 << k), 1e4 * 2**k), "", 0.5 ** (k - 1) if k else 0.0) for k in range(6)]
+    partner = Rung(Level("capped", (128, 128), 1e4), "half the pixel")
+    ladder = Ladder([capped[0], partner, *capped[1:]], 0.0, 0.0)
+    assert [level.every for level in ladder.levels(1, 64)] == [1, 64, 1, 4, 16, 64, 64]
+    assert [level.every for level in ladder.levels(2, 8)] == [1, 8, 2, 8, 8, 8, 8]
+    assert [level.every for level in ladder._replace(rungs=capped[:3]).levels(1, 64)] == [1, 1, 64]
+
+
+def test_steel_takes_its_corrections_from_part_the_cell_and_says_what_the_other_way_costs(monkeypatch):
     scene = rs.load_scene("steel-1.2GPa")
     half = planned(monkeypatch, scene)
     assert cells(half, "capped") == [None, *["half"] * (len(half.of_column("capped")) - 1)]
@@ -71,7 +82,7 @@ def test_steel_takes_its_corrections_from_half_the_cell_and_says_what_the_other_
     assert ratio < 0.7
     # the share of the size that half the cell adds
     added = np.sqrt(half.forecast.size**2 - whole.forecast.size**2)
-    assert whole.forecast.size == pytest.approx(0.004)
+    assert whole.forecast.size == pytest.approx(0.002)
     # a step of 20 % up to q_max and as much beyond; the first capped level stands at half of 8 q_y / 2 or 16 q_y / 4
     first = half.levels[half.of_column("capped")[0]].q_max
     assert added == pytest.approx(0.008 * 0.2 * 2e5 / first, rel=1e-6)
@@ -85,13 +96,13 @@ def test_contact_that_does_not_yield_stays_in_the_runs_cell(monkeypatch, name):
     assert why(numerics) is None
 
 
-@pytest.mark.parametrize(("waves", "half"), [(3.9, False), (4.0, True), (8.0, True)])
+@pytest.mark.parametrize(("waves", "part"), [(3.9, None), (4.0, "half"), (8.0, "quarter")])
 @pytest.mark.slow
-def test_a_short_cell_is_not_halved(monkeypatch, waves, half):
+def test_a_short_cell_is_not_halved_and_a_long_one_quartered(monkeypatch, waves, part):
     scene = rs.load_scene("steel-1.2GPa")
     scene = replace(scene, numerics=replace(scene.numerics, lengths=(waves * WAVE, waves * WAVE)))
     numerics = planned(monkeypatch, scene)
-    assert ("half" in cells(numerics, "capped")) is half
+    assert set(cells(numerics, "capped")) == {None, part}
 
 
 def test_few_spots_are_not_halved(monkeypatch):
