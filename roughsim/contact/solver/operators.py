@@ -14,7 +14,6 @@ pixels are oblong, only their shorter side is doubled at first.
 import math
 from collections.abc import Callable
 from functools import lru_cache
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -191,9 +190,8 @@ class Extension:
         sizes = [rows * columns for rows, columns in shapes]
         sizes[0] *= 1 - self.bottom
         self.starts = np.cumsum([0, *sizes[:-1]])
-        both = all(b < a for fine, coarse in pairwise(shapes) for a, b in zip(fine, coarse, strict=True))
         weights, inverses, values = (np.zeros(sum(sizes), dtype) for _ in range(3))
-        self.pyramid = None if both else True, np.array(shapes), self.starts, weights, inverses, values
+        self.pyramid = np.array(shapes), self.starts, weights, inverses, values
         level = slice(self.starts[self.bottom], self.starts[self.bottom] + sizes[self.bottom])
         self.parents = tuple(flat[level].reshape(shapes[self.bottom]) for flat in (weights, values, inverses))
         self.rows, self.parent_rows = spans(*grid.shape), spans(*shapes[self.bottom])
@@ -202,8 +200,7 @@ class Extension:
         """Fill `field`, zero off the free points, over the whole plane, in place."""
         if self.bottom == 0:
             self.parents[0][...], self.parents[1][...] = free, field
-            extension.push_coarse(self.bottom, *self.pyramid)
-            extension.pull_coarse(self.bottom, *self.pyramid)
+            self._stages(extension.extend, [(UP + DOWN, ONCE)], free, field, self.parents, self.pyramid)
             field[...] = self.parents[1]
             return
         work = free, field, self.parents, self.pyramid
@@ -214,13 +211,13 @@ class Extension:
 
         Return the products ⟨field, response⟩ and ⟨step, response⟩ over the free points.
         """
+        work = free, field, self.parents, self.pyramid, step, response
         if self.bottom == 0:
             self.parents[1][...] = field
-            extension.transpose_coarse(self.bottom, *self.pyramid)
+            self._stages(extension.transpose, [(UP + DOWN, ONCE)], *work)
             np.multiply(self.parents[1], free, out=field)
             return float(np.sum(field * response, dtype=float)), float(np.sum(free * step * response, dtype=float))
         stages = [(FIRST, self.parent_rows), (UP + DOWN, ONCE), (LAST, self.rows)]
-        work = free, field, self.parents, self.pyramid, step, response
         cross, own = total(self._stages(extension.transpose, stages, *work))
         return cross, own
 
@@ -232,16 +229,16 @@ class Extension:
         The transpose of `extend` spreads it: close by, and without loss. Return Σ clip(pressure + change, 0, cap), and
         how many free points stay between the bounds.
         """
+        work = free, load, self.parents, self.pyramid
         if self.bottom == 0:
             self.parents[0][...], self.parents[1][...] = free, 0.0
-            extension.push_coarse(self.bottom, *self.pyramid)
+            self._stages(extension.extend, [(UP, ONCE)], *work)
             self.parents[1][...] = load
-            extension.transpose_coarse(self.bottom, *self.pyramid)
+            self._stages(extension.transpose, [(UP + DOWN, ONCE)], *work, load, load)
             change -= self.parents[1] * free
             trial = pressure + change
             clipped = np.clip(trial, 0.0, cap)
             return float(clipped.sum()), int(np.count_nonzero((clipped == trial) & (free > 0)))
-        work = free, load, self.parents, self.pyramid
         self._stages(extension.extend, [(FIRST, self.rows), (UP, ONCE)], *work)
         self._stages(extension.transpose, [(FIRST, self.parent_rows), (UP + DOWN, ONCE)], *work, load, load)
         parents = self.parents[1], self.parents[2]
