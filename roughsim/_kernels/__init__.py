@@ -43,6 +43,7 @@ def kernel(fastmath: frozenset[str] = frozenset(), inline: bool = False) -> Call
     def decorate(function: Function) -> Function:
         options: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": set(fastmath)}
         options["inline"] = "always" if inline else "never"
+        options["no_cfunc_wrapper"] = True  # no C function calls a kernel
         try:
             return cast(Function, njit(**options)(function))
         except RuntimeError:  # neither the package's folder nor the user's cache folder can be written

@@ -159,7 +159,7 @@ def shifted_step(
     return total, count, slope, square
 
 
-@kernel()
+@kernel(fastmath=REORDER)
 def shift_free(start: int, stop: int, free: Any, p: Any, shift: float, cap: float) -> None:
     """Add the shift to the pressure of the free points, and put all within the bounds."""
     free, p = free[start:stop], p[start:stop]

@@ -223,16 +223,14 @@ def scatter_load(start: int, stop: int, free: Any, parent: Any, inverse: Any, p:
 
     Return Σ clip(p + change, 0, cap) and how many free points stay between the bounds.
     """
-    columns, zero = change.shape[1], change.dtype.type(0.0)
-    line = np.zeros(columns, change.dtype)
+    width, zero = parent.shape[1], change.dtype.type(0.0)
+    line = np.empty(2 * width, change.dtype)
     total, count = 0.0, 0
     for i in range(start, stop):
         k = i // 2
-        for j in range(columns // 2):
+        for j in range(width):
             line[2 * j] = line[2 * j + 1] = inverse[k, j] * parent[k, j]
-        if columns % 2:
-            line[columns - 1] = inverse[k, columns // 2] * parent[k, columns // 2]
-        for j in range(columns):
+        for j in range(change.shape[1]):
             stays = free[i, j] != 0
             change[i, j] -= line[j] if stays else zero
             x = p[i, j] + change[i, j]

@@ -41,13 +41,6 @@ def interpolate(start: int, stop: int, coarse: Any, fine: Any) -> None:
 
 
 @kernel()
-def _row(coarse: Any, i: int, rows: int, line: Any, fine: Any) -> None:
-    """Fill row i of the fine field, of so many rows; `line` is a buffer for one coarse row."""
-    _across(coarse, i, rows, line)
-    _along(line, fine)
-
-
-@kernel(inline=True)
 def _weights(points: int, coarse: int, i: int) -> Any:
     """The coarse point before fine point i, and the weights of the four around it."""
     position = i * (coarse / points)
@@ -63,39 +56,29 @@ def _weights(points: int, coarse: int, i: int) -> Any:
 
 
 @kernel(inline=True)
-def _across(coarse: Any, i: int, rows: int, line: Any) -> None:
-    size = coarse.shape[0]
-    kind = coarse.dtype.type
+def _row(coarse: Any, i: int, rows: int, line: Any, fine: Any) -> None:
+    """Fill row i of the fine field, of so many rows; `line` is a buffer for one coarse row."""
+    (size, length), points, kind = coarse.shape, fine.size, coarse.dtype.type
+    # across the coarse rows: one line of coarse points
     cell, a, b, c, d = _weights(rows, size, i)
-    a, b, c, d = kind(a), kind(b), kind(c), kind(d)
+    wa, wb, wc, wd = kind(a), kind(b), kind(c), kind(d)
     k0, k1, k2, k3 = (cell - 1) % size, cell % size, (cell + 1) % size, (cell + 2) % size
-    for j in range(line.size):
-        line[j] = a * coarse[k0, j] + b * coarse[k1, j] + c * coarse[k2, j] + d * coarse[k3, j]
-
-
-@kernel(inline=True)
-def _along(line: Any, fine: Any) -> None:
-    size, points = line.size, fine.size
-    kind = line.dtype.type
-    if size == points:
-        for j in range(size):
-            fine[j] = line[j]
-    elif points == 2 * size and size > 2:
-        # twice as fine, as nearly always: every other point is a coarse one, and those between have the same weights
-        outer, inner = kind(-0.0625), kind(0.5625)
-        for j in range(1, size - 2):
+    for j in range(length):
+        line[j] = wa * coarse[k0, j] + wb * coarse[k1, j] + wc * coarse[k2, j] + wd * coarse[k3, j]
+    # along the line. Twice as fine, as nearly always: every other point is a coarse one, and those between have the
+    # same weights, but for six points whose neighbours are at the other end
+    twice, outer, inner = points == 2 * length and length > 2, kind(-0.0625), kind(0.5625)
+    if twice:
+        for j in range(1, length - 2):
             fine[2 * j] = line[j]
             fine[2 * j + 1] = outer * (line[j - 1] + line[j + 2]) + inner * (line[j] + line[j + 1])
-        for j in (0, size - 2, size - 1):  # neighbours beyond the ends are at the other end
-            fine[2 * j] = line[j]
-            near = line[j] + line[(j + 1) % size]
-            fine[2 * j + 1] = outer * (line[(j - 1) % size] + line[(j + 2) % size]) + inner * near
-    else:
-        for j in range(points):
-            cell, a, b, c, d = _weights(points, size, j)
-            fine[j] = (
-                a * line[(cell - 1) % size]
-                + b * line[cell % size]
-                + c * line[(cell + 1) % size]
-                + d * line[(cell + 2) % size]
-            )
+    count = 6 if twice else points
+    for k in range(count):
+        j = k if k < 2 else points - count + k
+        cell, a, b, c, d = _weights(points, length, j)
+        fine[j] = (
+            a * line[(cell - 1) % length]
+            + b * line[cell % length]
+            + c * line[(cell + 1) % length]
+            + d * line[(cell + 2) % length]
+        )

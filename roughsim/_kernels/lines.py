@@ -67,11 +67,27 @@ def product(stages: int, task: int, source: Any, target: Any, rows: Any, columns
 def rows_forward(
     field: Any, start: int, stop: int, group: int, plans: Any, source: Any, result: Any, spectrum: Any
 ) -> None:
-    """Transform pairs of rows to the columns of twice the half spectrum."""
+    """Transform pairs of rows to the columns of twice the half spectrum, transposed."""
+    rows, columns = field.shape
     for first in range(start, stop, group):
-        pack(field, 2 * first, source)
+        # two rows as the real and imaginary parts of a line; an odd last row has no partner
+        for r in range(min(group, stop - first)):
+            i = 2 * (first + r)
+            k = min(i + 1, rows - 1)
+            for j in range(columns):
+                source[r, 2 * j] = field[i, j]
+                source[r, 2 * j + 1] = field[k, j] if k > i else 0.0
         transform(plans[0], plans[1], source.ctypes.data, result.ctypes.data)
-        split(result, field.shape[1], 2 * first, min(group, stop - first), spectrum)
+        # with rows x and y as x + iy the transform Z has X = (Z(k) + Z*(−k))/2 and Y = (Z(k) − Z*(−k))/2i
+        for k in range(spectrum.shape[0]):
+            a, b = 2 * k, 2 * (columns - k if k else 0)
+            for r in range(min(group, stop - first)):
+                c = 4 * (first + r)
+                real, imaginary, other, conjugate = result[r, a], result[r, a + 1], result[r, b], result[r, b + 1]
+                spectrum[k, c] = real + other
+                spectrum[k, c + 1] = imaginary - conjugate
+                spectrum[k, c + 2] = imaginary + conjugate
+                spectrum[k, c + 3] = other - real
 
 
 @kernel(inline=True)
@@ -79,22 +95,50 @@ def rows_backward(
     field: Any, start: int, stop: int, group: int, plans: Any, source: Any, result: Any, spectrum: Any
 ) -> None:
     """Undo `rows_forward` but for factors."""
+    rows, columns = field.shape
+    one, zero = field.dtype.type(1.0), field.dtype.type(0.0)
     for first in range(start, stop, group):
-        join(spectrum, 2 * first, min(group, stop - first), field.shape[1], result)
+        for k in range(spectrum.shape[0]):
+            a, b = 2 * k, 2 * (columns - k)
+            share = zero if k == 0 or a == columns else one  # k = −k: both spectra are real there
+            for r in range(min(group, stop - first)):
+                c = 4 * (first + r)
+                x, y, u, v = spectrum[k, c], share * spectrum[k, c + 1], spectrum[k, c + 2], share * spectrum[k, c + 3]
+                # −k first, which is behind the line for k = 0
+                result[r, b] = x + v
+                result[r, b + 1] = u - y
+                result[r, a] = x - v
+                result[r, a + 1] = y + u
         transform(plans[0], plans[2], result.ctypes.data, source.ctypes.data)
-        unpack(source, 2 * first, field.shape[0], field)
+        for r in range(min(group, stop - first)):
+            i = 2 * (first + r)
+            k = min(i + 1, rows - 1)
+            for j in range(columns):
+                field[k, j] = source[r, 2 * j + 1]
+                field[i, j] = source[r, 2 * j]
 
 
 @kernel(inline=True)
 def columns_product(
     stiff: bool, start: int, stop: int, group: int, plans: Any, spectrum: Any, result: Any, weights: Any
 ) -> None:
-    """Transform the columns, multiply by factor · q/2 or factor · 2/q, and transform back."""
+    """Transform the columns, multiply by factor · q/2 or factor · 2/q, and transform back; q² = along + across."""
+    along, across, factor = weights
+    half, twice = result.dtype.type(0.5) * factor, result.dtype.type(2.0) * factor
     for first in range(start, stop, group):
         # a column is multiplied while it is in the cache, and never written out between its two transforms
         line = spectrum[first:].ctypes.data
         transform(plans[0], plans[1], line, result.ctypes.data)
-        multiply(stiff, result, first, min(group, stop - first), weights)
+        for r in range(min(group, stop - first)):
+            other = across[first + r]
+            for i in range(1 if other == 0 else 0, along.size):  # q = 0 is left out: 2/q has no limit there
+                q = np.sqrt(along[i] + other)
+                weight = half * q if stiff else twice / q
+                result[r, 2 * i] *= weight
+                result[r, 2 * i + 1] *= weight
+            if other == 0:
+                result[r, 0] = 0.0
+                result[r, 1] = 0.0
         transform(plans[0], plans[2], result.ctypes.data, line)
 
 
@@ -116,88 +160,6 @@ def columns_alone(
                     result[r, i] = spectrum[first + r, i]
         if not there:
             transform(plans[0], plans[2], result.ctypes.data, line)
-
-
-@kernel(inline=True)
-def pack(field: Any, first: int, lines: Any) -> None:
-    """Write rows first, first + 1 as the real and imaginary parts of line 0, and so on; zero beyond the last row."""
-    rows, columns = field.shape
-    for r in range(lines.shape[0]):
-        i = first + 2 * r
-        if i + 1 < rows:
-            for j in range(columns):
-                lines[r, 2 * j] = field[i, j]
-                lines[r, 2 * j + 1] = field[i + 1, j]
-        elif i < rows:  # an odd last row has no partner
-            for j in range(columns):
-                lines[r, 2 * j] = field[i, j]
-                lines[r, 2 * j + 1] = 0.0
-
-
-@kernel(inline=True)
-def unpack(lines: Any, first: int, rows: int, field: Any) -> None:
-    """Undo `pack`: real and imaginary parts of the lines to rows of the field."""
-    columns = field.shape[1]
-    for r in range(lines.shape[0]):
-        i = first + 2 * r
-        if i + 1 < rows:
-            for j in range(columns):
-                field[i, j] = lines[r, 2 * j]
-                field[i + 1, j] = lines[r, 2 * j + 1]
-        elif i < rows:
-            for j in range(columns):
-                field[i, j] = lines[r, 2 * j]
-
-
-@kernel(inline=True)
-def split(lines: Any, points: int, first: int, count: int, spectrum: Any) -> None:
-    """Separate the transforms of the two rows of each line: twice the half spectrum, transposed."""
-    for k in range(spectrum.shape[0]):
-        # with rows x and y as x + iy the transform Z has X = (Z(k) + Z*(−k))/2 and Y = (Z(k) − Z*(−k))/2i
-        a, b = 2 * k, 2 * (points - k if k else 0)
-        for r in range(count):
-            zr, zi, wr, wi = lines[r, a], lines[r, a + 1], lines[r, b], lines[r, b + 1]
-            c = 2 * first + 4 * r
-            spectrum[k, c] = zr + wr
-            spectrum[k, c + 1] = zi - wi
-            spectrum[k, c + 2] = zi + wi
-            spectrum[k, c + 3] = wr - zr
-
-
-@kernel(inline=True)
-def join(spectrum: Any, first: int, count: int, points: int, lines: Any) -> None:
-    """Undo `split` but for the factor 2: half spectra of two rows to the full spectrum of one complex line."""
-    for k in range(spectrum.shape[0]):
-        a, b = 2 * k, 2 * (points - k)
-        single = k == 0 or a == points  # k = −k: both spectra are real there
-        for r in range(count):
-            c = 2 * first + 4 * r
-            x, y, u, v = spectrum[k, c], spectrum[k, c + 1], spectrum[k, c + 2], spectrum[k, c + 3]
-            if single:
-                lines[r, a] = x
-                lines[r, a + 1] = u
-            else:
-                lines[r, a] = x - v
-                lines[r, a + 1] = y + u
-                lines[r, b] = x + v
-                lines[r, b + 1] = u - y
-
-
-@kernel(inline=True)
-def multiply(stiff: bool, lines: Any, first: int, count: int, weights: Any) -> None:
-    """Multiply by factor · q/2, from displacement to pressure, or by factor · 2/q, back; q² = along + across."""
-    along, across, factor = weights
-    half, twice = lines.dtype.type(0.5) * factor, lines.dtype.type(2.0) * factor
-    for r in range(count):
-        other = across[first + r]
-        for i in range(1 if other == 0 else 0, along.size):  # q = 0 is left out: 2/q has no limit there
-            q = np.sqrt(along[i] + other)
-            weight = half * q if stiff else twice / q
-            lines[r, 2 * i] *= weight
-            lines[r, 2 * i + 1] *= weight
-        if other == 0:
-            lines[r, 0] = 0.0
-            lines[r, 1] = 0.0
 
 
 @kernel()
