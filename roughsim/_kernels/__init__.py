@@ -4,6 +4,7 @@ import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from importlib import import_module
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from numba import njit
@@ -62,3 +63,11 @@ def found_compiled(function: Callable[..., Any]) -> bool:
     """Whether a kernel that was called came from the cache; True also where kernels are not compiled at all."""
     counts = getattr(function, "stats", None)
     return counts is None or bool(counts.cache_hits)
+
+
+def never_compiled(function: Callable[..., Any]) -> bool:
+    """Whether the cache holds nothing at all of a kernel: then it need not be called to know that."""
+    counts = getattr(function, "stats", None)
+    if counts is None or counts.cache_path is None:
+        return False
+    return not any(Path(counts.cache_path).glob(f"*.{function.__name__}-*.nbi"))

@@ -1,15 +1,19 @@
 """Compiling ahead: what a machine without compiled kernels does before its first solve."""
 
+import gc
 import os
 import subprocess
 import sys
 import textwrap
+from functools import cache
+from types import SimpleNamespace
 from typing import ClassVar
 
 import numpy as np
 import pytest
 
 import roughsim as rs
+from roughsim._kernels import never_compiled
 from roughsim.contact.solver import ahead
 from roughsim.show import text
 
@@ -32,6 +36,7 @@ def helper(monkeypatch):
     monkeypatch.setattr(ahead.subprocess, "Popen", Helper)
     monkeypatch.setattr(text, "notes_are_shown", True)
     monkeypatch.setattr(ahead.os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(ahead, "second_process", cache(ahead.second_process.__wrapped__))
     return Helper
 
 
@@ -55,6 +60,43 @@ def test_without_compiled_kernels_a_second_core_helps_and_one_line_says_what_tak
     assert capsys.readouterr().err.count("\n") == 1
 
 
+@pytest.mark.parametrize("empty", [True, False])
+def test_whoever_plans_first_starts_the_second_process_where_nothing_was_ever_compiled(
+    helper, monkeypatch, capsys, empty
+):
+    monkeypatch.setattr(ahead, "never_compiled", lambda kernel: empty)
+    monkeypatch.setattr(ahead, "found_compiled", lambda kernel: not empty)
+    ahead.begin_compiling()
+    assert len(helper.started) == empty
+    ahead.compile_ahead.__wrapped__()  # the first solve starts no other
+    assert helper.started[1:] == ["waited"] * empty
+    assert capsys.readouterr().err.count("\n") == empty
+
+
+def test_a_kernel_was_never_compiled_where_its_cache_holds_nothing_of_it(tmp_path):
+    kernel = SimpleNamespace(__name__="contact_sum", stats=SimpleNamespace(cache_path=str(tmp_path / "none")))
+    assert never_compiled(kernel)
+    kernel.stats.cache_path = str(tmp_path)
+    (tmp_path / "active_set.other_contact_sum-1.py311.nbi").touch()
+    assert never_compiled(kernel)
+    (tmp_path / "active_set.contact_sum-43.py311.nbi").touch()
+    assert not never_compiled(kernel)
+    kernel.stats.cache_path = None  # nothing can be kept
+    assert not never_compiled(kernel)
+    assert not never_compiled(lambda: None)  # kernels are not compiled at all
+
+
+def test_garbage_is_collected_again_after_compiling():
+    for enabled in (True, False):
+        (gc.enable if enabled else gc.disable)()
+        try:
+            with ahead.garbage_kept():
+                assert not gc.isenabled()
+            assert gc.isenabled() == enabled
+        finally:
+            gc.enable()
+
+
 def test_a_program_that_calls_roughsim_is_told_nothing(helper, monkeypatch, capsys):
     monkeypatch.setattr(ahead, "found_compiled", lambda kernel: False)
     monkeypatch.setattr(text, "notes_are_shown", False)
@@ -76,7 +118,8 @@ def test_after_both_halves_a_solve_on_several_grids_compiles_nothing(tmp_path):
     code = """
         import numba.core.event as event, numpy as np, roughsim as rs
         from roughsim.contact.active_set import solve_contact
-        from roughsim.contact.solver import ahead
+        from roughsim._kernels import never_compiled
+from roughsim.contact.solver import ahead
         ahead.compile_ahead()
         class Compiled(event.Listener):
             def on_start(self, event):

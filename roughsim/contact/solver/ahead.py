@@ -4,17 +4,20 @@ Otherwise one process would compile each kernel as its first solve comes to it. 
 compiled in that way.
 """
 
+import gc
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 
 import numpy as np
 
-from roughsim._kernels import active_set, found_compiled
+from roughsim._kernels import active_set, found_compiled, never_compiled
 from roughsim._kernels.interpolation import refine
 from roughsim.contact.solver.operators import Extension, half_space
-from roughsim.contact.solver.problem import ScaledProblem, dimensionless, full_contact
+from roughsim.contact.solver.problem import ScaledProblem, highest_wavenumber, pressed_at
 from roughsim.contact.solver.state import State
 from roughsim.grid import Field, Grid
 from roughsim.show.text import note
@@ -28,21 +31,47 @@ def compile_ahead() -> None:
 
     A process asks once. Where kernels are in the cache this loads the smallest of them.
     """
-    active_set.contact_sum(0, 1, np.ones(1), np.ones(1))
-    if found_compiled(active_set.contact_sum):
-        return
-    note("compiling the contact solver, once on this machine: some seconds")
-    second = None
-    if (os.cpu_count() or 1) > 1:
-        # with the modules of this process, and without its script
-        code = f"import sys; sys.path[:] = sys.argv[1:]; from {__name__} import compile_other_half as go; go()"
-        quiet = subprocess.DEVNULL
-        second = subprocess.Popen([sys.executable, "-c", code, *sys.path], stdin=quiet, stdout=quiet, stderr=quiet)
+    if not never_compiled(active_set.contact_sum):
+        active_set.contact_sum(0, 1, np.ones(1), np.ones(1))
+        if found_compiled(active_set.contact_sum):
+            return
+    second = second_process()
     compile_half()
     if second is not None:
         second.wait()  # what it failed to compile is compiled when it is needed
 
 
+def begin_compiling() -> None:
+    """Start the second process where nothing was ever compiled: for those who will solve, but have work before that."""
+    if never_compiled(active_set.contact_sum):
+        second_process()
+
+
+@cache
+def second_process() -> "subprocess.Popen[bytes] | None":
+    """Say what takes long, start the process that compiles the other half, and return it: None if there is one core."""
+    note("compiling the contact solver, once on this machine: some seconds")
+    if (os.cpu_count() or 1) < 2:
+        return None
+    # with the modules of this process, and without its script
+    code = f"import sys; sys.path[:] = sys.argv[1:]; from {__name__} import compile_other_half as go; go()"
+    quiet = subprocess.DEVNULL
+    return subprocess.Popen([sys.executable, "-c", code, *sys.path], stdin=quiet, stdout=quiet, stderr=quiet)
+
+
+@contextmanager
+def garbage_kept() -> Iterator[None]:
+    """Collect no garbage meanwhile: a compiler makes hardly any, and to look for it takes a tenth of the time."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+@garbage_kept()
 def compile_other_half() -> None:
     """Compile the kernels of the preconditioner, and what comes before and after a solve: about half of all."""
     extension, free, pressure = Extension(GRID, np.float32), np.ones(GRID.shape, np.int8), np.ones(GRID.shape)
@@ -50,12 +79,15 @@ def compile_other_half() -> None:
     extension.extend(free, field)
     extension.transpose(free, field, step, response)
     extension.gather_load(free, field, pressure, 1.0, step)
-    problem, relief, _ = dimensionless(heights(), GRID, 1.0, 1e-9, np.inf)
-    full_contact(problem, relief)
+    spectrum = half_space(GRID, np.float64).complex_spectrum
+    spectrum[...] = 0.0
+    highest_wavenumber(GRID, spectrum)
+    pressed_at(0, GRID, spectrum)
     flat = pressure.ravel()
     active_set.to_si(0, 1, flat, flat, flat, (1.0, 1.0, 1.0), (np.inf, np.inf))
 
 
+@garbage_kept()
 def compile_half() -> None:
     """Compile the kernels of all else in a solve."""
     state = State(ScaledProblem(heights(), 0.0, 1.0, GRID, 0.01, 1.0, 1.0))
