@@ -102,10 +102,11 @@ def observe(
     """Return the values of an observable from the levels of one column, by q_c, then by points.
 
     Those in a part of the cell come last. The first level has every realization. They are extrapolated to `end`,
-    rad/m, where C(q) ends: with the shape of `theory`, which has what the theory says at each cut-off and at `end`, (cut-offs + 1, speeds) or of one speed, NaN
-    where it is not known to hold; without it as a power of the cut-off. `settled`, rad/m, is the cut-off from which on
-    steps show that power, as it rises on the way up; `usual` is the power where they do not. `law` has what the law for
-    contact that yields says at the upper two cut-offs and at `end`, (3, speeds), to continue where that is surer.
+    rad/m, where C(q) ends: with the shape of `theory`, which has what the theory says at each cut-off and at `end`,
+    (cut-offs + 1, speeds) or of one speed, NaN where it is not known to hold; without it as a power of the cut-off.
+    `settled`, rad/m, is the cut-off from which on steps show that power, as it rises on the way up; `usual` is the
+    power where they do not. `law` has what the law for contact that yields says at the upper two cut-offs and at `end`,
+    (3, speeds), to continue where that is surer.
     """
     record, with_ratio = OBSERVABLES[observable], have_ratios(observable, samples, capped=capped)
     ladder = climb(observable, samples, with_ratio)
