@@ -66,34 +66,25 @@ LOADERS = machinery.SourceFileLoader, machinery.ExtensionFileLoader
 
 
 class Clock:
-    """CPU seconds by stage, and by stage those of each kind; the innermost stage counts."""
+    """CPU seconds by stage and kind, None for neither kind; what runs innermost counts."""
 
     def __init__(self) -> None:
-        self.seconds = Counter[str]()
-        self.kinds = {kind: Counter[str]() for kind in KINDS}
-        self.running = [IMPORT]
+        self.seconds = Counter[tuple[str, str | None]]()
+        self.running: list[tuple[str, str | None]] = [(IMPORT, None)]
         self.mark = 0.0  # of Python itself
 
     def lap(self) -> None:
         """Give the time since the last lap to what is running."""
         now = time.process_time()
-        stage = next(name for name in reversed(self.running) if name not in KINDS)
-        self.seconds[stage] += now - self.mark
-        if self.running[-1] in KINDS:
-            self.kinds[self.running[-1]][stage] += now - self.mark
+        self.seconds[self.running[-1]] += now - self.mark
         self.mark = now
 
-    def clear(self) -> None:
-        """Forget the time of all stages."""
-        for each in (self.seconds, *self.kinds.values()):
-            each.clear()
-
-    def timed(self, stage: str, function: Callable[..., Any]) -> Callable[..., Any]:
-        """Return a function whose time is counted for a stage."""
+    def timed(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Return a function whose time is counted for a stage, or for a kind in the stage that calls it."""
 
         def call(*arguments: Any, **options: Any) -> Any:
             self.lap()
-            self.running.append(stage)
+            self.running.append((self.running[-1][0], name) if name in KINDS else (name, None))
             try:
                 return function(*arguments, **options)
             finally:
@@ -152,26 +143,30 @@ def measure(name: str, target: float, *, warm: bool, watched: bool) -> None:
     scene = rs.load_scene(name)
     scene = replace(scene, ensemble=replace(scene.ensemble, until={"flash_temperature": target}))
     clock.lap()
-    clock.running = ["between"]
+    clock.running = [("between", None)]
     with tempfile.TemporaryDirectory() as folder:
         for repetition in range(1 + warm):
             if repetition:
                 clock.lap()
-                clock.clear()
+                clock.seconds.clear()
             result = run.run(scene, Path(folder) / f"run{repetition}")
             compare.comparison_table(compare.compare(rs.open_run(result.folder)))
     clock.lap()
-    members, seconds = len(result.members), clock.seconds
-    whole = sum(seconds.values())
+    stages = Counter[str]()
+    for (stage, _), seconds in clock.seconds.items():
+        stages[stage] += seconds
+    whole, members = sum(stages.values()), len(result.members)
     print(f"{scene.title}: {members} members, {whole:.2f} s of CPU\n")
     print("| stage | seconds | share, % | transforms and kernels, s | arrays, s |\n|---|---|---|---|---|")
-    inside, arrays = (clock.kinds[kind] for kind in KINDS)
-    for stage, value in sorted(seconds.items(), key=lambda item: -item[1]):
-        print(f"| {stage} | {value:.2f} | {100 * value / whole:.1f} | {inside[stage]:.2f} | {arrays[stage]:.2f} |")
-    sums = [sum(kind.values()) for kind in (inside, arrays)]
+    for stage, value in stages.most_common():
+        parts = [clock.seconds[stage, kind] for kind in KINDS]
+        print(f"| {stage} | {value:.2f} | {100 * value / whole:.1f} | {parts[0]:.2f} | {parts[1]:.2f} |")
+    sums = [sum(clock.seconds[stage, kind] for stage in stages) for kind in KINDS]
     print(f"| all | {whole:.2f} | 100 | {sums[0]:.2f} | {sums[1]:.2f} |\n")
     shares = [100 * part / whole for part in (*sums, whole - sum(sums))]
     print("transforms and kernels {:.0f} %, arrays {:.0f} %, Python and files {:.0f} %".format(*shares))
+    left = 1.0 - sum(sums) / (whole - stages[IMPORT] - stages[LOADED])
+    print(f"without imports and the loading of kernels: Python and files {100 * left:.0f} %")
 
 
 def main() -> None:
