@@ -22,7 +22,7 @@ ENOUGH_WAVES, ENOUGH_ROLL_OFF_WAVES, MOST_WAVES = 4.0, 8.0, 8.0
 FEW_SPOTS = {"smoothed": 0.0016, "capped": 0.0002}
 # relative error of what finer levels add in half such a cell, and × its number of spots where few carry the load;
 # measured by `experiments/half_cell.py`
-STEP_ERROR, FEW_SPOTS_OF_STEP = 0.008, 0.016
+STEP_ERROR, FEW_SPOTS_OF_STEP = 0.004, 0.016
 SIZE_SHARE = 0.45  # of a target error that the size may take before the cell has twice the sides
 
 

@@ -22,7 +22,7 @@ USUAL_SCATTER = 0.3  # how far exponents lie from the usual one
 LEAST_EXPONENT, WIDER = 0.7, 1.25
 # what the law for contact that yields leaves in doubt: the smaller of a share of the value and of one of what follows
 # after it, and a share of that in any case
-DOUBT_OF_LAW = (0.005, 0.2, 0.07)
+DOUBT_OF_LAW = (0.005, 0.15, 0.07)
 # the doubt about a remainder with the theory's shape held in 156 of 158 comparisons on six ladders, many of them on the
 # same surfaces (H = 0.3…0.95, rubber and rock), a quarter of it alone in 119; beyond half of the value none was tried
 DOUBT_OF_SHAPE, MOST_OF_SHAPE = 0.25, 0.5

@@ -85,7 +85,7 @@ def test_steel_takes_its_corrections_from_part_the_cell_and_says_what_the_other_
     assert whole.forecast.size == pytest.approx(0.002)
     # a step of 20 % up to q_max and as much beyond; the first capped level stands at half of 8 q_y / 2 or 16 q_y / 4
     first = half.levels[half.of_column("capped")[0]].q_max
-    assert added == pytest.approx(0.008 * 0.2 * 2e5 / first, rel=1e-6)
+    assert added == pytest.approx(0.004 * 0.2 * 2e5 / first, rel=1e-6)
     assert f"within {100 * added:.1g} % of T_flash" in why(half).reason
 
 
