@@ -22,7 +22,7 @@ FIRST, UP, DOWN, LAST = 1, 2, 4, 8  # at level 0, to the top, back from it, at l
 WHOLE = 1.5  # children on which a parent has the full weight, of two
 
 
-@kernel(fastmath=REORDER)
+@kernel(fastmath=REORDER, allocates=True)
 def extend(stages: int, rows: Any, _: Any, bottom: int, free: Any, field: Any, parents: Any, pyramid: Any) -> None:
     """Extend a field from the free points, in place: push, the levels above, pull."""
     weight, value, inverse = parents
@@ -45,7 +45,7 @@ def extend(stages: int, rows: Any, _: Any, bottom: int, free: Any, field: Any, p
         pull(rows[0], rows[1], free, parents[1], field, line, doubled)
 
 
-@kernel(fastmath=REORDER)
+@kernel(fastmath=REORDER, allocates=True)
 def transpose(
     stages: int,
     rows: Any,
@@ -217,7 +217,7 @@ def scatter(i: int, weight: Any, parent: Any, inverse: Any, source: Any, line: A
         source[i, j] = kind(weight[i, j]) * (source[i, j] + line[j])
 
 
-@kernel(fastmath=REORDER)
+@kernel(fastmath=REORDER, allocates=True)
 def scatter_load(start: int, stop: int, free: Any, parent: Any, inverse: Any, p: Any, cap: float, change: Any) -> Any:
     """Take what reaches the free points from their change.
 
@@ -240,7 +240,7 @@ def scatter_load(start: int, stop: int, free: Any, parent: Any, inverse: Any, p:
     return total, count
 
 
-@kernel()
+@kernel(allocates=True)
 def _level(flat: Any, shapes: Any, starts: Any, level: int) -> Any:
     """The field of a level, a view of the flat array."""
     rows, columns = shapes[level, 0], shapes[level, 1]

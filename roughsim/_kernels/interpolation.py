@@ -7,7 +7,7 @@ import numpy as np
 from roughsim._kernels import REORDER, kernel
 
 
-@kernel(fastmath=REORDER)
+@kernel(fastmath=REORDER, allocates=True)
 def refine(start: int, stop: int, coarse: Any, cap: float, p: Any, free: Any) -> Any:
     """Write p = the interpolated field where it is positive, zero elsewhere, and mark these points.
 
@@ -32,7 +32,7 @@ def refine(start: int, stop: int, coarse: Any, cap: float, p: Any, free: Any) ->
     return total, count
 
 
-@kernel()
+@kernel(allocates=True)
 def interpolate(start: int, stop: int, coarse: Any, fine: Any) -> None:
     """Write the interpolated field; its grid may also be the coarser one."""
     line = np.empty(coarse.shape[1], coarse.dtype)
