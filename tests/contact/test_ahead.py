@@ -118,8 +118,7 @@ def test_after_both_halves_a_solve_on_several_grids_compiles_nothing(tmp_path):
     code = """
         import numba.core.event as event, numpy as np, roughsim as rs
         from roughsim.contact.active_set import solve_contact
-        from roughsim._kernels import never_compiled
-from roughsim.contact.solver import ahead
+        from roughsim.contact.solver import ahead
         ahead.compile_ahead()
         class Compiled(event.Listener):
             def on_start(self, event):

@@ -73,7 +73,7 @@ def garbage_kept() -> Iterator[None]:
 
 @garbage_kept()
 def compile_other_half() -> None:
-    """Compile the kernels of the preconditioner, and what comes before and after a solve: about half of all."""
+    """Compile the kernels of the preconditioner, and those that look at the heights: about half of all."""
     extension, free, pressure = Extension(GRID, np.float32), np.ones(GRID.shape, np.int8), np.ones(GRID.shape)
     field, step, response = (np.zeros(GRID.shape, np.float32) for _ in range(3))
     extension.extend(free, field)
@@ -83,8 +83,6 @@ def compile_other_half() -> None:
     spectrum[...] = 0.0
     highest_wavenumber(GRID, spectrum)
     pressed_at(0, GRID, spectrum)
-    flat = pressure.ravel()
-    active_set.to_si(0, 1, flat, flat, flat, (1.0, 1.0, 1.0), (np.inf, np.inf))
 
 
 @garbage_kept()
@@ -106,6 +104,8 @@ def compile_half() -> None:
     state.range_shrank()
     state.balance(1e-12)
     refine(0, 1, state.field, 1.0, state.pressure, state.free)
+    p, gap = state.flat[:2]
+    active_set.to_si(0, 1, p, gap, heights().ravel(), (1.0, 1.0, 1.0), (np.inf, np.inf))
 
 
 def heights() -> Field:
