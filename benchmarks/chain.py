@@ -72,7 +72,9 @@ def in_process(tree: Path, name: str, target: float, most: int | None = None) ->
 def chart(points: dict[str, list[dict[str, Any]]], title: str, path: Path) -> None:
     """Draw total error over CPU seconds, a line for each copy."""
     figure, axes = plt.subplots(figsize=(5.2, 3.6), layout="constrained")
-    for (label, line), marker, colour in zip(points.items(), ("s--", "o-"), ("#888888", "#0072b2"), strict=True):
+    for (label, line), marker, colour in zip(
+        points.items(), ("s--", "o-")[-len(points) :], ("#888888", "#0072b2")[-len(points) :], strict=True
+    ):
         seconds = [point["plan"] + point["run"] + point["compare"] for point in line]
         errors = [100 * point["error"] for point in line]
         axes.loglog(seconds, errors, marker, color=colour, label=label)
@@ -81,7 +83,10 @@ def chart(points: dict[str, list[dict[str, Any]]], title: str, path: Path) -> No
             axes.annotate(text, (x, y), (5, 5), textcoords="offset points", fontsize=8, color=colour)
     axes.set(xlabel="CPU time of plan, run and comparison, s", ylabel=f"total error of T_flash({SPEED:g} m/s), %")
     axes.set_title(title, fontsize=10)
-    for axis, ticks in ((axes.xaxis, (1, 2, 3, 5, 10, 20, 50, 100, 200)), (axes.yaxis, (0.5, 0.7, 1, 1.5, 2, 3, 5))):
+    for axis, ticks in (
+        (axes.xaxis, (1, 2, 3, 5, 10, 20, 50, 100, 200)),
+        (axes.yaxis, (0.2, 0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5)),
+    ):
         axis.set_major_locator(FixedLocator(ticks))
         axis.set_major_formatter("{x:g}")
         axis.set_minor_locator(FixedLocator([]))
