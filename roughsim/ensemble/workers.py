@@ -200,7 +200,7 @@ class Workforce(AbstractContextManager["Workforce"]):
         """Start the processes of the first pool, so that they load their libraries while this process is busy."""
         if self.executor is None and self.workers > 1:
             for _ in range(self.workers):
-                self.pool().submit(os.getpid)  # anything: a pool starts a process for each task that waits
+                self.pool().submit(load_solver)  # a pool starts a process for each task that waits
 
     def pool(self) -> Executor:
         """Return the executor that takes members: a new pool at first, and where the last one is `broken`."""
@@ -228,6 +228,11 @@ class Workforce(AbstractContextManager["Workforce"]):
                 child.kill()
         for pool in self._made:
             pool.shutdown(wait=True, cancel_futures=True)
+
+
+def load_solver() -> None:
+    """Load the contact solver, and numba with it: a third of a second."""
+    import roughsim.contact.active_set  # noqa: F401
 
 
 def refuse_script_without_file() -> None:
