@@ -29,7 +29,7 @@ TARGET = 0.01  # relative total error where neither the caller nor the scene sta
 LEAST_SHARE = 0.1  # of the squared target, kept for the statistical error however large the systematic errors are
 # scatter of the first correction over that of the changes in the pilot, in capped contact × the pilot's over its own
 # cut-off; at the hottest speed, and at that where they scatter most: 0.26 … 0.48 and 0.18 … 0.32 on the steels
-CORRECTIONS, WIDEST_CORRECTIONS = 0.4, 0.3
+CORRECTIONS, WIDEST_CORRECTIONS = 0.4, 0.25
 MEMBER = 5e5  # `work` of what a member takes whatever its grid, a few milliseconds: handing out, file, reading
 MEMORY_SHARE = 0.8  # share of the machine's memory that the largest grid may take
 BYTES_PER_POINT = 120  # peak memory of a solve, measured

@@ -117,9 +117,9 @@ def test_corrections_scatter_most_at_another_speed_than_the_hottest(monkeypatch)
     starts = [next(level for level in plan.levels if level.cell == "half") for plan in (alike, wide)]
     fine = [plan.forecast.realizations / start.every for plan, start in zip((alike, wide), starts, strict=True)]
     assert fine[1] > 2.0 * fine[0]
-    # twice 0.3 of 3 %, times the pilot's over the first cut-off, alone takes (1.96 · 2.8 % / goal)² of them
+    # twice 0.25 of 3 %, times the pilot's over the first cut-off, alone takes (1.96 · 2.8 % / goal)² of them
     goal = float(next(r.reason for r in wide.reasons if r.choice == "realizations").split("=")[1].split("%")[0])
-    assert fine[1] > (1.96 * 2.0 * 0.3 * 3.0 * 2e5 / starts[1].q_max / goal) ** 2
+    assert fine[1] > (1.96 * 2.0 * 0.25 * 3.0 * 2e5 / starts[1].q_max / goal) ** 2
 
 
 def test_the_hottest_speed_meets_the_target_too(monkeypatch):
