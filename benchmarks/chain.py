@@ -1,6 +1,6 @@
 """Error over cost of the whole chain (plan, run, comparison), here and in another copy of the package: table and chart.
 
-    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/chain.py --before DIRECTORY [-o docs/figures/chain.png]
+    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/chain.py --before DIRECTORY [--more TARGET ...] [-o FILE]
 
 The directory is a checkout of another commit (`git worktree add --detach DIRECTORY COMMIT`). Each point is a run of a
 scene for one target of the total error of T_flash, at one thread, in a process of its own. Both copies take turns, so
@@ -103,6 +103,7 @@ def main() -> None:
     options.add_argument("--scene", default="steel-1.2GPa")
     options.add_argument("--before", type=Path, help="a checkout of another commit")
     options.add_argument("--targets", type=float, nargs="+", default=[0.04, 0.02, 0.014, 0.01])
+    options.add_argument("--more", type=float, nargs="*", default=[], help="targets of this copy alone, after those")
     options.add_argument("-o", "--output", type=Path, default=Path("chain.png"))
     options.add_argument("--child", type=float, help=argparse.SUPPRESS)
     options.add_argument("--most", type=int, help=argparse.SUPPRESS)
@@ -118,8 +119,8 @@ def main() -> None:
         in_process(tree, given.scene, 0.05, most=1)  # compiles
     print("| | target, % | plan, s | run, s | compare, s | all, s | T_flash, K | total error, % | realizations |")
     print("|---|---|---|---|---|---|---|---|---|")
-    for target in given.targets:
-        for name, tree in trees.items():
+    for target in (*given.targets, *given.more):
+        for name, tree in trees.items() if target in given.targets else [("now", HERE)]:
             point = in_process(tree, given.scene, target) | {"target": target}
             points[name].append(point)
             seconds = [point[stage] for stage in ("plan", "run", "compare")]
