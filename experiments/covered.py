@@ -4,7 +4,7 @@
 
 `demo` is resolved by its grids; its reference goes from 4 to 32 pixels per shortest wave. `steel` is cut far below
 q_max and extrapolated from three cut-offs; its reference has a fourth one, twice as high, and a rest of first order.
-`fine` is a steel planned for 0.35 % in all; its reference has cut-offs up to 128 q_y, all in a cell of four longest waves.
+`fine` is a steel planned for 0.35 % in all; its reference has cut-offs up to 128 q_y, in a cell of four longest waves.
 `rubber` ends at twice the cut-off that its plan reaches, so that its reference has all of C(q). A reference is the mean
 of many realizations on its coarsest level, plus the mean differences between neighbours of some. Printed is, for each
 speed of T_flash and for r(g = .5), how many of the intervals hold it, and the mean of value/reference − 1. What is in
@@ -34,8 +34,9 @@ FIRST_SEED, REFERENCE_SEED = 1000, 90001
 class Case:
     """A scene, the target and number of its runs, and the levels of its reference.
 
-    The target is statistical, or, with `total`, that of all errors together. `sides` are the points per side and `counts` the realizations of each; `per_wave` is the pixels per shortest wave,
-    or None where all levels have all of C(q). `rest` is what follows after the last step, over that step.
+    The target is statistical, or, with `total`, that of all errors together. `sides` are the points per side and
+    `counts` the realizations of each; `per_wave` is the pixels per shortest wave, or None where all levels have all of
+    C(q). `rest` is what follows after the last step, over that step.
     """
 
     scene: rs.Scene
