@@ -10,10 +10,10 @@ from math import inf, nan, pi, sqrt
 import numpy as np
 
 from roughsim import prediction
+from roughsim.estimate.ladder import SAME
 from roughsim.grid import Array
 from roughsim.scene import Scene
 
-SAME = 1e-9  # relative: lengths that differ by less are the same
 # relative error at 4 longest waves per side, or 8 of the roll-off where C(q) is flat below it; and of capped contact
 # where C(q) has no plateau, but for r(g = 0.1)
 SIZE_ERROR, CAPPED_SIZE_ERROR = 0.004, 0.002

@@ -19,8 +19,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.cell_size import SAME, enough_length, parts_of
+from roughsim.estimate.cell_size import enough_length, parts_of
 from roughsim.estimate.continuation import DOUBT_OF_SHAPE, doubt_of_law
+from roughsim.estimate.ladder import SAME
 from roughsim.planning.pilot import Lengths, Pilot, fast_size, pilot
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Column, Level
@@ -121,6 +122,12 @@ def highest_cut_off(lengths: Lengths, side: int) -> float:
     return side * 2 * pi / (PIXELS * max(lengths))
 
 
+def highest_of_parts(scene: Scene, lengths: Lengths) -> float:
+    """Return the highest cut-off of capped contact, rad/m: in a part of the cell, where one serves, grids are finer."""
+    whole, parts = highest_cut_off(lengths, CAPPED_SIDE), parts_of(scene, lengths)
+    return max(whole, parts * highest_cut_off(lengths, PART_SIDE)) if parts > 1 else whole
+
+
 def yield_scale(scene: Scene) -> tuple[float, str]:
     """Return q_y, or q_max where the theory's contact does not yield before, and what to call it."""
     q_yield = prediction.yield_wavenumber(scene)
@@ -159,9 +166,7 @@ def capped_ladders(scene: Scene, lengths: Lengths, target: float, seen: Pilot) -
     """Return the smoothed surface on two grids, with capped contact up to 8, 16, 32 … q_y: those that serve."""
     q_max = scene.spectrum.breaks[-1]
     q_yield, where = yield_scale(scene)
-    limit = highest_cut_off(lengths, CAPPED_SIDE)
-    if (parts := parts_of(scene, lengths)) > 1:
-        limit = max(limit, parts * highest_cut_off(lengths, PART_SIDE))
+    limit = highest_of_parts(scene, lengths)
     smoothed_top = min(SMOOTHED_TOP * q_yield, q_max)
     if smoothed_top > limit / 2:  # both columns up to the same cut-offs
         return [cut_ladder(scene, ("smoothed", "capped"), lengths, seen, f"yields beyond any grid ({where})")]
@@ -190,17 +195,15 @@ def capped_ladder(scene: Scene, lengths: Lengths, seen: Pilot, factor: float, to
     if top < q_max and seen.measured:
         errors = min(errors[0], law_error(scene, top)), errors[1]
     height, parts = f"{top / q_yield:.3g} q_y", parts_of(scene, lengths)
-    whole_limit = highest_cut_off(lengths, CAPPED_SIDE)
-    only_part, limit = top > whole_limit, max(whole_limit, (parts > 1) * parts * highest_cut_off(lengths, PART_SIDE))
+    only_part = top > highest_cut_off(lengths, CAPPED_SIDE)
     if top >= q_max:
         whole = f"all of C(q), {height}, at {PIXELS} pixels per shortest wave"
         rungs, correction = pair("capped", lengths, top, PIXELS, whole), seen.pixel
     else:
         steps = max(2, int(log2(top / (LOWEST * q_yield)) + SAME))
         first = f"{top / 2**steps / q_yield:.3g} q_y at {PIXELS} pixels per shortest wave"
-        last = height + (
-            f": the limit of {PART_SIDE if only_part else CAPPED_SIDE} points per side" if top == limit else ""
-        )
+        side, at_limit = PART_SIDE if only_part else CAPPED_SIDE, top == highest_of_parts(scene, lengths)
+        last = height + (f": the limit of {side} points per side" if at_limit else "")
         last += ": how that falls, T∞ + c q_c^(−p), or by the law for contact that yields"
         rungs = climb("capped", lengths, top, first, last, steps=steps, partners=2)
         correction = remainder(seen, top / 2**steps, exponent)
