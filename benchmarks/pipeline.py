@@ -13,7 +13,7 @@ bound.
 from __future__ import annotations
 
 import argparse
-import importlib
+import importlib.util
 import tempfile
 import time
 from dataclasses import replace
@@ -81,6 +81,8 @@ def main() -> None:
     rs.realize(scene, rs.plan(scene, 0.05), seed=9)  # compiled before the clock starts
     numerics, cpu, total, scatter = ours(scene, given.target)
     print(f"roughsim: {cpu:.1f} s of CPU, ± {100 * total:.2f} % in all")
+    if importlib.util.find_spec("tamaas") is None:
+        raise SystemExit("tamaas is not installed, so that nothing stands beside it: pip install 'roughsim[peers]'")
     column = numerics.of_column("capped")
     ladder = {numerics.levels[i].q_max: i for i in reversed(column)}  # the coarsest grid of each cut-off
     base = numerics.levels[column[0]]
@@ -93,7 +95,7 @@ def main() -> None:
     while float(student.ppf(0.975, count - 1)) * scatter / count**0.5 > total:
         count += 1
     # a pipeline without corrections solves them in the run's cell
-    points = [numerics.grid(i).points * (4 if numerics.levels[i].cell == "half" else 1) for i in finest]
+    points = [numerics.grid(i).points * numerics.levels[i].parts ** 2 for i in finest]
     plain = count * per_point * sum(points)
     print(
         f"plain pipeline: {count} realizations of {len(finest)} levels, at least {plain:.0f} s of CPU in tamaas alone"
