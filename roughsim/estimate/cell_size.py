@@ -23,6 +23,7 @@ FEW_SPOTS = {"smoothed": 0.0016, "capped": 0.0002}
 # relative error of what finer levels add in half such a cell, and × its number of spots where few carry the load;
 # measured by `experiments/half_cell.py`
 STEP_ERROR, FEW_SPOTS_OF_STEP = 0.004, 0.016
+LEAST_SPOTS = 0.4  # in a part of the cell: half a spot was measured, and no fewer
 SIZE_SHARE = 0.45  # of a target error that the size may take before the cell has twice the sides
 
 
@@ -63,12 +64,13 @@ def parts_of(scene: Scene, lengths: tuple[float, float]) -> int:
     """Return how many sides of a cell for corrections of capped contact make one of these sides, m: 4, 2, or 1.
 
     1: there is no such cell. It has half the sides that suffice for most targets, at least. Few spots may not make more
-    than `SIZE_ERROR` in the run's cell.
+    than `SIZE_ERROR` in the run's cell, and the smaller one has `LEAST_SPOTS`.
     """
     fit = min(lengths) / enough_length(scene)[0] * (1 + SAME)
     if scene.elastic or few_spots(scene, lengths, "capped") > SIZE_ERROR * (1 + SAME):
         return 1
-    return 4 if fit >= 2.0 else 2 if fit >= 1.0 else 1
+    fits = (p for p in (4, 2) if fit >= p / 2 and spots_in(scene, min(lengths) / p) >= LEAST_SPOTS)
+    return next(fits, 1)
 
 
 def size_error(
@@ -118,11 +120,17 @@ def size_error_of_sum(
 def step_error(scene: Scene, side: float) -> float:
     """Return the relative error of what finer levels of capped contact add in a part of the cell of this side, m.
 
-    They count in ratios, which depend less on the cell than means do. A spot is as large as the shortest wave that the
-    contact has not yielded at.
+    They count in ratios, which depend less on the cell than means do.
     """
-    spots = share_of_spots(scene) * (side * prediction.yield_wavenumber(scene) / (2 * pi)) ** 2
-    return max(STEP_ERROR * shortness(scene, (2 * side, 2 * side)), FEW_SPOTS_OF_STEP / spots)
+    return max(STEP_ERROR * shortness(scene, (2 * side, 2 * side)), FEW_SPOTS_OF_STEP / spots_in(scene, side))
+
+
+def spots_in(scene: Scene, side: float) -> float:
+    """Return how many spots of contact that yields a cell of this side, m, has.
+
+    A spot is as large as the shortest wave that the contact has not yielded at.
+    """
+    return share_of_spots(scene) * (side * prediction.yield_wavenumber(scene) / (2 * pi)) ** 2
 
 
 def share_of_spots(scene: Scene) -> float:

@@ -65,7 +65,7 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
         target_error = stop or TARGET
     if not 0.0 < number("target_error", target_error) < 1.0:
         raise ValueError(f"target_error = {target_error:.6g} must lie between 0 and 1; 0.01 is 1 %")
-    lengths, reason = choose_lengths(scene, target_error)
+    lengths, reason = chosen_cell(scene, target_error, stop)
     reasons = [Reason("cell", f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm", reason)]
     if scene.numerics.levels is not None:
         numerics = Numerics(scene.numerics.levels, lengths)
@@ -118,6 +118,22 @@ def plan_table(reasons: Sequence[Reason]) -> Table:
     return Table([Column(title) for title in ("choice", "value", "because")], reasons)
 
 
+def chosen_cell(scene: Scene, target: float, stop: float | None) -> tuple[Lengths, str]:
+    """Return the sides of the cell, m, and the reason: not twice those that suffice where that leaves more errors.
+
+    On as many points cut-offs are half as high in it, which may leave more to the bandwidth than it takes off the size.
+    """
+    lengths, reason = choose_lengths(scene, target)
+    shorter, why = choose_lengths(scene)
+    if shorter == lengths or scene.numerics.levels is not None:
+        return lengths, reason
+    forecasts = (chosen_levels(scene, cell, target, stop).forecast for cell in (lengths, shorter))
+    long, short = (forecast._replace(statistical=0.0).total for forecast in forecasts if forecast)
+    if long <= max(short, target):
+        return lengths, reason
+    return shorter, f"{why}; one of twice the sides would leave larger errors in all, as grids reach half as far in it"
+
+
 def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | None) -> Numerics:
     """Return levels and forecast with their reasons; `stop` is the statistical target, None if free."""
     ladders, seen = ladders_of(scene, lengths, target)
@@ -126,9 +142,9 @@ def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | N
     for ladder in ladders if stop is None else ladders[:1]:  # a higher one leaves more of the target to the scatter
         in_whole = split_of(scene, lengths, ladder, seen, target, stop, in_part=False)
         in_part = split_of(scene, lengths, ladder, seen, target, stop, in_part=True) if ladder.correction else in_whole
-        cheaper = in_part if ladder.only_part else min(in_whole, in_part, key=lambda split: split.work)
+        cheaper = in_part if ladder.only_part else min(in_whole, in_part, key=lambda split: split.cost)
         ways.append((cheaper, ladder, in_whole, in_part))
-    chosen, ladder, in_whole, in_part = min(ways, key=lambda way: way[0].work)
+    chosen, ladder, in_whole, in_part = min(ways, key=lambda way: way[0].cost)
     size, goal, strides, needed = chosen.size, chosen.goal, chosen.strides, chosen.needed
     rungs, changes = ladder.divided(*strides, in_part=chosen.in_part), corrections(ladder, strides, chosen.change)
     levels, count = tuple(rung.level for rung in rungs), min(needed, most)
@@ -171,7 +187,8 @@ class Split(NamedTuple):
     """A way to share the work among levels, by the number of realizations that it needs.
 
     `goal` and `size` are relative errors: the statistical one to reach, and that of the cell. `change` and `widest` are
-    the relative scatter of the first correction at the hottest speed, and at that where it scatters most.
+    the relative scatter of the first correction at the hottest speed, and at that where it scatters most. `excess` is
+    the squared systematic error over what the target leaves of it, 1 at least.
     """
 
     in_part: bool
@@ -180,8 +197,14 @@ class Split(NamedTuple):
     size: float
     change: float
     widest: float
+    excess: float = 1.0
     needed: int = 0
     work: float = 0.0
+
+    @property
+    def cost(self) -> float:
+        """Its work; where the target is out of reach as much more as the squared error is too large."""
+        return self.work * self.excess
 
     def realizations(self, ladder: Ladder, seen: Pilot, *, times: float = 1.0) -> int:
         """Return how many meet the goal, at the speed that scatters most and at the hottest one.
@@ -211,9 +234,10 @@ def split_of(
     factor, most = HALF_SCATTER ** (parts // 2) * ladder.fallen(seen), scene.ensemble.max_realizations
     change = factor * CORRECTIONS * seen.change_scatter
     widest = max(change, factor * WIDEST_CORRECTIONS * seen.widest_change_scatter)
+    excess = max(systematic**2 / ((1.0 - LEAST_SHARE) * target**2), 1.0)
     splits = []
     for strides in ((every, seldom) for every in STRIDES for seldom in STRIDES if seldom >= every):
-        split = Split(in_part, strides, goal, size, change, widest)
+        split = Split(in_part, strides, goal, size, change, widest, excess)
         needed = split.realizations(ladder, seen)
         if strides == (1, 1) or (LEAST_FINE - 1) * strides[1] < min(needed, most):
             splits.append(

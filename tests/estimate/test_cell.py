@@ -1,12 +1,13 @@
 """The cell: its sides, and what doubling it changes."""
 
 from dataclasses import replace
-from math import pi
+from math import pi, sqrt
 
 import numpy as np
 import pytest
 
 import roughsim as rs
+from roughsim import prediction
 from roughsim.estimate import cell_size
 from roughsim.scene.numerics import Level, Numerics
 
@@ -84,6 +85,40 @@ def test_corrections_may_come_from_half_of_a_cell_that_suffices_and_from_a_quart
     assert parts(soft, 8.0) == 1
     wave = 2 * pi / 9.4e4
     assert [cell_size.parts_of(flat(steel), (waves * wave,) * 2) for waves in (7.9, 8.0, 16.0)] == [1, 2, 4]
+
+
+def test_a_cell_as_long_as_chosen_has_its_part_however_its_sides_are_rounded(steel):
+    for pressure in (9e7, 1.5e6, 1.1e6, 1e6):  # few spots: as long as keeps these within 0.4 %
+        scene = replace(steel, sliding=replace(steel.sliding, nominal_pressure=pressure))
+        side = cell_size.choose_lengths(scene)[0][0]
+        assert [cell_size.parts_of(scene, (side * (1 + off),) * 2) for off in (-1e-12, 1e-12, -1e-6)] == [2, 2, 1]
+
+
+def test_a_part_of_the_cell_has_half_a_spot_of_contact_as_what_was_measured(steel):
+    # on a plateau cells hold many waves and few spots: (side q_y/2π)² σ₀/σ_P
+    lengths = (16 * 2 * pi / 9.4e4, 30 * 2 * pi / 9.4e4)  # the shorter side counts
+    for share, parts in ((0.41, 4), (0.39, 2), (0.25 * 0.41, 2), (0.25 * 0.39, 1)):
+        scene = flat(steel)
+        for _ in range(50):  # q_y follows the load
+            waves = lengths[0] / 4 * prediction.yield_wavenumber(scene) / (2 * pi)
+            load = share / waves**2 * 1.2e9
+            scene = replace(scene, sliding=replace(scene.sliding, nominal_pressure=load))
+        assert cell_size.parts_of(scene, lengths) == parts
+
+
+def test_few_spots_on_a_plateau_count_in_waves_of_the_roll_off(steel):
+    light = replace(flat(steel), sliding=replace(steel.sliding, nominal_pressure=1e-4 * 1.2e9))
+    lengths = (10 * 2 * pi / 9.4e4, 20 * 2 * pi / 9.4e4)
+    assert cell_size.size_error(light, lengths, column="capped") == pytest.approx(0.0002 / (1e-4 * 100))
+    assert cell_size.size_error(light, lengths, column="smoothed") == pytest.approx(0.0016 / (1e-4 * 100))
+
+
+def test_a_cell_of_twice_the_sides_states_its_own_error_and_why_it_was_long_before(steel):
+    assert cell_size.choose_lengths(steel, 0.003)[1].endswith("a larger cell changes T_flash by less than 0.1 %")
+    light = replace(steel, sliding=replace(steel.sliding, nominal_pressure=1.5e6))
+    lengths, why = cell_size.choose_lengths(light, 0.003)
+    assert lengths[0] == pytest.approx(2 * 4 * sqrt(2.5) * WAVE)  # 0.0002 / (16 · 2.5 · 1.5e6/1.2e9) is 0.4 %
+    assert ": few spots carry the load: half of them would leave too much of the target" in why
 
 
 # two faces in cells of 4, 8 and, as (4·T₈ − T₄)/3, very many longest waves: T_flash at 35 m/s, K

@@ -7,10 +7,11 @@ import pytest
 
 import roughsim as rs
 import roughsim.planning.levels as stage
+from roughsim.estimate import cell_size
 from roughsim.planning import plan as planning
 from roughsim.planning.levels import Ladder, Rung
 from roughsim.planning.pilot import Pilot
-from roughsim.scene.numerics import Level
+from roughsim.scene.numerics import Forecast, Level, Numerics
 
 SEEN = Pilot(
     scatter=0.01, hot_scatter=0.01, step=0.2, pixel=0.012, change_scatter=0.004, q_max=2e5, pace=2e-8, raw_scatter=0.02
@@ -108,7 +109,9 @@ def test_a_short_cell_is_not_halved_and_a_long_one_quartered(monkeypatch, waves,
 def test_few_spots_are_not_halved(monkeypatch):
     scene = rs.load_scene("steel-1.2GPa")
     light = replace(scene, sliding=replace(scene.sliding, nominal_pressure=5e-4 * 1.2e9))
-    assert "half" not in cells(planned(monkeypatch, light), "capped")
+    numerics = planned(monkeypatch, light, target=0.02)  # in 8 waves; for 0.012 it has 16, and a quarter of these
+    assert set(cells(numerics, "capped")) == {None}
+    assert why(numerics) is None
 
 
 def test_corrections_scatter_most_at_another_speed_than_the_hottest(monkeypatch):
@@ -128,3 +131,103 @@ def test_the_hottest_speed_meets_the_target_too(monkeypatch):
     numerics = planned(monkeypatch, rs.load_scene("steel-1.2GPa"), few, 0.02)
     goal = float(next(r.reason for r in numerics.reasons if r.choice == "realizations").split("=")[1].split("%")[0])
     assert 100 * numerics.forecast.statistical <= goal
+
+
+def test_a_cheap_part_of_the_cell_is_not_taken_for_its_large_error(monkeypatch):
+    # no way meets the target: work counts by the squared systematic error
+    scene = rs.load_scene("steel-1.2GPa")
+    scene = replace(scene, numerics=replace(scene.numerics, lengths=(4 * WAVE, 4 * WAVE)))
+    monkeypatch.setattr(stage, "PART_SIDE", 1024)  # the run's cell holds all levels
+
+    def with_error(error):
+        monkeypatch.setattr(cell_size, "step_error", lambda *_: error)
+        return planned(monkeypatch, scene, target=0.001)
+
+    half, whole = with_error(0.004), with_error(10.0)
+    assert (cells(half, "capped")[-1], cells(whole, "capped")[-1]) == ("half", None)
+    forecast, ratio = whole.forecast, float(why(half).reason.split()[1])
+    systematic = np.linalg.norm([forecast.bandwidth, forecast.pixel, forecast.size])
+    share = np.sqrt(half.forecast.size**2 - forecast.size**2) / 0.004
+    even = systematic * np.sqrt(1.0 / ratio - 1.0) / share  # half the cell is as much worse as it is cheaper
+    assert cells(with_error(0.95 * even), "capped")[-1] == "half"
+    assert cells(with_error(1.05 * even), "capped")[-1] is None
+
+
+def test_a_cell_of_twice_the_sides_is_not_taken_where_grids_then_end_too_low(monkeypatch):
+    rubber = rs.load_scene("rubber")
+    short, long = (planned(monkeypatch, rubber, target=x) for x in (0.009, 0.0085))
+    assert cell_size.choose_lengths(rubber, 0.0085)[0] == pytest.approx([2 * side for side in short.lengths])
+    assert long.lengths == short.lengths
+    assert long.forecast.bandwidth == short.forecast.bandwidth
+    assert "one of twice the sides would leave larger errors in all" in long.reasons[0].reason
+    assert "twice the sides" not in short.reasons[0].reason
+    # steel misses a target of 0.1 % in both cells, by less in the longer one; given sides stay
+    steel = rs.load_scene("steel-1.2GPa")
+    assert planned(monkeypatch, steel, target=0.001).lengths == pytest.approx((8 * WAVE, 8 * WAVE))
+    given = replace(rubber, numerics=replace(rubber.numerics, lengths=(0.1, 0.1)))
+    assert planned(monkeypatch, given, target=0.0085).lengths == (0.1, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("long", "short", "times"),  # systematic errors of both cells in %, for a target of 0.3 %
+    [(0.29, 0.2, 2), (0.31, 0.2, 1), (0.31, 0.32, 2), (0.5, 0.4, 1)],
+)
+def test_the_longer_cell_stays_where_it_meets_the_target_or_leaves_less(monkeypatch, long, short, times):
+    def chosen(scene, lengths, target, stop):
+        assert (target, stop) == (0.003, None)
+        error = long if lengths[0] > 5 * WAVE else short
+        forecast = Forecast(12, 0.5, np.nan, 0.0, error / 100, 1.0)
+        return Numerics((Level("capped", (64, 64), 1e4),), lengths, forecast=forecast)
+
+    monkeypatch.setattr(planning, "chosen_levels", chosen)
+    steel = rs.load_scene("steel-1.2GPa")
+    lengths, _ = planning.chosen_cell(steel, 0.003, None)
+    assert lengths == pytest.approx((4 * times * WAVE, 4 * times * WAVE))
+    # levels of the scene are not chosen, and decide nothing
+    stated = replace(steel, numerics=replace(steel.numerics, levels=(Level("capped", (64, 64), 1e4),)))
+    assert planning.chosen_cell(stated, 0.003, None) == cell_size.choose_lengths(steel, 0.003)
+
+
+def test_a_cell_of_twice_the_sides_has_the_pilot_of_half_of_it(monkeypatch):
+    asked = []
+    told = replace(SEEN, widest_change_scatter=0.012)
+    monkeypatch.setattr(stage, "pilot", lambda _, column, lengths, q_max: (asked.append((column, *lengths)), told)[1])
+    steel, rubber = rs.load_scene("steel-1.2GPa"), rs.load_scene("rubber")
+    for scene, column in ((steel, "capped"), (rubber, "elastic")):
+        enough = cell_size.choose_lengths(scene)[0][0]
+        for sides, times in (((2, 2), 2), ((2 - 1e-12, 3), 2), ((3, 1.9), 1), ((1.9, 1.9), 1), ((5, 4), 2)):
+            lengths = tuple(side * enough for side in sides)
+            _, seen = stage.ladders_of(scene, lengths, 0.01)
+            assert asked.pop() == (column, lengths[0] / times, lengths[1] / times)
+            scatters = {"raw_scatter": 0.02, "scatter": 0.01, "hot_scatter": 0.01, "change_scatter": 0.004}
+            scatters |= {"widest_change_scatter": 0.012}
+            assert seen == replace(told, **{name: scatter / times for name, scatter in scatters.items()})
+
+
+@pytest.mark.parametrize(("parts", "times"), [(2, 2.0), (4, 4.0)])
+def test_corrections_in_a_part_of_the_cell_scatter_by_its_sides(parts, times):
+    scene, seen = rs.load_scene("steel-1.2GPa"), replace(SEEN, widest_change_scatter=0.03)
+    rungs = [Rung(Level("capped", (64 << k, 64 << k), 4e5 * 2**k), "", float(k)) for k in (0, 1)]
+    ladder, lengths = Ladder(rungs, 0.0, 0.0, correction=0.1, parts=parts), (2 * parts * WAVE, 2 * parts * WAVE)
+    for in_part, factor in ((True, times), (False, 1.0)):
+        found = planning.split_of(scene, lengths, ladder, seen, 0.01, None, in_part=in_part)
+        # the first level stands at twice the cut-off of the pilot: 0.4 of its scatter, 0.25 of the widest, halved
+        assert (found.change, found.widest) == pytest.approx((factor * 0.2 * 0.004, factor * 0.125 * 0.03), rel=1e-12)
+
+
+def test_a_quarter_of_the_cell_is_named_with_its_scatter(monkeypatch):
+    scene = rs.load_scene("steel-1.2GPa")
+    scene = replace(scene, numerics=replace(scene.numerics, lengths=(8 * WAVE, 8 * WAVE)))
+    reason = why(planned(monkeypatch, scene, target=0.02))
+    assert reason.value == "in a quarter of the cell"
+    assert "; a quarter of the cell has the same corrections within " in reason.reason
+    assert reason.reason.endswith("4 times their scatter")
+
+
+def test_levels_that_only_a_part_of_the_cell_holds_are_in_it_whatever_they_cost(monkeypatch):
+    scene = rs.load_scene("steel-1.2GPa")
+    scene = replace(scene, numerics=replace(scene.numerics, lengths=(4 * WAVE, 4 * WAVE)))
+    monkeypatch.setattr(planning, "HALF_SCATTER", 100.0)
+    numerics = planned(monkeypatch, scene, target=0.001)
+    assert cells(numerics, "capped") == [None, *["half"] * (len(numerics.of_column("capped")) - 1)]
+    assert numerics.levels[-1].shape == (6144, 6144)
