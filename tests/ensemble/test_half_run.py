@@ -56,6 +56,7 @@ def test_only_levels_in_half_the_cell_have_the_key():
         # where the highest cut-off of the run's cell has two grids, the coarser one is repeated
         ((WHOLE, replace(WHOLE, shape=(128, 128)), replace(START, shape=(64, 64))), "here 32 × 32 points"),
         ((WHOLE, replace(START, every=1), replace(FINE, every=3), replace(FINE, every=4)), "every = 4 does not fit"),
+        ((WHOLE, START, replace(FINE, every=1)), r"levels\[2\].every = 1 does not fit.* here of 2"),
     ],
 )
 def test_half_cells_that_do_not_begin_where_the_runs_cell_ends_are_refused(levels, match):
@@ -78,8 +79,21 @@ def test_a_quarter_of_the_cell_has_its_grid_its_own_surfaces_and_no_half_beside_
     assert levels[0].where == " in a quarter of the cell"
     with pytest.raises(ValueError, match='column capped have cell = "half" and "quarter"; choose one of the two'):
         Numerics((WHOLE, START, levels[1]), LENGTHS)
+    odd = replace(WHOLE, shape=(66, 68))  # no quarter has its pixel along x
+    with pytest.raises(ValueError, match=r'cell = "quarter" has 16 × 17 points .* here 16\.5 × 17 points'):
+        Numerics((odd, replace(levels[0], shape=(16, 17)), levels[1]), LENGTHS)
     with pytest.raises(ValueError, match=r'cell = "quarter" has 32 × 32 points .* here 16 × 16 points'):
         Numerics((WHOLE, replace(levels[0], shape=(32, 32)), levels[1]), LENGTHS)
+
+
+def test_a_quarter_for_one_column_and_half_for_another_have_surfaces_of_their_own():
+    quarter = tuple(replace(level, shape=(16 << i, 16 << i), cell="quarter") for i, level in enumerate((START, FINE)))
+    smoothed = tuple(replace(level, column="smoothed", q_max=level.q_max / 2) for level in (WHOLE, START, FINE))
+    numerics = Numerics((WHOLE, *quarter, *smoothed), LENGTHS)
+    assert [numerics.stream(i) for i in range(6)] == [0, 2, 2, 0, 5, 5]
+    assert [numerics.parts(column) for column in numerics.columns] == [2, 4]
+    assert [numerics.picture(column) for column in numerics.columns] == [3, 0]
+    assert [numerics.grid(i).lengths[0] for i in range(6)] == [2e-3, 5e-4, 5e-4, 2e-3, 1e-3, 1e-3]
 
 
 def test_a_scene_may_state_them_and_writes_them_back(capped_scene):

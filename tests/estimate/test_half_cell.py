@@ -107,6 +107,15 @@ def test_the_partner_in_half_the_cell_shows_the_pixel():
     np.testing.assert_allclose(values.pixel, np.abs((more - 1.0) * change), rtol=1e-12)
 
 
+@pytest.mark.parametrize(("side", "finer"), [(32.0, 48.0), (16.0, 24.0)])
+def test_a_partner_in_a_part_of_the_cell_is_finer_than_the_level_there(side, finer):
+    # the run's cell has 64 points per side: what counts is 1.5 times the points of the part
+    samples = [level(BASE), half(level(START, side=side)), half(level(START + CHANGE, side=finer))]
+    values = observe(NAME, samples, capped=True, end=1.0)
+    left = 1.0 / (1.0 - 1.5**-1.4) - 1.0
+    np.testing.assert_allclose(values.pixel, np.abs(left * BASE.mean(axis=0) * (ratio(1) - 1.0)), rtol=1e-12)
+
+
 def test_levels_in_the_runs_cell_come_before_those_in_half_of_it():
     # a whole level to q_c = 2, from which half the cell goes on to 4
     start, fine = (half(seldom(rows, 3, q_max=q)) for rows, q in ((START, 2.0), (0.97 * START, 4.0)))

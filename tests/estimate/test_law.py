@@ -9,7 +9,7 @@ from ladder_cases import NAME, level
 import roughsim as rs
 from roughsim import prediction
 from roughsim.estimate import ladder
-from roughsim.estimate.continuation import Rung, the_surer
+from roughsim.estimate.continuation import Rung, doubt_of_law, the_surer
 from roughsim.estimate.ladder import notes_of, observe, values_of
 from roughsim.scene.numerics import Level, Numerics
 from theory import flash, plasticity
@@ -53,6 +53,12 @@ def test_where_little_follows_a_part_of_it_is_in_doubt_and_no_share_of_the_value
     _, remainder, stated = the_surer(power, rungs, law)
     np.testing.assert_allclose(remainder.mean(axis=0), [-1.0, 4.0], rtol=1e-9)
     np.testing.assert_allclose(stated, [np.hypot(0.15, 0.07), np.hypot(0.5, 0.07 * 4.0)], rtol=1e-9)
+
+
+def test_the_doubt_of_the_law_has_no_sign():
+    value, follows, change = np.array([100.0, -100.0]), np.array([-1.0, 1.0]), np.array([-0.3, 0.3])
+    np.testing.assert_allclose(doubt_of_law(value, follows, change), np.linalg.norm([0.15, 0.07, 0.3]), rtol=1e-12)
+    np.testing.assert_allclose(doubt_of_law(value, 9.0 * follows, change), np.linalg.norm([0.5, 0.63, 0.3]), rtol=1e-12)
 
 
 def test_what_measured_over_law_changes_over_the_last_step_is_in_doubt():

@@ -68,7 +68,13 @@ def test_a_part_of_the_cell_holds_finer_grids_than_all_of_it(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("limit", "rungs"), [(32.0, [4, 8, 16, 32]), (60.0, [7.5, 15, 30, 60]), (800.0, [4, 8, 16, 32, 64, 128])]
+    ("limit", "rungs"),
+    [
+        (32.0, [4, 8, 16, 32]),
+        (32.0 * (1 - 1e-11), [4, 8, 16, 32]),  # rounded
+        (60.0, [7.5, 15, 30, 60]),
+        (800.0, [4, 8, 16, 32, 64, 128]),
+    ],
 )
 def test_high_ladders_begin_between_4_and_8_q_y(monkeypatch, limit, rungs):
     found = ladder(monkeypatch, limit=limit, target=1e-5, end=1e4)

@@ -96,6 +96,22 @@ def test_a_pilot_stays_in_the_runs_cell_where_half_of_it_has_other_changes(monke
     assert found.change_scatter == pytest.approx(changes.std(ddof=1) / limit, rel=1e-12)
 
 
+def test_a_pilot_takes_the_changes_from_half_of_a_cell_that_has_a_quarter_too(monkeypatch):
+    seen = set()
+
+    def realize(scene, numerics, *, level, index, **_):
+        seen.add((numerics.levels[level].shape[0], numerics.lengths[0]))
+        return solution(temperatures(index, 3 if numerics.lengths[0] > 5 * WAVE else level))
+
+    monkeypatch.setattr(realization, "realize", realize)
+    scene = replace(rs.load_scene("steel-1.2GPa"), title="pilot of a long cell")
+    found = stage.pilot(scene, "capped", (8 * WAVE, 8 * WAVE), 1e9)
+    assert seen == {(128, 4 * WAVE), (256, 4 * WAVE), (512, 8 * WAVE)}
+    first, above = (np.array([temperatures(i, level)[1] for i in range(12)]) for level in (0, 1))
+    limit = (2 * above - first).mean()
+    assert found.change_scatter == pytest.approx((above - first).std(ddof=1) / limit / 2.0, rel=1e-12)
+
+
 def test_a_pilot_whose_temperature_more_than_halves_still_tells_its_scatter(monkeypatch):
     def realize(scene, numerics, *, level, index, **_):
         return solution((1.0 + 0.05 * np.random.default_rng(index).standard_normal(1)) * [100.0, 40.0, 95.0][level])

@@ -146,3 +146,49 @@ def test_in_full_contact_the_pressure_is_normal_with_the_variance_of_persson():
     grown = diffusion.probability @ off**2
     expected = 2 * g * (diffusion.wavenumber**0.4 - 1) / 0.4
     np.testing.assert_allclose(grown, expected, rtol=2e-3, atol=1e-9 * full)
+
+
+def test_the_walls_are_smoothed_by_the_last_waves_however_the_end_is_rounded():
+    # 0.3 % of an e-fold: 0.003 · 2π q² C(q) at q_max itself; exp(ln q_max) lies beyond some of these ends
+    beyond = 0
+    for end in np.linspace(900.0, 1000.0, 41):
+        spectrum = Ending(end)
+        beyond += np.exp(np.log(end)) > end
+        variance = diffuse(spectrum, 1e10, 1e6, 1e9).variance
+        last = 0.003 * 2 * np.pi * spectrum.level * end**-1.6
+        assert variance[-1] == pytest.approx(last, rel=1e-9)
+        whole = np.pi * spectrum.level * (1.0 - end**-1.6) / 0.8
+        assert variance[0] == pytest.approx(whole + last, rel=1e-6)
+    assert 0 < beyond < 41
+
+
+def test_walls_where_no_waves_are_left_at_the_end_are_smoothed_by_the_last_piece_of_the_table():
+    # C = (end − q)/end: of 400 equal pieces in ln q the last, of width w, has 2π end² w²/2
+    spectrum, width = Fading(), np.log(1e3) / 400
+    variance = diffuse(spectrum, 1e10, 1e6, 1e9).variance
+    assert variance[-1] == pytest.approx(0.003 * 2 * np.pi * 1e-6 * width**2 / 2, rel=0.06)
+
+
+@dataclasses.dataclass(frozen=True)
+class Ending:
+    """C = level q^(−3.6) from 1 rad/m to an end, and nothing beyond."""
+
+    end: float
+    level: float = 1e-3
+
+    @property
+    def breaks(self):
+        return 1.0, self.end
+
+    def __call__(self, q):
+        return np.where(np.asarray(q) <= self.end, self.level * np.asarray(q) ** -3.6, 0.0)
+
+
+@dataclasses.dataclass(frozen=True)
+class Fading:
+    """C = 1e-12 (1 − q/1000) m⁴, which falls to zero at its end."""
+
+    breaks = (1.0, 1e3)
+
+    def __call__(self, q):
+        return 1e-12 * np.maximum(1.0 - np.asarray(q) / 1e3, 0.0)
