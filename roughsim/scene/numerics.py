@@ -223,8 +223,13 @@ class Numerics(Record, section="numerics"):
             )
         end = next(level for level in whole if level.q_max == whole[-1].q_max)
         if start.q_max != end.q_max or tuple(start.parts * n for n in start.shape) != end.shape:
-            x, y = (n / start.parts for n in end.shape)
-            part = f"{x:g} × {y:g} points to q_max = {end.q_max:.6g} rad/m"
+            if any(n % start.parts for n in end.shape):
+                raise ValueError(
+                    f'levels: cell = "{start.cell}" needs a grid of the run\'s cell whose points divide by '
+                    f"{start.parts}; the highest {column} one to q_max = {end.q_max:.6g} rad/m has {end.shape[0]} × {end.shape[1]}"
+                )
+            x, y = (n // start.parts for n in end.shape)
+            part = f"{x} × {y} points to q_max = {end.q_max:.6g} rad/m"
             raise ValueError(
                 f'levels: the first {column} one with cell = "{start.cell}" has {start.shape[0]} × {start.shape[1]} '
                 f"points to q_max = {start.q_max:.6g} rad/m; it must repeat the highest one in the run's cell, here "

@@ -232,3 +232,12 @@ def test_half_the_cell_has_the_same_mean_corrections():
     # a quarter of the area scatters about four times as much, in variance
     gain = half.var(axis=0, ddof=1) / whole.var(axis=0, ddof=1)
     assert np.all((gain > 2.0) & (gain < 8.0))
+
+
+def test_what_half_the_cell_adds_in_elastic_contact_is_known_to_nine_percent_of_it():
+    steel, share = rs.load_scene("steel-1.2GPa"), np.array([0.5])
+    soft = replace(steel, body=replace(steel.body, penetration_hardness=None))
+    lengths = (4 * 2 * np.pi / 6350,) * 2
+    for scene, column in ((soft, "elastic"), (soft, ""), (steel, "smoothed")):
+        size = size_error_of_sum(scene, lengths, 2, NAME, column, share)
+        np.testing.assert_allclose(size, np.hypot(0.004, 0.5 * 0.09), rtol=1e-12)
