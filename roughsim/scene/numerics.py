@@ -226,7 +226,8 @@ class Numerics(Record, section="numerics"):
             if any(n % start.parts for n in end.shape):
                 raise ValueError(
                     f'levels: cell = "{start.cell}" needs a grid of the run\'s cell whose points divide by '
-                    f"{start.parts}; the highest {column} one to q_max = {end.q_max:.6g} rad/m has {end.shape[0]} × {end.shape[1]}"
+                    f"{start.parts}; the highest {column} one to q_max = {end.q_max:.6g} rad/m has {end.shape[0]} × "
+                    f"{end.shape[1]}"
                 )
             x, y = (n // start.parts for n in end.shape)
             part = f"{x} × {y} points to q_max = {end.q_max:.6g} rad/m"
