@@ -93,17 +93,21 @@ def size_error(
 
 def shortness(scene: Scene, lengths: tuple[float, float]) -> float:
     """Return the error of the size over that of the length that suffices for C(q); the shorter side, m, counts."""
-    roll_off = plateau_end(scene)
-    waves = min(lengths) * (scene.spectrum.breaks[0] if roll_off is None else roll_off) / (2 * pi)
-    short = (ENOUGH_WAVES if roll_off is None else ENOUGH_ROLL_OFF_WAVES) / waves
+    enough = ENOUGH_WAVES if plateau_end(scene) is None else ENOUGH_ROLL_OFF_WAVES
+    short = enough / waves_per_side(scene, lengths)
     return max(short, short**2)
 
 
 def few_spots(scene: Scene, lengths: tuple[float, float], column: str) -> float:
     """Return the relative error of means over few spots of contact; 0 where these have no size of their own."""
-    roll_off, spots = plateau_end(scene), share_of_spots(scene)
-    waves = min(lengths) * (scene.spectrum.breaks[0] if roll_off is None else roll_off) / (2 * pi)
-    return FEW_SPOTS.get(column, 0.0) / (spots * waves**2) if spots else 0.0
+    spots = share_of_spots(scene)
+    return FEW_SPOTS.get(column, 0.0) / (spots * waves_per_side(scene, lengths) ** 2) if spots else 0.0
+
+
+def waves_per_side(scene: Scene, lengths: tuple[float, float]) -> float:
+    """Return how many waves fit the shorter side, m: the longest ones, or those of the roll-off under a plateau."""
+    roll_off = plateau_end(scene)
+    return min(lengths) * (scene.spectrum.breaks[0] if roll_off is None else roll_off) / (2 * pi)
 
 
 def size_error_of_sum(
