@@ -57,9 +57,7 @@ class Sample:
     wavenumber: Array  # of the stress spectra, (m,), rad/m
     spectrum: Array  # (n, m), Pa²
     reach: float  # the distance up to which the spectra hold, m
-    part: bool = (
-        False  # whether its cell is a part of the run's: then the surfaces are others than those of the run's cell
-    )
+    part: bool = False  # whether its cell is a part of the run's, with surfaces of its own
     # samples of fewer realizations by their rows, and influence values by the name of the observable
     _known: dict[bytes | str, Any] = field(default_factory=dict, init=False, repr=False)
 
