@@ -6,8 +6,8 @@ Contacts are solved at q_c = 4, 8 … 128 q_y with four pixels per shortest wave
 and few on the fine ones, which share their streams; to 64 q_y only where the finest grid would have more than MOST
 points per side. Then T_flash is continued to the end from rungs up to 8, 16, 32 and 64 q_y alone, as a power of q_c and
 by the law for contact that yields. `seen` are contacts that DOUBT_FITTED and DOUBT_OF_LAW were set by, the last seven
-drawn at random. Those of `fresh` were drawn and solved when the second of DOUBT_OF_LAW was .2; it became .15 after that,
-by the others alone.
+drawn at random. Those of `fresh` were drawn and solved when the second of DOUBT_OF_LAW was .2; it became .15 after
+that, by the others alone.
 
 Printed is how many of the statements hold, at seven Péclet numbers each: first those of the ladder itself, whose
 scatter is small, by the bandwidth error alone; then those of RUNS short ladders on streams of their own, with the
