@@ -192,15 +192,17 @@ def capped_ladder(scene: Scene, lengths: Lengths, seen: Pilot, factor: float, to
     exponent = prediction.usual_exponent(scene, top)
     doubt = UNFITTED_DOUBT if factor < FITTED_TOP else FITTED_DOUBT if exponent > SLOW_FALL else SLOW_DOUBT
     errors = capped_errors(top, top < q_max, seen, exponent, doubt)
-    if top < q_max and seen.measured:
-        errors = min(errors[0], law_error(scene, top)), errors[1]
+    by_law = law_error(scene, top) if top < q_max and seen.measured else inf
+    if isfinite(by_law):  # then runs took the law: the scatter of their steps made the power less sure
+        errors = by_law, errors[1]
     height, parts = f"{top / q_yield:.3g} q_y", parts_of(scene, lengths)
     only_part = top > highest_cut_off(lengths, CAPPED_SIDE)
     if top >= q_max:
         whole = f"all of C(q), {height}, at {PIXELS} pixels per shortest wave"
         rungs, correction = pair("capped", lengths, top, PIXELS, whole), seen.pixel
     else:
-        steps = max(2, int(log2(top / (LOWEST * q_yield)) + SAME))
+        # grids hold a little less than 64 q_y: from 4 q_y less 2 % on all the same, as `fast_size` takes grids
+        steps = max(2, int(log2(1.02 * top / (LOWEST * q_yield))))
         first = f"{top / 2**steps / q_yield:.3g} q_y at {PIXELS} pixels per shortest wave"
         side, at_limit = PART_SIDE if only_part else CAPPED_SIDE, top == highest_of_parts(scene, lengths)
         last = height + (f": the limit of {side} points per side" if at_limit else "")

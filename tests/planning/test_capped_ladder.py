@@ -71,7 +71,8 @@ def test_a_part_of_the_cell_holds_finer_grids_than_all_of_it(monkeypatch):
     ("limit", "rungs"),
     [
         (32.0, [4, 8, 16, 32]),
-        (32.0 * (1 - 1e-11), [4, 8, 16, 32]),  # rounded
+        (32.0 * 0.985, [3.94, 7.88, 15.76, 31.52]),  # little less
+        (32.0 * 0.975, [7.8, 15.6, 31.2]),
         (60.0, [7.5, 15, 30, 60]),
         (800.0, [4, 8, 16, 32, 64, 128]),
     ],
@@ -106,9 +107,9 @@ def test_bandwidth_and_pixel_take_no_more_than_0_85_of_the_target(monkeypatch, p
     assert (found.bandwidth, found.pixel) == pytest.approx((equal, equal * 8.0 / top), rel=1e-12)
 
 
-def test_the_surer_of_law_and_power_is_expected_but_of_a_guess_the_power(monkeypatch):
+def test_the_law_is_expected_but_outside_its_range_and_of_a_guess_the_power(monkeypatch):
     # at 8 q_y all of the remainder by the power 1, 0.2 × 2e5/4e5, is in doubt
-    for law, expected in ((0.05, 0.05), (0.3, 0.1)):
+    for law, expected in ((0.05, 0.05), (0.3, 0.3), (inf, 0.1)):
         assert ladder(monkeypatch, law=law, target=0.5).bandwidth == pytest.approx(expected)
     guess = replace(SEEN, measured=False)
     assert ladder(monkeypatch, law=0.05, target=0.5, seen=guess).bandwidth == pytest.approx(0.1)
