@@ -124,6 +124,10 @@ WRONG = {
         ("run", "demo", "-o", "{tmp}/a", "--until", "flash_temperature=lots"),
         'lots" is not a number with a unit; write for example "1 %"',
     ),
+    "bad total target": (
+        ("plan", "demo", "--target-error", "120%"),
+        '--target-error = "120%" must be above 0 and below 1',
+    ),
     "unknown observable": (
         ("run", "demo", "-o", "{tmp}/a", "--until", "heat=1%"),
         "ensemble.until.heat is not an observable; ",

@@ -60,17 +60,20 @@ def theory(
 def plan(
     scene: SceneName,
     changes: Set = None,
-    target_error: Annotated[float | None, Option(metavar="X", help="Error of T_flash to reach: 0.01 is 1 %.")] = None,
+    target_error: Annotated[str | None, Option(metavar="X", help="Error of T_flash to reach: 1% or 0.01.")] = None,
     as_json: Json = False,
 ) -> None:
     """Show how a scene would be computed, and why so."""
+    from roughsim.scene.sections import TARGET
+
     loaded = open_scene(scene, changes)
+    target = None if target_error is None else TARGET(target_error, "--target-error")
     if not as_json:
         note(f"planning {scene}")  # before what is slow to import
     from roughsim.planning.limits import judge
     from roughsim.planning.plan import plan_table
 
-    numerics = rs.plan(loaded, target_error)
+    numerics = rs.plan(loaded, target)
     judged = judge(loaded, numerics)
     if as_json:
         reasons = [reason._asdict() for reason in numerics.reasons]

@@ -26,7 +26,7 @@ from roughsim.show.table import Column, Table
 from roughsim.untrusted import machine_memory
 
 TARGET = 0.01  # relative total error where neither the caller nor the scene states one
-LEAST_SHARE = 0.1  # of the squared target, kept for the statistical error however large the systematic errors are
+LEAST_SHARE = 0.1  # of the squared total error, kept for the statistical one however large the systematic errors are
 # scatter of the first correction over that of the changes in the pilot, in capped contact × the pilot's over its own
 # cut-off; at the hottest speed, and at that where they scatter most: 0.26 … 0.48 and 0.18 … 0.32 on the steels
 CORRECTIONS, WIDEST_CORRECTIONS = 0.4, 0.25
@@ -175,7 +175,7 @@ def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | N
         *cell_reasons(ladder, chosen, in_whole, in_part),
         Reason("pilot", text, explanation),
         Reason("realizations", f"about {count}", why),
-        *forecast_reasons(forecast, scan_of_hottest(scene)),
+        *forecast_reasons(forecast, scan_of_hottest(scene), target if stop is None and chosen.excess > 1.0 else None),
     ]
     return Numerics(levels, lengths, forecast=forecast, reasons=tuple(reasons))
 
@@ -203,8 +203,11 @@ class Split(NamedTuple):
 
     @property
     def cost(self) -> float:
-        """Its work; where the target is out of reach as much more as the squared error is too large."""
-        return self.work * self.excess
+        """Its work; where the target is out of reach, as much more as the squared error is too large.
+
+        Squared once more, as it needs so many fewer realizations for its own, larger goal.
+        """
+        return self.work * self.excess**2
 
     def realizations(self, ladder: Ladder, seen: Pilot, *, times: float = 1.0) -> int:
         """Return how many meet the goal, at the speed that scatters most and at the hottest one.
@@ -247,8 +250,11 @@ def split_of(
 
 
 def statistical_target(target: float, systematic: float) -> float:
-    """Return the relative statistical error that a total of `target` leaves beside the systematic one."""
-    return sqrt(max(target**2 - systematic**2, LEAST_SHARE * target**2))
+    """Return the relative statistical error that a total of `target` leaves beside the systematic one.
+
+    Where that leaves less than the least share, or nothing, the statistical error is that share of what both are then.
+    """
+    return sqrt(max(target**2 - systematic**2, LEAST_SHARE / (1.0 - LEAST_SHARE) * systematic**2))
 
 
 def corrections(ladder: Ladder, strides: Strides, change: float) -> list[tuple[float, int]]:
@@ -309,8 +315,11 @@ def total_work(levels: Iterable[Level], count: int) -> float:
     return sum((work(level.shape[0] * level.shape[1]) + MEMBER) * -(-count // level.every) for level in levels)
 
 
-def forecast_reasons(forecast: Forecast, scan: float | None) -> list[Reason]:
-    """Return the expected error and time of a run, as reasons of its plan; `scan` is the relative error by the scan."""
+def forecast_reasons(forecast: Forecast, scan: float | None, missed: float | None) -> list[Reason]:
+    """Return the expected error and time of a run, as reasons of its plan.
+
+    `scan` is the relative error by the scan; `missed` the target, where systematic errors put it out of reach.
+    """
 
     def percent(error: float) -> str:  # one realization shows no scatter, one cut-off no bandwidth
         return f"{100 * error:.2g} %" if isfinite(error) else "unknown"
@@ -321,6 +330,8 @@ def forecast_reasons(forecast: Forecast, scan: float | None) -> list[Reason]:
         f"{percent(forecast.bandwidth)}, pixel {percent(forecast.pixel)}, size {percent(forecast.size)}"
         + ("" if scan is None else f", scan {percent(scan)}")
     )
+    if missed is not None:
+        parts += f"; the target of {percent(missed)} is out of reach: realizations lower the statistical part alone"
     unseen = scan is not None and isnan(scan)
     total = percent(hypot(forecast.total, 0.0 if scan is None or unseen else scan))
     total += " at q_c: what shorter waves change is unknown" * unknown

@@ -134,7 +134,7 @@ def test_the_hottest_speed_meets_the_target_too(monkeypatch):
 
 
 def test_a_cheap_part_of_the_cell_is_not_taken_for_its_large_error(monkeypatch):
-    # no way meets the target: work counts by the squared systematic error
+    # no way meets the target: its work counts by the squared systematic error, for as many realizations
     scene = rs.load_scene("steel-1.2GPa")
     scene = replace(scene, numerics=replace(scene.numerics, lengths=(4 * WAVE, 4 * WAVE)))
     monkeypatch.setattr(stage, "PART_SIDE", 1024)  # the run's cell holds all levels
@@ -143,14 +143,19 @@ def test_a_cheap_part_of_the_cell_is_not_taken_for_its_large_error(monkeypatch):
         monkeypatch.setattr(cell_size, "step_error", lambda *_: error)
         return planned(monkeypatch, scene, target=0.001)
 
-    half, whole = with_error(0.004), with_error(10.0)
-    assert (cells(half, "capped")[-1], cells(whole, "capped")[-1]) == ("half", None)
-    forecast, ratio = whole.forecast, float(why(half).reason.split()[1])
-    systematic = np.linalg.norm([forecast.bandwidth, forecast.pixel, forecast.size])
-    share = np.sqrt(half.forecast.size**2 - forecast.size**2) / 0.004
-    even = systematic * np.sqrt(1.0 / ratio - 1.0) / share  # half the cell is as much worse as it is cheaper
-    assert cells(with_error(0.95 * even), "capped")[-1] == "half"
-    assert cells(with_error(1.05 * even), "capped")[-1] is None
+    whole, least = with_error(10.0).forecast, with_error(0.004).forecast
+    systematic = np.linalg.norm([whole.bandwidth, whole.pixel, whole.size])
+    share = np.sqrt(least.size**2 - whole.size**2) / 0.004
+    chosen = []
+    for error in np.geomspace(0.004, 1.0, 12):
+        plan = with_error(error)
+        in_half, ratio = cells(plan, "capped")[-1] == "half", float(why(plan).reason.split()[1])
+        larger = 1.0 + (share * error / systematic) ** 2  # the squared error of half the cell over that of all of it
+        # goals are in proportion to the errors, so that half the cell needs so many fewer realizations
+        assert in_half == ((ratio if in_half else 1.0 / ratio) * larger**2 < 1.0)
+        chosen.append(in_half)
+    assert chosen == sorted(chosen, reverse=True)
+    assert 2 < sum(chosen) < 10
 
 
 def test_a_cell_of_twice_the_sides_is_not_taken_where_grids_then_end_too_low(monkeypatch):

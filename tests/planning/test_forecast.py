@@ -14,7 +14,7 @@ from roughsim import prediction
 from roughsim.planning import levels
 from roughsim.planning.pilot import Pilot
 from roughsim.planning.plan import half_width as expected_half_width
-from roughsim.planning.plan import realizations_for, total_work
+from roughsim.planning.plan import realizations_for, statistical_target, total_work
 from roughsim.scene.numerics import Level, Numerics
 
 WAVE = 2 * pi / 6350
@@ -269,3 +269,28 @@ def test_few_fine_realizations_tell_with_few_degrees_of_freedom():
     assert 2.0 < freedom < 2.1
     expected = stats.t.ppf(0.975, freedom) * sqrt(1 + 2 / freedom) * sqrt(parts.sum())
     assert expected_half_width(17, 0.01, [(0.05, 8)]) == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("systematic", "left"),
+    [(0.0, 5.0), (3.0, 4.0), (5.0 * 0.9**0.5, 5.0 * 0.1**0.5), (6.0, 2.0), (12.0, 4.0)],
+)
+def test_a_statistical_error_a_third_of_the_systematic_one_is_enough(systematic, left):
+    assert statistical_target(5.0, systematic) == pytest.approx(left, rel=1e-12)
+
+
+def test_a_target_below_the_systematic_errors_is_said_to_be_out_of_reach(monkeypatch):
+    steel = rs.load_scene("steel-1.2GPa")
+    steel = replace(steel, ensemble=replace(steel.ensemble, max_realizations=10**6))
+    missed = planned(monkeypatch, steel, 0.001)
+    forecast = missed.forecast
+    systematic = np.linalg.norm([forecast.bandwidth, forecast.pixel, forecast.size])
+    reason = why(missed, "error")
+    assert reason.endswith("; the target of 0.1 % is out of reach: realizations lower the statistical part alone")
+    assert f"flash_temperature={100 * systematic / 3:.3g}%" in why(missed, "realizations")
+    assert forecast.statistical <= systematic / 3
+    met = planned(monkeypatch, steel, systematic / 0.9**0.5 * 1.001)
+    assert "out of reach" not in why(met, "error")
+    # a scene that names a statistical target names no total one
+    stated = replace(steel, ensemble=replace(steel.ensemble, until={"flash_temperature": 0.0005}))
+    assert "out of reach" not in why(rs.plan(stated), "error")
