@@ -33,7 +33,7 @@ def comparison_chart(run: Run, rows: Sequence[Any], path: Path) -> None:
         draw_psd(psd, run.scene, 1.4)
         if not run.scene.elastic:
             note = r"$C(q)$ solid" + "\n" + r"$C_\mathrm{sm}(q)$ dashed"
-            psd.text(0.04, 0.06, note, transform=psd.transAxes, fontsize=8)
+            psd.text(0.97, 0.96, note, transform=psd.transAxes, fontsize=8, ha="right", va="top")
         longest = 2 * np.pi / run.scene.spectrum.breaks[0]
         r = 0.4 * longest * np.linspace(0.0, 1.0, 100) ** 2  # steep at 0
         correlation.plot(r * 1e6, prediction.correlation(run.scene, r) * 1e-18, color=THEORY, lw=1.4)

@@ -8,8 +8,9 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from roughsim import fourier, prediction
-from roughsim.charts.style import COLOURS, MARKERS, THEORY, Subject, band, half_width, new_figure
-from roughsim.estimate.errors import quantile, spread
+from roughsim.charts.style import COLOURS, MARKERS, THEORY, Subject, band, new_figure
+from roughsim.estimate.correlation import correlation_of
+from roughsim.estimate.errors import half_width, quantile, spread
 from roughsim.grid import Array, Grid, modes_between
 from roughsim.results.run import Run
 from roughsim.scene import Scene
@@ -86,8 +87,8 @@ def draw_psd(axes: Axes, scene: Scene, width: float) -> None:
 
 def draw_correlation(axes: Axes, run: Run, column: str, r: Array) -> None:
     """Draw the measured g_σ(r), r in m, with its 95 % interval."""
-    mean, error = run.correlation(r, column)
-    band(axes, r * 1e6, mean * 1e-18, half_width(run, column, error) * 1e-18, COLOURS[column])
+    mean, error, freedom = correlation_of(run.samples(column), r)
+    band(axes, r * 1e6, mean * 1e-18, half_width(error, freedom) * 1e-18, COLOURS[column])
 
 
 def drawn_wavenumbers(first: float, last: float) -> Array:

@@ -18,7 +18,6 @@ from matplotlib.text import Text
 from matplotlib.ticker import EngFormatter, FuncFormatter, LogLocator, NullFormatter
 
 from roughsim.charts.numbers import write_numbers
-from roughsim.estimate.errors import quantile
 from roughsim.grid import Array, Grid
 from roughsim.results.arrays import DERIVED_UNITS
 from roughsim.results.run import Run
@@ -160,16 +159,6 @@ def plain_ticks(axis: Axis) -> None:
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
-
-
-def half_width(run: Run, column: str | None, standard_error: Array) -> Array:
-    """Return the half-width of the 95 % interval of a mean over a column's finest level in the run's cell.
-
-    It follows from the standard error of the mean.
-    """
-    level = run.numerics.levels[run.numerics.picture(run.column(column))]
-    count = sum(index % level.every == 0 for index in run.sound(run.realizations))
-    return standard_error * quantile(count - 1.0)
 
 
 def scaled(largest: float, unit: str) -> tuple[float, str]:

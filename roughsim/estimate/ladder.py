@@ -11,6 +11,7 @@ Levels in a part of the cell have surfaces of their own. They start from a level
 run's cell, and only their ratios to it and to each other are used: those hardly depend on the cell.
 """
 
+from collections.abc import Callable
 from itertools import pairwise
 from math import inf, isnan, nan, pi
 from typing import Any, NamedTuple
@@ -109,7 +110,7 @@ def observe(
     (3, speeds), to continue where that is surer.
     """
     record, with_ratio = OBSERVABLES[observable], have_ratios(observable, samples, capped=capped)
-    ladder = climb(observable, samples, with_ratio)
+    ladder = climb(record.of_level, samples, with_ratio)
     first, top = ladder[0].rows, ladder[-1].rows
     has_limit = record.limit or not capped
     order = record.pixel_orders[capped]
@@ -132,10 +133,6 @@ def observe(
             exponent, remainder, bandwidth = the_surer((exponent, remainder, bandwidth), ladder, law)
         until = min(end, LAW_TESTED * settled)
         limit, pixel = top + remainder, pixel_of_limit(ladder, order, np.isnan(exponent), until)
-    # levels are nested, so that their number is the pattern of those that a realization has
-    group = np.zeros(len(first), dtype=np.intp)
-    for sample in samples[1:]:
-        group[sample.rows] += 1
     with np.errstate(all="ignore"):  # infinite at rest
         mean = limit.mean(axis=0)
         factor = np.divide(mean, first.mean(axis=0), out=np.ones_like(mean), where=with_ratio)
@@ -143,18 +140,31 @@ def observe(
         start = next((rung for rung in ladder if rung.sample.part), None)  # its rows are still those of the run's cell
         added = np.zeros_like(mean) if start is None else np.abs(mean - start.rows.mean(axis=0))
     from_part = np.divide(added, np.abs(mean), out=np.zeros_like(mean), where=added > 0.0)
-    independent = start is not None and all(sample.part for sample in samples[1:])
+    return Values(limit, finest, base, group_of(samples), exponent, bandwidth, pixel, from_part, *ties_of(samples))
+
+
+def group_of(samples: list[Sample]) -> NDArray[np.intp]:
+    """Return `group` of `Values`: levels are nested, so that their number is the pattern of those of a realization."""
+    group = np.zeros(len(samples[0].rows), dtype=np.intp)
+    for sample in samples[1:]:
+        group[sample.rows] += 1
+    return group
+
+
+def ties_of(samples: list[Sample]) -> tuple[bool, int]:
+    """Return `independent` and `slopes` of `Values`."""
     count = len(samples[0].rows)
-    slopes = max(slopes_of(sample.numbers, count) for sample in samples if at_mean(sample, count))
-    return Values(limit, finest, base, group, exponent, bandwidth, pixel, from_part, independent, slopes)
+    independent = any(sample.part for sample in samples) and all(sample.part for sample in samples[1:])
+    return independent, max(slopes_of(sample.numbers, count) for sample in samples if at_mean(sample, count))
 
 
-def climb(observable: str, samples: list[Sample], with_ratio: NDArray[np.bool_]) -> list[Rung]:
+def climb(of_level: Callable[[Sample], Array], samples: list[Sample], with_ratio: NDArray[np.bool_]) -> list[Rung]:
     """Return the rungs with rows for all realizations: those of the rung below, `corrected` by what is known.
 
-    Where all realizations have a level, its rows are at the mean peak volume; the corrections hardly follow it.
+    `of_level` gives the values of a level, (n, any). Where all realizations have a level, its rows are at the mean peak
+    volume; the corrections hardly follow it.
     """
-    of_level, count = OBSERVABLES[observable].of_level, len(samples[0].rows)
+    count = len(samples[0].rows)
     ladder: list[Rung] = []
     for sample in samples:
         if sample.part and not ladder[-1].sample.part:  # it repeats the rung: the differences that follow start from it

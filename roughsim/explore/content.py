@@ -12,10 +12,11 @@ import scipy
 from numpy.typing import NDArray
 
 from roughsim import prediction
-from roughsim.charts.style import half_width
 from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import state_line
 from roughsim.errors import RecordError
+from roughsim.estimate.correlation import correlation_of
+from roughsim.estimate.errors import half_width
 from roughsim.grid import Grid
 from roughsim.heat.statistics import ContactTemperature, contact_temperature
 from roughsim.observables.catalogue import OBSERVABLES
@@ -151,8 +152,8 @@ def measured_curves(run: Run, column: str) -> dict[str, Curve]:
     """Return the curves of a column by name; the run needs a sound realization."""
     speeds, r = np.array(run.scene.speeds), distances(run)
     moving = speeds > 0.0  # a logarithmic axis has no zero
-    mean, error = run.correlation(r, column)
-    curves = {CORRELATION: Curve(r, mean, half_width(run, column, error))}
+    mean, error, freedom = correlation_of(run.samples(column), r)
+    curves = {CORRELATION: Curve(r, mean, half_width(error, freedom))}
     for name in OVER_SPEED:
         estimate = run.estimate(name, column)
         curves[name] = Curve(speeds[moving], estimate.mean[moving], estimate.total_error[moving])

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from roughsim import prediction
 from roughsim.errors import RecordError
 from roughsim.estimate.cell_size import size_error_of_sum
-from roughsim.estimate.errors import SOURCES, Estimate, estimate, spread
+from roughsim.estimate.correlation import correlation_of
+from roughsim.estimate.errors import SOURCES, Estimate, estimate
 from roughsim.estimate.ladder import Values, notes_of
 from roughsim.estimate.sliding import OF_MARCH, sliding_estimate, with_background
 from roughsim.grid import Array, Grid
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.observables.special import j0
 from roughsim.prediction.scans import scan_part
 from roughsim.results import arrays
 from roughsim.results.arrays import Labelled
@@ -147,18 +147,17 @@ class Run(Counted):
         return self._reader.curves(self.realizations)
 
     def correlation(self, distance: Array, column: str | None = None) -> tuple[Array, Array]:
-        """Return g_σ(r) of the finest level of a column in the run's cell and its standard error, Pa².
+        """Return g_σ(r) at the highest cut-off of a column and its standard error, Pa².
 
         `distance` is r, m, one-dimensional; ValueError beyond half the diagonal of the cell.
         """
-        sample = next(sample for sample in reversed(self.samples(column)) if not sample.part)
-        if distance.max(initial=0.0) > sample.reach * (1 + 1e-12):
+        samples = self.samples(column)
+        if distance.max(initial=0.0) > samples[0].reach * (1 + 1e-12):
             raise ValueError(
-                f"distance = {distance.max():.4g} m exceeds half the diagonal of the cell, {sample.reach:.4g} m; "
+                f"distance = {distance.max():.4g} m exceeds half the diagonal of the cell, {samples[0].reach:.4g} m; "
                 f"ask for shorter distances"
             )
-        rows = sample.spectrum @ j0(np.multiply.outer(sample.wavenumber, distance))
-        return rows.mean(axis=0), spread(rows)[0]
+        return correlation_of(samples, distance)[:2]
 
     def kept(self, level: int, name: str = "pressure") -> list[int]:
         """Return the sound realizations that count and whose field of this name, or what gives it, a level stores."""

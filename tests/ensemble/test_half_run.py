@@ -184,9 +184,18 @@ def test_pictures_are_of_the_runs_cell(half_run):
     assert index == 0
     np.testing.assert_array_equal(pressure, stored)
     np.testing.assert_array_equal(half_run.field(0, 0, "pressure").shape, (64, 64))  # those of others by their level
-    g, _ = half_run.correlation(np.array([0.0, 1.4e-3]))  # as far as half the diagonal of the run's cell
-    variance = [read_member(member_path(half_run.folder, 1, i)).numbers["pressure_variance"][0] for i in range(6)]
-    assert g[0] == pytest.approx(np.mean(variance), rel=1e-9)
+
+
+def test_the_correlation_has_the_changes_of_half_the_cell(half_run):
+    def variances(level, members):
+        read = [read_member(member_path(half_run.folder, level, i)) for i in members]
+        return np.array([member.numbers["pressure_variance"][0] for member in read])
+
+    g, error = half_run.correlation(np.array([0.0, 1.4e-3]))  # as far as half the diagonal of the run's cell
+    change = variances(0, (0, 2, 4)) - variances(2, (0, 2, 4))
+    assert g[0] == pytest.approx(variances(1, range(6)).mean() + change.mean(), rel=1e-9)
+    expected = variances(1, range(6)).var(ddof=1) / 6 + change.var(ddof=1) / 3
+    assert error[0] == pytest.approx(expected**0.5, rel=1e-9)
 
 
 @pytest.mark.slow

@@ -3,14 +3,12 @@
 import re
 import shutil
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import roughsim as rs
 from roughsim import prediction, report
-from roughsim.charts.style import half_width
 from roughsim.comparison.compare import comparison_table
 from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import status_lines
@@ -189,13 +187,3 @@ def test_what_is_exactly_zero_or_undefined_has_no_unknown_error():
     found = est.Uncertain(means, means, {"statistical": np.array([0.0, 0.3, 0.0]), "scan": np.full(3, np.nan)})
     assert [found.unknown_at(k) for k in range(3)] == [(), ("scan",), ()]
     np.testing.assert_array_equal(found.total_error, [0.0, 0.3, np.nan])
-
-
-def test_bands_of_a_level_that_few_realizations_have_are_those_of_few():
-    levels = Level("elastic", (8, 8), 1.0), Level("elastic", (16, 16), 2.0, every=4)
-    numerics = Numerics(levels, (10.0, 10.0))
-    run = SimpleNamespace(
-        numerics=numerics, realizations=12, column=lambda name: name, sound=lambda count: list(range(count))
-    )
-    student = 4.3026527 * np.sqrt(1 + 2 / 2)  # three realizations have the finest level
-    assert half_width(run, "elastic", np.array([2.0]))[0] == pytest.approx(2.0 * student)
