@@ -10,7 +10,7 @@ from roughsim.estimate.correlation import correlation_of
 from roughsim.observables.record import Sample
 
 WAVENUMBER = np.array([1.0, 2.0, 5.0, 11.0])
-DISTANCE = np.array([0.0, 0.3, 1.2, 2.5])
+DISTANCE = np.array([0.0, 0.3, 2.0, 2.5])
 
 
 def sample(q_max, rows, seed, *, part=False, side=64.0, reach=3.0):
@@ -62,3 +62,17 @@ def test_a_partner_on_half_the_pixel_is_the_finest_level():
     partner = replace(sample(1.0, range(6), 2), side=128.0)
     mean, *_ = correlation_of([low, partner], DISTANCE)
     np.testing.assert_allclose(mean, curve(partner).mean(axis=0), rtol=1e-12)
+
+
+def test_the_surfaces_count_at_their_mean_peak_volume():
+    rng = np.random.default_rng(3)
+    volume = rng.standard_normal(20)
+    level = sample(1.0, range(20), 1)
+    follows = 5.0 * volume[:, None] * np.ones(len(WAVENUMBER))
+    level = replace(level, spectrum=level.spectrum + follows, numbers={"peak_volume": volume[:, None]})
+    mean, error, freedom = correlation_of([level], DISTANCE)
+    raw = curve(level)
+    slope = np.polyfit(volume, raw, 1)[0]
+    np.testing.assert_allclose(mean, (raw - slope * volume[:, None]).mean(axis=0), atol=0.05)
+    assert error[0] < 0.2 * raw[:, 0].std() / 20**0.5
+    np.testing.assert_allclose(freedom, 18.0)  # of 19, one is lost to the slope

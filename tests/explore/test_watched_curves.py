@@ -22,6 +22,8 @@ def test_measured_curves_are_the_estimates(capped_run):
         sample = capped_run.samples(column)[-1]
         exact = sample.spectrum.mean(0) @ j0(np.outer(sample.wavenumber, curve.x[[0, 40, -1]]))
         np.testing.assert_allclose(curve.mean[[0, 40, -1]], exact, rtol=1e-9, atol=1e-9 * exact[0])
+        wide = 2.5705818 * (1 + 2 / 5) ** 0.5  # Student's for six realizations, that may have stopped themselves
+        np.testing.assert_allclose(curve.error, wide * capped_run.correlation(curve.x, column)[1], rtol=1e-7)
 
 
 def test_theory_curves_pass_through_the_predictions_with_the_share(capped_run):
