@@ -48,7 +48,9 @@ TESTS = {
     "roughsim/surface/synthesis.py": "surface/test_surface.py surface/test_draws.py",
     "roughsim/fourier/convolution.py": "heat/test_half_space.py heat/test_partition.py",
     "roughsim/contact/patches.py": "contact/test_patches.py",
-    "roughsim/contact/solver/operators.py": "contact/test_contact.py contact/test_contact_solver.py",
+    "roughsim/contact/solver/operators.py": (
+        "contact/test_contact_operator.py contact/test_contact.py contact/test_contact_solver.py"
+    ),
     "roughsim/contact/solver/problem.py": "contact/test_contact.py contact/test_contact_cases.py",
     "roughsim/contact/plasticity.py": "contact/test_plasticity.py",
     "roughsim/heat/periodic.py": (

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import textwrap
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -219,3 +220,26 @@ def test_the_mean_square_compliance_is_that_of_all_modes():
         qx, qy = (2 * np.pi * np.fft.fftfreq(n, a / n) for n, a in zip(shape, lengths, strict=True))
         expected = np.sqrt(np.mean(compliance(np.hypot(qx[:, None], qy)) ** 2))
         assert rms_compliance(grid) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.skipif(not fourier.direct(), reason="FFTW is out of reach of compiled code")
+@pytest.mark.parametrize("threads", [1, 2])
+def test_planes_of_a_block_are_divided_only_where_threads_can_share_them(threads):
+    fourier.set_threads(threads)
+    try:
+        large, small = (Operator(rs.Grid((n, n), (1.0, 1.0)), np.float32) for n in (512, 256))
+    finally:
+        fourier.set_threads(1)
+    for blocks, count in ((large.row_blocks, 256), (large.column_blocks, 257)):
+        assert len(blocks) == threads
+        assert (blocks[0][0], blocks[-1][1]) == (0, count)
+        assert all(a[1] == b[0] for a, b in pairwise(blocks))
+    assert small.row_blocks == [(0, 128)]
+
+
+def test_parents_are_gathered_in_as_many_blocks_as_their_children():
+    for shape, blocks in (((1024, 1024), 4), ((1025, 1023), 5), ((512, 512), 1), ((63, 64), 1)):
+        extension = Extension(rs.Grid(shape, shape), np.float32)  # of square pixels
+        rows = [row for a, b in extension.parent_rows for row in range(a, b)]
+        assert rows == list(range((shape[0] + 1) // 2))
+        assert len(extension.rows) == len(extension.parent_rows) == blocks

@@ -166,11 +166,14 @@ def divided(count: int, points: int, dtype: np.dtype[Any]) -> tuple[int, list[tu
     """Return how many of `count` complex lines form a group, and the ranges of lines that form the blocks.
 
     A group is transformed at a time: it fits the cache, and all groups are about equally large. A block is what one
-    thread takes: whole groups, about `POINTS` reals; the last block may end within a group.
+    thread takes: whole groups, about `POINTS` reals; the last block may end within a group. Blocks change no bit, so a
+    plane of `POINTS` is divided too where there are threads for it; for one thread each call would cost more than it
+    brings.
     """
     fitting = max(CACHED // (2 * dtype.itemsize * points), GROUP)
     group = math.ceil(count / max(round(count / fitting), 1))
-    number = max(round(2 * count * points / POINTS), 1)
+    number = round(2 * count * points / POINTS)
+    number = max(number, plans.get_threads() if number else 1)
     size = rounded_up(math.ceil(count / number), group)
     return group, [(first, min(first + size, count)) for first in range(0, count, size)]
 
@@ -194,7 +197,8 @@ class Extension:
         self.pyramid = np.array(shapes), self.starts, weights, inverses, values
         level = slice(self.starts[self.bottom], self.starts[self.bottom] + sizes[self.bottom])
         self.parents = tuple(flat[level].reshape(shapes[self.bottom]) for flat in (weights, values, inverses))
-        self.rows, self.parent_rows = spans(*grid.shape), spans(*shapes[self.bottom])
+        self.rows = spans(*grid.shape)
+        self.parent_rows = [(a // 2, (b + 1) // 2) for a, b in self.rows]
 
     def extend(self, free: NDArray[np.int8], field: Field) -> None:
         """Fill `field`, zero off the free points, over the whole plane, in place."""

@@ -69,9 +69,13 @@ class State:
         self.blocks, self.operator, self.extension = buffers.blocks, buffers.operator, buffers.extension
         self.free, self.inner, self.field = buffers.free, buffers.inner, buffers.field
         self.step, self.response = buffers.step, buffers.response
-        for each in (self.free, self.step, self.response):
-            each[...] = 0
         self.pressure, self.gap = np.empty(grid.shape), np.empty(grid.shape)
+
+        def clear(start: int, stop: int) -> None:
+            for each in (self.free, self.step, self.response):
+                each[start:stop] = 0
+
+        run(clear, spans(*grid.shape))
         # the same arrays in one dimension, as kernels take them
         self.flat: tuple[Field, ...] = tuple(
             a.ravel() for a in (self.pressure, self.gap, self.free, self.field, self.step)
