@@ -227,7 +227,7 @@ def test_the_mean_square_compliance_is_that_of_all_modes():
 def test_planes_of_a_block_are_divided_only_where_threads_can_share_them(threads):
     fourier.set_threads(threads)
     try:
-        large, small = (Operator(rs.Grid((n, n), (1.0, 1.0)), np.float32) for n in (512, 256))
+        large, small = (Operator(rs.Grid((n, n), (1.0, 1.0)), np.float64) for n in (512, 256))
     finally:
         fourier.set_threads(1)
     for blocks, count in ((large.row_blocks, 256), (large.column_blocks, 257)):

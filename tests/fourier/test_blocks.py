@@ -42,6 +42,7 @@ def test_results_are_in_the_order_of_the_blocks(unchanged_threads, count):
 
 def meeting():
     """Return a task that ends only if two threads are in it at once, and the names of these threads."""
+    time.sleep(0.05)  # a helper that is just about to sleep would not come
     barrier, names = threading.Barrier(2, timeout=20), []
 
     def task(k):
@@ -52,10 +53,9 @@ def meeting():
     return task, names
 
 
-def test_helpers_work_beside_the_caller_and_stay_for_the_next_task(unchanged_threads):
+def test_helpers_work_beside_the_caller_and_sleep_when_nothing_comes(unchanged_threads):
     fourier.set_threads(2)
-    for pause in (0.0, 0.0, 0.1):  # after a while they sleep
-        time.sleep(pause)
+    for _ in range(3):
         task, names = meeting()
         assert blocks.run(task, [(0,), (1,)]) == [0, 1]
         assert len(set(names)) == 2
@@ -65,6 +65,25 @@ def test_helpers_work_beside_the_caller_and_stay_for_the_next_task(unchanged_thr
     while not team.helpers[0].done():  # else a thread would keep a core busy for nothing
         assert time.monotonic() < deadline
         time.sleep(0.01)
+
+
+@pytest.mark.skipif(not watching.TURNS, reason="kernels are not compiled: nobody watches")
+def test_nobody_waits_for_a_helper_that_watches(unchanged_threads):
+    fourier.set_threads(2)
+    blocks.run(lambda k: k, [(0,), (1,)])
+    team = plans.state.team[1]
+    before, team.turns = team.turns, 10**11  # for a minute
+    try:
+        task = meeting()[0]
+        blocks.run(task, [(0,), (1,)])
+        helper, start = team.helpers[0], time.monotonic()
+        for _ in range(100):
+            blocks.run(task, [(0,), (1,)])
+        assert time.monotonic() - start < 20.0
+        assert team.helpers[0] is helper  # it stayed
+    finally:
+        team.turns = before
+        blocks.run(task, [(0,), (1,)])
 
 
 @pytest.mark.parametrize("failing", [0, 1])

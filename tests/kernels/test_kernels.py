@@ -182,6 +182,19 @@ def test_curvature_and_advance_are_those_of_the_step(state):
     same(found, state.clip(x)[PART].sum(), inside(x, state.cap)[PART].sum())
 
 
+def test_a_step_ends_on_the_bound_that_rounding_missed():
+    cap, slack = 0.75, 1e-7
+    below = np.nextafter(cap, 0.0)
+    #            at the cap but for rounding; clearly below; the step was rounded; zero but for that; clearly above
+    p = np.array([below, cap * (1 - 1e-15), cap - 0.25, 0.25, 0.25])
+    step = np.array([0.0, 0.0, 0.25 * (1 - 0.5 * slack), -0.25 * (1 - 0.5 * slack), -0.25 * (1 - 2 * slack)])
+    zero = np.zeros(5)
+    kernels.advance(0, 5, p, zero.copy(), step, zero, 1.0, slack, (0.0, 1.0, cap))
+    assert p[[0, 2, 3]].tolist() == [cap, cap, 0.0]
+    assert p[1] < cap
+    assert p[4] == pytest.approx(0.5 * slack, rel=1e-6)
+
+
 def test_the_highest_mode_is_the_last_above_a_power():
     rng = np.random.default_rng(3)
     along, across = rng.uniform(0.0, 9.0, 7), rng.uniform(0.0, 9.0, 5)

@@ -181,3 +181,13 @@ def test_randomness_must_be_handed_in(rng):
 def test_misspelt_amplitudes_are_refused(amplitudes):
     with pytest.raises(ValueError, match=r'amplitudes = .* must be "fixed" or "gaussian"'):
         synthesize(SPECTRUM, square(32), np.random.default_rng(0), amplitudes=amplitudes)
+
+
+def test_waves_that_are_their_own_mirror_images_have_either_sign_equally_often():
+    grid, generator = Grid((8, 8), (CIRCLE, CIRCLE)), np.random.default_rng(3)
+    spectrum = SelfAffineSpectrum.from_rms_height(1.0, hurst=0.8, q_min=2.3, q_max=grid.nyquist)
+    waves = [np.fft.rfft2(synthesize(spectrum, grid, generator)) for _ in range(2000)]
+    for own in ((4, 0), (0, 4)):
+        signs = np.sign([wave[own].real for wave in waves])
+        assert (signs != 0.0).all()
+        assert abs(signs.mean()) < 4 / np.sqrt(2000)
