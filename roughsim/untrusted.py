@@ -38,7 +38,7 @@ _OPENER = "the process that opens files from elsewhere"
 
 def regular_file(path: Path) -> Path:
     """Return `path` if it is a file; a pipe or a device, which could block for ever, is a RecordError."""
-    if path.exists() and not path.is_file():
+    if not path.is_file() and path.exists():
         raise RecordError(f"{path} is a folder, a pipe or a device; a file is needed")
     return path
 

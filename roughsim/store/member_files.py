@@ -70,7 +70,7 @@ def member_name(level: int, index: int) -> str:
 
 def member_path(folder: Path, level: int, index: int) -> Path:
     """Return the place of a member's file in a run folder."""
-    return folder / "realizations" / f"{member_name(level, index)}.h5"
+    return folder.joinpath("realizations", f"{member_name(level, index)}.h5")
 
 
 def write_member(folder: Path, member: Member) -> None:
@@ -253,7 +253,7 @@ def _opened(path: Path, content: bytes, fields: Sequence[str]) -> Member:
 
 def _member(header: dict[str, Any], read: Callable[[str], Array], fields: dict[str, NDArray[np.float32]]) -> Member:
     """Return the member of a header, with arrays that `read` gives by name."""
-    numbers = {name: np.reshape(read(name), shape) for name, shape in header["numbers"]}
+    numbers = {name: read(name).reshape(shape) for name, shape in header["numbers"]}
     return Member(
         header["level"],
         header["index"],
