@@ -62,9 +62,10 @@ def run(
         Processes; 1 computes in this one. A script that asks for more needs ``if __name__ == "__main__":``; a notebook
         does not.
     executor : concurrent.futures.Executor, optional
-        Used in place of own processes; twice `workers` members are kept in flight.
+        Used in place of own processes; twice `workers` calls are kept in flight. A call computes one member, or
+        several that take a quarter of a second together.
     observer : callable, optional
-        Called with the run after each member has been stored.
+        Called with the run after each member has been stored, or after several short ones.
 
     Returns
     -------

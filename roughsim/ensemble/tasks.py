@@ -11,9 +11,11 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import islice
+from math import inf
 from pathlib import Path
 
-from roughsim.ensemble.workers import Job, Workforce, store_members
+from roughsim.ensemble.workers import Job, Workforce, store_in_turn, store_members
 from roughsim.errors import RecordError
 from roughsim.planning.march import seconds_of_march
 from roughsim.planning.realization import level_problem, march_problem
@@ -26,6 +28,7 @@ from roughsim.store.member_files import MEMBER_NAME, check_member, member_name, 
 
 Task = tuple[int, int]  # level and index
 RETRIES = 3  # times that a pool with a dead worker is started again without a new member in between
+CALL = 0.25  # s that a call of a worker takes at most, unless it has one member: a call costs dask some milliseconds
 PAUSE = 0.5  # s between two looks at what other processes have done
 LATE = 10.0  # s that a network file system may take to show what a worker has written
 LEAST_WAIT, LONGEST_WAITS = 600.0, 10.0  # s, and multiple of the longest time of a member, after which it is done again
@@ -88,9 +91,18 @@ class Given:
         """Whether it is a march."""
         return self.task[0] == self.runs[0].numerics.march
 
+    @property
+    def arguments(self) -> tuple[list[Job], int]:
+        """Those of `store_members`."""
+        level, index = self.task
+        return [at_work.job(level) for at_work in self.runs], index
+
     def seconds_of_march(self) -> float:
         """Return about how long the march takes, s; a few of its steps are timed."""
         return sum(seconds_of_march(march_problem(run.scene, run.numerics)) for run in self.runs)
+
+
+Pending = dict[Future[tuple[str, list[float]]], list[Given]]  # calls of `store_in_turn`, and their members
 
 
 @dataclass(slots=True, eq=False)
@@ -102,6 +114,8 @@ class Tasks:
     check: Callable[[], None]  # raises an interrupt that Python has dropped
     observer: Callable[[Run], None] | None = None
     longest: float = 0.0  # s from handing a member out until it came back, or that a march is known to take
+    seconds: dict[int, float] = field(default_factory=dict)  # that the latest member of each level took
+    counted: int = 0  # members that came back
     order: Iterator[Task] = field(default_factory=lambda: iter(()))  # members that were not looked at yet
     look_again: float = 0.0  # from the first on, since other processes may have ended: when, by `time.monotonic`
 
@@ -147,22 +161,24 @@ class Tasks:
 
     def _work(self, pool: Executor, force: Workforce) -> None:
         """Keep a pool busy until the run is finished; BrokenExecutor if its workers die."""
-        pending: dict[Future[str], Given] = {}
+        pending: Pending = {}
         self.look_again = 0.0
         try:
             while self.unfinished:
-                while len(pending) < force.in_flight and (given := self._next()) is not None:
-                    pending[self._hand_out(pool, given)] = given
+                while len(pending) < force.in_flight and (call := self._next_call(force)):
+                    pending[self._hand_out(pool, call)] = call
                 wait(pending, timeout=PAUSE, return_when=FIRST_COMPLETED)
                 done = [future for future in pending if future.done()]  # also those that others have cancelled
                 for future in done:
-                    given = pending.pop(future)
+                    call = pending.pop(future)
                     try:
-                        host = future.result()
+                        host, seconds = future.result()
                     except CancelledError:  # which says nothing by itself
                         raise RuntimeError(f"the executor dropped a member that it had been given: {_GONE}") from None
-                    self.longest = max(self.longest, time.monotonic() - given.since)
-                    self._count(given, host)
+                    self.longest = max(self.longest, time.monotonic() - call[0].since)
+                    self.seconds |= {given.task[0]: took for given, took in zip(call, seconds, strict=True)}
+                    for given in call:
+                        self._count(given, host)
                 if not done:  # other processes may have stored members meanwhile
                     time.sleep(0.0 if pending else PAUSE)
                     self._refresh()
@@ -175,6 +191,17 @@ class Tasks:
             for future in pending:
                 future.cancel()
             self.claims.release_all()
+
+    def _next_call(self, force: Workforce) -> list[Given]:
+        """Claim the members of the next call: several where those of all levels are short, few enough to be shared out.
+
+        Where a call is broken off, only the member in work is lost: each is written when it is computed.
+        """
+        size = 1
+        if force.in_flight > 1:  # a call of this process costs nothing
+            longest = max(self.seconds.get(level, inf) for level in range(len(self.runs[0].numerics.levels)))
+            size = max(1, min(int(CALL / longest), self.counted // force.in_flight))
+        return list(islice(iter(self._next, None), size))
 
     def _next(self) -> Given | None:
         """Claim the first member that is not stored and not being computed; None if there is none now."""
@@ -200,36 +227,37 @@ class Tasks:
         for index in range(first, most):
             yield from ((number, index) for number, of_level in indices if index in of_level)
 
-    def _hand_out(self, pool: Executor, given: Given) -> Future[str]:
-        level, index = given.task
+    def _hand_out(self, pool: Executor, call: list[Given]) -> Future[tuple[str, list[float]]]:
         try:
-            return pool.submit(store_members, [at_work.job(level) for at_work in given.runs], index)
+            return pool.submit(store_in_turn, [given.arguments for given in call])
         except BrokenExecutor:
             raise
         except Exception as error:  # each library of executors has its own
             reason = str(error) or type(error).__name__
             raise RuntimeError(f"the executor takes no more members ({reason}): {_GONE}") from error
 
-    def _do_overdue(self, pending: dict[Future[str], Given], force: Workforce) -> None:
+    def _do_overdue(self, pending: Pending, force: Workforce) -> None:
         """Compute in this process the members that a worker has not returned for too long."""
-        if any(time.monotonic() - given.since > self.limit for given in pending.values()):
+        if any(time.monotonic() - call[0].since > self.limit for call in pending.values()):
             # a march takes minutes or hours, and so does a member that waits behind one
-            times = (given.seconds_of_march() for given in pending.values() if given.slides)
+            times = (given.seconds_of_march() for call in pending.values() for given in call if given.slides)
             self.longest = max(self.longest, *times, 0.0)
-        for future, given in list(pending.items()):
-            if (waited := time.monotonic() - given.since) <= self.limit:
+        for future, call in list(pending.items()):
+            if (waited := time.monotonic() - call[0].since) <= self.limit:
                 continue
             del pending[future]
             force.stuck |= not future.cancel()
-            warnings.warn(
-                f"{member_name(*given.task)} has not come back from a worker for {waited:.0f} s (limit "
-                f"{self.limit:.0f} s: {LONGEST_WAITS:g} times the longest member, at least {LEAST_WAIT:g} s); it is "
-                "computed in this process; see whether the workers are alive",
-                RuntimeWarning,
-                stacklevel=2,
-            )
-            level, index = given.task
-            self._count(given, store_members([at_work.job(level) for at_work in given.runs], index))
+            for given in call:
+                if any(not at_work.is_stored(given.task) for at_work in given.runs):
+                    warnings.warn(
+                        f"{member_name(*given.task)} has not come back from a worker for {waited:.0f} s (limit "
+                        f"{self.limit:.0f} s: {LONGEST_WAITS:g} times the longest member, at least {LEAST_WAIT:g} s); "
+                        "it is computed in this process; see whether the workers are alive",
+                        RuntimeWarning,
+                        stacklevel=2,
+                    )
+                    store_members(*given.arguments)
+                self._count(given, "this host")
 
     @property
     def limit(self) -> float:
@@ -250,6 +278,7 @@ class Tasks:
             time.sleep(0.1)
         self._refresh(given)
         self.claims.release(member_name(*given.task))
+        self.counted += 1
 
     def _refresh(self, given: Given | None = None) -> None:
         """Read the members that have appeared, the one `given` also beyond a gap, and call the observer if any have.

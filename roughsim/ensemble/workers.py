@@ -3,6 +3,7 @@
 import ctypes
 import multiprocessing
 import os
+import pickle
 import signal
 import socket
 import sys
@@ -13,7 +14,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
 from multiprocessing.context import SpawnContext, SpawnProcess
 from pathlib import Path
 from types import FrameType, TracebackType
@@ -36,9 +37,12 @@ FREE, PAGES = (-1, 128 << 20), (-3, 32 << 20)
 UNGUARDED = 113  # exit code of a worker that met the call of `run` while it imported the script of its parent
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Job:
-    """What a worker needs to compute the members of one level: some kilobytes once pickled."""
+    """What a worker needs to compute the members of one level: some kilobytes once pickled.
+
+    It is pickled once and read once by each process, however many members are handed out with it.
+    """
 
     level: int
     problem: "Problem | SlideProblem"  # its index is replaced by that of the member
@@ -46,6 +50,31 @@ class Job:
     keep_fields: int  # how many realizations keep their fields
     provenance: dict[str, Any]  # of the whole run: its scene and numerics
     folder: Path  # of the run
+
+    def __reduce__(self) -> tuple[Callable[[bytes], "Job"], tuple[bytes]]:
+        return unpacked, (packed(self),)
+
+
+@lru_cache(maxsize=1024)
+def packed(job: Job) -> bytes:
+    """Return the fields of a job as bytes."""
+    return pickle.dumps([getattr(job, name) for name in job.__slots__], pickle.HIGHEST_PROTOCOL)
+
+
+@lru_cache(maxsize=1024)
+def unpacked(content: bytes) -> Job:
+    """Return the job that `packed` took apart."""
+    return Job(*pickle.loads(content))
+
+
+def store_in_turn(members: list[tuple[list[Job], int]]) -> tuple[str, list[float]]:
+    """Call `store_members` with each of these arguments; return the name of this host, and the time of each call, s."""
+    seconds = []
+    for jobs, index in members:
+        began = time.perf_counter()
+        host = store_members(jobs, index)
+        seconds.append(time.perf_counter() - began)
+    return host, seconds
 
 
 def store_members(jobs: list[Job], index: int) -> str:
@@ -193,7 +222,7 @@ class Workforce(AbstractContextManager["Workforce"]):
 
     @property
     def in_flight(self) -> int:
-        """How many members are handed out at a time: one more for each worker, so that none waits for the next."""
+        """How many calls are handed out at a time: one more for each worker, so that none waits for the next."""
         return 1 if self.executor is None and self.workers == 1 else 2 * self.workers
 
     def start(self) -> None:

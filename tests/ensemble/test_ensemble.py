@@ -227,12 +227,10 @@ def test_members_that_do_not_converge_are_counted_and_left_out(quick, tmp_path, 
 
 
 def test_run_json_tells_all_before_anything_slow(quick, tmp_path, monkeypatch):
-    from roughsim.ensemble import tasks
-
     def never(*_):
         raise RuntimeError("not now")
 
-    monkeypatch.setattr(tasks, "store_members", never)
+    monkeypatch.setattr(workers, "store_members", never)
     with pytest.raises(RuntimeError, match="not now"):
         rs.run(quick, tmp_path / "run")
     told = json.loads((tmp_path / "run" / "run.json").read_text())

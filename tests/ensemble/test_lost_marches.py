@@ -17,7 +17,7 @@ from roughsim.store.member_files import member_path, read_member
 MARCH = 1  # its level
 
 
-def dies_on_the_way(work, jobs, index):
+def dies_on_the_way(work, members):
     """What a worker does that is killed in the middle of a march."""
     from roughsim.sliding import course
 
@@ -30,7 +30,7 @@ def dies_on_the_way(work, jobs, index):
             yield step
 
     course.walk = walk
-    return work(jobs, index)
+    return work(members)
 
 
 class Dying(ProcessPoolExecutor):
@@ -39,8 +39,8 @@ class Dying(ProcessPoolExecutor):
     def __init__(self):
         super().__init__(1, multiprocessing.get_context("spawn"))
 
-    def submit(self, work, jobs, index):
-        return super().submit(dies_on_the_way, work, jobs, index)
+    def submit(self, work, members):
+        return super().submit(dies_on_the_way, work, members)
 
 
 class LosesMarches(Executor):
@@ -49,13 +49,13 @@ class LosesMarches(Executor):
     def __init__(self):
         self.lost = []
 
-    def submit(self, work, jobs, index):
+    def submit(self, work, members):
         future = Future()
-        if jobs[0].level == MARCH:
+        if any(job.level == MARCH for jobs, _ in members for job in jobs):
             self.lost.append(time.monotonic())
             future.set_running_or_notify_cancel()
         else:
-            future.set_result(work(jobs, index))
+            future.set_result(work(members))
         return future
 
 

@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import pickle
 import re
 import signal
 import socket
@@ -10,6 +11,7 @@ import threading
 import time
 from concurrent.futures import BrokenExecutor, Executor, Future
 from dataclasses import replace
+from itertools import chain
 from types import SimpleNamespace
 
 import pytest
@@ -162,12 +164,14 @@ class Elsewhere(Executor):
     def __init__(self, root, other=None):
         self.root, self.other = root, other
 
-    def submit(self, fn, *arguments):
-        jobs, index = arguments
+    def submit(self, fn, members):
         here, future = os.getcwd(), Future()
         os.chdir(self.root)
         try:
-            future.set_result(fn([replace(job, folder=self.other or job.folder) for job in jobs], index))
+            moved = [
+                ([replace(job, folder=self.other or job.folder) for job in jobs], index) for jobs, index in members
+            ]
+            future.set_result(fn(moved))
         except Exception as error:
             future.set_exception(error)
         finally:
@@ -206,6 +210,107 @@ def test_a_member_that_a_slow_file_system_shows_late_counts(quick, tmp_path, mon
 
     monkeypatch.setattr(tasks.AtWork, "is_stored", late)
     assert rs.run(quick, tmp_path / "run", max_realizations=1).realizations == 1
+
+
+class Timed(Executor):
+    """One worker, whose members are said to take so many seconds at each level; it keeps the calls."""
+
+    def __init__(self, *seconds):
+        self.seconds, self.calls = seconds, []
+
+    def submit(self, function, members):
+        future = Future()
+        host, measured = function(members)
+        levels = [jobs[0].level for jobs, _ in members]
+        assert len(measured) == len(members)
+        assert all(took > 0 for took in measured)
+        self.calls.append([(level, index) for level, (_, index) in zip(levels, members, strict=True)])
+        future.set_result((host, [self.seconds[level] for level in levels]))
+        return future
+
+
+def test_short_members_share_a_call_once_so_many_are_done_that_every_worker_has_its_share(quick, tmp_path):
+    pool = Timed(0.02)
+    run = rs.run(quick, tmp_path / "run", max_realizations=90, until={}, executor=pool, workers=2)
+    assert run.realizations == 90
+    assert [*chain(*pool.calls)] == [(0, index) for index in range(90)]  # in order, each once
+    handed = 0
+    for call in pool.calls:
+        assert len(call) <= max(1, handed // 4)  # a quarter of what was done: four calls are out at a time
+        handed += len(call)
+    assert max(map(len, pool.calls)) == int(tasks.CALL / 0.02)
+
+
+@pytest.mark.parametrize("seconds", [(1.0, 1.0, 1.0), (1e-3, 1e-3, 1.0), (1.0, 1e-3, 1e-3)])
+def test_where_members_of_any_level_take_long_each_has_a_call_of_its_own(capped_scene, tmp_path, seconds):
+    # a short member that waits in a call for a march of an hour would hold up all others
+    pool = Timed(*seconds)
+    rs.run(capped_scene, tmp_path / "run", max_realizations=8, until={}, executor=pool)
+    assert {len(call) for call in pool.calls} == {1}
+    pool = Timed(1e-3, 1e-3, 1e-3)
+    rs.run(capped_scene, tmp_path / "short", max_realizations=8, until={}, executor=pool)
+    assert max(map(len, pool.calls)) > 1
+
+
+def test_calls_of_several_members_stop_at_the_same_realization(quick, tmp_path):
+    goal = {"flash_temperature": 0.1}
+    alone = rs.run(quick, tmp_path / "alone", max_realizations=200, until=goal)
+    pool = Timed(1e-3)
+    run = rs.run(quick, tmp_path / "run", max_realizations=200, until=goal, executor=pool)
+    assert alone.target_met
+    assert (run.target_met, run.realizations) == (True, alone.realizations)
+    assert run.estimate("flash_temperature").mean.tolist() == alone.estimate("flash_temperature").mean.tolist()
+    assert max(map(len, pool.calls)) > 1
+
+
+def test_what_a_call_had_stored_when_its_worker_died_is_not_computed_again(quick, tmp_path):
+    class Dies(Timed):
+        def submit(self, function, members):
+            if len(members) < 3:
+                return super().submit(function, members)
+            super().submit(function, members[:2])
+            raise BrokenExecutor("killed")
+
+    first, second, seen = Dies(1e-3), Timed(1e-3), []
+    work = to_do(quick, tmp_path / "run")
+    work.runs[0].run.max_realizations = 40
+    work.observer = lambda run: seen.append(run.realizations)
+    work.complete(Force(first, second))
+    computed = chain(*first.calls, *second.calls)
+    assert sorted(computed) == [(0, index) for index in range(1, 40)]
+    assert first.calls[-1] not in second.calls
+    assert seen[-1] == 40
+
+
+def test_of_a_call_that_never_comes_back_only_what_is_missing_is_computed_here(quick, tmp_path, monkeypatch):
+    class Stuck(Timed):
+        def submit(self, function, members):
+            if len(members) < 3:
+                return super().submit(function, members)
+            super().submit(function, members[:2])
+            return Forgetful().submit()
+
+    monkeypatch.setattr(tasks, "LEAST_WAIT", 0.2)
+    monkeypatch.setattr(tasks, "LONGEST_WAITS", 0.0)
+    monkeypatch.setattr(tasks, "PAUSE", 0.01)
+    pool, here, genuine = Stuck(1e-3), [], tasks.store_members
+    monkeypatch.setattr(tasks, "store_members", lambda jobs, index: here.append((0, index)) or genuine(jobs, index))
+    with pytest.warns(RuntimeWarning, match="has not come back from a worker"):
+        run = rs.run(quick, tmp_path / "run", max_realizations=20, until={}, executor=pool)
+    assert run.realizations == 20
+    assert here
+    assert sorted(chain(here, *pool.calls)) == [(0, index) for index in range(20)]
+
+
+def test_a_job_is_pickled_once_and_read_once_whatever_its_members(quick, tmp_path, monkeypatch):
+    job = to_do(quick, tmp_path / "run").runs[0].job(0)
+    first = pickle.dumps(([job], 1))
+    monkeypatch.setattr(workers.pickle, "dumps", None)  # what is known is not made again
+    (again,), index = pickle.loads(first)
+    assert index == 1
+    assert pickle.loads(first)[0][0] is again
+    for name in job.__slots__:
+        assert getattr(again, name) == getattr(job, name)
 
 
 class Forgetful(Executor):
