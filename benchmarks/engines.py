@@ -5,9 +5,12 @@
 Nothing is solved: a member sleeps, and writes a file with random numbers. So many workers share few cores. The folder
 is a temporary one: with TMPDIR on a disk, 64 workers wait for each other there. Each row has:
 
-- alone: CPU time of the leading process for each call that the engine hands out, takes back and that only sleeps;
-- run: the same with a run: claim, file read, summary, stopping rule. Files that threads of this process write are taken
-  off. The difference to "alone" is what roughsim adds;
+- alone: CPU time of the leading process for each member that the engine hands out and takes back without roughsim. The
+  calls sleep as long as those of the run, write the same files, and take a folder and a number;
+- run: the same with a run: job, claim, file read, summary, stopping rule. The difference to "alone" is what roughsim
+  adds. Files that threads of this process write are taken off both;
+- thread adds: the part of it in the thread that calls `run`. The other threads are those of the engine: what differs
+  there is noise, or what the engine needs for the larger arguments and for calls that come one by one;
 - of the ideal: the wall time of the run over that of workers that never wait. Where the cores are full, writing counts;
 - a file: CPU time to write the file of a member, measured apart.
 
@@ -19,6 +22,7 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import json
+import random
 import shutil
 import socket
 import subprocess
@@ -83,19 +87,38 @@ def known_versions() -> dict[str, str]:
     return versions()
 
 
-def simulate(jobs: list[Job], index: int, seconds: float) -> str:
-    """What a worker does in place of a solve."""
-    time.sleep(seconds)
-    (job,) = jobs
+def lasting(index: int, seconds: float) -> float:
+    """How long a member sleeps, s: like real ones, no two come back at the same moment, which would help an engine."""
+    return seconds * random.Random(index).uniform(0.75, 1.25)
+
+
+def simulate(members: list[tuple[list[Job], int]], seconds: float) -> tuple[str, list[float]]:
+    """What a worker does in place of solves."""
+    took = []
+    for (job,), index in members:
+        start = time.perf_counter()
+        time.sleep(lasting(index, seconds))
+        began = time.thread_time()
+        write_member(job.folder, simulated_member(job.level, index, job.speeds, job.provenance))
+        writing[0] += time.thread_time() - began
+        took.append(time.perf_counter() - start)
+    return socket.gethostname(), took
+
+
+def simulate_alone(folder: str, index: int, seconds: float) -> str:
+    """The same without roughsim: the worker knows the scene."""
+    time.sleep(lasting(index, seconds))
     began = time.thread_time()
-    write_member(job.folder, simulated_member(job.level, index, job.speeds, job.provenance))
+    write_member(Path(folder), simulated_member(0, index, *known_scene()))
     writing[0] += time.thread_time() - began
     return socket.gethostname()
 
 
-def only_sleep(job: Any, index: int, seconds: float) -> str:
-    time.sleep(seconds)
-    return socket.gethostname()
+@cache
+def known_scene() -> tuple[tuple[float, ...], dict[str, Any]]:
+    """Return what the file of a member tells of the scene."""
+    chosen = scene()
+    return chosen.speeds, {"scene": chosen.identity(), "numerics": rs.plan(chosen).to_dict()}
 
 
 class Simulated(Executor):
@@ -138,63 +161,48 @@ def started(engine: str, workers: int) -> Iterator[Executor]:
             yield client.get_executor(pure=False)
 
 
-def alone(pool: Executor, job: Any, workers: int, seconds: float, count: int) -> float:
-    """CPU seconds of this process for each of `count` calls that sleep."""
+def now() -> tuple[float, float, float]:
+    """Return CPU time of this process without the files that it writes, that of this thread, and the time, s."""
+    return time.process_time() - writing[0], time.thread_time(), time.perf_counter()
+
+
+def alone(pool: Executor, folder: Path, workers: int, seconds: float, count: int) -> list[float]:
+    """CPU seconds of this process, and of this thread, for each of `count` calls without roughsim."""
     pending: set[Future[Any]] = set()
-    began = time.process_time()
+    began = now()
     for index in range(count):
         if len(pending) >= 2 * workers:
             pending = set(wait(pending, return_when=FIRST_COMPLETED).not_done)
-        pending.add(pool.submit(only_sleep, job, index, seconds))
+        pending.add(pool.submit(simulate_alone, str(folder), index, seconds))
     wait(pending)
-    return (time.process_time() - began) / count
+    return [(end - begin) / count for begin, end in zip(began, now(), strict=True)][:2]
 
 
-def of_run(pool: Executor, workers: int, seconds: float, count: int, folder: Path) -> tuple[float, float]:
-    """CPU seconds of this process for each member of a run, and the wall time over the ideal one.
+def of_run(pool: Executor, workers: int, seconds: float, count: int, folder: Path) -> list[float]:
+    """CPU seconds of this process, and of this thread, for each member of a run, and the wall time over the ideal one.
 
-    Both count from the first member that came back to the last one.
+    All count from the first member that came back to the last one.
     """
-    marks: list[tuple[float, float]] = []
-
-    def mark(_: Any) -> None:
-        marks.append((time.process_time() - writing[0], time.perf_counter()))
-
-    executor = Simulated(pool, seconds)
-    rs.run(scene(), folder, until={}, max_realizations=count, workers=workers, executor=executor, observer=mark)
-    (cpu, wall), (cpu_end, wall_end) = marks[0], marks[-1]
-    return (cpu_end - cpu) / (count - 1), (wall_end - wall) / (seconds * (count - 1) / workers)
+    marks: list[tuple[float, float, float]] = []
+    executor, observer = Simulated(pool, seconds), lambda _: marks.append(now())
+    rs.run(scene(), folder, until={}, max_realizations=count, workers=workers, executor=executor, observer=observer)
+    process, thread, wall = ((end - begin) / (count - 1) for begin, end in zip(marks[0], marks[-1], strict=True))
+    return [process, thread, wall * workers / seconds]
 
 
 def measure(engine: str, workers: int, durations: list[float]) -> list[dict[str, Any]]:
     """Measure one engine with so many workers, in this process."""
     rows = []
     with tempfile.TemporaryDirectory() as folder, started(engine, workers) as pool:
-        warm = rs.run(scene(), Path(folder) / "warm", until={}, max_realizations=2, executor=Simulated(pool, 0.0))
-        job = Job(
-            0,
-            None,
-            warm.scene.speeds,
-            0,
-            {"scene": warm.scene.identity(), "numerics": warm.numerics.to_dict()},
-            warm.folder,
-        )  # type: ignore[arg-type]
-        alone(pool, job, workers, 0.5, 2 * workers)  # until all workers have started
+        warm = Path(folder) / "warm"
+        rs.run(scene(), warm, until={}, max_realizations=2, executor=Simulated(pool, 0.0))
+        alone(pool, warm, workers, 0.5, 2 * workers)  # until all workers have started
         for seconds in durations:
             count = int(min(max(LEAST * workers, LASTS * workers / seconds), max(MOST, LEAST * workers)))
-            handing = alone(pool, job, workers, seconds, count)
-            whole, ideal = of_run(pool, workers, seconds, count, Path(folder) / f"{seconds}")
-            rows.append(
-                {
-                    "engine": engine,
-                    "workers": workers,
-                    "seconds": seconds,
-                    "members": count,
-                    "alone": handing,
-                    "run": whole,
-                    "ideal": ideal,
-                }
-            )
+            handing, thread = alone(pool, warm, workers, seconds, count)
+            whole, of_thread, ideal = of_run(pool, workers, seconds, count, Path(folder) / f"{seconds}")
+            row = {"engine": engine, "workers": workers, "seconds": seconds, "members": count, "alone": handing}
+            rows.append(row | {"run": whole, "thread": of_thread - thread, "ideal": ideal})
     return rows
 
 
@@ -233,11 +241,14 @@ def main() -> None:
         print(json.dumps(measure(given.engines[0], given.workers[0], given.seconds)))
         return
     print(f"a file: {1e3 * cost_of_a_file():.2f} ms of CPU time\n")
-    print("| engine | workers | a member, s | members | alone, ms | run, ms | roughsim adds, ms | of the ideal |")
-    print("|---|---|---|---|---|---|---|---|")
+    print(
+        "| engine | workers | a member, s | members | alone, ms | run, ms | roughsim adds, ms | thread adds, ms | "
+        "of the ideal |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|")
     for engine in given.engines:
         if reason := missing(engine):
-            print(f"| {engine} | skipped: {reason} | | | | | | |")
+            print(f"| {engine} | skipped: {reason} | | | | | | | |")
             continue
         for workers in given.workers:
             words = [__file__, "--inside", "--engines", engine, "--workers", str(workers)]
@@ -250,7 +261,7 @@ def main() -> None:
                 added = row["run"] - row["alone"]
                 print(
                     f"| {engine} | {workers} | {row['seconds']:g} | {row['members']} | {1e3 * row['alone']:.2f} | "
-                    f"{1e3 * row['run']:.2f} | {1e3 * added:.2f} | {row['ideal']:.2f} |",
+                    f"{1e3 * row['run']:.2f} | {1e3 * added:.2f} | {1e3 * row['thread']:.2f} | {row['ideal']:.2f} |",
                     flush=True,
                 )
 
