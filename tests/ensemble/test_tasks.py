@@ -252,6 +252,19 @@ def test_where_members_of_any_level_take_long_each_has_a_call_of_its_own(capped_
     assert max(map(len, pool.calls)) > 1
 
 
+def test_the_time_of_each_level_is_known_before_calls_have_several_members(capped_scene, tmp_path):
+    work = to_do(capped_scene, tmp_path / "run")
+    work.runs[0].run.max_realizations = 12
+    work.complete(Force(Timed(0.01, 0.02, 0.03)))
+    assert work.seconds == {0: 0.01, 1: 0.02, 2: 0.03}
+    work.runs[0].run.max_realizations = 100
+    work.counted, force = 100, workers.Workforce(2, None)
+    assert len(work._next_call(force)) == int(tasks.CALL / 0.03)
+    del work.seconds[1]  # not yet, though the others are short: it may be a march
+    assert len(work._next_call(force)) == 1
+    work.claims.release_all()
+
+
 def test_calls_of_several_members_stop_at_the_same_realization(quick, tmp_path):
     goal = {"flash_temperature": 0.1}
     alone = rs.run(quick, tmp_path / "alone", max_realizations=200, until=goal)
@@ -302,13 +315,14 @@ def test_of_a_call_that_never_comes_back_only_what_is_missing_is_computed_here(q
     assert sorted(chain(here, *pool.calls)) == [(0, index) for index in range(20)]
 
 
-def test_a_job_is_pickled_once_and_read_once_whatever_its_members(quick, tmp_path, monkeypatch):
+def test_a_job_is_pickled_once_and_read_once_whatever_its_members(quick, tmp_path):
     job = to_do(quick, tmp_path / "run").runs[0].job(0)
-    first = pickle.dumps(([job], 1))
-    monkeypatch.setattr(workers.pickle, "dumps", None)  # what is known is not made again
-    (again,), index = pickle.loads(first)
-    assert index == 1
-    assert pickle.loads(first)[0][0] is again
+    (content,), (same,) = (job.__reduce__()[1] for _ in range(2))
+    assert content is same
+    first, second = (pickle.loads(pickle.dumps([([job], index)])) for index in (1, 2))
+    assert (first[0][1], second[0][1]) == (1, 2)
+    again = first[0][0][0]
+    assert second[0][0][0] is again
     for name in job.__slots__:
         assert getattr(again, name) == getattr(job, name)
 
