@@ -8,7 +8,8 @@ is a temporary one: with TMPDIR on a disk, 64 workers wait for each other there.
 - alone: CPU time of the leading process for each member that the engine hands out and takes back without roughsim. The
   calls sleep as long as those of the run, write the same files, and take a folder and a number;
 - run: the same with a run: job, claim, file read, summary, stopping rule. The difference to "alone" is what roughsim
-  adds. Files that threads of this process write are taken off both;
+  adds; it is negative where a run hands several members out in a call. Files that threads of this process write are
+  taken off both;
 - thread adds: the part of it in the thread that calls `run`. The other threads are those of the engine: what differs
   there is noise, or what the engine needs for the larger arguments and for calls that come one by one;
 - of the ideal: the wall time of the run over that of workers that never wait. Where the cores are full, writing counts;
