@@ -71,7 +71,7 @@ def plan(
     if not as_json:
         note(f"planning {scene}")  # before what is slow to import
     from roughsim.planning.limits import judge
-    from roughsim.planning.plan import plan_table
+    from roughsim.planning.reasons import plan_table
 
     numerics = rs.plan(loaded, target)
     judged = judge(loaded, numerics)

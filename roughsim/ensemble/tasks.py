@@ -29,6 +29,7 @@ from roughsim.store.member_files import MEMBER_NAME, check_member, member_name, 
 Task = tuple[int, int]  # level and index
 RETRIES = 3  # times that a pool with a dead worker is started again without a new member in between
 CALL = 0.25  # s that a call of a worker takes at most, unless it has one member: a call costs dask some milliseconds
+UNDER_WAY = 0.25  # of the members done that calls of several members hold at most: a target may be met before them
 PAUSE = 0.5  # s between two looks at what other processes have done
 LATE = 10.0  # s that a network file system may take to show what a worker has written
 LEAST_WAIT, LONGEST_WAITS = 600.0, 10.0  # s, and multiple of the longest time of a member, after which it is done again
@@ -193,14 +194,14 @@ class Tasks:
             self.claims.release_all()
 
     def _next_call(self, force: Workforce) -> list[Given]:
-        """Claim the members of the next call: several where those of all levels are short, few enough to be shared out.
+        """Claim the members of the next call: several where those of all levels are short, few beside those done.
 
         Where a call is broken off, only the member in work is lost: each is written when it is computed.
         """
         size = 1
         if force.in_flight > 1:  # a call of this process costs nothing
             longest = max(self.seconds.get(level, inf) for level in range(len(self.runs[0].numerics.levels)))
-            size = max(1, min(int(CALL / longest), self.counted // force.in_flight))
+            size = max(1, min(int(CALL / longest), int(UNDER_WAY * self.counted / force.in_flight)))
         return list(islice(iter(self._next, None), size))
 
     def _next(self) -> Given | None:

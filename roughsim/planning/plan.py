@@ -4,10 +4,9 @@
 fine levels are solved. Numerics that the scene states are taken as they are.
 """
 
-import os
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from math import hypot, inf, isfinite, isnan, sqrt
+from math import hypot, inf, isnan, sqrt
 from typing import NamedTuple
 
 from roughsim import prediction
@@ -15,14 +14,13 @@ from roughsim.errors import ResolutionError, number
 from roughsim.estimate.cell_size import choose_lengths, size_error_of_sum
 from roughsim.estimate.errors import LEAST, LEAST_FINE, quantile
 from roughsim.estimate.regression import CONTROLS, LEAST_FITTED
-from roughsim.grid import Array
 from roughsim.planning.levels import Ladder, ladders_of
 from roughsim.planning.march import march_memory, march_reasons, with_march
 from roughsim.planning.pilot import HALF_SCATTER, SCATTER_KNOWN, SOLVES, Lengths, Pilot, work
+from roughsim.planning.reasons import at_speeds, forecast_reasons, level_text
 from roughsim.prediction.scans import scan_of_hottest
 from roughsim.scene import Scene
 from roughsim.scene.numerics import DEFAULT_REASONS, Forecast, Level, Numerics, Reason
-from roughsim.show.table import Column, Table
 from roughsim.untrusted import machine_memory
 
 TARGET = 0.01  # relative total error where neither the caller nor the scene states one
@@ -106,16 +104,6 @@ def memory_reason(scene: Scene, numerics: Numerics) -> Reason:
             f"{available / 1e9:.3g} GB; lower the levels' shape"
         )
     return Reason("memory", f"{memory / 1e9:.2g} GB per worker", why)
-
-
-def at_speeds(values: Array) -> str:
-    """Return the numbers at the speeds of a scene, as "0.11, 0.09"; one if they are equal."""
-    return ", ".join(dict.fromkeys(f"{value:.4g}" for value in values))
-
-
-def plan_table(reasons: Sequence[Reason]) -> Table:
-    """Return the choices of a plan with their reasons."""
-    return Table([Column(title) for title in ("choice", "value", "because")], reasons)
 
 
 def chosen_cell(scene: Scene, target: float, stop: float | None) -> tuple[Lengths, str]:
@@ -313,46 +301,3 @@ def realizations_for(goal: float, scatter: float, changes: Sequence[tuple[float,
 def total_work(levels: Iterable[Level], count: int) -> float:
     """Return the `work` of all members of so many realizations."""
     return sum((work(level.shape[0] * level.shape[1]) + MEMBER) * -(-count // level.every) for level in levels)
-
-
-def forecast_reasons(forecast: Forecast, scan: float | None, missed: float | None) -> list[Reason]:
-    """Return the expected error and time of a run, as reasons of its plan.
-
-    `scan` is the relative error by the scan; `missed` the target, where systematic errors put it out of reach.
-    """
-
-    def percent(error: float) -> str:  # one realization shows no scatter, one cut-off no bandwidth
-        return f"{100 * error:.2g} %" if isfinite(error) else "unknown"
-
-    unknown = isnan(forecast.bandwidth)
-    parts = (
-        f"expected of the highest T_flash: statistical {percent(forecast.statistical)}, bandwidth "
-        f"{percent(forecast.bandwidth)}, pixel {percent(forecast.pixel)}, size {percent(forecast.size)}"
-        + ("" if scan is None else f", scan {percent(scan)}")
-    )
-    if missed is not None:
-        parts += f"; the target of {percent(missed)} is out of reach: realizations lower the statistical part alone"
-    unseen = scan is not None and isnan(scan)
-    total = percent(hypot(forecast.total, 0.0 if scan is None or unseen else scan))
-    total += " at q_c: what shorter waves change is unknown" * unknown
-    workers = os.cpu_count() or 1
-    duration = (
-        f"one per core: {forecast.wall_seconds(workers):.2g} s; {forecast.cpu_seconds:.2g} s of CPU time for all "
-        "solves, within a factor of two; to start a process takes a few seconds more"
-    )
-    return [
-        Reason("error", total + " without the scan's own error" * unseen, parts),
-        Reason("workers", str(workers), duration),
-    ]
-
-
-def level_text(levels: Sequence[Level]) -> str:
-    """Return grids and cut-offs in words, with the column of each where there are several."""
-    texts = (
-        f"{level.column} " * (len(levels) > 1)
-        + f"{level.shape[0]} × {level.shape[1]} to q_c = {level.q_max:.3g} rad/m"
-        + level.where
-        + f", 1 in {level.every}" * (level.every > 1)
-        for level in levels
-    )
-    return "; ".join(texts)

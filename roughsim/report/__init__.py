@@ -20,7 +20,7 @@ from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import state_line
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.planning.limits import judge
-from roughsim.planning.plan import level_text, plan_table
+from roughsim.planning.reasons import level_text, plan_table
 from roughsim.results.run import Run
 from roughsim.scene import Scene, with_short_tables
 from roughsim.scene.numerics import Reason
