@@ -137,8 +137,11 @@ def yield_scale(scene: Scene) -> tuple[float, str]:
     return q_max, f"q_max = {q_max:.3g} rad/m: 99 % yielding is not reached"
 
 
-def ladders_of(scene: Scene, lengths: Lengths, target: float) -> tuple[list[Ladder], Pilot]:
-    """Return the levels that serve a scene for a relative error, lowest first, and what its pilot has seen."""
+def ladders_of(scene: Scene, lengths: Lengths, target: float, *, lowest: bool = False) -> tuple[list[Ladder], Pilot]:
+    """Return the levels that serve a scene for a relative error, and what its pilot has seen.
+
+    The lowest ones come first; with `lowest` they are the only ones.
+    """
     q_max = scene.spectrum.breaks[-1]
     # a cell of twice the sides that suffice needs no pilot of its own
     times = 2.0 if min(lengths) >= 2.0 * enough_length(scene)[0] * (1 - SAME) else 1.0
@@ -147,7 +150,7 @@ def ladders_of(scene: Scene, lengths: Lengths, target: float) -> tuple[list[Ladd
         seen = pilot(scene, "elastic", small, q_max).in_cell(times)
         return [elastic_ladder(scene, lengths, target, seen)], seen
     seen = pilot(scene, "capped", small, min(q_max, PILOT_TOP * yield_scale(scene)[0])).in_cell(times)
-    return capped_ladders(scene, lengths, target, seen), seen
+    return capped_ladders(scene, lengths, target, seen, lowest=lowest), seen
 
 
 def elastic_ladder(scene: Scene, lengths: Lengths, target: float, seen: Pilot) -> Ladder:
@@ -162,7 +165,7 @@ def elastic_ladder(scene: Scene, lengths: Lengths, target: float, seen: Pilot) -
     return Ladder(pair("elastic", lengths, q_max, pixels, f"{pixels} pixels per shortest wave"), 0.0, pixel_error)
 
 
-def capped_ladders(scene: Scene, lengths: Lengths, target: float, seen: Pilot) -> list[Ladder]:
+def capped_ladders(scene: Scene, lengths: Lengths, target: float, seen: Pilot, *, lowest: bool = False) -> list[Ladder]:
     """Return the smoothed surface on two grids, with capped contact up to 8, 16, 32 … q_y: those that serve."""
     q_max = scene.spectrum.breaks[-1]
     q_yield, where = yield_scale(scene)
@@ -181,7 +184,7 @@ def capped_ladders(scene: Scene, lengths: Lengths, target: float, seen: Pilot) -
         last = factor * q_yield * (1 + SAME) >= min(q_max, limit) or factor == CAPPED_TOPS[-1]
         if hypot(ladder.bandwidth, ladder.pixel) <= SYSTEMATIC_CUT * target or (last and not ladders):
             ladders.append(ladder._replace(rungs=[*smoothed, *ladder.rungs]))
-        if last:
+        if last or (lowest and ladders):
             break
     return ladders
 

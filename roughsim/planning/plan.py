@@ -124,10 +124,10 @@ def chosen_cell(scene: Scene, target: float, stop: float | None) -> tuple[Length
 
 def chosen_levels(scene: Scene, lengths: Lengths, target: float, stop: float | None) -> Numerics:
     """Return levels and forecast with their reasons; `stop` is the statistical target, None if free."""
-    ladders, seen = ladders_of(scene, lengths, target)
+    ladders, seen = ladders_of(scene, lengths, target, lowest=stop is not None)  # higher ones leave more to the scatter
     most = scene.ensemble.max_realizations
     ways = []
-    for ladder in ladders if stop is None else ladders[:1]:  # a higher one leaves more of the target to the scatter
+    for ladder in ladders:
         in_whole = split_of(scene, lengths, ladder, seen, target, stop, in_part=False)
         in_part = split_of(scene, lengths, ladder, seen, target, stop, in_part=True) if ladder.correction else in_whole
         cheaper = in_part if ladder.only_part else min(in_whole, in_part, key=lambda split: split.cost)

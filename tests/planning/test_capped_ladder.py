@@ -22,7 +22,7 @@ def ladder(monkeypatch, *, end=800.0, limit=64.0, law=inf, target=0.01, seen=SEE
     return ladders(monkeypatch, end=end, limit=limit, law=law, target=target, seen=seen, parts=parts)[0]
 
 
-def ladders(monkeypatch, *, end=800.0, limit=64.0, law=inf, target=0.01, seen=SEEN, parts=1):
+def ladders(monkeypatch, *, end=800.0, limit=64.0, law=inf, target=0.01, seen=SEEN, parts=1, lowest=False):
     """All that serve."""
     monkeypatch.setattr(stage, "yield_scale", lambda _: (Q_YIELD, "q_y"))
     monkeypatch.setattr(stage, "law_error", lambda *_: law)
@@ -30,7 +30,7 @@ def ladders(monkeypatch, *, end=800.0, limit=64.0, law=inf, target=0.01, seen=SE
     steel = rs.load_scene("steel-1.2GPa")
     scene = replace(steel, surface=replace(steel.surface, q_max=end * Q_YIELD))
     side = 4096 * 2 * pi / (4 * limit * Q_YIELD)  # four pixels per wave at the limit
-    return stage.capped_ladders(scene, (side, side), target, seen)
+    return stage.capped_ladders(scene, (side, side), target, seen, lowest=lowest)
 
 
 def capped(found):
@@ -96,6 +96,16 @@ def test_higher_ladders_serve_too(monkeypatch):
     tops = [capped(found)[-1] for found in ladders(monkeypatch, law=1e-3, target=0.1)]
     assert tops == pytest.approx([8.0, 16.0, 32.0, 64.0])
     assert [capped(found)[-1] for found in ladders(monkeypatch, law=1e-3, target=1e-4)] == pytest.approx([64.0])
+
+
+def test_of_the_lowest_ladder_that_serves_nothing_higher_is_computed(monkeypatch):
+    computed, whole = [], stage.capped_ladder
+    monkeypatch.setattr(stage, "capped_ladder", lambda *given: (computed.append(given[-2]), whole(*given))[1])
+    for target, factors in ((0.1, [8]), (0.006, [8, 16]), (1e-4, [8, 16, 32, 64])):  # of the last none serves
+        (found,) = ladders(monkeypatch, law=1e-3, target=target, lowest=True)
+        assert computed == factors
+        assert found == ladders(monkeypatch, law=1e-3, target=target)[0]
+        computed.clear()
 
 
 @pytest.mark.parametrize(("part", "top"), [(0.84, 8.0), (0.86, 16.0)])
