@@ -4,7 +4,8 @@
 
 CPU time of the process and its children, s, and its multiple of `import numpy`. Each round times all of them once, so
 that a busy machine weighs on all alike; the median of the rounds. The first member is timed once without compiled code
-in the cache, and once with it. Wall time stands beside: it says something on an idle machine only.
+in the cache, and once with it; Python has the bytecode of all modules, as after an installation. Wall time stands
+beside: it says something on an idle machine only.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ class Times(NamedTuple):
 def timed(words: list[str], cache: Path | None = None) -> Times:
     """Run Python with these words; `cache` is where compiled code is kept."""
     environment = os.environ | ({} if cache is None else {"NUMBA_CACHE_DIR": str(cache)})
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
     used, began = cpu_of_children(), time.monotonic()
     process = subprocess.Popen(
         [sys.executable, *words], env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
@@ -81,6 +83,8 @@ def main() -> int:
     chosen = options.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder)
+        os.environ["PYTHONPYCACHEPREFIX"] = str(home / "bytecode")
+        timed([*COMMAND, "run", chosen.scene, "-o", str(home / "before"), "--max", "1"], home / "before-compiled")
         print(f"{'':30}   CPU s   × import numpy   wall s: first line   end")
         for name in ("cold", "warm"):
             words = [*COMMAND, "run", chosen.scene, "-o", str(home / name), "--max", "1", "--workers", "1"]
