@@ -1,5 +1,6 @@
 """The command line: each verb is one public function, which imports what it needs, so that help comes at once."""
 
+import atexit
 import gc
 import sys
 from typing import Annotated
@@ -50,6 +51,7 @@ for verb in VERBS:
 def main(words: list[str] | None = None) -> None:
     """Run the command line on `words`, or on the process's own; an error is one line and a non-zero exit code."""
     gc.set_threshold(RARELY)
+    atexit.register(gc.freeze)  # or Python looks through all modules for garbage as it ends: a fifth of a second
     show_warnings_once()
     text.notes_are_shown = True
     print_in_any_language()
