@@ -42,8 +42,8 @@ def kernel(
     bits must not depend on that. So a kernel that others call keeps the order of its sums (no `fastmath`), or it is
     `inline`: then it is always built in.
 
-    A kernel that makes no array, and returns no view of one, needs no counts of who holds its arrays: without them it
-    compiles in nine tenths of the time. One that does `allocates`.
+    A kernel that makes no array, and returns none, needs no counts of who holds its arrays: without them it compiles in
+    nine tenths of the time, so those of a contact solve are given their buffers. One that makes any `allocates`.
     """
 
     def decorate(function: Function) -> Function:

@@ -127,7 +127,7 @@ def columns_product(
     half, twice = result.dtype.type(0.5) * factor, result.dtype.type(2.0) * factor
     for first in range(start, stop, group):
         # a column is multiplied while it is in the cache, and never written out between its two transforms
-        line = spectrum[first:].ctypes.data
+        line = spectrum.ctypes.data + first * spectrum.strides[0]
         transform(plans[0], plans[1], line, result.ctypes.data)
         for r in range(min(group, stop - first)):
             other = across[first + r]
@@ -149,7 +149,7 @@ def columns_alone(
     """Transform the columns, in place, and multiply by the factor; or transform them back."""
     width = 2 * weights[0].size
     for first in range(start, stop, group):
-        line = spectrum[first:].ctypes.data
+        line = spectrum.ctypes.data + first * spectrum.strides[0]
         if there:
             transform(plans[0], plans[1], line, result.ctypes.data)
         for r in range(min(group, stop - first)):
@@ -168,7 +168,8 @@ def highest(start: int, stop: int, spectrum: Any, along: Any, across: Any, least
     top, reached = 0.0, 0.0
     for k in range(start, stop):
         for i in range(along.size):
-            power = spectrum[k, i].real ** 2 + spectrum[k, i].imag ** 2
+            real, imaginary = spectrum[k, i].real, spectrum[k, i].imag
+            power = real * real + imaginary * imaginary
             top = max(top, power)
             if power > least:
                 reached = max(reached, along[i] + across[k])

@@ -105,6 +105,9 @@ def run(
     loaded = open_scene(scene, changes, options)
     if not output.is_file():  # which is refused below
         note(f"going on with {output}" if (output / "run.json").exists() else f"planning {scene}")  # as above
+    from roughsim.ensemble.compiling import begin_compiling_for
+
+    begin_compiling_for(loaded, output)  # before anything else is imported
     from roughsim.ensemble.progress import run_shown
 
     try:

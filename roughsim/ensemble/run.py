@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from roughsim import prediction
+from roughsim.ensemble.compiling import begin_compiling_for
 from roughsim.ensemble.tasks import AtWork, Tasks, clear, sweep
 from roughsim.ensemble.workers import Workforce, leave_if_imported, refuse_script_without_file, stopped_by_signals
 from roughsim.errors import RecordError
@@ -22,7 +23,7 @@ from roughsim.planning.plan import plan
 from roughsim.results.folder import describe, folder_state, open_run, read_description
 from roughsim.results.run import Run
 from roughsim.scene import Scene
-from roughsim.scene.numerics import DEFAULT_SOLVER, Numerics, Reason
+from roughsim.scene.numerics import Numerics, Reason
 from roughsim.show.text import is_notebook
 from roughsim.store.claims import Claims
 from roughsim.store.member_hdf5 import FORMAT
@@ -112,10 +113,7 @@ def carry_out(
     """
     with stopped_by_signals() as check, workforce as force:
         if numerics is None and not folder.exists():
-            if scene.numerics.solver in (None, DEFAULT_SOLVER):
-                from roughsim.contact.solver.ahead import begin_compiling  # loads numba, as the pilot of the plan will
-
-                begin_compiling()
+            begin_compiling_for(scene, folder)
             force.start()  # while this process plans
         numerics = begin(scene, folder, numerics)
         if planned is not None:

@@ -10,7 +10,7 @@ import pytest
 
 import roughsim as rs
 from roughsim import fourier
-from roughsim._kernels.interpolation import refine
+from roughsim._kernels.interpolation import refine, tables
 from roughsim.contact.solver import operators
 from roughsim.contact.solver.operators import Extension, Operator, PlainOperator, rms_compliance
 from roughsim.fourier.blocks import spans
@@ -197,7 +197,8 @@ def test_interpolation_to_a_finer_grid_errs_at_third_order(shape):
         x, y = np.arange(coarse[0]) / coarse[0], np.arange(coarse[1]) / coarse[1]
         wave = 2.0 + np.add.outer(np.cos(2 * np.pi * x), np.sin(4 * np.pi * y))
         pressure, free = np.empty(fine), np.empty(fine, np.int8)
-        total, count = refine(0, fine[0], wave, np.inf, pressure, free)
+        buffers = np.empty(coarse[1]), np.empty(fine[1])
+        total, count = refine(0, fine[0], *tables(coarse, fine, float), wave, np.inf, pressure, free, *buffers)
         x, y = np.arange(fine[0]) / fine[0], np.arange(fine[1]) / fine[1]
         errors.append(np.abs(pressure - 2.0 - np.add.outer(np.cos(2 * np.pi * x), np.sin(4 * np.pi * y))).max())
         assert total == pytest.approx(pressure.sum(), rel=1e-12)

@@ -15,7 +15,7 @@ from functools import cache
 import numpy as np
 
 from roughsim._kernels import active_set, found_compiled, never_compiled
-from roughsim._kernels.interpolation import refine
+from roughsim._kernels.interpolation import refine, tables
 from roughsim.contact.solver.operators import Extension, half_space
 from roughsim.contact.solver.problem import ScaledProblem, highest_wavenumber, pressed_at
 from roughsim.contact.solver.state import State
@@ -53,8 +53,10 @@ def second_process() -> "subprocess.Popen[bytes] | None":
     note("compiling the contact solver, once on this machine: some seconds")
     if (os.cpu_count() or 1) < 2:
         return None
-    # with the modules of this process, and without its script
-    code = f"import sys; sys.path[:] = sys.argv[1:]; from {__name__} import compile_other_half as go; go()"
+    # with the modules of this process, and without its script; to take all apart at the end would take a tenth of a
+    # second
+    names = "import compile_other_half as go; go(); os._exit(0)"
+    code = f"import os, sys; sys.path[:] = sys.argv[1:]; from {__name__} {names}"
     quiet = subprocess.DEVNULL
     return subprocess.Popen([sys.executable, "-c", code, *sys.path], stdin=quiet, stdout=quiet, stderr=quiet)
 
@@ -103,7 +105,8 @@ def compile_half() -> None:
     state.move(0.0)
     state.range_shrank()
     state.balance(1e-12)
-    refine(0, 1, state.field, 1.0, state.pressure, state.free)
+    places, buffers = tables(GRID.shape, GRID.shape, state.kind), np.empty((2, GRID.shape[1]), state.kind)
+    refine(0, 1, *places, state.field, 1.0, state.pressure, state.free, *buffers)
     p, gap = state.flat[:2]
     active_set.to_si(0, 1, p, gap, heights().ravel(), (1.0, 1.0, 1.0), (np.inf, np.inf))
 

@@ -192,13 +192,14 @@ class Extension:
         self.bottom = int(len(shapes) > 1 and all(b < a for a, b in zip(*shapes[:2], strict=True)))
         sizes = [rows * columns for rows, columns in shapes]
         sizes[0] *= 1 - self.bottom
-        self.starts = np.cumsum([0, *sizes[:-1]])
+        starts = np.cumsum([0, *sizes[:-1]])
         weights, inverses, values = (np.zeros(sum(sizes), dtype) for _ in range(3))
-        self.pyramid = np.array(shapes), self.starts, weights, inverses, values
-        level = slice(self.starts[self.bottom], self.starts[self.bottom] + sizes[self.bottom])
+        self.pyramid = np.column_stack((starts, shapes)), weights, inverses, values
+        level = slice(starts[self.bottom], starts[self.bottom] + sizes[self.bottom])
         self.parents = tuple(flat[level].reshape(shapes[self.bottom]) for flat in (weights, values, inverses))
         self.rows = spans(*grid.shape)
         self.parent_rows = [(a // 2, (b + 1) // 2) for a, b in self.rows]
+        self.line = np.empty(2 * shapes[self.bottom][1] + 2, dtype)
 
     def extend(self, free: NDArray[np.int8], field: Field) -> None:
         """Fill `field`, zero off the free points, over the whole plane, in place."""
@@ -246,16 +247,27 @@ class Extension:
         self._stages(extension.extend, [(FIRST, self.rows), (UP, ONCE)], *work)
         self._stages(extension.transpose, [(FIRST, self.parent_rows), (UP + DOWN, ONCE)], *work, load, load)
         parents = self.parents[1], self.parents[2]
-        task = lambda a, b: extension.scatter_load(a, b, free, *parents, pressure, cap, change)  # noqa: E731
+
+        def task(start: int, stop: int) -> tuple[float, int]:
+            line = np.empty_like(self.line)
+            sums: tuple[float, int] = extension.scatter_load(start, stop, line, free, *parents, pressure, cap, change)
+            return sums
+
         clipped_sum, count = total(run(task, self.rows))
         return clipped_sum, count
 
     def _stages(self, kernel: Any, stages: list[tuple[int, list[tuple[int, int]]]], *work: Any) -> list[Any]:
         """Do each stage on all of its blocks; return what the last one returns on each."""
         if len(self.rows) == len(self.parent_rows) == 1:  # one call: each costs more than its work on a small grid
-            return [kernel(sum(stage for stage, _ in stages), self.rows[0], self.parent_rows[0], self.bottom, *work)]
+            together, rows = sum(stage for stage, _ in stages), (*self.rows[0], *self.parent_rows[0])
+            return [kernel(together, rows, self.line, self.bottom, *work)]
         for stage, blocks in stages:
-            parts = run(lambda a, b, stage=stage: kernel(stage, (a, b), (a, b), self.bottom, *work), blocks)
+
+            def task(start: int, stop: int, stage: int = stage) -> Any:
+                line = np.empty_like(self.line)  # each thread has its own
+                return kernel(stage, (start, stop, start, stop), line, self.bottom, *work)
+
+            parts = run(task, blocks)
         return parts
 
 

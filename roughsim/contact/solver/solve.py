@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughsim._kernels import active_set as kernels
-from roughsim._kernels.interpolation import interpolate, refine
+from roughsim._kernels.interpolation import interpolate, refine, tables
 from roughsim.contact.solver.operators import rms_compliance
 from roughsim.contact.solver.problem import ScaledProblem
 from roughsim.contact.solver.state import BEARABLE, NEGLIGIBLE, REACH, State, rounding_floor
@@ -100,8 +100,14 @@ def handed_on(state: State) -> Coarse:
 
 def start_from(coarse: Field, fine: State) -> None:
     """Set the pressure of a finer grid to that of a coarser one, at the load."""
-    rows = spans(*fine.problem.grid.shape)
-    sums = total(run(lambda a, b: refine(a, b, coarse, fine.problem.cap, fine.pressure, fine.free), rows))
+    p, cap, places = fine.pressure, fine.problem.cap, tables(coarse.shape, fine.pressure.shape, coarse.dtype)
+
+    def write(start: int, stop: int) -> tuple[float, int]:
+        buffers = (np.empty(size, coarse.dtype) for size in (coarse.shape[1], p.shape[1]))
+        sums: tuple[float, int] = refine(start, stop, *places, coarse, cap, p, fine.free, *buffers)
+        return sums
+
+    sums = total(run(write, spans(*p.shape)))
     if not fine.balance(1e-12, sums):  # no free point can take the load
         fine.pressure[...] = fine.problem.load
 
@@ -113,7 +119,10 @@ def resume(pressure: Field, displacement: Field, state: State) -> None:
         if earlier.shape == field.shape:
             field[...] = earlier
         else:
-            run(lambda a, b, source=earlier, result=field: interpolate(a, b, source, result), spans(*field.shape))
+            places = tables(earlier.shape, field.shape, earlier.dtype)
+            # each block has its own buffer for a row
+            blocks = [(*rows, *places, earlier, field, np.empty(earlier.shape[1])) for rows in spans(*field.shape)]
+            run(interpolate, blocks)
     state.sums(kernels.subtract_heights, problem.heights.ravel(), problem.middle, problem.unit, p, gap)
     # clip(p − κ′(gap − d), 0, cap), d for the load: where the heights have risen, contact begins, and elsewhere it ends
     stiffness = CONTINUATION * problem.stiffness
