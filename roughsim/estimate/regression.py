@@ -8,6 +8,7 @@ nothing is biased.
 """
 
 from collections.abc import Mapping
+from functools import lru_cache
 
 import numpy as np
 
@@ -43,7 +44,7 @@ def slopes_of(numbers: Mapping[str, Array], n: int) -> int:
     controls = controls_of(numbers, n)
     if controls is None:
         return 0
-    design, inverse = fitted(np.empty((n, 0)), controls)[2:]
+    design, inverse = design_of(controls)
     return int(np.trace(inverse @ design.T @ design).round()) - 1  # a control that others make up has no slope
 
 
@@ -65,8 +66,22 @@ def controls_of(numbers: Mapping[str, Array], n: int) -> Array | None:
 
 def fitted(values: Array, controls: Array) -> tuple[Array, Array, Array, Array]:
     """Return slopes (controls, any), residuals (n, any), the design x̃ = (1, x − ⟨x⟩), and G = (x̃ᵀx̃)⁻¹."""
-    design = np.column_stack((np.ones(len(values)), controls - controls.mean(axis=0)))
-    inverse = np.linalg.pinv(design.T @ design, rcond=SINGULAR, hermitian=True)
+    design, inverse = design_of(controls)
     with np.errstate(all="ignore"):  # infinite values have no slope
         slopes = inverse @ (design.T @ values)
         return slopes[1:], values - design @ slopes, design, inverse
+
+
+def design_of(controls: Array) -> tuple[Array, Array]:
+    """Return the design and G as in `fitted`; all observables of a level have the same."""
+    return _design_of(controls.astype(np.float64).tobytes(), controls.shape)
+
+
+@lru_cache(maxsize=16)
+def _design_of(content: bytes, shape: tuple[int, ...]) -> tuple[Array, Array]:
+    controls = np.frombuffer(content).reshape(shape)
+    design = np.column_stack((np.ones(len(controls)), controls - controls.mean(axis=0)))
+    inverse = np.linalg.pinv(design.T @ design, rcond=SINGULAR, hermitian=True)
+    for array in (design, inverse):
+        array.flags.writeable = False
+    return design, inverse
