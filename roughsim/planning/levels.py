@@ -35,9 +35,9 @@ SYSTEMATIC = 0.6  # share of the target that the pixel may take; the rest is for
 SYSTEMATIC_CUT = 0.85  # with the bandwidth, where another rung costs more than many realizations of the lowest one
 
 # cut-offs and doubts of capped contact, measured on steel: docs/errors.md
-# what measured/law changes over the last step, at the worst speed, over what follows after it: rms of the steels up to
-# 16, 32 and 64 q_y; .03 ... .19
-CHANGE_OF_LAW = 0.1
+# what measured/law changes over the last step, at the worst speed, over what follows after it: from FITTED_TOP on the
+# rms of the steels, .03 ... .2; below what nine of ten have of the steels with five exponents H and three loads
+CHANGE_OF_LAW, EARLY_CHANGE = 0.1, 0.15
 SMOOTHED_TOP = 1.5  # q_y: the end of C_sm
 CAPPED_TOPS = (8, 16, 32, 64, 128)  # q_y: tops of ladders to choose from
 LOWEST = 4.0  # q_y: the lowest rung of ladders to 16 q_y and higher; from there on steps tell an exponent
@@ -195,7 +195,9 @@ def capped_ladder(scene: Scene, lengths: Lengths, seen: Pilot, factor: float, to
     exponent = prediction.usual_exponent(scene, top)
     doubt = UNFITTED_DOUBT if factor < FITTED_TOP else FITTED_DOUBT if exponent > SLOW_FALL else SLOW_DOUBT
     errors = capped_errors(top, top < q_max, seen, exponent, doubt)
-    by_law = law_error(scene, top) if top < q_max and seen.measured else inf
+    by_law = inf
+    if top < q_max and seen.measured:
+        by_law = law_error(scene, top, EARLY_CHANGE if factor < FITTED_TOP else CHANGE_OF_LAW)
     if isfinite(by_law):  # then runs took the law: the scatter of their steps made the power less sure
         errors = by_law, errors[1]
     height, parts = f"{top / q_yield:.3g} q_y", parts_of(scene, lengths)
@@ -231,14 +233,17 @@ def remainder(seen: Pilot, q_c: float, exponent: float) -> float:
     return float(seen.step / (2.0**exponent - 1.0) * (seen.q_max / q_c) ** exponent)
 
 
-def law_error(scene: Scene, top: float) -> float:
-    """Return the bandwidth error to expect of the highest T_flash by the law for contact that yields; else infinite."""
+def law_error(scene: Scene, top: float, change: float) -> float:
+    """Return the bandwidth error to expect of the highest T_flash by the law for contact that yields; else infinite.
+
+    `change` is what measured/law changes over the last step, over what follows after it.
+    """
     law = prediction.yielded_fall(scene, (top / 2, top))
     if law is None or not law.any():  # outside its range, or at rest
         return inf
     hottest = int(np.argmax(law[-1]))
     follows = 1.0 - float(law[-1, hottest] / law[-2, hottest])
-    return float(doubt_of_law(np.ones(1), np.array([follows]), np.array([CHANGE_OF_LAW * follows]))[0])
+    return float(doubt_of_law(np.ones(1), np.array([follows]), np.array([change * follows]))[0])
 
 
 def rung(column: Column, lengths: Lengths, q_c: float, pixels: int, reason: str, scatter: float = 0.0) -> Rung:

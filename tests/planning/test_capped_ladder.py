@@ -25,7 +25,7 @@ def ladder(monkeypatch, *, end=800.0, limit=64.0, law=inf, target=0.01, seen=SEE
 def ladders(monkeypatch, *, end=800.0, limit=64.0, law=inf, target=0.01, seen=SEEN, parts=1, lowest=False):
     """All that serve."""
     monkeypatch.setattr(stage, "yield_scale", lambda _: (Q_YIELD, "q_y"))
-    monkeypatch.setattr(stage, "law_error", lambda *_: law)
+    monkeypatch.setattr(stage, "law_error", law if callable(law) else lambda *_: law)
     monkeypatch.setattr(stage, "parts_of", lambda *_: parts)
     steel = rs.load_scene("steel-1.2GPa")
     scene = replace(steel, surface=replace(steel.surface, q_max=end * Q_YIELD))
@@ -125,12 +125,19 @@ def test_the_law_is_expected_but_outside_its_range_and_of_a_guess_the_power(monk
     assert ladder(monkeypatch, law=0.05, target=0.5, seen=guess).bandwidth == pytest.approx(0.1)
 
 
+def test_measured_over_law_still_changes_more_up_to_8_q_y(monkeypatch):
+    asked = []
+    found = ladders(monkeypatch, law=lambda _, top, change: asked.append((top / Q_YIELD, change)) or 1e-3, target=0.1)
+    assert asked == [(8.0, 0.15), (16.0, 0.1), (32.0, 0.1), (64.0, 0.1)]
+    assert len(found) == 4
+
+
 def test_what_the_law_leaves_in_doubt_is_that_of_the_highest_temperature(monkeypatch):
     asked, said = [], [np.array([[9.0, 110.0], [8.0, 80.0], [7.0, 78.0]]), np.zeros((3, 2)), None]
     monkeypatch.setattr(
         prediction, "yielded_fall", lambda _, cut_offs: (asked.append(cut_offs), said[len(asked) - 1])[1]
     )
     scene = rs.load_scene("steel-1.2GPa")
-    found = [stage.law_error(scene, 4e5) for _ in said]
+    found = [stage.law_error(scene, 4e5, 0.1) for _ in said]
     assert found == [pytest.approx(hypot(0.15 * 2.0 / 80.0, 0.07 * 2.0 / 80.0, 0.1 * 2.0 / 80.0), rel=1e-12), inf, inf]
     assert asked[0] == (2e5, 4e5)

@@ -96,7 +96,7 @@ def test_the_plan_expects_what_the_law_leaves_in_doubt(monkeypatch, power):
     assert top == pytest.approx(8 * 5.07e4, rel=0.01)
     follows = 1.0 - 1.0 / (1.0 + 7.65 * top**-0.5)  # of the value at 8 q_y
     assert numerics.forecast.bandwidth == pytest.approx(
-        sqrt((0.15 * follows) ** 2 + (0.07 * follows) ** 2 + (0.1 * follows) ** 2), rel=1e-9
+        sqrt((0.15 * follows) ** 2 + (0.07 * follows) ** 2 + (0.15 * follows) ** 2), rel=1e-9
     )
 
 
