@@ -65,9 +65,9 @@ def kernel(
 
 
 def found_compiled(function: Callable[..., Any]) -> bool:
-    """Whether a kernel that was called came from the cache; True also where kernels are not compiled at all."""
+    """Whether a kernel that was called came from the cache; True also where nothing is compiled, or can be kept."""
     counts = getattr(function, "stats", None)
-    return counts is None or bool(counts.cache_hits)
+    return counts is None or counts.cache_path is None or bool(counts.cache_hits)
 
 
 def never_compiled(function: Callable[..., Any]) -> bool:

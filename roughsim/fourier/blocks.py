@@ -23,6 +23,10 @@ def spans(rows: int, columns: int) -> list[tuple[int, int]]:
     return [(a, min(a + height, rows)) for a in range(0, rows, height)]
 
 
+def nothing() -> None:
+    """Do the work between two tasks."""
+
+
 class Team:
     """The threads that help one Python thread. Between two tasks they watch for the next, and sleep if none comes.
 
@@ -53,6 +57,7 @@ class Team:
             while self.words[own] < number and not (helper is None or helper.done() or helper.cancel()):
                 if not self.watch(self.words, 1, number, own, int(self.words[own]), self.turns):
                     time.sleep(1e-5)  # a core for the helper, if it has none
+        self.work = nothing  # or the arrays of this task would stay until the next
 
     def help(self, own: int) -> None:
         """Call what there is to call, until nothing more comes for a while."""
@@ -65,8 +70,9 @@ class Team:
 
 def run(task: Callable[..., Any], blocks: list[Any]) -> list[Any]:
     """Return ``[task(*block) for block in blocks]``, computed by all threads."""
-    threads = min(get_threads(), len(blocks))
-    if threads <= 1:
+    most = get_threads() - 1  # helpers; read once, as another Python thread may set it meanwhile
+    helpers = min(most, len(blocks) - 1)
+    if helpers < 1:
         return [task(*block) for block in blocks]
     results: list[Any] = [None] * len(blocks)
     errors: list[BaseException] = []
@@ -79,8 +85,7 @@ def run(task: Callable[..., Any], blocks: list[Any]) -> list[Any]:
         except BaseException as error:  # of whichever thread: raised below
             errors.append(error)
 
-    count = get_threads() - 1
-    thread_cache("team", count, lambda: Team(count), most=1).do(work, threads - 1)
+    thread_cache("team", most, lambda: Team(most), most=1).do(work, helpers)
     if errors:
         raise errors[0]
     return results

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim._kernels import never_compiled
+from roughsim._kernels import found_compiled, never_compiled
 from roughsim.contact.solver import ahead
 from roughsim.show import text
 
@@ -59,6 +59,34 @@ def test_without_compiled_kernels_a_second_core_helps_and_one_line_says_what_tak
         [sys.executable, "waited"] if cores == 2 else []
     )
     assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize("interpreter", [None, "", "no/python"])
+def test_where_no_process_can_be_started_this_one_compiles_all(monkeypatch, interpreter):
+    # a program that embeds Python may name none, and a full table of processes refuses
+    monkeypatch.setattr(ahead.os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(ahead, "second_process", cache(ahead.second_process.__wrapped__))
+    monkeypatch.setattr(ahead, "found_compiled", lambda kernel: False)
+    monkeypatch.setattr(sys, "executable", interpreter)
+    halves = []
+    monkeypatch.setattr(ahead, "compile_half", lambda: halves.append(1))
+    ahead.compile_ahead.__wrapped__()
+    assert halves == [1]
+
+
+def test_where_nothing_can_be_kept_no_second_process_is_started(helper, monkeypatch, capsys):
+    kernel = SimpleNamespace(__name__="contact_sum", stats=SimpleNamespace(cache_path=None, cache_hits={}))
+    assert found_compiled(kernel)
+    kernel.stats.cache_path = "somewhere"
+    assert not found_compiled(kernel)
+    kernel.stats.cache_hits = {"types": 1}
+    assert found_compiled(kernel)
+    monkeypatch.setattr(ahead, "never_compiled", lambda kernel: False)
+    monkeypatch.setattr(ahead, "found_compiled", lambda _: found_compiled(SimpleNamespace(stats=unkept)))
+    unkept = SimpleNamespace(cache_path=None, cache_hits={})
+    ahead.compile_ahead.__wrapped__()
+    assert helper.started == []
+    assert capsys.readouterr().err == ""
 
 
 @pytest.mark.parametrize("empty", [True, False])

@@ -265,6 +265,38 @@ def test_the_time_of_each_level_is_known_before_calls_have_several_members(cappe
     work.claims.release_all()
 
 
+def test_a_run_without_workers_shows_every_member(quick, tmp_path):
+    seen = []
+    rs.run(quick, tmp_path / "run", max_realizations=60, until={}, observer=lambda run: seen.append(run.realizations))
+    assert seen == list(range(1, 61))
+
+
+def test_how_long_calls_are_out_is_measured(quick, tmp_path):
+    class Slow(Timed):
+        def submit(self, function, members):
+            time.sleep(0.01 * len(members))
+            return super().submit(function, members)
+
+    work = to_do(quick, tmp_path / "run")
+    work.runs[0].run.max_realizations = 60
+    pool, began = Slow(1e-3), time.monotonic()
+    work.complete(Force(pool))
+    assert 0.01 * max(map(len, pool.calls)) <= work.longest <= time.monotonic() - began
+    assert max(map(len, pool.calls)) > 1
+
+
+def test_a_call_says_how_long_each_of_its_members_took(monkeypatch):
+    clock = [100.0]
+
+    def store(jobs, index):
+        clock[0] += index
+        return "host"
+
+    monkeypatch.setattr(workers, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
+    monkeypatch.setattr(workers, "store_members", store)
+    assert workers.store_in_turn([([], 5), ([], 0), ([], 3)]) == ("host", [5.0, 0.0, 3.0])
+
+
 def test_calls_of_several_members_stop_at_the_same_realization(quick, tmp_path):
     goal = {"flash_temperature": 0.015}
     alone = rs.run(quick, tmp_path / "alone", max_realizations=400, until=goal)

@@ -2,6 +2,7 @@
 
 import threading
 import time
+import weakref
 
 import numpy as np
 import pytest
@@ -124,6 +125,23 @@ def test_two_python_threads_share_out_work_at_once(unchanged_threads):
     for each in callers:
         each.join(60)
     assert results == [[list(range(me, me + 7))] * 100 for me in range(2)]
+
+
+def test_another_python_thread_may_set_the_number_of_threads_meanwhile(unchanged_threads, monkeypatch):
+    numbers = iter([2, 1, 1])  # as two runs in threads of one process do, each with its own
+    monkeypatch.setattr(blocks, "get_threads", lambda: next(numbers))
+    assert blocks.run(lambda k: k, [(k,) for k in range(5)]) == [0, 1, 2, 3, 4]
+
+
+def test_what_a_task_held_is_free_once_it_is_done(unchanged_threads):
+    fourier.set_threads(3)
+
+    def held():
+        field = np.zeros(1000)
+        blocks.run(lambda k: field[k], [(k,) for k in range(9)])
+        return weakref.ref(field)
+
+    assert held()() is None
 
 
 def test_who_watches_says_its_word_and_sees_that_of_the_other():

@@ -15,7 +15,8 @@ from roughsim.planning import levels
 from roughsim.planning.pilot import Pilot
 from roughsim.planning.plan import half_width as expected_half_width
 from roughsim.planning.plan import realizations_for, statistical_target, total_work
-from roughsim.scene.numerics import Level, Numerics
+from roughsim.planning.reasons import forecast_reasons
+from roughsim.scene.numerics import Forecast, Level, Numerics
 
 WAVE = 2 * pi / 6350
 
@@ -132,7 +133,10 @@ def work(levels, n):
 
 
 def test_a_higher_ladder_is_taken_where_it_saves_more_realizations_than_it_costs(monkeypatch):
+    asked = []
+
     def served(scene, lengths, target, *, lowest):
+        asked.append(lowest)
         ends = {8.0: 0.009, 16.0: 0.002}  # what each leaves in doubt, of a target of 1 %
         shapes = {8.0: (64, 64), 16.0: (128, 128)}
         of = {top: [levels.Rung(Level("capped", shapes[top], top), "")] for top in ends}
@@ -145,6 +149,7 @@ def test_a_higher_ladder_is_taken_where_it_saves_more_realizations_than_it_costs
     # a run that stops at a statistical error takes as many realizations on either
     stopping = replace(scene, ensemble=replace(scene.ensemble, until={"flash_temperature": 0.01}))
     assert rs.plan(stopping).levels[0].q_max == 8.0
+    assert asked == [False, True]
 
 
 def test_a_plan_says_how_far_its_realizations_may_be_off(monkeypatch):
@@ -295,3 +300,9 @@ def test_a_target_below_the_systematic_errors_is_said_to_be_out_of_reach(monkeyp
     # a scene that names a statistical target names no total one
     stated = replace(steel, ensemble=replace(steel.ensemble, until={"flash_temperature": 0.0005}))
     assert "out of reach" not in why(rs.plan(stated), "error")
+
+
+def test_the_total_of_a_plan_has_the_error_of_the_scan():
+    forecast = Forecast(12, 0.02, 0.01, 0.02, 0.04, 1.0)  # 5 % in all
+    for scan, total in ((None, "5 %"), (0.12, "13 %"), (np.nan, "5 % without the scan's own error")):
+        assert forecast_reasons(forecast, scan, None)[0].value == total

@@ -29,7 +29,8 @@ GRID = Grid((16, 16), (1.0, 1.0))
 def compile_ahead() -> None:
     """Compile the kernels of the solver where none is in the cache: here, and in a second process if there is a core.
 
-    A process asks once. Where kernels are in the cache this loads the smallest of them.
+    A process asks once. Where kernels are in the cache this loads the smallest of them. Where nothing can be kept a
+    second process would help nobody.
     """
     if not never_compiled(active_set.contact_sum):
         active_set.contact_sum(0, 1, np.ones(1), np.ones(1))
@@ -49,16 +50,22 @@ def begin_compiling() -> None:
 
 @cache
 def second_process() -> "subprocess.Popen[bytes] | None":
-    """Say what takes long, start the process that compiles the other half, and return it: None if there is one core."""
+    """Say what takes long, start the process that compiles the other half, and return it.
+
+    None if there is one core, or no process can be started: then this one compiles all.
+    """
     note("compiling the contact solver, once on this machine: some seconds")
-    if (os.cpu_count() or 1) < 2:
+    if (os.cpu_count() or 1) < 2 or not sys.executable:
         return None
     # with the modules of this process, and without its script; to take all apart at the end would take a tenth of a
     # second
     names = "import compile_other_half as go; go(); os._exit(0)"
     code = f"import os, sys; sys.path[:] = sys.argv[1:]; from {__name__} {names}"
     quiet = subprocess.DEVNULL
-    return subprocess.Popen([sys.executable, "-c", code, *sys.path], stdin=quiet, stdout=quiet, stderr=quiet)
+    try:
+        return subprocess.Popen([sys.executable, "-c", code, *sys.path], stdin=quiet, stdout=quiet, stderr=quiet)
+    except OSError:
+        return None
 
 
 @contextmanager
