@@ -14,7 +14,7 @@ FOLDER is not computed again. --toy takes two seeds and a shallow reference of a
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import hypot, pi, sqrt
+from math import hypot, pi
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +25,7 @@ import roughsim as rs
 from roughsim.estimate.cell_size import choose_lengths
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
+from roughsim.planning.plan import statistical_target
 
 NAMES = ("flash_temperature", "correlation_radius_50")
 FIRST_SEED, REFERENCE_SEED = 1000, 90001
@@ -120,8 +121,8 @@ def runs(name: str, case: Case, folder: Path) -> list[rs.Run]:
     free = replace(scene, ensemble=replace(scene.ensemble, until={} if case.total else until))
     numerics = rs.plan(free, case.target if case.total else None)
     if case.total and (forecast := numerics.forecast) is not None:  # what the systematic errors leave of the target
-        left = case.target**2 - hypot(forecast.bandwidth, forecast.pixel, forecast.size) ** 2
-        until = {"flash_temperature": sqrt(max(left, 0.1 * case.target**2))}
+        systematic = hypot(forecast.bandwidth, forecast.pixel, forecast.size)
+        until = {"flash_temperature": statistical_target(case.target, systematic)}
     result = []
     for seed in range(FIRST_SEED, FIRST_SEED + case.seeds):
         result.append(rs.run(scene, folder / f"{name}-{seed}", numerics=numerics, seed=seed, until=until, workers=1))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from roughsim import fourier, prediction
 from roughsim.charts.style import COLOURS, MARKERS, THEORY, Subject, band, new_figure
 from roughsim.estimate.correlation import correlation_of
-from roughsim.estimate.errors import half_width, quantile, spread
+from roughsim.estimate.errors import half_width, spread
 from roughsim.grid import Array, Grid, modes_between
 from roughsim.results.run import Run
 from roughsim.scene import Scene
@@ -62,7 +62,7 @@ def draw_stress_spectrum(axes: Axes, subject: Subject) -> None:
     rows = spectra @ weights(q, sample.wavenumber).T / mode_area(subject.grid, q, (0.0, np.inf))
     density = 2 * np.pi * q**2 * 1e-18
     mean = rows.mean(axis=0) * density
-    error = quantile(len(rows) - 1.0) * spread(rows)[0] * density if len(rows) > 1 else 0.0 * q
+    error = half_width(*spread(rows)) * density if len(rows) > 1 else 0.0 * q
     dense = np.geomspace(run.scene.spectrum.breaks[0], run.scene.spectrum.breaks[-1], 400)
     theory = 2 * np.pi * dense**2 * prediction.stress_spectrum(run.scene, dense) * 1e-18
     axes.loglog(dense, theory, color=THEORY, lw=1.3, label=rf"theory, $\gamma$ = {run.scene.theory.gamma:g}")

@@ -36,7 +36,7 @@ SYSTEMATIC_CUT = 0.85  # with the bandwidth, where another rung costs more than 
 
 # cut-offs and doubts of capped contact, measured on steel: docs/errors.md
 # what measured/law changes over the last step, at the worst speed, over what follows after it: from FITTED_TOP on the
-# rms of the steels, .03 ... .2; below what nine of ten have of the steels with five exponents H and three loads
+# rms of the steels, .03 ... .2; below what nine of ten have of the steels with six exponents H and three loads
 CHANGE_OF_LAW, EARLY_CHANGE = 0.1, 0.15
 SMOOTHED_TOP = 1.5  # q_y: the end of C_sm
 CAPPED_TOPS = (8, 16, 32, 64, 128)  # q_y: tops of ladders to choose from
