@@ -87,6 +87,19 @@ def real_field(name: str, value: ArrayLike, shape: tuple[int, ...] | None = None
     TypeError for masked, complex, string and object arrays, which a conversion would silently change; ValueError where
     it is not two-dimensional, not of `shape`, empty, or holds NaN or infinity.
     """
+    array = real_plane(name, value, shape)
+    need_finite(name, array)
+    return array
+
+
+def need_finite(name: str, array: NDArray[Any]) -> None:
+    """Refuse NaN and infinity with a ValueError."""
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} holds {int((~np.isfinite(array)).sum())} values that are NaN or infinite")
+
+
+def real_plane(name: str, value: ArrayLike, shape: tuple[int, ...] | None = None) -> NDArray[Any]:
+    """Return `value` as `real_field` does, but for NaN and infinity: for those who look for them on their way."""
     if isinstance(value, np.ma.MaskedArray):
         raise TypeError(f"{name} is a masked array; fill or crop the masked points first")
     array = np.asarray(value)
@@ -97,7 +110,4 @@ def real_field(name: str, value: ArrayLike, shape: tuple[int, ...] | None = None
     if shape is not None and array.shape != shape:
         raise ValueError(f"{name} has shape {array.shape}, but the grid has shape {shape}")
     single = array.dtype.kind == "f" and array.dtype.itemsize == 4
-    array = np.ascontiguousarray(array, dtype=np.float32 if single else np.float64)
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name} holds {int((~np.isfinite(array)).sum())} values that are NaN or infinite")
-    return array
+    return np.ascontiguousarray(array, dtype=np.float32 if single else np.float64)

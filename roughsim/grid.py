@@ -122,22 +122,11 @@ def modes_between(grid: Grid, low: float = 0.0, high: float = inf) -> Modes:
     return modes_where(grid, (q > 0.0) & (q >= low * (1 - 1e-9)) & (q <= high * (1 + 1e-9)))
 
 
-def quarter_plane(power: Array, grid: Grid) -> Array:
-    """Return the sum over the four modes (±q_x, ±q_y), shape (n_x//2 + 1, n_y//2 + 1).
-
-    `power` of the half spectrum, shape `half_shape`, is written over.
-    """
-    nx = grid.shape[0]
-    quarter = power[: nx // 2 + 1]
-    quarter[1 : (nx + 1) // 2] += power[: nx // 2 : -1]  # row −i onto row i
-    quarter *= grid.multiplicity
-    return quarter
-
-
 def distinct_wavenumbers(grid: Grid) -> tuple[Array, NDArray[np.intp]]:
     """Return the distinct |q| of the quarter plane, rad/m, increasing from 0, and the entry of each mode, flattened.
 
-    In a square cell many modes share k_x² + k_y².
+    The quarter plane has one mode for the four (±q_x, ±q_y), shape (n_x//2 + 1, n_y//2 + 1). In a square cell many
+    modes share k_x² + k_y².
     """
     nx, ny = (n // 2 + 1 for n in grid.shape)
     if grid.lengths[0] != grid.lengths[1]:

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from roughsim.grid import Grid, distinct_wavenumbers, modes_between, modes_where, quarter_plane
+from roughsim.fourier.power import gathered_power
+from roughsim.grid import Grid, distinct_wavenumbers, modes_between, modes_where
 
 CELLS = [Grid((8, 8), (1.0, 1.0)), Grid((9, 7), (2.0, 2.0)), Grid((6, 9), (1.0, 1.7)), Grid((5, 4), (3.0, 0.6))]
 each_cell = pytest.mark.parametrize("grid", CELLS, ids=lambda grid: f"{grid.shape} {grid.lengths}")
@@ -14,6 +15,10 @@ def plane(grid):
     qx, qy = (2 * np.pi * np.fft.fftfreq(n, d) for n, d in zip(grid.shape, grid.spacing, strict=True))
     power = np.abs(np.fft.fft2(np.random.default_rng(1).standard_normal(grid.shape))) ** 2
     return np.hypot(qx[:, None], qy), power
+
+
+def quarter_size(grid):
+    return (grid.shape[0] // 2 + 1) * (grid.shape[1] // 2 + 1)
 
 
 @each_cell
@@ -44,14 +49,26 @@ def test_all_modes_are_those_of_the_plane_but_the_mean(grid):
 
 
 @each_cell
-def test_the_quarter_plane_keeps_the_sum_at_each_wavenumber(grid):
+def test_gathered_power_keeps_the_sum_at_each_wavenumber(grid):
+    field = np.random.default_rng(1).standard_normal(grid.shape)
     q, power = plane(grid)
     wavenumber, entry = distinct_wavenumbers(grid)
-    quarter = quarter_plane(power[:, : grid.shape[1] // 2 + 1].copy(), grid)
+    quarter, sums = gathered_power(np.fft.rfft2(field), grid.multiplicity, entry, wavenumber.size)
     assert quarter.shape == (grid.shape[0] // 2 + 1, grid.shape[1] // 2 + 1)
-    sums = np.bincount(entry, quarter.ravel())
+    np.testing.assert_allclose(sums, np.bincount(entry, quarter.ravel()), rtol=1e-13)
     assert wavenumber[0] == 0.0
     for value in np.unique(np.round(q, 9)):
         at, near = np.abs(q - value) < 1e-6, np.abs(wavenumber - value) < 1e-6
         assert sums[near].sum() == pytest.approx(power[at].sum(), rel=1e-12)
     assert (np.diff(wavenumber) > 0).all()
+
+
+@each_cell
+def test_a_mode_of_the_quarter_plane_is_the_sum_of_four(grid):
+    field = np.random.default_rng(1).standard_normal(grid.shape)
+    _, power = plane(grid)
+    quarter, _ = gathered_power(np.fft.rfft2(field), grid.multiplicity, np.zeros(quarter_size(grid), np.intp), 1)
+    for i, row in enumerate(quarter):
+        for j, value in enumerate(row):
+            modes = {(s * i % grid.shape[0], t * j % grid.shape[1]) for s in (1, -1) for t in (1, -1)}
+            assert value == pytest.approx(sum(power[mode] for mode in modes), rel=1e-12)

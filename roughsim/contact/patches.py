@@ -174,15 +174,18 @@ def _counts(field: Field, hardness: Any) -> tuple[float, ...]:
     capped = hardness < math.inf
 
     def count(start: int, stop: int) -> tuple[Any, ...]:
-        # with the row and the column before, periodic: 0 without contact, 1 elastic, 3 yielded
-        kind = np.empty((1 + stop - start, 1 + field.shape[1]), np.uint8)
-        for own, part in ((kind[:1, 1:], field[start - 1][None]), (kind[1:, 1:], field[start:stop])):
-            np.greater(part, 0, out=own.view(np.bool_))
+        # with the row before, periodic: 0 without contact, 1 elastic, 3 yielded
+        kind = np.empty((1 + stop - start, field.shape[1]), np.uint8)
+        own, along = kind[1:], np.empty((stop - start, field.shape[1]), np.uint8)
+        for rows, part in ((kind[:1], field[start - 1][None]), (own, field[start:stop])):
+            np.greater(part, 0, out=rows.view(np.bool_))
             if capped:
-                np.add(own, 2 * (part == hardness).view(np.uint8), out=own)
-        kind[:, 0] = kind[:, -1]
-        # the three pairs of unlike neighbours differ by different bits
-        unlike = own ^ kind[:-1, 1:], own ^ kind[1:, :-1]
+                np.add(rows, 2 * (part == hardness).view(np.uint8), out=rows)
+        # the three pairs of unlike neighbours differ by different bits; pairs along the rows are taken from all rows as
+        # one line, which is several times as fast, but for the first column
+        np.bitwise_xor(own.ravel()[1:], own.ravel()[:-1], out=along.ravel()[1:])
+        np.bitwise_xor(own[:, 0], own[:, -1], out=along[:, 0])
+        unlike = along, own ^ kind[:-1]
         outer, inner = (
             sum(np.count_nonzero(pair == bits) for pair in unlike) if possible else 0
             for bits, possible in ((0 ^ 1, True), (1 ^ 3, capped))

@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike
 from roughsim import fourier
 from roughsim.contact.patches import Patches, patch_sizes
 from roughsim.errors import ConvergenceError, number, positive, real_field
-from roughsim.grid import Array, Field, Grid, distinct_wavenumbers, quarter_plane
+from roughsim.fourier.power import gathered_power
+from roughsim.grid import Array, Field, Grid, distinct_wavenumbers
 from roughsim.heat.periodic import checked_flux
 
 _STEPS = 100  # of the fixed point
@@ -108,7 +109,7 @@ def temperature_correlation(temperature: ArrayLike, grid: Grid, r: ArrayLike) ->
         )
     amplitude = fourier.forward(field.astype(np.float64, copy=False))
     wavenumber, entry = distinct_wavenumbers(grid)
-    power = np.bincount(entry, quarter_plane(amplitude.real**2 + amplitude.imag**2, grid).ravel())
+    _, power = gathered_power(amplitude, grid.multiplicity, entry, wavenumber.size)
     values = [float(power[1:] @ scipy.special.j0(wavenumber[1:] * x)) for x in distance.ravel().tolist()]
     return np.reshape(values, distance.shape)
 

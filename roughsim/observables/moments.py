@@ -25,13 +25,14 @@ from numpy.typing import ArrayLike, NDArray
 from roughsim import fourier
 from roughsim.contact import Contact
 from roughsim.contact.patches import edge_corrected
-from roughsim.errors import not_negative, number, positive, real_field
+from roughsim.errors import need_finite, not_negative, number, positive, real_plane
 from roughsim.grid import Array, Grid, need_grid
 from roughsim.heat.periodic import responses, unit_vector
 from roughsim.observables.stress_spectrum import StressSpectrum, nyquist_waves, stress_spectrum, uniform_nodes
 
 # K = (π/2) Σ and D = (K−E)/m = (π/4) Σ in powers of the parameter: (½)ₙ²/(1)ₙ² and (½)ₙ(3/2)ₙ/((2)ₙ(1)ₙ)
 _K_SERIES = [math.comb(2 * n, n) ** 2 / 16**n for n in range(10)]
+_SHORT = 1 << 13  # numbers of a sum that no BLAS divides among threads
 _D_SERIES = [math.comb(2 * n, n) ** 2 * (2 * n + 1) / (16**n * (n + 1)) for n in range(10)]
 
 
@@ -138,8 +139,12 @@ def measure(contact: Contact, grid: Grid, sliding: Sliding) -> Moments:
     it is not zero. A RuntimeWarning if there is no contact: temperatures, width and length are then NaN.
     """
     need_grid(grid)
-    pressure = real_field("pressure", contact.pressure, grid.shape).astype(np.float64, copy=False)
-    mean, low, high = float(pressure.mean()), float(pressure.min()), float(pressure.max())
+    pressure = real_plane("pressure", contact.pressure, grid.shape).astype(np.float64, copy=False)
+    low, high = float(pressure.min()), float(pressure.max())  # NaN if any is
+    if not -math.inf < low <= high < math.inf:
+        need_finite("pressure", pressure)
+    amplitude = fourier.transformed(pressure)
+    mean = float(amplitude[0, 0].real)
     if mean < 0.0 or (mean == 0.0 and pressure.any()):
         raise ValueError(
             f"pressure has the mean {mean:.6g} Pa, but compression is positive; give the pressure of a solved contact"
@@ -148,7 +153,6 @@ def measure(contact: Contact, grid: Grid, sliding: Sliding) -> Moments:
         warnings.warn(
             "pressure = 0 Pa everywhere: without contact temperatures, width and length are NaN", RuntimeWarning, 2
         )
-    amplitude = fourier.transformed(pressure)
     if low == high:  # only q = 0, whatever the rounding of the transform
         amplitude[...] = 0.0
     spectrum, unseen = stress_spectrum(amplitude, grid)
@@ -208,7 +212,9 @@ def sums_over_directions(spectrum: StressSpectrum, unseen: Array, grid: Grid, sl
     even, odd, odd_at_nyquist = responses_of_grid(grid, tuple(abs(rate) for rate in sliding.rates))
 
     def total(response: Array, weight: Array) -> Array:
-        return np.asarray(np.einsum("vq,q->v", response, weight))  # a product of matrices might depend on threads
+        # in pieces that are too short for a BLAS to share them among threads: its sums might depend on their number
+        pieces = (slice(start, start + _SHORT) for start in range(0, weight.size, _SHORT))
+        return sum((np.vecdot(response[:, piece], weight[piece]) for piece in pieces), np.zeros(len(response)))
 
     gradient = total(odd_at_nyquist, unseen) - total(odd, w)
     return np.stack((total(even, w / q), gradient, total(even, w * q)))

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughsim.errors import number
-from roughsim.grid import Array, Grid, distinct_wavenumbers, quarter_plane
+from roughsim.grid import Array, Grid, distinct_wavenumbers
 
 _STENCIL = 24  # nodes that one mode is spread over; modes below as many node spacings are kept as they are
 _POWERS = 12  # of the distance from the middle of a cell: for the next one J₀ has 0.3¹²/12! = 1e-15, responses less
@@ -128,14 +128,13 @@ def stress_spectrum(amplitude: NDArray[np.complex128], grid: Grid) -> tuple[Stre
 
     `amplitude` is σ(q), shape `grid.half_shape`, Pa. That part is given at each wavenumber of `nyquist_waves`.
     """
-    parts = np.ascontiguousarray(amplitude, np.complex128).view(np.float64)  # real and imaginary in turn
-    squares = np.square(parts)
-    power: Array = squares[:, ::2] + squares[:, 1::2]
-    quarter = quarter_plane(power, grid).ravel()
+    from roughsim.fourier.power import gathered_power  # as above
+
     nodes, waves = uniform_nodes(grid), nyquist_waves(grid)
-    share: Array = quarter[waves.mode] * waves.unseen_share
+    quarter, sums = gathered_power(amplitude, grid.multiplicity, nodes.slot, nodes.slots)
+    share: Array = quarter.ravel()[waves.mode] * waves.unseen_share
     unseen: Array = np.bincount(waves.entry, share, minlength=waves.wavenumber.size).astype(np.float64, copy=False)
-    return StressSpectrum(nodes.entries, nodes.compacted(quarter), 0.5 * math.hypot(*grid.lengths)), unseen
+    return StressSpectrum(nodes.entries, nodes.compacted(sums), 0.5 * math.hypot(*grid.lengths)), unseen
 
 
 class NyquistWaves(NamedTuple):
@@ -210,29 +209,30 @@ class UniformNodes:
     order: NDArray[np.intp]  # of kept wavenumbers and nodes that sorts them
     entries: Array  # these wavenumbers sorted, rad/m
 
-    def compacted(self, quarter: Array) -> Array:
-        """Return the variance at each entry from that of each mode of the quarter plane, flattened."""
-        size = self.kept + self.offset.size
-        sums: Array = np.bincount(self.slot, quarter, minlength=size).astype(np.float64, copy=False)
+    @property
+    def slots(self) -> int:
+        """How many slots there are."""
+        return self.kept + self.offset.size
+
+    def compacted(self, sums: Array) -> Array:
+        """Return the variance at each entry from that in each slot."""
         own = sums[1 : self.kept]
         table: Array = sums[self.kept :].reshape(self.offset.shape)
         cells, half = table.shape[1], _STENCIL // 2
         spread = np.zeros(self.entries.size - own.size)
         if cells:
+            from roughsim._kernels.gathering import POWERS, moments_of_columns  # slow to import, as above
+
             # the transpose of Lagrange's interpolation: the moments of the variance about the middle of each cell,
             # times the coefficients of the polynomials
-            moments = np.empty((_POWERS, cells))
-            for row in moments:
-                table.sum(axis=0, out=row)
-                table *= self.offset
+            moments = np.zeros((POWERS, cells))
+            moments_of_columns(table, self.offset, moments)
             # the polynomials of nodes ±x are mirror images: their even powers are equal, their odd ones opposite
-            coefficients = lagrange_coefficients()[:half, :_POWERS]
+            coefficients = lagrange_coefficients()[:half, :POWERS]
             # products of matrices: these sums are too short for a BLAS to share them among threads
             even, odd = (coefficients[:, s::2] @ moments[s::2] for s in (0, 1))
-            for j in range(half):
-                spread[j : j + cells] += even[j] + odd[j]
-                mirrored = _STENCIL - 1 - j
-                spread[mirrored : mirrored + cells] += even[j] - odd[j]
+            for j, part in enumerate((*(even + odd), *(even - odd)[::-1])):
+                spread[j : j + cells] += part
         return np.concatenate((own, spread), dtype=np.float64)[self.order]
 
 

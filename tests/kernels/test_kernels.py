@@ -8,6 +8,7 @@ import pytest
 
 from roughsim import _kernels
 from roughsim._kernels import active_set as kernels
+from roughsim._kernels import gathering
 from roughsim._kernels import lines as line_kernels
 
 START, STOP, POINTS = 3, 45, 50
@@ -226,6 +227,26 @@ def test_columns_go_to_lines_and_back():
     assert np.array_equal(back[:, 2:5], spectrum[:, 2:5])
     assert not back[:, :2].any()
     assert not back[:, 5:].any()
+
+
+def test_power_is_gathered_from_four_modes_each():
+    rng = np.random.default_rng(5)
+    amplitude, slot = rng.normal(size=(6, 4)) + 1j * rng.normal(size=(6, 4)), rng.integers(0, 3, (4, 4))
+    quarter, sums = np.zeros((4, 4)), np.ones(5)
+    gathering.gather_power(amplitude, np.array([1.0, 2.0, 2.0, 1.0]), slot, quarter, sums)
+    power = np.abs(amplitude) ** 2
+    power[1:3] += power[:3:-1]
+    np.testing.assert_allclose(quarter, power[:4] * [1.0, 2.0, 2.0, 1.0], rtol=1e-14)
+    np.testing.assert_allclose(sums, 1.0 + np.bincount(slot.ravel(), quarter.ravel(), minlength=5), rtol=1e-14)
+
+
+def test_moments_of_columns_are_sums_of_powers():
+    rng = np.random.default_rng(6)
+    table, offset = rng.normal(size=(3, 7)), rng.uniform(-0.5, 0.5, (3, 7))
+    moments = np.ones((gathering.POWERS, 7))
+    gathering.moments_of_columns(table, offset, moments)
+    for k, row in enumerate(moments):
+        np.testing.assert_allclose(row, 1.0 + (table * offset**k).sum(axis=0), rtol=1e-14)
 
 
 def test_where_compiled_code_cannot_be_kept_kernels_are_compiled_all_the_same_and_that_is_said(monkeypatch):

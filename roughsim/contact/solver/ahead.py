@@ -15,10 +15,12 @@ from functools import cache
 import numpy as np
 
 from roughsim._kernels import active_set, found_compiled, never_compiled
+from roughsim._kernels.gathering import POWERS, moments_of_columns
 from roughsim._kernels.interpolation import refine, tables
 from roughsim.contact.solver.operators import Extension, half_space
 from roughsim.contact.solver.problem import ScaledProblem, highest_wavenumber, pressed_at
 from roughsim.contact.solver.state import State
+from roughsim.fourier.power import gathered_power
 from roughsim.grid import Field, Grid
 from roughsim.show.text import note
 
@@ -82,7 +84,7 @@ def garbage_kept() -> Iterator[None]:
 
 @garbage_kept()
 def compile_other_half() -> None:
-    """Compile the kernels of the preconditioner, and those that look at the heights: about half of all."""
+    """Compile the kernels of the preconditioner, of moments, and those that look at the heights: about half of all."""
     extension, free, pressure = Extension(GRID, np.float32), np.ones(GRID.shape, np.int8), np.ones(GRID.shape)
     field, step, response = (np.zeros(GRID.shape, np.float32) for _ in range(3))
     extension.extend(free, field)
@@ -92,6 +94,8 @@ def compile_other_half() -> None:
     spectrum[...] = 0.0
     highest_wavenumber(GRID, spectrum)
     pressed_at(0, GRID, spectrum)
+    gathered_power(spectrum.T, GRID.multiplicity, np.zeros(GRID.half_shape[1] ** 2, np.intp), 1)
+    moments_of_columns(np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((POWERS, 1)))
 
 
 @garbage_kept()

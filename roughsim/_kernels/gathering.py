@@ -1,0 +1,38 @@
+"""Loops that gather the modes of a grid by wavenumber."""
+
+from typing import Any
+
+from roughsim._kernels import kernel
+
+POWERS = 12  # a number that the compiler knows: the loop over them is unrolled
+
+
+@kernel()
+def gather_power(amplitude: Any, multiplicity: Any, slot: Any, quarter: Any, sums: Any) -> None:
+    """Write Σ|amplitude|² over the four modes (±q_x, ±q_y) to `quarter`, and add each to the sum that its slot names.
+
+    `amplitude` is the half spectrum of a real field, and `multiplicity` says for how many modes each column stands.
+    """
+    for i in range(quarter.shape[0]):
+        opposite = amplitude.shape[0] - i
+        paired = 0 < i < opposite
+        for j in range(quarter.shape[1]):
+            a = amplitude[i, j]
+            power = a.real * a.real + a.imag * a.imag
+            if paired:
+                b = amplitude[opposite, j]
+                power += b.real * b.real + b.imag * b.imag
+            power *= multiplicity[j]
+            quarter[i, j] = power
+            sums[slot[i, j]] += power
+
+
+@kernel()
+def moments_of_columns(table: Any, offset: Any, moments: Any) -> None:
+    """Add Σ table·offset^k down each column to row k of `moments`, k = 0 … 11."""
+    for r in range(table.shape[0]):
+        for c in range(table.shape[1]):
+            w, x = table[r, c], offset[r, c]
+            for k in range(POWERS):
+                moments[k, c] += w
+                w *= x

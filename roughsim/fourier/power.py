@@ -1,0 +1,23 @@
+"""The power of a field by wavenumber: |f(q)|² of the half spectrum, gathered from all modes of the plane."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughsim._kernels.gathering import gather_power
+
+
+def gathered_power(
+    amplitude: NDArray[np.complex128], multiplicity: NDArray[Any], slot: NDArray[np.intp], slots: int
+) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return Σ|f(q)|² over the four modes (±q_x, ±q_y), and its sums over the modes of each slot.
+
+    `amplitude` is the half spectrum f(q), shape (n_x, n_y//2 + 1), and `multiplicity` that of its columns; `slot` says
+    where each mode of the quarter plane belongs, below `slots`, flattened. The results have the shapes
+    (n_x//2 + 1, n_y//2 + 1) and (slots,).
+    """
+    quarter, sums = np.empty((amplitude.shape[0] // 2 + 1, amplitude.shape[1])), np.zeros(slots)
+    half = np.ascontiguousarray(amplitude, np.complex128)
+    gather_power(half, multiplicity.ravel(), slot.reshape(quarter.shape), quarter, sums)
+    return quarter, sums
