@@ -32,6 +32,7 @@ STORED = (*KEPT_FIELDS, *film.FIELDS)  # all arrays that a member may keep
 UNITS = {"speed": "m/s", "wavenumber": "1/m", "stress_spectrum": "Pa^2"}  # of what is not in NUMBERS
 HEADER_STEP = 512  # bytes: a header is filled up with spaces to a multiple, so that many files are of one kind
 KINDS = 32  # so many stay in memory; a level has two or three
+BEFORE_FIELDS = 1 << 20  # bytes in which HDF5 puts header, numbers and digest, as they come first
 CHECK_BYTES = 4  # of the Fletcher-32 behind an array
 
 Fields = Mapping[str, NDArray[np.float32]]
@@ -90,8 +91,13 @@ def _made(text: str, digest: str, arrays: dict[str, Array]) -> tuple[memoryview,
 
 def _places_of(content: memoryview, header: str, digest: str) -> Places:
     """Return where header and digest lie: text is stored as it is, and occurs once."""
-    whole = bytes(content)
-    return {name: (whole.find(own.encode()), len(own)) for name, own in (("header", header), ("sha256", digest))}
+    texts = {"header": header.encode(), "sha256": digest.encode()}
+    for size in (BEFORE_FIELDS, len(content)):  # fields may take gigabytes: no copy of them if it can be helped
+        part = bytes(content[:size])
+        places = {name: (part.find(text), len(text)) for name, text in texts.items()}
+        if all(start >= 0 for start, _ in places.values()):
+            break
+    return places
 
 
 def _fill_numbers(file: Any, arrays: dict[str, Array]) -> Places:
@@ -128,10 +134,12 @@ def _add_fields(file: Any, fields: Fields, lengths: Sequence[float]) -> None:
     _fill_axes(file, shape, lengths)
     for name, values in fields.items():
         data = np.ascontiguousarray(values, dtype="<f4")
-        # small chunks: viewers read a part of a large field at a time
-        options: dict[str, Any] = {"chunks": tuple(min(points, 256) for points in shape)}
-        if name == "pressure":  # mostly zeros; heights would shrink by a sixth in twenty times the time
-            options |= {"compression": "gzip", "compression_opts": 1}
+        # the pressure is mostly zeros; heights would shrink by a sixth in twenty times the time, and lie in one piece.
+        # Small chunks: viewers read a part of a large field at a time
+        options: dict[str, Any] = {"chunks": None, "fletcher32": False}
+        if name == "pressure":
+            chunks = tuple(min(points, 256) for points in shape)
+            options = {"chunks": chunks, "compression": "gzip", "compression_opts": 1}
         attributes = {"sha256": digest_of_arrays(name, [data]), "interpretation": "image"}
         _add(file, name, data, KEPT_FIELDS[name][0], [file["x"], file["y"]], attributes, **options)
     _link(file, "fields", "pressure", ["x", "y"], [name for name in fields if name != "pressure"])
