@@ -1,6 +1,5 @@
 """The processes of a run: computing members and storing their files, pools of workers, and signals that end a run."""
 
-import ctypes
 import multiprocessing
 import os
 import pickle
@@ -12,9 +11,9 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache
+from functools import lru_cache
 from multiprocessing.context import SpawnContext, SpawnProcess
 from pathlib import Path
 from types import FrameType, TracebackType
@@ -23,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roughsim import fourier
+from roughsim.ensemble.memory import MUCH, give_memory_back, keep_freed_memory
 from roughsim.errors import ConvergenceError, RecordError
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.pipeline import Problem, Solution, Solved, solve_problem, versions
@@ -32,8 +32,6 @@ if TYPE_CHECKING:  # who marches loads it with the problem; single contacts do w
     from roughsim.sliding.member import SlideProblem
 
 WORKER = "roughsim worker"  # name of the processes that are started here
-# of mallopt of glibc: bytes that may lie free before the system gets them back, and bytes that take pages of their own
-FREE, PAGES = (-1, 128 << 20), (-3, 32 << 20)
 UNGUARDED = 113  # exit code of a worker that met the call of `run` while it imported the script of its parent
 
 
@@ -94,15 +92,6 @@ def store_members(jobs: list[Job], index: int) -> str:
             )
         solved = store_member(job, index, solved)
     return host
-
-
-@cache
-def keep_freed_memory() -> None:
-    """Let this process keep the memory that arrays have left: to get it anew with each member takes 4 % of the time."""
-    with suppress(AttributeError, OSError, TypeError):  # another C library
-        allocator = ctypes.CDLL(None)
-        for parameter, value in (FREE, PAGES):
-            allocator.mallopt(parameter, value)
 
 
 def store_member(job: Job, index: int, before: Solved | None) -> Solved | None:
@@ -208,8 +197,9 @@ class RememberingContext(SpawnContext):
 class Workforce(AbstractContextManager["Workforce"]):
     """What computes the members of a run: this process, a pool of worker processes, or an executor of the caller.
 
-    At the end all processes made here have ended. After an error or an interrupt they are killed at once: a member
-    that is not stored yet is computed again. An executor of the caller is left to the caller.
+    At the end all processes made here have ended, and the system has the memory back that this one does not need. After
+    an error or an interrupt they are killed at once: a member that is not stored yet is computed again. An executor of
+    the caller is left to the caller.
     """
 
     def __init__(self, workers: int, executor: Executor | None):
@@ -236,6 +226,7 @@ class Workforce(AbstractContextManager["Workforce"]):
         if self.executor is not None:
             return self.executor
         if self.workers == 1:
+            keep_freed_memory(MUCH)
             return ThisProcess()
         if self._made and not self.broken:
             return self._made[-1]
@@ -257,6 +248,8 @@ class Workforce(AbstractContextManager["Workforce"]):
                 child.kill()
         for pool in self._made:
             pool.shutdown(wait=True, cancel_futures=True)
+        if self.executor is None and self.workers == 1:
+            give_memory_back()
 
 
 def load_solver() -> None:
@@ -285,7 +278,8 @@ def leave_if_imported() -> None:
 
 
 def begin_worker(parent: int) -> None:
-    """Leave interrupts to the main process, and do not outlive it, however it ends."""
+    """Leave interrupts to the main process, and do not outlive it, however it ends; keep memory as long as it lasts."""
+    keep_freed_memory(MUCH)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def watch() -> None:

@@ -308,13 +308,3 @@ def test_a_first_compilation_gives_the_bits_of_the_cache(capped_scene, tmp_path)
     said = [subprocess.run(words, capture_output=True, text=True, check=True, env=environment).stdout for _ in range(2)]
     assert len(said[0].splitlines()) == 12
     assert said[0] == said[1]
-
-
-@pytest.mark.parametrize("failure", [OSError, TypeError])
-def test_a_process_with_another_c_library_keeps_its_own_ways(monkeypatch, failure):
-    def without_library(name):
-        raise failure
-
-    for library in (without_library, lambda name: object()):
-        monkeypatch.setattr(workers.ctypes, "CDLL", library)
-        workers.keep_freed_memory.__wrapped__()
