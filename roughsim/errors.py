@@ -99,7 +99,7 @@ def need_finite(name: str, array: NDArray[Any]) -> None:
 
 
 def real_plane(name: str, value: ArrayLike, shape: tuple[int, ...] | None = None) -> NDArray[Any]:
-    """Return `value` as `real_field` does, but for NaN and infinity: for those who look for them on their way."""
+    """Return `value` as `real_field` does, but do not look for NaN and infinity: for callers that do so themselves."""
     if isinstance(value, np.ma.MaskedArray):
         raise TypeError(f"{name} is a masked array; fill or crop the masked points first")
     array = np.asarray(value)

@@ -129,6 +129,10 @@ def test_importing_roughsim_imports_nothing_heavy():
 def test_verbs_that_solve_no_contact_load_neither_compiler_nor_transforms():
     modules = "comparison.compare comparison.tables comparison.trust ensemble.status results.folder planning.limits"
     names = ", ".join(f"roughsim.{name}" for name in modules.split())
+    # what needs a transform, but no kernel
+    code = "import sys, roughsim.heat, roughsim.observables.moments; print('numba' in sys.modules)"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert found.stdout.strip() == "False"
     code = f"import sys, {names}; print(*({{'numba', 'pyfftw', 'h5py', 'matplotlib', 'pint'}} & set(sys.modules)))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
     assert found.stdout.strip() == ""

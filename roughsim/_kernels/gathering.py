@@ -4,7 +4,7 @@ from typing import Any
 
 from roughsim._kernels import kernel
 
-POWERS = 12  # a number that the compiler knows: the loop over them is unrolled
+POWERS = 12  # `observables.stress_spectrum` says why; known to the compiler, which unrolls the loop over them
 
 
 @kernel()
@@ -15,7 +15,7 @@ def gather_power(amplitude: Any, multiplicity: Any, slot: Any, quarter: Any, sum
     """
     for i in range(quarter.shape[0]):
         opposite = amplitude.shape[0] - i
-        paired = 0 < i < opposite
+        paired = 0 < i < opposite  # row −i is another one, unless q_x is zero or the Nyquist wavenumber
         for j in range(quarter.shape[1]):
             a = amplitude[i, j]
             power = a.real * a.real + a.imag * a.imag
@@ -29,7 +29,7 @@ def gather_power(amplitude: Any, multiplicity: Any, slot: Any, quarter: Any, sum
 
 @kernel()
 def moments_of_columns(table: Any, offset: Any, moments: Any) -> None:
-    """Add Σ table·offset^k down each column to row k of `moments`, k = 0 … 11."""
+    """Add Σ table·offset^k down each column to row k of `moments`, for all powers."""
     for r in range(table.shape[0]):
         for c in range(table.shape[1]):
             w, x = table[r, c], offset[r, c]

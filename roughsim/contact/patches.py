@@ -181,8 +181,8 @@ def _counts(field: Field, hardness: Any) -> tuple[float, ...]:
             np.greater(part, 0, out=rows.view(np.bool_))
             if capped:
                 np.add(rows, 2 * (part == hardness).view(np.uint8), out=rows)
-        # the three pairs of unlike neighbours differ by different bits; pairs along the rows are taken from all rows as
-        # one line, which is several times as fast, but for the first column
+        # the three pairs of unlike neighbours differ by different bits. Pairs along the rows are taken from all rows as
+        # one line, several times as fast; the first column is then put right
         np.bitwise_xor(own.ravel()[1:], own.ravel()[:-1], out=along.ravel()[1:])
         np.bitwise_xor(own[:, 0], own[:, -1], out=along[:, 0])
         unlike = along, own ^ kind[:-1]

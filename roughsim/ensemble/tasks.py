@@ -30,8 +30,8 @@ Task = tuple[int, int]  # level and index
 RETRIES = 3  # times that a pool with a dead worker is started again without a new member in between
 CALL = 0.25  # s that a call of a worker takes at most, unless it has one member: a call costs dask some milliseconds
 UNDER_WAY = 0.25  # of the members done that calls of several members hold at most: a target may be met before them
-PAUSE, LONG_PAUSE = 0.5, 2.0  # s between two looks at what other processes have done; the long one where members take
-# as long, as each that comes back is a look too
+PAUSE = 0.5  # s between two looks at what other processes have done
+LONG_PAUSE = 2.0  # s between them at most, where members take longer than that: each that comes back is a look too
 LATE = 10.0  # s that a network file system may take to show what a worker has written
 LEAST_WAIT, LONGEST_WAITS = 600.0, 10.0  # s, and multiple of the longest time of a member, after which it is done again
 _MEMBER = re.compile(rf"{MEMBER_NAME.pattern}\.h5|\.{MEMBER_NAME.pattern}\.h5\..+\.tmp")

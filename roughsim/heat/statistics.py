@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 from roughsim import fourier
 from roughsim.contact.patches import Patches, patch_sizes
 from roughsim.errors import ConvergenceError, number, positive, real_field
-from roughsim.fourier.power import gathered_power
 from roughsim.grid import Array, Field, Grid, distinct_wavenumbers
 from roughsim.heat.periodic import checked_flux
 
@@ -107,6 +106,8 @@ def temperature_correlation(temperature: ArrayLike, grid: Grid, r: ArrayLike) ->
             f"r = {distance[outside].ravel()[0]:.6g} m must lie between 0 and half the diagonal of the cell, "
             f"{limit:.6g} m; give a larger cell"
         )
+    from roughsim.fourier.power import gathered_power  # loads numba
+
     amplitude = fourier.forward(field.astype(np.float64, copy=False))
     wavenumber, entry = distinct_wavenumbers(grid)
     _, power = gathered_power(amplitude, grid.multiplicity, entry, wavenumber.size)

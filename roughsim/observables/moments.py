@@ -32,8 +32,8 @@ from roughsim.observables.stress_spectrum import StressSpectrum, nyquist_waves, 
 
 # K = (π/2) Σ and D = (K−E)/m = (π/4) Σ in powers of the parameter: (½)ₙ²/(1)ₙ² and (½)ₙ(3/2)ₙ/((2)ₙ(1)ₙ)
 _K_SERIES = [math.comb(2 * n, n) ** 2 / 16**n for n in range(10)]
-_SHORT = 1 << 13  # numbers of a sum that no BLAS divides among threads
 _D_SERIES = [math.comb(2 * n, n) ** 2 * (2 * n + 1) / (16**n * (n + 1)) for n in range(10)]
+_SHORT = 1 << 13  # numbers of a sum that OpenBLAS leaves to one thread: it divides more than 10,000
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,8 +140,8 @@ def measure(contact: Contact, grid: Grid, sliding: Sliding) -> Moments:
     """
     need_grid(grid)
     pressure = real_plane("pressure", contact.pressure, grid.shape).astype(np.float64, copy=False)
-    low, high = float(pressure.min()), float(pressure.max())  # NaN if any is
-    if not -math.inf < low <= high < math.inf:
+    low, high = float(pressure.min()), float(pressure.max())  # NaN if any pressure is
+    if not (math.isfinite(low) and math.isfinite(high)):
         need_finite("pressure", pressure)
     amplitude = fourier.transformed(pressure)
     mean = float(amplitude[0, 0].real)
@@ -212,7 +212,7 @@ def sums_over_directions(spectrum: StressSpectrum, unseen: Array, grid: Grid, sl
     even, odd, odd_at_nyquist = responses_of_grid(grid, tuple(abs(rate) for rate in sliding.rates))
 
     def total(response: Array, weight: Array) -> Array:
-        # in pieces that are too short for a BLAS to share them among threads: its sums might depend on their number
+        # in short pieces, or the sums would depend on the number of threads of the BLAS
         pieces = (slice(start, start + _SHORT) for start in range(0, weight.size, _SHORT))
         return sum((np.vecdot(response[:, piece], weight[piece]) for piece in pieces), np.zeros(len(response)))
 

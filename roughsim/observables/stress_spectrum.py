@@ -19,7 +19,9 @@ from roughsim.errors import number
 from roughsim.grid import Array, Grid, distinct_wavenumbers
 
 _STENCIL = 24  # nodes that one mode is spread over; modes below as many node spacings are kept as they are
-_POWERS = 12  # of the distance from the middle of a cell: for the next one J₀ has 0.3¹²/12! = 1e-15, responses less
+# powers of the distance from the middle of a cell, as many as in `_kernels.gathering`: for the next one J₀ has
+# 0.3¹²/12! = 1e-15, responses less
+_POWERS = 12
 _NEARER = (1 / 8, 1 / 4, 1.0)  # shares of half the diagonal: within the smaller ones fewer nodes suffice
 _FOURTH, _FALLING = 0.375, 6.0  # |J₀⁗(x)| ≤ 3/8 (1 + (x/6)²)^(−1/4) at any x
 _NODE_PHASE = 0.6  # node spacing times the half-diagonal; J₀ then errs by 7e-15; by 1.4e-13 at 0.7
@@ -128,7 +130,7 @@ def stress_spectrum(amplitude: NDArray[np.complex128], grid: Grid) -> tuple[Stre
 
     `amplitude` is σ(q), shape `grid.half_shape`, Pa. That part is given at each wavenumber of `nyquist_waves`.
     """
-    from roughsim.fourier.power import gathered_power  # as above
+    from roughsim.fourier.power import gathered_power  # loads numba
 
     nodes, waves = uniform_nodes(grid), nyquist_waves(grid)
     quarter, sums = gathered_power(amplitude, grid.multiplicity, nodes.slot, nodes.slots)
@@ -221,7 +223,7 @@ class UniformNodes:
         cells, half = table.shape[1], _STENCIL // 2
         spread = np.zeros(self.entries.size - own.size)
         if cells:
-            from roughsim._kernels.gathering import POWERS, moments_of_columns  # slow to import, as above
+            from roughsim._kernels.gathering import POWERS, moments_of_columns  # loads numba
 
             # the transpose of Lagrange's interpolation: the moments of the variance about the middle of each cell,
             # times the coefficients of the polynomials

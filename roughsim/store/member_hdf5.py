@@ -32,7 +32,7 @@ STORED = (*KEPT_FIELDS, *film.FIELDS)  # all arrays that a member may keep
 UNITS = {"speed": "m/s", "wavenumber": "1/m", "stress_spectrum": "Pa^2"}  # of what is not in NUMBERS
 HEADER_STEP = 512  # bytes: a header is filled up with spaces to a multiple, so that many files are of one kind
 KINDS = 32  # so many stay in memory; a level has two or three
-BEFORE_FIELDS = 1 << 20  # bytes in which HDF5 puts header, numbers and digest, as they come first
+BEFORE_FIELDS = 1 << 20  # bytes in which header and digest usually lie, before the fields; else all are searched
 CHECK_BYTES = 4  # of the Fletcher-32 behind an array
 
 Fields = Mapping[str, NDArray[np.float32]]
@@ -134,10 +134,9 @@ def _add_fields(file: Any, fields: Fields, lengths: Sequence[float]) -> None:
     _fill_axes(file, shape, lengths)
     for name, values in fields.items():
         data = np.ascontiguousarray(values, dtype="<f4")
-        # the pressure is mostly zeros; heights would shrink by a sixth in twenty times the time, and lie in one piece.
-        # Small chunks: viewers read a part of a large field at a time
+        # heights lie in one piece: compressed they would shrink by a sixth in twenty times the time
         options: dict[str, Any] = {"chunks": None, "fletcher32": False}
-        if name == "pressure":
+        if name == "pressure":  # mostly zeros; small chunks, as viewers read a part of a large field at a time
             chunks = tuple(min(points, 256) for points in shape)
             options = {"chunks": chunks, "compression": "gzip", "compression_opts": 1}
         attributes = {"sha256": digest_of_arrays(name, [data]), "interpretation": "image"}
@@ -180,7 +179,7 @@ def _add(
     **options: Any,
 ) -> Any:
     """Store an array over datasets that are its axes, and return its dataset."""
-    if data.ndim:  # HDF5 guards chunks by a checksum; a scalar takes no filter
+    if data.ndim:  # HDF5 guards chunks by a checksum; neither a scalar nor heights in one piece take any
         options = {"chunks": data.shape, "fletcher32": True} | options
     dataset = file.create_dataset(name, data=data, **options)
     add_attributes(dataset, {"units": unit} | (attributes or {}))

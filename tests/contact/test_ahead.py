@@ -159,7 +159,8 @@ def test_after_both_halves_a_solve_on_several_grids_compiles_nothing(tmp_path):
         spectrum = rs.SelfAffineSpectrum.from_rms_slope(0.1, hurst=0.8, q_min=6e3, q_roll_off=2e4, q_max=2e5)
         heights = rs.synthesize(spectrum, grid, np.random.default_rng(1))
         for cap in (np.inf, 5e8):
-            rs.solve_contact(heights, grid, rs.Solid(2e11, cap), nominal_pressure=1e7, tolerance=1e-7)
+            contact = rs.solve_contact(heights, grid, rs.Solid(2e11, cap), nominal_pressure=1e7, tolerance=1e-7)
+            rs.measure(contact, grid, rs.Sliding([1.0], 0.1, 30.0, 1e-5))
     """
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     words = [sys.executable, "-c", textwrap.dedent(code)]

@@ -1,6 +1,10 @@
 """Moments of a contact, against closed forms, mode sums and products in real space."""
 
 import cmath
+import os
+import subprocess
+import sys
+import textwrap
 import warnings
 from math import inf, nan, pi, sqrt
 
@@ -10,6 +14,7 @@ from moments_cases import ANGULAR, BODY, CELLS, UNIT, Pressed, patches, plane, p
 from scipy.special import ellipk, elliprd
 
 from roughsim import Grid, Sliding, corrected_fractions, fourier, measure, sliding_temperature
+from roughsim.observables import moments
 
 
 @pytest.mark.parametrize("case", [c for c in ANGULAR if c["a"] > 0], ids=lambda case: f"a = {case['a']:g}")
@@ -245,10 +250,46 @@ def test_an_empty_contact_has_no_temperature_and_says_so():
     assert np.isnan(seen.resting_flash_temperature).all()
 
 
+def test_sums_in_pieces_are_those_in_one(monkeypatch):
+    grid, sliding = CELLS[1], Sliding([0.5, 2.0], **UNIT)
+    whole = measure(Pressed(patches(grid)), grid, sliding)
+    monkeypatch.setattr(moments, "_SHORT", 5)
+    pieces = measure(Pressed(patches(grid)), grid, sliding)
+    assert whole.stress_spectrum.variance.size % 5
+    for name in ("temperature", "gradient", "laplacian"):
+        np.testing.assert_allclose(getattr(pieces, f"flash_{name}"), getattr(whole, f"flash_{name}"), rtol=1e-13)
+
+
+def test_the_bits_of_moments_do_not_depend_on_the_threads_of_the_blas():
+    code = """
+        import numpy as np, roughsim as rs
+        from moments_cases import Pressed, UNIT, patches
+        grid = rs.Grid((8, 30000), (1.0, 1.1))
+        seen = rs.measure(Pressed(patches(grid)), grid, rs.Sliding([1.0, 9.0], **UNIT))
+        print(seen.stress_spectrum.variance.size, seen.flash_temperature.tobytes(), seen.flash_gradient.tobytes())
+    """
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    said = [
+        subprocess.run(
+            [sys.executable, "-c", textwrap.dedent(code)],
+            env=environment | {"OPENBLAS_NUM_THREADS": threads},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for threads in "12"
+    ]
+    assert int(said[0].split()[0]) > 20000
+    assert said[0] == said[1]
+
+
 @pytest.mark.parametrize(
     ("pressure", "message"),
     [
         (np.full((8, 8), nan), "pressure holds 64 values"),
+        (np.diag([inf, *[1.0] * 7]), "pressure holds 1 values"),
+        (np.diag([-inf, *[1.0] * 7]), "pressure holds 1 values"),
+        (np.diag([nan, *[1.0] * 7]), "pressure holds 1 values"),
         (np.ones((8, 9)), r"pressure has shape \(8, 9\)"),
         (-np.eye(8), "compression is positive"),
         (np.eye(8) - np.eye(8)[::-1], "compression is positive"),

@@ -93,6 +93,30 @@ def test_all_kinds_of_members_are_read_without_hdf5_as_hdf5_reads_them(folder, m
         assert back.digest == path.read_bytes().split()[-1].decode()
 
 
+@pytest.mark.parametrize("fields", [False, True])
+@pytest.mark.parametrize("length", [200, 1 << 20, 2 << 20])
+def test_members_with_long_headers_are_written_and_read(folder, fields, length):
+    one = replace(member(fields=fields), provenance={"text": "x" * length})
+    write_member(folder, one)
+    path = member_path(folder, 1, 42)
+    back = read_member(path, with_fields=True)
+    assert back.provenance == one.provenance
+    for name, values in {**one.fields, **one.numbers}.items():
+        np.testing.assert_array_equal({**back.fields, **back.numbers}[name], values)
+    with h5py.File(path) as file:
+        assert json.loads(file.attrs["header"])["provenance"] == one.provenance
+        if fields:  # heights in one piece, the pressure in chunks that HDF5 guards
+            assert file["heights"].chunks is None
+            assert (file["pressure"].compression, file["pressure"].fletcher32) == ("gzip", True)
+
+
+def test_a_digest_behind_many_numbers_is_found(folder):
+    many = 200_000
+    one = replace(member(fields=True), wavenumber=np.arange(1.0, many + 1.0), spectrum=np.ones(many))
+    write_member(folder, one)
+    np.testing.assert_array_equal(read_member(member_path(folder, 1, 42), with_fields=True).spectrum, one.spectrum)
+
+
 def test_a_sealed_file_without_places_is_read_by_hdf5(folder):
     write_member(folder, member())
     path = member_path(folder, 1, 42)
