@@ -4,7 +4,7 @@
     ... python benchmarks/threads.py --sizes 1024 2048 --shares
 
 Wall time on an otherwise idle machine of two cores or more; a pair costs the time of one where nothing holds the GIL.
-Threads and processes are warm: each keeps its plans.
+Threads and processes are warm: each keeps its plans, and, as a process of a run does, the memory of its arrays.
 Two processes share no GIL: what a pair of them costs is what the machine takes (memory, caches, other work).
 
 With `--shares` one thread solves, and its CPU time says how much of the work threads could share: a table that needs no
@@ -26,6 +26,7 @@ import numpy as np
 from contact import Problem, problem
 
 import roughsim as rs
+from roughsim.ensemble.memory import MUCH, keep_freed_memory
 from roughsim.fourier import blocks
 
 
@@ -35,6 +36,7 @@ def solve(task: Problem, times: int, tolerance: float = 1e-6) -> None:
 
 
 def _serve(points: int, times: int, start: Any, done: Any) -> None:
+    keep_freed_memory(MUCH)
     task = problem(points, 0.1, np.inf)
     solve(task, 1)
     while start.acquire():
@@ -132,6 +134,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=9)
     parser.add_argument("--shares", action="store_true", help="what threads could share, from one thread")
     options = parser.parse_args()
+    keep_freed_memory(MUCH)
     if options.shares:
         print("| points | tolerance | CPU s | shared | two threads at best |\n|---|---|---|---|---|")
     for points in options.sizes:
