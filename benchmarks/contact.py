@@ -118,6 +118,7 @@ def rival(task: Problem, tolerance: float) -> np.ndarray:
 
 
 LADDER = tuple(10.0 ** (-k / 2) for k in range(8, 21))  # half decades from 1e-4 to 1e-10
+OWN = 5  # times that roughsim is timed at least: a solve of a tenth of a second, and the first one follows a peer's
 Solver = Callable[[Problem, float], np.ndarray]
 PEERS: dict[str, tuple[str, Solver, tuple[float, ...]]] = {
     "home-made": ("rival", rival, LADDER),
@@ -186,7 +187,7 @@ def compare(task: Problem, goal: float, peers: list[str], repeats: int, start: d
             start[name] = result.tolerance
     for run in runs:
         run.seconds = run.seconds if run.name != "roughsim" and repeats == 1 else []
-    for _ in range(repeats):  # alternating
+    for _ in range(max(repeats, OWN)):  # alternating
         for run in runs:
             if run.name == "roughsim" or repeats > 1:
                 run.seconds.append(timed(run.solve, task, run.tolerance)[1])
