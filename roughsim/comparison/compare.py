@@ -14,6 +14,7 @@ from typing import Any
 
 from roughsim.comparison.rows import CONTACT_TEMPERATURE, NOTICED, Row, Slope, finest, rows_of, stress_slope
 from roughsim.comparison.tables import calibrated_note
+from roughsim.results import marks
 from roughsim.results.folder import left_out
 from roughsim.results.run import Run
 from roughsim.show.frame import data_frame
@@ -97,7 +98,8 @@ class Comparison:
         """Return the rows as a `pandas.DataFrame` in SI; its index is the observable.
 
         Its columns have the names of `to_dict`: speed, theory (summed over the modes of the simulation up to q_c),
-        theory_full_spectrum, calibrated, each measured column and each ratio with its total error, 95 %, unit and note.
+        theory_full_spectrum, calibrated, each measured column and each ratio with its total error, 95 %, and the
+        parts that this lacks (`NAME_unknown`), unit and note.
 
         Raises
         ------
@@ -179,16 +181,10 @@ def meanings(comparison: Comparison) -> Iterator[str]:
             "sliding: both faces move over one another, and the bodies share the heat point by point. T_flash is that "
             "above the background of the moving body, mean over the last half of the slid distance."
         )
-    if comparison.unknown:
-        yield f"≥: a part of the error is unknown, as no level of the run shows it ({', '.join(comparison.unknown)})."
+    yield from marks.meanings(comparison.unknown, {row.note for row in comparison.rows})
     if any(row.observable == CONTACT_TEMPERATURE for row in comparison.rows):
         yield (
             f"{CONTACT_TEMPERATURE}: T₀ + T_flash of the moving body after the duration, above its temperature when "
             "sliding began. T₀ is that of the theory of heat, not simulated"
             + (", but in the column sliding that of the march." if comparison.run.numerics.march is not None else ".")
         )
-    marks = {row.note for row in comparison.rows}
-    if "identity" in marks:
-        yield "identity: fixed by force balance, no agreement."
-    if "at q_c" in marks:
-        yield "at q_c: no limit in the cut-off, or none that the run shows; no agreement."

@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import copysign, inf, isfinite, isnan, log, nan
+from math import copysign, inf, isnan, log, nan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from roughsim.estimate.ladder import Values
 from roughsim.estimate.sliding import OF_MARCH
 from roughsim.grid import Array, Grid, modes_between
 from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.results.marks import AT_CUT_OFF, IDENTITY, notes_of
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 from roughsim.surface.spectrum import TruncatedSpectrum
@@ -103,13 +104,16 @@ class Row:
         return result | {"note": self.note}
 
     def to_flat_dict(self) -> dict[str, Any]:
-        """Return the row with one number for each key; errors are those with ``_total_error`` in their names."""
+        """Return the row with one value for each key.
+
+        NAME_total_error is the error of NAME, 95 %; NAME_unknown are the parts that it lacks, "" for none.
+        """
         names = ("observable", "unit", "speed", "theory", "theory_full_spectrum", "calibrated")
         result: dict[str, Any] = {name: getattr(self, name) for name in names}
-        values = {name: (cell.mean, cell.total_error) for name, cell in self.columns.items()}
-        values |= {name: (ratio.value, ratio.total_error) for name, ratio in self.ratios.items()}
-        for name, (value, error) in values.items():
-            result |= {name: value, f"{name}_total_error": error}
+        values = {name: (cell.mean, cell.total_error, cell.unknown) for name, cell in self.columns.items()}
+        values |= {name: (ratio.value, ratio.total_error, ratio.unknown) for name, ratio in self.ratios.items()}
+        for name, (value, error, unknown) in values.items():
+            result |= {name: value, f"{name}_total_error": error, f"{name}_unknown": ", ".join(unknown)}
         return result | {"note": self.note}
 
 
@@ -141,8 +145,7 @@ def rows_of_one(run: Run, observable: str, predicted: dict[str, Array], more: Ar
     `more`, (speeds,), is an exact number added to T_flash everywhere, with all heat in the moving body; the column
     sliding has its own.
     """
-    record, plastic = OBSERVABLES[observable], not run.scene.elastic
-    all_yields = plastic and isfinite(prediction.yield_wavenumber(run.scene))
+    record = OBSERVABLES[observable]
     measured = {name: run.estimate(observable, name) for name in run.numerics.columns}
     slid = None
     if run.numerics.march is not None and observable in OF_MARCH:
@@ -152,18 +155,17 @@ def rows_of_one(run: Run, observable: str, predicted: dict[str, Array], more: Ar
         predicted = {name: values + more for name, values in predicted.items()}
         measured = {name: replace(estimate, mean=estimate.mean + share * more) for name, estimate in measured.items()}
     ratios = ratios_of(run, observable, predicted["theory"], predicted["theory_at_cut_off"], more)
-    no_limit = np.any([np.isnan(estimate.budget["bandwidth"]) for estimate in measured.values()], axis=0)
-    no_limit |= plastic and not record.limit  # plastic patches have steep edges
+    notes = [notes_of(run, name, estimate) for name, estimate in measured.items()]
     for k, speed in enumerate(run.scene.speeds if record.per_speed else (None,)):
         said, quotients = {name: float(x[k] * share[k]) for name, x in predicted.items()}, {}
         cells = {name: cell_of(e, k) for name, e in measured.items()}
         for name, q in ratios.items():
             value, error, total = (float(x[k]) for x in (q.mean, q.standard_error, q.total_error))
             quotients[name] = Ratio(value, error, total, q.unknown_at(k))
-        at_cut_off = no_limit[k] and not all(isnan(cell.mean) for cell in cells.values())
+        of_columns = {of_column[k] for of_column in notes}
         if run.numerics.march is not None:
             cells[SLIDING] = cell_of(slid, k) if slid else NOTHING
-        note = "identity" if all_yields and record.by_force_balance else "at q_c" if at_cut_off else ""
+        note = next((note for note in (IDENTITY, AT_CUT_OFF) if note in of_columns), "")
         yield Row(observable, record.unit, speed, columns=cells, ratios=quotients, note=note, **said)
 
 
