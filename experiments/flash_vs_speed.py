@@ -47,7 +47,7 @@ def main() -> None:
         row = next(r for r in comparison.rows if r.observable == "flash_temperature" and r.speed == SPEED)
         cells = [str(Number(cell.mean, "K", cell.total_error, cell.unknown)) for cell in row.columns.values()]
         ratios = [str(Number(entry.value, "1", entry.total_error, entry.unknown)) for entry in row.ratios.values()]
-        print(f"{name:14}{row.theory_full_spectrum:8.1f}{cells[0]:>16}{cells[1]:>16}{ratios[0]:>18}{ratios[1]:>18}")
+        print(f"{name:14}{row.theory:8.1f}{cells[0]:>16}{cells[1]:>16}{ratios[0]:>18}{ratios[1]:>18}")
 
 
 if __name__ == "__main__":

@@ -2,8 +2,8 @@
 
 theory (on C_sm, with the scene's γ) · smoothed (elastic contact of surfaces drawn from C_sm) · capped (contact of the
 original surface, p ≤ σ_P). smoothed/theory tests W(q); capped/smoothed tests Eq. (27), where γ drops out. An elastic
-scene has theory and elastic. People read the theory over the whole spectrum, everywhere the same number; the ratio to
-the theory is formed over the modes that the simulation itself has.
+scene has theory and elastic. `theory` is over the whole spectrum, everywhere the same number; the ratio to the theory
+is the one to `theory_same_modes`, the sum over the modes that the simulation itself has.
 """
 
 from collections.abc import Iterator
@@ -45,13 +45,13 @@ class Comparison:
         """Return notes on missing members, and on waves that only the theory or only the simulation includes."""
         q_c, q_max = finest(self.run)[1], self.run.scene.spectrum.breaks[-1]
         notes = left_out(self.run)
-        if cut := self.farthest("theory_at_cut_off", "theory_full_spectrum"):
+        if cut := self.farthest("theory_at_cut_off", "theory"):
             notes.append(
                 f"C(q) is cut at q_c = {q_c:.3g} rad/m, below q_max = {q_max:.3g} rad/m. Up to q_c the theory is {cut} "
                 "Means are extrapolated to q_max, and the doubt of that is in their error; rows marked at q_c are not "
                 "extrapolated. The ratio is formed up to q_c."
             )
-        if short := self.farthest("theory", "theory_at_cut_off"):
+        if short := self.farthest("theory_same_modes", "theory_at_cut_off"):
             notes.append(
                 f"The cell holds too few long waves for the theory: summed over its modes it is {short} The error of "
                 "the ratio includes this; take more waves per side."
@@ -97,9 +97,9 @@ class Comparison:
     def to_dataframe(self) -> Any:
         """Return the rows as a `pandas.DataFrame` in SI; its index is the observable.
 
-        Its columns have the names of `to_dict`: speed, theory (summed over the modes of the simulation up to q_c),
-        theory_full_spectrum, calibrated, each measured column and each ratio with its total error, 95 %, and the
-        parts that this lacks (`NAME_unknown`), unit and note.
+        Its columns have the names of `to_dict`: speed, theory (over the whole spectrum), theory_same_modes (summed over
+        the modes of the cell up to q_c), calibrated, each measured column and each ratio with its total error, 95 %,
+        and the parts that this lacks (`NAME_unknown`), unit and note.
 
         Raises
         ------
@@ -152,7 +152,7 @@ def comparison_table(comparison: Comparison) -> Table:
         (
             with_unit(row.observable, row.unit),
             "" if row.speed is None else f"{row.speed:g}",
-            Number(row.theory_full_spectrum, row.unit),
+            Number(row.theory, row.unit),
             Number(row.calibrated, row.unit),
             *(Number(cell.mean, row.unit, cell.total_error, cell.unknown) for cell in row.columns.values()),
             *(Number(ratio.value, "1", ratio.total_error, ratio.unknown) for ratio in row.ratios.values()),

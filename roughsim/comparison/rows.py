@@ -70,18 +70,18 @@ class Slope(NamedTuple):
 class Row:
     """One observable at one speed (None without a speed): theory, the measured columns, and their ratios.
 
-    `theory` is summed over the modes of the cell up to q_c, `theory_at_cut_off` integrated up to q_c, and
-    `theory_full_spectrum` integrated over all of C(q). `calibrated` is that by the calibrated stress spectrum; NaN
-    where it was not compared with contacts. `note` is "identity" where force balance fixes the value, "at q_c" where
-    the value has no limit in the cut-off, or the run does not show one.
+    `theory` is integrated over all of C(q), `theory_at_cut_off` up to q_c, and `theory_same_modes` is summed over the
+    modes of the cell up to q_c: the ratio to the theory is the one to it. `calibrated` is by the calibrated stress
+    spectrum; NaN where it was not compared with contacts. `note` is "identity" where force balance fixes the value, "at
+    q_c" where the value has no limit in the cut-off, or the run does not show one.
     """
 
     observable: str
     unit: str
     speed: float | None
     theory: float
+    theory_same_modes: float
     theory_at_cut_off: float
-    theory_full_spectrum: float
     calibrated: float
     columns: dict[str, Cell]
     ratios: dict[str, Ratio]
@@ -90,12 +90,11 @@ class Row:
     @property
     def cut(self) -> bool:
         """Whether the theory up to q_c differs from that over the whole spectrum by more than `NOTICED`."""
-        whole = self.theory_full_spectrum
-        return abs(self.theory_at_cut_off - whole) > NOTICED * abs(whole)
+        return abs(self.theory_at_cut_off - self.theory) > NOTICED * abs(self.theory)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the row with an entry for each column and ratio."""
-        names = ("observable", "speed", "theory", "theory_full_spectrum", "calibrated")
+        names = ("observable", "speed", "theory", "theory_same_modes", "calibrated")
         result: dict[str, Any] = {name: getattr(self, name) for name in names}
         result |= {name: cell._asdict() for name, cell in self.columns.items()}
         for name, ratio in self.ratios.items():
@@ -108,7 +107,7 @@ class Row:
 
         NAME_total_error is the error of NAME, 95 %; NAME_unknown are the parts that it lacks, "" for none.
         """
-        names = ("observable", "unit", "speed", "theory", "theory_full_spectrum", "calibrated")
+        names = ("observable", "unit", "speed", "theory", "theory_same_modes", "calibrated")
         result: dict[str, Any] = {name: getattr(self, name) for name in names}
         values = {name: (cell.mean, cell.total_error, cell.unknown) for name, cell in self.columns.items()}
         values |= {name: (ratio.value, ratio.total_error, ratio.unknown) for name, ratio in self.ratios.items()}
@@ -126,9 +125,9 @@ def rows_of(run: Run) -> Iterator[Row]:
             warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
         summed = prediction.mode_sums(run.scene, drawn, grid)
     theories = {  # by the field of a row that has it
-        "theory": summed,
+        "theory": prediction.predictions(run.scene),
+        "theory_same_modes": summed,
         "theory_at_cut_off": prediction.predictions(run.scene, q_c),
-        "theory_full_spectrum": prediction.predictions(run.scene),
         "calibrated": prediction.calibrated_predictions(run.scene),
     }
     for observable in OBSERVABLES:
@@ -154,7 +153,7 @@ def rows_of_one(run: Run, observable: str, predicted: dict[str, Array], more: Ar
     if more is not None:
         predicted = {name: values + more for name, values in predicted.items()}
         measured = {name: replace(estimate, mean=estimate.mean + share * more) for name, estimate in measured.items()}
-    ratios = ratios_of(run, observable, predicted["theory"], predicted["theory_at_cut_off"], more)
+    ratios = ratios_of(run, observable, predicted["theory_same_modes"], predicted["theory_at_cut_off"], more)
     notes = [notes_of(run, name, estimate) for name, estimate in measured.items()]
     for k, speed in enumerate(run.scene.speeds if record.per_speed else (None,)):
         said, quotients = {name: float(x[k] * share[k]) for name, x in predicted.items()}, {}

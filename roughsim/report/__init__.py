@@ -133,7 +133,7 @@ def answer(comparison: Comparison) -> Html:
     """Return the flash temperature at the highest speed in each column, and the figure of the comparison."""
     rows = [row for row in comparison.rows if row.observable == "flash_temperature"]
     row = max(rows, key=lambda row: row.speed or 0.0)
-    values = {"theory": Number(row.theory_full_spectrum, "K")}
+    values = {"theory": Number(row.theory, "K")}
     if isfinite(row.calibrated):
         values["calibrated"] = Number(row.calibrated, "K")
     values |= {name: Number(x.mean, "K", x.total_error, x.unknown) for name, x in row.columns.items()}

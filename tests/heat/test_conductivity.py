@@ -170,7 +170,7 @@ def test_a_table_goes_from_the_plan_to_the_comparison(quick, tmp_path):
     draw_over_speed(axes, run, comparison.rows, "flash_temperature")
     speeds, curve = axes.lines[0].get_data()
     whole = [row for row in comparison.rows if row.observable == "flash_temperature"][-1]
-    assert curve[-1] == pytest.approx(whole.theory_full_spectrum, rel=1e-12)  # the share of the heat included
+    assert curve[-1] == pytest.approx(whole.theory, rel=1e-12)  # the share of the heat included
     assert speeds[-1] == pytest.approx(whole.speed, rel=1e-12)
     k = len(scene.speeds) - 1
     bodies = prediction.conduction(scene).each[k]

@@ -145,7 +145,7 @@ def test_the_page_says_what_the_run_says(kept_run, written):
         assert two_digits(cell.mean, cell.total_error, cell.unknown) in words
     for ratio in row.ratios.values():
         assert f"= {two_digits(ratio.value, ratio.total_error, ratio.unknown)}: tests" in words
-    assert f"{row.theory_full_spectrum:.4g}" in words
+    assert f"{row.theory:.4g}" in words
     estimate = kept_run.estimate("flash_temperature")
     for part in (*estimate.budget.values(), estimate.bias, estimate.total_error):
         said = html.unescape(digits(Number(abs(float(part[-1])), "K", digits=2)))

@@ -53,7 +53,7 @@ def test_the_answers_are_those_that_the_comparison_prints(kept_run, file):
             values = stored[row.observable][(slice(None), *place)]
             errors = stored[f"{row.observable}_total_error"][(slice(None), *place)]
             cells = [row.columns[name] for name in columns[2:]]
-            shown = [row.theory_full_spectrum, row.calibrated, *(cell.mean for cell in cells)]
+            shown = [row.theory, row.calibrated, *(cell.mean for cell in cells)]
             np.testing.assert_allclose(values, shown, rtol=1e-12)
             np.testing.assert_allclose(errors[2:], [cell.total_error for cell in cells], rtol=1e-12)
             assert np.isnan(errors[0])
