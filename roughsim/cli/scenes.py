@@ -52,7 +52,7 @@ def theory(
     if as_json:
         print_json(theory_dict(loaded) | judged.to_dict() | ({"trust": reliability.to_dict()} if reliability else {}))
     else:
-        print_parts(theory_table(loaded), *([trust_table(reliability)] if reliability else []), *judged.tables())
+        print_parts(theory_table(loaded), *([trust_table(reliability)] if reliability else []), judged.table())
         for line in judged.warnings:
             warn(line)
 
@@ -79,7 +79,7 @@ def plan(
         reasons = [reason._asdict() for reason in numerics.reasons]
         print_json(numerics.to_dict() | {"reasons": reasons} | judged.to_dict())
     else:
-        print_parts(plan_table(numerics.reasons), *judged.tables())
+        print_parts(plan_table(numerics.reasons), judged.table())
         for line in judged.warnings:
             warn(line)
 

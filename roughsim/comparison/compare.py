@@ -14,6 +14,7 @@ from typing import Any
 
 from roughsim.comparison.rows import CONTACT_TEMPERATURE, NOTICED, Row, Slope, finest, rows_of, stress_slope
 from roughsim.comparison.tables import calibrated_note
+from roughsim.prediction.statements import statements
 from roughsim.results import marks
 from roughsim.results.folder import left_out
 from roughsim.results.run import Run
@@ -176,6 +177,7 @@ def meanings(comparison: Comparison) -> Iterator[str]:
         "the cell, up to q_c."
     )
     yield calibrated_note(comparison.run.scene)
+    yield from map(str, statements(comparison.run.scene))
     if comparison.run.numerics.march is not None:
         yield (
             "sliding: both faces move over one another, and the bodies share the heat point by point. T_flash is that "

@@ -16,6 +16,7 @@ from roughsim import prediction
 from roughsim.estimate.cell_size import choose_lengths
 from roughsim.planning.levels import CAPPED_SIDE, ELASTIC_SIDE
 from roughsim.prediction.scans import scan_of_hottest
+from roughsim.prediction.statements import Statement, cautions, statements
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.scene.sections import BodySection, CounterfaceSection
@@ -87,7 +88,7 @@ class Facts:
         """Return JSON values in SI; NaN and inf as None."""
         return {name: json_value(value) for name, value in vars(self).items()}
 
-    def table(self) -> Table:
+    def rows(self) -> list[Statement]:
         """Return name, value and meaning of each for people."""
         elastic = self.pressure_over_hardness == 0.0
         ratio = ("σ₀/σ_P", f"{self.pressure_over_hardness:.3g}", "nominal pressure over penetration hardness")
@@ -115,7 +116,7 @@ class Facts:
             ("Péclet number", range_text(self.peclet_number), f"vr/D with that radius, {speeds}"),
             ("T_flash", f"{range_text(self.flash_temperature)} K", f"in theory, {speeds}, {background}"),
         ]
-        return Table([Column("", name=True), Column("", name=True), Column("")], rows)
+        return [Statement(*row) for row in rows]
 
 
 facts = lru_cache(maxsize=8)(Facts)
@@ -127,18 +128,22 @@ def range_text(values: NDArray[np.float64]) -> str:
 
 
 class Plausibility(NamedTuple):
-    """Sizes that follow from a scene (None where its theory cannot be evaluated), and warnings about its numbers."""
+    """What follows from a scene: sizes (None where its theory has no value), assumptions, and warnings."""
 
     facts: Facts | None
     warnings: list[str]
+    statements: list[Statement]
 
-    def tables(self) -> list[Table]:
-        """Return the facts as a table for people; an empty list without facts."""
-        return [self.facts.table()] if self.facts else []
+    def table(self) -> Table:
+        """Return sizes and assumptions for people: name, value, and meaning or reason."""
+        rows = [*(self.facts.rows() if self.facts else []), *self.statements]
+        return Table([Column("", name=True), Column("", name=True), Column("")], rows)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return "scene_facts" and "scene_warnings" as JSON values."""
-        return {"scene_facts": self.facts and self.facts.to_dict(), "scene_warnings": self.warnings}
+        """Return "scene_facts", "scene_statements" and "scene_warnings" as JSON values."""
+        told = [statement._asdict() for statement in self.statements]
+        sizes = self.facts and self.facts.to_dict()
+        return {"scene_facts": sizes, "scene_statements": told, "scene_warnings": self.warnings}
 
 
 def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
@@ -146,14 +151,15 @@ def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
 
     Contact is counted in pixels of the finest grid of `numerics`, or, without `numerics`, of the largest planned one.
     """
-    bodies = [*roughness_lines(scene), *body_lines(scene)]
+    bodies, stated = [*roughness_lines(scene), *body_lines(scene), *cautions(scene)], statements(scene)
     try:
         known = facts(scene)
     except (ValueError, ArithmeticError, RuntimeError) as error:
         line = f"the theory of this scene cannot be evaluated ({error}); contact area and temperature are not checked"
-        return Plausibility(None, [*slope_lines(scene, scene.spectrum.rms_slope), *bodies, " ".join(line.split())])
+        lines = [*slope_lines(scene, scene.spectrum.rms_slope), *bodies, " ".join(line.split())]
+        return Plausibility(None, lines, stated)
     lines = [*slope_lines(scene, known.rms_slope_before_yield), *bodies, *load_lines(scene, known, numerics)]
-    return Plausibility(known, [*lines, *heat_lines(scene, known), *share_lines(scene, known)])
+    return Plausibility(known, [*lines, *heat_lines(scene, known), *share_lines(scene, known)], stated)
 
 
 def slope_lines(scene: Scene, before_yield: float) -> Lines:

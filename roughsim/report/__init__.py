@@ -230,9 +230,8 @@ def scene_section(run: Run) -> Html:
         ["thermal diffusivity", diffusivity_text(scene), "mm²/s"],
     ]
     titles = [Column("what follows from it"), Column("", number=True), Column("")]
-    facts = judge(scene, run.numerics).facts
     toml = with_short_tables(scene.to_toml())
-    parts = [html_table(Table(titles, follows)), *([html_table(facts.table())] if facts else []), tag("pre", toml)]
+    parts = [html_table(Table(titles, follows)), html_table(judge(scene, run.numerics).table()), tag("pre", toml)]
     return joined(*parts)
 
 

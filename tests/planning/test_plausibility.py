@@ -128,7 +128,7 @@ def test_the_facts_are_those_of_the_scene(full_scene, capped_scene):
 
 
 def test_the_facts_for_people_are_in_the_units_that_they_say(steel):
-    rows = {name: f"{value} {meaning}" for name, value, meaning in facts(steel).table().rows}
+    rows = {name: f"{value} {meaning}" for name, value, meaning in facts(steel).rows()}
     # two faces of 0.9 µm; 2π/6350 1/m to 2π/4.15e7 1/m; the cell has four of the longest waves
     assert rows["rms height"] == "1.27 µm of both faces together, in waves of 0.989 mm to 0.151 µm"
     assert rows["hot spots"].endswith(" µm in a cell of 3.96 mm × 3.96 mm")

@@ -1,0 +1,68 @@
+"""What a scene assumes without a number of its own: where the roughness is, and into which body the heat goes.
+
+Each statement is made here once; `plan`, `theory`, `compare` and the report print the same ones.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from roughsim.scene import Scene
+from roughsim.scene.numerics import SLIDING
+
+
+class Statement(NamedTuple):
+    """What a scene assumes: its name, its value in words, and why it is so."""
+
+    name: str
+    value: str
+    because: str
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.value}; {self.because}"
+
+
+def statements(scene: Scene) -> list[Statement]:
+    """Return what a scene assumes, in the order in which it is printed."""
+    return [*of_roughness(scene), *of_heat(scene)]
+
+
+def of_roughness(scene: Scene) -> Iterator[Statement]:
+    """Yield on which of the two bodies the roughness rests."""
+    slides, two = scene.sliding.history == SLIDING, len(scene.faces) == 2
+    if slides and two:
+        value = "on both faces"
+        because = "in the column sliding that of [surface] rides with [body] and that of [counterface] rests"
+        because += "; in the others all of it rests on the counterface"
+    else:
+        value = "of both faces, on the resting face" if two else "on the resting face"
+        of_what = 'with history = "frozen" the contact' if two else "a lone rough face"
+        because = f"{of_what} rests on the counterface: its hot spots slide over [body]"
+    yield Statement("roughness", value, because)
+
+
+def of_heat(scene: Scene) -> Iterator[Statement]:
+    """Yield into which body the heat of the temperatures goes."""
+    rule = scene.sliding.heat_partition
+    if rule == "all" and not scene.counterface_conducts:
+        value, because = "all into the moving body", "there is no second body that takes heat"
+    elif rule == "all":
+        value, because = "all into the moving body", 'heat_partition is "all", as it is where it is left out'
+    elif isinstance(rule, str):
+        equal = "T_flash" if rule == "mean" else "T₀ + T_flash"
+        value, because = f'by the rule "{rule}"', f"the share of each speed makes {equal} of the two bodies equal"
+    else:
+        value, because = f"{rule:.4g} into the moving body", "heat_partition states it"
+    if scene.sliding.history == SLIDING:
+        because += "; the column sliding has its own share"
+    yield Statement("heat", value, because)
+
+
+def cautions(scene: Scene) -> Iterator[str]:
+    """Yield a warning of one rough face, all the heat in one body, and another body that takes heat too."""
+    if len(scene.faces) > 1 or not scene.counterface_conducts or scene.sliding.heat_partition != "all":
+        return
+    yield (
+        'sliding.heat_partition is "all", as it is where it is left out, but the counterface takes heat, too; write '
+        '"mean", or a number (1 for all). The one rough face rests on the counterface: if it is the face of the moving '
+        "body, exchange [body] and [counterface]; see docs/partition.md"
+    )

@@ -1,0 +1,129 @@
+"""What a scene assumes about its rough faces and its heat is printed, and it is what the code computes."""
+
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import roughsim as rs
+from roughsim import prediction
+from roughsim.cli import app
+from roughsim.planning.limits import judge
+from roughsim.planning.realization import march_problem
+from roughsim.prediction.statements import statements
+from roughsim.report import report_run
+from roughsim.scene import parse_scene
+
+SURFACE = "rms_height = 1e-6\nhurst = 0.8\nq_min = 6350\nq_max = 2e5\n"
+STEEL = "youngs_modulus = 200e9\npoisson_ratio = 0.3\nconductivity = 30\ndensity = 7900\nheat_capacity = 500\n"
+BRASS = "youngs_modulus = 100e9\npoisson_ratio = 0.3\nconductivity = 120\ndensity = 8500\nheat_capacity = 380\n"
+SLIDING = "[sliding]\nnominal_pressure = 9e7\nfriction_coefficient = 0.11\nspeed = [0.1, 35]\n"
+OTHER = "rms_height = 0.3e-6\nhurst = 0.8\nq_min = 6350\nq_max = 2e5\n"
+
+
+def scene_of(counterface, sliding=""):
+    other = "" if counterface is None else f"[counterface]\n{counterface}"
+    return parse_scene(f"[surface]\n{SURFACE}[body]\n{STEEL}{other}{SLIDING}{sliding}")
+
+
+def said(scene):
+    return {statement.name: statement.value for statement in statements(scene)}
+
+
+ON_BOTH = 'history = "sliding"\nslid_distance = 1e-3\nheat_partition = 0.5\n'
+
+
+@pytest.mark.parametrize(
+    ("counterface", "sliding", "roughness", "heat"),
+    [
+        (None, "", "on the resting face", "all into the moving body"),
+        (BRASS, "", "on the resting face", "all into the moving body"),
+        (BRASS, "heat_partition = 0.75\n", "on the resting face", "0.75 into the moving body"),
+        (BRASS, 'heat_partition = "mean"\n', "on the resting face", 'by the rule "mean"'),
+        ('like = "body"\n', "", "of both faces, on the resting face", "all into the moving body"),
+        (BRASS + OTHER, "", "of both faces, on the resting face", "all into the moving body"),
+        (BRASS + OTHER, ON_BOTH, "on both faces", "0.5 into the moving body"),
+        ('like = "body"\n', ON_BOTH, "on both faces", "0.5 into the moving body"),
+        (BRASS, ON_BOTH, "on the resting face", "0.5 into the moving body"),
+    ],
+)
+def test_a_scene_states_where_its_roughness_is_and_where_its_heat_goes(counterface, sliding, roughness, heat):
+    assert said(scene_of(counterface, sliding)) == {"roughness": roughness, "heat": heat}
+
+
+def test_a_lone_rough_face_is_computed_as_one_that_rests_on_the_counterface():
+    # the same two bodies, one rough, the other smooth, in both roles: spots at rest on a body heat it for long, and so
+    # the fast body takes most of the heat. With the roles exchanged the other body does
+    steel_moves = scene_of(BRASS, 'heat_partition = "mean"\n')
+    brass_moves = parse_scene(
+        f'[surface]\n{SURFACE}[body]\n{BRASS}[counterface]\n{STEEL}{SLIDING}heat_partition = "mean"\n'
+    )
+    shares = [prediction.heat_partition(scene) for scene in (steel_moves, brass_moves)]
+    # long before the speed counts, heat goes by the conductivities: κ/(κ + κ′)
+    slow = [scene.with_("sliding.speed", [1e-6]) for scene in (steel_moves, brass_moves)]
+    at_rest = [float(prediction.heat_partition(scene)[0]) for scene in slow]
+    np.testing.assert_allclose(at_rest, [30 / 150, 120 / 150], rtol=1e-3)
+    for share, low in zip(shares, at_rest, strict=True):
+        assert low < share[0] < share[1] < 1.0  # the body over which the spots slide takes more, the faster the more
+
+
+def test_of_two_faces_that_slide_the_first_rides_with_the_moving_body():
+    heights = {}
+    for name, scene in {"two": scene_of(BRASS + OTHER, ON_BOTH), "lone": scene_of(BRASS, ON_BOTH)}.items():
+        problem = march_problem(scene, rs.plan(scene))
+        faces = problem.resting_spectrum, problem.moving_spectrum
+        heights[name] = [None if face is None else face.rms_height for face in faces]
+    np.testing.assert_allclose(heights["two"], [0.3e-6, 1e-6], rtol=0.01)  # that of [counterface] rests
+    assert heights["lone"][0] == pytest.approx(1e-6, rel=0.01)  # it rests, though it is that of [surface]
+    assert heights["lone"][1] is None
+
+
+@pytest.mark.parametrize("form", ["", 'heat_partition = "all"\n'])
+def test_one_rough_face_without_a_share_between_two_bodies_gets_a_warning(form):
+    lines = judge(scene_of(BRASS, form)).warnings
+    (line,) = [line for line in lines if "heat_partition" in line]
+    assert "the counterface takes heat, too" in line
+    assert "exchange [body] and [counterface]" in line
+    assert len(line) < 320
+
+
+@pytest.mark.parametrize(
+    ("counterface", "sliding"),
+    [
+        (None, ""),  # there is no other body
+        ("youngs_modulus = 1e9\npoisson_ratio = 0.3\n", ""),  # it insulates
+        (BRASS, "heat_partition = 1\n"),  # stated
+        (BRASS, 'heat_partition = "mean"\n'),
+        (BRASS + OTHER, ""),  # two rough faces
+    ],
+)
+def test_other_scenes_do_not_get_it(counterface, sliding):
+    assert not any("takes heat, too" in line for line in judge(scene_of(counterface, sliding)).warnings)
+
+
+def test_plan_theory_compare_and_report_print_the_same_statements(tmp_path):
+    scene = replace(
+        scene_of(BRASS),
+        numerics=replace(
+            scene_of(BRASS).numerics,
+            lengths=(2e-3, 2e-3),
+            levels=({"column": "elastic", "shape": [16, 16], "q_max": 1e4},),
+        ),
+    )
+    path = tmp_path / "scene.toml"
+    path.write_text(scene.to_toml())
+    rs.run(scene, tmp_path / "run", max_realizations=2, until={})
+    outputs = [CliRunner().invoke(app, [verb, str(path)]).stdout for verb in ("plan", "theory")]
+    outputs.append(CliRunner().invoke(app, ["compare", str(tmp_path / "run")]).stdout)
+    outputs.append(report_run(rs.open_run(tmp_path / "run"), tmp_path / "run.html").read_text())
+    for text in outputs:
+        flat = re.sub(r"<[^>]*>", " ", text)
+        assert re.search(r"roughness:?\s+on the resting face", flat)
+        assert re.search(r"heat:?\s+all into the moving body", flat)
+    for verb in ("plan", "theory"):
+        told = json.loads(CliRunner().invoke(app, [verb, str(path), "--json"]).stdout)["scene_statements"]
+        assert [(row["name"], row["value"]) for row in told] == list(said(scene).items())
+        assert all(row["because"] for row in told)
