@@ -3,7 +3,6 @@
 No run needs this module. A broken part is reported, not raised: `examine` always returns.
 """
 
-import os
 import platform
 import re
 import shutil
@@ -25,7 +24,8 @@ def examine(folder: Path) -> dict[str, Any]:
     """Look at the installation, the machine, and the runs below a folder.
 
     Returns JSON values: ``roughsim``, ``python``, ``system``, ``packages`` (name → {version, needed, sound}), ``fft``,
-    ``cores``, ``threads`` (library → count), ``memory_bytes``, ``free_bytes`` (of the folder's disk), ``claims`` (runs,
+    ``cores``, ``memory_bytes`` (both for this process), ``cores_limit``, ``memory_limit`` (what limits them, in words),
+    ``threads`` (library → count), ``free_bytes`` (of the folder's disk), ``claims`` (runs,
     one and two levels below, that processes work on), ``extras`` (name → {missing, install}), ``checks``, and
     ``sound``: whether a run can be trusted to compute.
     """
@@ -40,6 +40,8 @@ def examine(folder: Path) -> dict[str, Any]:
                 missing.append(package["needed"])
                 extras[extra]["install"] = "pip install " + " ".join(f"'{needed}'" for needed in missing)
     checks = [checked(name, check) for name, check in CHECKS.items()]
+    machine = import_module("roughsim.machine")
+    cores, memory = machine.usable_cores(), machine.available_memory()
     needed = [package["sound"] for name, package in packages.items() if name not in REPLACEABLE]
     return {
         "roughsim": rs.__version__,
@@ -48,10 +50,12 @@ def examine(folder: Path) -> dict[str, Any]:
         "system": platform.platform(),
         "packages": packages,
         "fft": none_if_broken(lambda: import_module("roughsim.fourier").backend()),
-        "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1,
+        "cores": int(cores.amount),
+        "cores_limit": cores.source,
         "threads": none_if_broken(library_threads),
         # inf where the system does not say: int(inf) raises, and the result is None
-        "memory_bytes": none_if_broken(lambda: int(import_module("roughsim.untrusted").machine_memory())),
+        "memory_bytes": none_if_broken(lambda: int(memory.amount)),
+        "memory_limit": memory.source,
         "free_bytes": none_if_broken(lambda: shutil.disk_usage(folder).free),
         "claims": list(claims_below(folder)),
         "extras": extras,
@@ -71,8 +75,8 @@ def lines(report: dict[str, Any]) -> list[str]:
         f"Python {report['python']} on {report['system']}",
         "packages: " + ", ".join(f"{name} {package['version']}" for name, package in report["packages"].items()),
         f"transforms: {report['fft']}",
-        f"cores: {report['cores']}; threads of libraries: {threads or 'unknown'}",
-        f"memory: {memory}; free disk here: {disk}",
+        f"cores: {report['cores']} ({report['cores_limit']}); threads of libraries: {threads or 'unknown'}",
+        f"memory: {memory} ({report['memory_limit']}); free disk here: {disk}",
     ]
     for name, package in report["packages"].items():
         if not package["sound"]:

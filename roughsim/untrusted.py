@@ -19,13 +19,14 @@ import signal
 import sys
 import zipfile
 from collections.abc import Callable, Iterator
-from math import inf, prod
+from math import prod
 from pathlib import Path
 from subprocess import DEVNULL, PIPE, Popen
 from threading import Lock
 from typing import Any
 
 from roughsim.errors import RecordError
+from roughsim.machine import available_memory, exceeds, in_words
 from roughsim.show.text import plain
 
 _PICKLED_ARRAY = re.compile(rb"'descr'\s*:\s*[^,}]*\|?O")  # in the header of a .npy
@@ -43,23 +44,15 @@ def regular_file(path: Path) -> Path:
     return path
 
 
-def machine_memory() -> float:
-    """Return the bytes of memory of this machine; inf where the system does not say."""
-    try:
-        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
-    except (ValueError, OSError, AttributeError):
-        return inf
-
-
 def check_hdf5(file: Any, path: Path, *, numbers_only: bool = True) -> None:
-    """Raise a RecordError if an open HDF5 file leads elsewhere or declares more than half of the memory.
+    """Raise a RecordError if an open HDF5 file leads elsewhere or declares more than half of the available memory.
 
     No dataset is read. With `numbers_only`, as in files of roughsim, text, records and soft links are refused too;
     instruments write them. `path` names the file in the message.
     """
     from h5py import h5d, h5t
 
-    declared, limit = 0.0, 0.5 * machine_memory()
+    declared = 0.0
     for name, dataset in _datasets(file, path, numbers_only):
         properties, kind = dataset.get_create_plist(), dataset.get_type()
         if properties.get_external_count():
@@ -70,10 +63,10 @@ def check_hdf5(file: Any, path: Path, *, numbers_only: bool = True) -> None:
             raise RecordError(f"{path}: {name} holds objects, not plain numbers; nothing was read")
         # many datasets that fit one by one may not fit together; an empty dataset has no shape, a scalar the shape ()
         declared += 0.0 if dataset.shape is None else float(prod(dataset.shape)) * float(kind.get_size())
-        if declared > limit:
+        if exceeds(declared, 0.5):
             raise RecordError(
                 f"{path}: {name} declares the shape {dataset.shape}; with it the file would need "
-                f"{declared / 1e9:.3g} GB, above half of the machine's memory, {limit / 1e9:.3g} GB; nothing was read"
+                f"{declared / 1e9:.3g} GB, above half of the {in_words(available_memory())}; nothing was read"
             )
 
 
@@ -110,9 +103,9 @@ def check_measured_file(path: Path) -> None:
     Other programs will read it. Refused are: no regular file, more than an eighth of memory, a zip whose entries
     unpack to more than half of memory, a pickle, and an HDF5 file that `check_hdf5` refuses or the library cannot read.
     """
-    size, memory = regular_file(path).stat().st_size, machine_memory()
-    if size > 0.125 * memory:
-        raise RecordError(f"{path} has {size / 1e9:.3g} GB, above an eighth of the machine's memory; crop it first")
+    size = regular_file(path).stat().st_size
+    if exceeds(size, 0.125):
+        raise RecordError(f"{path} has {size / 1e9:.3g} GB, above an eighth of the available memory; crop it first")
     with open(path, "rb") as file:
         start = file.read(4096)
     if start.startswith(b"\x89HDF\r\n\x1a\n"):
@@ -123,8 +116,8 @@ def check_measured_file(path: Path) -> None:
     elif start.startswith(b"PK"):
         with zipfile.ZipFile(path) as archive:
             unpacked = sum(entry.file_size for entry in archive.infolist())
-        if unpacked > 0.5 * memory:
-            raise RecordError(f"{path} unpacks to {unpacked / 1e9:.3g} GB, above half of the machine's memory")
+        if exceeds(unpacked, 0.5):
+            raise RecordError(f"{path} unpacks to {unpacked / 1e9:.3g} GB, above half of the available memory")
     elif start.startswith(b"\x80") or (start.startswith(b"\x93NUMPY") and _PICKLED_ARRAY.search(start)):
         raise RecordError(f"{path} holds pickled Python objects, which run code when they are read; nothing was read")
 

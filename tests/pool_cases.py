@@ -3,7 +3,7 @@
 from concurrent.futures import Executor, Future
 
 import roughsim as rs
-from roughsim.ensemble import tasks, workers
+from roughsim.ensemble import tasks, workforce
 from roughsim.ensemble.run import aimed
 from roughsim.store.claims import Claims
 
@@ -15,7 +15,7 @@ def to_do(scene, folder):
     return tasks.Tasks([tasks.AtWork(scene, run.numerics, folder, run)], Claims(folder), lambda: None)
 
 
-class Force(workers.Workforce):
+class Force(workforce.Workforce):
     """Pools that are handed in."""
 
     def __init__(self, *pools):

@@ -13,9 +13,10 @@ from roughsim.ensemble.workers import Job, single_member, write
 from roughsim.errors import RecordError, ResolutionError
 from roughsim.fourier import set_threads
 from roughsim.grid import Array, Grid
+from roughsim.machine import available_memory, exceeds, workers_that_fit
 from roughsim.pipeline import solve_problem
 from roughsim.planning.levels import ELASTIC_SIDE, PIXELS
-from roughsim.planning.realization import level_problem
+from roughsim.planning.realization import largest_member, level_problem
 from roughsim.results.folder import describe, folder_state, open_run, read_description
 from roughsim.results.pressed import PRESS, QUARTERS
 from roughsim.results.run import Run
@@ -26,7 +27,6 @@ from roughsim.show.text import note
 from roughsim.store.member_files import member_path
 from roughsim.surface.topography import Topography
 from roughsim.surface.topography.periodic import band_limited, mirrored
-from roughsim.untrusted import machine_memory
 
 LEAST_SIDE = 64  # points of a map
 BYTES_PER_POINT = 64.0  # of the map with its mirror images
@@ -87,6 +87,7 @@ def press(
     for place, cells, how in ((home, [whole], edges), (home / QUARTERS, quarters(topography), "mirror")):
         own = replace(loaded, ensemble=replace(loaded.ensemble, until=(), max_realizations=len(cells)))
         numerics = numerics_of(own, cells[0].grid, q_max, coarser, how)
+        workers_that_fit(1, *largest_member(own, numerics), available_memory())
         begin(place, own, numerics, {"of": "map" if len(cells) == 1 else QUARTERS, "edges": how, "heights": digest})
         tasks.append((place, own, numerics, cells))
     for task in tasks:
@@ -111,10 +112,10 @@ def refuse(scene: Scene, grid: Grid, edges: str | None) -> None:
         raise SceneError('sliding.history = "sliding" does not go with a map that is pressed; write "frozen"')
     if min(grid.shape) < LEAST_SIDE:
         raise ResolutionError(f"the map has {grid.shape} points; to press it takes {LEAST_SIDE} along each side")
-    if (needed := BYTES_PER_POINT * 4 * grid.points) > 0.5 * machine_memory():
+    if exceeds(needed := BYTES_PER_POINT * 4 * grid.points, 0.5):
         raise ResolutionError(
             f"the map of {grid.shape} points needs {1e-9 * needed:.3g} GB with its mirror images, above half of the "
-            "machine's memory; crop it or make it coarser"
+            "available memory; crop it or make it coarser"
         )
 
 

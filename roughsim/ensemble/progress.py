@@ -1,6 +1,5 @@
 """The progress of a run on a terminal: realizations, errors beside their targets, and the time left."""
 
-import os
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -8,7 +7,7 @@ from pathlib import Path
 from roughsim.ensemble.bar import PatientConsole, Progress
 from roughsim.ensemble.run import carry_out
 from roughsim.ensemble.status import losses, reached
-from roughsim.ensemble.workers import Workforce
+from roughsim.ensemble.workforce import Workforce
 from roughsim.planning.limits import judge
 from roughsim.planning.realization import march_problem
 from roughsim.results.run import Run
@@ -18,7 +17,7 @@ from roughsim.show.text import clock, warn
 
 
 def run_shown(scene: Scene, folder: Path, workers: int | None, *, began: float | None = None) -> Run:
-    """Plan and run a scene as `roughsim.run` does, showing the plan, the progress and the end; all cores for None.
+    """Plan and run a scene as `roughsim.run` does, showing plan, progress and end; None: as many workers as fit.
 
     `began` is when the command was given, s by `time.monotonic`; now if left out. The last line tells the time since.
     """
@@ -37,11 +36,10 @@ def run_shown(scene: Scene, folder: Path, workers: int | None, *, began: float |
             warn(line)
         progress.began = time.monotonic()  # the time left follows from the members alone
 
-    count = (os.cpu_count() or 1) if workers is None else workers
     try:
         with suppress(OSError):
             progress.bar.start()
-        result = carry_out(scene, folder, Workforce(count, None), planned=show_plan, observer=progress.update)
+        result = carry_out(scene, folder, Workforce(workers, None), planned=show_plan, observer=progress.update)
     finally:
         with suppress(OSError):
             progress.bar.stop()

@@ -15,11 +15,13 @@ from typing import Any
 
 from roughsim import prediction
 from roughsim.ensemble.compiling import begin_compiling_for
+from roughsim.ensemble.signals import stopped_by_signals
 from roughsim.ensemble.tasks import AtWork, Tasks, clear, sweep
-from roughsim.ensemble.workers import Workforce, leave_if_imported, refuse_script_without_file, stopped_by_signals
+from roughsim.ensemble.workforce import Workforce, leave_if_imported, refuse_script_without_file
 from roughsim.errors import RecordError
 from roughsim.pipeline import versions
 from roughsim.planning.plan import plan
+from roughsim.planning.realization import largest_member
 from roughsim.results.folder import describe, folder_state, open_run, read_description
 from roughsim.results.run import Run
 from roughsim.scene import Scene
@@ -37,7 +39,7 @@ def run(
     seed: int | None = None,
     until: dict[str, float] | None = None,
     max_realizations: int | None = None,
-    workers: int = 1,
+    workers: int | None = 1,
     executor: Executor | None = None,
     observer: Callable[[Run], None] | None = None,
 ) -> Run:
@@ -60,11 +62,13 @@ def run(
         Where to stop in any case; the scene's if left out. Each of several processes stops by its own `until` and
         `max_realizations`; run.json tells those of the one that started last.
     workers : int, optional
-        Processes; 1 computes in this one. A script that asks for more needs ``if __name__ == "__main__":``; a notebook
-        does not.
+        Processes; 1 computes in this one. None: as many as this process has cores. Together they take 80 % of the
+        available memory at most: there are fewer where that is too little, and a warning says so. A script that asks
+        for more than one needs ``if __name__ == "__main__":``; a notebook does not.
     executor : concurrent.futures.Executor, optional
         Used in place of own processes; twice `workers` calls are kept in flight. A call computes one member, or
-        several that take a quarter of a second together.
+        several that take a quarter of a second together. Each of its processes looks whether its memory has room for
+        one member; whether it has room for all that run on one machine is left to the caller.
     observer : callable, optional
         Called with the run after each member has been stored, or after several short ones.
 
@@ -83,7 +87,9 @@ def run(
         If workers or the scheduler of an executor die again and again, or the script of the call lacks
         ``if __name__ == "__main__":``.
     KeyboardInterrupt
-        After Ctrl-C or SIGTERM, within a second; what was stored stays.
+        After Ctrl-C, SIGTERM or SIGHUP, within a second; what was stored stays.
+    ResolutionError
+        If one member takes more than 80 % of the available memory, before any work.
     TypeError, ValueError
         Naming the argument, before any work.
     """
@@ -115,18 +121,20 @@ def carry_out(
         if numerics is None and not folder.exists():
             begin_compiling_for(scene, folder)
             force.start()  # while this process plans
+        elif numerics is not None:
+            fit(force, [(scene, numerics)])  # before a folder is made for what does not fit
         numerics = begin(scene, folder, numerics)
         if planned is not None:
             planned(numerics)
         return complete([(scene, numerics, folder)], force, check, observer)[0]
 
 
-def check_workers(workers: int, executor: Executor | None) -> None:
+def check_workers(workers: int | None, executor: Executor | None) -> None:
     """Refuse a number of workers that cannot be, or a script that they cannot import; a worker ends here."""
     leave_if_imported()
-    if isinstance(workers, bool) or int(workers) != workers or workers < 1:
+    if workers is not None and (isinstance(workers, bool) or int(workers) != workers or workers < 1):
         raise ValueError(f"workers = {workers!r} must be a whole number ≥ 1")
-    if workers > 1 and executor is None:
+    if workers != 1 and executor is None:
         refuse_script_without_file()
 
 
@@ -146,6 +154,7 @@ def complete(
     as `run`.
     """
     homes = [Path(os.path.abspath(folder)) for *_, folder in begun]  # workers may have started in another directory
+    fit(force, [(scene, numerics) for scene, numerics, _ in begun])
     runs = []
     with Claims(claimed_in or homes[0]) as claims:
         for (scene, numerics, folder), home in zip(begun, homes, strict=True):
@@ -167,6 +176,12 @@ def complete(
             at_work.run.save()
             clear(at_work.folder, claims)
     return [at_work.run for at_work in runs]
+
+
+def fit(force: Workforce, begun: Sequence[tuple[Scene, Numerics]]) -> None:
+    """Let no more workers take part than memory allows for the largest members; ResolutionError if one has no room."""
+    member, why = max(largest_member(scene, numerics) for scene, numerics in begun)
+    force.fit(member, why, max(numerics.threads for _, numerics in begun))
 
 
 def aimed(

@@ -15,7 +15,8 @@ from itertools import islice
 from math import inf
 from pathlib import Path
 
-from roughsim.ensemble.workers import Job, Workforce, store_in_turn, store_members
+from roughsim.ensemble.workers import Job, store_in_turn, store_members, store_where_it_fits
+from roughsim.ensemble.workforce import Workforce
 from roughsim.errors import RecordError
 from roughsim.planning.march import seconds_of_march
 from roughsim.planning.realization import level_problem, march_problem
@@ -155,11 +156,14 @@ class Tasks:
                 self._refresh()
                 died = died + 1 if self.stored == stored else 1
                 stored = self.stored
+                killed = force.lose_killed()
                 if died > RETRIES:
                     raise RuntimeError(
-                        f"workers died {died} times without storing a member, last: {reason}; see memory and disk, and "
-                        f"try fewer workers"
+                        f"workers died {died} times without storing a member, last: {killed or reason}; see memory and "
+                        f"disk, and try fewer workers"
                     ) from error
+                if killed:
+                    warnings.warn(f"{killed}; the run goes on with {force.workers}", RuntimeWarning, stacklevel=2)
 
     def _work(self, pool: Executor, force: Workforce) -> None:
         """Keep a pool busy until the run is finished; BrokenExecutor if its workers die."""
@@ -168,7 +172,7 @@ class Tasks:
         try:
             while self.unfinished:
                 while len(pending) < force.in_flight and (call := self._next_call(force)):
-                    pending[self._hand_out(pool, call)] = call
+                    pending[self._hand_out(pool, call, force)] = call
                 self.check()
                 wait(pending, timeout=min(max(PAUSE, self.longest), LONG_PAUSE), return_when=FIRST_COMPLETED)
                 done = [future for future in pending if future.done()]  # also those that others have cancelled
@@ -230,9 +234,10 @@ class Tasks:
         for index in range(first, most):
             yield from ((number, index) for number, of_level in indices if index in of_level)
 
-    def _hand_out(self, pool: Executor, call: list[Given]) -> Future[tuple[str, list[float]]]:
+    def _hand_out(self, pool: Executor, call: list[Given], force: Workforce) -> Future[tuple[str, list[float]]]:
+        function = store_in_turn if force.executor is None else store_where_it_fits
         try:
-            return pool.submit(store_in_turn, [given.arguments for given in call])
+            return pool.submit(function, [given.arguments for given in call])
         except BrokenExecutor:
             raise
         except Exception as error:  # each library of executors has its own

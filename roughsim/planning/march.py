@@ -17,7 +17,6 @@ from roughsim.sliding.path import oblique_path, pixel_of_path
 
 MEMBERS = 8  # the ratio of sliding to frozen scatters little from one to the next
 TIMED, WARM = 8, 3  # steps of the pilot, and how many of them are not counted
-BYTES_PER_POINT = 210.0, 340.0  # peak memory of a march, measured: of the contact, and of each speed
 STEP_SECONDS = 2.5e-7, 2.1e-7  # CPU time of a step over its points: of the contact, and of each speed
 
 
@@ -63,13 +62,6 @@ def march_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
         most = 4e-6 * positions * sides[0] * sides[1] * (1 + distances.size)
         why = f"maps of the first {filmed} for roughsim explore; keep_fields = 0 leaves them out"
         yield Reason("film", f"{positions} positions, up to {most:.2g} MB", why)
-
-
-def march_memory(scene: Scene, numerics: Numerics) -> float:
-    """Return the peak memory of the march, bytes."""
-    problem = march_problem(scene, numerics)
-    contact, heat = BYTES_PER_POINT
-    return problem.grid.points * (contact + heat * len(problem.motions))
 
 
 def left_out(scene: Scene, numerics: Numerics) -> Reason:

@@ -10,18 +10,19 @@ from math import hypot, inf, isnan, sqrt
 from typing import NamedTuple
 
 from roughsim import prediction
-from roughsim.errors import ResolutionError, number
+from roughsim.errors import number
 from roughsim.estimate.cell_size import choose_lengths, size_error_of_sum
 from roughsim.estimate.errors import LEAST, LEAST_FINE, quantile
 from roughsim.estimate.regression import CONTROLS, LEAST_FITTED
+from roughsim.machine import PROCESS
 from roughsim.planning.levels import Ladder, ladders_of
-from roughsim.planning.march import march_memory, march_reasons, with_march
+from roughsim.planning.march import march_reasons, with_march
 from roughsim.planning.pilot import HALF_SCATTER, SCATTER_KNOWN, SOLVES, Lengths, Pilot, work
-from roughsim.planning.reasons import at_speeds, forecast_reasons, level_text
+from roughsim.planning.realization import largest_member
+from roughsim.planning.reasons import at_speeds, forecast_reasons, level_text, workers_reason
 from roughsim.prediction.scans import scan_of_hottest
 from roughsim.scene import Scene
 from roughsim.scene.numerics import DEFAULT_REASONS, Forecast, Level, Numerics, Reason
-from roughsim.untrusted import machine_memory
 
 TARGET = 0.01  # relative total error where neither the caller nor the scene states one
 LEAST_SHARE = 0.1  # of the squared total error, kept for the statistical one however large the systematic errors are
@@ -29,8 +30,6 @@ LEAST_SHARE = 0.1  # of the squared total error, kept for the statistical one ho
 # cut-off; at the hottest speed, and at that where they scatter most: 0.26 … 0.48 and 0.18 … 0.32 on the steels
 CORRECTIONS, WIDEST_CORRECTIONS = 0.4, 0.25
 MEMBER = 5e5  # `work` of what a member takes whatever its grid, a few milliseconds: handing out, file, reading
-MEMORY_SHARE = 0.8  # share of the machine's memory that the largest grid may take
-BYTES_PER_POINT = 120  # peak memory of a solve, measured
 STRIDES = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512]  # powers of two, so that all fine levels share their realizations
 
 
@@ -88,22 +87,10 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
     if "friction_coefficient" in scene.tables:
         text = at_speeds(prediction.friction_coefficient(scene))
         reasons.append(Reason("friction_coefficient", text, "at T₀ + T_flash of the theory, speed by speed"))
-    memory = memory_reason(scene, numerics)  # before the march is timed
-    return replace(numerics, reasons=(*reasons, *march_reasons(scene, numerics), memory))
-
-
-def memory_reason(scene: Scene, numerics: Numerics) -> Reason:
-    """Return what memory the largest member takes; ResolutionError if the machine has too little."""
-    points = max(level.shape[0] * level.shape[1] for level in numerics.levels)
-    memory, why, available = float(BYTES_PER_POINT * points), "largest grid", machine_memory()
-    if numerics.march is not None and (march := march_memory(scene, numerics)) > memory:
-        memory, why = march, "the march: both bodies remember their heat, at each speed"
-    if memory > MEMORY_SHARE * available:
-        raise ResolutionError(
-            f"memory = {memory / 1e9:.3g} GB ({why}) exceeds {100 * MEMORY_SHARE:.0f} % of the machine's "
-            f"{available / 1e9:.3g} GB; lower the levels' shape"
-        )
-    return Reason("memory", f"{memory / 1e9:.2g} GB per worker", why)
+    member, why = largest_member(scene, numerics)
+    workers = workers_reason(numerics, member, why)  # before the march is timed
+    memory = Reason("memory", f"{(member + PROCESS) / 1e9:.2g} GB per worker", f"{member / 1e9:.2g} GB for {why}")
+    return replace(numerics, reasons=(*reasons, *march_reasons(scene, numerics), workers, memory))
 
 
 def chosen_cell(scene: Scene, target: float, stop: float | None) -> tuple[Lengths, str]:

@@ -10,7 +10,7 @@ from roughsim.contact import Solid
 from roughsim.errors import ResolutionError
 from roughsim.heat.partition import Body
 from roughsim.observables.moments import Sliding
-from roughsim.pipeline import Problem, Solution, linear_algebra, solve_problem
+from roughsim.pipeline import BYTES_PER_POINT, Problem, Solution, linear_algebra, solve_problem
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.sliding.member import SlideProblem
@@ -57,6 +57,16 @@ def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, inde
             "level, or use roughsim.slide"
         )
     return solve_problem(replace(level_problem(scene, numerics, level), seed=seed, index=index))
+
+
+def largest_member(scene: Scene, numerics: Numerics) -> tuple[float, str]:
+    """Return the memory that the largest member of a run takes, bytes, and what takes it."""
+    points = max(level.shape[0] * level.shape[1] for level in numerics.levels)
+    memory = BYTES_PER_POINT * points, "largest grid"
+    if numerics.march is None:
+        return memory
+    march = march_problem(scene, numerics).memory, "the march: both bodies remember their heat, at each speed"
+    return max(memory, march)
 
 
 @lru_cache(maxsize=4)

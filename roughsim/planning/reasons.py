@@ -1,11 +1,11 @@
 """The choices of a plan in words: its levels, its expected errors and times, and the table of all."""
 
-import os
 from collections.abc import Sequence
 from math import hypot, isfinite, isnan
 
 from roughsim.grid import Array
-from roughsim.scene.numerics import Forecast, Level, Reason
+from roughsim.machine import SHARE, available_memory, in_words, usable_cores, workers_that_fit
+from roughsim.scene.numerics import Forecast, Level, Numerics, Reason
 from roughsim.show.table import Column, Table
 
 
@@ -15,7 +15,7 @@ def plan_table(reasons: Sequence[Reason]) -> Table:
 
 
 def forecast_reasons(forecast: Forecast, scan: float | None, missed: float | None) -> list[Reason]:
-    """Return the expected error and time of a run, as reasons of its plan.
+    """Return the expected error of a run, as a reason of its plan.
 
     `scan` is the relative error by the scan; `missed` the target, where systematic errors put it out of reach.
     """
@@ -34,15 +34,23 @@ def forecast_reasons(forecast: Forecast, scan: float | None, missed: float | Non
     unseen = scan is not None and isnan(scan)
     total = percent(hypot(forecast.total, 0.0 if scan is None or unseen else scan))
     total += " at q_c: what shorter waves change is unknown" * unknown
-    workers = os.cpu_count() or 1
-    duration = (
-        f"one per core: {forecast.wall_seconds(workers):.2g} s; {forecast.cpu_seconds:.2g} s of CPU time for all "
-        "solves, within a factor of two; to start a process takes a few seconds more"
-    )
-    return [
-        Reason("error", total + " without the scan's own error" * unseen, parts),
-        Reason("workers", str(workers), duration),
-    ]
+    return [Reason("error", total + " without the scan's own error" * unseen, parts)]
+
+
+def workers_reason(numerics: Numerics, member: float, why: str) -> Reason:
+    """Return how many processes would compute members of so many bytes, and how long; ResolutionError if none can."""
+    cores, memory = usable_cores(), available_memory()
+    wanted = max(int(cores.amount) // numerics.threads, 1)
+    workers = workers_that_fit(wanted, member, why, memory)
+    reason = f"one per core ({cores.source})" + f", {numerics.threads} threads each" * (numerics.threads > 1)
+    if workers < wanted:
+        reason = f"{wanted} would need more than {100 * SHARE:.0f} % of the {in_words(memory)}"
+    if (forecast := numerics.forecast) is not None:
+        reason += (
+            f": {forecast.wall_seconds(workers):.2g} s; {forecast.cpu_seconds:.2g} s of CPU time for all solves, "
+            "within a factor of two; to start a process takes a few seconds more"
+        )
+    return Reason("workers", str(workers), reason)
 
 
 def level_text(levels: Sequence[Level]) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.errors import RecordError
+from roughsim.machine import available_memory, exceeds, in_words
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.pressed import PRESS, QUARTERS, Pressed
 from roughsim.results.run import Run
@@ -19,7 +20,6 @@ from roughsim.scene import Scene, parse_scene
 from roughsim.scene.numerics import Numerics
 from roughsim.store.disk import checksum, is_temporary, place_bytes, read_bytes
 from roughsim.store.member_files import check_format, member_name
-from roughsim.untrusted import machine_memory
 
 BEGUN = {"lock", "claims", "realizations"}  # names that a start may have made before run.json
 MOST_BYTES = 1 << 20  # of run.json and scene.toml: a scene has at most 64 KiB
@@ -150,8 +150,8 @@ def refuse_impossible(description: dict[str, Any], scene: Scene, numerics: Numer
         key = next((key for key in stored | written if stored.get(key) != written.get(key)), "a key")
         raise ValueError(f"run.json and scene.toml are of different scenes: {key} differs; put back what was edited")
     most = max(level.shape[0] * level.shape[1] for level in numerics.levels)
-    if 8.0 * most > 0.5 * machine_memory():
-        needed = f"{8e-9 * most:.3g} GB, more than half of the machine's memory"
+    if exceeds(8.0 * most, 0.5):
+        needed = f"{8e-9 * most:.3g} GB, more than half of the {in_words(available_memory())}"
         raise ValueError(f"run.json: a field of {most} points needs {needed}; open the run on a larger machine")
 
 

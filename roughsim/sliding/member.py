@@ -28,6 +28,7 @@ from roughsim.sliding.path import Path, oblique_path
 from roughsim.surface.spectrum import Spectrum as Roughness
 from roughsim.surface.synthesis import synthesize
 
+BYTES_PER_POINT = 210.0, 340.0  # peak memory of a march, measured: of the contact, and of each speed
 POINTS = 64  # distances, in geometric sequence, at which the curves are stored
 FRAMES = 32  # positions of a film, at most
 
@@ -58,6 +59,12 @@ class SlideProblem:
     def steps(self) -> int:
         """How many there are, each of one pixel."""
         return oblique_path(self.grid, max(self.distances)).steps
+
+    @property
+    def memory(self) -> float:
+        """The peak memory of the march, bytes: both bodies remember their heat, at each speed."""
+        contact, heat = BYTES_PER_POINT
+        return self.grid.points * (contact + heat * len(self.distances))
 
     @property
     def motions(self) -> list[Motion]:

@@ -21,7 +21,8 @@ import numpy as np
 
 from roughsim.errors import RecordError
 from roughsim.grid import Array
-from roughsim.untrusted import machine_memory, regular_file
+from roughsim.machine import exceeds
+from roughsim.untrusted import regular_file
 
 TRIES = 5  # to write a file while other processes remove what was begun
 _TEMPORARY = re.compile(r"\..+\.[A-Za-z0-9_-]+\.tmp")
@@ -144,8 +145,8 @@ def read_bytes(path: Path, most: int | None = None) -> bytes:
             size = os.fstat(file.fileno()).st_size
             if most is not None and size > most:
                 raise RecordError(f"{path} has {size / 2**20:.3g} MiB, above the {most >> 20} MiB that roughsim writes")
-            if size > 0.5 * machine_memory():
-                raise OSError(errno.ENOMEM, f"it has {size / 1e9:.3g} GB, above half of the machine's memory")
+            if exceeds(size, 0.5):
+                raise OSError(errno.ENOMEM, f"it has {size / 1e9:.3g} GB, above half of the available memory")
             return file.read()
     except OSError as error:
         raise not_readable(path, error) from error

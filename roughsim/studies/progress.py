@@ -1,6 +1,5 @@
 """The progress of a study on a terminal: points finished, the point at work, and the end."""
 
-import os
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -15,7 +14,7 @@ from roughsim.studies.work import study
 
 
 def study_shown(content: dict[str, Any], folder: Path, workers: int | None, *, began: float | None = None) -> Study:
-    """Compute a study as `roughsim.study` does, showing progress and end; all cores for None.
+    """Compute a study as `roughsim.study` does, showing progress and end.
 
     `content` has its scene, vary and target_error. `began` is when the command was given, s by `time.monotonic`.
     """
@@ -31,7 +30,7 @@ def study_shown(content: dict[str, Any], folder: Path, workers: int | None, *, b
             vary=content["vary"],
             folder=folder,
             target_error=content.get("target_error"),
-            workers=(os.cpu_count() or 1) if workers is None else workers,
+            workers=workers,
             observer=progress.update,
         )
     finally:

@@ -19,7 +19,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from roughsim.ensemble.run import aimed, begin, check_workers, complete
-from roughsim.ensemble.workers import Workforce, stopped_by_signals
+from roughsim.ensemble.signals import stopped_by_signals
+from roughsim.ensemble.workforce import Workforce
 from roughsim.planning.plan import LEAST_SHARE, plan, statistical_target
 from roughsim.results.folder import folder_state, read_description
 from roughsim.results.run import Run
@@ -52,7 +53,7 @@ def study(
     vary: Mapping[Any, Any],
     folder: str | Path,
     target_error: float | str | None = None,
-    workers: int = 1,
+    workers: int | None = 1,
     executor: Executor | None = None,
     observer: Callable[[Run], None] | None = None,
 ) -> Study:

@@ -15,6 +15,7 @@ import pytest
 import roughsim as rs
 from roughsim._kernels import found_compiled, never_compiled
 from roughsim.contact.solver import ahead
+from roughsim.machine import Limit
 from roughsim.show import text
 
 
@@ -35,7 +36,7 @@ def helper(monkeypatch):
     monkeypatch.setattr(Helper, "started", [])
     monkeypatch.setattr(ahead.subprocess, "Popen", Helper)
     monkeypatch.setattr(text, "notes_are_shown", True)
-    monkeypatch.setattr(ahead.os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(ahead, "usable_cores", lambda: Limit(2, "here"))
     monkeypatch.setattr(ahead, "second_process", cache(ahead.second_process.__wrapped__))
     return Helper
 
@@ -48,12 +49,12 @@ def test_where_kernels_are_in_the_cache_nothing_is_compiled_ahead(helper, monkey
     assert capsys.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize("cores", [1, 2, None])
+@pytest.mark.parametrize("cores", [1, 2])
 def test_without_compiled_kernels_a_second_core_helps_and_one_line_says_what_takes_long(
     helper, monkeypatch, capsys, cores
 ):
     monkeypatch.setattr(ahead, "found_compiled", lambda kernel: False)
-    monkeypatch.setattr(ahead.os, "cpu_count", lambda: cores)
+    monkeypatch.setattr(ahead, "usable_cores", lambda: Limit(cores, "here"))
     ahead.compile_ahead.__wrapped__()
     assert [words if words == "waited" else words[0] for words in helper.started] == (
         [sys.executable, "waited"] if cores == 2 else []
@@ -64,7 +65,7 @@ def test_without_compiled_kernels_a_second_core_helps_and_one_line_says_what_tak
 @pytest.mark.parametrize("interpreter", [None, "", "no/python"])
 def test_where_no_process_can_be_started_this_one_compiles_all(monkeypatch, interpreter):
     # a program that embeds Python may name none, and a full table of processes refuses
-    monkeypatch.setattr(ahead.os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(ahead, "usable_cores", lambda: Limit(2, "here"))
     monkeypatch.setattr(ahead, "second_process", cache(ahead.second_process.__wrapped__))
     monkeypatch.setattr(ahead, "found_compiled", lambda kernel: False)
     monkeypatch.setattr(sys, "executable", interpreter)

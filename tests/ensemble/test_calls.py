@@ -10,7 +10,7 @@ import pytest
 from pool_cases import Force, Forgetful, to_do
 
 import roughsim as rs
-from roughsim.ensemble import tasks, workers
+from roughsim.ensemble import tasks, workers, workforce
 
 
 class Timed(Executor):
@@ -59,7 +59,7 @@ def test_the_time_of_each_level_is_known_before_calls_have_several_members(cappe
     work.complete(Force(Timed(0.01, 0.02, 0.03)))
     assert work.seconds == {0: 0.01, 1: 0.02, 2: 0.03}
     work.runs[0].run.max_realizations = 100
-    work.counted, force = 200, workers.Workforce(2, None)
+    work.counted, force = 200, workforce.Workforce(2, None)
     assert len(work._next_call(force)) == int(tasks.CALL / 0.03)
     del work.seconds[1]  # not yet, though the others are short: it may be a march
     assert len(work._next_call(force)) == 1

@@ -143,7 +143,7 @@ def test_an_interrupt_ends_all_within_a_second(scene_file, tmp_path, which, work
 
 
 def test_an_interrupt_lost_in_a_finalizer_still_ends_the_run(monkeypatch):
-    from roughsim.ensemble.workers import stopped_by_signals
+    from roughsim.ensemble.signals import stopped_by_signals
 
     class Finalized:
         def __del__(self):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from roughsim.ensemble import memory
-from roughsim.ensemble.workers import ThisProcess, Workforce
+from roughsim.ensemble.workforce import ThisProcess, Workforce
 
 
 @pytest.fixture

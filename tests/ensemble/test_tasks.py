@@ -16,7 +16,8 @@ import pytest
 from pool_cases import Force, Forgetful, to_do
 
 import roughsim as rs
-from roughsim.ensemble import tasks, workers
+from roughsim.ensemble import tasks, workforce
+from roughsim.ensemble.signals import stopped_by_signals
 
 
 class Broken(Executor):
@@ -59,7 +60,7 @@ def test_processes_for_a_script_from_the_standard_input_are_refused_before_any_w
 def test_workers_that_die_once_are_replaced_and_every_member_is_told(quick, tmp_path):
     work, seen = to_do(quick, tmp_path / "run"), []
     work.observer = lambda run: seen.append(run.realizations)
-    work.complete(Force(Broken(), workers.ThisProcess()))
+    work.complete(Force(Broken(), workforce.ThisProcess()))
     assert seen[0] == 2
     assert work.runs[0].run.realizations == 2
 
@@ -72,7 +73,7 @@ def test_an_interrupt_that_was_noted_comes_up_at_the_next_member(quick, tmp_path
 
     work.check = check
     with pytest.raises(KeyboardInterrupt):
-        work.complete(Force(workers.ThisProcess()))
+        work.complete(Force(workforce.ThisProcess()))
 
 
 def test_a_worker_whose_parent_is_gone_leaves_and_hears_no_interrupt(monkeypatch):
@@ -80,7 +81,7 @@ def test_a_worker_whose_parent_is_gone_leaves_and_hears_no_interrupt(monkeypatch
     monkeypatch.setattr(os, "_exit", lambda code: codes.append(code) or left.set())
     before = signal.getsignal(signal.SIGINT)
     try:
-        workers.begin_worker(os.getppid() + 1)
+        workforce.begin_worker(os.getppid() + 1)
         assert signal.getsignal(signal.SIGINT) == signal.SIG_IGN
     finally:
         signal.signal(signal.SIGINT, before)
@@ -94,7 +95,7 @@ def test_a_signal_is_an_interrupt_until_the_run_ends_and_then_what_it_was(number
     signal.signal(signal.SIGINT, signal.default_int_handler)
     own = signal.getsignal(number)
     try:
-        with workers.stopped_by_signals() as check:
+        with stopped_by_signals() as check:
             check()
             with pytest.raises(KeyboardInterrupt):
                 signal.raise_signal(number)
@@ -107,21 +108,21 @@ def test_a_signal_is_an_interrupt_until_the_run_ends_and_then_what_it_was(number
 
 def test_an_error_ends_the_workers_at_once_and_leaves_a_given_executor_alone():
     given = Broken()
-    with workers.Workforce(2, given) as force:
+    with workforce.Workforce(2, given) as force:
         assert force.pool() is given
         assert force.in_flight == 4
-    with workers.Workforce(1, None) as force:
+    with workforce.Workforce(1, None) as force:
         assert force.pool().submit(os.getpid).result() == os.getpid()
         assert force.in_flight == 1
     others = multiprocessing.active_children()
-    with pytest.raises(BrokenExecutor), workers.Workforce(2, None) as force:
+    with pytest.raises(BrokenExecutor), workforce.Workforce(2, None) as force:
         force.pool().submit(signal.raise_signal, signal.SIGKILL).result()
     assert multiprocessing.active_children() == others
 
 
 @pytest.mark.slow
 def test_own_workers_may_start_before_they_are_asked_for():
-    with workers.Workforce(2, None) as force:
+    with workforce.Workforce(2, None) as force:
         force.start()
         started = {process.pid for process in force.context.born}
         assert len(started) == 2
@@ -131,7 +132,7 @@ def test_own_workers_may_start_before_they_are_asked_for():
         force.broken = True
         assert force.pool() is not early
     for count, given in ((1, None), (2, Broken())):  # this process, or an executor of the caller
-        with workers.Workforce(count, given) as force:
+        with workforce.Workforce(count, given) as force:
             force.start()
             assert not force.context.born
 
@@ -233,22 +234,22 @@ def test_a_script_without_a_guard_is_told_what_it_lacks_and_not_started_again(qu
     assert told.value.__suppress_context__  # one error, not two
     codes = []
     monkeypatch.setattr(os, "_exit", codes.append)
-    workers.leave_if_imported()
+    workforce.leave_if_imported()
     assert codes == []
-    monkeypatch.setattr(multiprocessing.current_process(), "_name", workers.WORKER)
-    workers.leave_if_imported()
-    assert codes == [workers.UNGUARDED]
+    monkeypatch.setattr(multiprocessing.current_process(), "_name", workforce.WORKER)
+    workforce.leave_if_imported()
+    assert codes == [workforce.UNGUARDED]
     # and the parent tells such an end from others
-    force = workers.Workforce(2, None)
+    force = workforce.Workforce(2, None)
     assert not force.unguarded
-    force.context.born += [SimpleNamespace(exitcode=code) for code in (None, -15, workers.UNGUARDED)]
+    force.context.born += [SimpleNamespace(exitcode=code) for code in (None, -15, workforce.UNGUARDED)]
     assert force.unguarded
 
 
 @pytest.mark.slow
 def test_a_worker_that_hangs_does_not_hold_up_the_end(tmp_path):
     began = time.monotonic()
-    with workers.Workforce(2, None) as force:
+    with workforce.Workforce(2, None) as force:
         pool = force.pool()
         future = pool.submit(time.sleep, 1000.0)
         while not future.running():

@@ -13,8 +13,9 @@ from roughsim.charts.plot import plot_run
 from roughsim.comparison.compare import comparison_table
 from roughsim.ensemble.status import losses
 from roughsim.errors import ConvergenceError
+from roughsim.machine import Limit
 from roughsim.planning import march as planning_march
-from roughsim.planning import plan as planning_plan
+from roughsim.planning import reasons as planning_reasons
 from roughsim.planning.realization import march_problem
 from roughsim.results.film import read_film
 from roughsim.sliding import member as sliding_member
@@ -279,8 +280,9 @@ def test_hours_of_sliding_are_refused_before_any_work():
 def test_the_memory_of_both_bodies_is_planned(monkeypatch):
     scene = sliding_scene()
     reason = rs.plan(scene).reasons[-1]
-    assert reason == ("memory", "0.00091 GB per worker", "the march: both bodies remember their heat, at each speed")
-    monkeypatch.setattr(planning_plan, "machine_memory", lambda: 1e6)
+    words = "0.00091 GB for the march: both bodies remember their heat, at each speed"
+    assert reason == ("memory", "0.25 GB per worker", words)
+    monkeypatch.setattr(planning_reasons, "available_memory", lambda: Limit(1e6, "here"))
     monkeypatch.setattr(planning_march, "seconds_of_step", None)  # refused before it is timed
     with pytest.raises(rs.errors.ResolutionError, match=r"memory = 0.000911 GB \(the march: .* exceeds 80 % of the"):
         rs.plan(scene)

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import roughsim as rs
+from roughsim.machine import Limit, available_memory
 from roughsim.surface.topography import read_topography
-from roughsim.untrusted import check_hdf5, check_measured_file, machine_memory
+from roughsim.untrusted import check_hdf5, check_measured_file
 
 
 def test_other_hdf5_files_may_hold_text_and_soft_links_but_lead_nowhere(tmp_path, secret):
@@ -60,16 +61,16 @@ def test_pickles_are_not_unpacked(tmp_path, kind):
 def test_a_zip_that_unpacks_beyond_memory_is_refused(tmp_path, monkeypatch):
     path = tmp_path / "scan.x3p"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("bindata/data.bin", bytes(4_000_000))
-    assert path.stat().st_size < 10_000
-    monkeypatch.setattr("roughsim.untrusted.machine_memory", lambda: 6e6)
-    with pytest.raises(rs.RecordError, match="unpacks to 0.004 GB, above half of the machine's memory"):
+        archive.writestr("bindata/data.bin", bytes(40_000_000))
+    assert path.stat().st_size < 100_000
+    monkeypatch.setattr("roughsim.machine.available_memory", lambda: Limit(6e7, "here"))
+    with pytest.raises(rs.RecordError, match="unpacks to 0.04 GB, above half of the available memory"):
         check_measured_file(path)
 
 
 def test_a_file_beyond_memory_is_refused(tmp_path):
     path = tmp_path / "scan.sur"
     with open(path, "wb") as file:
-        file.truncate(int(0.13 * machine_memory()))  # sparse: it takes no room on the disk
-    with pytest.raises(rs.RecordError, match="above an eighth of the machine's memory; crop it first"):
+        file.truncate(int(0.13 * available_memory().amount))  # sparse: it takes no room on the disk
+    with pytest.raises(rs.RecordError, match="above an eighth of the available memory; crop it first"):
         check_measured_file(path)

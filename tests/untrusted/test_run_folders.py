@@ -13,10 +13,10 @@ import pytest
 import roughsim as rs
 from roughsim.cli import main
 from roughsim.ensemble import tasks
+from roughsim.machine import available_memory
 from roughsim.results.export import export_run
 from roughsim.store import claims
 from roughsim.store.member_files import member_path, read_field, read_member, write_member
-from roughsim.untrusted import machine_memory
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +80,7 @@ def beyond_memory(file, secret):
 
 
 def many_beyond_memory(file, secret):
-    points = int(0.2 * machine_memory() / 4)
+    points = int(0.2 * available_memory().amount / 4)
     for k in range(3):  # each of them would fit
         file.create_dataset(f"more{k}", (points,), "<f4", chunks=(4096,))
 

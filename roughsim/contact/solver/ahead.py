@@ -5,7 +5,6 @@ compiled in that way.
 """
 
 import gc
-import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -22,6 +21,7 @@ from roughsim.contact.solver.problem import ScaledProblem, highest_wavenumber, p
 from roughsim.contact.solver.state import State
 from roughsim.fourier.power import gathered_power
 from roughsim.grid import Field, Grid
+from roughsim.machine import usable_cores
 from roughsim.show.text import note
 
 GRID = Grid((16, 16), (1.0, 1.0))
@@ -54,10 +54,10 @@ def begin_compiling() -> None:
 def second_process() -> "subprocess.Popen[bytes] | None":
     """Say what takes long, start the process that compiles the other half, and return it.
 
-    None if there is one core, or no process can be started: then this one compiles all.
+    None if this process may use one core, or no process can be started: then this one compiles all.
     """
     note("compiling the contact solver, once on this machine: some seconds")
-    if (os.cpu_count() or 1) < 2 or not sys.executable:
+    if usable_cores().amount < 2 or not sys.executable:
         return None
     # with the modules of this process, and without its script; to take all apart at the end would take a tenth of a
     # second

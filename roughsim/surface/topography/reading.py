@@ -12,9 +12,10 @@ import numpy as np
 
 from roughsim.errors import RecordError
 from roughsim.grid import Array, Grid
+from roughsim.machine import exceeds
 from roughsim.surface.power_laws import TabulatedSpectrum
 from roughsim.surface.topography.measured import Bins, MeasuredSpectrum, combined, map_spectrum
-from roughsim.untrusted import check_measured_file, machine_memory
+from roughsim.untrusted import check_measured_file
 
 MOST_UNDEFINED = 0.05  # share of points that an instrument may have left out
 LEAST_POINTS = 8  # along each side
@@ -133,10 +134,10 @@ def _check_points(path: Path, shape: tuple[int, ...]) -> None:
     if min(shape) < LEAST_POINTS:
         raise RecordError(f"{path} has {shape} points; C(q) needs at least {LEAST_POINTS} along each side")
     points = float(np.prod([float(n) for n in shape]))
-    if BYTES_PER_POINT * points > 0.5 * machine_memory():
+    if exceeds(BYTES_PER_POINT * points, 0.5):
         raise RecordError(
             f"{path} declares {points:.3g} points; it takes {1e-9 * BYTES_PER_POINT * points:.3g} GB to read, above "
-            "half of the machine's memory; crop it"
+            "half of the available memory; crop it"
         )
 
 

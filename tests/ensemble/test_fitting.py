@@ -1,0 +1,166 @@
+"""As many workers as memory and cores allow, which the run says; a worker that the system kills ends in a sentence."""
+
+import signal
+from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
+from dataclasses import replace
+
+import pytest
+from pool_cases import to_do
+
+import roughsim as rs
+from roughsim.ensemble import workers, workforce
+from roughsim.ensemble.workforce import ThisProcess, Workforce
+from roughsim.machine import Limit
+from roughsim.planning import reasons
+from roughsim.scene.numerics import Level, Numerics
+from roughsim.show import text
+
+
+@pytest.fixture
+def job(monkeypatch):
+    """A job with so many cores and GB."""
+
+    def of(cores, memory):
+        for module in (reasons, workforce, workers):
+            monkeypatch.setattr(module, "available_memory", lambda: Limit(1e9 * memory, "limit of the test"))
+        for module in (reasons, workforce):
+            monkeypatch.setattr(module, "usable_cores", lambda: Limit(cores, "cores of the test"))
+
+    return of
+
+
+def test_the_plan_has_as_many_workers_as_cores_and_memory_allow(job, quick):
+    def planned(**keys):
+        numerics = rs.plan(replace(quick, numerics=replace(quick.numerics, **keys)))
+        return next(r[1:] for r in numerics.reasons if r.choice == "workers")
+
+    job(128, 1000.0)
+    assert planned()[0] == "128"
+    assert planned(threads=4)[0] == "32"
+    job(1, 1000.0)
+    assert planned()[0] == "1"
+    job(128, 1.0)  # a process takes a quarter of it, and its member next to nothing
+    assert planned()[0] == "3"
+    assert planned()[1].startswith("128 would need more than 80 % of the 1 GB that are available (limit of the test)")
+
+
+def test_workers_that_were_asked_for_are_lowered_by_memory_with_a_warning(job):
+    job(8, 25.3)
+    with Workforce(2, None) as force, pytest.warns(RuntimeWarning) as said:
+        force.fit(18e9, "largest grid", 1)
+    assert force.workers == 1
+    assert str(said[0].message) == (
+        "workers = 2 would need 2 × 18.2 GB, more than 80 % of the 25.3 GB that are available (limit of the test); "
+        "the run has 1"
+    )
+
+
+def test_where_no_number_was_asked_for_a_line_says_how_many_there_are(job, monkeypatch, capsys):
+    job(8, 25.3)
+    monkeypatch.setattr(text, "notes_are_shown", True)
+    with Workforce(None, None) as force:
+        assert force.workers == 8
+        force.fit(4e9, "largest grid", 1)
+        assert force.workers == 4
+        assert "the run has 4" in capsys.readouterr().err
+        force.fit(1e9, "largest grid", 4)  # the next points of a study may have room for more: here two of four threads
+        assert force.workers == 2
+        assert capsys.readouterr().err == ""
+
+
+def test_what_workers_take_does_not_count_against_them(job):
+    job(8, 25.3)
+    with Workforce(2, None) as force:
+        job(8, 1.0)  # while they compute
+        force.fit(9e9, "largest grid", 1)
+        assert force.workers == 2
+
+
+def test_processes_start_before_the_plan_only_where_they_take_little(job):
+    job(8, 0.6)
+    with Workforce(None, None) as force:
+        force.start()
+        assert force.context.born == []
+        force.fit(1e7, "largest grid", 1)
+        assert isinstance(force.pool(), ThisProcess)
+
+
+def test_a_member_without_room_is_refused_before_a_folder_is_made(job, quick, tmp_path):
+    job(2, 1.0)
+    numerics = Numerics((Level("capped", (4096, 4096), 1e5),), (2e-3, 2e-3))
+    with pytest.raises(rs.ResolutionError, match=r"memory = 2.01 GB \(largest grid\) exceeds 80 % of the 1 GB"):
+        rs.run(quick, tmp_path / "run", numerics=numerics)
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_worker_of_an_executor_refuses_what_its_own_machine_has_no_room_for(job, quick, tmp_path):
+    workers.refuse_too_large.cache_clear()
+    job(2, 1e-6)
+    words = r"^a worker on .* cannot compute a member: memory = .* exceeds 80 % of the 1e-06 GB"
+    planned = Numerics((Level("capped", (32, 32), 2e4),), (2e-3, 2e-3))
+    with ThreadPoolExecutor(1) as executor, pytest.raises(rs.ResolutionError, match=words):
+        rs.run(quick, tmp_path / "run", numerics=planned, executor=executor, max_realizations=1)
+    workers.refuse_too_large.cache_clear()
+
+
+def kill_first(marker, members):
+    """End this process as the system does where memory runs out, if it is the first one or there is no marker."""
+    if marker is None or not marker.exists():
+        if marker is not None:
+            marker.touch()
+        signal.raise_signal(signal.SIGKILL)
+    return workers.store_in_turn(members)
+
+
+class Killing(Workforce):
+    """Two workers; the first one, or each, is killed at its member."""
+
+    def __init__(self, marker):
+        super().__init__(2, None)
+        self.marker = marker
+
+    def pool(self):
+        pool, marker = super().pool(), self.marker
+
+        class Handing(ThisProcess):
+            def submit(self, function, members):
+                return pool.submit(kill_first, marker, members)
+
+        return Handing()
+
+
+def test_a_killed_worker_is_told_with_numbers_and_the_run_goes_on_with_one_fewer(quick, tmp_path):
+    work = to_do(quick, tmp_path / "run")
+    with Killing(tmp_path / "killed") as force:
+        force.fit(3e6, "largest grid", 1)
+        with pytest.warns(RuntimeWarning) as said:
+            work.complete(force)
+    assert work.runs[0].run.realizations == 2
+    assert force.workers == 1
+    (words,) = {str(one.message) for one in said}
+    assert words.startswith("the system has killed a worker (SIGKILL), as it does where memory runs out: 2 workers")
+    assert "2 × 0.253 GB" in words
+    assert words.endswith("ask for more memory, or for fewer workers; the run goes on with 1")
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:the system has killed")
+def test_workers_that_are_always_killed_end_the_run_with_the_same_words(quick, tmp_path):
+    work = to_do(quick, tmp_path / "run")
+    words = r"^workers died 4 times without storing a member, last: the system has killed a worker \(SIGKILL\)"
+    with Killing(None) as force, pytest.raises(RuntimeError, match=words):
+        work.complete(force)
+
+
+def test_an_executor_that_broke_was_not_killed(quick, tmp_path):
+    class Broken(ThisProcess):
+        def submit(self, *_, **__):
+            raise BrokenExecutor("gone")
+
+    class Force(Workforce):
+        def pool(self):
+            return Broken()
+
+    with Force(2, None) as force, pytest.raises(RuntimeError, match="last: gone"):
+        to_do(quick, tmp_path / "run").complete(force)
+    assert force.workers == 2
