@@ -12,6 +12,7 @@ from roughsim import bench as measurements
 from roughsim import cli
 from roughsim.bench import bench, bench_dict
 from roughsim.charts.error_over_cost import Point, error_over_cost_chart, front, panels
+from roughsim.machine import Limit
 
 
 def point(error, seconds, method="a"):
@@ -225,3 +226,11 @@ def test_a_scene_at_rest_has_no_flash_temperature_to_measure():
     still = replace(scene, sliding=replace(scene.sliding, speed=(0.0,)))
     with pytest.raises(ValueError, match="speed = 0 m/s is the highest"):
         bench(still, numerics=numerics)
+
+
+def test_grids_that_the_memory_does_not_hold_are_refused_before_any_work(monkeypatch):
+    scene, numerics = small()
+    monkeypatch.setattr(measurements, "available_memory", lambda: Limit(9.8e6, "here"))  # 256² × 120 B / 0.8 = 9.83e6
+    monkeypatch.setattr(measurements, "solve_contact", None)
+    with pytest.raises(rs.ResolutionError, match=r"memory = 0.00786 GB \(a grid 4 times as fine as planned\) exceeds"):
+        bench(scene, numerics=numerics)
