@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from roughsim.charts.style import THEORY, band, new_figure, plain_ticks
 from roughsim.grid import Array
 from roughsim.observables.catalogue import UNITS
+from roughsim.results.marks import is_whole
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import shown, with_unit
 from roughsim.show.text import plain
@@ -19,6 +20,7 @@ from roughsim.show.text import plain
 DARKEST, BRIGHTEST = 0.0, 0.85  # of the colours of curves; the end of the scale is too pale for paper
 MOST_CURVES = 8  # of one panel: more cannot be told apart
 OFF = (-50.0, -30.0, -20.0, -10.0, -5.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0)  # %, of the theory, as lines on a map
+HOLLOW = "hollow: at $q_c$, or\na part of ± unknown"
 DASHES: Any = (0, (4, 2))
 Rows = Sequence[dict[str, Any]]
 
@@ -58,7 +60,10 @@ def study_chart(
 def draw_curves(
     axes: Axes, rows: Rows, keys: dict[str, tuple[str, float]], x: str, family: str, column: str, observable: str
 ) -> None:
-    """Draw a curve for each value of `family`: simulation with its error, the slide if there is one, both theories."""
+    """Draw a curve for each value of `family`: simulation with its error, the slide if there is one, both theories.
+
+    Markers are hollow where the value is at q_c or a part of its error is unknown: no line leads there.
+    """
     words, factor = keys[x]
     in_unit = shown(UNITS[observable])[1]
     values = sorted({row[family] for row in rows if row[family] is not None}) or [None]
@@ -70,19 +75,15 @@ def draw_curves(
     for value, colour in zip(values, colours, strict=True):
         same = [row for row in rows if row[family] == value]
         for source, style in (("theory", "-"), ("calibrated", DASHES)):
-            at, mean, _ = curve(same, x, source)
+            at, mean, *_ = curve(same, x, source)
             axes.plot(at * factor, mean * in_unit, color=colour, lw=0.9, ls=style)
-        at, mean, error = curve(same, x, column)
-        band(axes, at * factor, mean * in_unit, error * in_unit, colour)
-        axes.plot(at * factor, mean * in_unit, ls="", marker="o", ms=3.5, color=colour)
-        at, mean, error = curve(same, x, SLIDING)
-        axes.errorbar(at * factor, mean * in_unit, error * in_unit, fmt="D", ms=4.5, mfc="white", color=colour, lw=0.9)
+        measured = curve(same, x, column)
+        draw_points(axes, measured, factor, in_unit, "o", colour)
+        draw_points(axes, curve(same, x, SLIDING), factor, in_unit, "D", colour)
+        at, mean, error, whole = measured
+        band(axes, at * factor, np.where(whole, mean, np.nan) * in_unit, error * in_unit, colour)
         if value is not None:
             handles.insert(0, Line2D([], [], color=colour, marker="o", ms=3.5, label=f"{value * in_family_unit:.4g}"))
-    handles.append(Line2D([], [], color=THEORY, lw=0.9, label="theory"))
-    handles.append(Line2D([], [], color=THEORY, lw=0.9, ls=DASHES, label="calibrated"))
-    if any(row["column"] == SLIDING for row in rows):
-        handles.append(Line2D([], [], color=THEORY, ls="", marker="D", ms=4.5, mfc="white", label=SLIDING))
     ordered = sorted({row[x] for row in rows})
     if ordered[0] > 0.0 and ordered[-1] > 5.0 * ordered[0]:
         axes.set_xscale("log")
@@ -94,18 +95,48 @@ def draw_curves(
         if top / bottom < 100.0:
             plain_ticks(axes.yaxis)
     axes.set(xlabel=words, ylabel=with_unit(observable.replace("_", " "), UNITS[observable]))
+    handles += meanings_of_lines(rows)
     axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), title=of_what, title_fontsize=8)
 
 
-def curve(rows: Rows, x: str, column: str) -> tuple[Array, Array, Array]:
-    """Return the places, values and errors of a column, ascending; the mean over points that share a place."""
+def draw_points(
+    axes: Axes, points: tuple[Array, Array, Array, Array], factor: float, in_unit: float, marker: str, colour: Any
+) -> None:
+    """Draw what `curve` returned as points with their errors, hollow where they are not whole."""
+    at, mean, error, whole = points
+    for kind, face in ((True, colour), (False, "white")):
+        of_kind = whole == kind
+        x, y, half_width = at[of_kind] * factor, mean[of_kind] * in_unit, error[of_kind] * in_unit
+        axes.errorbar(x, y, half_width, ls="", marker=marker, ms=3.5, mfc=face, color=colour, elinewidth=0.9, zorder=3)
+
+
+def meanings_of_lines(rows: Rows) -> list[Line2D]:
+    """Return the entries of the legend that hold for all curves."""
+    point: Any = {"color": THEORY, "ls": "", "ms": 3.5}
+    handles = [
+        Line2D([], [], color=THEORY, lw=0.9, label="theory"),
+        Line2D([], [], color=THEORY, lw=0.9, ls=DASHES, label="calibrated"),
+    ]
+    if any(row["column"] == SLIDING for row in rows):
+        handles.append(Line2D([], [], marker="D", label=SLIDING, **point))
+    if not all(is_whole(row["unknown"], row["note"]) for row in rows):
+        handles.append(Line2D([], [], marker="o", mfc="white", label=HOLLOW, **point))
+    return handles
+
+
+def curve(rows: Rows, x: str, column: str) -> tuple[Array, Array, Array, Array]:
+    """Return the places, values and errors of a column, ascending, and where they are whole.
+
+    Points that share a place have their mean.
+    """
     of_column = [row for row in rows if row["column"] == column]
     places = sorted({row[x] for row in of_column})
     groups = [[row for row in of_column if row[x] == place] for place in places]
     value, error = (
         np.array([np.mean([row[name] for row in group]) for group in groups]) for name in ("value", "total_error")
     )
-    return np.array(places, float), value, np.nan_to_num(error)
+    whole = np.array([all(is_whole(row["unknown"], row["note"]) for row in group) for group in groups], bool)
+    return np.array(places, float), value, np.nan_to_num(error), whole
 
 
 def draw_map(axes: Axes, rows: Rows, keys: dict[str, tuple[str, float]], column: str, observable: str) -> None:
@@ -124,7 +155,13 @@ def draw_map(axes: Axes, rows: Rows, keys: dict[str, tuple[str, float]], column:
         )
         axes.clabel(dashed, fmt="%+g %%", fontsize=7)
     axes.figure.colorbar(filled, ax=axes, label=with_unit(observable.replace("_", " "), UNITS[observable]))
-    axes.set(xlabel=x_words, ylabel=y_words, title="Simulated; dashed: theory over it")
+    title = "Simulated; dashed: theory over it"
+    marked = [row for row in rows if row["column"] == column and not is_whole(row["unknown"], row["note"])]
+    if marked:
+        places = ([row[name] * unit for row in marked] for name, unit in ((x, x_factor), (y, y_factor)))
+        axes.plot(*places, ls="", marker="o", ms=3.5, mfc="white", color=THEORY, clip_on=False)
+        title += "\ncircles: at $q_c$, or a part of ± unknown"
+    axes.set(xlabel=x_words, ylabel=y_words, title=title)
     for at, set_scale, axis in ((at_x, axes.set_xscale, axes.xaxis), (at_y, axes.set_yscale, axes.yaxis)):
         if at[0] > 0.0 and at[-1] > 5.0 * at[0]:
             set_scale("log")

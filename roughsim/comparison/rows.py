@@ -14,7 +14,7 @@ from roughsim.estimate.ladder import Values
 from roughsim.estimate.sliding import OF_MARCH
 from roughsim.grid import Array, Grid, modes_between
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.results.marks import AT_CUT_OFF, IDENTITY, notes_of
+from roughsim.results.marks import AT_CUT_OFF, IDENTITY, notes_of, unknown_words
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 from roughsim.surface.spectrum import TruncatedSpectrum
@@ -112,7 +112,7 @@ class Row:
         values = {name: (cell.mean, cell.total_error, cell.unknown) for name, cell in self.columns.items()}
         values |= {name: (ratio.value, ratio.total_error, ratio.unknown) for name, ratio in self.ratios.items()}
         for name, (value, error, unknown) in values.items():
-            result |= {name: value, f"{name}_total_error": error, f"{name}_unknown": ", ".join(unknown)}
+            result |= {name: value, f"{name}_total_error": error, f"{name}_unknown": unknown_words(unknown)}
         return result | {"note": self.note}
 
 

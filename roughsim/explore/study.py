@@ -13,6 +13,7 @@ from bokeh.plotting import figure
 from roughsim.explore.layout import THEME, plain_text
 from roughsim.explore.page import HEAD, LatestTask
 from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.results.marks import is_whole
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import shown, with_unit
 from roughsim.show.text import plain
@@ -111,6 +112,8 @@ class StudyPage:
         )
         if any(r["column"] == SLIDING for r in self.rows):
             self.state.text += " Diamonds: of faces that slide over one another."
+        if not all(is_whole(r["unknown"], r["note"]) for r in self.rows):
+            self.state.text += " Hollow: at q_c, or a part of the error is unknown."
         rows = self.chosen_rows()
         if not rows:
             self.say(ValueError("there is no result to draw with these values yet"))
@@ -144,19 +147,25 @@ class StudyPage:
             same = [r for r in rows if family == NONE or r.get(family) == value]
             label = self.label_of(family, value)
             for source, dash in THEORIES.items():
-                at, mean, _ = curve(same, x, source)
+                at, mean, *_ = curve(same, x, source)
                 made.line(at * factor, mean * in_unit, color=colour, line_dash=dash, line_width=1, alpha=0.8)
-            at, mean, error = curve(same, x, simulation)
-            data = {"x": at * factor, "y": mean * in_unit, "low": (mean - error) * in_unit}
-            source = models.ColumnDataSource(data | {"high": (mean + error) * in_unit, "error": error * in_unit})
-            dots = made.scatter("x", "y", source=source, color=colour, size=7, legend_label=label)
-            made.line("x", "y", source=source, color=colour, line_width=2, alpha=0.5, legend_label=label)
-            at, mean, _ = curve(same, x, SLIDING)
+            at, mean, error, marks = curve(same, x, simulation)
+            whole = np.array([is_whole(*each) for each in marks], bool)
+            data = {"x": at * factor, "y": mean * in_unit, "joined": np.where(whole, mean * in_unit, np.nan)}
+            data |= {"low": (mean - error) * in_unit, "high": (mean + error) * in_unit, "error": error * in_unit}
+            data |= {"at_least": ["≥" if unknown else "" for unknown, _ in marks], "note": [note for _, note in marks]}
+            source = models.ColumnDataSource(data | {"face": faces(marks, colour)})
+            style = {"color": colour, "legend_label": label}
+            dots = made.scatter("x", "y", source=source, size=7, fill_color="face", line_width=1.5, **style)
+            made.line("x", "joined", source=source, line_width=2, alpha=0.5, **style)
+            at, mean, _, marks = curve(same, x, SLIDING)
             if len(at):
-                made.scatter(at * factor, mean * in_unit, marker="diamond", color=colour, size=12, fill_color="white")
+                slid = {"x": at * factor, "y": mean * in_unit, "face": faces(marks, colour)}
+                diamond = {"color": colour, "fill_color": "face", "size": 12}
+                made.scatter("x", "y", source=models.ColumnDataSource(slid), marker="diamond", **diamond)
             whisker = {"base": "x", "lower": "low", "upper": "high", "line_color": colour, "source": source}
             made.add_layout(models.Whisker(**whisker, upper_head=None, lower_head=None))
-            tips = [(words, "@x{0.[0000]a}"), (observable, "@y{0.[0000]a} ± @error{0.[0000]a}")]
+            tips = [(words, "@x{0.[0000]a}"), (observable, "@y{0.[0000]a} ± @at_least@error{0.[0000]a} @note")]
             made.add_tools(models.HoverTool(renderers=[dots], tooltips=tips))
         for axis, logarithmic in ((made.xaxis, log_x), (made.yaxis, log_y)):
             if logarithmic:
@@ -198,8 +207,13 @@ class StudyPage:
         self.problems.text = str(error)
 
 
-def curve(rows: list[dict[str, Any]], x: str, column: str) -> tuple[Any, Any, Any]:
-    """Return the places, values and errors of a column, by place."""
+def faces(marks: list[tuple[str, str]], colour: str) -> list[str]:
+    """Return the colours of the inside of points: white where a value is not whole."""
+    return [colour if is_whole(*each) else "white" for each in marks]
+
+
+def curve(rows: list[dict[str, Any]], x: str, column: str) -> tuple[Any, Any, Any, list[tuple[str, str]]]:
+    """Return the places, values and errors of a column, by place, and the marks of each: unknown parts, and note."""
     of_column = sorted((r for r in rows if r["column"] == column), key=lambda r: r[x])
     at, value, error = (np.array([r[name] for r in of_column], float) for name in (x, "value", "total_error"))
-    return at, value, np.nan_to_num(error)
+    return at, value, np.nan_to_num(error), [(r["unknown"], r["note"]) for r in of_column]

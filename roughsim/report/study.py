@@ -14,8 +14,8 @@ from roughsim.studies.tables import draw_study, study_table
 
 DRAWN = {
     "flash_temperature": "Flash temperature. Points and bands: simulated, with the total error, 95 %. Lines: theory; "
-    "dashed: by the calibrated stress spectrum.",
-    "contact_fraction": "Contact area over nominal area.",
+    "dashed: by the calibrated stress spectrum. Hollow: at q_c, or a part of the error is unknown.",
+    "contact_fraction": "Contact area over nominal area. Hollow: at q_c, or a part of the error is unknown.",
 }
 
 

@@ -9,6 +9,7 @@ from roughsim.estimate.sliding import OF_MARCH
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.arrays import Labelled
+from roughsim.results.marks import notes_of, unknown_words
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 
@@ -23,7 +24,7 @@ MEANINGS = {
 }
 
 
-TAIL = "_total_error"  # of the name of an error, after that of its observable
+TAIL, UNKNOWN, NOTE = "_total_error", "_unknown", "_note"  # after the name of an observable: what each entry has
 
 
 def columns_of(run: Run) -> list[str]:
@@ -32,9 +33,10 @@ def columns_of(run: Run) -> list[str]:
 
 
 def answers(run: Run, observables: Iterable[str] = OBSERVABLES) -> Iterator[Labelled]:
-    """Yield the columns, the speeds, the share of the heat, and observables with their total error, 95 %.
+    """Yield the columns, the speeds, the share of the heat, and observables with their total error, 95 %, and marks.
 
-    They are (column, speed) or (column,). ValueError if the run has no sound realization.
+    They are (column, speed) or (column,). The marks are texts: the unknown parts of the error, and the note of
+    `marks.notes_of`. ValueError if the run has no sound realization.
     """
     columns = columns_of(run)
     share = {"units": "1", "description": "share of the heat that the temperatures are of"}
@@ -47,28 +49,36 @@ def answers(run: Run, observables: Iterable[str] = OBSERVABLES) -> Iterator[Labe
         record = OBSERVABLES[name]
         heat = run.heat_partition if record.heated else np.ones(len(run.heat_partition) if record.per_speed else 1)
         theory, calibrated = (by[name] * heat for by in theories)
+        places = range(len(theory))
         values = [theory, calibrated]
         errors = [np.full_like(theory, np.nan), np.abs(calibrated) * bands.get(name, np.nan)]
-        unknown = []
+        unmarked = [""] * len(theory)
+        unknown, notes = [unmarked, unmarked], [unmarked, unmarked]
         for column in columns[2:]:
             estimate = None if column == SLIDING and name not in OF_MARCH else run.estimate(name, column)
             values.append(np.full_like(theory, np.nan) if estimate is None else estimate.mean)
             errors.append(np.full_like(theory, np.nan) if estimate is None else estimate.total_error)
-            if estimate is not None and estimate.unknown:
-                unknown.append(f"{column}: {', '.join(estimate.unknown)}")
-        yield from with_error(name, record.unit, np.array(values), np.array(errors), unknown)
+            unknown.append(unmarked if estimate is None else list(map(unknown_words, map(estimate.unknown_at, places))))
+            notes.append(unmarked if estimate is None else notes_of(run, column, estimate))
+        axes = ("column", "speed") if record.per_speed else ("column",)
+        tables = (np.array(table) for table in (values, errors, unknown, notes))
+        yield from marked(name, axes, *(table if record.per_speed else table[:, 0] for table in tables))
 
 
-def with_error(name: str, unit: str, values: Array, errors: Array, unknown: list[str]) -> Iterator[Labelled]:
-    """Yield an observable over columns, and speeds if it has several, and its error."""
-    per_speed, words = OBSERVABLES[name].per_speed, "total error of the mean, 95 %"
-    axes = ("column", "speed") if per_speed else ("column",)
-    values, errors = (table if per_speed else table[:, 0] for table in (values, errors))
-    error = name + TAIL
-    yield Labelled(name, axes, values, {"units": unit, "ancillary_variables": error})
-    if unknown:
-        words += f"; at least, as parts of it are unknown ({'; '.join(unknown)})"
-    yield Labelled(error, axes, errors, {"units": unit, "description": words})
+def marked(
+    name: str, axes: tuple[str, ...], values: Array, errors: Array, unknown: Array, notes: Array
+) -> Iterator[Labelled]:
+    """Yield an observable, its error and its marks as arrays over some axes; `unknown` and `notes` are texts."""
+    unit, parts = {"units": OBSERVABLES[name].unit}, sorted({*map(str, unknown.ravel())} - {""})
+    words = {
+        TAIL: "total error of the mean, 95 %" + (f"; at least, where parts of it are unknown {parts}" if parts else ""),
+        UNKNOWN: "unknown parts of the total error",
+        NOTE: "identity: fixed by force balance; at q_c: not extrapolated in the cut-off",
+    }
+    yield Labelled(name, axes, values, unit | {"ancillary_variables": " ".join(name + tail for tail in words)})
+    yield Labelled(name + TAIL, axes, errors, unit | {"description": words[TAIL]})
+    yield Labelled(name + UNKNOWN, axes, unknown, {"description": words[UNKNOWN]})
+    yield Labelled(name + NOTE, axes, notes, {"description": words[NOTE]})
 
 
 def readme(run: Run) -> str:
@@ -84,7 +94,9 @@ def readme(run: Run) -> str:
         f"{run.scene.title or run.folder.resolve().name}: {run.realizations} realizations{failed}. Units are SI. "
         "Temperatures are above the background, with the share heat_share_used of the heat of both bodies.",
         "The answers are here at the top. Each observable is an array over the column that it comes from, and over the "
-        "speed if it depends on it; NAME_total_error is its error, 95 %. The columns are",
+        "speed if it depends on it. NAME_total_error is its error, 95 %, NAME_unknown are the parts that this lacks, "
+        "and NAME_note says where a value is not extrapolated (at q_c) or fixed by force balance (identity). The "
+        "columns are",
         *(f"- {column}: {MEANINGS[column]}" for column in columns),
         "The means are extrapolated to all of C(q) where the levels allow it. The raw numbers of each level, one for "
         "each realization, are in a group: ",

@@ -1,17 +1,14 @@
 """`Study`: the folder of a study as it stands, its runs, and its results as one tidy table and as arrays."""
 
 from collections.abc import Iterator
-from itertools import pairwise
-from math import inf, log
+from math import inf
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from roughsim.estimate.errors import Uncertain, quotient
-from roughsim.estimate.ladder import values_of
-from roughsim.observables.catalogue import OBSERVABLES, UNITS
-from roughsim.results.answers import TAIL, answers
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.results.answers import NOTE, TAIL, UNKNOWN, answers
 from roughsim.results.arrays import Labelled
 from roughsim.results.folder import folder_state, open_run
 from roughsim.results.run import Run
@@ -21,6 +18,7 @@ from roughsim.show.table import json_value
 from roughsim.show.terminal import table_text
 from roughsim.studies.folder import Description, read
 from roughsim.studies.tables import dataset, draw_study, save_study, study_table
+from roughsim.studies.trends import trends_of
 from roughsim.studies.vary import Point, short_names
 
 LATER = "levels of the study"  # choice of the reason of a point that came later and has the levels of the others
@@ -134,7 +132,9 @@ class Study:
         """Yield the tidy table: a row for each point, observable (or one alone), column and speed, in SI.
 
         `speed` is None where an observable has none. `total_error` is that of 95 %, NaN where there is none, as of the
-        theory. Temperatures are those of the heat share used.
+        theory; `unknown` names the parts that it lacks, as "bandwidth, pixel", and is "" where it is whole. `note` is
+        "at q_c" where the value is not extrapolated in the cut-off, "identity" where force balance fixes it, or "".
+        Temperatures are those of the heat share used.
         """
         for point, run in self.results:
             values = {"point": point.name} | {self.keys[key]: value for key, value in point.values.items()}
@@ -142,10 +142,11 @@ class Study:
             tables = self._answers(point, run, names)
             columns = tables["column"].data.tolist()
             for name in names:
-                record, errors = OBSERVABLES[name], tables[name + TAIL].data
+                record = OBSERVABLES[name]
+                parts = [tables[name + tail].data for tail in ("", TAIL, UNKNOWN, NOTE)]
                 for i, column in enumerate(columns):
-                    entries = np.atleast_1d(tables[name].data[i]), np.atleast_1d(errors[i])
-                    for k, (mean, error) in enumerate(zip(*entries, strict=True)):
+                    entries = (np.atleast_1d(part[i]) for part in parts)
+                    for k, (mean, error, unknown, note) in enumerate(zip(*entries, strict=True)):
                         if np.isnan(mean):
                             continue
                         yield values | {
@@ -155,6 +156,8 @@ class Study:
                             "speed": run.scene.speeds[k] if record.per_speed else None,
                             "value": float(mean),
                             "total_error": float(error),
+                            "unknown": str(unknown),
+                            "note": str(note),
                             "realizations": run.realizations,
                         }
 
@@ -197,56 +200,18 @@ class Study:
         iterator of dict
             The point and the one `before` it along `key`, the `speed`, the `ratio` of the two with its errors, and the
             `exponent` n of observable ∝ keyⁿ between them. Both points see the same surfaces, so that `standard_error`
-            is that of pairs: far less than the scatter of each. `total_error` adds all other parts of both (95 %).
+            is that of pairs: far less than the scatter of each. `total_error` adds all other parts of both (95 %) but
+            those in `unknown`. The exponent is NaN between values of different kind: where one of the two is not
+            extrapolated, or lacks a part of its error, and the other does not.
             Neighbours with other levels or another seed make no pairs, and are left out.
         """
-        runs = {point.name: run for point, run in self.results}
-        for key in self.numeric_keys:
-            lines: dict[tuple[str, ...], list[Point]] = {}
-            for point in self.points:
-                others = tuple(str(value) for other, value in point.values.items() if other not in self._together(key))
-                lines.setdefault(others, []).append(point)
-            for line in lines.values():
-                line.sort(key=lambda point: float(point.values[key]))
-                for low, high in pairwise(point for point in line if point.name in runs):
-                    run, before = runs[high.name], runs[low.name]
-                    if run.scene.speeds == before.scene.speeds and surfaces(run) == surfaces(before):
-                        ratio = paired_ratio(run, before, observable, column)
-                        yield from self._trend_rows(key, low, high, ratio, run.scene.speeds)
-
-    def _trend_rows(
-        self, key: str, low: Point, high: Point, ratio: Uncertain, speeds: tuple[float, ...]
-    ) -> Iterator[dict[str, Any]]:
-        """Yield one trend for each speed."""
-        ends = low.values[key], high.values[key]
-        per_log = 1.0 / log(ends[1] / ends[0]) if min(ends) > 0.0 else np.nan
-        for k, value in enumerate(ratio.mean):
-            if not value > 0.0:  # at rest
-                continue
-            yield {
-                "point": high.name,
-                "before": low.name,
-                **{self.keys[other]: entry for other, entry in high.values.items()},
-                "key": self.keys[key],
-                "from": ends[0],
-                "to": ends[1],
-                "speed": speeds[k] if len(ratio.mean) == len(speeds) else None,
-                "ratio": float(value),
-                "standard_error": float(ratio.standard_error[k]),
-                "total_error": float(ratio.total_error[k]),
-                "exponent": float(np.log(value) * per_log),
-                "exponent_error": float(ratio.budget["statistical"][k] / value * abs(per_log)),
-            }
+        return trends_of(self, observable, column)
 
     @property
     def numeric_keys(self) -> list[str]:
         """The keys all of whose values are numbers, the first of each axis."""
         firsts = [(axis.keys[0], [row[0] for row in axis.values]) for axis in self.axes]
         return [key for key, values in firsts if all(isinstance(value, (int, float)) for value in values)]
-
-    def _together(self, key: str) -> tuple[str, ...]:
-        """The keys that change together with one."""
-        return next(axis.keys for axis in self.axes if key in axis.keys)
 
     def __str__(self) -> str:
         return table_text(study_table(self))
@@ -299,36 +264,3 @@ def open_study(folder: str | Path) -> Study:
 def is_finished(run: Run) -> bool:
     """Return whether a run has met its targets, or has all realizations."""
     return run.target_met or run.realizations >= run.max_realizations
-
-
-def surfaces(run: Run) -> tuple[Any, ...]:
-    """Return what two runs must have in common so that their rows are pairs."""
-    return run.seed, run.numerics.levels, run.numerics.lengths
-
-
-def paired_ratio(above: Run, below: Run, observable: str, column: str | None = None) -> Uncertain:
-    """Return the ratio of an observable of two runs with the same levels and surfaces, and its paired errors.
-
-    It is that of the means over the realizations that both have, with the heat share of each. Without common surfaces
-    (another seed or other levels) ValueError.
-    """
-    if observable not in UNITS or observable not in OBSERVABLES:
-        raise ValueError(f"observable = {observable!r} is unknown; choose one of {', '.join(OBSERVABLES)}")
-    if surfaces(above) != surfaces(below):
-        raise ValueError(f"{above.folder} and {below.folder} have other levels or surfaces: their rows are no pairs")
-    common = sorted({*above.sound(above.realizations)} & {*below.sound(below.realizations)})
-    pair, sizes = [], []
-    for run in (above, below):
-        name, record = run.column(column), OBSERVABLES[observable]
-        values = values_of(run.scene, name, observable, run.samples(column, common, spectra=record.spectra))
-        share = run.heat_partition if record.heated else 1.0
-        keys = ("extrapolated", "finest", "base", "bandwidth", "pixel")
-        sizes.append(run.size_error(observable, name, values))
-        pair.append(values._replace(**{key: getattr(values, key) * share for key in keys}))
-    return quotient(
-        pair[0],
-        pair[1],
-        size=np.hypot(*sizes),
-        solver=OBSERVABLES[observable].solver_share * max(above.numerics.tolerance, below.numerics.tolerance),
-        scanned=above.scene.scanned,
-    )

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
-from roughsim.results.answers import TAIL
+from roughsim.results.answers import marked
 from roughsim.results.arrays import Labelled, to_dataset
+from roughsim.results.marks import meanings, unknown_words
 from roughsim.scene.numerics import SLIDING
 from roughsim.scene.schema import literal
 from roughsim.show.frame import data_frame
@@ -28,6 +29,10 @@ NAMED = 4  # points that a note names
 MOST_ROWS = 60  # of the table on a terminal
 MARK = " *"  # of a point whose levels do not suit it
 LONGEST = 40  # letters of a value in a table
+OTHER_KIND = (
+    "∂ln/∂ln: – between values of different kind: one extrapolated with all parts of its error known, the other at q_c "
+    "or with an unknown part."
+)
 
 
 def words_of(key: str) -> tuple[str, float]:
@@ -57,6 +62,10 @@ def study_table(study: Any, observable: str = "flash_temperature") -> Table:
     paired = {along for _, along in trends}
     numeric = [keys[key] for key in study.numeric_keys if keys[key] in paired]
     titles += [Column(f"∂ln/∂ln {name.replace('_', ' ')}", number=True) for name in numeric]
+    shown_rows = [of_point[name] for of_point in told.values() for name in columns if name in of_point]
+    unknown = dict.fromkeys(part for row in shown_rows for part in parts_of(row))
+    marks = {row["note"] for row in shown_rows} - {""}
+    titles += [Column("note")] if marks else []
     misfits = study.misfits()
     rows: list[Row] = []
     for point in study.points[:MOST_ROWS]:
@@ -67,32 +76,49 @@ def study_table(study: Any, observable: str = "flash_temperature") -> Table:
         cells += [number_of(of_point[column], observable) if column in of_point else "–" for column in columns]
         for name in numeric:
             slope = trends.get((point.name, name))
-            cells.append(Number(slope["exponent"], "1", slope["exponent_error"]) if slope else "")
+            exponent = Number(slope["exponent"], "1", slope["exponent_error"]) if slope else ""
+            cells.append(exponent)
+        if marks:
+            cells.append(next((row["note"] for row in of_point.values() if row["note"]), ""))
         rows.append(cells)
     notes = [f"{study.finished} of {len(study.points)} points finished.", *target_note(study), *level_notes(study)]
     if len(study.points) > MOST_ROWS:
         notes.append(f"The first {MOST_ROWS} points; `roughsim export` writes all, with all observables and speeds.")
     notes.append(f"{observable} at the highest speed of each point; ± total error, 95 %.")
+    notes += meanings(unknown, marks)
     if numeric:
         notes.append(
             "∂ln/∂ln: exponent from the point before, of paired surfaces: its ± is statistical, 95 %, and does not "
-            "have the errors that both points share."
+            "have the errors that both points share, known or not."
         )
+    if any(np.isnan(trend["exponent"]) for trend in trends.values()):
+        notes.append(OTHER_KIND)
     return Table(titles, rows, study.scene.title, notes)
 
 
 def target_note(study: Any) -> list[str]:
-    """Say how many points are within the total error that was asked for; nothing where none was."""
+    """Say how many points are within the total error that was asked for; nothing where none was.
+
+    A point of which a part of the error is unknown, at some speed, is not within it.
+    """
     totals: dict[str, float] = {}
+    unknown: dict[str, tuple[str, ...]] = {}
     for point, run in study.results if study.target_error is not None else ():
         estimate = run.estimate("flash_temperature")
         relative = estimate.total_error[estimate.mean != 0.0] / np.abs(estimate.mean[estimate.mean != 0.0])
         totals[point.name] = float(relative.max(initial=0.0))
+        if estimate.unknown:
+            unknown[point.name] = estimate.unknown
     if not totals:
         return []
-    within, worst = sum(total <= study.target_error for total in totals.values()), max(totals, key=totals.__getitem__)
+    within = sum(total <= study.target_error for name, total in totals.items() if name not in unknown)
     text = f"Total error of T_flash at most {100 * study.target_error:.3g} % at every speed: {within} points"
-    return [f"{text}; the largest is {100 * totals[worst]:.3g} %, at {worst}."]
+    if unknown:
+        parts = unknown_words(list(dict.fromkeys(part for each in unknown.values() for part in each)))
+        text += f"; at {len(unknown)} points a part of it is unknown ({parts})"
+    worst = max(totals, key=totals.__getitem__)
+    at_least = "≥" * (worst in unknown)
+    return [f"{text}; the largest is {at_least}{100 * totals[worst]:.3g} %, at {worst}."]
 
 
 def level_notes(study: Any) -> list[str]:
@@ -114,7 +140,13 @@ def level_notes(study: Any) -> list[str]:
 
 def number_of(row: dict[str, Any], observable: str) -> Number:
     """Return the value of a row with its error, if it has one."""
-    return Number(row["value"], UNITS[observable], 0.0 if np.isnan(row["total_error"]) else row["total_error"])
+    error = 0.0 if np.isnan(row["total_error"]) else row["total_error"]
+    return Number(row["value"], UNITS[observable], error, parts_of(row))
+
+
+def parts_of(row: dict[str, Any]) -> list[str]:
+    """Return the unknown parts of the error of a row."""
+    return row["unknown"].split(", ") if row["unknown"] else []
 
 
 def value_text(key: str, value: Any) -> str:
@@ -211,7 +243,8 @@ def attributes(study: Any) -> dict[str, Any]:
     words = (
         f"A study by roughsim: {study.scene.title}. Units are SI. Each observable is an array over the varied keys, "
         f"the column it comes from ({columns}), and the speed where it depends on it. NAME_total_error is its error, "
-        "95 %. NaN: not computed yet, or not defined."
+        "95 %, NAME_unknown are the parts that this lacks, and NAME_note says where a value is not extrapolated (at "
+        "q_c) or fixed by force balance (identity). NaN: not computed yet, or not defined."
     )
     return {"title": study.scene.title or study.folder.name, "README": words, "scene": study.scene.to_toml()}
 
@@ -248,12 +281,12 @@ def arrays(study: Any) -> Iterator[Labelled]:
         over_speed = OBSERVABLES[name].per_speed and speeds is not None
         shape = (*study.shape, len(columns), *([len(speeds)] if over_speed and speeds else []))
         value, error = np.full(shape, np.nan), np.full(shape, np.nan)
+        unknown, note = np.full(shape, "", object), np.full(shape, "", object)
         for row in rows:
             if row["observable"] == name:
                 place: tuple[Any, ...] = (*places[row["point"]], columns.index(row["column"]))
                 place += (speeds.index(row["speed"]),) if over_speed and speeds else ()
                 value[place], error[place] = row["value"], row["total_error"]
+                unknown[place], note[place] = row["unknown"], row["note"]
         names = (*axes, "column", *(["speed"] if over_speed else []))
-        unit = {"units": UNITS[name]}
-        yield Labelled(name, names, value, unit | {"ancillary_variables": name + TAIL})
-        yield Labelled(name + TAIL, names, error, unit | {"description": "total error, 95 %"})
+        yield from marked(name, names, value, error, unknown.astype(str), note.astype(str))

@@ -85,6 +85,23 @@ def test_controls_choose_the_observable_the_axis_and_the_curves(page):
     assert curves(page)["35 m/s"]["y"][1] != y[1]
 
 
+def test_points_are_hollow_without_a_line_where_a_part_of_the_error_is_unknown(page):
+    # all have one level alone, so that nothing shows the error of the pixel
+    data = curves(page)["0.2"]
+    assert set(data["face"]) == {"white"}
+    assert np.isnan(data["joined"]).all()
+    assert set(data["at_least"]) == {"≥"}
+    assert "Hollow: at q_c, or a part of the error is unknown." in page.state.text
+    for row in page.rows:
+        row.update(unknown="", note="")
+    page.rows[0]["unknown"] = "size"
+    page.draw()
+    data = curves(page)["0.2"]
+    assert "white" not in set(data["face"])
+    assert np.array_equal(data["joined"], data["y"])
+    assert set(data["at_least"]) == {""}
+
+
 def test_a_title_is_text(page, study):
     (root,) = page.controls.document.roots
     head = root.children[0]

@@ -57,8 +57,12 @@ def test_the_answers_are_those_that_the_comparison_prints(kept_run, file):
             np.testing.assert_allclose(values, shown, rtol=1e-12)
             np.testing.assert_allclose(errors[2:], [cell.total_error for cell in cells], rtol=1e-12)
             assert np.isnan(errors[0])
-            unknown = stored[f"{row.observable}_total_error"].attrs["description"]
-            assert all(part in unknown for cell in cells for part in cell.unknown)
+            description = stored[f"{row.observable}_total_error"].attrs["description"]
+            assert all(part in description for cell in cells for part in cell.unknown)
+            unknown = stored[f"{row.observable}_unknown"].asstr()[(slice(None), *place)]
+            assert unknown.tolist()[2:] == [", ".join(cell.unknown) for cell in cells]
+            notes = stored[f"{row.observable}_note"].asstr()[(slice(None), *place)]
+            assert row.note in notes.tolist()[2:]
 
 
 def test_the_temperature_map_is_that_of_the_plot_at_the_highest_speed(kept_run, file):

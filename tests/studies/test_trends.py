@@ -7,7 +7,7 @@ import pytest
 from study_cases import LOADS
 
 import roughsim as rs
-from roughsim.studies.study import paired_ratio
+from roughsim.studies.trends import paired_ratio
 
 
 def test_flash_temperature_is_exactly_proportional_to_friction(done):

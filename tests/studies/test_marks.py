@@ -1,0 +1,184 @@
+"""What a study says of values that are not extrapolated, or whose error lacks a part."""
+
+import csv
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from study_cases import LOADS
+
+import roughsim as rs
+from roughsim.results.run import Run
+from roughsim.studies.tables import study_table, target_note
+
+HEAVY = LOADS[-1]  # the load whose bandwidth is unknown
+
+
+def let_bandwidth_be_unknown(loads, monkeypatch):
+    """Let runs say that all parts of their errors are known, but for the bandwidth at some loads."""
+    estimate = Run.estimate
+
+    def changed(run, observable, column=None):
+        found = estimate(run, observable, column)
+        budget = {name: np.where(np.isnan(part), 0.0, part) for name, part in found.budget.items()}
+        if run.scene.sliding.nominal_pressure in loads:
+            budget["bandwidth"] = np.full_like(found.mean, np.nan)
+        return replace(found, budget=budget)
+
+    monkeypatch.setattr(Run, "estimate", changed)
+
+
+@pytest.fixture
+def mixed(done, monkeypatch):
+    """The finished study, as if no level of the runs at the heaviest load showed what follows beyond q_c."""
+    let_bandwidth_be_unknown([HEAVY], monkeypatch)
+    return rs.open_study(done.folder)
+
+
+@pytest.fixture
+def known(done, monkeypatch):
+    """The finished study, as if the levels of all runs showed all parts of the errors."""
+    let_bandwidth_be_unknown([], monkeypatch)
+    return rs.open_study(done.folder)
+
+
+def test_the_tidy_table_names_the_unknown_parts_of_each_error_and_values_at_q_c(mixed):
+    rows = [row for row in mixed.rows("flash_temperature") if row["speed"]]
+    for row in rows:
+        marked = row["nominal_pressure"] == HEAVY and row["column"] == "capped"
+        assert (row["unknown"], row["note"]) == (("bandwidth", "at q_c") if marked else ("", ""))
+    assert any(row["unknown"] for row in rows)
+
+
+def test_the_marks_of_a_study_are_those_of_the_comparison_of_each_run(done):
+    marks = {
+        (row["point"], row["observable"], row["speed"]): (row["unknown"], row["note"])
+        for row in done.rows()
+        if row["column"] == "capped"
+    }
+    assert {note for _, note in marks.values()} == {"", "at q_c", "identity"}
+    for point, run in done.results:
+        for row in rs.compare(run).rows:
+            if (point.name, row.observable, row.speed) in marks:
+                unknown, note = marks[point.name, row.observable, row.speed]
+                assert unknown == ", ".join(row.columns["capped"].unknown)
+                assert note == row.note
+
+
+def test_the_table_for_people_has_a_lower_bound_and_a_note_as_that_of_a_run(mixed):
+    table = study_table(mixed)
+    titles = [column.title for column in table.columns]
+    cells = [str(row[titles.index("capped, K")]) for row in table.rows]
+    assert ["≥" in cell for cell in cells] == [False] * 4 + [True] * 2
+    assert [row[titles.index("note")] for row in table.rows] == [""] * 4 + ["at q_c"] * 2
+    assert any(note.startswith("≥: a part of the error is unknown") and "(bandwidth)" in note for note in table.notes)
+    assert any(note.startswith("at q_c: ") for note in table.notes)
+
+
+def test_without_marks_the_table_has_no_column_for_them(known):
+    table = study_table(known)
+    assert "note" not in [column.title for column in table.columns]
+    assert "≥" not in str(known)
+
+
+def test_a_target_is_met_where_all_parts_of_the_error_are_known(known):
+    known.target_error = 0.9
+    assert "at most 90 % at every speed: 6 points; the largest is " in target_note(known)[0]
+    assert "≥" not in target_note(known)[0]
+
+
+def test_a_target_is_not_met_where_a_part_of_the_error_is_unknown(mixed):
+    mixed.target_error = 0.9
+    words = "at most 90 % at every speed: 4 points; at 2 points a part of it is unknown (bandwidth); the largest is "
+    assert words in target_note(mixed)[0]
+
+
+def test_the_largest_error_is_a_lower_bound_where_a_part_of_it_is_unknown(done):
+    # no run of this study shows the error of the pixel
+    study = rs.open_study(done.folder)
+    study.target_error = 0.9
+    assert ": 0 points; at 6 points a part of it is unknown (pixel); the largest is ≥" in target_note(study)[0]
+
+
+def test_there_is_no_exponent_between_values_of_different_kind(mixed):
+    trends = [trend for trend in mixed.trends() if trend["key"] == "nominal_pressure"]
+    assert {trend["to"] for trend in trends} == set(LOADS[1:])
+    for trend in trends:
+        assert np.isnan(trend["exponent"]) == (trend["to"] == HEAVY)
+        assert np.isnan(trend["exponent_error"]) == (trend["to"] == HEAVY)
+    # both at q_c: exactly proportional to friction
+    same = [trend for trend in mixed.trends() if trend["key"] == "friction_coefficient"]
+    assert [trend["exponent"] for trend in same] == pytest.approx([1.0] * len(same), rel=1e-9)
+    assert "– between values of different kind" in " ".join(study_table(mixed).notes)
+    assert any("–" in str(row[-3]) for row in study_table(mixed).rows)
+
+
+def test_the_ratio_of_two_points_names_the_parts_that_its_error_lacks(done):
+    trends = list(done.trends())
+    assert trends
+    assert {trend["unknown"] for trend in trends} == {"pixel"}
+    assert all(np.isfinite(trend["exponent"]) for trend in trends)  # both of one kind
+
+
+def test_files_of_a_study_have_the_marks(mixed, tmp_path):
+    rows = list(mixed.rows())
+    marks = [(row["unknown"], row["note"]) for row in rows]
+    assert ("bandwidth", "at q_c") in marks
+    with mixed.save(tmp_path / "t.csv").open() as file:
+        assert [(row["unknown"], row["note"]) for row in csv.DictReader(file)] == marks
+    stored = json.loads(mixed.save(tmp_path / "t.json").read_text())["rows"]
+    assert [(row["unknown"], row["note"]) for row in stored] == marks
+    import h5py
+
+    with h5py.File(mixed.save(tmp_path / "t.h5")) as file:
+        column = [name.decode() for name in file["column"]].index("capped")
+        assert file["flash_temperature_unknown"].asstr()[2, 1, column, -1] == "bandwidth"
+        assert file["flash_temperature_note"].asstr()[2, 1, column, -1] == "at q_c"
+        assert file["flash_temperature_unknown"].asstr()[0, 0, column, -1] == ""
+        assert "bandwidth" in file["flash_temperature_total_error"].attrs["description"]
+        beside = file["flash_temperature"].attrs["ancillary_variables"].split()
+        assert beside == [f"flash_temperature_{part}" for part in ("total_error", "unknown", "note")]
+
+
+def test_arrays_and_data_frames_of_a_study_have_the_marks(mixed, tmp_path):
+    pandas, xarray = pytest.importorskip("pandas"), pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    place = {"nominal_pressure": HEAVY, "friction_coefficient": 0.2, "column": "capped", "speed": 35.0}
+    with xarray.open_dataset(mixed.save(tmp_path / "s.nc"), engine="h5netcdf") as stored:
+        for data in (stored, mixed.to_xarray()):
+            assert data.flash_temperature_unknown.sel(place).item() == "bandwidth"
+            assert data.flash_temperature_note.sel(place).item() == "at q_c"
+    frame = mixed.to_dataframe()
+    assert isinstance(frame, pandas.DataFrame)
+    marks = [(row["unknown"], row["note"]) for row in mixed.rows()]
+    assert list(zip(frame["unknown"], frame["note"], strict=True)) == marks
+
+
+def test_a_chart_has_hollow_markers_without_a_line_where_a_value_is_marked(mixed, tmp_path, monkeypatch):
+    from matplotlib.axes import Axes
+
+    drawn = []
+    draw = Axes.errorbar
+    monkeypatch.setattr(
+        Axes, "errorbar", lambda axes, x, *rest, **style: drawn.append((x, style)) or draw(axes, x, *rest, **style)
+    )
+    mixed.chart(tmp_path / "s.svg")
+    circles = [(x, style["mfc"]) for x, style in drawn if style["marker"] == "o"]
+    hollow = {load for x, face in circles if isinstance(face, str) and face == "white" for load in x}
+    filled = {load for x, face in circles if not (isinstance(face, str) and face == "white") for load in x}
+    assert (filled, hollow) == ({100.0, 120.0}, {300.0})  # MPa
+    assert "hollow: at" in (tmp_path / "s.svg").read_text()
+
+
+def test_a_chart_without_marks_has_no_hollow_points(known, tmp_path):
+    known.chart(tmp_path / "s.svg")
+    assert "hollow" not in (tmp_path / "s.svg").read_text()
+
+
+def test_the_report_of_a_study_has_the_marks(mixed, tmp_path):
+    from roughsim.report.study import report_study
+
+    text = report_study(mixed, tmp_path / "s.html").read_text()
+    assert "± ≥" in text
+    assert "at q_c" in text
