@@ -16,7 +16,7 @@ from roughsim import prediction
 from roughsim.estimate.cell_size import choose_lengths
 from roughsim.planning.levels import CAPPED_SIDE, ELASTIC_SIDE
 from roughsim.prediction.scans import scan_of_hottest
-from roughsim.prediction.statements import Statement, cautions, statements
+from roughsim.prediction.statements import Statement, cautions, statements, textures
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.scene.sections import BodySection, CounterfaceSection
@@ -63,6 +63,7 @@ class Facts:
         self.rms_slope = spectrum.rms_slope
         yields = inf if scene.elastic else prediction.yield_wavenumber(scene)
         gentle = spectrum if YIELDED * yields >= spectrum.breaks[-1] else spectrum.truncated(q_max=YIELDED * yields)
+        self.textures = {face: [texture._asdict() for texture in maps] for face, maps in textures(scene).items()}
         self.rms_slope_before_yield = gentle.rms_slope  # of the waves up to 32 q_y; of all where q_y is inf
         self.longest_wave = 2 * pi / spectrum.breaks[0]
         self.shortest_wave = 2 * pi / spectrum.breaks[-1]
@@ -207,9 +208,8 @@ def roughness_lines(scene: Scene) -> Lines:
     scan, target = scan_of_hottest(scene), dict(scene.ensemble.until).get("flash_temperature", inf)
     if scan is not None and isnan(scan):
         yield (
-            "C(q) was measured on a scan, and its error is unknown: psd_error is missing, or C(q) may rise so steeply "
-            "to the longest waves of the scan that longer ones change T_flash without limit; take a larger scan, or "
-            "state C(q) yourself"
+            "C(q) was measured on a scan, and its error is unknown: psd_error is missing, the map is not isotropic or "
+            "not Gaussian, or C(q) may rise without limit to the longest waves; press the map, or take a larger scan"
         )
     elif scan is not None and scan > target:
         yield (

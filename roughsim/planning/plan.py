@@ -79,8 +79,8 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
         value = getattr(numerics, key)
         text = "L/2" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
         reasons.append(Reason(key, text, "given in the scene" if key in stated else reason))
-    isotropic = "averaged over all sliding directions in closed form; C(q) is isotropic"
-    reasons.append(Reason("moments", "all speeds at once", isotropic))
+    averaged = "averaged over all sliding directions in closed form; drawn surfaces are isotropic"
+    reasons.append(Reason("moments", "all speeds at once", averaged))
     if "conductivity" in scene.tables:
         text = f"{at_speeds(prediction.conduction(scene).conductivity)} W/(m K)"
         reasons.append(Reason("conductivity", text, "of the moving body at T₀ + 0.75 T_flash of the theory"))

@@ -1,7 +1,8 @@
 """The error that a measured C(q) leaves in what follows from it, by the theory.
 
 Each error of the table is tried: C(q) is changed by it, and the theory says what every observable then is. Two things
-are not known of scans: C(q) scatters, as a map holds few long waves, and waves longer than the map are not in it.
+are not known of scans: C(q) scatters, as a map holds few long waves, and waves longer than the map are not in it. Of a
+map that is not isotropic or whose heights are not Gaussian C(q) says too little, and the error is unknown.
 """
 
 from collections.abc import Mapping
@@ -13,6 +14,7 @@ import numpy as np
 
 from roughsim.grid import Array
 from roughsim.prediction import integrals, over_speed
+from roughsim.prediction.statements import textures
 from roughsim.prediction.values import Predicted
 from roughsim.scene import Scene
 from theory.compiled import special
@@ -34,8 +36,9 @@ def scan_error(scene: Scene, only: str = "") -> dict[str, Array]:
     """Return the relative 95 % error of every observable by the scans that C(q) was measured on.
 
     With `only` that of T_flash, or of another of `OVER_SPEED`, alone, in a fiftieth of the time. NaN where the theory
-    has no value, where nothing is known of the error, or where C(q) rises, or within the error of its exponent may
-    rise, so steeply towards the longest waves of the scans that longer ones change the value without limit.
+    has no value, where nothing is known of the error, where a map differs from surfaces drawn from its C(q), or where
+    C(q) rises, or within the error of its exponent may rise, so steeply towards the longest waves of the scans that
+    longer ones change the value without limit.
     """
     squares = {name: np.zeros(values.shape) for name, values in expected(scene, only).items()}
     for name in ("surface", "counterface"):
@@ -70,7 +73,8 @@ def expected(scene: Scene, only: str) -> Mapping[str, Array]:
 def error_of_face(scene: Scene, name: str, face: Any, only: str) -> Changes:
     """Return the error of the logarithms by the scans of one face, which stands in the section `name`."""
     own = expected(scene, only)
-    if face.psd_error is None:
+    alike = all(texture.isotropic and texture.gaussian for texture in textures(scene).get(name, ()))
+    if face.psd_error is None or not alike:
         return {key: np.full(values.shape, np.nan) for key, values in own.items()}
     q, psd = np.array(face.psd).T
     errors = np.array(face.psd_error)

@@ -1,13 +1,15 @@
-"""What a scene assumes without a number of its own: where the roughness is, and into which body the heat goes.
+"""What a scene assumes without a number of its own: where the roughness is, its texture, and where the heat goes.
 
 Each statement is made here once; `plan`, `theory`, `compare` and the report print the same ones.
 """
 
 from collections.abc import Iterator
+from math import degrees
 from typing import NamedTuple
 
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
+from roughsim.surface.topography import Texture
 
 
 class Statement(NamedTuple):
@@ -23,7 +25,14 @@ class Statement(NamedTuple):
 
 def statements(scene: Scene) -> list[Statement]:
     """Return what a scene assumes, in the order in which it is printed."""
-    return [*of_roughness(scene), *of_heat(scene)]
+    return [*of_roughness(scene), *of_textures(scene), *of_heat(scene)]
+
+
+def textures(scene: Scene) -> dict[str, list[Texture]]:
+    """Return the textures of the maps of each face by its section; no entry where C(q) was not measured on maps."""
+    faces = {"surface": scene.surface, "counterface": scene.counterface}
+    rows = {name: face.psd_texture for name, face in faces.items() if face is not None and face.psd_texture}
+    return {name: [Texture(*row) for row in of_face] for name, of_face in rows.items()}
 
 
 def of_roughness(scene: Scene) -> Iterator[Statement]:
@@ -38,6 +47,15 @@ def of_roughness(scene: Scene) -> Iterator[Statement]:
         of_what = 'with history = "frozen" the contact' if two else "a lone rough face"
         because = f"{of_what} rests on the counterface: its hot spots slide over [body]"
     yield Statement("roughness", value, because)
+
+
+def of_textures(scene: Scene) -> Iterator[Statement]:
+    """Yield for each map that C(q) was measured on the lay of its slopes, and the distribution of its heights."""
+    for face, maps in textures(scene).items():
+        for number, texture in enumerate(maps, start=1):
+            of = f" of map {number}" * (len(maps) > 1) + f" of [{face}]" * (len(textures(scene)) > 1)
+            yield Statement(f"texture{of}", texture.slopes(), "rms slopes of the map; drawn surfaces are isotropic")
+            yield Statement(f"heights{of}", texture.heights(), "of the map; drawn surfaces are Gaussian")
 
 
 def of_heat(scene: Scene) -> Iterator[Statement]:
@@ -58,6 +76,18 @@ def of_heat(scene: Scene) -> Iterator[Statement]:
 
 
 def cautions(scene: Scene) -> Iterator[str]:
+    """Yield a warning for each assumption that is easily missed, or that a map does not fulfil."""
+    for face, maps in textures(scene).items():
+        yield from dict.fromkeys(line for texture in maps for line in texture.warnings(face))
+    if scene.sliding.direction is not None:
+        yield (
+            f"sliding.direction = {degrees(scene.sliding.direction):.4g}° changes nothing in the theory and on drawn "
+            "surfaces, which are isotropic; `roughsim press` gives T_flash in this direction"
+        )
+    yield from caution_of_heat(scene)
+
+
+def caution_of_heat(scene: Scene) -> Iterator[str]:
     """Yield a warning of one rough face, all the heat in one body, and another body that takes heat too."""
     if len(scene.faces) > 1 or not scene.counterface_conducts or scene.sliding.heat_partition != "all":
         return

@@ -173,9 +173,9 @@ class Scene(Record, section=""):
         """Return what identifies this scene: physics, numerics and seed, as dotted key → JSON value.
 
         Keys that change no number of a member are left out: texts (title); `ensemble.max_realizations`,
-        `ensemble.until` and `numerics.keep_fields`; `psd_source` and the melting temperature; a background temperature
-        without a table κ(T) or μ(T). Keys without a value are absent, but two have a number then: `q_roll_off` is
-        `q_min`, and `roll_off_exponent` is 0.
+        `ensemble.until` and `numerics.keep_fields`; what is known of a C(q), and the melting temperature; a background
+        temperature without a table κ(T) or μ(T). Keys without a value are absent, but two have a number then:
+        `q_roll_off` is `q_min`, and `roll_off_exponent` is 0.
         """
         sections = to_jsonable_python(self, exclude_none=True)
         sections = {name: section for name, section in sections.items() if isinstance(section, dict)}

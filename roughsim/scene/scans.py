@@ -16,15 +16,18 @@ PLAIN_KEYS = ("topography_size", "topography_unit")  # of .txt, .csv and .npy
 
 
 def measured_psd(paths: list[Path], section: dict[str, Any]) -> dict[str, Any]:
-    """Measure C(q) of the maps of one surface; return the keys of a section that give it as a table with its error."""
+    """Measure C(q) of the maps of one surface; return the keys that give it, its error, and each texture."""
     from roughsim.surface.topography import combined
 
     if len(paths) > MOST_SCANS:
         raise SceneError(f"{len(paths)} scans are more than {MOST_SCANS}; leave some out")
-    spectrum, errors = combined([found.bins for found in read_maps(paths, section)])
+    bins, textures = zip(*((found.bins, found.texture) for found in read_maps(paths, section)), strict=True)
+    spectrum, errors = combined(bins)
     rows = [[float(q), float(psd)] for q, psd in zip(spectrum.q, spectrum.psd, strict=True)]
+    rounded_textures = [[float(f"{number:.4g}") for number in texture] for texture in textures]
     rounded = [[float(f"{error:.3g}") for error in row] for row in errors.tolist()]
-    return {"psd": rows, "psd_convention": "persson", "psd_source": "scan", "psd_error": rounded}
+    known = {"psd_source": "scan", "psd_error": rounded, "psd_texture": rounded_textures}
+    return {"psd": rows, "psd_convention": "persson"} | known
 
 
 def read_maps(paths: list[Path], section: Mapping[str, Any]) -> "Iterator[Topography]":

@@ -316,6 +316,10 @@ def key_line(section: str, key: str, value: Any) -> str:
     if key == "psd_error":
         rows = "".join(f"{literal(row)},\n" for row in value)
         return f"psd_error = [  # relative to C\n{rows}]"
+    if key == "psd_texture":
+        rows = "".join(f"{literal(row)},\n" for row in value)
+        names = "ratio of slopes, its angle, of one octave: ratio, angle, q from, to; skewness, kurtosis, share beyond"
+        return f"psd_texture = [  # {names} 8 rms, slope of tops\n{rows}]"
     if key == "until":
         value = dict(value)
     if key in ("conductivity", "friction_coefficient") and isinstance(value, tuple):

@@ -30,22 +30,23 @@ from roughsim.scene.schema import (
     quantity,
     whole,
 )
-from roughsim.scene.tables import Conductivity, FrictionCoefficient, Rows, read_psd, read_psd_error
+from roughsim.scene.tables import Conductivity, FrictionCoefficient, Rows, read_psd, read_psd_error, read_psd_texture
 
 SHARE = Quantity("", "0.938", above=0, at_most=1)
 SHARE_RULES = ("mean", "total", "all")
 TARGET = Quantity("", '"1 %"', above=0, below=1)
 SELF_AFFINE_KEYS = ("hurst", "q_min", "q_roll_off", "q_max", "roll_off_exponent")
 SIZE_KEYS = ("rms_height", "rms_slope", "psd", "spectrum")  # one of them says how rough a face is
-PSD_KEYS = ("psd_convention", "psd_source", "psd_error")  # they go with `psd`
+PSD_KEYS = ("psd_convention", "psd_source", "psd_error", "psd_texture")  # they go with `psd`
 ROUGHNESS_KEYS = (*SIZE_KEYS, *PSD_KEYS, *SELF_AFFINE_KEYS)
 THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
 # keys that say how long to go on, what to keep or what is said of the numbers, and change no number
 NOT_IDENTITY = {"ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"} | {
     f"{face}.{key}"
     for face in ("surface", "body", "counterface")
-    for key in ("psd_source", "psd_error", "melting_temperature")
+    for key in ("psd_source", "psd_error", "psd_texture", "melting_temperature")
 }
+TURN = 6.2832  # rad, 360° rounded up
 WIDEST_BAND = 1e12  # q_max/q_min; a metre over the size of an atom is 1e10
 
 
@@ -211,6 +212,8 @@ class SurfaceSection(Record, section="surface"):
     """"scan": the table was measured on maps, as by `topography`; None: it is as stated, without an error."""
     psd_error: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(read_psd_error)] | None = None
     """Errors of the rows of `psd`, see `roughsim.surface.topography.MeasuredSpectrum`; None: unknown of a scan."""
+    psd_texture: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(read_psd_texture)] | None = None
+    """A row for each map, see `roughsim.surface.topography.Texture`; None: unknown of a scan."""
     hurst: Hurst | None = None
     """H of the self-affine C(q), see `roughsim.SelfAffineSpectrum`; so are the next four."""
     q_min: QMin | None = None
@@ -277,6 +280,8 @@ class SlidingSection(Record, section="sliding"):
         WrapValidator(read_speeds),
     ]
     """Sliding speeds; one number is a tuple of one."""
+    direction: Annotated[float, Quantity("rad", '"30 deg"', at_least=-TURN, at_most=TURN)] | None = None
+    """Of sliding over a map that is pressed, from x towards y; no number of theory and drawn surfaces depends on it."""
     heat_partition: Annotated[Annotated[float, SHARE] | str, BeforeValidator(read_share)] = "all"
     """Share of the heat into the moving body, or the rule by which it follows from both bodies."""
     duration: Annotated[float, Quantity("s", '"1 ms"', above=0)] | None = None

@@ -16,6 +16,7 @@ PSD = Quantity("", "1e-24", above=0, smallest=1e-100)
 CONDUCTIVITY = Quantity("W/(m K)", '"30 W/(m K)"', above=0)
 FRICTION = Quantity("", "0.11", above=0)
 MAX_ROWS = 1200  # of all tables C(q) of a scene together: written inline they still fit into 64 KiB
+TEXTURE_NUMBERS = 10  # of a map
 MAX_TEMPERATURES = 100  # of a table over temperature
 Rows = tuple[tuple[float, float], ...]
 
@@ -49,6 +50,19 @@ def read_psd_error(value: Any) -> tuple[tuple[float, ...], ...]:
         raise ValueError(" must have rows of equal length, each with a standard error ≥ 0 first")
     if not all(isfinite(error) and error > -1.0 for row in rows for error in row):
         raise ValueError(" must have finite numbers above -1, as C stays positive")
+    return rows
+
+
+def read_psd_texture(value: Any) -> tuple[tuple[float, ...], ...]:
+    """Read the textures of maps, each the numbers of `roughsim.surface.topography.Texture` in its order."""
+    try:
+        rows = tuple(tuple(float(number) for number in row) for row in value)
+    except (TypeError, ValueError):
+        raise ValueError(f" = {as_written(value)} must be rows of numbers, one for each map") from None
+    if not rows or not all(len(row) == TEXTURE_NUMBERS and all(map(isfinite, row)) for row in rows):
+        raise ValueError(f" must have rows of {TEXTURE_NUMBERS} finite numbers, one for each map; load the scan again")
+    if not all(min(row[0], row[2], row[4], row[5]) > 0.0 for row in rows):
+        raise ValueError(" must have ratios and wavenumbers above 0; load the scan again")
     return rows
 
 

@@ -99,7 +99,8 @@ TABLE = "conductivity = { temperature = [300, 900], value = [50, 30] }\n"
 TABLE_FACE = """psd = [[1e4, 3.1e-23], [1e5, 7e-27]]
 psd_convention = "persson"
 psd_source = "scan"
-psd_error = [[0.1], [0.2]]"""
+psd_error = [[0.1], [0.2]]
+psd_texture = [[1.1, 0.3, 1.2, 0.4, 1e4, 2e4, 0.0, 3.0, 0.0, 1.0]]"""
 NAMED_FACE = (
     'spectrum = { name = "k_correlation", rms_height = 1e-7, hurst = 0.7, q_min = 1e3, q_roll_off = 1e4, q_max = 1e6 }'
 )
@@ -117,6 +118,7 @@ REST = """[sliding]
 nominal_pressure = 1e6
 friction_coefficient = 0.1
 speed = [1, 2]
+direction = 0.5
 heat_partition = "total"
 duration = 1
 background_temperature = 300
@@ -131,6 +133,7 @@ FACES = (f"rms_height = 1e-7\n{SELF_AFFINE}", f"rms_slope = 0.1\n{SELF_AFFINE}",
 # what a run may change and stay the same run, or what changes no number
 LEFT_OUT = {"ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"} | {
     *("surface.psd_source", "counterface.psd_source", "surface.psd_error", "counterface.psd_error"),
+    *("surface.psd_texture", "counterface.psd_texture"),
     *("body.melting_temperature", "counterface.melting_temperature"),
 }
 

@@ -1,4 +1,4 @@
-"""Making a map periodic, and leaving its short waves out."""
+"""Making a map periodic, leaving its short waves out, and its twin with random phases."""
 
 import numpy as np
 
@@ -12,6 +12,37 @@ def mirrored(heights: Array) -> Array:
     """
     along_x = np.concatenate([heights, heights[::-1]])
     return np.concatenate([along_x, along_x[:, ::-1]], axis=1)
+
+
+def periodic_part(heights: Array) -> Array:
+    """Return a map less the smooth surface that has its steps at the edges, so that it is periodic without a step.
+
+    The discrete Laplacian of that surface is the step between opposite edges, and zero inside (Moisan, Journal of
+    Mathematical Imaging and Vision 39, 161, 2011). No point is weighted less than others, as it is under a window.
+    """
+    steps = np.zeros_like(heights)
+    for axis in (0, 1):
+        edges, rows = np.moveaxis(steps, axis, 0), np.moveaxis(heights, axis, 0)
+        edges[0] += rows[-1] - rows[0]
+        edges[-1] += rows[0] - rows[-1]
+    x, y = (2.0 * np.cos(2.0 * np.pi * np.arange(n) / n) for n in heights.shape)
+    laplacian = x[:, None] + y[: heights.shape[1] // 2 + 1] - 4.0
+    laplacian[0, 0] = 1.0  # of q = 0, where the steps are zero
+    smooth = np.fft.rfft2(steps) / laplacian
+    smooth[0, 0] = 0.0
+    return heights - np.fft.irfft2(smooth, heights.shape)
+
+
+def gaussian_twin(heights: Array, rng: np.random.Generator) -> Array:
+    """Return a map with the same |h(q⃗)| at each wavevector as a periodic map, and random phases.
+
+    With many waves its heights are Gaussian; its lay is that of the map. The phases are those of white noise, whose
+    transform has h(−q⃗) = h*(q⃗), so that heights are real; q = 0 keeps its own.
+    """
+    modes, noise = np.fft.rfft2(heights), np.fft.rfft2(rng.standard_normal(heights.shape))
+    turned = np.abs(modes) * noise / np.abs(noise)
+    turned[0, 0] = modes[0, 0]
+    return np.fft.irfft2(turned, heights.shape)
 
 
 def band_limited(heights: Array, grid: Grid, shape: tuple[int, int], q_max: float) -> Array:

@@ -15,6 +15,7 @@ from roughsim.grid import Array, Grid
 from roughsim.machine import exceeds
 from roughsim.surface.power_laws import TabulatedSpectrum
 from roughsim.surface.topography.measured import Bins, MeasuredSpectrum, combined, map_spectrum
+from roughsim.surface.topography.texture import Texture, texture_of
 from roughsim.untrusted import check_measured_file
 
 MOST_UNDEFINED = 0.05  # share of points that an instrument may have left out
@@ -36,6 +37,11 @@ class Topography:
     def bins(self) -> Bins:
         """C(q), averaged over directions and bins of log q."""
         return map_spectrum(self.heights, self.grid, periodic=self.periodic, reliable=self.reliable)
+
+    @cached_property
+    def texture(self) -> Texture:
+        """The lay of its slopes, and how far its heights are from Gaussian ones."""
+        return texture_of(self.heights, self.grid, periodic=self.periodic, reliable=self.reliable)
 
     @property
     def measured(self) -> MeasuredSpectrum:

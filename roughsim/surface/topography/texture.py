@@ -1,0 +1,164 @@
+"""The texture of a measured map: the lay of its slopes, and how far its heights are from Gaussian ones.
+
+C(q) is averaged over directions and has no phases. Surfaces drawn from C(q) have slopes that are alike in all
+directions, and Gaussian heights. The texture of a map shows where the map differs from them.
+"""
+
+from collections.abc import Iterator
+from math import degrees, pi
+from typing import NamedTuple
+
+import numpy as np
+
+from roughsim.grid import Array, Grid
+from roughsim.surface.topography.periodic import periodic_part
+
+UNEVEN = 1.5  # rms slope across over along: above, T_flash differs by as much and more from direction to direction
+LEAST_SHARE = 0.01  # of ⟨|∇h|²⟩ or of ⟨h²⟩: an octave of less is of no account
+LEAST_MODES = 64  # of a band: isotropic ones of fewer modes have a ratio above 1.5 by chance
+STRAIGHT = 1e6  # the largest ratio: straight grooves have no slope along them but rounding
+KURTOSIS = 6.0  # isotropic Gaussian maps with few long waves reach 5.8
+OUTLYING = 8.0  # rms heights: Gaussian maps have no point beyond, however large they are
+TOPS = 0.05  # share of the points that are the highest
+SLOPE_OF_TOPS = 2 / 3, 3 / 2  # of Gaussian maps: below there are flattened tops or deep pits, above sharp summits
+DRAWN = "the theory and drawn surfaces are isotropic"
+INSTEAD = "`roughsim press` computes the map itself"
+
+
+class Texture(NamedTuple):
+    """The texture of one map; its order is that of the rows of `psd_texture` in a scene."""
+
+    ratio: float  # rms slope across the lay over that along it, ≥ 1, of all waves
+    angle: float  # of the lay, where slopes are least: radians from axis 0 towards axis 1, 0 ≤ angle < π
+    band_ratio: float  # the same of the octave of waves with the largest ratio; of all waves if no octave has enough
+    band_angle: float
+    band_low: float  # its wavenumbers, rad/m
+    band_high: float
+    skewness: float  # ⟨h³⟩/⟨h²⟩^(3/2), 0 of Gaussian heights
+    kurtosis: float  # ⟨h⁴⟩/⟨h²⟩², 3 of Gaussian heights
+    outlying: float  # share of the points beyond 8 rms heights
+    slope_of_tops: float  # rms slope of the highest 5 % of the points over that of all, 1 of Gaussian heights
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether slopes are as steep in all directions, within `UNEVEN`."""
+        return max(self.ratio, self.band_ratio) <= UNEVEN
+
+    @property
+    def gaussian(self) -> bool:
+        """Whether nothing shows that the heights are not Gaussian."""
+        low, high = SLOPE_OF_TOPS
+        return self.kurtosis <= KURTOSIS and self.outlying == 0.0 and low <= self.slope_of_tops <= high
+
+    @property
+    def lay(self) -> float:
+        """The angle of the lay, radians: of the octave with the largest ratio if that alone is uneven."""
+        return self.angle if self.ratio > UNEVEN or self.isotropic else self.band_angle
+
+    def slopes(self) -> str:
+        """Return the lay in words."""
+        text = f"slopes {self.ratio:.2g} times as steep across as along {in_degrees(self.angle)}"
+        if self.band_ratio > max(UNEVEN, self.ratio):
+            waves = f"waves of {2e6 * pi / self.band_high:.2g} to {2e6 * pi / self.band_low:.2g} µm"
+            text += f", {self.band_ratio:.2g} times along {in_degrees(self.band_angle)} in {waves}"
+        return text
+
+    def heights(self) -> str:
+        """Return the distribution of the heights in words."""
+        outlying = f", {100 * self.outlying:.2g} % of the points beyond {OUTLYING:g} rms" * (self.outlying > 0.0)
+        tops = f"the highest {100 * TOPS:g} % of the points have {self.slope_of_tops:.2g} of the rms slope of all"
+        return f"skewness {self.skewness:.2g}, kurtosis {self.kurtosis:.4g} (Gaussian 0 and 3){outlying}; {tops}"
+
+    def warnings(self, face: str) -> Iterator[str]:
+        """Yield a warning for each way in which surfaces drawn from C(q) are not like the map of a face."""
+        if not self.isotropic:
+            yield (
+                f"the map of [{face}] is not isotropic: {self.slopes()}, above {UNEVEN:g}; {DRAWN}, and T_flash "
+                f"differs between the directions of sliding; {INSTEAD}, and gives T_flash along and across the lay"
+            )
+        if not self.gaussian:
+            yield (
+                f"the heights of the map of [{face}] are not Gaussian: {self.heights()} (Gaussian 1); drawn surfaces "
+                "have its C(q), but Gaussian heights without its pits, flattened tops or dust, and T_flash may be off "
+                f"by a factor; {INSTEAD}, and gives the ratio of the map to a Gaussian twin"
+            )
+
+
+def in_degrees(angle: float) -> str:
+    """Return the angle of an axis in whole degrees, from "0°" to "179°"."""
+    return f"{round(degrees(angle)) % 180}°"
+
+
+def texture_of(heights: Array, grid: Grid, *, periodic: bool, reliable: float = np.inf) -> Texture:
+    """Return the texture of a map without mean and tilt.
+
+    Slopes are those of all waves that the map shows alike in all directions, up to the lower of its two Nyquist
+    wavenumbers, and of the periodic part of the map. So neither edges nor oblong pixels make a lay.
+
+    Parameters
+    ----------
+    heights : ndarray
+        Shape `grid.shape`, m, not all equal.
+    grid : Grid
+        Points and sides.
+    periodic : bool
+        Whether the map goes on at its edges; else its `periodic_part` is taken.
+    reliable : float
+        Wavenumber up to which the instrument resolves, rad/m.
+    """
+    modes = np.fft.rfft2(heights if periodic else periodic_part(heights))
+    power = (modes.real**2 + modes.imag**2) * grid.multiplicity
+    whole, octaves = lays(power, grid, min(grid.nyquist, reliable))
+    steepest = max(octaves, key=lambda octave: octave[0], default=whole)
+    standard = heights - heights.mean()
+    standard = standard / np.sqrt(np.mean(standard**2))
+    return Texture(
+        *whole[:2],
+        *steepest,
+        skewness=float(np.mean(standard**3)),
+        kurtosis=float(np.mean(standard**4)),
+        outlying=float(np.mean(np.abs(standard) > OUTLYING)),
+        slope_of_tops=slope_of_tops(heights, grid),
+    )
+
+
+OneLay = tuple[float, float, float, float]  # ratio, angle, and the lowest and highest wavenumber
+
+
+def lays(power: Array, grid: Grid, q_max: float) -> tuple[OneLay, list[OneLay]]:
+    """Return the lay of all waves up to `q_max`, rad/m, and those of octaves with enough modes.
+
+    `power` is |h(q⃗)|² at the modes of `grid.half_shape`, times their multiplicity.
+    """
+    q, (qx, qy) = grid.wavenumbers, grid.wavevectors
+    inside = (q > 0.0) & (q <= q_max * (1 + 1e-9))
+    weighted, count = power[inside], np.broadcast_to(grid.multiplicity, q.shape)[inside]
+    xx, xy, yy = ((product * np.ones(q.shape))[inside] * weighted for product in (qx * qx, qx * qy, qy * qy))
+    octave = np.floor(np.log2(q_max / q[inside]) + 1e-9).astype(np.intp)
+    # ⟨∇h ∇hᵀ⟩ of each octave, up to a common factor
+    sums = np.stack([np.bincount(octave, part) for part in (xx, xy, yy)], axis=1)
+    modes = 0.5 * np.bincount(octave, count)
+    slopes, heights = sums[:, 0] + sums[:, 2], np.bincount(octave, weighted)
+    present = (slopes > LEAST_SHARE * slopes.sum()) | (heights > LEAST_SHARE * heights.sum())
+    found = [
+        (*principal_axes(*sums[k]), q_max * 0.5 ** (k + 1), q_max * 0.5**k)
+        for k in np.flatnonzero(present & (modes >= LEAST_MODES)).tolist()
+    ]
+    return (*principal_axes(*sums.sum(axis=0)), float(q[inside].min()), q_max), found
+
+
+def principal_axes(xx: float, xy: float, yy: float) -> tuple[float, float]:
+    """Return the ratio of the rms slopes across and along, and the angle of the axis along, of ⟨∇h ∇hᵀ⟩."""
+    mean, apart = 0.5 * (xx + yy), float(np.hypot(0.5 * (xx - yy), xy))
+    ratio = float(np.sqrt((mean + apart) / max(mean - apart, (mean + apart) / STRAIGHT**2)))
+    across = 0.5 * float(np.arctan2(2.0 * xy, xx - yy))  # of the larger eigenvalue
+    return ratio, (across + 0.5 * pi) % pi
+
+
+def slope_of_tops(heights: Array, grid: Grid) -> float:
+    """Return the rms slope of the highest points, `TOPS` of all, over that of all, by central differences."""
+    inner, (dx, dy) = heights[1:-1, 1:-1], grid.spacing
+    along_x, along_y = heights[2:, 1:-1] - heights[:-2, 1:-1], heights[1:-1, 2:] - heights[1:-1, :-2]
+    squares = (along_x / dx) ** 2 + (along_y / dy) ** 2
+    top = inner >= np.quantile(inner, 1.0 - TOPS)
+    return float(np.sqrt(squares[top].mean() / squares.mean()))

@@ -1,0 +1,226 @@
+"""The texture of maps: the lay of their slopes, and how far their heights are from Gaussian ones."""
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim.surface.topography import encoded, levelled, read_topography, texture_of
+
+SIDE = 1e-3
+
+
+def drawn(shape, rng, *, hurst=0.8, longest=4.0, roll_off=1.0, lengths=(SIDE, SIDE)):
+    """A Gaussian map, isotropic in its own lengths, with random amplitudes."""
+    grid, q = rs.Grid(shape, lengths), 2 * math.pi / SIDE * longest
+    law = rs.SelfAffineSpectrum.from_rms_height(
+        1e-6, hurst=hurst, q_min=q, q_roll_off=roll_off * q, q_max=0.95 * grid.nyquist
+    )
+    return rs.synthesize(law, grid, rng, amplitudes="gaussian")
+
+
+def grooves(grid, angle, stretch, rng, waves=1500, *, with_slopes=False):
+    """Plane waves, `stretch` times as long along an angle as across, not periodic; their rms slopes by eigenvalues."""
+    x, y = (np.arange(n) * step for n, step in zip(grid.shape, grid.spacing, strict=True))
+    q, phi = (
+        2 * math.pi / SIDE * np.exp(rng.uniform(math.log(6), math.log(40), waves)),
+        rng.uniform(0, 2 * math.pi, waves),
+    )
+    along, across = q * np.cos(phi) / stretch, q * np.sin(phi)
+    qx = along * math.cos(angle) - across * math.sin(angle)
+    qy = along * math.sin(angle) + across * math.cos(angle)
+    phase = np.exp(1j * rng.uniform(0, 2 * math.pi, waves)) * q**-0.8
+    one, other = phase[:, None] * np.exp(1j * qx[:, None] * x), np.exp(1j * qy[:, None] * y)
+    heights = 1e-7 * np.real(one.T @ other)
+    if not with_slopes:
+        return heights
+    gradient = [1e-7 * np.real((1j * q[:, None] * one).T @ other).ravel() for q in (qx, qy)]
+    return heights, np.sqrt(np.linalg.eigvalsh(np.cov(gradient)))
+
+
+@pytest.mark.parametrize(("shape", "lengths"), [((64, 64), (SIDE, SIDE)), ((60, 96), (SIDE, 2 * SIDE))])
+def test_two_crossed_waves_have_the_ratio_of_their_slopes(shape, lengths):
+    grid = rs.Grid(shape, lengths)
+    x, y = (2 * math.pi * np.arange(n) / n for n in shape)
+    steep, gentle = 3e-7 * np.cos(5 * x)[:, None], 2e-7 * np.cos(3 * y + 0.4)
+    found = texture_of(steep + gentle, grid, periodic=True)
+    assert found.ratio == pytest.approx(3e-7 * 5 / lengths[0] / (2e-7 * 3 / lengths[1]), rel=1e-12)
+    assert found.angle == pytest.approx(math.pi / 2, abs=1e-9)  # the steep wave runs along x
+
+
+def test_oblique_waves_have_their_lay_across_them():
+    grid = rs.Grid((48, 48), (SIDE, SIDE))
+    x, y = (2 * math.pi * np.arange(48) / 48 for _ in range(2))
+    found = texture_of(1e-7 * np.cos(4 * x[:, None] + 3 * y), grid, periodic=True)
+    assert found.angle == pytest.approx(math.atan2(3, 4) + math.pi / 2, abs=1e-9)
+    assert found.ratio > 1e5  # straight grooves
+    assert not found.isotropic
+
+
+@pytest.mark.parametrize("angle", [0.0, 12.0, 45.0, 90.0, 160.0])
+@pytest.mark.parametrize(("shape", "lengths"), [((128, 128), (SIDE, SIDE)), ((96, 200), (SIDE, 1.4 * SIDE))])
+def test_grooves_at_any_angle_on_any_grid_show_stretch_and_angle(angle, shape, lengths):
+    grid = rs.Grid(shape, lengths)
+    heights, slopes = grooves(grid, math.radians(angle), 5.0, np.random.default_rng(3), with_slopes=True)
+    found = texture_of(levelled(heights), grid, periodic=False)
+    assert found.ratio == pytest.approx(slopes[1] / slopes[0], rel=0.1)  # the tilt and the edges take some of it
+    assert abs((math.degrees(found.angle) - angle + 90) % 180 - 90) < 3.0
+    assert found.gaussian
+
+
+def test_a_quarter_turn_turns_the_lay_and_leaves_the_ratio():
+    grid = rs.Grid((96, 128), (SIDE, SIDE * 1.2))
+    heights = grooves(grid, 0.3, 3.0, np.random.default_rng(4))
+    found = texture_of(heights, grid, periodic=False)
+    # a turn by 90° takes (x, y) to (−y, x)
+    turned = texture_of(np.rot90(heights, -1).T[::-1].T, rs.Grid((128, 96), (SIDE * 1.2, SIDE)), periodic=False)
+    assert turned.ratio == pytest.approx(found.ratio, rel=1e-9)
+    mirrored = (math.pi / 2 - found.angle) % math.pi, (found.angle + math.pi / 2) % math.pi
+    assert min(abs(turned.angle - angle) for angle in mirrored) < 1e-9
+
+
+def test_fine_isotropic_noise_does_not_hide_long_grooves():
+    rng = np.random.default_rng(5)
+    grid = rs.Grid((256, 256), (SIDE, SIDE))
+    heights = grooves(grid, 0.0, 5.0, rng)
+    noise = rng.standard_normal(grid.shape) * 0.2 * heights.std()
+    found = texture_of(levelled(heights + noise), grid, periodic=False)
+    assert found.ratio < 1.5
+    assert found.band_ratio > 2.5
+    assert not found.isotropic
+    assert abs(math.sin(found.lay)) < 0.1
+
+
+def test_a_tilt_that_is_taken_off_and_oblong_pixels_make_no_lay():
+    rng = np.random.default_rng(6)
+    fine = drawn((256, 256), rng)
+    coarse, grid = fine[::2][:, :], rs.Grid((128, 256), (SIDE, SIDE))  # pixels twice as long along x
+    tilted = coarse + 30 * fine.std() * np.linspace(0, 1, 128)[:, None]
+    found = texture_of(levelled(tilted), grid, periodic=False)
+    assert found.isotropic
+    assert found.gaussian
+
+
+@pytest.mark.statistical
+@pytest.mark.parametrize("side", [128, 256])
+@pytest.mark.parametrize("hurst", [0.3, 0.8, 1.0])
+@pytest.mark.parametrize("roll_off", [1.0, 4.0])
+def test_parts_of_isotropic_gaussian_surfaces_are_hardly_ever_taken_for_others(side, hurst, roll_off):
+    # 40 quarters of surfaces whose longest wave is the cell, or four times shorter with a plateau: at most 1 warns
+    rng = np.random.default_rng(7)
+    grid = rs.Grid((side // 2, side // 2), (SIDE / 2, SIDE / 2))
+    wrong = 0
+    for _ in range(40):
+        whole = drawn((side, side), rng, hurst=hurst, longest=roll_off, roll_off=roll_off)
+        found = texture_of(levelled(whole[: side // 2, : side // 2]), grid, periodic=False)
+        wrong += not (found.isotropic and found.gaussian)
+    assert wrong <= 1
+
+
+def test_spikes_dust_flattened_tops_and_bent_heights_are_not_gaussian():
+    rng = np.random.default_rng(8)
+    grid = rs.Grid((256, 256), (SIDE, SIDE))
+    heights = drawn(grid.shape, rng, roll_off=4.0)
+    rms, places = heights.std(), rng.choice(heights.size, 10, replace=False)
+    assert texture_of(heights, grid, periodic=True).gaussian
+    for depth in (-70.0, -30.0, 20.0):
+        other = heights.copy()
+        other.flat[places] = depth * rms
+        found = texture_of(other - other.mean(), grid, periodic=True)
+        assert not found.gaussian
+        assert found.outlying == pytest.approx(10 / heights.size)
+        standard = (other - other.mean()) / other.std()
+        assert found.kurtosis == pytest.approx(np.mean(standard**4), rel=1e-9)
+        assert found.skewness == pytest.approx(np.mean(standard**3), rel=1e-9)
+    for share in (0.05, 0.1, 0.3):  # honed down to this bearing area
+        found = texture_of(np.minimum(heights, np.quantile(heights, 1 - share)), grid, periodic=True)
+        assert found.slope_of_tops < 0.5
+        assert not found.gaussian
+    for bent in (-np.exp(-0.6 * heights / rms), -((heights / rms) ** 2), np.exp(0.6 * heights / rms)):
+        assert not texture_of(rms * (bent - bent.mean()), grid, periodic=True).gaussian
+
+
+def test_the_slope_of_the_tops_is_that_of_a_cone_over_its_plain():
+    # 4 % of the area is a cone of slope 2, and 16 % lie on ridges of slope 1 below it; all else is level
+    grid = rs.Grid((400, 400), (4.0, 4.0))
+    x = (np.arange(400) + 0.5) * 0.01
+    r = np.hypot(x[:, None] - 2, x - 2)
+    heights = 2.0 * np.maximum(0.8 - r, 0.0)  # the cone covers π 0.64/16 = 12.6 % of the area, the top 5 % lie on it
+    found = texture_of(heights - heights.mean(), grid, periodic=True)
+    assert found.slope_of_tops == pytest.approx(1 / math.sqrt(math.pi * 0.64 / 16), rel=0.01)
+
+
+def test_a_file_with_undefined_points_has_the_texture_of_the_whole_map(tmp_path):
+    rng = np.random.default_rng(9)
+    grid = rs.Grid((128, 128), (SIDE, SIDE))
+    heights = grooves(grid, 0.5, 4.0, rng)
+    holes = heights.copy()
+    holes[40:52, 60:90] = np.nan
+    np.save(tmp_path / "map.npy", holes)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        found = read_topography(tmp_path / "map.npy", size=(SIDE, SIDE), unit=1.0).texture
+    whole = texture_of(levelled(heights), grid, periodic=False)
+    assert found.ratio == pytest.approx(whole.ratio, rel=0.1)
+    assert found.angle == pytest.approx(whole.angle, abs=0.05)
+    assert found.gaussian
+
+
+def scene_of(tmp_path, heights):
+    """A scene of one map that says its size."""
+    grid = rs.Grid(heights.shape, (SIDE, SIDE))
+    (tmp_path / "map.nc").write_bytes(encoded(heights, grid, ".nc"))
+    return {
+        "surface": {"topography": str(tmp_path / "map.nc")},
+        "body": {
+            "youngs_modulus": 2e11,
+            "poisson_ratio": 0.3,
+            "penetration_hardness": 2e9,
+            "conductivity": 30.0,
+            "density": 7900.0,
+            "heat_capacity": 500.0,
+        },
+        "sliding": {"nominal_pressure": 5e7, "friction_coefficient": 0.11, "speed": [1.0, 35.0]},
+    }
+
+
+def test_plan_and_theory_name_the_texture_and_warn_and_the_error_of_the_scan_is_unknown(tmp_path):
+    from roughsim.planning.limits import judge
+    from roughsim.prediction.scans import scan_of_hottest
+
+    rng = np.random.default_rng(10)
+    plain = drawn((128, 128), rng, roll_off=3.0)
+    spiked = plain.copy()
+    spiked.flat[rng.choice(plain.size, 5, replace=False)] = -70 * plain.std()
+    ground = rs.synthesize(
+        rs.SelfAffineSpectrum.from_rms_height(5e-7, hurst=0.8, q_min=2.5e4, q_roll_off=1e5, q_max=2e5),
+        rs.Grid((128, 128), (SIDE / 5, SIDE)),
+        rng,
+    )
+    for heights, word in ((plain, None), (spiked, "not Gaussian"), (ground, "not isotropic")):
+        scene = rs.load_scene(scene_of(tmp_path, heights))
+        known = judge(scene)
+        stated = {statement.name: statement.value for statement in known.statements}
+        assert "times as steep across as along" in stated["texture"]
+        assert "kurtosis" in stated["heights"]
+        assert known.to_dict()["scene_facts"]["textures"]["surface"][0]["ratio"] > 0
+        said = [line for line in known.warnings if "not Gaussian:" in line or "not isotropic:" in line]
+        assert [word in line for line in said] == [True] * bool(word)
+        assert all("roughsim press" in line for line in said)
+        assert math.isnan(scan_of_hottest(scene)) == (word is not None)
+        # what a run stores says the same
+        from roughsim.scene import parse_scene
+
+        assert parse_scene(scene.to_toml()).surface.psd_texture == scene.surface.psd_texture
+
+
+def test_a_direction_is_read_with_its_unit_and_said_to_change_nothing_on_drawn_surfaces():
+    from roughsim.planning.limits import judge
+
+    scene = rs.load_scene("demo", {"sliding.direction": "30 deg"})
+    assert scene.sliding.direction == pytest.approx(math.pi / 6)
+    assert any("direction = 30°" in line and "isotropic" in line for line in judge(scene).warnings)
+    with pytest.raises(ValueError, match='must be .* "30 deg"'):
+        rs.load_scene("demo", {"sliding.direction": 30.0})
