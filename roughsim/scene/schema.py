@@ -41,6 +41,21 @@ USUAL = {
     "J/(kg K)": ("J/(kg K)", "1"),
     "W/(m K)": ("W/(m K)", "1"),
 }
+# what users give that follows from other keys, or has another name here
+OTHER_NAMES = {
+    "diffusivity": "it is conductivity/(density·heat_capacity); give these three",
+    "thermal_diffusivity": "it is conductivity/(density·heat_capacity); give these three",
+    "effusivity": "it is √(conductivity·density·heat_capacity); give these three",
+    "effective_modulus": "it follows from youngs_modulus and poisson_ratio of both bodies; give these",
+    "shear_modulus": "it is youngs_modulus/(2 (1 + poisson_ratio)); give these two",
+    "hardness": 'did you mean "penetration_hardness"?',
+    "specific_heat": 'did you mean "heat_capacity"?',
+    "velocity": 'did you mean "speed"?',
+    "load": "the nominal_pressure is the load over the nominal area; give that",
+    "friction": 'did you mean "friction_coefficient"?',
+    "time": 'did you mean "duration"?',
+    "wavelength": "waves are given as q = 2π/wavelength: the longest by q_min, the shortest by q_max",
+}
 Made = TypeVar("Made")
 SECTIONS: dict[str, type["Record"]] = {}  # by their names in a scene file; "" is the scene itself
 
@@ -290,6 +305,8 @@ def where_known(word: str, record: Any) -> str:
     order = (*SECTIONS[""].known_keys(), *SECTIONS)
     homes = [name for name in order if name and name in SECTIONS and word in SECTIONS[name].known_keys()]
     keys = record.known_keys()
+    if not homes and word in OTHER_NAMES:
+        return OTHER_NAMES[word]
     if word in keys:  # of a file, whose content the record has
         key = dotted((record.section, word))
         return f'it names a file, which is read where a scene is loaded: roughsim.load_scene(SCENE, {{"{key}": PATH}})'
@@ -312,7 +329,7 @@ def key_line(section: str, key: str, value: Any) -> str:
     unit = getattr(quantity(SECTIONS[section], key), "unit", "")
     if key == "psd":
         rows = "".join(f"{literal(row)},\n" for row in value)
-        return f"psd = [  # q in rad/m, C in m⁴\n{rows}]"
+        return f'psd = [  # q in rad/m (by "frequency" f in 1/m), C in m⁴\n{rows}]'
     if key == "psd_error":
         rows = "".join(f"{literal(row)},\n" for row in value)
         return f"psd_error = [  # relative to C\n{rows}]"
