@@ -26,6 +26,7 @@ from roughsim.results.stored import Estimates, load_estimates, save_estimates
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Row, Table
+from roughsim.sliding.path import coarser_grid
 from roughsim.store.disk import checksum
 from roughsim.store.member_files import member_path, read_field
 
@@ -93,10 +94,18 @@ class Run(Counted):
         result = self._known().get(name, {}).get(observable)
         if result is None and column == SLIDING:
             single = self._estimate(observable, None, np.ones_like(self.heat_partition))
-            result = sliding_estimate(observable, single, self._reader.marched(self.realizations))
+            marched = self._reader.marched(self.realizations)
+            result = sliding_estimate(observable, single, marched, self._coarsening())
         result = result or self._estimate(observable, column, self.heat_partition)
         speeds = self.scene.speeds if OBSERVABLES[observable].per_speed else ()
         return replace(result, speeds=speeds, sources=self.sources)
+
+    def _coarsening(self) -> float:
+        """Pixel of the coarser grid of the marches over that of their own; 1 where there is no coarser one."""
+        level = self.numerics.march or 0
+        grid = self.numerics.grid(level)
+        coarser = coarser_grid(grid, self.numerics.levels[level].q_max)
+        return 1.0 if coarser is None else coarser.spacing[0] / grid.spacing[0]
 
     def contact_temperature(self) -> Estimate:
         """Return T₀ + T_flash of the moving body in the column sliding, after the duration of the scene, over speed."""
