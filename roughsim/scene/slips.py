@@ -32,8 +32,8 @@ def slips(scene: Scene) -> Iterator[str]:
             )
     if 0.0 in scene.speeds:
         yield (
-            "sliding.speed = 0 m/s: nothing slides, so that friction makes no heat and T_flash is 0; widths and shares of "
-            "heat there are limits at rest; check its unit, or leave this speed out"
+            "sliding.speed = 0 m/s: nothing slides, so that friction makes no heat and T_flash is 0; widths and shares "
+            "of heat there are limits at rest; check its unit, or leave this speed out"
         )
 
 
