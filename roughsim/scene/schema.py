@@ -22,6 +22,7 @@ from pydantic import ConfigDict, GetCoreSchemaHandler, ValidationError, WrapVali
 from pydantic_core import core_schema
 
 from roughsim.errors import RoughsimError
+from roughsim.scene.other_names import OTHER_NAMES
 from roughsim.show.text import plain
 
 SMALLEST, LARGEST = 1e-30, 1e30  # sizes of lawful numbers, SI: products of several of them do not overflow
@@ -40,21 +41,6 @@ USUAL = {
     "kg/m^3": ("kg/m^3", "1"),
     "J/(kg K)": ("J/(kg K)", "1"),
     "W/(m K)": ("W/(m K)", "1"),
-}
-# what users give that follows from other keys, or has another name here
-OTHER_NAMES = {
-    "diffusivity": "it is conductivity/(density·heat_capacity); give these three",
-    "thermal_diffusivity": "it is conductivity/(density·heat_capacity); give these three",
-    "effusivity": "it is √(conductivity·density·heat_capacity); give these three",
-    "effective_modulus": "it follows from youngs_modulus and poisson_ratio of both bodies; give these",
-    "shear_modulus": "it is youngs_modulus/(2 (1 + poisson_ratio)); give these two",
-    "hardness": 'did you mean "penetration_hardness"?',
-    "specific_heat": 'did you mean "heat_capacity"?',
-    "velocity": 'did you mean "speed"?',
-    "load": "the nominal_pressure is the load over the nominal area; give that",
-    "friction": 'did you mean "friction_coefficient"?',
-    "time": 'did you mean "duration"?',
-    "wavelength": "waves are given as q = 2π/wavelength: the longest by q_min, the shortest by q_max",
 }
 Made = TypeVar("Made")
 SECTIONS: dict[str, type["Record"]] = {}  # by their names in a scene file; "" is the scene itself
