@@ -14,6 +14,7 @@ from roughsim.charts.spectra import draw_correlation, draw_psd
 from roughsim.charts.style import CALIBRATED, COLOURS, MARKERS, THEORY, band, new_figure, plain_ticks
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.run import Run
+from roughsim.results.share import share_text
 from roughsim.show.table import shown
 from roughsim.show.text import plain
 
@@ -104,7 +105,6 @@ def draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
         style: Any = {"color": COLOURS[column], "marker": MARKERS[column], "ms": 4, "lw": 1.0}
         handles.append(Line2D([], [], label=meanings[column], **style))
     axes.legend(handles=handles, loc="upper left", borderaxespad=0)
-    share = run.heat_partition
     unknown = dict.fromkeys(part for row in drawn for cell in row.columns.values() for part in cell.unknown)
     unknown.pop("bandwidth", None)  # the titles say "at q_c" instead
     lines = [
@@ -112,7 +112,7 @@ def draw_legend(axes: Axes, run: Run, drawn: Sequence[Any]) -> None:
         run.extent,
         "bands: total error, 95 %; of the stress correlation: statistical, 95 %",
         f"at least, as these parts of the error are unknown: {', '.join(unknown)}" if unknown else "",
-        f"heat share in the body {share.min():.3g}" + (f"…{share.max():.3g}" if np.ptp(share) > 0 else ""),
+        f"heat share in the body: {share_text(run.shares())}",
     ]
     text = "\n".join(fill(line, 50) for line in lines if line)
     axes.text(0, 0.6, text, transform=axes.transAxes, va="top", fontsize=8, linespacing=1.4, parse_math=False)

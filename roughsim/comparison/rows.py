@@ -148,11 +148,11 @@ def rows_of_one(run: Run, observable: str, predicted: dict[str, Array], more: Ar
     measured = {name: run.estimate(observable, name) for name in run.numerics.columns}
     slid = None
     if run.numerics.march is not None and observable in OF_MARCH:
-        slid = run.estimate(observable, SLIDING) if more is None else run.contact_temperature()
+        slid = run.estimate(observable, SLIDING) if more is None else run.contact_temperature(SLIDING, more)
     share = run.heat_partition if record.heated else np.ones(len(run.scene.speeds))
     if more is not None:
         predicted = {name: values + more for name, values in predicted.items()}
-        measured = {name: replace(estimate, mean=estimate.mean + share * more) for name, estimate in measured.items()}
+        measured = {name: run.contact_temperature(name, more) for name in measured}
     ratios = ratios_of(run, observable, predicted["theory_same_modes"], predicted["theory_at_cut_off"], more)
     notes = [notes_of(run, name, estimate) for name, estimate in measured.items()]
     for k, speed in enumerate(run.scene.speeds if record.per_speed else (None,)):

@@ -80,7 +80,7 @@ def statistical_errors(run: Run) -> dict[str, float]:
     """Return the relative 95 % half-width of each target; empty while there is none, or one is unknown."""
     if len(run.sound(run.realizations)) < 4:
         return {}
-    widths = {name: relative_half_width(run.values(name)) for name in run.until}
+    widths = {name: relative_half_width(run.reported(name)) for name in run.until}
     return widths if all(map(isfinite, widths.values())) else {}
 
 

@@ -189,12 +189,13 @@ class MemberFields:
     pressure: Field
     preview_grid: Grid
     preview_pressure: Field
+    column: str | None = None  # whose share of the heat counts
 
     def temperature(self, speed: float, direction: float, *, preview: bool = False) -> Temperature:
         """Return the temperature at a speed, m/s, and direction, rad, on the whole grid or on that of the preview."""
         pressure, grid = (self.preview_pressure, self.preview_grid) if preview else (self.pressure, self.grid)
         heat = pressure.dtype.type(prediction.heat_per_pressure(self.run.scene, speed))
-        field = self.run.temperature(pressure * heat, grid, speed, direction)
+        field = self.run.temperature(pressure * heat, grid, speed, direction, self.column)
         # the heat that a pixel sets free is in proportion to its pressure
         contact = None if preview else contact_temperature(field, pressure)
         return Temperature(self, field, grid, speed, direction, contact)
@@ -203,13 +204,13 @@ class MemberFields:
 def load_fields(run: Run, level: int, index: int) -> MemberFields:
     """Read the fields of a member, or compute them again if they were not kept: a member is the same every time.
 
-    RecordError if its file is damaged; ValueError if those of a map were not kept; ConvergenceError as `realize`.
+    RecordError if its file is damaged; ConvergenceError as `realize`.
     """
     grid = run.numerics.grid(level)
     if index in run.kept(level):
         heights, pressure = (run.field(level, index, name) for name in ("heights", "pressure"))
-    elif (level, index) in run.damaged or not run.drawn:  # `realize` draws a surface: a map would be another one
-        raise run.not_kept(level, index)
+    elif (level, index) in run.damaged:
+        raise RecordError(run.damaged[level, index])
     else:
         solved = realize(run.scene, run.numerics, seed=run.seed, level=level, index=index)
         heights, pressure = (field.astype(np.float32) for field in (solved.heights, solved.contact.pressure))
@@ -218,7 +219,7 @@ def load_fields(run: Run, level: int, index: int) -> MemberFields:
     for axis in (0, 1):
         if coarse.shape[axis] < grid.shape[axis]:
             waves = scipy.signal.resample(waves, coarse.shape[axis], axis=axis)
-    return MemberFields(run, grid, heights, pressure, coarse, waves)
+    return MemberFields(run, grid, heights, pressure, coarse, waves, run.numerics.levels[level].column)
 
 
 def usual_seconds(run: Run, level: int) -> float:

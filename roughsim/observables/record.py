@@ -133,6 +133,12 @@ class Observable:
         return np.atleast_1d(theory.values.get(self.name, nothing) if self.theory is None else self.theory(theory))
 
 
+def product(first: Array, second: Array) -> Array:
+    """Return influence values of ⟨first⟩⟨second⟩ with the pairing of the rows kept; arrays (n, any)."""
+    values: Array = first * second.mean(axis=0) + first.mean(axis=0) * (second - second.mean(axis=0))
+    return values
+
+
 def ratio(above: Array, below: Array, power: float = 1.0) -> Array:
     """Return influence values of (⟨above⟩/⟨below⟩)^power with the pairing of the rows kept; arrays (n, any)."""
     top, bottom = above.mean(axis=0), below.mean(axis=0)

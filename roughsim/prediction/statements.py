@@ -68,6 +68,7 @@ def of_heat(scene: Scene) -> Iterator[Statement]:
     elif isinstance(rule, str):
         equal = "T_flash" if rule == "mean" else "T₀ + T_flash"
         value, because = f'by the rule "{rule}"', f"the share of each speed makes {equal} of the two bodies equal"
+        because += ": those of the theory in theory and calibrated, its own in a measured column"
     else:
         value, because = f"{rule:.4g} into the moving body", "heat_partition states it"
     if scene.sliding.history == SLIDING:

@@ -22,6 +22,7 @@ from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.planning.limits import judge
 from roughsim.planning.reasons import level_text, plan_table
 from roughsim.results.run import Run
+from roughsim.results.share import share_text
 from roughsim.scene import Scene, with_short_tables
 from roughsim.scene.numerics import Reason
 from roughsim.show.markup import Html, bullets, digits, html_table, joined, tag, text
@@ -146,8 +147,7 @@ def answer(comparison: Comparison) -> Html:
         words = name.replace("_over_", " / ") + " of the same modes" * name.endswith("_over_theory")
         quotient = digits(Number(ratio.value, "1", ratio.total_error, ratio.unknown))
         tests.append(Html(f"{words} = {quotient}: {RATIOS[name]}"))
-    low, high = (f(comparison.run.heat_partition) for f in (np.min, np.max))
-    share = f"{high:.3g}" if high - low < 1e-12 else f"{low:.3g} to {high:.3g}, by speed"
+    share = share_text(comparison.run.shares())
     caption = (
         "Roughness, stress correlation g(r), flash temperature T, hot-spot width D and slope length d over the sliding "
         "speed. The black line is the theory over the whole spectrum, the green one is by the calibrated stress "
@@ -267,5 +267,4 @@ def provenance_section(run: Run) -> Html:
     again = (
         "Saved as scene.toml, the scene above gives these numbers again, to the bit on one kind of CPU with the same"
     )
-    verb = "run" if run.drawn else "press"
-    return joined(*parts, tag("p", f"{again} versions:"), tag("pre", f"roughsim {verb} scene.toml -o {name}"))
+    return joined(*parts, tag("p", f"{again} versions:"), tag("pre", f"roughsim run scene.toml -o {name}"))

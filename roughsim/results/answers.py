@@ -42,7 +42,9 @@ def answers(run: Run, observables: Iterable[str] = OBSERVABLES) -> Iterator[Labe
     share = {"units": "1", "description": "share of the heat that the temperatures are of"}
     yield Labelled("column", ("column",), np.array(columns), {"description": "what a value comes from, see README"})
     yield Labelled("speed", ("speed",), np.array(run.scene.speeds), {"units": "m/s"})
-    yield Labelled("heat_share_used", ("speed",), run.heat_partition, share)
+    slid = [run.estimate("heat_partition", SLIDING).mean] if run.slides else []
+    shares = [run.heat_partition] * 2 + [run.share(column) for column in run.numerics.columns] + slid
+    yield Labelled("heat_share_used", ("column", "speed"), np.array(shares), share)
     theories = prediction.predictions(run.scene), prediction.calibrated_predictions(run.scene)
     bands = prediction.calibrated(run.scene).errors
     for name in observables:

@@ -93,7 +93,8 @@ def level_arrays(
 
 def numbers(run: Counted, level: int, rows: NDArray[np.int64]) -> Iterator[Labelled]:
     """Yield the stored numbers of a level, (realization,) or (realization, speed), NaN where a member failed."""
-    axes, share = ("realization", "speed"), run.heat_partition
+    axes, column = ("realization", "speed"), run.numerics.levels[level].column
+    share = run.share(column if column in run.numerics.columns else None)
     for name, record in NUMBERS.items():
         values = run.members.column(level, name, rows)
         if np.all(np.isnan(values)):
@@ -163,7 +164,8 @@ def flat(run: Counted, levels: list[list[Labelled]]) -> Iterator[Labelled]:
         "cell", ("level",), cells, {"description": "half, quarter: of so much of the sides, on surfaces of its own"}
     )
     share = {"units": "1", "description": "share of the heat that the temperatures are of"}
-    yield Labelled("heat_partition", ("speed",), run.heat_partition, share)
+    columns = (level.column if level.column in numerics.columns else None for level in numerics.levels)
+    yield Labelled("heat_partition", ("level", "speed"), np.array([run.share(column) for column in columns]), share)
     kept = (array for array in chain(*levels) if array.name == "kept_realization")
     yield from islice(kept, 1)
     numbers: dict[str, Labelled] = {}

@@ -6,11 +6,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughsim import prediction
 from roughsim.estimate.ladder import Values, values_of
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
 from roughsim.results.reader import Reader, identity_of
+from roughsim.results.share import at_other_speed, has_own_share, times_share
 from roughsim.results.stopping import last_needed
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
@@ -143,6 +145,44 @@ class Counted:
             samples = self.samples(column, spectra=OBSERVABLES[observable].spectra)
             self._values[key] = values_of(self.scene, key[1], observable, samples, extrapolated=extrapolated)
         return self._values[key]
+
+    def share_values(self, column: str | None = None) -> Values | Array:
+        """Return the share of the heat that the temperatures of a column are reported with, per speed.
+
+        Under the rules "mean" and "total" it is that of the column's own contacts, a row per sound realization. Else
+        it is the one that the scene states, (speeds,). Errors as `estimate`.
+        """
+        if not has_own_share(self.scene):
+            return self.heat_partition
+        return self.values("heat_partition", column)
+
+    def share(self, column: str | None = None) -> Array:
+        """Return the mean of `share_values`, (speeds,)."""
+        share = self.share_values(column)
+        return share.extrapolated.mean(axis=0) if isinstance(share, Values) else share
+
+    def shares(self) -> dict[str, Array]:
+        """Return the share of the heat, (speeds,), that the theory and each measured column are reported with."""
+        return {"theory": self.heat_partition} | {column: self.share(column) for column in self.numerics.columns}
+
+    def heat_share(self, speed: float, column: str | None = None) -> float:
+        """Return the share of the heat that the temperatures of a column are reported with, at any speed, m/s."""
+        speed = abs(speed)
+        if speed in self.scene.speeds:
+            return float(self.share(column)[self.scene.speeds.index(speed)])
+        theory = float(prediction.heat_partition(self.scene, (speed,))[0])
+        if not has_own_share(self.scene):
+            return theory
+        known, own = self.heat_partition, self.share(column)
+        if self.scene.sliding.heat_partition == "mean":  # at rest the conductivities alone share the heat
+            at_rest = prediction.heat_partition(self.scene, (0.0,))
+            known, own = np.concatenate([at_rest, known]), np.concatenate([at_rest, own])
+        return at_other_speed(theory, known, own)
+
+    def reported(self, observable: str, column: str | None = None) -> Values:
+        """Return `values` as they are reported: temperatures with their share of the heat."""
+        values = self.values(observable, column)
+        return times_share(values, self.share_values(column)) if OBSERVABLES[observable].heated else values
 
     def _sound_rows(self) -> list[int]:
         """The sound realizations that count; ValueError if there is none."""

@@ -11,7 +11,6 @@ from roughsim.estimate.errors import SOURCES, Estimate
 from roughsim.estimate.ladder import Values
 from roughsim.grid import Array
 from roughsim.results.run import Run
-from roughsim.store.kinds import QUARTERS
 
 NOTE = "the value is that of the map itself; n counts its four quarters, which show the scatter"
 # quarters of one map share its longest waves: by `experiments/pressed_maps.py` maps of 2 and 4 longest waves differ by
@@ -23,12 +22,8 @@ OF_MAP = {
     "size": "how far the mean of the four quarters is from the map: they have no wave longer than themselves, and "
     "twice the edge per area",
 }
-
-
-class Quarters(Run):
-    """The run of the four quarters of one map: realizations 0 … 3."""
-
-    drawn = False
+QUARTERS = "quarters"  # folder, within that of the map, of the run of its four quarters
+PRESS = "press"  # key in run.json: "of" the map or its quarters, how it was made periodic, its checksum
 
 
 class Pressed(Run):
@@ -81,7 +76,7 @@ class Pressed(Run):
         with np.errstate(all="ignore"):  # 0/0 at rest
             return np.asarray(np.nan_to_num(np.abs(parts / whole - 1.0), posinf=0.0))
 
-    def _estimate(self, observable: str, column: str | None, share: Array) -> Estimate:
+    def _estimate(self, observable: str, column: str | None, share: Values | Array) -> Estimate:
         """Return the estimate of the map, which says what its errors are of."""
         result = super()._estimate(observable, column, share)
         return replace(result, notes=(*result.notes, NOTE))

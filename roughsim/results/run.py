@@ -22,11 +22,11 @@ from roughsim.prediction.scans import scan_part
 from roughsim.results import arrays
 from roughsim.results.arrays import Labelled
 from roughsim.results.counted import Counted
+from roughsim.results.share import NOTE, has_own_share, times_share, with_warming
 from roughsim.results.stored import Estimates, load_estimates, save_estimates
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Row, Table
-from roughsim.sliding.path import coarser_grid
 from roughsim.store.disk import checksum
 from roughsim.store.member_files import member_path, read_field
 
@@ -56,7 +56,8 @@ class Run(Counted):
     max_realizations : int
         Where it stops in any case.
     heat_partition : ndarray
-        Share of the heat that temperatures are reported with, per speed.
+        Share of the heat, per speed, that the scene states, or that of the theory under the rules "mean" and "total".
+        Measured temperatures are then reported with that of their own column: `share`.
     reasons : list of [str, str, str]
         Choice, value and reason of everything that the plan chose; empty if the numerics were given.
     members : Members
@@ -82,8 +83,8 @@ class Run(Counted):
         Returns
         -------
         Estimate
-            Arrays over speed, or of one entry. Temperatures are those of the heat share used (`heat_partition`); in
-            the column sliding, of the share that its own heat takes.
+            Arrays over speed, or of one entry. Temperatures are those of the heat share used (`share`), whose errors
+            they include; in the column sliding, of the share that its own heat takes.
 
         Raises
         ------
@@ -94,34 +95,33 @@ class Run(Counted):
         result = self._known().get(name, {}).get(observable)
         if result is None and column == SLIDING:
             single = self._estimate(observable, None, np.ones_like(self.heat_partition))
-            marched = self._reader.marched(self.realizations)
-            result = sliding_estimate(observable, single, marched, self._coarsening())
-        result = result or self._estimate(observable, column, self.heat_partition)
+            result = sliding_estimate(observable, single, self._reader.marched(self.realizations))
+        result = result or self._estimate(observable, column, self.share_values(column))
         speeds = self.scene.speeds if OBSERVABLES[observable].per_speed else ()
         return replace(result, speeds=speeds, sources=self.sources)
 
-    def _coarsening(self) -> float:
-        """Pixel of the coarser grid of the marches over that of their own; 1 where there is no coarser one."""
-        level = self.numerics.march or 0
-        grid = self.numerics.grid(level)
-        coarser = coarser_grid(grid, self.numerics.levels[level].q_max)
-        return 1.0 if coarser is None else coarser.spacing[0] / grid.spacing[0]
+    def contact_temperature(self, column: str, warming: Array) -> Estimate:
+        """Return T₀ + T_flash of the moving body in a column, after the duration of the scene, over speed.
 
-    def contact_temperature(self) -> Estimate:
-        """Return T₀ + T_flash of the moving body in the column sliding, after the duration of the scene, over speed."""
+        `warming`, (speeds,), is T₀ with all the heat, K; the column sliding has its own.
+        """
+        if column != SLIDING:
+            share = self.estimate("heat_partition", column) if has_own_share(self.scene) else self.heat_partition
+            return with_warming(self.estimate("flash_temperature", column), share, warming)
         rows = self._reader.marched(self.realizations)["sliding_background"]
         return with_background(self.estimate("flash_temperature", SLIDING), rows)
 
-    def _estimate(self, observable: str, column: str | None, share: Array) -> Estimate:
+    def _estimate(self, observable: str, column: str | None, share: Values | Array) -> Estimate:
         """Return the estimate of single contacts, with a share of the heat."""
         name, values = self.column(column), self.values(observable, column)
+        notes = notes_of(self.scene, self.numerics, name, observable, values)
         if OBSERVABLES[observable].heated:
-            keys = ("extrapolated", "finest", "base", "bandwidth", "pixel")
-            values = values._replace(**{key: getattr(values, key) * share for key in keys})
+            values = times_share(values, share)
+            notes += (NOTE,) if isinstance(share, Values) else ()
         return estimate(
             observable,
             values,
-            notes_of(self.scene, self.numerics, name, observable, values),
+            notes,
             size=self.size_error(observable, name, values),
             solver=OBSERVABLES[observable].solver_share * self.numerics.tolerance,
             scan=scan_part(self.scene, observable) if self.scanned else None,
@@ -180,12 +180,10 @@ class Run(Counted):
             return RecordError(self.damaged[level, index])
         missing = "has kept no fields" if index is None else f"has not kept the fields of realization {index}"
         index = index or 0
-        if not self.drawn:
-            advice = f"press the map in a new folder with --set numerics.keep_fields={index + 1}"
-        else:
-            call = f"rs.realize(run.scene, run.numerics, seed={self.seed}, level={level}, index={index})"
-            advice = f"run the scene in a new folder with --keep-fields {index + 1}, or recompute one: {call}"
-        return ValueError(f"{self.folder} {missing} at level {level}; {advice}")
+        return ValueError(
+            f"{self.folder} {missing} at level {level}; run the scene in a new folder with --keep-fields {index + 1}, "
+            f"or recompute one: rs.realize(run.scene, run.numerics, seed={self.seed}, level={level}, index={index})"
+        )
 
     def fields(
         self, name: str, column: str | None = None, *, speed: float | None = None, direction: float = 0.0
@@ -233,10 +231,16 @@ class Run(Counted):
             return read_field(path, name, grid.shape)
         flux = read_field(path, "pressure", grid.shape)
         flux *= np.float32(prediction.heat_per_pressure(self.scene, speed))
-        return flux if name == "heat_flux" else self.temperature(flux, grid, speed, direction)
+        column = self.numerics.levels[level].column
+        return flux if name == "heat_flux" else self.temperature(flux, grid, speed, direction, column)
 
-    def temperature(self, flux: Field, grid: Grid, speed: float, direction: float = 0.0) -> Field:
-        """Return the temperature, K, by the frictional heat of both bodies, W/m², on any grid of any cell."""
+    def temperature(
+        self, flux: Field, grid: Grid, speed: float, direction: float = 0.0, column: str | None = None
+    ) -> Field:
+        """Return the temperature, K, by the frictional heat of both bodies, W/m², on any grid of any cell.
+
+        It is that of the share of a column, left out: as in `estimate`.
+        """
         from roughsim.heat.periodic import sliding_temperature  # slow to import: means need no transforms
 
         moving = prediction.conduction(self.scene, (abs(speed),)).each[0]
@@ -249,14 +253,8 @@ class Run(Counted):
             direction=direction,
             slid_distance=self.numerics.slid_distance,
         )
-        temperature *= np.float32(self.heat_share(speed))
+        temperature *= np.float32(self.heat_share(speed, column))
         return temperature
-
-    def heat_share(self, speed: float) -> float:
-        """Return the share of the heat that temperatures are reported with, at any speed, m/s."""
-        if abs(speed) in self.scene.speeds:
-            return float(self.heat_partition[self.scene.speeds.index(abs(speed))])
-        return float(prediction.heat_partition(self.scene, (abs(speed),))[0])
 
     def estimates(self, column: str | None = None) -> dict[str, Estimate]:
         """Return the estimates of all observables of a column, by their names; arguments and errors as `estimate`."""
@@ -334,7 +332,8 @@ class Run(Counted):
         ``ds.flash_temperature.isel(level=-1).mean("realization")`` is a curve over speed of that level alone, which
         may be one in half the cell. What depends on the grid of a level carries its number: ``pressure_L2``
         (kept_realization, x_L2, y_L2) is read when it is used.
-        Temperatures are those of the heat share used, `heat_partition`. Failed members are NaN with converged = 0.
+        Temperatures are those of the heat share used, `heat_partition` (level, speed). Failed members are NaN with
+        converged = 0.
 
         Raises
         ------

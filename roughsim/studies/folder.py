@@ -16,7 +16,6 @@ from roughsim.scene import Scene, SceneError, parse_scene
 from roughsim.scene.files import errors_named, read_text, scene_content, toml_content
 from roughsim.scene.schema import SECTIONS
 from roughsim.store.disk import is_temporary, place_bytes, read_bytes
-from roughsim.store.kinds import content_of
 from roughsim.studies.vary import MOST_POINTS, NAME, Axis, Point, points_of
 
 FORMAT = 1
@@ -72,6 +71,8 @@ def with_dotted_keys(vary: dict[str, Any]) -> dict[str, Any]:
 
 def write(folder: Path, description: Description) -> None:
     """Write study.json and scene.toml, or those of more points; RecordError if the folder holds something else."""
+    if folder.is_file():
+        raise RecordError(f"{folder} is a file; name a folder for the study")
     if (folder / DESCRIPTION).exists():
         there, here = read(folder).scene.identity(), description.scene.identity()
         for key in dict.fromkeys((*there, *here)):
@@ -85,8 +86,8 @@ def write(folder: Path, description: Description) -> None:
                 f"{folder} holds a study with target_error = {before}, here it is {description.target_error}: its "
                 "levels were planned for that one; name another folder, or give the target as it was"
             )
-    elif folder.is_file() or (folder.exists() and not is_beginning(folder)):
-        raise RecordError(f"{folder} {content_of(folder)}; name a new folder for the study")
+    elif folder.exists() and not is_beginning(folder):
+        raise RecordError(f"{folder} holds other files; name a new folder for the study")
     (folder / "points").mkdir(parents=True, exist_ok=True)
     content = {
         "format_version": FORMAT,

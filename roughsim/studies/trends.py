@@ -15,6 +15,7 @@ from roughsim.estimate.ladder import values_of
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
 from roughsim.results.marks import notes_of, unknown_words
 from roughsim.results.run import Run
+from roughsim.results.share import has_own_share, times_share
 from roughsim.studies.vary import Point
 
 
@@ -95,10 +96,13 @@ def paired_ratio(above: Run, below: Run, observable: str, column: str | None = N
     for run in (above, below):
         name, record = run.column(column), OBSERVABLES[observable]
         values = values_of(run.scene, name, observable, run.samples(column, common, spectra=record.spectra))
-        share = run.heat_partition if record.heated else 1.0
-        keys = ("extrapolated", "finest", "base", "bandwidth", "pixel")
         sizes.append(run.size_error(observable, name, values))
-        pair.append(values._replace(**{key: getattr(values, key) * share for key in keys}))
+        if record.heated and has_own_share(run.scene):
+            samples = run.samples(column, common, spectra=True)
+            values = times_share(values, values_of(run.scene, name, "heat_partition", samples))
+        elif record.heated:
+            values = times_share(values, run.heat_partition)
+        pair.append(values)
     return quotient(
         pair[0],
         pair[1],

@@ -99,4 +99,5 @@ def test_full_contact_is_exact_with_its_warming(full_scene, tmp_path):
         assert row.theory == pytest.approx(share[k] * (alone + warm[k]), rel=1e-12)
         if row.speed:
             assert row.ratios["elastic_over_theory"].value == pytest.approx(1.0, abs=1e-12)
-            assert row.columns["elastic"].mean == pytest.approx(row.theory_same_modes, rel=1e-10)
+            # the share of the column is its own, by sums over its modes; that of the theory is by integrals
+            assert row.columns["elastic"].mean == pytest.approx(row.theory_same_modes, rel=1e-8)

@@ -1,0 +1,85 @@
+"""The share of the heat that the temperatures of a run are reported with: the one stated, or that of its own contacts.
+
+The rules "mean" and "total" need the temperatures of both bodies. A measured column has its own, and takes its share
+from them. The theory takes that of the theory.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from roughsim.estimate.errors import Estimate
+from roughsim.estimate.ladder import Values
+from roughsim.grid import Array
+from roughsim.observables.record import product
+from roughsim.scene import Scene
+
+OWN = ("mean", "total")  # the rules by which each measured column has a share of its own
+NOTE = "with the share of the heat by the temperatures that this contact itself gives both bodies"
+
+
+def has_own_share(scene: Scene) -> bool:
+    """Return whether the share of the heat follows from the contact."""
+    return scene.sliding.heat_partition in OWN
+
+
+def times_share(values: Values, share: Values | Array) -> Values:
+    """Return the values of a temperature, given with all the heat, with a share of it, (speeds,).
+
+    The rows of a `share` that was measured are those of the same realizations, and stay paired. The other errors of the
+    share add to those of the temperature, as they have the same causes.
+    """
+    if not isinstance(share, Values):
+        keys = ("extrapolated", "finest", "base", "bandwidth", "pixel")
+        return values._replace(**{key: getattr(values, key) * share for key in keys})
+    rows: dict[str, Any] = {
+        key: product(getattr(values, key), getattr(share, key)) for key in ("extrapolated", "finest", "base")
+    }
+    mean, factor = np.abs(values.extrapolated.mean(axis=0)), share.extrapolated.mean(axis=0)
+    errors = {
+        key: factor * getattr(values, key) + np.where(mean == 0.0, 0.0, mean * getattr(share, key))
+        for key in ("bandwidth", "pixel")
+    }
+    return values._replace(**rows, **errors, slopes=max(values.slopes, share.slopes))
+
+
+def share_text(shares: dict[str, Array]) -> str:
+    """Return in words the shares of columns over speed, (speeds,) each; one text where all are equal."""
+    texts = {
+        name: " to ".join(dict.fromkeys(f"{value:.3g}" for value in (share.min(), share.max())))
+        for name, share in shares.items()
+    }
+    if len({*texts.values()}) == 1:
+        return next(iter(texts.values()))
+    return ", ".join(f"{text} ({name})" for name, text in texts.items())
+
+
+def with_warming(flash: Estimate, share: Estimate | Array, warming: Array) -> Estimate:
+    """Return s (T₀ + T_flash) from s T_flash; `warming`, (speeds,), is T₀ with all the heat, which is exact, K.
+
+    The errors of a `share` that was measured add to those of s T_flash.
+    """
+    if not isinstance(share, Estimate):
+        return replace(flash, mean=flash.mean + share * warming)
+    return replace(
+        flash,
+        mean=flash.mean + share.mean * warming,
+        standard_error=flash.standard_error + share.standard_error * warming,
+        budget={name: part + share.budget[name] * warming for name, part in flash.budget.items()},
+        bias=flash.bias + share.bias * warming,
+    )
+
+
+def at_other_speed(theory: float, known: Array, own: Array) -> float:
+    """Return the share at a speed that a run has no moments for, from that of the `theory` there.
+
+    `known` and `own`, (speeds,), are the shares by the theory and by the run at other speeds. s/(1 − s) is the
+    temperature of the resting body over that of the moving one, each with all the heat. Its quotient by run and theory
+    is linear in that of the theory between those speeds, and constant beyond.
+    """
+    order = np.argsort(known)
+    odds, measured = (share[order] / (1.0 - share[order]) for share in (known, own))
+    of_theory = theory / (1.0 - theory)
+    ratio = of_theory * float(np.interp(of_theory, odds, measured / odds))
+    return ratio / (1.0 + ratio)
