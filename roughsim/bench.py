@@ -155,7 +155,8 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
         estimate = partial(observe, name, capped=not scene.elastic, end=scene.spectrum.breaks[-1])
         reference = estimate(samples)
         truth = float(reference.extrapolated[:, speed].mean())
-        doubt = float(np.hypot(*np.nan_to_num([reference.bandwidth[speed], reference.pixel[speed]]))) / abs(truth)
+        parts = reference.bandwidth[speed], reference.pixel[speed], np.asarray(reference.last_step)[speed]
+        doubt = float(np.linalg.norm(np.nan_to_num(parts))) / abs(truth)
         for split in splits:
             chosen = [samples[i] for i in split.levels]
             first, all_levels = (estimate(used).extrapolated[:, speed] for used in (chosen[:1], chosen))

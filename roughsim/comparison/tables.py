@@ -8,6 +8,7 @@ import numpy as np
 from roughsim import prediction
 from roughsim.comparison.rows import CONTACT_TEMPERATURE
 from roughsim.comparison.trust import Trust
+from roughsim.estimate.errors import SOURCES
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
 from roughsim.results.run import Run
 from roughsim.scene import Scene
@@ -105,7 +106,7 @@ def budget_table(run: Run, column: str, speeds: Sequence[int] | None = None) -> 
     `speeds` are places in the scene's list of speeds; all if left out. The run needs a sound realization.
     """
     estimates = [run.estimate(name, column) for name in OBSERVABLES]
-    parts = list(estimates[0].budget)
+    parts = list(dict.fromkeys(part for part in SOURCES for estimate in estimates if part in estimate.budget))
     titles = ("speed, m/s", "mean ± total error", *parts, "finest − mean")
     rows: list[Row] = []
     for estimate in estimates:
@@ -113,7 +114,7 @@ def budget_table(run: Run, column: str, speeds: Sequence[int] | None = None) -> 
         per_speed = OBSERVABLES[estimate.observable].per_speed
         for k in (range(len(run.scene.speeds)) if speeds is None else speeds) if per_speed else (0,):
             speed = f"{run.scene.speeds[k]:g}" if per_speed else ""
-            rows.append([name, speed, estimate.number(k), *estimate.parts(k)])
+            rows.append([name, speed, estimate.number(k), *estimate.parts(k, parts)])
     notes = [
         f"n = {estimates[0].n} realizations. total error: 95 %, the root of the sum of squares of the parts; "
         "≥ where one of them is unknown, as no level of the run shows it (–).",

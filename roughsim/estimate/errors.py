@@ -1,6 +1,6 @@
 """Means with all parts of their errors (statistical, bandwidth, pixel, finite size, solver), and the rule to stop."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from math import inf
 
@@ -24,6 +24,7 @@ SOURCES = {
         "wider by 1/f for runs that stop where scatter is low"
     ),
     "bandwidth": "left by the cut-off q_c",
+    "last step": "what the last step to the highest q_c has changed, where nothing is continued to shorter waves",
     "pixel": "left by the grid at fixed q_c",
     "size": "at most what a larger cell changes, as measured by doubling cells with as many waves per side",
     "solver": "at most what the contact solver's tolerance changed in measured contacts: for T_flash 0.3 of it",
@@ -39,7 +40,7 @@ class Uncertain:
     mean: Array  # extrapolated in q_c and the pixel where a limit exists and the levels show it
     standard_error: Array  # of the mean, statistical
     # the parts of the 95 % error by source, keys of `SOURCES`; NaN where they are unknown. "scan" is there only if C(q)
-    # was measured on maps
+    # was measured on maps, "last step" only if it counts at some speed
     budget: dict[str, Array]
 
     @property
@@ -82,9 +83,12 @@ class Estimate(Uncertain):
         """Return entry k as it is shown, with its total error."""
         return Number(float(self.mean[k]), self.unit, float(self.total_error[k]), self.unknown_at(k))
 
-    def parts(self, k: int) -> list[Number]:
-        """Return the parts of the error of entry k, and the value at the finest level minus the mean, for tables."""
-        errors = [float(part[k]) for part in self.budget.values()]
+    def parts(self, k: int, names: Iterable[str] | None = None) -> list[Number]:
+        """Return the parts of the error of entry k, and the value at the finest level minus the mean, for tables.
+
+        `names` are those that the table has, also parts that are none here; left out: those of `budget`.
+        """
+        errors = [float(self.budget[name][k]) if name in self.budget else 0.0 for name in names or self.budget]
         return [Number(error, self.unit, digits=2) for error in (*errors, float(self.bias[k]))]
 
     def table(self) -> Table:
@@ -113,7 +117,10 @@ class Estimate(Uncertain):
                 f"{self.bias[k] * factor:+.2g}"
             )
         sources = [f"{name}: {self.sources[name]}" for name in self.budget if name not in self.unknown]
-        missing = [f"{name}: unknown: no level of the run shows it; not in these figures" for name in self.unknown]
+        why = dict.fromkeys(self.unknown, "no level of the run shows it")
+        if "bandwidth" in why and "last step" in self.budget:
+            why["bandwidth"] = "the waves above the highest q_c may change more than the last step to it did"
+        missing = [f"{name}: unknown: {reason}; not in these figures" for name, reason in why.items()]
         return "\n".join([f"{self.observable}:", *lines, *self.notes, *sources, *missing])
 
 
@@ -142,6 +149,8 @@ def estimate(
             "solver": solver * np.abs(mean),
         }
         bias = values.finest.mean(axis=0) - mean
+    if np.any(values.last_step):
+        budget["last step"] = np.asarray(values.last_step)
     if scan is not None:
         budget["scan"] = np.where(mean == 0.0, 0.0, np.abs(mean) * scan)  # at rest nothing heats, whatever C(q)
     unit = OBSERVABLES[observable].unit
@@ -172,7 +181,7 @@ def quotient(
     else:
         exact = np.broadcast_to(below, above.base.shape)
         rows, base, group = ratio(above.extrapolated, exact), ratio(above.base, exact), above.group
-        columns, slopes = [above._replace(bandwidth=np.zeros_like(above.bandwidth))], above.slopes
+        columns, slopes = [above._replace(bandwidth=np.zeros_like(above.bandwidth), last_step=0.0)], above.slopes
         independent = above.independent
     value = rows.mean(axis=0)
     error, freedom = spread(rows, base, group, independent=independent, slopes=slopes)
@@ -192,6 +201,8 @@ def quotient(
             "size": np.abs(value) * size,
             "solver": np.abs(value) * solver * np.sqrt(len(columns)),
         }
+        if any(np.any(column.last_step) for column in columns):
+            budget["last step"] = np.abs(value) * relative("last_step")
     if scanned:  # both columns use the one C(q), but nothing shows that its error cancels
         budget["scan"] = np.full(value.shape, np.nan)
     return Uncertain(value, error, budget)

@@ -45,6 +45,8 @@ class Values(NamedTuple):
     left in the mean by q_c and by the pixel; NaN where no pair of levels shows them. `from_part` (speeds,) is the share
     of the mean that comes from levels in a part of the cell. With `independent` all finer levels are of that kind: they
     do not scatter with the coarsest one. `slopes` is how many the regression on the peak volumes has fitted to rows.
+    `last_step` (speeds,) is what the last rise of q_c has changed where nothing continues it, although there is a
+    limit; else 0.
     """
 
     extrapolated: Array
@@ -57,6 +59,7 @@ class Values(NamedTuple):
     from_part: Array | float = 0.0
     independent: bool = False
     slopes: int = 0
+    last_step: Array | float = 0.0
 
 
 def values_of(
@@ -85,7 +88,7 @@ def values_of(
     # members are measured at a tiny speed instead of at rest: there the exact limit counts, without error
     moving = np.array(scene.speeds) > 0.0
     exact: dict[str, Any] = dict.fromkeys(("extrapolated", "finest", "base"), at_rest)
-    exact |= {"bandwidth": 0.0, "pixel": 0.0}
+    exact |= {"bandwidth": 0.0, "pixel": 0.0, "last_step": 0.0}
     return values._replace(**{key: np.where(moving, getattr(values, key), x) for key, x in exact.items()})
 
 
@@ -140,7 +143,18 @@ def observe(
         start = next((rung for rung in ladder if rung.sample.part), None)  # its rows are still those of the run's cell
         added = np.zeros_like(mean) if start is None else np.abs(mean - start.rows.mean(axis=0))
     from_part = np.divide(added, np.abs(mean), out=np.zeros_like(mean), where=added > 0.0)
-    return Values(limit, finest, base, group_of(samples), exponent, bandwidth, pixel, from_part, *ties_of(samples))
+    last = last_step(ladder, np.isnan(bandwidth) & has_limit)
+    ties = ties_of(samples)
+    return Values(limit, finest, base, group_of(samples), exponent, bandwidth, pixel, from_part, *ties, last)
+
+
+def last_step(ladder: list[Rung], where: NDArray[np.bool_]) -> Array:
+    """Return what the last rise of the cut-off changes, (speeds,); 0 elsewhere, and where there is one cut-off."""
+    if len(ladder) < 2:
+        return np.zeros(where.shape)
+    with np.errstate(invalid="ignore"):  # both infinite at rest
+        step = np.abs((ladder[-1].rows - ladder[-2].rows).mean(axis=0))
+    return np.where(where, np.nan_to_num(step), 0.0)
 
 
 def group_of(samples: list[Sample]) -> NDArray[np.intp]:
@@ -289,7 +303,8 @@ def notes_of(scene: Scene, numerics: Numerics, column: str, observable: str, val
             way = "with the shape of the theory" if shape else "by the law for contact that yields"
             notes.append(f"continued from q_c to q_max {way}")
         if np.any(np.isnan(values.bandwidth)):
-            notes.append("where the bandwidth is unknown, the value of the highest q_c")
+            last = ", and what the last step to it changed is part of the error" if np.any(values.last_step) else ""
+            notes.append(f"where the bandwidth is unknown, the value of the highest q_c{last}")
     if OBSERVABLES[observable].per_speed:
         notes.append(f"speeds {', '.join(f'{v:g}' for v in scene.speeds)} m/s")
     return tuple(notes)

@@ -15,6 +15,7 @@ from roughsim.grid import Array
 from roughsim.observables.record import product
 from roughsim.scene import Scene
 
+ROWS, ERRORS = ("extrapolated", "finest", "base"), ("bandwidth", "pixel", "last_step")  # of `Values`, in kelvin
 OWN = ("mean", "total")  # the rules by which each measured column has a share of its own
 NOTE = "with the share of the heat by the temperatures that this contact itself gives both bodies"
 
@@ -31,15 +32,11 @@ def times_share(values: Values, share: Values | Array) -> Values:
     share add to those of the temperature, as they have the same causes.
     """
     if not isinstance(share, Values):
-        keys = ("extrapolated", "finest", "base", "bandwidth", "pixel")
-        return values._replace(**{key: getattr(values, key) * share for key in keys})
-    rows: dict[str, Any] = {
-        key: product(getattr(values, key), getattr(share, key)) for key in ("extrapolated", "finest", "base")
-    }
+        return values._replace(**{key: getattr(values, key) * share for key in (*ROWS, *ERRORS)})
+    rows: dict[str, Any] = {key: product(getattr(values, key), getattr(share, key)) for key in ROWS}
     mean, factor = np.abs(values.extrapolated.mean(axis=0)), share.extrapolated.mean(axis=0)
     errors = {
-        key: factor * getattr(values, key) + np.where(mean == 0.0, 0.0, mean * getattr(share, key))
-        for key in ("bandwidth", "pixel")
+        key: factor * getattr(values, key) + np.where(mean == 0.0, 0.0, mean * getattr(share, key)) for key in ERRORS
     }
     return values._replace(**rows, **errors, slopes=max(values.slopes, share.slopes))
 
@@ -62,11 +59,12 @@ def with_warming(flash: Estimate, share: Estimate | Array, warming: Array) -> Es
     """
     if not isinstance(share, Estimate):
         return replace(flash, mean=flash.mean + share * warming)
+    parts = dict.fromkeys((*flash.budget, *share.budget))
     return replace(
         flash,
         mean=flash.mean + share.mean * warming,
         standard_error=flash.standard_error + share.standard_error * warming,
-        budget={name: part + share.budget[name] * warming for name, part in flash.budget.items()},
+        budget={name: flash.budget.get(name, 0.0) + share.budget.get(name, 0.0) * warming for name in parts},
         bias=flash.bias + share.bias * warming,
     )
 

@@ -22,7 +22,7 @@ from roughsim.studies.trends import trends_of
 from roughsim.studies.vary import Point, short_names
 
 LATER = "levels of the study"  # choice of the reason of a point that came later and has the levels of the others
-LIMITS = ("bandwidth", "pixel", "size")  # parts of an error that more realizations leave as they are
+LIMITS = ("bandwidth", "last step", "pixel", "size")  # parts of an error that more realizations leave as they are
 
 
 class Study:
@@ -92,8 +92,8 @@ class Study:
     def misfits(self) -> dict[str, tuple[str, float]]:
         """Return the points whose levels or cell do not suit them: the largest part of the error of each, relative.
 
-        That is "bandwidth", "pixel" or "size" of T_flash at the worst speed, where it exceeds what was asked for:
-        `target_error`, or else the statistical target of the point.
+        That is one of `LIMITS` of T_flash at the worst speed, where it exceeds what was asked for: `target_error`, or
+        else the statistical target of the point.
         """
         result: dict[str, tuple[str, float]] = {}
         for point, run in self.results:
@@ -101,7 +101,9 @@ class Study:
             hot = estimate.mean > 0.0
             limit = self.target_error or run.until.get("flash_temperature", inf)
             parts = {
-                part: float(np.nanmax(estimate.budget[part][hot] / estimate.mean[hot], initial=0.0)) for part in LIMITS
+                part: float(np.nanmax(estimate.budget[part][hot] / estimate.mean[hot], initial=0.0))
+                for part in LIMITS
+                if part in estimate.budget
             }
             worst = max(parts, key=parts.__getitem__)
             if parts[worst] > limit:

@@ -131,9 +131,9 @@ def level_notes(study: Any) -> list[str]:
         worst = max(misfits, key=lambda name: misfits[name][1])
         part, error = misfits[worst]
         notes.append(
-            f"*: the levels or the cell do not suit {len(misfits)} points: bandwidth, pixel or size alone exceeds the "
-            f"error asked for; the largest is {part} {100 * error:.3g} %, at {worst}. A study of these in a folder of "
-            "its own plans for them, as far as grids and cells allow."
+            f"*: the levels or the cell do not suit {len(misfits)} points: bandwidth, last step, pixel or size alone "
+            f"exceeds the error asked for; the largest is {part} {100 * error:.3g} %, at {worst}. A study of these in "
+            "a folder of its own plans for them, as far as grids and cells allow."
         )
     return notes
 
