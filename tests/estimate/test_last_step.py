@@ -11,6 +11,7 @@ from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import status_dict
 from roughsim.estimate.errors import estimate, quotient
 from roughsim.estimate.ladder import observe
+from roughsim.results.share import times_share
 from roughsim.scene import parse_scene
 
 RISING = 14.77, 25.92, 40.21  # K, at three cut-offs that double
@@ -184,3 +185,11 @@ def test_the_table_of_errors_has_each_part_in_its_own_column(run):
     row = next(row for row in table.rows if row[0].startswith(NAME) and row[1] == "35")
     assert row[at].value == pytest.approx(found.budget["last step"][2])
     assert row[titles.index("pixel")].value == pytest.approx(found.budget["pixel"][2], nan_ok=True)
+
+
+def test_a_share_of_the_heat_that_was_measured_adds_its_own_last_step():
+    kelvins = observe(NAME, ladder(), capped=True, end=100.0, theory=NOT_KNOWN)
+    share = observe(NAME, ladder((0.5, 0.6, 0.7)), capped=True, end=100.0, theory=NOT_KNOWN)
+    found = times_share(kelvins, share)
+    assert found.last_step[0] == pytest.approx(0.7 * (40.21 - 25.92) + 40.21 * 0.1)
+    assert times_share(kelvins, np.array([0.5])).last_step[0] == pytest.approx(0.5 * (40.21 - 25.92))
