@@ -44,9 +44,9 @@ def open_scene(name: str, words: list[str] | None, options: dict[str, Any] | Non
 
 def study_of(folder: Path) -> Any:
     """Return the study in a folder; None if the folder is no study."""
-    from roughsim.studies.folder import DESCRIPTION
+    from roughsim.studies.folder import is_study
 
-    return rs.open_study(folder) if (folder / DESCRIPTION).is_file() else None
+    return rs.open_study(folder) if is_study(folder) else None
 
 
 def open_without_damaged(folder: Path) -> Any:

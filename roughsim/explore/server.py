@@ -25,7 +25,7 @@ from roughsim.explore.content import WatchedRun
 from roughsim.explore.layout import plain_text
 from roughsim.explore.page import Page
 from roughsim.explore.study import StudyPage
-from roughsim.studies.folder import DESCRIPTION
+from roughsim.studies.folder import is_study
 from roughsim.studies.study import open_study
 
 ADDRESS = "127.0.0.1"
@@ -77,7 +77,7 @@ def start(folder: str | Path, port: int | None = None) -> tuple[BaseServer, str]
 
 def page_of(folder: Path) -> Callable[[Any], object]:
     """Return what fills an empty document with the page of a run or of a study; RecordError if it is neither."""
-    if (folder / DESCRIPTION).is_file():
+    if is_study(folder):
         open_study(folder)  # refused here, before a page is asked for
         return partial(StudyPage, folder)
     run = WatchedRun(folder)

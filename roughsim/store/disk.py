@@ -165,12 +165,14 @@ def damaged(path: Path, reason: object) -> DamagedError:
     )
 
 
-def set_aside(path: Path) -> Path:
-    """Move a damaged file, RUN/realizations/NAME, to a free name in RUN/damaged, and return its new path.
+def set_aside(path: Path, folder: Path | None = None) -> Path:
+    """Move a damaged file to a free name in a folder, and return its new path.
+
+    Left out, the folder is RUN/damaged of a file RUN/realizations/NAME.
 
     OSError if the disk refuses; FileNotFoundError if another process has moved the file.
     """
-    folder = path.parent.parent / "damaged"
+    folder = folder or path.parent.parent / "damaged"
     folder.mkdir(exist_ok=True)
     number = 0
     while True:

@@ -1,10 +1,13 @@
-"""The folder of a study: study.json, scene.toml, and the folder of each point, an ordinary run, in points/.
+"""The folder of a study: study.json, and the folder of each point, an ordinary run, in points/.
 
-A folder may come from elsewhere, so nothing in it is trusted.
+scene.toml is the scene that all points change, for people; study.json holds it, too. A folder may come from elsewhere,
+so nothing in it is trusted.
 """
 
 import json
 import sys
+import warnings
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from math import prod
@@ -12,10 +15,12 @@ from pathlib import Path
 from typing import Any
 
 from roughsim.errors import RecordError
+from roughsim.results.folder import folder_state, read_description
 from roughsim.scene import Scene, SceneError, parse_scene
 from roughsim.scene.files import errors_named, read_text, scene_content, toml_content
 from roughsim.scene.schema import SECTIONS
-from roughsim.store.disk import is_temporary, place_bytes, read_bytes
+from roughsim.show.table import json_value
+from roughsim.store.disk import DamagedError, checksum, is_temporary, place_bytes, read_bytes, set_aside
 from roughsim.studies.vary import MOST_POINTS, NAME, Axis, Point, points_of
 
 FORMAT = 1
@@ -27,11 +32,15 @@ FILE_KEYS = ("scene", "target_error", "vary")
 
 @dataclass(frozen=True, slots=True)
 class Description:
-    """What study.json holds: the scene that all points change, the axes, and the total error asked for."""
+    """What study.json holds: the scene that all points change, the axes, and the total error asked for.
+
+    `identities` are checksums of the identities of the scenes of the points, by their names.
+    """
 
     scene: Scene
     axes: tuple[Axis, ...]
     target_error: float | None
+    identities: Mapping[str, str]
 
     @property
     def points(self) -> tuple[Point, ...]:
@@ -69,74 +78,186 @@ def with_dotted_keys(vary: dict[str, Any]) -> dict[str, Any]:
     return result
 
 
+def describe(scenes: Mapping[str, Scene], axes: tuple[Axis, ...], target_error: float | None) -> Description:
+    """Return the description of a study from the scenes of its points by their names; "" is the one that all change."""
+    identities = {name: checksum(scene.identity()) for name, scene in scenes.items() if name}
+    return Description(scenes[""], axes, target_error, identities)
+
+
 def write(folder: Path, description: Description) -> None:
-    """Write study.json and scene.toml, or those of more points; RecordError if the folder holds something else."""
-    if folder.is_file():
-        raise RecordError(f"{folder} is a file; name a folder for the study")
-    if (folder / DESCRIPTION).exists():
-        there, here = read(folder).scene.identity(), description.scene.identity()
-        for key in dict.fromkeys((*there, *here)):
-            if there.get(key) != here.get(key):
-                raise RecordError(
-                    f"{folder} holds a study of another scene: {key} is {there.get(key, 'absent')} there and "
-                    f"{here.get(key, 'absent')} here; name another folder, or give the scene as it was"
-                )
-        if (before := read(folder).target_error) != description.target_error:
-            raise RecordError(
-                f"{folder} holds a study with target_error = {before}, here it is {description.target_error}: its "
-                "levels were planned for that one; name another folder, or give the target as it was"
-            )
-    elif folder.exists() and not is_beginning(folder):
-        raise RecordError(f"{folder} holds other files; name a new folder for the study")
+    """Write study.json and scene.toml, or those of more points; RecordError as `refuse_other`.
+
+    Of several processes that begin at once the first one places study.json, which says all that the others must fit. A
+    damaged study.json is moved into the folder "damaged".
+    """
+    refuse_other(folder, description)
     (folder / "points").mkdir(parents=True, exist_ok=True)
+    path, scene = folder / DESCRIPTION, description.scene.to_toml()
     content = {
         "format_version": FORMAT,
         "target_error": description.target_error,
         "axes": [asdict(axis) for axis in description.axes],
+        "scene": scene,
+        "identities": dict(description.identities),
     }
-    for name, text in (("scene.toml", description.scene.to_toml()), (DESCRIPTION, json.dumps(content, indent=1))):
-        path = folder / name
-        if not path.is_file() or path.read_bytes() != text.encode():
-            place_bytes(path, text.encode())
+    text = json.dumps(content, indent=1).encode()
+    if is_damaged(folder):
+        move_aside(path)
+    if not path.exists():
+        with suppress(FileExistsError):
+            place_bytes(path, text, first=True)
+    refuse_other(folder, description)  # another process may have been the first
+    if path.read_bytes() != text:
+        place_bytes(path, text)
+    write_scene(folder / "scene.toml", description.scene)
 
 
-def is_beginning(folder: Path) -> bool:
-    """Return whether a folder is empty, or has what a process writes before study.json, which others may see."""
+def write_scene(path: Path, scene: Scene) -> None:
+    """Write scene.toml, which is for people; one of another scene, or a damaged one, is moved aside."""
+    text = scene.to_toml().encode()
+    if path.is_file():
+        there = path.read_bytes()
+        if there == text:
+            return
+        try:
+            same = parse_scene(there.decode("utf-8"), source=str(path)).identity() == scene.identity()
+        except ValueError:
+            same = False
+        if not same:
+            move_aside(path)
+    place_bytes(path, text)
+
+
+def move_aside(path: Path) -> None:
+    """Move a damaged file of a study into its folder "damaged", and say so in a warning."""
+    kept = set_aside(path, path.parent / "damaged")
+    words = f"{path} was damaged: it was moved to {kept}, and is written anew from the study that was given"
+    warnings.warn(words, RuntimeWarning, stacklevel=2)
+
+
+def refuse_other(folder: Path, description: Description) -> None:
+    """Refuse a folder that holds anything but this study, with these points or others: RecordError.
+
+    Where study.json is damaged or lost, the points that are there must be those of this study.
+    """
+    if folder.is_file():
+        raise RecordError(f"{folder} is a file; name a folder for the study")
+    if not (folder / DESCRIPTION).exists() or is_damaged(folder):
+        refuse_other_points(folder, description)
+        return
+    before = read(folder)
+    there, here = before.scene.identity(), description.scene.identity()
+    for key in dict.fromkeys((*there, *here)):
+        if there.get(key) != here.get(key):
+            raise RecordError(
+                f"{folder} holds a study of another scene: {key} is {there.get(key, 'absent')} there and "
+                f"{here.get(key, 'absent')} here; name another folder, or give the scene as it was"
+            )
+    if before.target_error != description.target_error:
+        raise RecordError(
+            f"{folder} holds a study with target_error = {before.target_error}, here it is "
+            f"{description.target_error}: its levels were planned for that one; name another folder, or give the "
+            "target as it was"
+        )
+
+
+def refuse_other_points(folder: Path, description: Description) -> None:
+    """Refuse a folder without a sound study.json, unless nothing is computed there, or points of this study are."""
+    if refuse_exchanged(folder, description) or not folder.exists():
+        return
+    points, damaged = folder / "points", (folder / DESCRIPTION).exists()
+    if points.is_dir() and any(points.iterdir()):
+        raise RecordError(
+            f"{points} holds other files than points of this study, and {DESCRIPTION} is damaged or lost; give the "
+            "study as it was, or name another folder"
+        )
     names = {path.name for path in folder.iterdir() if not is_temporary(path.name)}
-    points = folder / "points"
-    return not names or (names <= {"points", "scene.toml"} and points.is_dir() and not any(points.iterdir()))
+    usual = {"claims", "damaged", "points", "scene.toml"} if points.is_dir() else {"claims"}
+    if names - usual and not damaged:
+        raise RecordError(f"{folder} holds other files; name a new folder for the study")
+
+
+def refuse_exchanged(folder: Path, description: Description) -> int:
+    """Refuse a study of which a point has the folder of another scene; return how many points were begun."""
+    places = [(point, folder / "points" / point.name) for point in description.points]
+    begun = [(point, place) for point, place in places if folder_state(place) == "run"]
+    for point, place in begun:
+        refuse_other_scene(place, read_description(place)["scene"], point, description)
+    return len(begun)
+
+
+def refuse_other_scene(place: Path, identity: Mapping[str, Any], point: Point, description: Description) -> None:
+    """Refuse the folder of a point that holds the run of another scene, as where two were exchanged: RecordError.
+
+    `identity` is that of the scene which the folder holds.
+    """
+    if checksum(identity) == description.identities[point.name]:
+        return
+    varied = {key: json_value(value) for key, value in point.values.items()}
+    key = next((key for key, value in varied.items() if identity.get(key, value) != value), None)
+    differs = (
+        "another key of its scene differs" if key is None else f"{key} is {identity[key]} there, not {varied[key]}"
+    )
+    raise RecordError(
+        f"{place} does not hold the scene of its point: {differs}; give each folder in points/ its own name again, or "
+        "move this one away and give the study again, which computes the point anew"
+    )
+
+
+def is_study(folder: Path) -> bool:
+    """Return whether a folder is that of a study, also where its study.json was lost."""
+    return (folder / DESCRIPTION).is_file() or ((folder / "points").is_dir() and not (folder / "run.json").exists())
+
+
+def is_damaged(folder: Path) -> bool:
+    """Return whether a folder has a damaged study.json; RecordError or OSError if it cannot be judged."""
+    try:
+        if (folder / DESCRIPTION).exists():
+            read(folder)
+    except DamagedError:
+        return True
+    return False
 
 
 def read(folder: Path) -> Description:
-    """Return what `write` wrote; RecordError if the folder is no study, or study.json is damaged."""
+    """Return what `write` wrote; DamagedError if study.json is damaged, RecordError if the folder is no study."""
     path = folder / DESCRIPTION
+    again = f"give the study again, which writes it anew if the points fit: roughsim study STUDY -o {folder}"
     if not path.exists():
+        if is_study(folder):
+            raise RecordError(f"{folder} has points, but its {DESCRIPTION} is lost; {again}")
         raise RecordError(f"{folder} is no study: it has no {DESCRIPTION}; name the folder that `roughsim study` made")
     try:
         content = json.loads(read_bytes(path, MOST_BYTES).decode("utf-8"), parse_constant=refuse_constant)
         version = int(content["format_version"])
         if version > FORMAT:
             raise RecordError(f"{path} has format {version}, above {FORMAT}; update roughsim to read it")
-        axes = tuple(
-            Axis(tuple(map(str, axis["keys"])), tuple(tuple(map(frozen, row)) for row in axis["values"]))
-            for axis in content["axes"]
-        )
-        count = prod(len(axis.values) for axis in axes)
-        if not 1 <= count <= MOST_POINTS or any(len(row) != len(axis.keys) for axis in axes for row in axis.values):
-            raise ValueError(f"{count} points, or rows of another length than their keys")
-        target = content["target_error"]
-        if target is not None and not 0.0 < float(target) < 1.0:
-            raise ValueError(f"target_error = {target} must lie between 0 and 1")
-        scene = parse_scene(read_bytes(folder / "scene.toml", MOST_BYTES).decode("utf-8"), source=str(folder))
-        description = Description(scene, axes, None if target is None else float(target))
-        for point in description.points:
-            if not NAME.fullmatch(point.name):
-                raise ValueError(f"the point {point.name!r} cannot be the name of a folder")
+        return description_of(content, str(path))
     except RecordError:
         raise
     except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
-        raise RecordError(f"{path} is damaged ({error}); give the study again to have it anew") from error
-    return description
+        raise DamagedError(f"{path} is damaged ({error}); {again}") from error
+
+
+def description_of(content: dict[str, Any], source: str) -> Description:
+    """Return what study.json describes; ValueError, LookupError or another error of Python if it is damaged."""
+    axes = tuple(
+        Axis(tuple(map(str, axis["keys"])), tuple(tuple(map(frozen, row)) for row in axis["values"]))
+        for axis in content["axes"]
+    )
+    count = prod(len(axis.values) for axis in axes)
+    if not 1 <= count <= MOST_POINTS or any(len(row) != len(axis.keys) for axis in axes for row in axis.values):
+        raise ValueError(f"{count} points, or rows of another length than their keys")
+    target = content["target_error"]
+    if target is not None and not 0.0 < float(target) < 1.0:
+        raise ValueError(f"target_error = {target} must lie between 0 and 1")
+    points = points_of(axes)
+    for point in points:
+        if not NAME.fullmatch(point.name):
+            raise ValueError(f"the point {point.name!r} cannot be the name of a folder")
+    identities = {point.name: str(content["identities"][point.name]) for point in points}
+    scene = parse_scene(content["scene"], source=source)
+    return Description(scene, axes, None if target is None else float(target), identities)
 
 
 def refuse_constant(word: str) -> None:

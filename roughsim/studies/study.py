@@ -16,7 +16,7 @@ from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import json_value
 from roughsim.show.terminal import table_text
-from roughsim.studies.folder import Description, read
+from roughsim.studies.folder import Description, read, refuse_other_scene
 from roughsim.studies.tables import dataset, draw_study, save_study, study_table
 from roughsim.studies.trends import trends_of
 from roughsim.studies.vary import Point, short_names
@@ -48,6 +48,7 @@ class Study:
         description = description or read(self.folder)
         self.scene, self.axes, self.points = description.scene, description.axes, description.points
         self.target_error = description.target_error
+        self._description = description
         self._runs: dict[str, Run | None] = {}
         self._tables: dict[str, dict[str, Labelled]] = {}
 
@@ -57,10 +58,13 @@ class Study:
         return short_names([key for axis in self.axes for key in axis.keys])
 
     def run(self, point: Point) -> Run | None:
-        """Return the run of a point; None if it was not begun."""
+        """Return the run of a point; None if it was not begun. RecordError if its folder holds another scene."""
         if point.name not in self._runs:
             path = self.folder / "points" / point.name
-            self._runs[point.name] = open_run(path) if folder_state(path) == "run" else None
+            run = open_run(path) if folder_state(path) == "run" else None
+            if run is not None:
+                refuse_other_scene(path, run.scene.identity(), point, self._description)
+            self._runs[point.name] = run
         return self._runs[point.name]
 
     @property
@@ -259,7 +263,11 @@ class Study:
 
 
 def open_study(folder: str | Path) -> Study:
-    """Open the folder of a study for reading, also while processes compute it; RecordError if it is none."""
+    """Open the folder of a study for reading, also while processes compute it.
+
+    RecordError if it is none, or its study.json is damaged; a reader of results raises it, too, where the folder of a
+    point holds another scene.
+    """
     return Study(folder)
 
 

@@ -7,9 +7,9 @@ share that contact. Every member has the bits that its scene has when it is run 
 
 import json
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from math import hypot, isnan, sqrt
@@ -29,7 +29,7 @@ from roughsim.scene.files import scene_of
 from roughsim.scene.numerics import Numerics, Reason
 from roughsim.scene.sections import ROUGHNESS_KEYS, TARGET
 from roughsim.store.claims import PLAN, Claims
-from roughsim.studies.folder import Description, base_scene, write
+from roughsim.studies.folder import DESCRIPTION, base_scene, describe, refuse_exchanged, refuse_other, write
 from roughsim.studies.study import LATER, Study
 from roughsim.studies.vary import Axis, Point, points_of, read_axes
 
@@ -37,6 +37,9 @@ ENOUGH_FINE = 8  # realizations of the finest level that tell the error of the c
 PAUSE = 0.2  # s between two looks whether another process has planned
 # sections and keys of a scene that do not concern its contact
 HEAT_KEYS = ("conductivity", "density", "heat_capacity", "friction_coefficient", "speed", "heat_partition", "duration")
+
+
+Plan = tuple[Numerics, dict[str, float]]  # the numerics of points with the same roughness, and their targets
 
 
 class Begun(NamedTuple):
@@ -88,7 +91,8 @@ def study(
     SceneError
         If a value does not fit its key, or the scene of a point is refused; before any work.
     RecordError
-        If the folder holds something else, or a study of another scene or target.
+        If the folder holds something else, or a study of another scene or target, or the folder of a point holds
+        another scene. A damaged or lost study.json is written anew if the points fit.
     TypeError, ValueError, OSError, RuntimeError, KeyboardInterrupt
         As `roughsim.run`.
     """
@@ -96,8 +100,8 @@ def study(
     axes, scenes = scenes_of(scene, vary)
     target = None if target_error is None else float(TARGET(target_error, "target_error"))
     folder = Path(folder)
-    description = Description(scenes[""], axes, target)
-    write(folder, description)
+    description = describe(scenes, axes, target)
+    refuse_other(folder, description)
     from roughsim.ensemble.bar import shown_in_notebook  # rich is slow to import
     from roughsim.studies.bar import StudyProgress
 
@@ -106,11 +110,15 @@ def study(
         stopped_by_signals() as check,
         Workforce(workers, executor) as force,
     ):
-        if not any((folder / "points").iterdir()):
+        if not (folder / DESCRIPTION).exists():
             force.start()  # while this process plans
         points = {name: each for name, each in scenes.items() if name}
         with planning_alone(folder, check):
-            groups = begin_points(folder, points, target)
+            refuse_other(folder, description)  # which another process may have begun meanwhile
+            refuse_exchanged(folder, description)
+            plans = plans_of(folder, points, target)
+            write(folder, description)  # a plan that is refused leaves nothing behind
+            groups = begin_points(folder, points, plans)
         lower = None if target is None else partial(next_target, target_error=target)
         for group in groups:
             complete(group, force, check, update, claimed_in=folder, next_target=lower)
@@ -120,11 +128,18 @@ def study(
 @contextmanager
 def planning_alone(folder: Path, check: Callable[[], None]) -> Iterator[None]:
     """Wait until no other process plans this study: two plans may differ, and its points would be no pairs."""
-    with Claims(folder) as claims:
-        while not claims.take(PLAN):
-            check()
-            time.sleep(PAUSE)
-        yield
+    new = not folder.exists()
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        with Claims(folder) as claims:
+            while not claims.take(PLAN):
+                check()
+                time.sleep(PAUSE)
+            yield
+    finally:
+        if new:
+            with suppress(OSError):  # it holds a study; it is empty after a refusal
+                folder.rmdir()
 
 
 def scenes_of(scene: Any, vary: Mapping[Any, Any]) -> tuple[tuple[Axis, ...], dict[str, Scene]]:
@@ -149,19 +164,37 @@ def title_of(scene: Scene, point: Point) -> str:
     return f"{scene.title}: {point.name}"[:200] if scene.title else point.name[:200]
 
 
-def begin_points(folder: Path, scenes: dict[str, Scene], target_error: float | None) -> list[list[Begun]]:
-    """Begin the run of each point, or check the one that is there; return groups with the same levels.
-
-    Points with the same roughness have one plan, that of the middle load.
-    """
-    groups: dict[str, list[Begun]] = {}
+def families_of(scenes: dict[str, Scene]) -> dict[str, dict[str, Scene]]:
+    """Return the scenes by what they have in common that can have the same levels and surfaces, and by their names."""
     families: dict[str, dict[str, Scene]] = {}
     for name, scene in scenes.items():
         families.setdefault(family(scene), {})[name] = scene
-    for key, members in families.items():
+    return families
+
+
+def begun_of(folder: Path, names: Iterable[str]) -> list[str]:
+    """Return the names of the points whose run is there."""
+    return [name for name in names if folder_state(folder / "points" / name) == "run"]
+
+
+def plans_of(folder: Path, scenes: dict[str, Scene], target_error: float | None) -> dict[str, Plan]:
+    """Plan the points with the same roughness of which none is there, that of the middle load; write nothing."""
+    return {
+        key: plan_of(list(members.values()), target_error)
+        for key, members in families_of(scenes).items()
+        if not begun_of(folder, members)
+    }
+
+
+def begin_points(folder: Path, scenes: dict[str, Scene], plans: dict[str, Plan]) -> list[list[Begun]]:
+    """Begin the run of each point, or check the one that is there; return groups with the same levels.
+
+    `plans` are those of `plans_of`.
+    """
+    groups: dict[str, list[Begun]] = {}
+    for key, members in families_of(scenes).items():
         paths = {name: folder / "points" / name for name in members}
-        states = {name: folder_state(path) for name, path in paths.items()}
-        there = [name for name, state in states.items() if state == "run"]
+        there = begun_of(folder, members)
         begun = {name: begin_one(members[name], paths[name], None) for name in there}
         if there:
             numerics = begun[there[0]].numerics
@@ -172,7 +205,7 @@ def begin_points(folder: Path, scenes: dict[str, Scene], target_error: float | N
                 others = (reason for reason in numerics.reasons if reason.choice != LATER)
                 numerics = replace(numerics, reasons=(reason, *others))
         else:
-            numerics, until = plan_of(list(members.values()), target_error)
+            numerics, until = plans[key]
         for name in members:
             if name not in begun:
                 begun[name] = begin_one(aimed(members[name], until=until), paths[name], numerics)
@@ -188,7 +221,7 @@ def begin_one(scene: Scene, folder: Path, numerics: Numerics | None) -> Begun:
     return Begun(scene, begin(scene, folder, numerics), folder)
 
 
-def plan_of(scenes: list[Scene], target_error: float | None) -> tuple[Numerics, dict[str, float]]:
+def plan_of(scenes: list[Scene], target_error: float | None) -> Plan:
     """Return numerics for scenes with the same roughness, and their targets.
 
     The point of the middle load is planned, and its numerics are those of all: the lightest needs many realizations,

@@ -5,15 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from study_cases import LOADS, VARY
+from study_cases import LOADS, VARY, description_of
 
 import roughsim as rs
 from roughsim import pipeline
 from roughsim.scene import SceneError
 from roughsim.store.claims import PLAN, Claims
 from roughsim.studies import work
-from roughsim.studies.folder import Description, write
-from roughsim.studies.vary import read_axes
+from roughsim.studies.folder import write
 
 
 def test_every_point_is_an_ordinary_run_with_the_bits_of_its_scene_alone(done, small, tmp_path):
@@ -94,7 +93,7 @@ def test_speeds_may_be_varied_one_by_one(small, tmp_path):
 
 def test_a_process_waits_while_another_one_plans_the_points(small, tmp_path, monkeypatch):
     folder, waited = tmp_path / "study", []
-    write(folder, Description(small, read_axes(VARY), None))
+    write(folder, description_of(small))
 
     def sleep(_):
         waited.append(sorted(path.name for path in (folder / "points").iterdir()))
@@ -132,7 +131,7 @@ def test_a_study_returns_the_points_that_it_was_asked_for(quick, tmp_path):
     # meanwhile another process has begun more of them
     scene = replace(quick, ensemble=replace(quick.ensemble, until={}, max_realizations=2))
     loads = {"sliding.nominal_pressure": [1e8, 2e8]}
-    more = Description(scene, read_axes({"sliding.nominal_pressure": [1e8, 2e8, 3e8]}), None)
+    more = description_of(scene, {"sliding.nominal_pressure": [1e8, 2e8, 3e8]})
     study = rs.study(scene, vary=loads, folder=tmp_path, observer=lambda _: write(tmp_path, more))
     assert (len(study.points), study.finished) == (2, 2)
     assert len(rs.open_study(tmp_path).points) == 3

@@ -8,15 +8,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from study_cases import LOADS, VARY
+from study_cases import LOADS, VARY, description_of
 
 import roughsim as rs
 from roughsim.results.folder import read_description
 from roughsim.show.table import Number
 from roughsim.studies import work
-from roughsim.studies.folder import Description, write
+from roughsim.studies.folder import write
 from roughsim.studies.tables import save_study, study_table, words_of
-from roughsim.studies.vary import read_axes
 
 
 def test_the_tidy_table_has_the_estimates_of_the_runs(done):
@@ -203,7 +202,7 @@ def test_a_chart_over_load_and_speed_has_all_speeds(small, tmp_path):
 
 def test_a_study_of_slides_shows_them_beside_single_contacts(sliding_run, tmp_path):
     key, load = "sliding.nominal_pressure", sliding_run.scene.sliding.nominal_pressure
-    description = Description(sliding_run.scene, read_axes({key: [load, 2 * load]}), None)
+    description = description_of(sliding_run.scene, {key: [load, 2 * load]})
     write(tmp_path, description)
     shutil.copytree(sliding_run.folder, tmp_path / "points" / description.points[0].name)
     study = rs.open_study(tmp_path)
