@@ -165,15 +165,20 @@ def refuse_other_points(folder: Path, description: Description) -> None:
     """Refuse a folder without a sound study.json, unless nothing is computed there, or points of this study are."""
     if refuse_exchanged(folder, description) or not folder.exists():
         return
-    points, damaged = folder / "points", (folder / DESCRIPTION).exists()
-    if points.is_dir() and any(points.iterdir()):
+    names = {path.name for path in folder.iterdir() if not is_temporary(path.name)}
+    begun = {"claims", "damaged", "points", "scene.toml"} if "points" in names else {"claims"}
+    points = folder / "points"
+    computed = points.is_dir() and any(points.iterdir())
+    if not computed and (DESCRIPTION in names or not names - begun):
+        return
+    if (folder / DESCRIPTION).exists() and not is_damaged(folder):  # another process has begun it meanwhile
+        refuse_other(folder, description)
+    elif computed:
         raise RecordError(
             f"{points} holds other files than points of this study, and {DESCRIPTION} is damaged or lost; give the "
             "study as it was, or name another folder"
         )
-    names = {path.name for path in folder.iterdir() if not is_temporary(path.name)}
-    usual = {"claims", "damaged", "points", "scene.toml"} if points.is_dir() else {"claims"}
-    if names - usual and not damaged:
+    else:
         raise RecordError(f"{folder} holds other files; name a new folder for the study")
 
 
