@@ -37,6 +37,7 @@ SPACING = 0.2  # of z
 STEP = 0.25  # in ln v and ln q
 UNREACHED = 7.0  # standard deviations of the full-contact pressure above σ₀: no pressure is higher
 _SMOOTHED = 3e-3  # the walls start smoothed by the waves of the last .3 % of an e-fold: they would be jumps otherwise
+_FIRST, _BEGIN = 8.0, 0.5  # steps are so many times finer at q_min, where P is a point; that fades over v/v(q_min) = e^−.5
 _FINE = 400  # points of the tables a piece between breaks
 _GAMMA = 1 - 1 / sqrt(2)  # Rosenbrock's second-order step that damps all stiff modes
 
@@ -86,6 +87,7 @@ def _shells(spectrum: Spectrum, modulus: float, step: float) -> tuple[Array, Arr
     last = 2 * pi * float((end**2 * density(spectrum, end))[0]) * _SMOOTHED
     table = max(last, _SMOOTHED * power[-1]) + np.append(np.cumsum(power[::-1])[::-1], 0.0)
     steps = np.maximum(-np.diff(np.log(table)), width) / step
+    steps *= 1 + (_FIRST - 1) * (table[:-1] / table[0]) ** (1 / _BEGIN)
     count = np.append(0.0, np.cumsum(steps))
     at = np.interp(np.linspace(0.0, count[-1], ceil(count[-1]) + 1), count, logs)
     return np.exp(at), np.exp(np.interp(at, logs, np.log(table))), spread

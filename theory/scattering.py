@@ -124,30 +124,35 @@ def stiffness_variance(diffusion: Diffusion, x: Array, edges: Array) -> Array:
     """Return the variance of κ at ln q = x that waves up to each of `edges` make, shape (x, edges), (Pa/m)².
 
     `edges` in ln q bound the shells, and each x is the middle of one. κ there is carried back as its mean at each
-    coarser q, given the pressure there, by implicit steps of the first order: those of the second change T_flash by
-    .25 % at most.
+    coarser q, given the pressure there, by implicit steps of the first order.
     """
     logs = np.log(diffusion.wavenumber)
-    up, down = diffusion.rates
     place = np.minimum(np.searchsorted(logs, x, side="right") - 1, logs.size - 2)
     share = ((x - logs[place]) / (logs[place + 1] - logs[place]))[:, None]
     carried = np.asfortranarray(((1 - share) * diffusion.stiffness[place] + share * diffusion.stiffness[place + 1]).T)
     there = (1 - share) * diffusion.probability[place] + share * diffusion.probability[place + 1]
     carried_there = carried.copy()
     square_there = np.einsum("ij,ji->i", there, carried**2)
+    for m, i in enumerate(place):  # from x down to the shell's lower end
+        carried[:, m] = _carried_back(carried[:, m], share[m] * diffusion.growth[i], diffusion.rates)
     grown = np.empty((x.size, logs.size))
     for i in range(logs.size - 1, -1, -1):
         since = int(np.searchsorted(place, i))  # the columns from here on have been reached
         grown[:, i] = diffusion.probability[i] @ carried**2
         if i and since < x.size:
-            power = diffusion.growth[i - 1]
-            matrix = (-(power * down)[1:], 1 + power * (up + down), -(power * up)[:-1])
-            carried[:, since:] = lapack.dgtsv(*matrix, carried[:, since:])[3]
+            carried[:, since:] = _carried_back(carried[:, since:], diffusion.growth[i - 1], diffusion.rates)
     result = np.array([np.interp(edges, logs, row) for row in grown])
     for m, row in enumerate(result):
         row[m + 1 :] = square_there[m]
     mean = np.einsum("ij,ji->i", there, carried_there)
     return np.maximum.accumulate(np.maximum(result - mean[:, None] ** 2, 0.0), axis=1)
+
+
+def _carried_back(values: Array, growth: Array, rates: tuple[Array, Array]) -> Array:
+    """Return the mean of `values`, (pressures, ...), given the pressure before it has spread by `growth`, Pa²."""
+    up, down = rates
+    matrix = (-(growth * down)[1:], 1 + growth * (up + down), -(growth * up)[:-1])
+    return np.asarray(lapack.dgtsv(*matrix, values)[3])
 
 
 def _density(grid: Array, held: Array) -> Table:

@@ -37,6 +37,8 @@ PLATEAU = (1.0, 16.0)  # q_r/q_min, with q²C largest at q_r
 HURST = (0.3, 1.0)  # H of C ~ q^(−2−2H) from q_r to q_max
 YIELDED = (0.25, 8.0)  # q_y/q_r where all has yielded at q_max
 YIELDING = (1.0, 32.0)  # q_max/q_r where it has not
+GAPS = (0.0, 1.5)  # octaves of waves that add less than FAINT of what waves on both sides of them add to G
+FAINT = 0.1
 
 ELASTIC_SHARE = 0.01  # of the contact: below, all has yielded
 EDGE = 0.4  # share of the sidebands above q_max that lies in the tail of the edges
@@ -104,6 +106,7 @@ def stress_spectrum(
         "nominal_pressure/penetration_hardness": (share, SHARE),
         "q_max/q_min": (ends[-1] / ends[0], BAND),
         "q_roll_off/q_min": (roll_off / ends[0], PLATEAU),
+        "octaves of gaps in C(q)": (octaves_of_gaps(q, q**2 * height), GAPS),
     }
     if ends[-1] > 1.5 * roll_off:
         seen["Hurst exponent"] = (log(height.max() / height[-1]) / log(ends[-1] / roll_off) / 2, HURST)
@@ -123,6 +126,16 @@ def stress_spectrum(
             f"step = {width:g} e-folds lies outside {STEPS[0]:g} … {STEPS[1]:g}: leave it out for {STEP:g}"
         )
     return YieldingSpectrum(spectrum, **solid, step=width)
+
+
+def octaves_of_gaps(q: Array, rise: Array) -> float:
+    """Return the octaves of waves that add less than FAINT of what waves on both sides of them do to G.
+
+    `rise` is q⁴C at the rising wavenumbers `q`: in proportion to what an octave adds to G.
+    """
+    both_sides = np.minimum(np.maximum.accumulate(rise), np.maximum.accumulate(rise[::-1])[::-1])
+    faint = rise < FAINT * both_sides
+    return float(np.diff(np.log2(q))[faint[1:] & faint[:-1]].sum())
 
 
 @dataclass(frozen=True, slots=True)
