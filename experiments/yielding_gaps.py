@@ -6,14 +6,15 @@ The contacts are drawn from seeds. Those of TUNED chose the measure of a gap and
 of FRESH were solved after both were final, and only they are a test. Three kinds, in the units of yielding_points.py:
 
 G   C(q) is a self-affine one from q = 1 on, of which two bands are whole and the waves between them are left out but
-    for a share, `fill`, of C. The upper band begins at about 2, 4, 8 or 16 times the end of the lower one, each reaches a
-    factor of 1.15 to 4, and `fill` is about 1e-6, 1e-3, 1e-2, 1e-1. Contact has yielded in part, or all of it.
+    for a share of C, about 1e-6, 1e-3, 1e-2, 1e-1. The upper band begins at about 2, 4, 8 or 16 times the end of the
+    lower one, each reaches a factor of 1.15 to 4. Contact has yielded in part, or all of it.
 P   Self-affine C(q) with plateaus of 1, 2 and 4 octaves, H of .3 and .6, that ends within two octaves of q_r.
 L   Self-affine C(q) of which little has yielded, A_pl/A ≤ .1.
 
-`--solve` solves what is not there yet into reference/yielding_gaps, a file for each contact, as validity_map/yielding.py
-says, on grids of up to 2048 points along a side. The table sets the law beside them: ln of T_flash at the Péclet
-numbers .001, 1 and 1000, g_σ(0), the largest departure of g_σ(r) over g_σ(0), and both areas.
+`--solve` solves what is not there yet into reference/yielding_gaps, a file for each contact, on grids of up to 2048
+points along a side, as validity_map/yielding.py says. The table sets the law beside them: ln of T_flash at the Péclet
+numbers .001, 1 and 1000, g_σ(0), the largest departure of g_σ(r) over g_σ(0), and both areas, all in percent; "refused"
+is what `plasticity.stress_spectrum` says.
 """
 
 from __future__ import annotations
@@ -81,6 +82,11 @@ class Contact(yielding_points.Contact):
     def periods(self) -> float:
         """Waves of q_r along a side of the cell."""
         return 4.0 if self.fill < 1.0 else yielding_points.periods(self.plateau)
+
+    @property
+    def solid(self) -> dict[str, float]:
+        """What theory.plasticity asks for."""
+        return {"effective_modulus": 1.0, "nominal_pressure": self.load, "penetration_hardness": self.hardness}
 
     def spectrum(self, q_max: float | None = None) -> Any:
         """Return C(q), which always ends at its own q_max."""
@@ -171,24 +177,28 @@ def row(contact: Contact, record: dict[str, Any]) -> dict[str, Any]:
 def line(contact: Contact, record: dict[str, Any]) -> str:
     """Return one line of the table."""
     found = row(contact, record)
+    try:
+        plasticity.stress_spectrum(contact.spectrum(), **contact.solid)
+        verdict = ""
+    except ValueError as error:
+        verdict = "refused: " + str(error).split(" lies")[0]
     temperature = "/".join(f"{100 * x:+.1f}" for x in found["flash"])
     error = "/".join(f"{100 * x:.1f}" for x in found["error"])
     made = f"{contact.hurst:.2f} {contact.share:.4f} {contact.high / contact.low:5.1f} {contact.fill:7.0e}"
     return (
         f"{contact.name} {made} {temperature:>17} ± {error:12} {100 * found['variance']:+6.1f} "
         f"{100 * found['curve']:5.1f} ± {100 * found['curve_error']:4.1f} {100 * found['contact']:+6.1f} "
-        f"{100 * found['yielded']:+6.1f} ± {100 * found['yielded_error']:4.1f} {found['share']:.3f}"
+        f"{100 * found['yielded']:+6.1f} ± {100 * found['yielded_error']:4.1f} {found['share']:.3f} {verdict}"
     )
 
 
 def main() -> None:
     command = Command(__file__, __doc__, "solve three small contacts with few members")
     command.add_argument("--solve", action="store_true", help="solve the contacts that have no file yet")
-    command.add_argument("--fresh", action="store_true", help="only the fresh ones")
     options = command.parse()
     folder = options.output if options.toy else MEASURED
     folder.mkdir(parents=True, exist_ok=True)
-    for seed in (FRESH,) if options.fresh else (TUNED, FRESH):
+    for seed in (FRESH,) if options.toy else (TUNED, FRESH):
         print(f"seed {seed}: name, H, share, gap, fill, T_flash, g(0), g(r), contact, yielded, A_pl/A")
         contacts = drawn(seed)
         for contact in contacts[:: 15 if options.toy else 1]:

@@ -44,6 +44,17 @@ def test_the_hardness_gives_the_yielded_share_of_the_theory(contact):
     assert plastic / (elastic + plastic) == pytest.approx(contact.yielded, rel=2e-6)
 
 
+@pytest.mark.parametrize("contact", yielding_points.points(), ids=lambda contact: contact.name)
+def test_the_law_takes_every_contact_that_it_was_compared_with(contact):
+    solid = {"effective_modulus": 1.0, "nominal_pressure": contact.load, "penetration_hardness": contact.hardness}
+    far = 1e5 if contact.kind == "A" else contact.q_max
+    if contact.name == "C28":  # has yielded at 9 q_r, beyond the range of q_y
+        with pytest.raises(ValueError, match=r"q_y/q_roll_off = 9\.01"):
+            plasticity.stress_spectrum(contact.spectrum(far), **solid)
+        return
+    assert isinstance(plasticity.stress_spectrum(contact.spectrum(far), **solid), YieldingSpectrum)
+
+
 def test_full_contact_is_exact():
     # p = σ₀ + F⁻¹[E* q h_q/2]: with fixed amplitudes every member has |σ_q|² = (q/2)² |h_q|², mode by mode
     contact = yielding_points.Contact("C99", 0.7, 0.5, 2.0, 3.0, nan, nan, 400.0)

@@ -87,3 +87,13 @@ def density(spectrum: Spectrum, wavenumber: Array, place: tuple[Array, Array] | 
             f"spectrum = {values[~good][0]:.6g} at q = {wavenumber[~good][0]:.6g} rad/m must be finite and not negative"
         )
     return values
+
+
+def octaves_of_gaps(q: Array, rise: Array, faint: float) -> float:
+    """Return the octaves of waves that add less than the share `faint` of what waves on both sides of them do to G.
+
+    `rise` is q⁴C at the rising wavenumbers `q`, in proportion to what an octave adds to G ~ ∫ q³C dq.
+    """
+    both_sides = np.minimum(np.maximum.accumulate(rise), np.maximum.accumulate(rise[::-1])[::-1])
+    below = rise < faint * both_sides
+    return float(np.diff(np.log2(q))[below[1:] & below[:-1]].sum())

@@ -37,7 +37,10 @@ SPACING = 0.2  # of z
 STEP = 0.25  # in ln v and ln q
 UNREACHED = 7.0  # standard deviations of the full-contact pressure above σ₀: no pressure is higher
 _SMOOTHED = 3e-3  # the walls start smoothed by the waves of the last .3 % of an e-fold: they would be jumps otherwise
-_FIRST, _BEGIN = 8.0, 0.5  # steps are so many times finer at q_min, where P is a point; that fades over v/v(q_min) = e^−.5
+_FIRST, _BEGIN = (
+    8.0,
+    0.5,
+)  # steps are so many times finer at q_min, where P is a point; that fades over v/v(q_min) = e^−.5
 _FINE = 400  # points of the tables a piece between breaks
 _GAMMA = 1 - 1 / sqrt(2)  # Rosenbrock's second-order step that damps all stiff modes
 

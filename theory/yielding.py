@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from theory.arguments import Array, Spectrum, breaks_of, density, positive, real_array
+from theory.arguments import Array, Spectrum, breaks_of, density, octaves_of_gaps, positive, real_array
 from theory.calibrated import CalibratedSpectrum, calibrated
 from theory.interface import STEP, UNREACHED, diffuse
 from theory.persson import half_variance
@@ -106,7 +106,7 @@ def stress_spectrum(
         "nominal_pressure/penetration_hardness": (share, SHARE),
         "q_max/q_min": (ends[-1] / ends[0], BAND),
         "q_roll_off/q_min": (roll_off / ends[0], PLATEAU),
-        "octaves of gaps in C(q)": (octaves_of_gaps(q, q**2 * height), GAPS),
+        "octaves of gaps in C(q)": (octaves_of_gaps(q, q**2 * height, FAINT), GAPS),
     }
     if ends[-1] > 1.5 * roll_off:
         seen["Hurst exponent"] = (log(height.max() / height[-1]) / log(ends[-1] / roll_off) / 2, HURST)
@@ -126,16 +126,6 @@ def stress_spectrum(
             f"step = {width:g} e-folds lies outside {STEPS[0]:g} … {STEPS[1]:g}: leave it out for {STEP:g}"
         )
     return YieldingSpectrum(spectrum, **solid, step=width)
-
-
-def octaves_of_gaps(q: Array, rise: Array) -> float:
-    """Return the octaves of waves that add less than FAINT of what waves on both sides of them do to G.
-
-    `rise` is q⁴C at the rising wavenumbers `q`: in proportion to what an octave adds to G.
-    """
-    both_sides = np.minimum(np.maximum.accumulate(rise), np.maximum.accumulate(rise[::-1])[::-1])
-    faint = rise < FAINT * both_sides
-    return float(np.diff(np.log2(q))[faint[1:] & faint[:-1]].sum())
 
 
 @dataclass(frozen=True, slots=True)

@@ -58,7 +58,7 @@ def test_waves_that_are_modulated_in_turn_add_up_as_vectors(spectrum, pressure, 
     grid = np.arange(x[0] - 1.0, x[-1] + 2.5, BIN)
     parts, rng = beside(x, own, share, grid), np.random.default_rng(1)
     assert parts.sum(axis=1) == pytest.approx(1 - own, abs=1e-12)
-    for shell in (x.size // 2, x.size - 1):
+    for shell in (int(np.argmax(1 - own > 0.1 * (1 - own[-1]))), x.size - 1):
         squares, count = [], 2000
         for _ in range(count):
             here, total, steps = shell, 0.0, 0
