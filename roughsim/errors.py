@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+SIZES = (1e-100, 1e100)  # of numbers in SI units: products of three are in the range of double precision
+
 
 class RoughsimError(Exception):
     """Base class of the errors that roughsim itself defines."""
@@ -71,6 +73,24 @@ def positive(name: str, value: Any, unit: str = "") -> float:
     if result <= 0.0:
         raise ValueError(f"{name} = {result:.6g} {unit}".rstrip() + " must be positive")
     return result
+
+
+def sized(name: str, value: Any, unit: str = "") -> float:
+    """Return `value` as a float of a size from SIZES; ValueError or TypeError naming `name` otherwise."""
+    result = positive(name, value, unit)
+    if not SIZES[0] <= result <= SIZES[1]:
+        raise ValueError(
+            f"{name} = {result:.6g} {unit}".rstrip()
+            + f" must be of a size from {SIZES[0]:g} to {SIZES[1]:g}: beyond, its squares leave double precision; "
+            "check the exponent"
+        )
+    return result
+
+
+def need_computed(name: str, values: NDArray[Any], unit: str, causes: str) -> None:
+    """Refuse with a ValueError a result that has left double precision; `causes` names the arguments it came from."""
+    if not np.isfinite(values).all():
+        raise ValueError(f"{name} exceeds 1.8e+308 {unit}, the range of double precision; check the sizes of {causes}")
 
 
 def not_negative(name: str, value: Any, unit: str = "") -> float:

@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.errors import instance, positive
+from roughsim.errors import instance, sized
 
 Array = NDArray[np.float64]
+LONGEST = 1e12  # times the shorter side of a cell
 Field = NDArray[Any]  # of real or complex numbers, in double or single precision
 
 
@@ -19,7 +20,8 @@ Field = NDArray[Any]  # of real or complex numbers, in double or single precisio
 class Grid:
     """A periodic rectangular cell with a regular grid of points; axis 0 is x.
 
-    TypeError or ValueError if a count is not a whole number ≥ 1 or a length is not finite and positive.
+    TypeError or ValueError if a count is not a whole number ≥ 1, or a length is not positive, of a size from 1e-100 to
+    1e100, or more than 1e12 times the other.
 
     Parameters
     ----------
@@ -46,7 +48,13 @@ class Grid:
         if min(counts) < 1:
             raise ValueError(f"shape = {shape} must hold numbers of points ≥ 1")
         object.__setattr__(self, "shape", counts)
-        object.__setattr__(self, "lengths", tuple(positive("lengths", length, "m") for length in lengths))
+        object.__setattr__(self, "lengths", tuple(sized("lengths", length, "m") for length in lengths))
+        ratio = max(self.lengths) / min(self.lengths)
+        if ratio > LONGEST:
+            raise ValueError(
+                f"lengths = {self.lengths[0]:.6g} and {self.lengths[1]:.6g} m have the ratio {ratio:.3g}; it must "
+                f"be at most {LONGEST:g}: beyond, waves along one side are lost beside those along the other"
+            )
 
     @property
     def spacing(self) -> tuple[float, float]:

@@ -10,6 +10,9 @@ Array = NDArray[np.float64]
 Which = NDArray[np.bool_] | NDArray[np.intp]  # a mask or positions
 
 
+SIZES = (1e-100, 1e100)  # of numbers in SI units: products of three are in the range of double precision
+
+
 class Spectrum(Protocol):
     """A function of the wavenumber that is smooth between its breaks and absent beyond the outer two."""
 
@@ -41,7 +44,7 @@ def not_negative_array(name: str, value: ArrayLike, unit: str) -> Array:
 
 
 def positive(name: str, value: Any, unit: str) -> float:
-    """Return `value` as one finite number > 0; TypeError or ValueError naming `name` otherwise."""
+    """Return `value` as one number > 0 of a size from SIZES; TypeError or ValueError naming `name` otherwise."""
     if value is None:
         raise TypeError(f"{name} is missing; give one positive number in {unit}")
     result = real_array(name, value, unit)
@@ -49,6 +52,11 @@ def positive(name: str, value: Any, unit: str) -> float:
         raise TypeError(f"{name} has shape {result.shape}; one number in {unit} is needed")
     if result <= 0.0:
         raise ValueError(f"{name} = {float(result):.6g} {unit} must be positive")
+    if not SIZES[0] <= result <= SIZES[1]:
+        raise ValueError(
+            f"{name} = {float(result):.6g} {unit} must be of a size from {SIZES[0]:g} to {SIZES[1]:g}: beyond, its "
+            "squares leave double precision; check the exponent"
+        )
     return float(result)
 
 

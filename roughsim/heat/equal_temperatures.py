@@ -35,7 +35,9 @@ def equalize(contact: NDArray[np.bool_], jump: Array, response: Array, limit: fl
 
     ConvergenceError if it is not reached.
     """
-    field, responses = np.zeros(contact.shape, np.float32), response.astype(np.float32)
+    # in units of the largest jump and response, so that no square leaves single precision
+    kelvin, unit = float(np.abs(jump).max()) or 1.0, float(response.max())
+    field, responses = np.zeros(contact.shape, np.float32), (response / unit).astype(np.float32)
     inverse = None if response.max() < _FLAT * response.min() else 1 / responses
 
     def between(values: Array, factor: Field) -> Array:
@@ -43,12 +45,12 @@ def equalize(contact: NDArray[np.bool_], jump: Array, response: Array, limit: fl
         result: Array = fourier.inverse(fourier.forward(field) * factor, contact.shape)[contact]
         return result.astype(np.float64)
 
-    flux, jump = np.zeros_like(jump), jump.copy()
+    flux, jump = np.zeros_like(jump), jump / kelvin
     direction, power = np.zeros_like(flux), 1.0
     for iteration in range(_LIMIT + 1):
         left = float(np.linalg.norm(jump))
-        if left <= limit:
-            return flux
+        if left <= limit / kelvin:
+            return flux * (kelvin / unit)
         steepest = jump if inverse is None else between(jump, inverse)
         last, power = power, float(jump @ steepest)
         direction = steepest + (power / last if iteration else 0.0) * direction
@@ -57,8 +59,8 @@ def equalize(contact: NDArray[np.bool_], jump: Array, response: Array, limit: fl
         flux += length * direction
         jump -= length * change
     raise ConvergenceError(
-        f"temperatures of the two bodies: the norm of their difference is {left:.3g} K after {_LIMIT} iterations, "
+        f"temperatures of the two bodies: the norm of their difference is {left * kelvin:.3g} K after {_LIMIT} iterations, "
         f"{limit:.3g} K is allowed; take more steps or a finer grid",
-        left / limit,
+        left * kelvin / limit,
         _LIMIT,
     )

@@ -17,11 +17,18 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from roughsim.errors import not_negative, number, positive, real_field
+from roughsim.errors import need_computed, not_negative, number, real_field, sized
 from roughsim.fourier import convolution
 from roughsim.grid import Field, Grid, need_grid
 from roughsim.heat.influence import Axis, one_sided_influence, temperature_at
-from roughsim.heat.periodic import checked_duration, checked_flux, checked_times, fields_over_time, unit_vector
+from roughsim.heat.periodic import (
+    checked_duration,
+    checked_flux,
+    checked_times,
+    fields_over_time,
+    need_resolved,
+    unit_vector,
+)
 
 Place = tuple[float, float]  # along x and y, in pixels from the centre of the first pixel
 _SLOW = 0.25  # Péclet number of a pixel, below which the temperature is smooth over it
@@ -50,13 +57,15 @@ def half_space_temperature(
     """
     need_grid(grid)
     flux = real_field("heat_flux", heat_flux, grid.shape)
-    drift = number("speed", speed, "m/s") / positive("diffusivity", diffusivity, "m²/s")
-    unit = grid.spacing[0]
-    scale = unit / positive("conductivity", conductivity, "W/(m K)")
+    speed, diffusivity = number("speed", speed, "m/s"), sized("diffusivity", diffusivity, "m²/s")
+    need_resolved(grid, speed, diffusivity)
+    drift, unit = speed / diffusivity, grid.spacing[0]
+    scale = unit / sized("conductivity", conductivity, "W/(m K)")
     depth, times = not_negative("depth", depth, "m"), checked_times(time)
     arguments = *axes(grid, drift, direction), depth / unit, flux.dtype.char
     spreads = np.sqrt(diffusivity * times.ravel()) / unit
     fields = fields_over_time(flux, spreads, influence_response, arguments, padded_shape(grid.shape), scale)
+    need_computed("temperature", fields, "K", "heat_flux and conductivity")
     return fields.reshape(times.shape + grid.shape)
 
 
@@ -118,8 +127,10 @@ def source_temperature(
     weights = (flux > 0.0 if covered is None else real_field("covered", covered, grid.shape)).astype(np.float64)
     if weights.min() < 0.0:
         raise ValueError(f"covered = {weights.min():.6g} must not be negative anywhere")
-    drift = number("speed", speed, "m/s") / positive("diffusivity", diffusivity, "m²/s")
-    scale = grid.spacing[0] / positive("conductivity", conductivity, "W/(m K)")
+    speed, diffusivity = number("speed", speed, "m/s"), sized("diffusivity", diffusivity, "m²/s")
+    need_resolved(grid, speed, diffusivity)
+    drift = speed / diffusivity
+    scale = grid.spacing[0] / sized("conductivity", conductivity, "W/(m K)")
     duration, below = checked_duration(time), not_negative("depth", depth, "m") / grid.spacing[0]
     if not flux.any():
         warnings.warn(

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughsim import fourier
-from roughsim.errors import ConvergenceError, number, positive
+from roughsim.errors import ConvergenceError, need_computed, number, sized
 from roughsim.fourier import convolution
 from roughsim.grid import Field, Grid, need_grid
 from roughsim.heat.half_space import axes, influence_response, padded_shape
-from roughsim.heat.periodic import checked_duration, checked_flux
+from roughsim.heat.periodic import checked_duration, checked_flux, need_resolved
 
 _TOLERANCE = 1e-8
 _RESTART = 40  # applications of the operator in a round of GMRES; 8 to 14 are usual
@@ -44,8 +44,8 @@ class Body:
     speed: float = 0.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "conductivity", positive("conductivity", self.conductivity, "W/(m K)"))
-        object.__setattr__(self, "diffusivity", positive("diffusivity", self.diffusivity, "m²/s"))
+        object.__setattr__(self, "conductivity", sized("conductivity", self.conductivity, "W/(m K)"))
+        object.__setattr__(self, "diffusivity", sized("diffusivity", self.diffusivity, "m²/s"))
         object.__setattr__(self, "speed", number("speed", self.speed, "m/s"))
 
 
@@ -79,6 +79,8 @@ def partition_heat(
     rounds of 40 applications of their operator.
     """
     need_grid(grid)
+    for body in (moving, resting):
+        need_resolved(grid, body.speed, body.diffusivity)
     flux, duration = checked_flux(heat_flux, grid.shape), checked_duration(time)
     if not flux.any():
         warnings.warn(
@@ -107,6 +109,7 @@ def partition_heat(
         temperature = convolution.convolve(entering, spectra[1], padded_shape(grid.shape))
         moving_share = float(entering.sum() / flux.sum())
     temperature = temperature * unit
+    need_computed("temperature", temperature, "K", "heat_flux and conductivity")
     return Partition(
         moving_share=moving_share,
         heat_flux=entering * unit,

@@ -25,9 +25,9 @@ from numpy.typing import ArrayLike, NDArray
 from roughsim import fourier
 from roughsim.contact import Contact
 from roughsim.contact.patches import edge_corrected
-from roughsim.errors import need_finite, not_negative, number, positive, real_plane
+from roughsim.errors import need_computed, need_finite, not_negative, number, real_plane, sized
 from roughsim.grid import Array, Grid, need_grid
-from roughsim.heat.periodic import responses, unit_vector
+from roughsim.heat.periodic import need_resolved, responses, unit_vector
 from roughsim.observables.stress_spectrum import StressSpectrum, nyquist_waves, stress_spectrum, uniform_nodes
 
 # K = (π/2) Σ and D = (K−E)/m = (π/4) Σ in powers of the parameter: (½)ₙ²/(1)ₙ² and (½)ₙ(3/2)ₙ/((2)ₙ(1)ₙ)
@@ -76,8 +76,8 @@ class Sliding:
             raise ValueError(f"heat_partition = {self.heat_partition:.6g} must lie between 0 and 1")
         checks = {
             "friction_coefficient": (not_negative, "1"),
-            "conductivity": (positive, "W/(m K)"),
-            "diffusivity": (positive, "m²/s"),
+            "conductivity": (sized, "W/(m K)"),
+            "diffusivity": (sized, "m²/s"),
         }
         for name, (check, unit) in checks.items():
             value: Any = getattr(self, name)
@@ -139,6 +139,9 @@ def measure(contact: Contact, grid: Grid, sliding: Sliding) -> Moments:
     it is not zero. A RuntimeWarning if there is no contact: temperatures, width and length are then NaN.
     """
     need_grid(grid)
+    if sliding.direction is not None:
+        for speed, diffusivity in np.broadcast(sliding.speeds, sliding.diffusivity):
+            need_resolved(grid, float(speed), float(diffusivity))
     pressure = real_plane("pressure", contact.pressure, grid.shape).astype(np.float64, copy=False)
     low, high = float(pressure.min()), float(pressure.max())  # NaN if any pressure is
     if not (math.isfinite(low) and math.isfinite(high)):
@@ -168,6 +171,8 @@ def measure(contact: Contact, grid: Grid, sliding: Sliding) -> Moments:
         heating = sliding.heat_partition * np.asarray(sliding.friction_coefficient) * np.abs(sliding.speeds)
         factor = heating / (np.asarray(sliding.conductivity) * mean)
         ratios = sums[0] / (sums[1:] + 0.0)  # a sum of −0 would give −inf at rest
+        if mean > 0.0:
+            need_computed("temperature", factor * sums, "K", "pressure, speeds, friction_coefficient and conductivity")
         return Moments(
             speeds=tuple(sliding.speeds),
             flash_temperature=factor * sums[0],

@@ -13,6 +13,7 @@ from roughsim.grid import Grid
 # rows. 1/φ⁴: any number of laps spreads evenly over a square cell.
 ACROSS = ((math.sqrt(5.0) - 1.0) / 2.0) ** 4
 MOST_STEPS = 1_000_000  # over a day of CPU time on 64² points; the curves of all steps stay in memory
+FURTHEST = 1e12  # pixels
 _ROUNDING = 1e-9
 
 
@@ -60,6 +61,11 @@ def oblique_path(grid: Grid, slid_distance: float, steps: int | None = None, *, 
         raise ValueError(
             f"slid_distance = {slid_distance:.6g} m is under a step of one pixel, {spacing:.6g} m; slide further or "
             "refine the grid"
+        )
+    if pixels > FURTHEST:
+        raise ValueError(
+            f"slid_distance = {slid_distance:.6g} m is {pixels:.3g} pixels; at most {FURTHEST:g} can be told apart in "
+            "double precision: slide less far"
         )
     stride = 1
     if steps is not None:

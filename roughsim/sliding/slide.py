@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roughsim.contact import Contact, Solid, checked_load, need_solid
-from roughsim.errors import instance, number, positive, real_field
+from roughsim.errors import instance, number, positive, real_field, sized
 from roughsim.grid import Array, Grid, need_grid
 from roughsim.heat.partition import Body
+from roughsim.heat.periodic import need_resolved
 from roughsim.sliding.course import follow
 from roughsim.sliding.march import Motion, contacts
 from roughsim.sliding.path import oblique_path
@@ -123,11 +124,14 @@ def slide(  # noqa: PLR0913  (two bodies)
     for name, body in (("moving", moving), ("resting", resting)):
         instance(name, body, Body, "Body(conductivity=30.0, diffusivity=7.6e-6)")
     load = checked_load("nominal_pressure", nominal_pressure, solid)
-    friction = positive("friction_coefficient", friction_coefficient)
+    friction = sized("friction_coefficient", friction_coefficient)
     speeds = _checked_speeds(speed, moving, resting)
     distance = positive("slid_distance", slid_distance, "m")
     if steps is not None and (number("steps", steps) < 1 or steps % 1):
         raise ValueError(f"steps = {steps} must be a whole number ≥ 1")
+    for body in (moving, resting):
+        for v in (body.speed, float(np.abs(speeds).max())):
+            need_resolved(grid, v, body.diffusivity)
     path = oblique_path(grid, distance, None if steps is None else int(steps), backwards=bool(speeds[0] < 0))
     still = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
     riding = None

@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roughsim.errors import number, positive
+from roughsim.errors import number, positive, sized
 from roughsim.grid import Array
 from roughsim.surface.spectrum import Face
 
@@ -79,8 +79,9 @@ class SelfAffineSpectrum(PowerLaws):
     roll_off_exponent: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, unit in (("psd_at_roll_off", "m⁴"), ("q_min", "rad/m"), ("q_roll_off", "rad/m"), ("q_max", "rad/m")):
-            object.__setattr__(self, name, positive(name, getattr(self, name), unit))
+        object.__setattr__(self, "psd_at_roll_off", positive("psd_at_roll_off", self.psd_at_roll_off, "m⁴"))
+        for name in ("q_min", "q_roll_off", "q_max"):
+            object.__setattr__(self, name, sized(name, getattr(self, name), "rad/m"))
         for name in ("hurst", "roll_off_exponent"):
             object.__setattr__(self, name, number(name, getattr(self, name)))
         if not 0.0 <= self.hurst <= 1.0:
@@ -104,7 +105,7 @@ class SelfAffineSpectrum(PowerLaws):
         The other arguments are as in `SelfAffineSpectrum`, with q_roll_off in [q_min, q_max]; q_min if left out.
         """
         unit = cls._of_unit_level(hurst, q_min, q_roll_off, q_max, roll_off_exponent)
-        return unit.scaled((positive("rms_height", rms_height, "m") / unit.rms_height) ** 2)
+        return unit.scaled((sized("rms_height", rms_height, "m") / unit.rms_height) ** 2)
 
     @classmethod
     def from_rms_slope(
@@ -119,7 +120,7 @@ class SelfAffineSpectrum(PowerLaws):
     ) -> Self:
         """Return the spectrum with a given slope `rms_slope` = √⟨|∇h|²⟩ over the whole band; see `from_rms_height`."""
         unit = cls._of_unit_level(hurst, q_min, q_roll_off, q_max, roll_off_exponent)
-        return unit.scaled((positive("rms_slope", rms_slope) / unit.rms_slope) ** 2)
+        return unit.scaled((sized("rms_slope", rms_slope) / unit.rms_slope) ** 2)
 
     @classmethod
     def _of_unit_level(

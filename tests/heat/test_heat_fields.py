@@ -132,18 +132,45 @@ def test_the_track_of_a_hertz_contact_cools_as_the_integral_over_its_sources(spe
     field = half_space_temperature(flux, grid, speed=speed, **UNIT)
     distances = np.array([0.1, 0.4, 1.0, 1.8])
     got = wake_profile(field, flux, grid, distances, periodic=False)
+    for value, distance in zip(got, distances, strict=True):
+        assert value == pytest.approx(hertz_track(speed, distance), rel=1.5e-3)
+
+
+def hertz_track(speed, distance):
+    """Exact mean of κT over the width of the contact, `distance` behind its rim, of the source √(1 − r²)."""
     nodes, weights = np.polynomial.legendre.leggauss(80)
     # sources in polar coordinates, r = sin(t): √(1 − r²) r dr = cos² t sin t dt
     t, turn = np.pi / 4 * (1 + nodes), np.pi * (np.arange(400) + 0.5) / 200
     radius, heat = np.sin(t), weights * np.pi / 4 * np.cos(t) ** 2 * np.sin(t) * np.pi / 200
     sx, sy = radius[:, None] * np.cos(turn), radius[:, None] * np.sin(turn)
-    for k, distance in enumerate(distances):
-        mean = 0.0
-        for y, w in zip(nodes, weights, strict=True):  # over the width of the contact
-            dx, dy = sx + np.sqrt(1 - y**2) + distance, sy - y
-            far = np.hypot(dx, dy)
-            mean += w / 2 * float(heat @ (np.exp(-speed * (far - dx) / 2) / far).sum(axis=1)) / (2 * np.pi)
-        assert got[k] == pytest.approx(mean, rel=1.5e-3)
+    mean = 0.0
+    for y, w in zip(nodes, weights, strict=True):  # over the width of the contact
+        dx, dy = sx + np.sqrt(1 - y**2) + distance, sy - y
+        far = np.hypot(dx, dy)
+        mean += w / 2 * float(heat @ (np.exp(-speed * (far - dx) / 2) / far).sum(axis=1)) / (2 * np.pi)
+    return mean
+
+
+def test_a_track_behind_a_contact_of_n_rows_errs_by_up_to_one_row_and_by_little_on_the_mean_of_positions():
+    """A Hertz contact at v = 20 D/R, its centre moved over a pixel; 2n rows, or one less with a row on the centre."""
+    distances = np.array([0.2, 1.0])
+    exact = np.array([hertz_track(20.0, distance) for distance in distances])
+    centred = []
+    for pixels in (8, 16):
+        errors = []
+        for shift_x in (0.0, 0.5):
+            for shift_y in (0.0, 0.25, 0.5, 0.75):
+                x = (np.arange(-5 * pixels, 2 * pixels) + shift_x) / pixels
+                y = (np.arange(-2 * pixels, 2 * pixels) + shift_y) / pixels
+                flux = np.sqrt(np.maximum(1 - x[:, None] ** 2 - y**2, 0.0))
+                grid = Grid(flux.shape, (x.size / pixels, y.size / pixels))
+                field = half_space_temperature(flux, grid, speed=20.0, **UNIT)
+                errors.append(wake_profile(field, flux, grid, distances, periodic=False) / exact - 1)
+        assert np.abs(errors).max() < 1 / (2 * pixels)
+        assert np.abs(np.mean(errors, axis=0)).max() < 0.3 / (2 * pixels)
+        centred.append(errors[0])
+    assert centred[0] == pytest.approx(2 * centred[1], rel=0.15)  # of the first order in the pixel
+    assert centred[1][0] == pytest.approx(0.027, abs=0.001)
 
 
 def test_the_track_at_rest_falls_as_the_closed_form():

@@ -15,6 +15,7 @@ from roughsim.contact.solver.operators import KEPT, half_space, kept_half_space
 from roughsim.fourier.blocks import extremes, run, spans
 from roughsim.grid import Field, Grid
 
+LOADS = (1e-303, 1e250)  # σ₀ over E* times range over length
 COARSEST = 64  # an axis is halved while it keeps at least this many points
 
 
@@ -102,7 +103,14 @@ def dimensionless(
     relief = relief_of(heights, grid)
     middle, unit = relief.middle, relief.unit
     pressure_unit = effective_modulus * (unit / max(grid.lengths))
-    load, cap = nominal_pressure / pressure_unit, hardness / pressure_unit
+    load = nominal_pressure / pressure_unit if pressure_unit else math.inf
+    if not LOADS[0] <= load <= LOADS[1]:
+        raise ValueError(
+            f"nominal_pressure = {nominal_pressure:.6g} Pa is {load:.3g} of E* times the range of the heights over the "
+            f"longer side, {effective_modulus:.6g} Pa · {unit:.6g} m / {max(grid.lengths):.6g} m; only {LOADS[0]:g} to "
+            f"{LOADS[1]:g} is in the range of double precision: check the units of the heights"
+        )
+    cap = hardness / pressure_unit
     return ScaledProblem(heights, middle, unit, relief.grid, load, cap, relief.stiffness), relief, pressure_unit
 
 
