@@ -89,8 +89,8 @@ def _shells(spectrum: Spectrum, modulus: float, step: float) -> tuple[Array, Arr
     end = np.array(breaks[-1:])  # and not exp(ln q_max): rounding may put that beyond C(q), where C = 0
     last = 2 * pi * float((end**2 * density(spectrum, end))[0]) * _SMOOTHED
     table = max(last, _SMOOTHED * power[-1]) + np.append(np.cumsum(power[::-1])[::-1], 0.0)
-    steps = np.maximum(-np.diff(np.log(table)), width) / step
-    steps *= 1 + (_FIRST - 1) * (table[:-1] / table[0]) ** (1 / _BEGIN)
+    finer = 1 + (_FIRST - 1) * (table[:-1] / table[0]) ** (1 / _BEGIN)
+    steps = np.maximum(-finer * np.diff(np.log(table)), width) / step
     count = np.append(0.0, np.cumsum(steps))
     at = np.interp(np.linspace(0.0, count[-1], ceil(count[-1]) + 1), count, logs)
     return np.exp(at), np.exp(np.interp(at, logs, np.log(table))), spread

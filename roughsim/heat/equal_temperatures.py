@@ -59,8 +59,8 @@ def equalize(contact: NDArray[np.bool_], jump: Array, response: Array, limit: fl
         flux += length * direction
         jump -= length * change
     raise ConvergenceError(
-        f"temperatures of the two bodies: the norm of their difference is {left * kelvin:.3g} K after {_LIMIT} iterations, "
-        f"{limit:.3g} K is allowed; take more steps or a finer grid",
+        f"temperatures of the two bodies: the norm of their difference is {left * kelvin:.3g} K after {_LIMIT} "
+        f"iterations, {limit:.3g} K is allowed; take more steps or a finer grid",
         left * kelvin / limit,
         _LIMIT,
     )
