@@ -21,14 +21,8 @@ from roughsim.errors import need_computed, not_negative, number, real_field, siz
 from roughsim.fourier import convolution
 from roughsim.grid import Field, Grid, need_grid
 from roughsim.heat.influence import Axis, one_sided_influence, temperature_at
-from roughsim.heat.periodic import (
-    checked_duration,
-    checked_flux,
-    checked_times,
-    fields_over_time,
-    need_resolved,
-    unit_vector,
-)
+from roughsim.heat.periodic import checked_duration, checked_flux, checked_times, fields_over_time, unit_vector
+from roughsim.heat.precision import need_resolved
 
 Place = tuple[float, float]  # along x and y, in pixels from the centre of the first pixel
 _SLOW = 0.25  # Péclet number of a pixel, below which the temperature is smooth over it

@@ -28,12 +28,10 @@ from roughsim import fourier
 from roughsim.errors import need_computed, not_negative, number, real_field, sized
 from roughsim.fourier import convolution
 from roughsim.grid import Array, Field, Grid, need_grid
+from roughsim.heat.precision import need_phases, need_resolved
 
 ROWS = 32  # rows of the half spectrum in one block: the work arrays stay in the cache
 FORGOTTEN = 40.0  # D q² t from which on a mode is steady: e^-40 = 4e-18 of the start is left
-FASTEST = 1e20  # v L/D, L the longer side of the cell: far beyond it, no quadrature follows the heat in time
-FURTHEST = 1e12  # cells slid since a start from rest: beyond, the phases q·vt are lost in rounding
-CELLS = (1e-30, 1e30)  # sides of cells in m: beyond them the fourth powers of wavenumbers leave double precision
 COLD = 40.0  # z/2√(Dt) from which on no heat has come so deep: e^(−40²) is 0
 _SERIES = 0.1  # below |λ|√(Dt) = 0.1 the two terms of the buried transient cancel; a series replaces them
 
@@ -94,13 +92,7 @@ def sliding_temperature(
     # length of the line through the centre of the cell along the sliding direction
     chord = min(side / abs(part) for side, part in zip(grid.lengths, (ux, uy), strict=True) if part)
     durations = _durations(speed, chord, slid_distance, time)
-    finite = durations[np.isfinite(durations)]
-    if abs(speed) * finite.max(initial=0.0) > FURTHEST * max(grid.lengths):
-        raise ValueError(
-            f"speed = {speed:.6g} m/s over {finite.max():.6g} s slides further than {FURTHEST:g} cells of "
-            f"{max(grid.lengths):.6g} m, where the phase of a wave is lost in rounding; take the steady state, "
-            "slid_distance = inf"
-        )
+    need_phases(grid, speed, durations)
     drift = (speed * ux / diffusivity, speed * uy / diffusivity)
     # a uniform flux has only q = 0: exactly nothing is left, whatever the transform rounds
     if flux[0, 0] == flux[-1, -1] and flux.min() == flux.max():
@@ -192,22 +184,6 @@ def hot_track_excess(
         steady, young = (response_of_modes(square, along + across, depth, end).real for end in (math.inf, spread))
         excess += float(np.sum(power * (steady - young)))
     return excess / (total - excess) if total != excess else math.nan
-
-
-def need_resolved(grid: Grid, speed: float, diffusivity: float) -> None:
-    """Refuse with a ValueError a cell or a Péclet number at which the heat of a moving source is lost in rounding."""
-    if min(grid.lengths) < CELLS[0] or max(grid.lengths) > CELLS[1]:
-        raise ValueError(
-            f"lengths = {grid.lengths[0]:.6g} and {grid.lengths[1]:.6g} m must lie between {CELLS[0]:g} and "
-            f"{CELLS[1]:g} m for a temperature; check the unit"
-        )
-    side = max(grid.lengths)
-    laps = abs(speed) / diffusivity * side
-    if laps > FASTEST:
-        raise ValueError(
-            f"speed = {speed:.6g} m/s and diffusivity = {diffusivity:.6g} m²/s make the Péclet number v L/D = "
-            f"{laps:.3g} of a cell of {side:.6g} m; at most {FASTEST:g} can be computed: check the units"
-        )
 
 
 def unit_vector(direction: float) -> tuple[float, float]:

@@ -27,7 +27,8 @@ from roughsim.contact import Contact
 from roughsim.contact.patches import edge_corrected
 from roughsim.errors import need_computed, need_finite, not_negative, number, real_plane, sized
 from roughsim.grid import Array, Grid, need_grid
-from roughsim.heat.periodic import need_resolved, responses, unit_vector
+from roughsim.heat.periodic import responses, unit_vector
+from roughsim.heat.precision import need_resolved
 from roughsim.observables.stress_spectrum import StressSpectrum, nyquist_waves, stress_spectrum, uniform_nodes
 
 # K = (π/2) Σ and D = (K−E)/m = (π/4) Σ in powers of the parameter: (½)ₙ²/(1)ₙ² and (½)ₙ(3/2)ₙ/((2)ₙ(1)ₙ)

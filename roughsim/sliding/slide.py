@@ -10,7 +10,7 @@ from roughsim.contact import Contact, Solid, checked_load, need_solid
 from roughsim.errors import instance, number, positive, real_field, sized
 from roughsim.grid import Array, Grid, need_grid
 from roughsim.heat.partition import Body
-from roughsim.heat.periodic import need_resolved
+from roughsim.heat.precision import need_resolved
 from roughsim.sliding.course import follow
 from roughsim.sliding.march import Motion, contacts
 from roughsim.sliding.path import oblique_path

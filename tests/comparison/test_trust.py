@@ -19,7 +19,7 @@ from roughsim.comparison.compare import comparison_table
 from roughsim.comparison.tables import trust_table
 from roughsim.comparison.trust import Judgement, trust
 from roughsim.store.validity_map import Table, read_validity
-from theory import flash, persson
+from theory import flash, persson, yielding
 
 
 def test_between_its_points_the_map_is_interpolated_in_logarithms():
@@ -136,7 +136,7 @@ def test_off_the_capped_map_no_number_is_borrowed_and_the_coordinate_is_named(pl
     known = trust(capped_scene(**place))
     assert known.source == ("off the map" if "share" in place else "calibrated")
     assert words in known.where
-    assert {j.observable for j in known.judgements} <= {"flash_temperature", "pressure_variance"}
+    assert {j.observable for j in known.judgements} <= set(yielding.ERROR_BANDS)
     if "share" in place:
         assert known.judgements == ()
         assert "calibrated spectrum: nominal_pressure/penetration_hardness = 0.7 lies outside" in known.where
@@ -291,10 +291,10 @@ def test_a_comparison_is_followed_by_why_the_map_knows_nothing_of_its_scene(capp
     known = trust(capped_run.scene)
     assert "off the map: q_roll_off/q_min 3.15, the map has only 2" in known.where
     # each quantity has the band that was found for it
-    bands = {"flash_temperature": 0.07, "pressure_variance": 0.09}
+    bands = {"flash_temperature": 0.07, "pressure_variance": 0.09, "contact_fraction": 0.13, "plastic_fraction": 0.5}
     assert {j.observable for j in known.judgements} == set(bands)
     for judgement in known.judgements:
         assert judgement.error == pytest.approx((100 + judgement.percent) * bands[judgement.observable], rel=1e-9)
     rows = {row[0] for row in trust_table(known).rows}
-    assert rows == {"flash_temperature", "pressure_variance"}
+    assert rows == set(bands)
     assert len(comparison_table(rs.compare(capped_run)).rows) > len(rows)
