@@ -29,12 +29,15 @@ from typing import Any
 
 import numpy as np
 import yielding_points
+from matplotlib.figure import Figure
 from script import Command
 from validity_map import yielding
 
 import roughsim as rs
 from theory import flash, persson, plasticity
-from theory.yielding import YieldingSpectrum
+from theory.arguments import octaves_of_gaps
+from theory.yielding import FAINT, YieldingSpectrum
+from theory.yielding import GAPS as GAPS_ALLOWED
 
 MEASURED = Path(__file__).parent / "reference" / "yielding_gaps"
 TUNED, FRESH = 20261201, 20261202
@@ -192,12 +195,27 @@ def line(contact: Contact, record: dict[str, Any]) -> str:
     )
 
 
+def draw(rows: list[tuple[Contact, Any]], path: Path) -> None:
+    """Draw how far T_flash of the law lies from the contacts, over the octaves of their gaps."""
+    figure = Figure(figsize=(5.0, 3.2), layout="constrained")
+    axes = figure.subplots()
+    for contact, found in rows:
+        spectrum = contact.spectrum()
+        q = np.geomspace(spectrum.breaks[0], spectrum.breaks[-1], 2001)
+        gaps = octaves_of_gaps(q, q**4 * spectrum(q), FAINT)
+        axes.plot([gaps] * 3, 100 * found["flash"], "o-", color="C0" if contact.share < 0.03 else "C1", markersize=3)
+    axes.axvline(GAPS_ALLOWED[1], color="0.4", linewidth=0.8)
+    axes.set(xlabel="octaves of gaps in C(q)", ylabel=r"law less measured $T_{flash}$, %", title="blue: light load")
+    figure.savefig(path, dpi=130)
+
+
 def main() -> None:
     command = Command(__file__, __doc__, "solve three small contacts with few members")
     command.add_argument("--solve", action="store_true", help="solve the contacts that have no file yet")
     options = command.parse()
     folder = options.output if options.toy else MEASURED
     folder.mkdir(parents=True, exist_ok=True)
+    rows = []
     for seed in (FRESH,) if options.toy else (TUNED, FRESH):
         print(f"seed {seed}: name, H, share, gap, fill, T_flash, g(0), g(r), contact, yielded, A_pl/A")
         contacts = drawn(seed)
@@ -208,7 +226,10 @@ def main() -> None:
                     continue
                 record = solve(contact, seed, *((1e4, 1024) if options.toy else (effort(contact), SIDE)))
                 path.write_text(json.dumps(yielding_points._short(record), separators=(",", ":")) + "\n")
-            print(line(contact, json.loads(path.read_text())), flush=True)
+            record = json.loads(path.read_text())
+            print(line(contact, record), flush=True)
+            rows.append((contact, row(contact, record)))
+    draw(rows, options.output / "yielding_gaps.png")
 
 
 if __name__ == "__main__":
