@@ -4,62 +4,86 @@
 
 `roughsim.slide` forgets: each position meets fresh surfaces. Here the plastic displacement of each position
 (`plastic_deformation`, as `follow_loads` adds it up) stays, half of it on each face, and travels with it. Printed and
-drawn, over the slid distance and with memory over without: contact area, yielded area, and the flash temperature of the
-contact as it stands (frozen, all heat in one body).
+drawn, over the slid distance and with memory over without: contact area, yielded area, and the flash temperature twice:
+of the contact as it stands (frozen, all heat in one body), and of the march with both bodies in motion, which share the
+heat at every point.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path as FilePath
 
 import numpy as np
 from matplotlib.figure import Figure
 from script import Command
 
 import roughsim as rs
-from roughsim.sliding.path import oblique_path
+from roughsim.sliding.course import Course, follow
+from roughsim.sliding.march import Motion
+from roughsim.sliding.path import Path, oblique_path
 
 SCENE = rs.load_scene("steel-1.2GPa")
-CELL, CUT_OFF, SPEEDS = 3.957912004522574e-3, 1e5, (1.0, 35.0)
-COLOURS = {"contact area": "#0072B2", "yielded area": "#D55E00", "T_flash, 1 m/s": "0.6", "T_flash, 35 m/s": "#009E73"}
+STEEL = rs.Body(conductivity=30.0, diffusivity=30.0 / (7900.0 * 500.0))
+CELL, CUT_OFF, SPEEDS, LAPS = 3.957912004522574e-3, 1e5, (1.0, 5.0, 35.0), 4
+FRICTION = 0.11
+COLOURS = {"contact area": "#0072B2", "yielded area": "#D55E00"}
+COLOURS |= {f"frozen T_flash, {v:g} m/s": colour for v, colour in zip(SPEEDS, ("0.85", "0.7", "0.5"), strict=True)}
+COLOURS |= {f"T_flash, {v:g} m/s": c for v, c in zip(SPEEDS, ("#35b779", "#31688e", "#440154"), strict=True)}
 
 
-def march(points: int, distance: float, steps: int | None, seed: int, *, memory: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return the slid distances, m, and contact area, yielded area and T_flash at both speeds at each, (steps, 4)."""
-    grid = rs.Grid((points, points), (CELL, CELL))
+def contacts(grid: rs.Grid, path: Path, seed: int, *, memory: bool) -> Iterator[rs.Contact]:
+    """Yield the contact at each position, the faces with or without what has yielded at those before."""
     spectrum = SCENE.spectrum.scaled(0.5).truncated(q_max=min(CUT_OFF, grid.nyquist / 2))
     streams = np.random.SeedSequence(seed).spawn(2)
     resting, moving = (rs.synthesize(spectrum, grid, np.random.default_rng(stream)) for stream in streams)
     solid = rs.Solid(SCENE.effective_modulus, SCENE.penetration_hardness)
-    sliding = rs.Sliding(speeds=SPEEDS, friction_coefficient=0.11, conductivity=30.0, diffusivity=7.6e-6)
-    path, contact, rows = oblique_path(grid, distance, steps), None, []
+    load, contact = SCENE.sliding.nominal_pressure, None
     for offset in path.offsets:
         composite = resting + np.roll(moving, -offset, axis=(0, 1))
-        load = SCENE.sliding.nominal_pressure
         contact = rs.solve_contact(composite, grid, solid, nominal_pressure=load, tolerance=1e-4, start=contact)
-        temperature = rs.measure(contact, grid, sliding).flash_temperature
-        rows.append([contact.contact_fraction, contact.plastic_fraction, *temperature])
+        yield contact
         if memory:
             half = 0.5 * rs.plastic_deformation(contact, composite, grid, solid).displacement
             resting = resting - half
             moving = moving - np.roll(half, offset, axis=(0, 1))
-    return path.distance, np.array(rows)
+
+
+def march(points: int, distance: float, steps: int | None, seed: int, *, memory: bool) -> Course:
+    """Slide one face over the other, with or without memory of what has yielded."""
+    grid = rs.Grid((points, points), (CELL, CELL))
+    path = oblique_path(grid, distance, steps)
+    motions = [Motion(v, FRICTION, STEEL, STEEL) for v in SPEEDS]
+    return follow(contacts(grid, path, seed, memory=memory), grid, path, motions)
+
+
+def rows_of(course: Course) -> np.ndarray:
+    """Return the numbers of `COLOURS` at each step, (steps, numbers)."""
+    fractions = course.contact_fraction, course.plastic_fraction
+    return np.stack([*fractions, *course.frozen_flash_temperature, *course.numbers["flash_temperature"]], axis=1)
 
 
 def main() -> None:
     options = Command(__file__, __doc__, "a coarse grid and a short way").parse()
-    points, steps, seeds = (64, 16, 1) if options.toy else (256, None, 3)  # None: a pixel each
-    ratios = []
+    points, laps, steps, seeds = (64, 1, 16, 1) if options.toy else (256, LAPS, None, 2)  # None: a pixel each
+    ratios, parts = [], 5 * laps
     for seed in range(seeds):
-        distance, fresh = march(points, CELL, steps, seed, memory=False)
-        _, kept = march(points, CELL, steps, seed, memory=True)
-        # means over tenths of the way: single positions scatter
-        tenth = np.minimum((10 * np.arange(len(distance))) // len(distance), 9)
-        ratios.append([kept[tenth == k].mean(axis=0) / fresh[tenth == k].mean(axis=0) for k in range(10)])
+        fresh, kept = (march(points, laps * CELL, steps, seed, memory=memory) for memory in (False, True))
+        distance = fresh.slid_distance
+        # means over fifths of a lap: single positions scatter
+        part = (parts * np.arange(len(distance))) // len(distance)
+        means = [[rows_of(course)[part == k].mean(axis=0) for k in range(parts)] for course in (fresh, kept)]
+        ratios.append(np.array(means[1]) / np.array(means[0]))
     mean, spread = np.mean(ratios, axis=0), np.std(ratios, axis=0)
-    way = [1e3 * distance[tenth == k].mean() for k in range(10)]
-    print("with memory over without, means over tenths of a lap of the cell")
-    for k in range(10):
+    way = [1e3 * distance[part == k].mean() for k in range(parts)]
+    print("with memory over without, means over fifths of a lap of the cell")
+    for k in range(parts):
         words = ", ".join(f"{name} {mean[k, i]:.3f} ± {spread[k, i]:.3f}" for i, name in enumerate(COLOURS))
         print(f"{way[k]:5.2f} mm: {words}")
+    draw(way, mean, spread, options.output / "yielding_on_the_way.png")
+
+
+def draw(way: list[float], mean: np.ndarray, spread: np.ndarray, path: FilePath) -> None:
     figure = Figure((6.0, 3.6), layout="constrained")
     axes = figure.subplots()
     for i, (name, colour) in enumerate(COLOURS.items()):
@@ -69,7 +93,7 @@ def main() -> None:
     axes.set_title("What has yielded stays: steel 1.2 GPa, both faces rough", fontsize=10, loc="left")
     axes.legend(frameon=False, fontsize=8)
     axes.spines[["top", "right"]].set_visible(False)
-    figure.savefig(options.output / "yielding_on_the_way.png", dpi=150)
+    figure.savefig(path, dpi=150)
 
 
 if __name__ == "__main__":

@@ -132,7 +132,7 @@ WRONG = {
         ("run", "demo", "-o", "{tmp}/a", "--until", "heat=1%"),
         "ensemble.until.heat is not an observable; ",
     ),
-    "file in the way": (("run", "demo", "-o", "{tmp}/file"), "is a file; name a folder"),
+    "file in the way": (("run", "demo", "-o", "{tmp}/file"), "is a file; name a new folder"),
 }
 
 

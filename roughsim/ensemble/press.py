@@ -8,23 +8,25 @@ from math import pi
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from roughsim.ensemble.run import description_of
+from roughsim.ensemble.run import begin
+from roughsim.ensemble.tasks import sweep
 from roughsim.ensemble.workers import Job, single_member, write
-from roughsim.errors import RecordError, ResolutionError
+from roughsim.errors import ResolutionError
 from roughsim.fourier import set_threads
 from roughsim.grid import Array, Grid
 from roughsim.machine import available_memory, exceeds, workers_that_fit
 from roughsim.pipeline import solve_problem
 from roughsim.planning.levels import ELASTIC_SIDE, PIXELS
 from roughsim.planning.realization import largest_member, level_problem
-from roughsim.results.folder import describe, folder_state, open_run, read_description
-from roughsim.results.pressed import PRESS, QUARTERS
+from roughsim.results.folder import open_run
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneError
 from roughsim.scene.files import load_map
 from roughsim.scene.numerics import SLIDING, Column, Level, Numerics, Reason
 from roughsim.show.text import note
-from roughsim.store.member_files import member_path
+from roughsim.store.claims import Claims
+from roughsim.store.kinds import MAP, QUARTERS
+from roughsim.store.member_files import member_name, member_path
 from roughsim.surface.topography import Topography
 from roughsim.surface.topography.periodic import band_limited, mirrored
 
@@ -88,8 +90,8 @@ def press(
         own = replace(loaded, ensemble=replace(loaded.ensemble, until=(), max_realizations=len(cells)))
         numerics = numerics_of(own, cells[0].grid, q_max, coarser, how)
         workers_that_fit(1, *largest_member(own, numerics), available_memory())
-        begin(place, own, numerics, {"of": "map" if len(cells) == 1 else QUARTERS, "edges": how, "heights": digest})
-        tasks.append((place, own, numerics, cells))
+        about = {"of": MAP if len(cells) == 1 else QUARTERS, "edges": how, "heights": digest}
+        tasks.append((place, own, begin(own, place, numerics, pressed=about), cells))
     for task in tasks:
         solve(*task)
     result = open_run(home)
@@ -168,32 +170,21 @@ def numerics_of(scene: Scene, grid: Grid, q_max: float, coarser: float, edges: s
     )
 
 
-def begin(folder: Path, scene: Scene, numerics: Numerics, about: dict[str, str]) -> None:
-    """Describe a run in a folder, or check that the run there is this one; RecordError if it is not."""
-    state = folder_state(folder)
-    if state == "foreign":
-        raise RecordError(f"{folder} holds other files or is a file; name a new folder for the run")
-    description = description_of(scene, numerics) | {PRESS: about}
-    if state == "free":
-        describe(folder, description, scene, first=True)
-        return
-    stored = read_description(folder)
-    for key in ("scene", "numerics", PRESS):
-        if stored.get(key) != description[key]:
-            raise RecordError(f"{folder} holds another run: its {key} differs; name another folder")
-
-
 def solve(folder: Path, scene: Scene, numerics: Numerics, cells: Sequence[Cell]) -> None:
-    """Compute the members that are missing."""
+    """Compute the members that are missing; damaged ones are moved aside first."""
     home = Path(os.path.abspath(folder))
     provenance = {"scene": scene.identity(), "numerics": numerics.to_dict()}
     set_threads(numerics.threads)
-    for index, (heights, grid) in enumerate(cells):
-        for number, level in enumerate(numerics.levels):
-            if member_path(home, number, index).exists():
-                continue
-            note(f"{'map' if len(cells) == 1 else f'quarter {index + 1}'}: {level.shape[0]} × {level.shape[1]} points")
-            problem = replace(level_problem(scene, numerics, number), index=index)
-            job = Job(number, problem, scene.speeds, numerics.keep_fields, provenance, home)
-            surface = band_limited(heights, grid, level.shape, level.q_max)
-            write(job, problem, single_member(job, problem, solve_problem(problem, heights=surface)))
+    with Claims(home) as claims:
+        sweep(home, claims)
+        for index, (heights, grid) in enumerate(cells):
+            for number, level in enumerate(numerics.levels):
+                if member_path(home, number, index).exists():
+                    continue
+                claims.take(member_name(number, index))  # another process at work computes the same bits
+                name = "map" if len(cells) == 1 else f"quarter {index + 1}"
+                note(f"{name}: {level.shape[0]} × {level.shape[1]} points")
+                problem = replace(level_problem(scene, numerics, number), index=index)
+                job = Job(number, problem, scene.speeds, numerics.keep_fields, provenance, home)
+                surface = band_limited(heights, grid, level.shape, level.q_max)
+                write(job, problem, single_member(job, problem, solve_problem(problem, heights=surface)))

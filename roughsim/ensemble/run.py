@@ -22,12 +22,13 @@ from roughsim.errors import RecordError
 from roughsim.pipeline import versions
 from roughsim.planning.plan import plan
 from roughsim.planning.realization import largest_member
-from roughsim.results.folder import describe, folder_state, open_run, read_description
+from roughsim.results.folder import describe, folder_state, mixed, open_run, read_description
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics, Reason
 from roughsim.show.text import is_notebook
 from roughsim.store.claims import Claims
+from roughsim.store.kinds import CONTENT, KIND, PRESS, RUN, again, content_of, kind_of
 from roughsim.store.member_hdf5 import FORMAT
 
 
@@ -197,12 +198,16 @@ def aimed(
     return replace(scene, ensemble=replace(scene.ensemble, **changes))
 
 
-def begin(scene: Scene, folder: Path, numerics: Numerics | None = None) -> Numerics:
+def begin(
+    scene: Scene, folder: Path, numerics: Numerics | None = None, *, pressed: Mapping[str, str] | None = None
+) -> Numerics:
     """Begin a run in a folder, or check that the run there is of the same scene; return the numerics of the run.
 
-    Without `numerics` a run that was begun keeps its own, and a new one has those of `plan`. RecordError, before
-    anything is planned, if the folder holds other files or another scene, naming the first key that differs.
+    Without `numerics` a run that was begun keeps its own, and a new one has those of `plan`. `pressed` is what run.json
+    has of a map that is pressed (the key `PRESS`); left out: surfaces are drawn. RecordError, before anything is
+    planned, if the folder holds other files, another kind of run or another scene, naming the first key that differs.
     """
+    kind = RUN if pressed is None else pressed["of"]
     try:
         os.path.abspath(folder)
     except FileNotFoundError:
@@ -210,36 +215,57 @@ def begin(scene: Scene, folder: Path, numerics: Numerics | None = None) -> Numer
         raise FileNotFoundError(errno.ENOENT, reason) from None
     state = folder_state(folder)
     if state == "foreign":
-        reason = "holds other files; name a new folder" if folder.is_dir() else "is a file; name a folder"
-        raise RecordError(f"{folder} {reason} for the run")
+        raise RecordError(f"{folder} {content_of(folder)}; name a new folder for the run")
+    refuse_other_kind(folder, kind)
+    of_kind = {KIND: kind} | ({} if pressed is None else {PRESS: dict(pressed)})
     if state != "run":
         planned = plan(scene) if numerics is None else numerics
         try:
-            describe(folder, description_of(scene, planned), scene, first=True)
+            describe(folder, description_of(scene, planned) | of_kind, scene, first=True)
             return planned
         except FileExistsError:
             # another process was quicker: its numerics count, since plans made at different times may differ
-            pass
+            refuse_other_kind(folder, kind)
     stored = read_description(folder)
-    if numerics is None:  # a plan made now, for a longer run, might differ from the one that the run began with
-        try:
-            reasons, keep = tuple(Reason(*words) for words in stored["reasons"]), scene.numerics.keep_fields
-            numerics = replace(Numerics.from_dict(stored["numerics"]), reasons=reasons)
-        except (KeyError, TypeError, ValueError) as error:
-            raise RecordError(f"{folder} cannot be opened: {error}") from error
-        numerics = numerics if keep is None else replace(numerics, keep_fields=keep)
-    description = description_of(scene, numerics)
-    there, here = ({**it["scene"], **it["numerics"], "keep_fields": None} for it in (stored, description))
+    if pressed is not None and PRESS not in stored:
+        raise RecordError(mixed(folder, kind))
+    numerics = numerics_begun(folder, stored, scene) if numerics is None else numerics
+    description = description_of(scene, numerics) | of_kind
+    there, here = (
+        {**it.get(PRESS, {}), **it["scene"], **it["numerics"], "keep_fields": None} for it in (stored, description)
+    )
     for key in dict.fromkeys((*there, *here)):
         if (old := there.get(key, "absent")) != (new := here.get(key, "absent")):
             raise RecordError(
                 f"{folder} holds another scene: {key} is {old} there and {new} here; name another folder, or give the "
                 "scene as it was"
             )
-    # versions and reasons may differ from process to process: those of the first one stay
-    description |= {key: stored[key] for key in ("versions", "reasons") if key in stored}
-    describe(folder, description, scene)
+    # versions and reasons may differ from process to process: those of the first one stay, as does what only it knows
+    first = {key: value for key, value in stored.items() if key not in description or key in ("versions", "reasons")}
+    first.pop("checksums", None)
+    if KIND not in stored:  # of an older version: a finished run on a disk that takes nothing stays as it is
+        del description[KIND]
+    describe(folder, description | first, scene)
     return numerics
+
+
+def numerics_begun(folder: Path, stored: Mapping[str, Any], scene: Scene) -> Numerics:
+    """Return the numerics of a run that was begun: a plan made now, for a longer run, might differ."""
+    try:
+        reasons, keep = tuple(Reason(*words) for words in stored["reasons"]), scene.numerics.keep_fields
+        numerics = replace(Numerics.from_dict(stored["numerics"]), reasons=reasons)
+    except (KeyError, TypeError, ValueError) as error:
+        raise RecordError(f"{folder} cannot be opened: {error}") from error
+    return numerics if keep is None else replace(numerics, keep_fields=keep)
+
+
+def refuse_other_kind(folder: Path, kind: str) -> None:
+    """Refuse to draw surfaces into the folder of a map that is pressed, and the other way round; RecordError."""
+    there = kind_of(folder)
+    if there not in (None, kind):
+        holds = "holds" if folder.exists() else "is the place of"
+        advice = f"name another folder; to go on with what is there {again(folder)}"
+        raise RecordError(f"{folder} {holds} {CONTENT[there]}, not {CONTENT[kind]}; {advice}")
 
 
 def description_of(scene: Scene, numerics: Numerics) -> dict[str, Any]:

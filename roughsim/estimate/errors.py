@@ -28,7 +28,7 @@ SOURCES = {
     "pixel": "left by the grid at fixed q_c",
     "size": "at most what a larger cell changes, as measured by doubling cells with as many waves per side",
     "solver": "at most what the contact solver's tolerance changed in measured contacts: for T_flash 0.3 of it",
-    "march": "of two bodies that slide: the low cut-off of the march, and its steps of whole pixels",
+    "march": "of two bodies that slide: the low cut-off of the march, and what is left of its pixel and step",
     "scan": "of C(q) measured on maps: few long waves, none longer than a map, and other places than these",
 }
 

@@ -204,13 +204,13 @@ class MemberFields:
 def load_fields(run: Run, level: int, index: int) -> MemberFields:
     """Read the fields of a member, or compute them again if they were not kept: a member is the same every time.
 
-    RecordError if its file is damaged; ConvergenceError as `realize`.
+    RecordError if its file is damaged; ValueError if those of a map were not kept; ConvergenceError as `realize`.
     """
     grid = run.numerics.grid(level)
     if index in run.kept(level):
         heights, pressure = (run.field(level, index, name) for name in ("heights", "pressure"))
-    elif (level, index) in run.damaged:
-        raise RecordError(run.damaged[level, index])
+    elif (level, index) in run.damaged or not run.drawn:  # `realize` draws a surface: a map would be another one
+        raise run.not_kept(level, index)
     else:
         solved = realize(run.scene, run.numerics, seed=run.seed, level=level, index=index)
         heights, pressure = (field.astype(np.float32) for field in (solved.heights, solved.contact.pressure))

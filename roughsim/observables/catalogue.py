@@ -215,6 +215,22 @@ TABLE: tuple[Observable, ...] = (
         per_speed=True,
     ),
     Observable(
+        "sliding_coarser_flash_temperature",
+        "K",
+        stored="sliding_flash_temperature of the same faces with 4/3 of the pixel",
+        only_stored=True,
+        of_march=True,
+        per_speed=True,
+    ),
+    Observable(
+        "sliding_coarser_frozen_flash_temperature",
+        "K",
+        stored="sliding_frozen_flash_temperature of the same faces with 4/3 of the pixel",
+        only_stored=True,
+        of_march=True,
+        per_speed=True,
+    ),
+    Observable(
         "pressure_variance",
         "Pa^2",
         stored="<sigma^2> - sigma0^2",

@@ -20,6 +20,7 @@ from roughsim.prediction.statements import Statement, cautions, statements, text
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.scene.sections import BodySection, CounterfaceSection
+from roughsim.scene.slips import slips
 from roughsim.show.table import Column, Table, json_value
 
 Lines = Iterator[str]
@@ -152,7 +153,7 @@ def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
 
     Contact is counted in pixels of the finest grid of `numerics`, or, without `numerics`, of the largest planned one.
     """
-    bodies, stated = [*roughness_lines(scene), *body_lines(scene), *cautions(scene)], statements(scene)
+    bodies, stated = [*roughness_lines(scene), *body_lines(scene), *slips(scene), *cautions(scene)], statements(scene)
     try:
         known = facts(scene)
     except (ValueError, ArithmeticError, RuntimeError) as error:

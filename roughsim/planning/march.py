@@ -13,7 +13,7 @@ from roughsim.show.text import clock
 from roughsim.sliding.film import film_shape
 from roughsim.sliding.march import walk
 from roughsim.sliding.member import SlideProblem, filmed_steps, journey
-from roughsim.sliding.path import oblique_path, pixel_of_path
+from roughsim.sliding.path import COARSER, oblique_path, pixel_of_path
 
 MEMBERS = 8  # the ratio of sliding to frozen scatters little from one to the next
 TIMED, WARM = 8, 3  # steps of the pilot, and how many of them are not counted
@@ -53,7 +53,10 @@ def march_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
     yield Reason("slid distance", f"{lengths} mm", f"{fresh}, in {steps} steps of {1e6 * step:.3g} µm")
     members = scene.ensemble.max_realizations if level.first is None else level.first
     members = min(members, scene.ensemble.max_realizations)
-    cost = f"{clock(seconds_of_march(problem))} of CPU time each: {TIMED} steps were timed"
+    pixels = f" with one of {COARSER:g} of the points, which shows the error of the pixel" * (
+        problem.coarser is not None
+    )
+    cost = f"{clock(seconds_of_march(problem))} of CPU time each{pixels}: {TIMED} steps were timed"
     broken = "one that is broken off begins again"
     yield Reason("marches", str(members), f"{cost}; {broken}; means are over the last half of the slid distance")
     if filmed := min(numerics.keep_fields, members):
@@ -84,7 +87,8 @@ def seconds_of_march(problem: SlideProblem) -> float:
     contact, heat = STEP_SECONDS
     ends = np.array(problem.distances) / max(problem.distances)
     followed = (contact + heat * ends.sum()) / (contact + heat * ends.size)
-    return float(problem.steps * followed * seconds_of_step(problem))
+    both = 1.0 + COARSER**3 * (problem.coarser is not None)  # the march on the coarser grid comes after it
+    return float(problem.steps * followed * both * seconds_of_step(problem))
 
 
 def seconds_of_step(problem: SlideProblem) -> float:

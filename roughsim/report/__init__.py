@@ -267,4 +267,5 @@ def provenance_section(run: Run) -> Html:
     again = (
         "Saved as scene.toml, the scene above gives these numbers again, to the bit on one kind of CPU with the same"
     )
-    return joined(*parts, tag("p", f"{again} versions:"), tag("pre", f"roughsim run scene.toml -o {name}"))
+    verb = "run" if run.drawn else "press"
+    return joined(*parts, tag("p", f"{again} versions:"), tag("pre", f"roughsim {verb} scene.toml -o {name}"))

@@ -16,6 +16,7 @@ from roughsim.results.share import at_other_speed, has_own_share, times_share
 from roughsim.results.stopping import last_needed
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
+from roughsim.sliding.path import coarser_grid
 
 
 class Counted:
@@ -100,6 +101,14 @@ class Counted:
         return march is not None and len(self.members.failed(march, count)) < len(
             self.numerics.levels[march].indices(count)
         )
+
+    @property
+    def coarsening(self) -> float:
+        """Pixel of the coarser grid of the marches over that of their own; 1 where there is no coarser one."""
+        level = self.numerics.march or 0
+        grid = self.numerics.grid(level)
+        coarser = coarser_grid(grid, self.numerics.levels[level].q_max)
+        return 1.0 if coarser is None else coarser.spacing[0] / grid.spacing[0]
 
     @property
     def versions(self) -> dict[str, str]:

@@ -14,15 +14,16 @@ from roughsim import prediction
 from roughsim.errors import RecordError
 from roughsim.machine import available_memory, exceeds, in_words
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.results.pressed import PRESS, QUARTERS, Pressed
+from roughsim.results.pressed import Pressed, Quarters
 from roughsim.results.run import Run
 from roughsim.scene import Scene, parse_scene
 from roughsim.scene.numerics import Numerics
 from roughsim.store.disk import checksum, is_temporary, place_bytes, read_bytes
+from roughsim.store.kinds import CONTENT, MAP, MOST_BYTES, PRESS, QUARTERS, RUN, again, kind_of
 from roughsim.store.member_files import check_format, member_name
 
 BEGUN = {"lock", "claims", "realizations"}  # names that a start may have made before run.json
-MOST_BYTES = 1 << 20  # of run.json and scene.toml: a scene has at most 64 KiB
+OPENED: dict[str, type[Run]] = {RUN: Run, MAP: Pressed, QUARTERS: Quarters}
 NAMED = 5  # members that a line names; of others it gives the number
 
 
@@ -65,7 +66,8 @@ def read_description(folder: Path) -> dict[str, Any]:
     """
     path = folder / "run.json"
     if not folder.exists():
-        raise RecordError(f"{folder} does not exist; start it with: roughsim run SCENE -o {folder}")
+        start = f"start it with: roughsim run SCENE -o {folder}" if kind_of(folder) is None else again(folder)
+        raise RecordError(f"{folder} does not exist; {start}")
     if folder.is_file():
         raise RecordError(f"{folder} is a file; name the folder of a run")
     try:
@@ -122,14 +124,24 @@ def open_run(folder: str | Path, *, damaged: Literal["refuse", "skip"] = "refuse
         refuse_impossible(description, scene, numerics)
         if "checksums" not in description:
             refuse_what_does_not_follow(scene, description)
-        kind = Pressed if description.get(PRESS, {}).get("of") == "map" else Run
-        run = kind(folder, description, scene, numerics, skip_damaged=damaged == "skip")
+        kind = kind_of(folder)
+        if kind in (MAP, QUARTERS) and PRESS not in description:
+            raise RecordError(mixed(folder, kind))
+        run = OPENED[kind or RUN](folder, description, scene, numerics, skip_damaged=damaged == "skip")
         if isinstance(run, Pressed):
             run.quarters = open_run(folder / QUARTERS, damaged=damaged)
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         raise RecordError(f"{folder} cannot be opened: {error}") from error
     run.refresh()
     return run
+
+
+def mixed(folder: Path, kind: str) -> str:
+    """Return what is wrong with a folder where an older `roughsim run` has gone on with what `press` had begun."""
+    return (
+        f"{folder} holds {CONTENT[kind]} and drawn surfaces beside it, which `roughsim run` of an older "
+        "version added; press the map into a new folder"
+    )
 
 
 def refuse_impossible(description: dict[str, Any], scene: Scene, numerics: Numerics) -> None:
@@ -176,14 +188,14 @@ def gap(run: Run) -> list[str]:
         return []
     return [
         f"not there: {_listed(run.missing)}, lost or being computed now; only the {run.realizations} realizations "
-        f"before count; run the scene again to have them"
+        f"before count; {again(run.folder)} to have them"
     ]
 
 
 def left_out(run: Run) -> list[str]:
     """Return a line each on what is missing and on what is damaged, with what follows; empty for a whole run."""
     names = _listed([member_name(*key) for key in run.damaged])
-    damaged = [f"damaged and left out of the means: {names}; run the scene again to have them"] if names else []
+    damaged = [f"damaged and left out of the means: {names}; {again(run.folder)} to have them"] if names else []
     return gap(run) + damaged
 
 

@@ -11,6 +11,7 @@ from roughsim.estimate.errors import SOURCES, Estimate
 from roughsim.estimate.ladder import Values
 from roughsim.grid import Array
 from roughsim.results.run import Run
+from roughsim.store.kinds import QUARTERS
 
 NOTE = "the value is that of the map itself; n counts its four quarters, which show the scatter"
 # quarters of one map share its longest waves: by `experiments/pressed_maps.py` maps of 2 and 4 longest waves differ by
@@ -22,8 +23,12 @@ OF_MAP = {
     "size": "how far the mean of the four quarters is from the map: they have no wave longer than themselves, and "
     "twice the edge per area",
 }
-QUARTERS = "quarters"  # folder, within that of the map, of the run of its four quarters
-PRESS = "press"  # key in run.json: "of" the map or its quarters, how it was made periodic, its checksum
+
+
+class Quarters(Run):
+    """The run of the four quarters of one map: realizations 0 … 3."""
+
+    drawn = False
 
 
 class Pressed(Run):

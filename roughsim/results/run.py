@@ -95,7 +95,7 @@ class Run(Counted):
         result = self._known().get(name, {}).get(observable)
         if result is None and column == SLIDING:
             single = self._estimate(observable, None, np.ones_like(self.heat_partition))
-            result = sliding_estimate(observable, single, self._reader.marched(self.realizations))
+            result = sliding_estimate(observable, single, self._reader.marched(self.realizations), self.coarsening)
         result = result or self._estimate(observable, column, self.share_values(column))
         speeds = self.scene.speeds if OBSERVABLES[observable].per_speed else ()
         return replace(result, speeds=speeds, sources=self.sources)
@@ -180,10 +180,12 @@ class Run(Counted):
             return RecordError(self.damaged[level, index])
         missing = "has kept no fields" if index is None else f"has not kept the fields of realization {index}"
         index = index or 0
-        return ValueError(
-            f"{self.folder} {missing} at level {level}; run the scene in a new folder with --keep-fields {index + 1}, "
-            f"or recompute one: rs.realize(run.scene, run.numerics, seed={self.seed}, level={level}, index={index})"
-        )
+        if not self.drawn:
+            advice = f"press the map in a new folder with --set numerics.keep_fields={index + 1}"
+        else:
+            call = f"rs.realize(run.scene, run.numerics, seed={self.seed}, level={level}, index={index})"
+            advice = f"run the scene in a new folder with --keep-fields {index + 1}, or recompute one: {call}"
+        return ValueError(f"{self.folder} {missing} at level {level}; {advice}")
 
     def fields(
         self, name: str, column: str | None = None, *, speed: float | None = None, direction: float = 0.0

@@ -25,7 +25,7 @@ from roughsim.scene.sections import (
     read_title,
 )
 from roughsim.scene.shown import scene_table
-from roughsim.scene.tables import MAX_ROWS, Rows, at_temperature
+from roughsim.scene.tables import MAX_ROWS, PSD_SCALES, Rows, at_temperature
 from roughsim.show.markup import in_notebook
 from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
 from roughsim.surface.spectrum import Face, SumSpectrum, TruncatedSpectrum
@@ -224,8 +224,8 @@ def face_spectrum(face: SurfaceSection | CounterfaceSection) -> Face:
         return TruncatedSpectrum(face.spectrum)
     if face.psd is not None:
         q, psd = np.array(face.psd).T
-        factor = 1.0 if face.psd_convention == "persson" else 1.0 / (4 * math.pi**2)
-        return TabulatedSpectrum(q, psd).scaled(factor)
+        per_row, factor = PSD_SCALES[face.psd_convention or ""]
+        return TabulatedSpectrum(per_row * q, factor * psd)
     shape: dict[str, Any] = {key: getattr(face, key) for key in ("hurst", "q_min", "q_max", "q_roll_off")}
     shape["roll_off_exponent"] = face.roll_off_exponent or 0.0
     if face.rms_height is not None:

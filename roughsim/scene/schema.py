@@ -22,6 +22,7 @@ from pydantic import ConfigDict, GetCoreSchemaHandler, ValidationError, WrapVali
 from pydantic_core import core_schema
 
 from roughsim.errors import RoughsimError
+from roughsim.scene.other_names import OTHER_NAMES
 from roughsim.show.text import plain
 
 SMALLEST, LARGEST = 1e-30, 1e30  # sizes of lawful numbers, SI: products of several of them do not overflow
@@ -290,6 +291,8 @@ def where_known(word: str, record: Any) -> str:
     order = (*SECTIONS[""].known_keys(), *SECTIONS)
     homes = [name for name in order if name and name in SECTIONS and word in SECTIONS[name].known_keys()]
     keys = record.known_keys()
+    if not homes and word in OTHER_NAMES:
+        return OTHER_NAMES[word]
     if word in keys:  # of a file, whose content the record has
         key = dotted((record.section, word))
         return f'it names a file, which is read where a scene is loaded: roughsim.load_scene(SCENE, {{"{key}": PATH}})'
@@ -312,7 +315,7 @@ def key_line(section: str, key: str, value: Any) -> str:
     unit = getattr(quantity(SECTIONS[section], key), "unit", "")
     if key == "psd":
         rows = "".join(f"{literal(row)},\n" for row in value)
-        return f"psd = [  # q in rad/m, C in m⁴\n{rows}]"
+        return f'psd = [  # q in rad/m (by "frequency" f in 1/m), C in m⁴\n{rows}]'
     if key == "psd_error":
         rows = "".join(f"{literal(row)},\n" for row in value)
         return f"psd_error = [  # relative to C\n{rows}]"

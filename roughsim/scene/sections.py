@@ -149,7 +149,8 @@ def check_table(face: Any) -> None:
             raise ValueError(f"{key} goes with psd_file only; remove it")
     if face.psd and face.psd_convention is None:
         raise ValueError(
-            'psd_convention is missing; a table needs "persson" or "surfacetopography" (whose C is 4π² larger)'
+            'psd_convention is missing; a table needs "persson", "surfacetopography" (whose C is 4π² larger) or '
+            '"frequency" (C over the spatial frequency f = q/2π, in place of q)'
         )
     if face.psd_error is not None and len(face.psd_error) != len(face.psd):
         raise ValueError(f"psd_error has {len(face.psd_error)} rows and psd {len(face.psd)}; give one for each")
@@ -205,9 +206,11 @@ class SurfaceSection(Record, section="surface"):
     rms_slope: Annotated[float, Quantity("", "0.3", above=0)] | None = None
     """√⟨|∇h|²⟩."""
     psd: Annotated[Rows, BeforeValidator(read_psd)] | None = None
-    """Rows (q in rad/m, C in m⁴): what `psd_file` held, or the C(q) of the map `topography`."""
-    psd_convention: Literal["persson", "surfacetopography"] | None = None
-    """"persson": ⟨h²⟩ = 2π ∫ q C dq; "surfacetopography": C is 4π² larger."""
+    """Rows (q in rad/m, C in m⁴): what `psd_file` held, or the C(q) of the map `topography`; f in 1/m in place of q by
+    the convention "frequency"."""
+    psd_convention: Literal["persson", "surfacetopography", "frequency"] | None = None
+    """"persson": ⟨h²⟩ = 2π ∫ q C dq; "surfacetopography": C is 4π² larger. "frequency": rows are (f, C) over the
+    spatial frequency f = 1/wavelength, 1/m, with ⟨h²⟩ = 2π ∫ f C df; then q = 2πf, and C is 4π² larger as well."""
     psd_source: Literal["scan"] | None = None
     """"scan": the table was measured on maps, as by `topography`; None: it is as stated, without an error."""
     psd_error: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(read_psd_error)] | None = None

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from functools import partial
-from math import isfinite
+from math import isfinite, pi
 from typing import Annotated, Any
 
 import numpy as np
@@ -19,6 +19,13 @@ MAX_ROWS = 1200  # of all tables C(q) of a scene together: written inline they s
 TEXTURE_NUMBERS = 10  # of a map
 MAX_TEMPERATURES = 100  # of a table over temperature
 Rows = tuple[tuple[float, float], ...]
+# what turns the rows of a table into q, rad/m, and C in Persson's convention, by their own convention:
+# surfacetopography divides d²q by 4π²; over the spatial frequency q = 2πf, and d²q = 4π² d²f
+PSD_SCALES = {
+    "persson": (1.0, 1.0),
+    "surfacetopography": (1.0, 1.0 / (4 * pi**2)),
+    "frequency": (2 * pi, 1.0 / (4 * pi**2)),
+}
 
 
 def read_psd(value: Any) -> Rows:

@@ -3,13 +3,14 @@
     surface.synthesize, both faces  →  contact, and temperatures of both bodies, at each step  →  means and curves
 
 Beside the march stands the frozen T_flash of the very same contacts, with all the heat in the moving body. So the
-ratio of the two scatters little from member to member.
+ratio of the two scatters little from member to member. A second march of the same faces on a coarser grid shows how the
+ratio depends on the pixel, and on the step, which is one pixel.
 """
 
 import math
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +22,10 @@ from roughsim.observables.catalogue import AXIS, CURVES
 from roughsim.observables.moments import Sliding
 from roughsim.observables.stress_spectrum import uniform_nodes
 from roughsim.pipeline import linear_algebra
-from roughsim.sliding.course import LAST, follow
+from roughsim.sliding.course import LAST, Course, follow
 from roughsim.sliding.film import Film
 from roughsim.sliding.march import Motion, contacts
-from roughsim.sliding.path import Path, oblique_path
+from roughsim.sliding.path import Path, coarser_grid, oblique_path
 from roughsim.surface.spectrum import Spectrum as Roughness
 from roughsim.surface.synthesis import synthesize
 
@@ -67,6 +68,13 @@ class SlideProblem:
         return self.grid.points * (contact + heat * len(self.distances))
 
     @property
+    def coarser(self) -> "SlideProblem | None":
+        """The same faces on the `coarser_grid`; None where it would not hold all of their waves."""
+        faces = [face for face in (self.resting_spectrum, self.moving_spectrum) if face is not None]
+        grid = coarser_grid(self.grid, max(face.breaks[-1] for face in faces))
+        return None if grid is None else replace(self, grid=grid)
+
+    @property
     def motions(self) -> list[Motion]:
         """The contact's motion at each speed."""
         friction, kappa, diffusivity = (
@@ -81,7 +89,7 @@ class SlideProblem:
 class SlideSolution:
     """What was measured on one march."""
 
-    numbers: dict[str, Array]  # (speeds,), as `means_of` explains
+    numbers: dict[str, Array]  # (speeds,), as `means_of` and `coarser_means` explain
     curves: dict[str, Array]  # those of `CURVES`; NaN after the distance of a speed
     wavenumber: Array  # rad/m, of the spectrum
     spectrum: Array  # of the stress, Pa², mean over the last half of the longest distance
@@ -102,8 +110,9 @@ def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
         path, on_the_way = journey(problem)
         drawn = time.perf_counter()
         course = follow(on_the_way, grid, path, problem.motions, filmed_steps(path) if film else ())
+        coarser = coarser_means(problem.coarser) if problem.coarser else {}
         slid_through = time.perf_counter()
-    of_steps = course.numbers | {"frozen_flash_temperature": course.frozen_flash_temperature}
+    of_steps = numbers_of(course)
     over_distance = of_steps | {
         AXIS: course.slid_distance,
         "contact_fraction": course.contact_fraction,
@@ -111,7 +120,7 @@ def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
         "spot_survival": course.spot_survival,
     }
     return SlideSolution(
-        means_of(of_steps, path, problem.distances),
+        means_of(of_steps, path, problem.distances) | coarser,
         curves_of(over_distance, path),
         uniform_nodes(grid).entries,
         course.spectrum,
@@ -120,6 +129,19 @@ def solve_slide(problem: SlideProblem, *, film: bool = False) -> SlideSolution:
         {"surface": drawn - begin, "contact": slid_through - drawn},
         course.film,
     )
+
+
+def coarser_means(problem: SlideProblem) -> dict[str, Array]:
+    """Return T_flash and the frozen one of a march on the coarser grid, means as `means_of`, by their stored names."""
+    path, on_the_way = journey(problem)
+    means = means_of(numbers_of(follow(on_the_way, problem.grid, path, problem.motions)), path, problem.distances)
+    names = ("sliding_flash_temperature", "sliding_frozen_flash_temperature")
+    return {name.replace("sliding_", "sliding_coarser_"): means[name] for name in names}
+
+
+def numbers_of(course: Course) -> dict[str, Array]:
+    """Return the numbers of each step, (speeds, steps), with the frozen T_flash."""
+    return course.numbers | {"frozen_flash_temperature": course.frozen_flash_temperature}
 
 
 def journey(problem: SlideProblem) -> tuple[Path, Iterator[Contact]]:

@@ -158,13 +158,6 @@ def not_readable(path: Path, error: OSError) -> OSError:
     return OSError(error.errno, f"{path} cannot be read now ({error.strerror or error}); nothing was changed; {advice}")
 
 
-def damaged(path: Path, reason: object) -> DamagedError:
-    """Return the error that names a damaged file and says what to do."""
-    return DamagedError(
-        f"{path} is damaged ({reason}); run the scene again: it is moved into the folder 'damaged' and redone"
-    )
-
-
 def set_aside(path: Path, folder: Path | None = None) -> Path:
     """Move a damaged file to a free name in a folder, and return its new path.
 

@@ -27,7 +27,8 @@ from roughsim.errors import RecordError
 from roughsim.grid import Array
 from roughsim.observables.catalogue import CURVES, NO_LONGER, NUMBERS
 from roughsim.sliding.film import FIELDS as FILM
-from roughsim.store.disk import DamagedError, damaged, place_bytes, read_bytes, read_numbers
+from roughsim.store.disk import DamagedError, place_bytes, read_bytes, read_numbers
+from roughsim.store.kinds import again
 from roughsim.store.member_hdf5 import FORMAT, KEPT_FIELDS, STORED, digest_of_arrays, hdf5_of
 from roughsim.untrusted import ChildEndedError, call_in_child, check_hdf5
 
@@ -195,6 +196,12 @@ def is_unchanged(path: Path, status: os.stat_result, size: int, changed: int, di
                 return True
     content = read_bytes(path)
     return (seal_of(path, content) or hashlib.sha256(content).hexdigest()).encode() == digest
+
+
+def damaged(path: Path, reason: object) -> DamagedError:
+    """Return the error that names a damaged file and says what to do."""
+    advice = f"{again(path.parent.parent)}: it is moved into the folder 'damaged' and redone"
+    return DamagedError(f"{path} is damaged ({reason}); {advice}")
 
 
 def check_format(path: Path, version: int) -> None:

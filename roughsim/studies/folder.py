@@ -21,6 +21,7 @@ from roughsim.scene.files import errors_named, read_text, scene_content, toml_co
 from roughsim.scene.schema import SECTIONS
 from roughsim.show.table import json_value
 from roughsim.store.disk import DamagedError, checksum, is_temporary, place_bytes, read_bytes, set_aside
+from roughsim.store.kinds import content_of
 from roughsim.studies.vary import MOST_POINTS, NAME, Axis, Point, points_of
 
 FORMAT = 1
@@ -141,7 +142,7 @@ def refuse_other(folder: Path, description: Description) -> None:
     Where study.json is damaged or lost, the points that are there must be those of this study.
     """
     if folder.is_file():
-        raise RecordError(f"{folder} is a file; name a folder for the study")
+        raise RecordError(f"{folder} {content_of(folder)}; name a new folder for the study")
     if not (folder / DESCRIPTION).exists() or is_damaged(folder):
         refuse_other_points(folder, description)
         return
@@ -179,7 +180,7 @@ def refuse_other_points(folder: Path, description: Description) -> None:
             "study as it was, or name another folder"
         )
     else:
-        raise RecordError(f"{folder} holds other files; name a new folder for the study")
+        raise RecordError(f"{folder} {content_of(folder)}; name a new folder for the study")
 
 
 def refuse_exchanged(folder: Path, description: Description) -> int:

@@ -270,7 +270,7 @@ def test_folders_with_other_content_are_left_alone(quick, tmp_path):
     (tmp_path / "letter.txt").write_text("dear")
     with pytest.raises(rs.RecordError, match="holds other files; name a new folder"):
         rs.run(quick, tmp_path)
-    with pytest.raises(rs.RecordError, match="is a file; name a folder"):
+    with pytest.raises(rs.RecordError, match="is a file; name a new folder"):
         rs.run(quick, tmp_path / "letter.txt")
 
 

@@ -24,14 +24,17 @@ def frozen():
     )
 
 
+def marched(*temperatures):
+    """The numbers that marches store: T_flash of sliding and frozen contact, then both with the larger pixel, K."""
+    names = "", "frozen_", "coarser_", "coarser_frozen_"
+    return dict(zip((f"sliding_{name}flash_temperature" for name in names), temperatures, strict=True))
+
+
 def test_the_scatter_of_the_ratio_and_of_the_frozen_estimate_add_as_squares():
     ratios = 1.1 + 0.1 * np.tile([-1.0, 1.0], 20)
     alone = np.full((40, 1), 100.0)
-    numbers = {
-        "sliding_flash_temperature": alone * ratios[:, None],
-        "sliding_frozen_flash_temperature": alone,
-    }
-    found = sliding_estimate("flash_temperature", frozen(), numbers)
+    numbers = marched(alone * ratios[:, None], alone, alone * ratios[:, None], alone)
+    found = sliding_estimate("flash_temperature", frozen(), numbers, 4 / 3)
     error = 0.1 / sqrt(39)
     half = stats.t.ppf(0.975, 39) * error
     assert found.mean == pytest.approx([220.0])
@@ -39,7 +42,41 @@ def test_the_scatter_of_the_ratio_and_of_the_frozen_estimate_add_as_squares():
     assert found.standard_error == pytest.approx([hypot(2.0 * 1.1, 200.0 * error)])
     assert found.budget["statistical"] == pytest.approx([hypot(4.0 * 1.1, 200.0 * half)], rel=0.02)
     assert found.budget["size"] == pytest.approx([1.1])
-    assert found.budget["march"] == pytest.approx([0.06 * 220.0])
+    assert found.budget["march"] == pytest.approx([0.03 * 220.0])  # of the cut-off; the pixel changed nothing
+
+
+@pytest.mark.parametrize("order", [1.0, 1.25, 1.5])
+def test_the_error_of_the_pixel_is_taken_off_and_what_its_order_leaves_is_in_the_error(order):
+    # ratios 1.2 − 0.05 h^order at pixels h = 1 and 4/3, and 1.2 without a pixel
+    alone = np.full((8, 1), 100.0)
+    fine, coarse = (1.2 - 0.05 * h**order for h in (1.0, 4 / 3))
+    found = sliding_estimate("flash_temperature", frozen(), marched(alone * fine, alone, alone * coarse, alone), 4 / 3)
+    without_cut_off = sqrt(found.budget["march"][0] ** 2 - (0.03 * 200.0 * fine) ** 2)
+    assert 200.0 * fine < 0.99 * found.mean[0]
+    assert abs(found.mean[0] - 200.0 * 1.2) <= without_cut_off * (1 + 1e-9)
+    assert without_cut_off < 0.4 * (200.0 * (1.2 - fine))
+    assert f"{100 * (found.mean[0] / 200.0 / fine - 1):+.2g}" in found.notes[-1]
+
+
+def test_members_share_the_scatter_of_both_pixels():
+    # each member has the same difference between its pixels, so that the correction scatters by nothing
+    ratios = 1.1 + 0.1 * np.tile([-1.0, 1.0], 20)[:, None]
+    alone = np.full((40, 1), 100.0)
+    found = sliding_estimate(
+        "flash_temperature", frozen(), marched(alone * ratios, alone, alone * (ratios - 0.01), alone), 4 / 3
+    )
+    change = found.mean[0] / 200.0
+    assert found.standard_error == pytest.approx([hypot(2.0 * change, 200.0 * 0.1 / sqrt(39))])
+
+
+@pytest.mark.parametrize(("coarser", "coarsening"), [(np.nan, 4 / 3), (90.0, 1.0)])
+def test_a_ratio_of_one_pixel_is_said_to_be_low_and_not_corrected(coarser, coarsening):
+    alone = np.full((8, 1), 100.0)
+    numbers = marched(1.1 * alone, alone, coarser * np.ones((8, 1)), alone)
+    found = sliding_estimate("flash_temperature", frozen(), numbers, coarsening)
+    assert found.mean == pytest.approx([220.0])
+    assert found.budget["march"] == pytest.approx([0.07 * 220.0])
+    assert found.notes[-1].startswith("low by up to 7 % and not high: pixel and cut-off of the march, not corrected")
 
 
 def test_the_background_adds_with_its_scatter_and_the_doubt_of_its_share():

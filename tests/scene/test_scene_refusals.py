@@ -63,6 +63,10 @@ REFUSED = [
     ('"30 W/(m K)"', '"30 W/m"', "body.conductivity"),
     ('"1.2 GPa"', '"89 MPa"', "exceeds body.penetration_hardness = 8.9e+07 Pa"),
     ('"1.2 GPa"', "inf", "body.penetration_hardness"),
+    ("density =", "diffusivity =", 'body.diffusivity = "7900 kg/m^3" is not a key of a scene; it is conductivity/(den'),
+    ("penetration_hardness", "hardness", 'is not a key of a scene; did you mean "penetration_hardness"?'),
+    ("friction_coefficient", "friction", 'is not a key of a scene; did you mean "friction_coefficient"?'),
+    ("poisson_ratio", "shear_modulus", "it is youngs_modulus/(2 (1 + poisson_ratio)); give these two"),
     ("[body]", "[bodi]", 'did you mean "body"?'),
     (
         '"1.2 GPa"',

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import random
 
+import numpy as np
 import pytest
 from steel_text import ROWS, approx, changed, refusal, table_scene, with_counterface
 
+import roughsim as rs
 from roughsim.scene import SceneError, load_scene, parse_scene
 
 
@@ -25,6 +28,34 @@ def test_surfacetopography_s_spectrum_is_4_pi_squared_larger():
     rows = "psd = [[1e4, 3e-23], [1e5, 7e-27], [2.5e5, 1e-29]]"
     persson, other = parse_scene(table_scene(rows)), parse_scene(table_scene(rows, "surfacetopography"))
     assert persson.spectrum(1e5) / other.spectrum(1e5) == approx(39.47841760435743, rel=1e-12)
+
+
+def test_a_table_over_the_spatial_frequency_is_the_density_in_the_plane_of_frequencies():
+    # white from f₁ to f₂: ⟨h²⟩ = ∫ C d²f = πC(f₂² − f₁²), and ⟨|∇h|²⟩ = ∫ (2πf)² C d²f = 2π³C(f₂⁴ − f₁⁴); two faces
+    low, high, density = 1e4, 3e5, 2e-26
+    scene = parse_scene(table_scene(f"psd = [[{low}, {density}], [{high}, {density}]]", "frequency"))
+    assert scene.spectrum.rms_height == approx(math.sqrt(2 * math.pi * density * (high**2 - low**2)), rel=1e-9)
+    assert scene.spectrum.rms_slope == approx(math.sqrt(4 * math.pi**3 * density * (high**4 - low**4)), rel=1e-9)
+    assert scene.spectrum.breaks[-1] == approx(2 * math.pi * high, rel=1e-12)
+    assert parse_scene(scene.to_toml()) == scene
+
+
+def test_the_spatial_frequency_is_that_of_a_drawn_map(tmp_path):
+    grid = rs.Grid((128, 128), (1e-3, 1e-3))
+    spectrum = rs.SelfAffineSpectrum.from_rms_height(1e-6, hurst=0.8, q_min=1.5e4, q_max=3e5)
+    maps = [rs.synthesize(spectrum, grid, np.random.default_rng(seed), amplitudes="fixed") for seed in range(4)]
+    # the periodogram per unit area of the plane of frequencies, mean over rings of f
+    power = np.mean([np.abs(np.fft.fft2(heights)) ** 2 for heights in maps], axis=0) / 128**4 * 1e-6
+    f = np.hypot(*np.meshgrid(*[np.fft.fftfreq(128, 1e-3 / 128)] * 2))
+    edges = np.geomspace(3e3, 4.4e4, 16)
+    ring = np.digitize(f, edges)
+    rows = [[f[ring == k].mean(), power[ring == k].mean()] for k in range(1, 16)]
+    text = "\n".join(f"{x!r}, {y!r}" for x, y in np.array(rows).tolist())
+    (tmp_path / "psd.csv").write_text(text)
+    (tmp_path / "s.toml").write_text(table_scene('psd_file = "psd.csv"', "frequency"))
+    found = load_scene(tmp_path / "s.toml").spectrum
+    q = np.array([3e4, 6e4, 1.2e5, 2e5])
+    assert found(q) == approx(2 * spectrum(q), rel=0.1)  # rings are wide, and C falls by 3 across one
 
 
 def test_the_longest_tables_still_fit_into_a_scene_file(tmp_path):

@@ -1,0 +1,188 @@
+"""Drawn surfaces and pressed maps never share a folder, and damaged members of a map are pressed again."""
+
+import json
+import shutil
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from press_cases import AT_35, drawn_map, write_scene
+
+import roughsim as rs
+from roughsim.cli import main
+from roughsim.explore.content import load_fields
+from roughsim.report import report_run
+from roughsim.store.disk import checksum
+
+NAME = "flash_temperature"
+PLACES = [".", "quarters"]  # of a pressed map
+ADVICE = r"press the map again \(roughsim press SCENE -o [^)]*pressed\)"
+
+
+@pytest.fixture(scope="module")
+def pressed(capped_scene, tmp_path_factory):
+    """A folder with the scene and, in `pressed`, its map; tests copy it."""
+    folder = tmp_path_factory.mktemp("kinds")
+    scene = write_scene(folder, drawn_map(), capped_scene)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
+        rs.press(scene, folder / "pressed", changes=AT_35)
+    return folder
+
+
+@pytest.fixture
+def place(pressed, tmp_path):
+    """The same in a folder of its own."""
+    shutil.copytree(pressed, tmp_path, dirs_exist_ok=True)
+    return tmp_path
+
+
+def contents(folder):
+    """What lies in a folder, but claims, which come and go."""
+    paths = (path for path in sorted(folder.rglob("*")) if path.is_file() and "claims" not in path.parts)
+    return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
+
+
+def without_keys(folder, *keys):
+    """Take keys from run.json, with sound checksums, as versions did that did not write them."""
+    path = folder / "run.json"
+    record = json.loads(path.read_text())
+    kept = {key: value for key, value in record.items() if key not in (*keys, "checksums")}
+    path.write_text(json.dumps({**kept, "checksums": {key: checksum(value) for key, value in kept.items()}}))
+
+
+def flip_byte(path):
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+
+
+@pytest.mark.parametrize("older", [False, True])
+@pytest.mark.parametrize("part", PLACES)
+def test_surfaces_are_not_drawn_into_the_folder_of_a_map(place, part, older):
+    folder = place / "pressed" / part
+    if older:
+        without_keys(folder, "kind")
+    scene, before = rs.open_run(folder).scene, contents(place)
+    more = replace(scene, ensemble=replace(scene.ensemble, max_realizations=8))
+    with pytest.raises(rs.RecordError, match=f"holds .* pressed map, not a run of drawn surfaces; .* {ADVICE}"):
+        rs.run(more, folder)
+    with pytest.raises(rs.RecordError, match="not a run of drawn surfaces"):
+        rs.run(more, folder, numerics=rs.open_run(folder).numerics)
+    assert contents(place) == before
+    assert rs.press(place / "scene.toml", place / "pressed", changes=AT_35).independent == 4
+
+
+def test_the_command_run_refuses_a_map_before_it_plans(place, capsys):
+    for part in PLACES:
+        with pytest.raises(SystemExit) as ended:
+            main(["run", str(place / "scene.toml"), "-o", str(place / "pressed" / part), "--set", "sliding.speed=35"])
+        assert ended.value.code != 0
+        assert "pressed map, not a run of drawn surfaces" in " ".join(capsys.readouterr().err.split())
+
+
+def test_the_place_of_the_quarters_is_kept_for_them(place):
+    folder = place / "pressed" / "quarters"
+    scene = rs.open_run(folder).scene
+    shutil.rmtree(folder)
+    with pytest.raises(rs.RecordError, match="is the place of the quarters of a pressed map, not a run of drawn"):
+        rs.run(scene, folder)
+    with pytest.raises(rs.RecordError, match=ADVICE):  # no advice to run anything there
+        rs.open_run(place / "pressed")
+    assert rs.press(place / "scene.toml", place / "pressed", changes=AT_35).independent == 4
+
+
+@pytest.mark.parametrize("older", [False, True])
+def test_a_map_is_not_pressed_into_a_run_of_drawn_surfaces(pressed, tmp_path, quick, older):
+    run = rs.run(replace(quick, ensemble=replace(quick.ensemble, max_realizations=2, until=())), tmp_path / "run")
+    if older:
+        without_keys(run.folder, "kind")
+    before = contents(run.folder)
+    with pytest.raises(rs.RecordError, match="holds a run of drawn surfaces, not a pressed map; .* run the scene"):
+        rs.press(pressed / "scene.toml", run.folder, changes=AT_35)
+    assert contents(run.folder) == before
+    with pytest.raises(rs.RecordError, match="holds a pressed map; name a new folder for the study"):
+        rs.study(quick, vary={"sliding.nominal_pressure": [4e7]}, folder=pressed / "pressed")
+
+
+def test_a_map_is_not_pressed_into_a_study(pressed, tmp_path):
+    (tmp_path / "study" / "points").mkdir(parents=True)
+    (tmp_path / "study" / "study.json").write_text("{}")
+    with pytest.raises(rs.RecordError, match="holds a study; name a new folder"):
+        rs.press(pressed / "scene.toml", tmp_path / "study", changes=AT_35)
+
+
+@pytest.mark.parametrize("part", PLACES)
+def test_a_map_that_an_older_run_has_joined_is_no_result(place, part):
+    without_keys(place / "pressed" / part, "kind", "press")  # what that run left of run.json
+    for call in (lambda: rs.open_run(place / "pressed"), lambda: rs.open_run(place / "pressed" / part)):
+        with pytest.raises(rs.RecordError, match="drawn surfaces beside it.* press the map into a new folder"):
+            call()
+    with pytest.raises(rs.RecordError, match="press the map into a new folder"):
+        rs.press(place / "scene.toml", place / "pressed", changes=AT_35)
+
+
+def test_going_on_with_a_run_keeps_all_that_its_description_has(quick, tmp_path):
+    short = replace(quick, ensemble=replace(quick.ensemble, max_realizations=1, until=()))
+    folder = rs.run(short, tmp_path / "run").folder
+    record = json.loads((folder / "run.json").read_text())
+    assert record["kind"] == "run"
+    kept = {**record, "of_a_later_version": [1, 2]}
+    del kept["checksums"]
+    guarded = {**kept, "checksums": {key: checksum(value) for key, value in kept.items()}}
+    (folder / "run.json").write_text(json.dumps(guarded))
+    rs.run(short, folder, max_realizations=2)
+    after = json.loads((folder / "run.json").read_text())
+    assert after["max_realizations"] == 2
+    assert after["of_a_later_version"] == [1, 2]
+    assert after["kind"] == "run"
+    assert rs.open_run(folder).realizations == 2
+
+
+@pytest.mark.parametrize("part", PLACES)
+def test_a_damaged_member_of_a_map_is_moved_aside_and_pressed_again(place, part):
+    folder = place / "pressed"
+    first = rs.open_run(folder).estimate(NAME)
+    member = folder / part / "realizations" / "L1-000000.h5"
+    whole = rs.open_run(folder / part).values(NAME, extrapolated=False).finest.copy()
+    flip_byte(member)
+    with pytest.raises(rs.RecordError, match=f"L1-000000.h5 is damaged .*{ADVICE}"):
+        rs.open_run(folder)
+    with pytest.warns(RuntimeWarning, match="is damaged .* moved to .*damaged.L1-000000.h5 and is done again"):
+        again = rs.press(place / "scene.toml", folder, changes=AT_35)
+    assert (folder / part / "damaged" / "L1-000000.h5").exists()
+    np.testing.assert_array_equal(rs.open_run(folder / part).values(NAME, extrapolated=False).finest, whole)
+    np.testing.assert_array_equal(again.estimate(NAME).mean, first.mean)
+    np.testing.assert_array_equal(again.estimate(NAME).total_error, first.total_error)
+
+
+def test_advice_on_a_damaged_or_missing_member_names_press(place, capsys):
+    quarters = place / "pressed" / "quarters"
+    flip_byte(quarters / "realizations" / "L0-000001.h5")
+    main_ended = pytest.raises(SystemExit)
+    with main_ended:
+        main(["status", str(quarters)])
+    said = " ".join(capsys.readouterr())
+    assert "run the scene" not in said
+    assert f"roughsim press SCENE -o {place / 'pressed'}" in said.replace("\n", "")
+    (quarters / "realizations" / "L0-000001.h5").unlink()
+    with pytest.raises(SystemExit):
+        main(["status", str(quarters)])
+    said = "".join(capsys.readouterr()).replace("\n", "")
+    assert "not there: L0-000001" in said
+    assert f"roughsim press SCENE -o {place / 'pressed'}" in said
+
+
+def test_fields_of_a_map_that_were_not_kept_are_not_drawn(place):
+    quarters = rs.open_run(place / "pressed" / "quarters")
+    level = len(quarters.numerics.levels) - 1
+    lost = next(index for index in range(4) if index not in quarters.kept(level))
+    with pytest.raises(ValueError, match=r"press the map in a new folder with --set numerics.keep_fields="):
+        load_fields(quarters, level, lost)  # drawing it would show another surface
+
+
+def test_the_page_of_a_map_says_how_to_press_it(place, tmp_path):
+    page = report_run(rs.open_run(place / "pressed"), tmp_path / "page.html").read_text()
+    assert "roughsim press scene.toml -o pressed" in page
+    assert "roughsim run scene.toml" not in page
