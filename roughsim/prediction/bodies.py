@@ -124,42 +124,68 @@ def heating(scene: Scene, speed: float) -> Heating:
 def heating_of_contact(scene: Scene, speed: float) -> Heating:
     """Return μ, κ and D from their tables, at the temperature that the contact reaches with them.
 
-    If there are several such temperatures it is the lowest, because a cold contact reaches it first. It is looked for
-    in 64 steps and at the rows of the tables: if only μ is a table, none lies between. SceneError if there is none.
+    If there are several such temperatures it is the lowest, because a cold contact reaches it first. SceneError if
+    there is none.
     """
+    for constants, _ in solutions(scene, speed):
+        return constants
     ends = {key: min(rows[-1][0] for rows in tables) for key, tables in scene.tables.items()}
-    start, end = scene.sliding.background_temperature or 0.0, min(ends.values())
-    friction_end = ends.get("friction_coefficient", inf)
+    end = min(ends.values())
+    raise SceneError(
+        f"sliding.speed = {speed:g} m/s heats the contact to T₀ + T_flash = "
+        f"{contact_with(scene, speed, end)[2]:.4g} K at constant {' and '.join(ends)} beyond {end:g} K, where the "
+        "tables end; extend them or lower the speed"
+    )
 
-    def contact_with(temperature: float) -> tuple[Heating, float, float]:
-        """Return the constants with κ at a temperature, the temperature there with them, and that of the contact."""
-        bodies = scene.conduction(temperature)
-        background, flash = rises(scene, speed, bodies)
-        layer, contact = background + 0.75 * flash, background + flash
-        # the temperature of the contact follows from that of κ: both rises are in proportion to μ
-        hot = start + (temperature - start) * (contact / layer if layer else 1.0)
-        friction = scene.friction_coefficient(min(hot, friction_end))
-        return Heating(friction, bodies), start + friction * layer, start + friction * contact
+
+def contact_temperatures(scene: Scene, speed: float) -> list[float]:
+    """Return every absolute temperature, K, that solves the heat balance with the tables of a scene, ascending.
+
+    The first is the one in use; none of them lies beyond the end of a table. The contact is stable at the first, third
+    and so on, and drifts away from those between.
+    """
+    return [contact for _, contact in solutions(scene, speed)]
+
+
+def solutions(scene: Scene, speed: float) -> Iterator[tuple[Heating, float]]:
+    """Yield μ, κ and D, and the absolute temperature of the contact, K, of each solution, from the coldest on.
+
+    They are looked for in 64 steps and at the rows of the tables: if only μ is a table, none lies between.
+    """
+    start = scene.sliding.background_temperature or 0.0
+    end = min(rows[-1][0] for tables in scene.tables.values() for rows in tables)
+    friction_end = min((rows[-1][0] for rows in scene.tables.get("friction_coefficient", [])), default=inf)
 
     def excess(temperature: float) -> float:
-        return contact_with(temperature)[1] - temperature
+        return contact_with(scene, speed, temperature)[1] - temperature
 
     background, flash = rises(scene, speed, scene.conduction(start))
     part = (background + 0.75 * flash) / (background + flash) if flash else 1.0
     rows = [kelvin for tables in scene.tables.values() for table in tables for kelvin, _ in table]
     rows += [start + part * (kelvin - start) for kelvin in rows]
-    marks = {*np.linspace(start, end, 1 + _STEPS).tolist(), *rows}
-    for low, high in pairwise(sorted(kelvin for kelvin in marks if start <= kelvin <= end)):
-        if excess(high) <= 0.0:
-            root = brentq(excess, low, high, xtol=1e-11 * high, rtol=1e-13) if excess(low) > 0.0 else low
-            constants, _, contact = contact_with(root)
-            if contact <= friction_end:
-                return constants
-            break
-    raise SceneError(
-        f"sliding.speed = {speed:g} m/s heats the contact to T₀ + T_flash = {contact_with(end)[2]:.4g} K at constant "
-        f"{' and '.join(ends)} beyond {end:g} K, where the tables end; extend them or lower the speed"
-    )
+    marks = sorted({*np.linspace(start, end, 1 + _STEPS).tolist(), *(k for k in rows if start <= k <= end)})
+    hotter = True  # whether the contact gets hotter than the last mark
+    for low, high in pairwise([start, *marks]):
+        if (excess(high) > 0.0) != hotter:
+            hotter = not hotter
+            root = brentq(excess, low, high, xtol=1e-11 * high, rtol=1e-13) if excess(low) != 0.0 else low
+            constants, _, contact = contact_with(scene, speed, root)
+            if contact > friction_end:
+                return
+            yield constants, contact
+
+
+def contact_with(scene: Scene, speed: float, temperature: float) -> tuple[Heating, float, float]:
+    """Return the constants with κ at a temperature, the temperature there with them, and that of the contact, K."""
+    start = scene.sliding.background_temperature or 0.0
+    friction_end = min((rows[-1][0] for rows in scene.tables.get("friction_coefficient", [])), default=inf)
+    bodies = scene.conduction(temperature)
+    background, flash = rises(scene, speed, bodies)
+    layer, contact = background + 0.75 * flash, background + flash
+    # the temperature of the contact follows from that of κ: both rises are in proportion to μ
+    hot = start + (temperature - start) * (contact / layer if layer else 1.0)
+    friction = scene.friction_coefficient(min(hot, friction_end))
+    return Heating(friction, bodies), start + friction * layer, start + friction * contact
 
 
 def rises(scene: Scene, speed: float, bodies: Conduction) -> tuple[float, float]:

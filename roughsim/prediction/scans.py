@@ -50,9 +50,9 @@ def scan_error(scene: Scene, only: str = "") -> dict[str, Array]:
     return {key: np.expm1(np.sqrt(square)) for key, square in squares.items()}
 
 
-def scan_part(scene: Scene, observable: str) -> Array | None:
-    """Return the relative 95 % error of one observable by the scans; None where C(q) was not measured on maps."""
-    return scan_error(scene)[observable] if scene.scanned else None
+def scan_part(scene: Scene, *observables: str) -> Array | None:
+    """Return the relative 95 % error by the scans of a product of observables; None without C(q) measured on maps."""
+    return np.asarray(sum(scan_error(scene)[name] for name in observables)) if scene.scanned else None
 
 
 def scan_of_hottest(scene: Scene) -> float | None:

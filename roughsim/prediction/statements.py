@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from math import degrees
 from typing import NamedTuple
 
+from roughsim.prediction.bodies import contact_temperatures
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
 from roughsim.surface.topography import Texture
@@ -25,7 +26,7 @@ class Statement(NamedTuple):
 
 def statements(scene: Scene) -> list[Statement]:
     """Return what a scene assumes, in the order in which it is printed."""
-    return [*of_roughness(scene), *of_textures(scene), *of_heat(scene)]
+    return [*of_roughness(scene), *of_textures(scene), *of_heat(scene), *of_tables(scene)]
 
 
 def textures(scene: Scene) -> dict[str, list[Texture]]:
@@ -74,6 +75,19 @@ def of_heat(scene: Scene) -> Iterator[Statement]:
     if scene.sliding.history == SLIDING:
         because += "; the column sliding has its own share"
     yield Statement("heat", value, because)
+
+
+def of_tables(scene: Scene) -> Iterator[Statement]:
+    """Yield the temperature of the contact at each speed at which its tables allow several."""
+    for speed in scene.speeds if scene.tables else ():
+        try:
+            found = [f"{kelvin:.4g}" for kelvin in contact_temperatures(scene, speed)]
+        except (ValueError, ArithmeticError, RuntimeError):  # the theory has no value, as where it is needed is said
+            continue
+        if len(found) > 1:
+            others = " and ".join(found[1:])
+            because = f"{others} K solve the balance with these tables, too; a cold contact reaches the coldest first"
+            yield Statement(f"contact at {speed:g} m/s", f"{found[0]} K, the coldest of {len(found)}", because)
 
 
 def cautions(scene: Scene) -> Iterator[str]:

@@ -115,16 +115,18 @@ class Run(Counted):
         """Return the estimate of single contacts, with a share of the heat."""
         name, values = self.column(column), self.values(observable, column)
         notes = notes_of(self.scene, self.numerics, name, observable, values)
+        factors: tuple[str, ...] = (observable,)
         if OBSERVABLES[observable].heated:
             values = times_share(values, share)
-            notes += (NOTE,) if isinstance(share, Values) else ()
+            if isinstance(share, Values):
+                notes, factors = (*notes, NOTE), (*factors, "heat_partition")
         return estimate(
             observable,
             values,
             notes,
             size=self.size_error(observable, name, values),
             solver=OBSERVABLES[observable].solver_share * self.numerics.tolerance,
-            scan=scan_part(self.scene, observable) if self.scanned else None,
+            scan=scan_part(self.scene, *factors) if self.scanned else None,
         )
 
     @property

@@ -1,15 +1,20 @@
 """A friction coefficient over temperature: one constant for each speed, the same everywhere."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.optimize import fsolve
+from typer.testing import CliRunner
 
 import roughsim as rs
 from roughsim import prediction
+from roughsim.cli import app
 from roughsim.comparison.tables import theory_dict, theory_table
 from roughsim.explore.content import load_fields
+from roughsim.prediction.bodies import contact_temperatures
+from roughsim.prediction.statements import statements
 from roughsim.scene import SceneError, parse_scene
 from theory import flash, partition
 
@@ -98,6 +103,31 @@ def test_of_several_solutions_the_coldest_is_taken(capped_scene, rise, expected)
     assert scene.sliding.nominal_pressure == pressure
     assert START + high * heat > 670.0  # the hot branch is a solution at every one of these
     assert prediction.friction_coefficient(scene)[0] * heat == pytest.approx(rise * expected / 0.1, rel=1e-9)
+
+
+def test_the_other_solutions_are_stated_with_their_temperatures(capped_scene, tmp_path):
+    one = with_friction(capped_scene, 0.1, speed=[1.0, 35.0])
+    heats = [heat_of_one(one, speed)[1] for speed in (1.0, 35.0)]
+    low, high = 200.0 / heats[1], 1000.0 / heats[1]  # the cold branch rises by 200 K at 35 m/s, the hot one by 1000 K
+    scene = with_friction(capped_scene, over(STEP[0], [low, low, high, high]), speed=[1.0, 35.0])
+    # between the rows T − 350 = 200 + 800 (T − 650)/20
+    middle = (550.0 - 40.0 * 650.0) / (1.0 - 40.0)
+    assert contact_temperatures(scene, 35.0) == pytest.approx([550.0, middle, 1350.0], rel=1e-8)
+    assert contact_temperatures(scene, 1.0) == pytest.approx([START + low * heats[0]], rel=1e-8)
+    path = tmp_path / "scene.toml"
+    path.write_text(scene.to_toml())
+    levels = [{"column": "elastic", "shape": [16, 16], "q_max": 1e4}]
+    levels = [level | {"column": name} for level in levels for name in ("smoothed", "capped")]
+    run = rs.run(replace(scene, numerics=replace(scene.numerics, levels=tuple(levels))), tmp_path / "run")
+    outputs = [CliRunner().invoke(app, [verb, str(path)]).stdout for verb in ("theory", "plan")]
+    outputs.append(CliRunner().invoke(app, ["compare", str(run.folder)]).stdout)
+    for text in outputs:
+        (line,) = re.findall(r"contact at 35 m/s.*?first", " ".join(text.split()))
+        assert "550 K, the coldest of 3" in line
+        assert f"{middle:.4g} and 1350 K solve" in line
+        assert "contact at 1 m/s" not in text
+    falls = with_friction(capped_scene, over([300, 2000], [0.3, 0.02]))
+    assert not any(statement.name.startswith("contact at") for statement in statements(falls))
 
 
 def test_a_solution_between_two_close_rows_is_not_passed_over(capped_scene):

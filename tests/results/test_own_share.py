@@ -130,6 +130,16 @@ def test_other_parts_of_the_error_of_the_share_add_to_those_of_the_temperature(t
         assert found.budget[part][0] == 0.0  # at rest nothing heats
 
 
+def test_the_error_by_the_scan_has_that_of_the_share(mean_run, monkeypatch):
+    parts = {"flash_temperature": 0.1, "heat_partition": 0.02}
+    errors = {name: np.full(len(SPEEDS), error) for name, error in parts.items()}
+    monkeypatch.setattr("roughsim.prediction.scans.scan_error", lambda _: errors)
+    monkeypatch.setattr(type(mean_run.scene), "scanned", True)
+    monkeypatch.setattr(type(mean_run), "scanned", True)
+    found = mean_run._estimate("flash_temperature", "capped", mean_run.share_values("capped"))
+    np.testing.assert_allclose(found.budget["scan"], 0.12 * found.mean, rtol=1e-12)
+
+
 def test_the_theory_keeps_its_own_share_and_ratios_have_none(run):
     scene, rows = run.scene, rs.compare(run).rows
     share = prediction.heat_partition(scene)
