@@ -44,8 +44,8 @@ ELASTIC_SHARE = 0.01  # of the contact: below, all has yielded
 EDGE = 0.4  # share of the sidebands above q_max that lies in the tail of the edges
 ONSET = 1.7  # q/q_max at which half of the tail has set in: sums of two waves reach 2
 RIM = 7.0  # D/σ_P² at which 1/e of the variance that is missing from full yield is truly missing
-# the worst over 91 drawn contacts and the map is 4 % of T_flash and 3.1 % of g_σ(0), and at the passage to elastic
-# contact 6.1 % and 8.1 %. The contact area was up to 12 % too small, the yielded area from half to 1.4 times as large
+# the worst over 91 drawn contacts and the map is 4.5 % of T_flash and 2.9 % of g_σ(0), and at the passage to elastic
+# contact 5.3 % and 6.7 %. The contact area was up to 12 % too small, the yielded area from half to 1.4 times as large
 # where little has yielded, A_pl/A ≤ .1; of other quantities no band is known
 ERROR_BANDS = {"flash_temperature": 0.07, "pressure_variance": 0.09, "contact_fraction": 0.13, "plastic_fraction": 0.5}
 
