@@ -9,14 +9,16 @@ is the one to `theory_same_modes`, the sum over the modes that the simulation it
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain
+from math import degrees
 from pathlib import Path
 from typing import Any
 
-from roughsim.comparison.rows import CONTACT_TEMPERATURE, NOTICED, Row, Slope, finest, rows_of, stress_slope
+from roughsim.comparison.rows import CONTACT_TEMPERATURE, FLASH, NOTICED, Row, Slope, finest, rows_of, stress_slope
 from roughsim.comparison.tables import calibrated_note
-from roughsim.prediction.statements import statements
+from roughsim.prediction.statements import statements, texture_warnings
 from roughsim.results import marks
 from roughsim.results.folder import left_out
+from roughsim.results.pressed import Pressed
 from roughsim.results.run import Run
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
@@ -81,6 +83,8 @@ class Comparison:
             "rows": [row.to_dict() for row in self.rows],
             "stress_slopes": [slope._asdict() for slope in self.slopes],
         }
+        if isinstance(self.run, Pressed):
+            result["directions"] = self.run.angles
         return {key: json_value(value) for key, value in result.items()}
 
     def table(self) -> Table:
@@ -166,6 +170,19 @@ def comparison_table(comparison: Comparison) -> Table:
     return Table([*columns, Column("note")], rows, title, [*meanings(comparison), *comparison.notes()])
 
 
+def meanings_of_directions(run: Pressed) -> Iterator[str]:
+    """Yield what the rows of a map by the direction of sliding and over its Gaussian twin are."""
+    if run.angles:
+        angles = ", ".join(f"{FLASH}_{name} at {degrees(angle) % 360:.0f}°" for name, angle in run.angles.items())
+        yield (
+            f"{FLASH}: the mean over all directions of sliding. {angles} from x towards y; along is the lay of the "
+            "map. Each is the mean times its ratio at q_c, half the length of the map after the start from rest."
+        )
+    if run.over_twin is not None:
+        ratios = ", ".join(f"{x:.2f} at {v:g} m/s" for x, v in zip(run.over_twin, run.scene.speeds, strict=True))
+        yield f"map over Gaussian twin: {ratios}; T_flash over that of one map of the same |h(q)| with random phases."
+
+
 def meanings(comparison: Comparison) -> Iterator[str]:
     """Yield notes: the slopes of the stress spectrum, and the meaning of columns and marks."""
     for slope in comparison.slopes:
@@ -178,6 +195,10 @@ def meanings(comparison: Comparison) -> Iterator[str]:
     )
     yield calibrated_note(comparison.run.scene)
     yield from map(str, statements(comparison.run.scene))
+    if isinstance(comparison.run, Pressed):
+        yield from meanings_of_directions(comparison.run)
+    elif comparison.run.drawn:
+        yield from texture_warnings(comparison.run.scene)
     if comparison.run.numerics.march is not None:
         yield (
             "sliding: both faces move over one another, and the bodies share the heat point by point. T_flash is that "

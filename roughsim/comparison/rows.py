@@ -15,10 +15,12 @@ from roughsim.estimate.sliding import OF_MARCH
 from roughsim.grid import Array, Grid, modes_between
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.marks import AT_CUT_OFF, IDENTITY, notes_of, unknown_words
+from roughsim.results.pressed import Pressed
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 from roughsim.surface.spectrum import TruncatedSpectrum
 
+FLASH, OVER_TWIN = "flash_temperature", "map_over_gaussian_twin"  # of the rows of a map that is pressed
 NOTICED = 0.02  # relative difference of two theories that a note names
 CONTACT_TEMPERATURE = "contact_temperature"  # T₀(t) + T_flash, of scenes with a duration
 BIN_WIDTH, LEAST_BINS = 0.12, 12  # of the stress spectrum, in ln q; how many make a band that has a slope
@@ -136,6 +138,25 @@ def rows_of(run: Run) -> Iterator[Row]:
         flash = {name: values["flash_temperature"] for name, values in theories.items()}
         rows = rows_of_one(run, "flash_temperature", flash, prediction.background(run.scene))
         yield from (replace(row, observable=CONTACT_TEMPERATURE) for row in rows)
+    if isinstance(run, Pressed):
+        yield from rows_of_directions(run)
+
+
+def rows_of_directions(run: Pressed) -> Iterator[Row]:
+    """Yield T_flash of a map in each direction of sliding that is known, and that of the map over its Gaussian twin.
+
+    There is no theory of them, and one twin shows no scatter: its error is unknown.
+    """
+    (column,) = run.numerics.columns
+    estimates = {f"{FLASH}_{name}": run.in_direction(name, column) for name in run.angles}
+    without = {f"{column}_over_theory": Ratio(nan, nan)}
+    for name, estimate in estimates.items():
+        for k, speed in enumerate(run.scene.speeds):
+            cells = {column: cell_of(estimate, k)}
+            yield Row(name, "K", speed, nan, nan, nan, nan, columns=cells, ratios=without, note="")
+    for speed, ratio in zip(run.scene.speeds, [] if run.over_twin is None else run.over_twin.tolist(), strict=False):
+        cells = {column: Cell(ratio, nan, nan)}
+        yield Row(OVER_TWIN, "1", speed, nan, nan, nan, nan, columns=cells, ratios=without, note="")
 
 
 def rows_of_one(run: Run, observable: str, predicted: dict[str, Array], more: Array | None = None) -> Iterator[Row]:

@@ -8,6 +8,7 @@ from math import pi
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
+from roughsim.ensemble.directions import by_direction
 from roughsim.ensemble.run import begin
 from roughsim.ensemble.tasks import sweep
 from roughsim.ensemble.workers import Job, single_member, write
@@ -19,6 +20,7 @@ from roughsim.pipeline import solve_problem
 from roughsim.planning.levels import ELASTIC_SIDE, PIXELS
 from roughsim.planning.realization import largest_member, level_problem
 from roughsim.results.folder import open_run
+from roughsim.results.pressed import DIRECTIONS
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneError
 from roughsim.scene.files import load_map
@@ -52,7 +54,9 @@ def press(
 
     The run has one realization, the map. It is solved at half the cut-off, there also at half the pixel, and at the
     highest cut-off that its pixels resolve with four points per wave; larger maps are made coarser to 2048 points per
-    side of the cell. The statistical error is that of the four quarters, pressed alike.
+    side of the cell. The statistical error is that of the four quarters, pressed alike. T_flash is a mean over all
+    directions of sliding. At the highest cut-off it is also known along and across the lay of the map and in
+    `sliding.direction`, and over T_flash of a Gaussian twin of the map: with the same |h(q)|, and random phases.
 
     Parameters
     ----------
@@ -91,9 +95,9 @@ def press(
         numerics = numerics_of(own, cells[0].grid, q_max, coarser, how)
         workers_that_fit(1, *largest_member(own, numerics), available_memory())
         about = {"of": MAP if len(cells) == 1 else QUARTERS, "edges": how, "heights": digest}
-        tasks.append((place, own, begin(own, place, numerics, pressed=about), cells))
+        tasks.append((place, own, begin(own, place, numerics, pressed=about), cells, how))
     for task in tasks:
-        solve(*task)
+        solve(*task, topography)
     result = open_run(home)
     result.save()
     return result
@@ -170,8 +174,10 @@ def numerics_of(scene: Scene, grid: Grid, q_max: float, coarser: float, edges: s
     )
 
 
-def solve(folder: Path, scene: Scene, numerics: Numerics, cells: Sequence[Cell]) -> None:
-    """Compute the members that are missing; damaged ones are moved aside first."""
+def solve(
+    folder: Path, scene: Scene, numerics: Numerics, cells: Sequence[Cell], edges: str, topography: Topography
+) -> None:
+    """Compute the members that are missing, the last level with its directions; damaged ones are moved aside first."""
     home = Path(os.path.abspath(folder))
     provenance = {"scene": scene.identity(), "numerics": numerics.to_dict()}
     set_threads(numerics.threads)
@@ -187,4 +193,9 @@ def solve(folder: Path, scene: Scene, numerics: Numerics, cells: Sequence[Cell])
                 problem = replace(level_problem(scene, numerics, number), index=index)
                 job = Job(number, problem, scene.speeds, numerics.keep_fields, provenance, home)
                 surface = band_limited(heights, grid, level.shape, level.q_max)
-                write(job, problem, single_member(job, problem, solve_problem(problem, heights=surface)))
+                solution = solve_problem(problem, heights=surface)
+                member = single_member(job, problem, solution)
+                if number == len(numerics.levels) - 1:
+                    more = by_direction(scene, topography, problem, solution, edges, twin=len(cells) == 1)
+                    member = replace(member, provenance=member.provenance | {DIRECTIONS: more})
+                write(job, problem, member)

@@ -92,14 +92,19 @@ def of_tables(scene: Scene) -> Iterator[Statement]:
 
 def cautions(scene: Scene) -> Iterator[str]:
     """Yield a warning for each assumption that is easily missed, or that a map does not fulfil."""
-    for face, maps in textures(scene).items():
-        yield from dict.fromkeys(line for texture in maps for line in texture.warnings(face))
+    yield from texture_warnings(scene)
     if scene.sliding.direction is not None:
         yield (
             f"sliding.direction = {degrees(scene.sliding.direction):.4g}° changes nothing in the theory and on drawn "
             "surfaces, which are isotropic; `roughsim press` gives T_flash in this direction"
         )
     yield from caution_of_heat(scene)
+
+
+def texture_warnings(scene: Scene) -> Iterator[str]:
+    """Yield a warning for each way in which surfaces drawn from C(q) are not like a map that it was measured on."""
+    for face, maps in textures(scene).items():
+        yield from dict.fromkeys(line for texture in maps for line in texture.warnings(face))
 
 
 def caution_of_heat(scene: Scene) -> Iterator[str]:

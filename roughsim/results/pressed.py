@@ -7,22 +7,28 @@ from typing import Any
 
 import numpy as np
 
-from roughsim.estimate.errors import SOURCES, Estimate
+from roughsim.estimate.errors import SOURCES, Estimate, half_width, spread
 from roughsim.estimate.ladder import Values
 from roughsim.grid import Array
 from roughsim.results.run import Run
 from roughsim.store.kinds import QUARTERS
+from roughsim.store.member_files import member_path, read_member
 
 NOTE = "the value is that of the map itself; n counts its four quarters, which show the scatter"
 # quarters of one map share its longest waves: by `experiments/pressed_maps.py` maps of 2 and 4 longest waves differ by
 # 0.8 to 1.8 times what four independent quarters would; the interval has √(1 + 2/3) beside it
 SHARED = 1.2
+IN_DIRECTION = (
+    "the mean over all directions, times the ratio to it at the highest cut-off, half the length of the map after the "
+    "start from rest"
+)
 OF_MAP = {
     "statistical": "how far the mean over many maps of this size, from the same surface, may be: 95 %, by the scatter "
     f"of the four quarters, {SHARED:g} times as they share the longest waves; Student t of three degrees of freedom",
     "size": "how far the mean of the four quarters is from the map: they have no wave longer than themselves, and "
     "twice the edge per area",
 }
+DIRECTIONS = "directions"  # key in the provenance of members of the last level
 
 
 class Quarters(Run):
@@ -80,6 +86,48 @@ class Pressed(Run):
         whole, parts = (run.values(observable, column).extrapolated.mean(axis=0) for run in (self, self.quarters))
         with np.errstate(all="ignore"):  # 0/0 at rest
             return np.asarray(np.nan_to_num(np.abs(parts / whole - 1.0), posinf=0.0))
+
+    @property
+    def angles(self) -> dict[str, float]:
+        """Directions of sliding in which T_flash is known, radians: along and across the lay, and the one asked for."""
+        found: dict[str, float] = self._directions(self, 0).get("angles", {})
+        return found
+
+    @property
+    def over_twin(self) -> Array | None:
+        """T_flash of the map over that of its Gaussian twin, (speeds,); None in a run of an older version."""
+        found = self._directions(self, 0).get("over_twin")
+        return None if found is None else np.array(found, np.float64)
+
+    def in_direction(self, name: str, column: str | None = None) -> Estimate:
+        """Return T_flash in one of the directions `angles`: its mean over directions, times their ratio in the contact.
+
+        The scatter of the ratio is that of the four quarters, and the difference of their mean from the map an error of
+        its size. LookupError if the direction was not computed.
+        """
+        over = np.array(self._directions(self, 0)["over_mean"][name])
+        rows = np.array([self._directions(self.quarters, k)["over_mean"][name] for k in range(4)])
+        mean = self.estimate("flash_temperature", column)
+        error, freedom = spread(1.0 + SHARED * (rows / rows.mean(axis=0) - 1.0))
+        budget = {part: values * over for part, values in mean.budget.items()}
+        budget["statistical"] = np.hypot(budget["statistical"], mean.mean * over * half_width(error, freedom))
+        budget["size"] = np.hypot(budget["size"], mean.mean * np.abs(rows.mean(axis=0) - over))
+        return replace(
+            mean,
+            mean=mean.mean * over,
+            standard_error=np.hypot(mean.standard_error * over, mean.mean * over * error),
+            budget=budget,
+            bias=mean.bias * over,
+            notes=(*mean.notes, IN_DIRECTION),
+        )
+
+    def _directions(self, run: Run, index: int) -> dict[str, Any]:
+        """What a member of the last level says of directions; nothing if it is missing or of an older version."""
+        level = len(run.numerics.levels) - 1
+        if (level, index) not in run.members or run.members[level, index].failure:
+            return {}
+        stored = read_member(member_path(run.folder, level, index)).provenance.get(DIRECTIONS, {})
+        return dict(stored)
 
     def _estimate(self, observable: str, column: str | None, share: Values | Array) -> Estimate:
         """Return the estimate of the map, which says what its errors are of."""

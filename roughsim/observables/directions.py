@@ -1,0 +1,53 @@
+"""T_flash of one contact in one direction of sliding, by the field of temperature itself."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roughsim.grid import Array, Grid
+from roughsim.heat.periodic import sliding_temperature
+from roughsim.observables.moments import Sliding
+
+
+def flash_temperature_along(
+    pressure: Array, grid: Grid, sliding: Sliding, direction: float, slid_distance: float | None = None
+) -> Array:
+    """Return ⟨Tσ⟩/⟨σ⟩ in one direction of sliding, K, at each speed, without q = 0.
+
+    The temperature is that of `sliding_temperature` from rest: the steady moments of one direction have every spot in
+    its own hot track, for ever, and above v L/(2πD) = 1 they are too high. With the sides four and more longest waves,
+    the mean over directions is within 2 % that of `measure`.
+
+    Parameters
+    ----------
+    pressure : ndarray
+        Shape `grid.shape`, Pa, periodic.
+    grid : Grid
+        Its cell.
+    sliding : Sliding
+        Speeds, friction, and the body; its own direction is not read.
+    direction : float
+        Radians from axis 0 towards axis 1.
+    slid_distance : float, optional
+        Distance slid since the start from rest, m. Default: half the chord of the cell along `direction`.
+    """
+
+    def at_speeds(value: ArrayLike) -> list[float]:
+        shared: list[float] = np.broadcast_to(value, len(sliding.speeds)).tolist()
+        return shared
+
+    friction, kappa, diffusivity = map(
+        at_speeds, (sliding.friction_coefficient, sliding.conductivity, sliding.diffusivity)
+    )
+    mean, found = float(pressure.mean()), []
+    for k, speed in enumerate(sliding.speeds):
+        temperature = sliding_temperature(
+            sliding.heat_partition * friction[k] * abs(speed) * pressure,
+            grid,
+            speed=speed,
+            conductivity=kappa[k],
+            diffusivity=diffusivity[k],
+            direction=direction,
+            slid_distance=slid_distance,
+        )
+        found.append(float(np.mean(temperature * pressure)) / mean)
+    return np.array(found)
