@@ -26,7 +26,7 @@ def by_direction(
     The directions are along and across the lay of the whole map, and that of the scene if it has one.
     """
     lay = topography.texture.lay
-    angles = {"along": lay, "across": lay + 0.5 * pi}
+    angles = {"along": lay, "across": (lay + 0.5 * pi) % pi}
     if scene.sliding.direction is not None:
         angles["asked"] = scene.sliding.direction
     found: dict[str, Any] = {"angles": angles, "over_mean": over_mean(problem, solution, angles, edges)}
@@ -36,9 +36,7 @@ def by_direction(
     return found
 
 
-def over_mean(
-    problem: Problem, solution: Solution, angles: dict[str, float], edges: str
-) -> dict[str, list[float]]:
+def over_mean(problem: Problem, solution: Solution, angles: dict[str, float], edges: str) -> dict[str, list[float]]:
     """Return T_flash in each direction over the mean over all directions, at each speed, of one contact.
 
     Mirror images turn an oblique lay to the other side. So of a mirrored cell the pressure on the map itself is taken,
@@ -58,9 +56,9 @@ def over_mean(
 
 
 def over_twin(problem: Problem, topography: Topography) -> list[float]:
-    """Return T_flash of a map over that of its Gaussian twin, at each speed: two solves, up to the cut-off of `problem`.
+    """Return T_flash of a map over that of its Gaussian twin, at each speed, by two solves.
 
-    Both are in a cell of the map's own sides, with pixels as in `problem`. A map that is not periodic is taken by its
+    Both are in a cell of the map's own sides, with pixels and cut-off of `problem`. A map that is not periodic is taken by its
     periodic part there, so that both have the same |h(q⃗)| without a step, and mirror images do not cross its lay.
     """
     heights, own = topography.heights, topography.grid

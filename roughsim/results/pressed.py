@@ -91,7 +91,7 @@ class Pressed(Run):
     def angles(self) -> dict[str, float]:
         """Directions of sliding in which T_flash is known, radians: along and across the lay, and the one asked for."""
         found: dict[str, float] = self._directions(self, 0).get("angles", {})
-        return found
+        return {name: found[name] for name in ("along", "across", "asked") if name in found}
 
     @property
     def over_twin(self) -> Array | None:
