@@ -58,8 +58,8 @@ def over_mean(problem: Problem, solution: Solution, angles: dict[str, float], ed
 def over_twin(problem: Problem, topography: Topography) -> list[float]:
     """Return T_flash of a map over that of its Gaussian twin, at each speed, by two solves.
 
-    Both are in a cell of the map's own sides, with pixels and cut-off of `problem`. A map that is not periodic is taken by its
-    periodic part there, so that both have the same |h(q⃗)| without a step, and mirror images do not cross its lay.
+    Both are in a cell of the map's own sides, with pixels and cut-off of `problem`. A map that is not periodic is taken
+    by its periodic part there, so that both have the same |h(q⃗)| without a step, and without crossed lays.
     """
     heights, own = topography.heights, topography.grid
     if not topography.periodic:

@@ -10,6 +10,7 @@ from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.arrays import Labelled
 from roughsim.results.marks import notes_of, unknown_words
+from roughsim.results.pressed import Pressed
 from roughsim.results.run import Run
 from roughsim.scene.numerics import SLIDING
 
@@ -36,7 +37,7 @@ def answers(run: Run, observables: Iterable[str] = OBSERVABLES) -> Iterator[Labe
     """Yield the columns, the speeds, the share of the heat, and observables with their total error, 95 %, and marks.
 
     They are (column, speed) or (column,). The marks are texts: the unknown parts of the error, and the note of
-    `marks.notes_of`. ValueError if the run has no sound realization.
+    `marks.notes_of`. Of a pressed map T_flash by the direction of sliding follows. ValueError if the run has no sound realization.
     """
     columns = columns_of(run)
     share = {"units": "1", "description": "share of the heat that the temperatures are of"}
@@ -65,6 +66,21 @@ def answers(run: Run, observables: Iterable[str] = OBSERVABLES) -> Iterator[Labe
         axes = ("column", "speed") if record.per_speed else ("column",)
         tables = (np.array(table) for table in (values, errors, unknown, notes))
         yield from marked(name, axes, *(table if record.per_speed else table[:, 0] for table in tables))
+    if isinstance(run, Pressed):
+        yield from answers_of_directions(run)
+
+
+def answers_of_directions(run: Pressed) -> Iterator[Labelled]:
+    """Yield T_flash of a pressed map in each direction with its error, and over its Gaussian twin; all over speed."""
+    for name, angle in run.angles.items():
+        estimate, title = run.in_direction(name), f"flash_temperature_{name}"
+        about = {"units": "K", "description": f"sliding at {angle:.6g} rad from x towards y"}
+        yield Labelled(title, ("speed",), estimate.mean, about | {"ancillary_variables": title + TAIL})
+        error = {"units": "K", "description": "total error of the mean, 95 %"}
+        yield Labelled(title + TAIL, ("speed",), estimate.total_error, error)
+    if run.over_twin is not None:
+        words = "T_flash of the map over that of one map of the same |h(q)| with random phases"
+        yield Labelled("map_over_gaussian_twin", ("speed",), run.over_twin, {"units": "1", "description": words})
 
 
 def marked(
