@@ -37,7 +37,8 @@ def answers(run: Run, observables: Iterable[str] = OBSERVABLES) -> Iterator[Labe
     """Yield the columns, the speeds, the share of the heat, and observables with their total error, 95 %, and marks.
 
     They are (column, speed) or (column,). The marks are texts: the unknown parts of the error, and the note of
-    `marks.notes_of`. Of a pressed map T_flash by the direction of sliding follows. ValueError if the run has no sound realization.
+    `marks.notes_of`. Of a pressed map T_flash by the direction of sliding follows. ValueError if the run has no sound
+    realization.
     """
     columns = columns_of(run)
     share = {"units": "1", "description": "share of the heat that the temperatures are of"}

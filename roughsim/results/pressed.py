@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from roughsim.errors import RecordError
 from roughsim.estimate.errors import SOURCES, Estimate, half_width, spread
 from roughsim.estimate.ladder import Values
 from roughsim.grid import Array
@@ -89,15 +90,19 @@ class Pressed(Run):
 
     @property
     def angles(self) -> dict[str, float]:
-        """Directions of sliding in which T_flash is known, radians: along and across the lay, and the one asked for."""
+        """Directions of sliding in which T_flash is known, radians: along and across the lay, and the one asked for.
+
+        None where the map or a quarter was computed by an older version, or did not converge.
+        """
         found: dict[str, float] = self._directions(self, 0).get("angles", {})
-        return {name: found[name] for name in ("along", "across", "asked") if name in found}
+        whole = all(self._directions(self.quarters, k).get("angles") == found for k in range(4))
+        return {name: found[name] for name in ("along", "across", "asked") if whole and name in found}
 
     @property
     def over_twin(self) -> Array | None:
         """T_flash of the map over that of its Gaussian twin, (speeds,); None in a run of an older version."""
-        found = self._directions(self, 0).get("over_twin")
-        return None if found is None else np.array(found, np.float64)
+        found: Array | None = self._directions(self, 0).get("over_twin")
+        return found
 
     def in_direction(self, name: str, column: str | None = None) -> Estimate:
         """Return T_flash in one of the directions `angles`: its mean over directions, times their ratio in the contact.
@@ -105,8 +110,8 @@ class Pressed(Run):
         The scatter of the ratio is that of the four quarters, and the difference of their mean from the map an error of
         its size. LookupError if the direction was not computed.
         """
-        over = np.array(self._directions(self, 0)["over_mean"][name])
-        rows = np.array([self._directions(self.quarters, k)["over_mean"][name] for k in range(4)])
+        over = self._directions(self, 0)["over_mean"][name]
+        rows = np.stack([self._directions(self.quarters, k)["over_mean"][name] for k in range(4)])
         mean = self.estimate("flash_temperature", column)
         error, freedom = spread(1.0 + SHARED * (rows / rows.mean(axis=0) - 1.0))
         budget = {part: values * over for part, values in mean.budget.items()}
@@ -126,8 +131,23 @@ class Pressed(Run):
         level = len(run.numerics.levels) - 1
         if (level, index) not in run.members or run.members[level, index].failure:
             return {}
-        stored = read_member(member_path(run.folder, level, index)).provenance.get(DIRECTIONS, {})
-        return dict(stored)
+        path, speeds = member_path(run.folder, level, index), (len(self.scene.speeds),)
+        stored = read_member(path).provenance.get(DIRECTIONS)
+        if stored is None:
+            return {}
+        try:
+            found: dict[str, Any] = {"angles": {str(name): float(angle) for name, angle in stored["angles"].items()}}
+            found["over_mean"] = {name: np.array(stored["over_mean"][name], np.float64) for name in found["angles"]}
+            curves = [*found["over_mean"].values()]
+            if "over_twin" in stored:
+                curves.append(found.setdefault("over_twin", np.array(stored["over_twin"], np.float64)))
+        except (TypeError, ValueError, LookupError, AttributeError) as error:
+            raise RecordError(
+                f"{path} has directions that no press writes ({error}); press into a new folder"
+            ) from error
+        if any(curve.shape != speeds for curve in curves):
+            raise RecordError(f"{path} has directions of other speeds than the run; press into a new folder")
+        return found
 
     def _estimate(self, observable: str, column: str | None, share: Values | Array) -> Estimate:
         """Return the estimate of the map, which says what its errors are of."""

@@ -4,6 +4,7 @@ import json
 import math
 import warnings
 from dataclasses import replace
+from importlib import import_module
 from types import SimpleNamespace
 
 import h5py
@@ -15,6 +16,7 @@ from roughsim.cli import main
 from roughsim.contact import Contact
 from roughsim.ensemble import directions
 from roughsim.ensemble.directions import over_mean
+from roughsim.errors import RecordError
 from roughsim.observables.directions import flash_temperature_along
 from roughsim.planning.realization import level_problem
 from roughsim.report import report_run
@@ -22,6 +24,7 @@ from roughsim.results.export import export_run
 from roughsim.surface.topography import encoded
 from roughsim.surface.topography.periodic import band_limited, gaussian_twin, mirrored, periodic_part
 
+press_module = import_module("roughsim.ensemble.press")
 SIDE = 0.5e-3
 SPEEDS = (0.2, 20.0)
 KAPPA, DIFFUSIVITY, FRICTION = 30.0, 30.0 / 7900 / 500, 0.11
@@ -225,3 +228,19 @@ def test_a_run_that_draws_from_a_map_with_spikes_does_not_know_its_error(tmp_pat
     table = str(rs.compare(drawn))
     assert "not Gaussian" in table
     assert "roughsim press" in table
+
+
+def test_a_map_that_an_older_version_pressed_is_compared_without_directions(monkeypatch, tmp_path):
+    monkeypatch.setattr(press_module, "by_direction", lambda *_, **__: None)
+    old = pressed(tmp_path / "old", grooved(seed=3))
+    assert old.angles == {}
+    assert old.over_twin is None
+    assert not {row.observable for row in rs.compare(old).rows} & {"flash_temperature_along", "map_over_gaussian_twin"}
+
+
+@pytest.mark.parametrize("forged", [{}, {"angles": 3}, {"angles": {"along": 0.1}, "over_mean": {"along": [1.0]}}])
+def test_forged_directions_are_refused_by_the_name_of_their_file(monkeypatch, tmp_path, forged):
+    monkeypatch.setattr(press_module, "by_direction", lambda *_, **__: forged)
+    found = pressed(tmp_path / "forged", grooved(seed=2))
+    with pytest.raises(RecordError, match=r"L2-000000.h5 has directions .*; press into a new folder"):
+        _ = found.angles
