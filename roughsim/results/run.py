@@ -101,10 +101,7 @@ class Run(Counted):
         return replace(result, speeds=speeds, sources=self.sources)
 
     def contact_temperature(self, column: str, warming: Array) -> Estimate:
-        """Return T₀ + T_flash of the moving body in a column, after the duration of the scene, over speed.
-
-        `warming`, (speeds,), is T₀ with all the heat, K; the column sliding has its own.
-        """
+        """Return T₀ + T_flash of a column over speed; `warming` is T₀ with all the heat, K, not that of marches."""
         if column != SLIDING:
             share = self.estimate("heat_partition", column) if has_own_share(self.scene) else self.heat_partition
             return with_warming(self.estimate("flash_temperature", column), share, warming)
