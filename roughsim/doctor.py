@@ -124,11 +124,11 @@ def library_threads() -> dict[str, int]:
 
 
 def claims_below(folder: Path) -> Iterator[dict[str, Any]]:
-    """Yield the runs, up to two folders down, that processes work on or left unfinished."""
+    """Yield the runs and studies, up to two folders down, that processes work on or left unfinished."""
     from roughsim.store.claims import writer
 
     for path in sorted({*folder.glob("claims"), *folder.glob("*/claims"), *folder.glob("*/*/claims")}):
-        if (path.parent / "run.json").exists():
+        if any((path.parent / name).exists() for name in ("run.json", "study.json")):
             owner = writer(path.parent)
             gone = "was left unfinished by processes that have ended; run the scene again to go on"
             says = f"is being computed by {owner}" if owner else gone

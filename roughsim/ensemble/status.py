@@ -16,12 +16,14 @@ RECENT = 20  # members over which the pace is measured
 
 def status_dict(run: Run) -> dict[str, Any]:
     """Return the state of a run as JSON values: counts, targets, means at all speeds, seconds left."""
+    process, missing = writer(run.folder), run.missing
     result: dict[str, Any] = {
         "folder": str(run.folder),
-        "writer": writer(run.folder),
+        "writer": process,
         "realizations": run.realizations,
         "failed": run.failed,
-        "missing": run.missing,
+        "missing": missing,
+        "lost": [] if process else missing,  # those that no process computes now
         "damaged": [member_name(*key) for key in run.damaged],
         "needed": realizations_needed(run),
         "target_met": run.target_met,

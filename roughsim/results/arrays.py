@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from itertools import chain, compress, islice
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -134,18 +135,20 @@ def fields(run: Counted, level: int, kept: list[int], temperature: Callable[[int
     for axis, points, step in zip("xy", grid.shape, grid.spacing, strict=True):
         yield Labelled(axis, (axis,), np.arange(points) * step, {"units": "m"})
 
-    def read(name: str, index: int) -> Array:
-        return read_field(member_path(run.folder, level, index), name, grid.shape)
-
     stored_by_all = [bool(run.members.kept(level, name, np.array(kept)).all()) for name in KEPT_FIELDS]
     for name, (unit, description) in compress(KEPT_FIELDS.items(), stored_by_all):
-        stored = Stored(kept, partial(read, name), grid.shape)
+        stored = Stored(kept, partial(read_kept, run.folder, level, grid.shape, name), grid.shape)
         yield Labelled(name, axes, stored, {"units": unit, "description": description})
     if temperature is not None:
         fastest = max(run.scene.speeds)
         words = f"above the mean of the cell, at the highest speed, {fastest:g} m/s, with the share of the heat used"
         attributes = {"units": "K", "description": words, "speed": fastest}
         yield Labelled("temperature", axes, Stored(kept, temperature, grid.shape), attributes)
+
+
+def read_kept(folder: Path, level: int, shape: tuple[int, int], name: str, index: int) -> Array:
+    """Return a kept field of a member of a run."""
+    return read_field(member_path(folder, level, index), name, shape)
 
 
 def flat(run: Counted, levels: list[list[Labelled]]) -> Iterator[Labelled]:
@@ -203,25 +206,13 @@ def level_attributes(numerics: Numerics, level: int) -> dict[str, Any]:
 def to_dataset(arrays: list[Labelled], attributes: dict[str, Any]) -> Any:
     """Return arrays as an `xarray.Dataset` in which stored ones are read when they are used; ImportError without it."""
     try:
-        xarray, indexing = import_module("xarray"), import_module("xarray.core.indexing")
+        xarray, unread = import_module("xarray"), import_module("roughsim.results.unread")
     except ImportError:
         raise ImportError("xarray is not installed; type: pip install 'roughsim[xarray]'") from None
-    base: Any = import_module("xarray.backends").BackendArray
-
-    class Unread(base):  # type: ignore[misc]
-        """The bridge that xarray asks of a storage backend."""
-
-        def __init__(self, stored: Stored):
-            self.stored, self.shape, self.dtype = stored, stored.shape, stored.dtype
-
-        def __getitem__(self, key: Any) -> Any:
-            basic = indexing.IndexingSupport.BASIC
-            return indexing.explicit_indexing_adapter(key, self.shape, basic, self.stored.__getitem__)
-
     axes: dict[str, Any] = {}
     variables: dict[str, Any] = {}
     for array in arrays:
-        data = indexing.LazilyIndexedArray(Unread(array.data)) if isinstance(array.data, Stored) else array.data
+        data = unread.lazy(array.data) if isinstance(array.data, Stored) else array.data
         is_coordinate = array.is_axis or array.name in OF_LEVELS
         (axes if is_coordinate else variables)[array.name] = (array.axes, data, array.attributes)
     return xarray.Dataset(variables, axes, attributes)

@@ -18,6 +18,7 @@ from roughsim.results.pressed import Pressed, Quarters
 from roughsim.results.run import Run
 from roughsim.scene import Scene, parse_scene
 from roughsim.scene.numerics import Numerics
+from roughsim.store.claims import writer
 from roughsim.store.disk import checksum, is_temporary, place_bytes, read_bytes
 from roughsim.store.kinds import CONTENT, MAP, MOST_BYTES, PRESS, QUARTERS, RUN, again, kind_of
 from roughsim.store.member_files import check_format, member_name
@@ -183,13 +184,17 @@ def refuse_what_does_not_follow(scene: Scene, description: dict[str, Any]) -> No
 
 
 def gap(run: Run) -> list[str]:
-    """Return a line on the members that are missing although later ones exist; empty where none is."""
+    """Return a line on the members that are missing although later ones exist; empty where none is.
+
+    They are lost if no process computes the run now; to find out takes a few seconds.
+    """
     if not run.missing:
         return []
-    return [
-        f"not there: {_listed(run.missing)}, lost or being computed now; only the {run.realizations} realizations "
-        f"before count; {again(run.folder)} to have them"
-    ]
+    process, count = writer(run.folder), f"only the {run.realizations} realizations before count"
+    if process:
+        return [f"not there yet: {_listed(run.missing)}; {process} computes the run now; {count} so far"]
+    missing = run.missing  # without those that a process has stored meanwhile, before it ended
+    return [f"lost: {_listed(missing)}; {count}; {again(run.folder)} to have them"] if missing else []
 
 
 def left_out(run: Run) -> list[str]:

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator, Mapping
+from copy import copy
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -312,8 +313,10 @@ class Run(Counted):
         The finest level of each column in the run's cell has the temperature at the highest speed, too.
         """
         fastest, pictures = max(self.scene.speeds), {self.numerics.picture(name) for name in self.numerics.columns}
-        temperature = partial(self.field, level, name="temperature", speed=fastest) if level in pictures else None
-        return list(arrays.level_arrays(self, level, kept, temperature if fastest > 0.0 else None))
+        here = copy(self)
+        here.folder = self.folder.absolute()  # an unpickled dataset may be used in another directory
+        temperature = partial(here.field, level, name="temperature", speed=fastest) if level in pictures else None
+        return list(arrays.level_arrays(here, level, kept, temperature if fastest > 0.0 else None))
 
     def attributes(self) -> dict[str, Any]:
         """Return title, scene, numerics, seed and versions, as files and datasets carry them."""

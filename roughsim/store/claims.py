@@ -23,6 +23,7 @@ from roughsim.store.member_files import MEMBER_NAME
 LEASE = 30.0  # s; a process that is silent for so long counts as ended
 RENEWAL = 2.0  # s between two signs of life
 PROCESS_NAME = re.compile(r"[\w.-]{1,200}")
+POINTS = "points"  # folder of the runs of a study
 PLAN = "plan"  # claim of the process that plans the points of a study
 _CLAIM = re.compile(rf"{MEMBER_NAME.pattern}|{PLAN}")
 _PROCESS_FILE = re.compile(rf"process-{PROCESS_NAME.pattern}")
@@ -151,9 +152,12 @@ def writer(run_folder: Path) -> str | None:
     """Return the processes that compute a run now, as "process 12 on host" or "3 processes on 2 hosts"; None if none.
 
     A process counts if it gives a sign of life while this function waits: a few seconds at most, and no time where no
-    process has left a file.
+    process has left a file. Those that compute a study, STUDY/points/RUN, sign in the folder of the study.
     """
-    first = {path: _start_of(path) for path in _listed(run_folder / "claims", _PROCESS_FILE)}
+    homes = [run_folder.absolute()]
+    if homes[0].parent.name == POINTS:
+        homes.append(homes[0].parent.parent)
+    first = {path: _start_of(path) for home in homes for path in _listed(home / "claims", _PROCESS_FILE)}
     waiting = {path for path, content in first.items() if not _has_ended(content)}
     alive: set[Path] = set()
     end = time.monotonic() + 3.0 * RENEWAL

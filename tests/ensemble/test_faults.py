@@ -1,11 +1,14 @@
 """What befalls a long run: kills, interrupts, full disks, dying workers. Nothing stored is lost or half done."""
 
 import errno
+import fcntl
 import os
+import pty
 import resource
 import signal
 import subprocess
 import sys
+import termios
 import time
 from pathlib import Path
 
@@ -121,6 +124,7 @@ def test_twenty_kills_lose_nothing(quick, scene_file, tmp_path):
         (signal.SIGINT, 1),
         pytest.param(signal.SIGTERM, 1, marks=pytest.mark.slow),
         pytest.param(signal.SIGTERM, 2, marks=pytest.mark.slow),
+        (signal.SIGHUP, 2),
     ],
 )
 def test_an_interrupt_ends_all_within_a_second(scene_file, tmp_path, which, workers):
@@ -140,6 +144,50 @@ def test_an_interrupt_ends_all_within_a_second(scene_file, tmp_path, which, work
         time.sleep(0.05)
     assert not (folder / "claims").exists()
     assert_all_sound(folder)
+
+
+def semaphores():
+    return {path.name for path in Path("/dev/shm").glob("sem.*")}
+
+
+@pytest.mark.skipif(not Path("/dev/shm").exists(), reason="semaphores cannot be seen")
+def test_a_terminal_that_is_closed_leaves_neither_claims_nor_processes_nor_semaphores(scene_file, tmp_path):
+    folder, before = tmp_path / "run", semaphores()
+    master, slave = pty.openpty()
+    words = [sys.executable, scene_file.with_name("go.py"), scene_file, folder, 2, 100000]
+    process = subprocess.Popen(
+        [str(word) for word in words],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdin=slave,
+        stdout=slave,
+        stderr=slave,
+        start_new_session=True,
+        preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),  # noqa: PLW1509
+    )
+    os.close(slave)
+    wait_for_members(folder, 3)
+    family = children(process.pid)
+    assert len(family) >= 2
+    os.close(master)  # the system sends SIGHUP to all processes of the terminal
+    process.wait(timeout=20)
+    end = time.monotonic() + 10
+    while any(Path(f"/proc/{pid}").exists() for pid in family):
+        assert time.monotonic() < end, "a process stayed"
+        time.sleep(0.05)
+    assert not (folder / "claims").exists()
+    assert semaphores() <= before
+    assert_all_sound(folder)
+
+
+def test_a_run_that_ignores_closed_terminals_goes_on(scene_file, tmp_path):
+    hup = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does; inherited
+    try:
+        process = start(scene_file, tmp_path / "run", workers=1, most=40)
+    finally:
+        signal.signal(signal.SIGHUP, hup)
+    wait_for_members(tmp_path / "run", 3)
+    process.send_signal(signal.SIGHUP)
+    assert process.wait(timeout=60) == 0
 
 
 def test_an_interrupt_lost_in_a_finalizer_still_ends_the_run(monkeypatch):

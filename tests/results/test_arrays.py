@@ -1,5 +1,7 @@
 """A run as an xarray dataset: names, axes and units, and arrays that are read when they are used."""
 
+import pickle
+import subprocess
 import sys
 from dataclasses import replace
 
@@ -95,3 +97,26 @@ def test_a_failed_member_is_nan_and_counted(kept_run):
     assert np.isnan(data.flash_temperature[1, 2]).all()
     assert np.isnan(data.stress_spectrum_L1[2]).all()
     assert np.isfinite(data.flash_temperature).sum() == 8 * 3
+
+
+def test_a_dataset_is_pickled_with_the_paths_of_its_fields_and_read_in_another_directory(kept_run, monkeypatch):
+    pytest.importorskip("xarray")
+    monkeypatch.chdir(kept_run.folder.parent)
+    data = rs.open_run(kept_run.folder.name).to_xarray()
+    content = pickle.dumps(data)
+    monkeypatch.chdir("/")
+    code = "import pickle, sys; print(float(pickle.load(sys.stdin.buffer).pressure_L0.sum()))"
+    elsewhere = subprocess.run([sys.executable, "-c", code], input=content, capture_output=True, check=True)
+    copy = pickle.loads(content)
+    assert copy.identical(data)
+    assert float(elsewhere.stdout) == pytest.approx(float(copy.pressure_L0.sum()), rel=1e-12)
+    assert float(copy.pressure_L0[0].sum()) > 0.0
+
+
+@pytest.mark.parametrize("what", [lambda run: run, lambda run: run.estimate("flash_temperature"), rs.compare])
+def test_runs_estimates_and_comparisons_are_pickled(kept_run, what):
+    copy = pickle.loads(pickle.dumps(what(kept_run)))
+    assert repr(type(copy)) == repr(type(what(kept_run)))
+    if hasattr(copy, "estimate"):
+        found, known = (run.estimate("flash_temperature") for run in (copy, kept_run))
+        np.testing.assert_array_equal(found.mean, known.mean)

@@ -175,7 +175,7 @@ def test_five_missing_members_are_named_and_of_others_the_number(count, more, tm
     names = [f"L0-00000{index}" for index in range(1, count + 1)]
     run = SimpleNamespace(folder=tmp_path, missing=names, realizations=1, damaged={})
     (line,) = folder_module.left_out(run)
-    assert line.startswith(f"not there: {', '.join(names[:5])}{more}, lost")
+    assert line.startswith(f"lost: {', '.join(names[:5])}{more}; only the 1")
 
 
 @pytest.mark.parametrize("goal", [0.0, 1.0, -0.1])

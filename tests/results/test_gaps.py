@@ -1,5 +1,7 @@
 """What a run lacks is named: members missing in the middle, and damaged ones, in every output."""
 
+import os
+
 import pytest
 
 import roughsim as rs
@@ -7,6 +9,8 @@ from roughsim.cli import main
 from roughsim.comparison.compare import comparison_table
 from roughsim.ensemble.status import status_dict, status_lines
 from roughsim.explore.content import WatchedRun
+from roughsim.results import folder as folder_module
+from roughsim.store.claims import Claims
 from roughsim.store.member_files import member_path
 
 
@@ -17,12 +21,37 @@ def test_a_missing_member_in_the_middle_is_named_and_what_follows_is_said(folder
     (folder / "realizations" / "L0-000099.h5.bak").write_text("mine")
     run = rs.open_run(folder)
     assert (run.realizations, run.missing) == (3, ["L0-000003", "L1-000004", "L0-000005"])
-    said = "not there: L0-000003, L1-000004, L0-000005, lost or being computed now; only the 3 realizations before"
+    said = "lost: L0-000003, L1-000004, L0-000005; only the 3 realizations before count; run the scene again"
     assert any(line.startswith(said) for line in status_lines(run))
-    assert status_dict(run)["missing"] == run.missing
+    assert status_dict(run)["missing"] == status_dict(run)["lost"] == run.missing
     assert any(note.startswith(said) for note in rs.compare(run).notes())
     assert rs.compare(run).to_dict()["missing"] == run.missing
     assert any(note.startswith(said) for note in comparison_table(rs.compare(run)).notes)
+
+
+@pytest.mark.parametrize("study", [False, True])
+def test_what_a_run_lacks_while_a_process_computes_it_is_not_lost(folder, tmp_path, study):
+    (folder / "realizations" / "L0-000003.h5").unlink()
+    if study:  # its processes sign in the folder of the study
+        (tmp_path / "study/points").mkdir(parents=True)
+        folder = folder.rename(tmp_path / "study/points/a=1")
+    run = rs.open_run(folder)
+    with Claims(tmp_path / "study" if study else folder):
+        (line,) = (line for line in status_lines(run) if "L0-000003" in line)
+        assert line.startswith(f"not there yet: L0-000003; process {os.getpid()} on ")
+        assert line.endswith(" computes the run now; only the 3 realizations before count so far")
+        assert (status_dict(run)["missing"], status_dict(run)["lost"]) == (["L0-000003"], [])
+        assert f"being computed by process {os.getpid()} on " in status_lines(run)[1]
+    assert status_dict(run)["lost"] == ["L0-000003"]
+
+
+def test_what_is_stored_while_the_last_process_ends_is_not_lost(folder, monkeypatch):
+    path = folder / "realizations" / "L0-000003.h5"
+    content = path.read_bytes()
+    path.unlink()
+    run = rs.open_run(folder)
+    monkeypatch.setattr(folder_module, "writer", lambda folder: path.write_bytes(content) and None)
+    assert folder_module.gap(run) == []
 
 
 @pytest.mark.slow
@@ -32,8 +61,8 @@ def test_files_and_pages_of_a_run_with_a_gap_are_not_shorter_without_a_word(fold
         with pytest.raises(SystemExit) as ended:
             main(words)
         assert ended.value.code == 0
-        assert "not there: L0-000003, lost or being computed now; only the 3 real" in capsys.readouterr().err
-    assert any("not there: L0-000003" in line for line in WatchedRun(folder).summary().problems)
+        assert "lost: L0-000003; only the 3 real" in capsys.readouterr().err
+    assert any("lost: L0-000003" in line for line in WatchedRun(folder).summary().problems)
 
 
 def test_a_whole_run_and_one_that_met_its_target_miss_nothing(folder):
