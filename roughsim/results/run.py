@@ -313,7 +313,8 @@ class Run(Counted):
         The finest level of each column in the run's cell has the temperature at the highest speed, too.
         """
         fastest, pictures = max(self.scene.speeds), {self.numerics.picture(name) for name in self.numerics.columns}
-        (here := copy(self)).folder = self.folder.absolute()  # an unpickled dataset may be used in another directory
+        here = copy(self)
+        here.folder = self.folder.absolute()  # an unpickled dataset may be used in another directory
         temperature = partial(here.field, level, name="temperature", speed=fastest) if level in pictures else None
         return list(arrays.level_arrays(here, level, kept, temperature if fastest > 0.0 else None))
 
