@@ -1,5 +1,6 @@
 """Numbers and fields of a run as arrays with names, axes and units, for `Run.to_xarray` and the exported file."""
 
+import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -201,6 +202,18 @@ def level_attributes(numerics: Numerics, level: int) -> dict[str, Any]:
     """Return the column, number, cut-off and cell of a level as attributes."""
     of_level = numerics.levels[level]
     return {"column": of_level.column, "level": level, "q_max": of_level.q_max, "cell": of_level.cell or "whole"}
+
+
+def attributes_of(run: Counted) -> dict[str, Any]:
+    """Return title, scene, numerics, seed and versions of a run, as files and datasets carry them."""
+    return {
+        "title": run.scene.title or run.folder.resolve().name,
+        "source": f"roughsim {run.versions['roughsim']}",
+        "scene": run.scene.to_toml(),
+        "numerics": json.dumps(run.numerics.to_dict()),
+        "seed": run.seed,
+        "versions": json.dumps(run.versions),
+    }
 
 
 def to_dataset(arrays: list[Labelled], attributes: dict[str, Any]) -> Any:

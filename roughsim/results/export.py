@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.results.answers import answers, readme
-from roughsim.results.arrays import Labelled, Stored, level_attributes
+from roughsim.results.arrays import Labelled, Stored, attributes_of, level_attributes
 from roughsim.results.run import Run
 from roughsim.store.disk import place_bytes
 from roughsim.surface import topography
@@ -132,7 +132,7 @@ class DeferringFile(FileIO):
 def write_run(file: Any, run: Run, bits: int | None) -> None:
     """Fill an HDF5 file with a run: answers, a group for each level, and what viewers draw."""
     root = list(answers(run))
-    file.attrs.update(run.attributes() | {"README": readme(run), "NX_class": "NXroot", "default": "entry"})
+    file.attrs.update(attributes_of(run) | {"README": readme(run), "NX_class": "NXroot", "default": "entry"})
     file.attrs.update(realizations=run.realizations, failed=run.failed)
     write_arrays(file, root, bits)
     entry = file.create_group("entry")

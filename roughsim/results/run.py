@@ -1,6 +1,5 @@
 """`Run`: an opened run folder with its estimates, fields and arrays."""
 
-import json
 from collections.abc import Iterator, Mapping
 from copy import copy
 from dataclasses import replace
@@ -318,17 +317,6 @@ class Run(Counted):
         temperature = partial(here.field, level, name="temperature", speed=fastest) if level in pictures else None
         return list(arrays.level_arrays(here, level, kept, temperature if fastest > 0.0 else None))
 
-    def attributes(self) -> dict[str, Any]:
-        """Return title, scene, numerics, seed and versions, as files and datasets carry them."""
-        return {
-            "title": self.scene.title or self.folder.resolve().name,
-            "source": f"roughsim {self.versions['roughsim']}",
-            "scene": self.scene.to_toml(),
-            "numerics": json.dumps(self.numerics.to_dict()),
-            "seed": self.seed,
-            "versions": json.dumps(self.versions),
-        }
-
     def to_xarray(self) -> Any:
         """Return all numbers of all members, and the kept fields, as an `xarray.Dataset`.
 
@@ -349,4 +337,4 @@ class Run(Counted):
         self._sound_rows()
         kept = sorted(set.intersection(*(set(self.kept(level)) for level in self.numerics.single)))
         levels = [self.level_arrays(level, kept) for level in range(len(self.numerics.levels))]
-        return arrays.to_dataset(list(arrays.flat(self, levels)), self.attributes())
+        return arrays.to_dataset(list(arrays.flat(self, levels)), arrays.attributes_of(self))
