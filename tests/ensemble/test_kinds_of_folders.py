@@ -170,7 +170,7 @@ def test_advice_on_a_damaged_or_missing_member_names_press(place, capsys):
     with pytest.raises(SystemExit):
         main(["status", str(quarters)])
     said = "".join(capsys.readouterr()).replace("\n", "")
-    assert "not there: L0-000001" in said
+    assert "lost: L0-000001" in said
     assert f"roughsim press SCENE -o {place / 'pressed'}" in said
 
 
