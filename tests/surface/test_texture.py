@@ -142,14 +142,15 @@ def test_spikes_dust_flattened_tops_and_bent_heights_are_not_gaussian():
         assert not texture_of(rms * (bent - bent.mean()), grid, periodic=True).gaussian
 
 
-def test_the_slope_of_the_tops_is_that_of_a_cone_over_its_plain():
-    # 4 % of the area is a cone of slope 2, and 16 % lie on ridges of slope 1 below it; all else is level
-    grid = rs.Grid((400, 400), (4.0, 4.0))
-    x = (np.arange(400) + 0.5) * 0.01
-    r = np.hypot(x[:, None] - 2, x - 2)
-    heights = 2.0 * np.maximum(0.8 - r, 0.0)  # the cone covers π 0.64/16 = 12.6 % of the area, the top 5 % lie on it
+def test_the_slope_of_the_tops_is_that_of_a_roof_on_steep_walls_whatever_the_pixels():
+    # walls of slope 3 along x carry a roof of slope 2 along y; around them all is level. The top 5 % lie on the roof
+    grid = rs.Grid((300, 900), (3.0, 3.0))
+    x, y = ((np.arange(n) + 0.5) * step - 1.5 for n, step in zip(grid.shape, grid.spacing, strict=True))
+    roof, walls = 1.0 + 2.0 * np.abs((y + 1.5) % 0.5 - 0.25), np.maximum(3.0 * (1.0 - np.abs(x)), 0.0)[:, None]
+    heights = np.minimum(roof, walls)
+    squares = np.where(walls > roof, 4.0, np.where(walls > 0.0, 9.0, 0.0))
     found = texture_of(heights - heights.mean(), grid, periodic=True)
-    assert found.slope_of_tops == pytest.approx(1 / math.sqrt(math.pi * 0.64 / 16), rel=0.01)
+    assert found.slope_of_tops == pytest.approx(2.0 / math.sqrt(squares.mean()), rel=0.03)  # edges of the roof
 
 
 def test_a_file_with_undefined_points_has_the_texture_of_the_whole_map(tmp_path):
