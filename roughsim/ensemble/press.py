@@ -4,7 +4,7 @@ import hashlib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import pi
+from math import ceil, pi
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -19,7 +19,7 @@ from roughsim.machine import available_memory, exceeds, workers_that_fit
 from roughsim.pipeline import solve_problem
 from roughsim.planning.levels import ELASTIC_SIDE, PIXELS
 from roughsim.planning.realization import largest_member, level_problem
-from roughsim.results.folder import open_run
+from roughsim.results.folder import folder_state, open_run
 from roughsim.results.pressed import DIRECTIONS
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneError
@@ -39,7 +39,8 @@ EDGES = {
     "tile": "side by side as it is: where opposite edges differ there is a step, which carries load",
 }
 NO_WINDOW = "it would lower the rim of the map to its mean plane, so that the middle carries the load of the rim too"
-LOWER = "the lower one, also at half the pixel, shows what cut-off and pixel change"
+ALL_WAVES = "all waves that the map shows; none are added beyond"
+FEWER_WAVES = "too many points for the shortest waves; what half the cut-off changes shows what they may do"
 Edges = Literal["mirror", "tile"]
 
 
@@ -52,10 +53,11 @@ def press(
 ) -> Run:
     """Press the very map that [surface] topography of a scene names, and each of its quarters.
 
-    The run has one realization, the map. It is solved at half the cut-off, there also at half the pixel, and at the
-    highest cut-off that its pixels resolve with four points per wave; larger maps are made coarser to 2048 points per
-    side of the cell. The statistical error is that of the four quarters, pressed alike. T_flash is a mean over all
-    directions of sliding. At the highest cut-off it is also known along and across the lay of the map and in
+    The run has one realization, the map, with all of its waves and no shorter ones: nothing is continued beyond its
+    Nyquist wavenumber. Its waves are put on finer points, at two pixels, and the value is that of a vanishing pixel.
+    Cells above 2048 points per side lose their shortest waves; what the last step of the cut-off changed is then part
+    of the error. The statistical error is that of the four quarters, pressed alike. T_flash is a mean over all
+    directions of sliding. On the finest points it is also known along and across the lay of the map and in
     `sliding.direction`, and over T_flash of a Gaussian twin of the map: with the same |h(q)|, and random phases.
 
     Parameters
@@ -88,12 +90,13 @@ def press(
     edges = edges or ("tile" if topography.periodic else "mirror")
     digest = hashlib.sha256(topography.heights.tobytes()).hexdigest()
     home, whole = Path(folder), cell_of(topography.heights, topography.grid, edges)
-    q_max, coarser = highest_cut_off(loaded, whole.grid)
+    resolution = resolution_of(loaded, whole.grid)
     tasks = []
     for place, cells, how in ((home, [whole], edges), (home / QUARTERS, quarters(topography), "mirror")):
         own = replace(loaded, ensemble=replace(loaded.ensemble, until=(), max_realizations=len(cells)))
-        numerics = numerics_of(own, cells[0].grid, q_max, coarser, how)
-        workers_that_fit(1, *largest_member(own, numerics), available_memory())
+        numerics = None if folder_state(place) == "run" else numerics_of(own, cells[0].grid, resolution, how)
+        if numerics is not None:
+            workers_that_fit(1, *largest_member(own, numerics), available_memory())
         about = {"of": MAP if len(cells) == 1 else QUARTERS, "edges": how, "heights": digest}
         tasks.append((place, own, begin(own, place, numerics, pressed=about), cells, how))
     for task in tasks:
@@ -148,22 +151,43 @@ def quarters(topography: Topography) -> list[Cell]:
     return [cell_of(part, grid, "mirror") for part in parts]
 
 
-def highest_cut_off(scene: Scene, grid: Grid) -> tuple[float, float]:
-    """Return the cut-off, rad/m, that a grid of at most 2048 points per side resolves, and how much coarser it is."""
-    coarser = max(1.0, max(grid.shape) / ELASTIC_SIDE)
-    return min(2 * pi / (PIXELS * coarser * max(grid.spacing)), float(scene.spectrum.breaks[-1])), coarser
+class Resolution(NamedTuple):
+    """The waves of a map that are pressed, and the points that they are pressed on."""
+
+    q_max: float  # rad/m
+    pixels: float  # per shortest wave, of the coarser of two grids; the finer one has twice as many
+    whole: bool  # whether these are all waves of the map
 
 
-def numerics_of(scene: Scene, grid: Grid, q_max: float, coarser: float, edges: str) -> Numerics:
-    """Return the levels of a map: half the cut-off on two grids, and the cut-off."""
+def resolution_of(scene: Scene, grid: Grid) -> Resolution:
+    """Return the waves and the pixels of a cell, for at most 2048 points per side, and twice that on the finer grid.
+
+    Maps of few points have 4 and 8 pixels per shortest wave; others 2 and 4, with their shortest waves left out where
+    the points do not suffice.
+    """
+    longest = max(n * max(grid.spacing) for n in grid.shape)  # with square pixels
+    all_waves = min(grid.nyquist, float(scene.spectrum.breaks[-1]))
+    if 2 * PIXELS * all_waves * longest / (2 * pi) <= ELASTIC_SIDE:
+        return Resolution(all_waves, PIXELS, whole=True)
+    most = pi * ELASTIC_SIDE / longest
+    # a mode at the Nyquist wavenumber of a coarser grid would lose half of itself
+    return Resolution(min(all_waves, most * (1 - 1e-6)), PIXELS / 2, whole=all_waves <= most * (1 + 1e-9))
+
+
+def numerics_of(scene: Scene, grid: Grid, resolution: Resolution, edges: str) -> Numerics:
+    """Return the levels of a map: its waves on two grids, and where it is not all of them half the cut-off, too."""
     column: Column = "elastic" if scene.elastic else "capped"
-    given = scene.numerics
-    x, y = (4 * int(n / coarser / 4) for n in grid.shape)
-    levels = [((x // 2, y // 2), q_max / 2), ((x, y), q_max / 2), ((x, y), q_max)]
+    given, (q_max, pixels, whole) = scene.numerics, resolution
+    per_point = pixels * q_max * max(grid.spacing) / (2 * pi)  # points of the level per point of the map
+    x, y = (4 * ceil(n * per_point / 4 - 1e-4) for n in grid.shape)
+    levels = [((x, y), q_max), ((2 * x, 2 * y), q_max)]
+    if not whole:
+        levels = [((x // 2, y // 2), q_max / 2), ((x, y), q_max / 2), *levels]
     chosen: dict[str, Any] = {key: getattr(given, key) for key in ("tolerance", "precision", "threads", "keep_fields")}
     reasons = (
         Reason("surface", f"{grid.shape[0]} × {grid.shape[1]} points", EDGES[edges]),
-        Reason("cut-offs", f"{q_max / 2:.3g} and {q_max:.3g} rad/m", f"{PIXELS} points per shortest wave; {LOWER}"),
+        Reason("cut-off", f"{q_max:.3g} rad/m", ALL_WAVES if whole else FEWER_WAVES),
+        Reason("pixels", f"{pixels:g} and {2 * pixels:g} per shortest wave", "their difference shows what is left"),
         Reason("realizations", "1", "the map itself; its four quarters, pressed alike, show the scatter"),
     )
     return Numerics(

@@ -63,11 +63,18 @@ class Values(NamedTuple):
 
 
 def values_of(
-    scene: Scene, column: str, observable: str, samples: list[Sample], *, extrapolated: bool = True
+    scene: Scene,
+    column: str,
+    observable: str,
+    samples: list[Sample],
+    *,
+    extrapolated: bool = True,
+    continued: bool = True,
 ) -> Values:
     """Return the values of an observable from the levels of a column, coarsest first, with all heat in the moving body.
 
     They are those in the limit that the theory or the levels show, or else, not extrapolated, of the highest cut-off.
+    Not `continued`, they are extrapolated in the pixel alone, and what shorter waves change is unknown.
     """
     if observable == "heat_partition":
         samples = [prediction.balanced(scene, sample) for sample in samples]
@@ -75,7 +82,8 @@ def values_of(
     end = scene.spectrum.breaks[-1] if extrapolated else cut_offs[-1]
     theory, fall = None, dict[str, Any]()
     if cut_offs[-1] < end * (1 - SAME):
-        theory = prediction.continuation(scene, column, cut_offs, observable)
+        not_known = np.full((len(cut_offs) + 1, 1), nan)
+        theory = prediction.continuation(scene, column, cut_offs, observable) if continued else not_known
     if column == "capped" and theory is None:  # it has yielded, and falls as a power of the cut-off from 4 q_y on
         fall["settled"] = 4.0 * prediction.yield_wavenumber(scene)
         fall["usual"] = prediction.usual_exponent(scene, cut_offs[-1])

@@ -25,6 +25,7 @@ class Counted:
     Its attributes are those of `roughsim.results.run.Run`.
     """
 
+    drawn = True  # whether the surfaces are drawn from C(q); else they are a map, which ends with its own waves
     # realizations without a gap, and targets: what was computed holds until a `refresh` finds others, or damaged files
     _basis: tuple[int, dict[str, float]] | None = None
 
@@ -152,7 +153,9 @@ class Counted:
         key = observable, self.column(column), extrapolated
         if self._sound_rows() and key not in self._values:
             samples = self.samples(column, spectra=OBSERVABLES[observable].spectra)
-            self._values[key] = values_of(self.scene, key[1], observable, samples, extrapolated=extrapolated)
+            self._values[key] = values_of(
+                self.scene, key[1], observable, samples, extrapolated=extrapolated, continued=self.drawn
+            )
         return self._values[key]
 
     def share_values(self, column: str | None = None) -> Values | Array:

@@ -15,7 +15,10 @@ from roughsim.results.run import Run
 from roughsim.store.kinds import QUARTERS
 from roughsim.store.member_files import member_path, read_member
 
-NOTE = "the value is that of the map itself; n counts its four quarters, which show the scatter"
+NOTE = (
+    "the value is that of the map itself, without waves shorter than it shows; n counts its four quarters, which show "
+    "the scatter"
+)
 # quarters of one map share its longest waves: by `experiments/pressed_maps.py` maps of 2 and 4 longest waves differ by
 # 0.8 to 1.8 times what four independent quarters would; the interval has √(1 + 2/3) beside it
 SHARED = 1.2

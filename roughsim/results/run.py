@@ -66,7 +66,6 @@ class Run(Counted):
         Level and index of files that could not be used, and why; empty unless opened with ``damaged="skip"``.
     """
 
-    drawn = True  # whether the surfaces are drawn from C(q)
     sources: Mapping[str, str] = SOURCES  # what each part of an error is, in words
     _stored: Estimates | None = None  # the estimates in the folder, once they were looked for
 

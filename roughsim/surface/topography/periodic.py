@@ -45,11 +45,26 @@ def gaussian_twin(heights: Array, rng: np.random.Generator) -> Array:
     return np.fft.irfft2(turned, heights.shape)
 
 
+def refined(heights: Array, shape: tuple[int, int]) -> Array:
+    """Return all waves of a periodic map on a grid of more points in the same cell, by padding its modes with zeros.
+
+    Waves at the Nyquist wavenumber are halved between both signs, so that the map keeps its heights at its own points.
+    """
+    import scipy.signal  # slow to import
+
+    for axis, count in enumerate(shape):
+        heights = np.asarray(scipy.signal.resample(heights, count, axis=axis))
+    return heights
+
+
 def band_limited(heights: Array, grid: Grid, shape: tuple[int, int], q_max: float) -> Array:
     """Return the waves of a periodic map up to `q_max`, rad/m, on a grid of another shape in the same cell.
 
-    `heights` are of `grid.shape`; `q_max` is below the Nyquist wavenumber of both grids, so that no wave is lost.
+    `heights` are of `grid.shape`. At the Nyquist wavenumber of the map all of its waves are kept, for a grid of as many
+    points or more; else `q_max` is below that of both grids, so that no wave is lost.
     """
+    if q_max >= grid.nyquist * (1 - 1e-9):
+        return refined(heights, shape)
     modes = np.fft.rfft2(heights)
     modes[grid.wavenumbers > q_max * (1 + 1e-9)] = 0.0
     (nx, ny), kept = shape, np.zeros((shape[0], shape[1] // 2 + 1), complex)
