@@ -28,3 +28,22 @@ def write_scene(folder, heights, scene):
     path = folder / "scene.toml"
     path.write_text(text[:surface_at] + face + text[body:counter] + rest + text[sliding:])
     return path
+
+
+def levelled(heights):
+    """A map less its mean plane, as it is read."""
+    result = heights - heights.mean()
+    for axis in (0, 1):
+        along = np.linspace(-1, 1, heights.shape[axis])
+        slope = np.tensordot(result, along, ([axis], [0])).mean() / (along @ along)
+        result = result - slope * (along[:, None] if axis == 0 else along)
+    return result
+
+
+def on_finer_points(heights, factor):
+    """Trigonometric interpolation of a periodic map, wave by wave, as a matrix for each axis."""
+    for axis, n in enumerate(heights.shape):
+        k = np.fft.fftfreq(n) * n
+        weights = np.exp(2j * np.pi * np.outer(np.arange(n * factor) / (n * factor), k)) @ np.fft.fft(np.eye(n)) / n
+        heights = np.moveaxis(np.tensordot(weights.real, heights, ([1], [axis])), 0, axis)
+    return heights

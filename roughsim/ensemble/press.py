@@ -167,7 +167,7 @@ def resolution_of(scene: Scene, grid: Grid) -> Resolution:
     """
     longest = max(n * max(grid.spacing) for n in grid.shape)  # with square pixels
     all_waves = min(grid.nyquist, float(scene.spectrum.breaks[-1]))
-    if 2 * PIXELS * all_waves * longest / (2 * pi) <= ELASTIC_SIDE:
+    if 2 * PIXELS * all_waves * longest / (2 * pi) <= ELASTIC_SIDE * (1 + 1e-9):
         return Resolution(all_waves, PIXELS, whole=True)
     most = pi * ELASTIC_SIDE / longest
     # a mode at the Nyquist wavenumber of a coarser grid would lose half of itself
