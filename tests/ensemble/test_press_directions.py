@@ -242,5 +242,5 @@ def test_a_map_that_an_older_version_pressed_is_compared_without_directions(monk
 def test_forged_directions_are_refused_by_the_name_of_their_file(monkeypatch, tmp_path, forged):
     monkeypatch.setattr(press_module, "by_direction", lambda *_, **__: forged)
     found = pressed(tmp_path / "forged", grooved(seed=2))
-    with pytest.raises(RecordError, match=r"L2-000000.h5 has directions .*; press into a new folder"):
+    with pytest.raises(RecordError, match=r"L1-000000.h5 has directions .*; press into a new folder"):
         _ = found.angles
