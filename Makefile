@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 BASE ?= $(shell git describe --tags --abbrev=0 2>/dev/null)
 
-.PHONY: setup test slow coverage mutants check docs flow bench
+.PHONY: setup test lowest slow coverage mutants check docs flow bench
 
 setup: ## an environment with everything, and the hooks
 	$(PYTHON) -m venv .venv
@@ -12,6 +12,13 @@ setup: ## an environment with everything, and the hooks
 
 test: ## the default tests
 	$(BIN)/python -m pytest -q -n 2
+
+lowest: ## the default tests with the lowest versions of all direct dependencies
+	uv venv -q --clear -p 3.11 build/lowest
+	uv pip compile -q --resolution lowest-direct -p 3.11 --extra test --extra xarray --extra topography --extra explore \
+		pyproject.toml -o build/lowest.txt
+	uv pip install -q -p build/lowest -r build/lowest.txt && uv pip install -q -p build/lowest --no-deps -e .
+	build/lowest/bin/python -m pytest -q -n 2
 
 slow: ## the slow ones
 	$(BIN)/python -m pytest -q -m slow

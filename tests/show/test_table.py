@@ -41,7 +41,8 @@ def test_a_narrow_terminal_wraps_text_but_breaks_no_number_and_no_name(monkeypat
 
 
 def test_a_table_without_titles_has_no_line_of_them():
-    assert table_text(Table([Column("")] * 2, [("a", "b")])) == "a  b"
+    (line,) = table_text(Table([Column("")] * 2, [("a", "b")])).splitlines()
+    assert line.split() == ["a", "b"]
 
 
 def test_tables_stand_apart_and_lines_do_not(capsys):
