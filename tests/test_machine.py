@@ -116,6 +116,7 @@ def test_in_a_container_the_group_is_where_its_part_of_the_tree_is_mounted(tmp_p
     files = {
         "memory/memory.limit_in_bytes": "600000000\n",
         "memory/memory.usage_in_bytes": "0\n",
+        "elsewhere/memory.limit_in_bytes": "1\n",  # beside the tree of the memory
         "cpu,cpuacct/cpu.cfs_quota_us": "100000\n",
         "cpu,cpuacct/cpu.cfs_period_us": "100000\n",
     }

@@ -16,7 +16,8 @@ RECENT = 20  # members over which the pace is measured
 
 def status_dict(run: Run) -> dict[str, Any]:
     """Return the state of a run as JSON values: counts, targets, means at all speeds, seconds left."""
-    process, missing = writer(run.folder), run.missing
+    process = at_work(run)
+    missing = run.missing
     result: dict[str, Any] = {
         "folder": str(run.folder),
         "writer": process,
@@ -42,8 +43,20 @@ def status_dict(run: Run) -> dict[str, Any]:
 
 def status_lines(run: Run) -> list[str]:
     """Return the state of a run as lines for people."""
+    at_work(run)
     lines = [f"{run.folder}: {run.scene.title or 'untitled'}", state_line(run), *losses(run)]
     return lines + [line for name in reported_observables(run) for line in run.estimate(name).explain().splitlines()]
+
+
+def at_work(run: Run) -> str | None:
+    """Return the processes that compute a run now, as `writer`; where there is none, read what the last one has stored.
+
+    It may have ended since the run was opened, and what it stored would count as missing.
+    """
+    process = writer(run.folder)
+    if process is None:
+        run.refresh()
+    return process
 
 
 def reported_observables(run: Run) -> list[str]:

@@ -193,7 +193,7 @@ def gap(run: Run) -> list[str]:
     process, count = writer(run.folder), f"only the {run.realizations} realizations before count"
     if process:
         return [f"not there yet: {_listed(run.missing)}; {process} computes the run now; {count} so far"]
-    missing = run.missing  # without those that a process has stored meanwhile, before it ended
+    missing = open_run(run.folder, damaged="skip").missing  # a process may have ended the run meanwhile
     return [f"lost: {_listed(missing)}; {count}; {again(run.folder)} to have them"] if missing else []
 
 

@@ -7,6 +7,7 @@ import pytest
 import roughsim as rs
 from roughsim.cli import main
 from roughsim.comparison.compare import comparison_table
+from roughsim.ensemble import status
 from roughsim.ensemble.status import status_dict, status_lines
 from roughsim.explore.content import WatchedRun
 from roughsim.results import folder as folder_module
@@ -47,11 +48,19 @@ def test_what_a_run_lacks_while_a_process_computes_it_is_not_lost(folder, tmp_pa
 
 def test_what_is_stored_while_the_last_process_ends_is_not_lost(folder, monkeypatch):
     path = folder / "realizations" / "L0-000003.h5"
-    content = path.read_bytes()
+    content, whole = path.read_bytes(), rs.open_run(folder)
     path.unlink()
     run = rs.open_run(folder)
     monkeypatch.setattr(folder_module, "writer", lambda folder: path.write_bytes(content) and None)
     assert folder_module.gap(run) == []
+    path.unlink()
+    run = rs.open_run(folder)
+    monkeypatch.setattr(status, "writer", lambda folder: path.write_bytes(content) and None)
+    lines = status_lines(run)
+    assert not any("L0-000003" in line for line in lines)
+    assert f"{whole.realizations} " in lines[1]
+    path.unlink()
+    assert status_dict(rs.open_run(folder))["missing"] == []
 
 
 @pytest.mark.slow
