@@ -12,16 +12,20 @@ script again.
 
 import atexit
 import faulthandler
+import gzip
 import os
 import pickle
 import re
 import signal
 import sys
 import zipfile
+import zlib
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from math import prod
 from pathlib import Path
 from subprocess import DEVNULL, PIPE, Popen
+from tempfile import TemporaryDirectory
 from threading import Lock
 from typing import Any
 
@@ -29,6 +33,7 @@ from roughsim.errors import RecordError
 from roughsim.machine import available_memory, exceeds, in_words
 from roughsim.show.text import plain
 
+_GZIP = b"\x1f\x8b"
 _PICKLED_ARRAY = re.compile(rb"'descr'\s*:\s*[^,}]*\|?O")  # in the header of a .npy
 _CRASHES = tuple(-getattr(signal, name) for name in ("SIGSEGV", "SIGABRT", "SIGBUS", "SIGFPE") if hasattr(signal, name))
 _TIMED_OUT = -getattr(signal, "SIGPROF", -1)  # without SIGPROF, faulthandler ends the child with 1
@@ -97,32 +102,65 @@ def _datasets(file: Any, path: Path, hard_links_only: bool) -> Iterator[tuple[st
                 yield name, item
 
 
-def check_measured_file(path: Path) -> None:
+@contextmanager
+def unpacked(path: Path) -> Iterator[Path]:
+    """Give the path of a file, or of a temporary copy of what it holds if it is packed by gzip.
+
+    RecordError for no regular file, more than an eighth of memory packed or unpacked, and a packed file that is
+    damaged or holds another packed file.
+    """
+    with open(regular_file(path), "rb") as file:
+        if file.read(2) != _GZIP:
+            yield path
+            return
+    with TemporaryDirectory() as folder:
+        copy, limit, size = Path(folder) / "unpacked", 0.125 * available_memory().amount, 0
+        try:
+            with gzip.open(path) as packed, open(copy, "wb") as target:
+                while block := packed.read(1 << 20):
+                    if size == 0 and block.startswith(_GZIP):
+                        raise RecordError(f"{path} is packed twice; unpack it")
+                    if (size := size + len(block)) > limit:
+                        raise RecordError(
+                            f"{path} unpacks to more than {limit / 1e9:.3g} GB, an eighth of the available memory"
+                        )
+                    target.write(block)
+        except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+            raise RecordError(f"{path} is packed by gzip and cut short or damaged ({error}); copy it again") from None
+        yield copy
+
+
+def check_measured_file(file: Path, path: Path | None = None) -> None:
     """Raise a RecordError if the file of an instrument leads to other files, runs code, or unpacks beyond memory.
 
     Other programs will read it. Refused are: no regular file, more than an eighth of memory, a zip whose entries
     unpack to more than half of memory, a pickle, and an HDF5 file that `check_hdf5` refuses or the library cannot read.
+    `path` is the name in messages, where `file` is a copy.
     """
-    size = regular_file(path).stat().st_size
+    path = path or file
+    size = regular_file(file).stat().st_size
     if exceeds(size, 0.125):
         raise RecordError(f"{path} has {size / 1e9:.3g} GB, above an eighth of the available memory; crop it first")
-    with open(path, "rb") as file:
-        start = file.read(4096)
+    with open(file, "rb") as stream:
+        start = stream.read(4096)
     if start.startswith(b"\x89HDF\r\n\x1a\n"):
         try:
-            call_in_child(_read_all, path, seconds=5.0 + size / 1e7)
+            call_in_child(_read_all, file, path, seconds=5.0 + size / 1e7)
         except ChildEndedError as error:
             raise RecordError(f"{path} cannot be read: {error}; it is damaged, save it again") from error
     elif start.startswith(b"PK"):
-        with zipfile.ZipFile(path) as archive:
-            unpacked = sum(entry.file_size for entry in archive.infolist())
-        if exceeds(unpacked, 0.5):
-            raise RecordError(f"{path} unpacks to {unpacked / 1e9:.3g} GB, above half of the available memory")
+        try:
+            with zipfile.ZipFile(file) as archive:
+                entries = sum(entry.file_size for entry in archive.infolist())
+        except (zipfile.BadZipFile, ValueError, NotImplementedError) as error:
+            raise RecordError(f"{path} is a zip that is cut short or damaged ({error}); copy it again") from None
+        if exceeds(entries, 0.5):
+            raise RecordError(f"{path} unpacks to {entries / 1e9:.3g} GB, above half of the available memory")
     elif start.startswith(b"\x80") or (start.startswith(b"\x93NUMPY") and _PICKLED_ARRAY.search(start)):
         raise RecordError(f"{path} holds pickled Python objects, which run code when they are read; nothing was read")
 
 
-def _read_all(path: Path) -> None:
+def _read_all(source: Path, path: Path) -> None:
     """Check an HDF5 file, and read all of it once: damage on which the library spins shows here, in the child."""
     import h5py
 
@@ -131,7 +169,7 @@ def _read_all(path: Path) -> None:
         if isinstance(item, h5py.Dataset):
             item[()]
 
-    with h5py.File(path, "r", locking=False) as file:
+    with h5py.File(source, "r", locking=False) as file:
         check_hdf5(file, path, numbers_only=False)
         file.visititems(read)
 

@@ -45,7 +45,7 @@ ORDER = (
 DOORS = {
     "pyfftw": {"roughsim.fourier"},
     "numba": {"roughsim._kernels"},
-    "h5py": {"roughsim.store", "roughsim.results", "roughsim.untrusted"},
+    "h5py": {"roughsim.store", "roughsim.results", "roughsim.untrusted", "roughsim.surface.topography"},
     "SurfaceTopography": {"roughsim.surface.topography"},
     "matplotlib": {"roughsim.charts"},
     "pint": {"roughsim.scene"},

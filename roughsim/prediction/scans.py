@@ -26,6 +26,7 @@ FIRST_SCATTER = 0.5  # of the exponent of the first rows, over what their errors
 BELOW = 0.999  # of the first q: there the longer waves begin
 SETTLED = 0.5  # change by the second decade of longer waves over that by the first: above, there is no limit
 DOUBT = 0.05  # probability that scans of one surface differ by more than counts as a scatter from place to place
+FILLED = 3.0  # relative error of C over the share of points that were filled: measured where these are the valleys
 STEP = 0.1  # of ln C, by which each row is tried
 NORMAL = 1.959964  # standard errors of a 95 % interval
 Changes = dict[str, Array]  # of the logarithm of every observable, over speeds or of one entry
@@ -97,6 +98,7 @@ def error_of_face(scene: Scene, name: str, face: Any, only: str) -> Changes:
         [change(*continued(q, psd, exponent, waves.begin, decades)) for decades in (1, 2)]
         for exponent in (waves.exponent, waves.exponent + waves.error)
     )
+    filled = change(q, psd * (1.0 + FILLED * face.psd_filled)) if face.psd_filled else {}
     result = {}
     for key in own:
         squares = np.array([(one[key] * error / STEP) ** 2 for one, error in zip(each, errors[:, 0], strict=True)])
@@ -109,7 +111,7 @@ def error_of_face(scene: Scene, name: str, face: Any, only: str) -> Changes:
         # waves that are missing change the value one way: that is no scatter, and adds to it. There is a limit only if
         # C(q) may also be so much steeper as its rows scatter: those that scatter low would have one by chance
         missing, possible = (limit_of(first[key], second[key]) for first, second in (longer, steeper))
-        result[key] = np.sqrt(square) + np.where(np.isnan(possible), np.nan, missing)
+        result[key] = np.sqrt(square) + np.where(np.isnan(possible), np.nan, missing) + np.abs(filled.get(key, 0.0))
     return result
 
 

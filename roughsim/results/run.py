@@ -270,7 +270,9 @@ class Run(Counted):
     def _made_by(self) -> dict[str, Any]:
         """What estimates follow from, beside the identity of the run, as JSON values."""
         faces = [face for face in (self.scene.surface, self.scene.counterface) if face is not None]
-        scans = checksum([[face.psd_source, face.psd_error] for face in faces])  # no part of the identity
+        scans = checksum(
+            [[face.psd_source, face.psd_error, face.psd_filled] for face in faces]
+        )  # no part of the identity
         state = self._reader.state(self.realizations)
         return {**state, "heat_partition": self.heat_partition.tolist(), "scans": scans}
 

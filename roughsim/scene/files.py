@@ -8,11 +8,11 @@ from contextlib import contextmanager
 from importlib import resources
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from roughsim.scene.changes import with_changes
 from roughsim.scene.model import Scene
-from roughsim.scene.scans import PLAIN_KEYS, measured_psd, read_maps
+from roughsim.scene.scans import SCAN_KEYS, measured_psd, read_scans
 from roughsim.scene.schema import SceneError, as_written, nearest
 from roughsim.scene.sections import ROUGHNESS_KEYS
 from roughsim.show.text import plain
@@ -115,7 +115,10 @@ def load_map(
     if len(paths) != 1:
         count = "names no map" if not paths else f"names {len(paths)} maps"
         raise SceneError(f'{source}: [surface] {count}; to press one, write topography = "scan.x3p"')
-    return scene, next(read_maps([(folder or Path()) / paths[0]], section))
+    found = next(read_scans([(folder or Path()) / paths[0]], section))
+    if found.heights.ndim != 2:
+        raise SceneError(f"{source}: {paths[0]} is a line scan, of which there is C(q), but no map to press; use run")
+    return scene, cast("Topography", found)
 
 
 @contextmanager
@@ -206,7 +209,7 @@ def with_tables(content: dict[str, Any], folder: Path | None) -> dict[str, Any]:
         section = result.get(name)
         if isinstance(section, dict) and key in section:
             result[name] = with_table(name, key, section, folder)
-    for name, key in product(("surface", "counterface"), PLAIN_KEYS):
+    for name, key in product(("surface", "counterface"), SCAN_KEYS):
         if isinstance(section := result.get(name), dict) and key in section:
             raise SceneError(f"{name}.{key} goes with topography only; remove it")
     return result
@@ -231,7 +234,7 @@ def with_table(name: str, key: str, section: dict[str, Any], folder: Path | None
         table = read([folder / path for path in paths], section)
     except (OSError, ValueError, ImportError) as error:
         raise SceneError(f"{setting}: {error}") from None
-    used = (key, *PLAIN_KEYS) if key == "topography" else (key,)
+    used = (key, *SCAN_KEYS) if key == "topography" else (key,)
     return {other: section[other] for other in section if other not in used} | table
 
 

@@ -1,48 +1,57 @@
-"""Maps of heights that a scene names: their sizes and units, and the C(q) that stands in their place."""
+"""Scans that a scene names: their sizes and units, and the C(q) that stands in their place."""
 
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughsim.scene.schema import Quantity, SceneError, as_written
+from roughsim.scene.schema import Quantity, SceneError, as_written, did_you_mean
 
 if TYPE_CHECKING:
-    from roughsim.surface.topography import Topography
+    from roughsim.surface.topography import Profile, Topography
 
 MOST_SCANS = 32  # of one face: their table with its errors still fits into a scene
 MAP_SIZE = Quantity("m", '"1 mm"', above=0)
-PLAIN_KEYS = ("topography_size", "topography_unit")  # of .txt, .csv and .npy
+SCAN_KEYS = ("topography_size", "topography_unit", "topography_fill")  # they go with `topography`
 
 
 def measured_psd(paths: list[Path], section: dict[str, Any]) -> dict[str, Any]:
-    """Measure C(q) of the maps of one surface; return the keys that give it, its error, and each texture."""
-    from roughsim.surface.topography import combined
+    """Measure C(q) of the scans of one surface; return the keys that give it, its error, and the texture of each map."""
+    from roughsim.surface.topography import Topography, bins_of_lines, combined
 
     if len(paths) > MOST_SCANS:
         raise SceneError(f"{len(paths)} scans are more than {MOST_SCANS}; leave some out")
-    bins, textures = zip(*((found.bins, found.texture) for found in read_maps(paths, section)), strict=True)
-    spectrum, errors = combined(bins)
+    bins, lines, textures, undefined = [], [], [], []
+    for scan in read_scans(paths, section):
+        if isinstance(scan, Topography):
+            bins.append(scan.bins)
+            textures.append([float(f"{number:.4g}") for number in scan.texture])
+        else:
+            lines.append(scan)
+        undefined.append(scan.undefined)
+    spectrum, errors = combined(bins + bins_of_lines(lines))
     rows = [[float(q), float(psd)] for q, psd in zip(spectrum.q, spectrum.psd, strict=True)]
-    rounded_textures = [[float(f"{number:.4g}") for number in texture] for texture in textures]
     rounded = [[float(f"{error:.3g}") for error in row] for row in errors.tolist()]
-    known = {"psd_source": "scan", "psd_error": rounded, "psd_texture": rounded_textures}
+    known = {"psd_source": "scan", "psd_error": rounded}
+    if textures:
+        known["psd_texture"] = textures
+    if any(undefined):
+        known["psd_filled"] = float(f"{max(undefined):.3g}")
     return {"psd": rows, "psd_convention": "persson"} | known
 
 
-def read_maps(paths: list[Path], section: Mapping[str, Any]) -> "Iterator[Topography]":
-    """Yield the maps of one surface, with the size and the unit that a section gives for plain numbers."""
-    from roughsim.surface.topography import is_plain, read_topography
+def read_scans(paths: list[Path], section: Mapping[str, Any]) -> "Iterator[Topography | Profile]":
+    """Yield the scans of one surface, with the size and the unit that a section gives where a file lacks them."""
+    from roughsim.surface.topography import FILLS, read_scan
 
-    plain = [is_plain(path) for path in paths]
-    given = [key for key in PLAIN_KEYS if key in section]
-    if given and not any(plain):
-        raise SceneError(f"{' and '.join(given)} go with .txt, .csv and .npy, as these files say it; remove them")
     nothing: list[tuple[float, float] | None] = [None] * len(paths)
     lengths = sizes(section["topography_size"], len(paths)) if "topography_size" in section else nothing
     unit = length_unit(section["topography_unit"]) if "topography_unit" in section else None
-    for path, bare, size in zip(paths, plain, lengths, strict=True):  # one map at a time in memory
-        yield read_topography(path, size=size, unit=unit) if bare else read_topography(path)
+    fill = section.get("topography_fill")
+    if fill is not None and fill not in FILLS:
+        raise SceneError(f"topography_fill = {as_written(fill)} is not known; {did_you_mean(str(fill), FILLS)}")
+    for path, size in zip(paths, lengths, strict=True):  # one scan at a time in memory
+        yield read_scan(path, size=size, unit=unit, fill=fill)
 
 
 def sizes(value: Any, count: int) -> list[tuple[float, float] | None]:

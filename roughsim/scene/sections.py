@@ -12,6 +12,7 @@ from pydantic.dataclasses import dataclass
 
 from roughsim.extensions import extensions, loaded
 from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.scene.scans import SCAN_KEYS
 from roughsim.scene.schema import (
     KELVIN,
     SECTIONS,
@@ -37,14 +38,14 @@ SHARE_RULES = ("mean", "total", "all")
 TARGET = Quantity("", '"1 %"', above=0, below=1)
 SELF_AFFINE_KEYS = ("hurst", "q_min", "q_roll_off", "q_max", "roll_off_exponent")
 SIZE_KEYS = ("rms_height", "rms_slope", "psd", "spectrum")  # one of them says how rough a face is
-PSD_KEYS = ("psd_convention", "psd_source", "psd_error", "psd_texture")  # they go with `psd`
+PSD_KEYS = ("psd_convention", "psd_source", "psd_error", "psd_texture", "psd_filled")  # they go with `psd`
 ROUGHNESS_KEYS = (*SIZE_KEYS, *PSD_KEYS, *SELF_AFFINE_KEYS)
 THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
 # keys that say how long to go on, what to keep or what is said of the numbers, and change no number
 NOT_IDENTITY = {"ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"} | {
     f"{face}.{key}"
     for face in ("surface", "body", "counterface")
-    for key in ("psd_source", "psd_error", "psd_texture", "melting_temperature")
+    for key in ("psd_source", "psd_error", "psd_texture", "psd_filled", "melting_temperature")
 }
 TURN = 6.2832  # rad, 360° rounded up
 WIDEST_BAND = 1e12  # q_max/q_min; a metre over the size of an atom is 1e10
@@ -217,6 +218,8 @@ class SurfaceSection(Record, section="surface"):
     """Errors of the rows of `psd`, see `roughsim.surface.topography.MeasuredSpectrum`; None: unknown of a scan."""
     psd_texture: Annotated[tuple[tuple[float, ...], ...], BeforeValidator(read_psd_texture)] | None = None
     """A row for each map, see `roughsim.surface.topography.Texture`; None: unknown of a scan."""
+    psd_filled: Annotated[float, Quantity("", "0.1", at_least=0, below=1)] | None = None
+    """Share of the scans that was undefined and filled; part of their error."""
     hurst: Hurst | None = None
     """H of the self-affine C(q), see `roughsim.SelfAffineSpectrum`; so are the next four."""
     q_min: QMin | None = None
@@ -229,7 +232,7 @@ class SurfaceSection(Record, section="surface"):
     @classmethod
     def known_keys(cls) -> list[str]:
         """Return the keys that a scene file may give; the files named by two of them are read before."""
-        return [*super().known_keys(), "psd_file", "topography", "topography_size", "topography_unit"]
+        return [*super().known_keys(), "psd_file", "topography", *SCAN_KEYS]
 
     _fits = model_validator(mode="after")(check_roughness)
 

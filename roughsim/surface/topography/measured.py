@@ -6,6 +6,7 @@ each row counts fewer modes for it, and rows then add up as if they were indepen
 q, their differences say in addition how much the surface varies from place to place.
 """
 
+import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -71,15 +72,77 @@ class Bins:
 
 
 def map_spectrum(heights: Array, grid: Grid, *, periodic: bool, reliable: float = np.inf) -> Bins:
-    """Return C(q) of one map, m, up to `reliable`, rad/m; under a window unless the map is periodic."""
-    weight = np.ones(()) if periodic else window(grid)
-    modes = np.fft.rfft2(heights * weight)
-    psd = modes.real**2 + modes.imag**2
-    cell = 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
-    psd *= 1.0 / (grid.points**2 * cell * float(np.mean(weight**2)))
+    """Return C(q) of one map, m, up to `reliable`, rad/m; under a window unless the map is periodic.
+
+    The window is a disc as wide as the shorter side. A longer map has several of them along it, each half over the
+    next and without its tilt, and C(q) is their mean (Welch).
+    """
+    q_max = min(grid.nyquist, reliable)
+    if periodic:
+        return radial_average(psd_of(heights, grid, np.ones(grid.shape)), grid, q_max)
+    parts, part = discs(grid)
+    weight = window(part)
+    psd = np.zeros(part.half_shape)
+    for place in parts:
+        own = heights[place]
+        psd += psd_of(levelled(own) if len(parts) > 1 else own, part, weight) / len(parts)
     # modes under a window are correlated: so many of them count as one
     together = float(np.mean(weight**4) / np.mean(weight**2) ** 2)
-    return radial_average(psd, grid, min(grid.nyquist, reliable), together=together)
+    return radial_average(psd, part, q_max, together=together, share=share_of_scatter(weight, parts))
+
+
+def levelled(heights: Array, periodic: bool = False) -> Array:
+    """Return the heights of a map or a line scan without their mean, and, if not periodic, without their tilt."""
+    heights = heights - heights.mean()
+    if not periodic:
+        for axis, points in enumerate(heights.shape):
+            along = np.arange(points) - 0.5 * (points - 1)
+            mean = heights if heights.ndim == 1 else np.mean(heights, axis=1 - axis)
+            slope = float(mean @ along / (along @ along))
+            heights -= slope * (along[:, None] if axis == 0 and heights.ndim == 2 else along)
+    return heights
+
+
+def psd_of(heights: Array, grid: Grid, weight: Array) -> Array:
+    """Return C at the modes of heights, m, under a window, m⁴, of `grid.half_shape`."""
+    modes = np.fft.rfft2(heights * weight)
+    psd: Array = modes.real**2 + modes.imag**2
+    cell = 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
+    return psd / (grid.points**2 * cell * float(np.mean(weight**2)))
+
+
+def discs(grid: Grid) -> tuple[list[tuple[slice, slice]], Grid]:
+    """Return the places of the discs in a map, evenly along its longer side, and the grid of each."""
+    along = int(np.argmax(grid.lengths))
+    whole = grid.shape[along]
+    points = min(max(round(min(grid.lengths) / grid.spacing[along]), 2), whole)
+    count = 1 + math.ceil((whole - points) / (0.5 * points))
+    places = [slice(int(start), int(start) + points) for start in np.rint(np.linspace(0, whole - points, count))]
+    shape, lengths = list(grid.shape), list(grid.lengths)
+    shape[along], lengths[along] = points, points * grid.spacing[along]
+    part = Grid((shape[0], shape[1]), (lengths[0], lengths[1]))
+    return [(place, slice(None)) if along == 0 else (slice(None), place) for place in places], part
+
+
+def window_share(chosen: NDArray[np.bool_], grid: Grid) -> float:
+    """Return the share of some points of a map in its C(q): each counts by the square of the windows over it."""
+    parts, part = discs(grid)
+    squares = np.zeros(grid.shape)
+    for place in parts:
+        squares[place] += window(part) ** 2
+    return float(squares[chosen].sum() / squares.sum())
+
+
+def share_of_scatter(weight: Array, parts: Sequence[tuple[slice, slice]]) -> float:
+    """Return how much of the scatter of one part the mean over all parts keeps, as these overlap (Welch)."""
+    total = float((weight**2).sum())
+    starts = np.array([[place.start or 0 for place in pair] for pair in parts])
+    shares = []
+    for i, j in np.abs(starts[:, None] - starts).reshape(-1, 2):
+        nx, ny = max(weight.shape[0] - i, 0), max(weight.shape[1] - j, 0)
+        common = weight[i:, j:] * weight[:nx, :ny]
+        shares.append((float(common.sum()) / total) ** 2)
+    return float(np.mean(shares))
 
 
 def window(grid: Grid) -> Array:
@@ -91,21 +154,47 @@ def window(grid: Grid) -> Array:
     return result
 
 
-def radial_average(psd: Array, grid: Grid, q_max: float, *, together: float = 1.0) -> Bins:
+def radial_average(psd: Array, grid: Grid, q_max: float, *, together: float = 1.0, share: float = 1.0) -> Bins:
     """Average C(q⃗) over directions, in bins of log q.
+
+    `psd` is C(q⃗), m⁴, at the modes of `grid.half_shape`, ∫ C d²q = ⟨h²⟩; the others are as for `binned`.
+    """
+    q, cell = grid.wavenumbers, 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
+    weight = np.broadcast_to(grid.multiplicity, q.shape)
+    inside = q > 0.0
+    return binned(q[inside], psd[inside], weight[inside], cell, q_max, together=together, share=share)
+
+
+def binned(
+    q: Array, psd: Array, weight: Array, cell: float, q_max: float, *, together: float = 1.0, share: float = 1.0
+) -> Bins:
+    """Average C of modes over bins of log q.
 
     Within a bin C(q) is taken as the power law of its neighbours, so that the value at its centre is not raised by its
     lower edge. The error is that of the scatter of the modes in a bin, at least that of Gaussian heights.
 
-    `psd` is C(q⃗), m⁴, at the modes of `grid.half_shape`, ∫ C d²q = ⟨h²⟩; `q_max` is where to end, rad/m; `together`
-    is how many modes count as one. ValueError if fewer than three bins hold modes.
+    Parameters
+    ----------
+    q, psd, weight : array
+        Wavenumber of each mode, rad/m, above 0, its C, and for how many modes it stands.
+    cell : float
+        Of a mode: ∫ C is Σ weight · psd · cell = ⟨h²⟩, m².
+    q_max : float
+        Where to end, rad/m.
+    together : float
+        How many modes count as one.
+    share : float
+        How much the modes of Gaussian heights scatter, over what those of one map do.
+
+    Raises
+    ------
+    ValueError
+        If fewer than three bins hold modes.
     """
-    # all modes but q = 0, up to q_max or to where a synthetic map ends
-    q = grid.wavenumbers
-    present = psd > _ROUNDING * psd[q > 0.0].max()
-    inside = (q > 0.0) & (q <= min(q_max, float(q[present].max())) * (1 + 1e-12))
-    weight = np.broadcast_to(grid.multiplicity, q.shape)[inside]
-    q, values = q[inside], psd[inside]
+    # all modes up to q_max or to where a synthetic map ends
+    present = psd > _ROUNDING * psd.max()
+    inside = q <= min(q_max, float(q[present].max())) * (1 + 1e-12)
+    weight, q, values = weight[inside], q[inside], psd[inside]
     # their bins, in log q
     low, q_max = int(np.floor(BINS_PER_DECADE * np.log10(q.min()) + 1e-9)), float(q.max())
     which = np.floor(BINS_PER_DECADE * np.log10(q) + 1e-9).astype(np.intp) - low
@@ -122,10 +211,10 @@ def radial_average(psd: Array, grid: Grid, q_max: float, *, together: float = 1.
     exponent = -np.gradient(np.log(mean), np.log(centre))
     shape = (q / centre[which]) ** -exponent[which]  # of the power law over the bin, 1 at its centre
     level = mean / (np.bincount(which, weight * shape) / count)
-    # the modes of Gaussian heights scatter by as much as their mean, and q⃗ has the same as −q⃗
+    # the modes of Gaussian heights scatter by as much as their mean, and q has the same as −q
     scatter = np.bincount(which, weight * (values / (level[which] * shape) - 1.0) ** 2) / count
-    error = np.sqrt(2.0 * together * np.maximum(scatter, 1.0) / count)
-    variance = float((weight * values).sum()) * 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
+    error = np.sqrt(2.0 * together * np.maximum(scatter, share) / count)
+    variance = float((weight * values).sum()) * cell
     return Bins(centre, level, exponent, error, low + np.flatnonzero(filled), variance, q_max)
 
 

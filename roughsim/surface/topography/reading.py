@@ -1,12 +1,11 @@
-"""Reading maps of heights: formats of instruments through SurfaceTopography, plain numbers by NumPy."""
+"""Reading maps of heights and line scans: by their content, whatever the name of the file."""
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from io import StringIO
+from io import BytesIO
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,14 +13,23 @@ from roughsim.errors import RecordError
 from roughsim.grid import Array, Grid
 from roughsim.machine import exceeds
 from roughsim.surface.power_laws import TabulatedSpectrum
-from roughsim.surface.topography.measured import Bins, MeasuredSpectrum, combined, map_spectrum
+from roughsim.surface.topography.contents import Contents, NoHeightsError
+from roughsim.surface.topography.instruments import library, no_map, of_instrument, unknown
+from roughsim.surface.topography.measured import Bins, MeasuredSpectrum, combined, levelled, map_spectrum, window_share
+from roughsim.surface.topography.netcdf import of_netcdf
+from roughsim.surface.topography.profiles import line_modes, of_surface
+from roughsim.surface.topography.text import decoded, heights_of, table_of, without_coordinates
 from roughsim.surface.topography.texture import Texture, texture_of
-from roughsim.untrusted import check_measured_file
+from roughsim.surface.topography.undefined import filled, without_marks
+from roughsim.untrusted import check_measured_file, unpacked
 
-MOST_UNDEFINED = 0.05  # share of points that an instrument may have left out
-LEAST_POINTS = 8  # along each side
+MOST_UNDEFINED = 0.05  # share of points that are filled unasked
+MOST_FILLED = 0.5  # share of points that are filled on request
+FILLS = ("smooth",)
+LEAST_POINTS = 8  # along each side of a map
+LEAST_OF_LINE = 64  # of a line scan
 BYTES_PER_POINT = 64.0  # that reading a map and its C(q) take
-PLAIN = (".txt", ".csv", ".npy")  # files of numbers alone, without size and unit
+_NUMPY = b"\x93NUMPY"
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +40,7 @@ class Topography:
     grid: Grid  # its points and lengths
     periodic: bool  # whether it goes on at its edges; else its spectrum is taken under a window
     reliable: float = np.inf  # wavenumber up to which the instrument resolves, rad/m
+    undefined: float = 0.0  # share of points that were filled, weighted as in C(q)
 
     @cached_property
     def bins(self) -> Bins:
@@ -54,48 +63,66 @@ class Topography:
         return self.measured.spectrum
 
 
-class Read(NamedTuple):
-    """What a file says."""
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """A measured line scan, detrended: see `bins_of_lines`."""
 
-    heights: Array  # m, NaN where undefined
-    lengths: tuple[float, float]  # m
+    heights: Array  # m, at even steps
+    length: float  # m
     periodic: bool
-    reliable: float  # wavenumber up to which the instrument resolves, rad/m
+    reliable: float = np.inf
+    undefined: float = 0.0
 
 
-def library() -> Any:
-    """Return SurfaceTopography; ImportError that says what to type without it."""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ImportWarning)  # it says that there is no MPI
-            import SurfaceTopography  # type: ignore[import-not-found,import-untyped,unused-ignore]
-    except ImportError:
-        raise ImportError("SurfaceTopography is not installed; type: pip install 'roughsim[topography]'") from None
-    return SurfaceTopography
+def bins_of_lines(lines: Sequence[Profile]) -> list[Bins]:
+    """Return C(q) of line scans of one surface that is alike in all directions: one for all that have the same modes.
+
+    The mean over lines is taken of C₁, before it becomes C(q), as that needs waves whose C₁ is known.
+    """
+    groups: dict[tuple[int, float], list[tuple[Array, Array, float]]] = {}
+    for line in lines:
+        modes = line_modes(line.heights, line.length, periodic=line.periodic, reliable=line.reliable)
+        groups.setdefault((modes[0].size, float(modes[0][0])), []).append(modes)
+    return [
+        of_surface(group[0][0], np.mean([along for _, along, _ in group], axis=0), together=group[0][2] / len(group))
+        for group in groups.values()
+    ]
 
 
-def is_plain(path: str | Path) -> bool:
-    """Return whether a file holds numbers alone, by its ending."""
-    return Path(path).suffix.lower() in PLAIN
+def read_topography(
+    path: str | Path, *, size: Sequence[float] | None = None, unit: float | None = None, fill: str | None = None
+) -> Topography:
+    """Read a map of heights, fill what is missing, and take mean and tilt off; as `read_scan`.
+
+    RecordError if the file holds a line scan.
+    """
+    found = read_scan(path, size=size, unit=unit, fill=fill)
+    if isinstance(found, Profile):
+        raise RecordError(f"{path} holds a line scan; a map is needed here")
+    return found
 
 
-def read_topography(path: str | Path, *, size: Sequence[float] | None = None, unit: float | None = None) -> Topography:
-    """Read a map of heights, fill what is missing, and take mean and tilt off.
+def read_scan(
+    path: str | Path, *, size: Sequence[float] | None = None, unit: float | None = None, fill: str | None = None
+) -> Topography | Profile:
+    """Read a map of heights or a line scan, fill what is missing, and take mean and tilt off.
 
-    .txt, .csv and .npy are numbers alone: row k of the array, or line k of the text, has the heights at the k-th point
-    along x. They need `size` and `unit`. Any other format is read by SurfaceTopography (x3p, sur, gwy, opd, al3d, nc,
-    …); it must hold a map with its size and unit. Of several channels the file's default is taken. The map is periodic
-    only if the file says so. Up to 5 % of undefined points are filled smoothly by SurfaceTopography, with a
-    RuntimeWarning.
+    The content decides, not the name. Text of numbers, .npy and netCDF with coordinates are read by roughsim: see
+    `roughsim.surface.topography.text.heights_of` for the order of the numbers. Any other format, and text whose header
+    has a size or a unit, is read by SurfaceTopography (x3p, sur, gwy, opd, al3d, …). A file packed by gzip is unpacked.
+    Of several channels the file's default is taken. A scan is periodic only if the file says so. A RuntimeWarning names
+    what was left out or filled.
 
     Parameters
     ----------
     path : str or Path
         The file.
     size : (float, float), optional
-        Side lengths along x and y, m, of a file that does not say them.
+        Side lengths along x and y, m, of a file that does not say them; of a line scan both are its length.
     unit : float, optional
-        Unit of the heights, m, of a file that does not say it.
+        Unit of the heights, m, of a file that does not say it; also of coordinates without a unit, if `size` is None.
+    fill : {"smooth"}, optional
+        "smooth": undefined points are filled by harmonic interpolation, up to half of all. None: only up to 5 %.
 
     Raises
     ------
@@ -104,120 +131,165 @@ def read_topography(path: str | Path, *, size: Sequence[float] | None = None, un
     FileNotFoundError
         Without the file.
     RecordError
-        Of one line, if the file is refused (see `roughsim.untrusted`), cannot be read, or holds no such map.
+        Of one line, if the file is refused (see `roughsim.untrusted`), cannot be read, or holds no such heights.
     """
     path = Path(path)
-    plain = is_plain(path)
-    if not plain:
-        library()
     if not path.exists():
         raise FileNotFoundError(f"{path} does not exist; check the path")
-    if plain != (size is not None) or plain != (unit is not None):
-        raise RecordError(
-            f"{path} holds numbers alone and needs topography_size and topography_unit, or save it as x3p or nc"
-            if plain
-            else f"{path} says its size and unit itself; remove topography_size and topography_unit"
-        )
     try:
-        check_measured_file(path)
-        found = _of_instrument(path) if size is None or unit is None else _plain(path, (size[0], size[1]), unit)
-    except RecordError:
+        with unpacked(path) as file:
+            check_measured_file(file, path)
+            found = contents_of(file)
+        found = with_size_and_unit(found, size, unit)
+        if size is not None and _square_if_exchanged(found):
+            warnings.warn(
+                f"{path}: with the two sides of topography_size exchanged its pixels would be square; the first side "
+                "is along x, from line to line of a text",
+                RuntimeWarning,
+                stacklevel=2,
+            )
+        return _scan_of(path, found, fill)
+    except (RecordError, ImportError):
         raise
-    except Exception as error:  # forty readers of binary formats, each with its own failures
-        reason = " ".join(str(error).split())[:200]
-        raise RecordError(f"{path} cannot be read as a map of heights ({type(error).__name__}: {reason})") from error
-    heights = _filled(path, found.heights, found.lengths)
-    if not np.ptp(heights) > 0.0:
-        raise RecordError(f"{path} holds heights that are all alike; there is no C(q) to measure")
-    grid = Grid((heights.shape[0], heights.shape[1]), found.lengths)
-    return Topography(levelled(heights, found.periodic), grid, found.periodic, found.reliable)
+    except NoHeightsError as error:
+        raise RecordError(f"{path} {error}") from None
+    except Exception as error:  # readers of binary formats, each with its own failures
+        reason = " ".join(str(error).split())[:100]
+        raise RecordError(
+            f"{path} cannot be read as heights ({type(error).__name__}: {reason}); it is damaged or of another format"
+        ) from error
 
 
-def _check_points(path: Path, shape: tuple[int, ...]) -> None:
-    """Refuse what is no map, or too small or too large a one, before its heights are read."""
-    if len(shape) != 2:
-        raise RecordError(f"{path} holds {'a line scan' if len(shape) == 1 else shape}; C(q) of a surface needs a map")
-    if min(shape) < LEAST_POINTS:
-        raise RecordError(f"{path} has {shape} points; C(q) needs at least {LEAST_POINTS} along each side")
+def contents_of(file: Path) -> Contents:
+    """Return the heights of a file that was checked; NoHeightsError of one line otherwise."""
+    with open(file, "rb") as stream:
+        start = stream.read(4096)
+        if (reason := no_map(start)) is not None:
+            raise NoHeightsError(reason)
+        if start.startswith(_NUMPY):
+            return _of_array(file)
+        if (found := of_netcdf(file, start, check_points)) is not None:
+            return found
+        text = decoded(start) and decoded(file.read_bytes())
+        if text is not None:
+            return _of_text(text)
+        stream.seek(0)
+        of_file = of_instrument(stream, check_points)
+    if of_file is None:
+        raise NoHeightsError(unknown(file, start))
+    return of_file
+
+
+def _of_array(file: Path) -> Contents:
+    numbers = np.load(file, mmap_mode="r", allow_pickle=False)
+    if numbers.dtype.kind not in "uif":
+        raise NoHeightsError(f"holds an array of dtype {numbers.dtype}; heights must be real numbers")
+    check_points(numbers.shape)
+    heights = np.array(numbers, dtype=np.float64)
+    return without_coordinates(heights) if heights.ndim == 2 else Contents(heights)
+
+
+def _of_text(text: str) -> Contents:
+    """Return the heights of a text: by SurfaceTopography if a line says size, unit or points, else its numbers."""
+    try:
+        table = table_of(text)
+        bare = not any(sign in line for line in table.header for sign in "=:;,\t0123456789")
+    except NoHeightsError:
+        library()
+        table, bare = None, False
+    if not bare:
+        if table is not None and table.layout.comma:
+            text = text.replace(",", ".")
+        found = of_instrument(BytesIO(text.encode()), check_points, text=True)
+        if found is not None:
+            return found
+    return heights_of(table if table is not None else table_of(text))
+
+
+def check_points(shape: tuple[int, ...]) -> None:
+    """Refuse what is no map and no line scan, or too small or too large, before its heights are read."""
+    if len(shape) not in (1, 2):
+        raise NoHeightsError(f"holds numbers of shape {shape}; C(q) of a surface needs a map or a line scan")
+    least = LEAST_POINTS if len(shape) == 2 else LEAST_OF_LINE
+    if min(shape) < least:
+        kind = "along each side" if len(shape) == 2 else "of a line scan"
+        raise NoHeightsError(f"has {shape} points; C(q) needs at least {least} {kind}")
     points = float(np.prod([float(n) for n in shape]))
     if exceeds(BYTES_PER_POINT * points, 0.5):
-        raise RecordError(
-            f"{path} declares {points:.3g} points; it takes {1e-9 * BYTES_PER_POINT * points:.3g} GB to read, above "
-            "half of the available memory; crop it"
+        raise NoHeightsError(
+            f"declares {points:.3g} points; it takes {1e-9 * BYTES_PER_POINT * points:.3g} GB to read, above half of "
+            "the available memory; crop it"
         )
 
 
-def _of_instrument(path: Path) -> Read:
-    """Read a format of an instrument."""
-    with open(path, "rb") as stream:  # some of its readers would leave the file open
-        reader = library().open_topography(stream)
-        channel = reader.default_channel
-        _check_points(path, tuple(channel.nb_grid_pts) if channel.dim == 2 else (channel.nb_grid_pts[0],))
-        if channel.physical_sizes is None or channel.unit is None:
-            missing = "size" if channel.physical_sizes is None else "unit"
-            raise RecordError(f"{path} does not say its {missing}; save it as x3p or nc, which do")
-        measured = reader.topography().to_unit("m")
-    heights = np.ma.filled(np.ma.asarray(measured.heights(), dtype=np.float64), np.nan)
-    cutoff = measured.short_reliability_cutoff()
-    x, y = measured.physical_sizes
-    return Read(
-        np.ascontiguousarray(heights),
-        (float(x), float(y)),
-        bool(measured.is_periodic),
-        np.inf if cutoff is None else 2 * np.pi / float(cutoff),
-    )
-
-
-def _plain(path: Path, lengths: tuple[float, float], unit: float) -> Read:
-    """Read numbers alone; what is not finite is undefined."""
-    if path.suffix.lower() == ".npy":
-        numbers = np.load(path, mmap_mode="r", allow_pickle=False)
-        if numbers.dtype.kind not in "uif":
-            raise RecordError(f"{path} holds an array of dtype {numbers.dtype}; heights must be real numbers")
+def with_size_and_unit(found: Contents, size: Sequence[float] | None, unit: float | None) -> Contents:
+    """Return contents in m: by the file, or by what is given where the file does not say it."""
+    own_size = found.sizes is not None and (found.lateral_unit is not None or size is None)
+    needs_size = found.sizes is None or (found.lateral_unit is None and found.unit is not None)
+    given = [name for name, value in (("topography_size", size), ("topography_unit", unit)) if value is not None]
+    own = [found.sizes is not None and found.lateral_unit is not None, found.unit is not None]
+    too_much = [name for name, has in zip(("topography_size", "topography_unit"), own, strict=True) if has]
+    if excess := [name for name in given if name in too_much]:
+        raise NoHeightsError(f"says its {_what(excess)} itself; remove {' and '.join(excess)}")
+    missing = [
+        name for name, lacks in (("topography_size", needs_size), ("topography_unit", found.unit is None)) if lacks
+    ]
+    if lacking := [name for name in missing if name not in given]:
+        raise NoHeightsError(
+            f"does not say its {_what(lacking)} and needs {' and '.join(lacking)}, or save it as x3p or nc"
+        )
+    of_heights = found.unit if found.unit is not None else float(unit or 0.0)
+    if own_size:
+        factor = found.lateral_unit if found.lateral_unit is not None else of_heights
+        sizes = tuple(factor * length for length in found.sizes or ())
+    elif found.heights.ndim == 1 and size is not None and size[0] != size[-1]:
+        raise NoHeightsError("holds a line scan, which has one length; write one length as topography_size")
     else:
-        numbers = _numbers_of_text(path)
-    _check_points(path, numbers.shape)
-    heights = unit * np.array(numbers, dtype=np.float64)
-    heights[~np.isfinite(heights)] = np.nan
-    return Read(heights, lengths, False, np.inf)
+        sizes = tuple(size or ())[: found.heights.ndim]
+    return replace(found, sizes=sizes, unit=of_heights, lateral_unit=1.0)
 
 
-def _numbers_of_text(path: Path) -> Array:
-    """Return the numbers of a text file, divided by commas, semicolons or blanks; lines with # are comments."""
-    text = path.read_bytes().decode("utf-8-sig", errors="replace")
-    first = next((line for line in text.splitlines() if line.split("#")[0].strip()), "")
-    delimiter = next((sign for sign in ",;" if sign in first), None)
-    if not first:
-        raise RecordError(f"{path} holds no numbers; is it the right file?")
-    try:
-        return np.loadtxt(StringIO(text), delimiter=delimiter, ndmin=2)
-    except ValueError as error:
-        reason = str(error).split("; use `usecols`")[0].rstrip(".")
-        raise RecordError(f"{path} must hold numbers alone, as many in each line, divided alike: {reason}") from None
+def _square_if_exchanged(found: Contents) -> bool:
+    """Whether the pixels of a map are oblong, and would be square with its two sides exchanged."""
+    if found.heights.ndim == 1 or found.sizes is None:
+        return False
+    (nx, ny), (x, y) = found.heights.shape, found.sizes
+    return bool(abs(np.log(x * ny / (y * nx))) > 0.05 and abs(np.log(y * ny / (x * nx))) < 0.01)
 
 
-def _filled(path: Path, heights: Array, lengths: tuple[float, float]) -> Array:
-    """Return the heights with undefined points filled smoothly, if they are few."""
+def _what(keys: list[str]) -> str:
+    return " and ".join(key.removeprefix("topography_") for key in keys)
+
+
+def _scan_of(path: Path, found: Contents, fill: str | None) -> Topography | Profile:
+    """Return the scan of contents in m, without marks of undefined points, filled and levelled."""
+    heights, marks = without_marks(found.heights)
+    left_out = [*found.left_out, *(f"heights of {mark:g}, which stand for undefined points" for mark in marks)]
+    if left_out:
+        warnings.warn(f"{path}: {', and '.join(left_out)}, were left out", RuntimeWarning, stacklevel=3)
+    check_points(heights.shape)
+    sizes = tuple(float(size) for size in found.sizes or ())
+    if not all(0.0 < size < np.inf for size in sizes):
+        raise NoHeightsError(f"says sizes of {' and '.join(f'{size:.4g} m' for size in sizes)}; they must be above 0")
     undefined = np.isnan(heights)
     share = float(np.mean(undefined))
-    if share == 0.0:
-        return heights
-    if share > MOST_UNDEFINED:
-        raise RecordError(
-            f"{path}: {100 * share:.3g} % of its points are undefined, above {100 * MOST_UNDEFINED:g} %; crop it, "
-            f"or fill them with the program of the instrument"
+    most = MOST_UNDEFINED if fill is None else MOST_FILLED
+    if share > most:
+        how = (
+            'write topography_fill = "smooth" to fill them, or crop it'
+            if fill is None and share <= MOST_FILLED
+            else "crop it"
         )
-    warnings.warn(f"{path}: undefined points, {100 * share:.2g} %, were filled", RuntimeWarning, stacklevel=3)
-    masked = library().Topography(np.ma.masked_array(heights, undefined), lengths, unit="m")
-    return np.ascontiguousarray(masked.interpolate_undefined_data().heights(), dtype=np.float64)
-
-
-def levelled(heights: Array, periodic: bool = False) -> Array:
-    """Return the heights without their mean, and without the plane of least squares if they are not periodic."""
-    heights = heights - heights.mean()
-    if not periodic:
-        for axis, points in enumerate(heights.shape):
-            along = np.arange(points) - 0.5 * (points - 1)
-            slope = float(np.mean(heights, axis=1 - axis) @ along / (along @ along))
-            heights -= slope * (along[:, None] if axis == 0 else along)
-    return heights
+        raise RecordError(f"{path}: {100 * share:.3g} % of its points are undefined, above {100 * most:g} %; {how}")
+    if share:
+        warnings.warn(f"{path}: undefined points, {100 * share:.2g} %, were filled", RuntimeWarning, stacklevel=3)
+        heights = filled(heights, undefined, library())
+    heights = float(found.unit or 0.0) * heights
+    if not np.ptp(heights) > 0.0:
+        raise NoHeightsError("holds heights that are all alike; there is no C(q) to measure")
+    heights = levelled(heights, found.periodic)
+    if heights.ndim == 1:
+        return Profile(heights, sizes[0], found.periodic, found.reliable, share)
+    grid = Grid((heights.shape[0], heights.shape[1]), (sizes[0], sizes[1]))
+    weighted = share if found.periodic or not share else window_share(undefined, grid)
+    return Topography(heights, grid, found.periodic, found.reliable, weighted)

@@ -1,0 +1,55 @@
+"""What a file holds, before units are applied, and the error of files that hold no heights."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from roughsim.grid import Array
+
+EVEN = 0.1  # of a step: by so much coordinates may differ from even steps, as they are rounded
+_UNITS = {
+    1.0: "m meter meters metre metres",
+    1e-2: "cm",
+    1e-3: "mm millimeter millimeters millimetre millimetres",
+    1e-6: "um µm μm micron microns micrometer micrometers micrometre micrometres",
+    1e-9: "nm nanometer nanometers nanometre nanometres",
+    1e-10: "å angstrom angstroms ångström",
+    1e-12: "pm picometer picometers picometre picometres",
+}
+UNITS = {name: factor for factor, names in _UNITS.items() for name in names.split()}
+
+
+class NoHeightsError(ValueError):
+    """A file holds no heights that can be used. The message goes on after the name of the file."""
+
+
+@dataclass(frozen=True, eq=False)
+class Contents:
+    """Heights as a file has them."""
+
+    heights: Array  # in `unit`, NaN where undefined: a map, axis 0 is x, or a line scan
+    sizes: tuple[float, ...] | None = None  # length along each axis, in `lateral_unit`; None where the file has none
+    unit: float | None = None  # of the heights, m; None where the file has none
+    lateral_unit: float | None = None  # of the sizes, m
+    periodic: bool = False
+    reliable: float = np.inf  # wavenumber up to which the instrument resolves, rad/m
+    left_out: tuple[str, ...] = ()  # of the file's numbers
+
+
+def length_unit(text: str, what: str) -> float | None:
+    """Return a unit in m, None where `text` is empty or "1"; NoHeightsError if it is no length."""
+    name = text.strip()
+    if name in ("", "1"):
+        return None
+    if name.lower() not in UNITS:
+        raise NoHeightsError(f"has {what} in {name[:40]!r}, which is no unit of length; save it in m, or leave it out")
+    return UNITS[name.lower()]
+
+
+def even_step(values: Array, what: str) -> float:
+    """Return the step of coordinates at even steps, below 0 where they fall; NoHeightsError if they are uneven."""
+    step = float(values[-1] - values[0]) / max(values.size - 1, 1)
+    line = values[0] + step * np.arange(values.size)
+    if not np.isfinite(step) or step == 0.0 or np.abs(values - line).max() > EVEN * abs(step):
+        raise NoHeightsError(f"has {what} at uneven steps; put its heights on even steps first")
+    return step

@@ -1,0 +1,117 @@
+"""C(q) of an isotropic surface from a line scan.
+
+A line across an isotropic surface has C₁(k) = ∫C(√(k² + p²)) dp over all p, with ⟨h²⟩ = ∫C₁ dk over all k. Solved for
+C (Abel), ∫C q' dq' from q on is the integral of C₁(k) k/√(k² − q²) from q on, over π: it needs no derivative of C₁. Its
+differences between the ends of a bin give C(q) there. They scatter, as long waves of a line are mostly short waves of
+the surface that run across the line. So C(q) is taken not to rise with q: neighbouring bins are put together until it
+does not (isotonic inverse estimator, Groeneboom and Jongbloed 1995).
+"""
+
+import numpy as np
+
+from roughsim.grid import Array
+from roughsim.surface.topography.measured import BINS_PER_DECADE, Bins
+
+_WIDE = 2  # bins of C(q) in one, as a line has few modes
+_KNOWN = 0.3  # standard error of a variance, relative: above it, it is not known
+_TAIL = 0.3  # decades below the last mode, over which the exponent of C₁ beyond it is fitted
+_BEYOND = 30.0  # C₁ goes on to so many times the last wavenumber
+_STEPS_BEYOND = 100
+
+
+def line_modes(
+    heights: Array, length: float, *, periodic: bool, reliable: float = np.inf
+) -> tuple[Array, Array, float]:
+    """Return k, rad/m, and C₁, m³, of the modes of a line scan in m, and how many modes count as one.
+
+    `length` is in m. A Hann window is used unless the line is periodic. `reliable` is the wavenumber, rad/m, up to
+    which the instrument resolves.
+    """
+    points, step = heights.size, 2 * np.pi / length
+    weight = np.ones(points) if periodic else 0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(points) + 0.5) / points)
+    modes = np.fft.rfft(heights * weight)[1 : (points + 1) // 2]  # without q = 0 and the Nyquist wavenumber
+    k: Array = step * np.arange(1.0, modes.size + 1.0)
+    inside = k <= reliable
+    along: Array = np.abs(modes[inside]) ** 2 / (points**2 * step * float(np.mean(weight**2)))
+    return k[inside], along, float(np.mean(weight**4) / np.mean(weight**2) ** 2)
+
+
+def of_surface(k: Array, along: Array, *, together: float = 1.0) -> Bins:
+    """Return C(q) of an isotropic surface from the modes of a line across it.
+
+    `k` are their wavenumbers, rad/m, in even steps from one step on, and `along` is C₁ at them, m³; so many of them as
+    `together` says count as one. ValueError if fewer than three bins of wavenumbers hold modes.
+    """
+    step, q_max = k[0], float(k[-1] + 0.5 * k[0])
+    index = _WIDE * np.unique(np.floor(BINS_PER_DECADE / _WIDE * np.log10(k) + 1e-9).astype(np.intp))
+    if index.size < 3:
+        raise ValueError(f"only {index.size} bins of wavenumbers up to q_max = {q_max:.4g} rad/m hold modes")
+    ends = np.concatenate([[0.5 * step], 10.0 ** (index[1:] / BINS_PER_DECADE), [q_max]])
+    low, high, values = _with_tail(k, along)
+
+    def share_beyond(q: float) -> Array:
+        """By how much each mode of the line counts in ∫C q' dq' from q on."""
+        return (np.sqrt(np.maximum(high**2 - q**2, 0.0)) - np.sqrt(np.maximum(low**2 - q**2, 0.0))) / np.pi
+
+    shares = [share_beyond(float(q)) for q in ends]
+    areas = 0.5 * np.diff(ends**2)
+    variances = -np.diff([float(share @ values) for share in shares])
+
+    def scatter(pool: slice) -> float:
+        """Return the standard error of the variance of a pool; a mode scatters by its mean: half its mean square."""
+        counts = ((shares[pool.start] - shares[pool.stop]) * values)[: k.size]
+        return float(np.sqrt(0.5 * together * (counts**2).sum()))
+
+    pools = [slice(i, j) for i, j in _not_rising(variances / areas, areas)]
+    # within a pool C follows the power laws between the pools, and keeps the variance of the pool
+    centre = np.sqrt(np.append(k[0], ends[1:-1]) * ends[1:])
+    means = [float(variances[pool].sum() / areas[pool].sum()) for pool in pools]
+    places = [float(areas[pool] @ np.log(centre[pool]) / areas[pool].sum()) for pool in pools]
+    psd = np.exp(np.interp(np.log(centre), places, np.log(means)))
+    error = np.empty(index.size)
+    for pool, mean in zip(pools, means, strict=True):
+        psd[pool] *= mean / float(areas[pool] @ psd[pool] / areas[pool].sum())
+        # rows that are one scatter together: with √n of the error their sum of squares is at least that of the sum
+        error[pool] = np.sqrt(pool.stop - pool.start) * scatter(pool) / float(variances[pool].sum())
+    exponent = -np.gradient(np.log(psd), np.log(centre))
+    # as long as the variance of all waves down from a length is not known, it may be that of some of them alone
+    known = next((j for j in range(1, index.size) if scatter(slice(0, j)) <= _KNOWN * variances[:j].sum()), index.size)
+    error[:known] = np.maximum(error[:known], np.sqrt(known))
+    return Bins(centre, psd, exponent, error, index, 2.0 * step * float(along.sum()), q_max)
+
+
+def _with_tail(k: Array, along: Array) -> tuple[Array, Array, Array]:
+    """Return the ends of the cells of the modes, and C₁ in them, carried on as a power law beyond the last one."""
+    step, end = k[0], k[-1] + 0.5 * k[0]
+    last = np.searchsorted(k, k[-1] * 10.0**-_TAIL)
+    middle = (last + k.size) // 2
+    # the mean of both halves: modes scatter too much for a fit of logarithms
+    halves = [(float(np.mean(np.log(k[part]))), float(np.log(np.mean(along[part]))))
+              for part in (slice(last, middle), slice(middle, None))]  # fmt: skip
+    exponent = max(-(halves[1][1] - halves[0][1]) / (halves[1][0] - halves[0][0]), 0.5)
+    beyond = end * np.geomspace(1.0, _BEYOND, _STEPS_BEYOND + 1)
+    centre = np.sqrt(beyond[1:] * beyond[:-1])
+    tail = np.exp(halves[1][1] - exponent * (np.log(centre) - halves[1][0]))
+    low, high = np.concatenate([k - 0.5 * step, beyond[:-1]]), np.concatenate([k + 0.5 * step, beyond[1:]])
+    return low, high, np.concatenate([along, tail])
+
+
+def _not_rising(values: Array, weights: Array) -> list[tuple[int, int]]:
+    """Return first and one past the last of the neighbours that are put together so that their means do not rise.
+
+    Pool adjacent violators; the mean of all stays above 0 where the mean of the last ones does.
+    """
+    pools: list[tuple[float, float, int]] = []  # sum of value times weight, sum of weight, first
+    for i, (value, weight) in enumerate(zip(values, weights, strict=True)):
+        total, area, start = value * weight, weight, i
+        while pools and total * pools[-1][1] >= pools[-1][0] * area:
+            before = pools.pop()
+            total, area, start = total + before[0], area + before[1], before[2]
+        pools.append((total, area, start))
+    # a mean at or below 0 belongs to those before
+    while len(pools) > 1 and pools[-1][0] <= 0.0:
+        total, area, _ = pools.pop()
+        before = pools.pop()
+        pools.append((total + before[0], area + before[1], before[2]))
+    first = [start for _, _, start in pools]
+    return list(zip(first, [*first[1:], len(values)], strict=True))

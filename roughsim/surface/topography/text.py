@@ -1,0 +1,202 @@
+"""Text files of numbers: how numbers are divided, decimal commas, and what of them is no height."""
+
+import re
+from typing import NamedTuple
+
+import numpy as np
+
+from roughsim.grid import Array
+from roughsim.surface.topography.contents import EVEN, Contents, NoHeightsError, even_step
+
+UNDEFINED = frozenset(("", "bad", "na", "n/a", "null", "none", "-", "--", "---", "***"))  # in place of a number
+_DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?|[-+]?\d+(?:[eE][-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE)
+_CONTROL = re.compile(r"[\x00-\x08\x0e-\x19\x1b-\x1f]")
+_SAMPLE = 20  # lines that show how numbers are divided
+_ROUGH = 10  # lines beside the first that show how straight lines of heights are
+_STRAIGHT = 0.01  # of their distance from a straight line: below it a line is no line of heights
+_JUMP = 10.0  # steps between lines of heights: above it a line does not belong to them
+
+
+class Layout(NamedTuple):
+    """How the numbers of a line are divided."""
+
+    divider: str | None  # None: blanks
+    comma: bool  # whether it is the decimal sign
+
+    def fields(self, line: str) -> list[str]:
+        """Return the fields of a line, with decimal points."""
+        fields = line.replace('"', "").strip().split(self.divider)
+        return [field.strip().replace(",", ".") for field in fields] if self.comma else [f.strip() for f in fields]
+
+    def fits(self, line: str) -> bool:
+        """Whether a line holds numbers alone, divided so."""
+        if self.divider is not None and self.divider not in line:
+            return False
+        fields = [field.strip() for field in line.replace('"', "").strip().split(self.divider)]
+        values = [field for field in fields if field.lower() not in UNDEFINED]
+        number = _DECIMAL_COMMA.fullmatch if self.comma else _is_number
+        return bool(values) and all(number(value) for value in values)
+
+
+_LAYOUTS = [Layout(divider, comma) for divider in (";", "\t", None) for comma in (False, True)] + [Layout(",", False)]
+
+
+class Table(NamedTuple):
+    """The numbers of a text, and the lines before them."""
+
+    numbers: Array  # NaN where undefined
+    header: list[str]
+    layout: Layout
+
+
+def decoded(content: bytes) -> str | None:
+    """Return the text of a file, None if it is no text."""
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        text = content.decode("utf-16", errors="replace")
+    else:
+        try:
+            text = content.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = content.decode("latin-1")
+    return None if _CONTROL.search(text) else text
+
+
+def table_of(text: str) -> Table:
+    """Return the numbers of a text; NoHeightsError that names the line where it holds anything else."""
+    lines = [(k, line) for k, line in enumerate(text.splitlines(), start=1) if line.strip()]
+    plain = [(k, line.split("#")[0]) for k, line in lines]
+    first = next((i for i, (_, line) in enumerate(plain) if any(one.fits(line) for one in _LAYOUTS)), None)
+    if first is None:
+        raise NoHeightsError("holds no numbers; is it the right file?")
+    data = [(k, line) for k, line in plain[first:] if line.strip()]
+    layout = layout_of([line for _, line in data[:_SAMPLE]])
+    rows = []
+    for k, line in data:
+        try:
+            rows.append(np.array([np.nan if f.lower() in UNDEFINED else float(f) for f in layout.fields(line)]))
+        except ValueError:
+            wrong = next(field for field in layout.fields(line) if not _is_number(field))
+            raise NoHeightsError(f"must hold numbers alone: line {k} has {wrong[:40]!r}") from None
+        if rows[-1].size != rows[0].size:
+            raise NoHeightsError(
+                f"must hold as many numbers in each line: line {data[0][0]} has {rows[0].size}, line {k} has "
+                f"{rows[-1].size}"
+            )
+    numbers = np.array(rows)
+    if numbers.shape[1] > 1 and data[0][1].rstrip().endswith(layout.divider or "\n") and np.isnan(numbers[:, -1]).all():
+        numbers = numbers[:, :-1]  # lines end in a divider
+    numbers[np.isinf(numbers)] = np.nan
+    return Table(numbers, [line for _, line in lines[:first]], layout)
+
+
+def layout_of(lines: list[str]) -> Layout:
+    """Return how the numbers of these lines are divided; NoHeightsError where that can be read in two ways."""
+    fitting = [one for one in _LAYOUTS if all(one.fits(line) for line in lines)]
+    if not fitting:  # a line further down is no line of numbers: it is named when it is read
+        return next(one for one in _LAYOUTS if one.fits(lines[0]))
+    if Layout(None, True) in fitting and Layout(",", False) in fitting and not any(" " in s.strip() for s in lines):
+        raise NoHeightsError(
+            f"has lines like {lines[0].strip()[:40]!r}: one number with a decimal comma, or two; divide numbers by "
+            "semicolons or blanks"
+        )
+    return fitting[0]
+
+
+def heights_of(table: Table) -> Contents:
+    """Return the heights of a table of numbers: a map, a line scan, or a list of coordinates and heights.
+
+    Line k of a map has the heights at the k-th point along x. One column or one line of heights is a line scan, two
+    columns one with its positions, and three columns are a list of x, y and height on a grid.
+    """
+    numbers = table.numbers
+    left_out: tuple[str, ...] = ()
+    names = [line for line in table.header if not line.lstrip().startswith("#")]
+    if names:
+        if len(names) > 1 or len(table.layout.fields(names[0])) != numbers.shape[1]:
+            raise NoHeightsError(f"must hold numbers alone, but line 1 is {names[0].strip()[:40]!r}; remove such lines")
+        left_out = ("its first line, names of columns",)
+    columns = numbers.shape[1]
+    if 1 in numbers.shape:
+        return Contents(numbers.ravel(), left_out=left_out)
+    if columns == 2:
+        step = even_step(numbers[:, 0], "positions in its first column")
+        heights = numbers[:, 1] if step > 0.0 else numbers[::-1, 1]
+        return Contents(heights, (abs(step) * len(numbers),), left_out=left_out)
+    if columns == 3:
+        return _listed(numbers, left_out)
+    return without_coordinates(numbers, left_out)
+
+
+def _listed(numbers: Array, left_out: tuple[str, ...]) -> Contents:
+    """Return the map of a list of x, y and height; points of the grid that are not in the list are undefined."""
+    places, sizes = [], []
+    for name, values in zip("xy", numbers.T[:2], strict=True):
+        if not np.isfinite(values).all():
+            raise NoHeightsError(f"has three columns, x, y and height, but an undefined {name}")
+        ordered = np.sort(values)
+        steps = np.diff(ordered)
+        several = steps > 1e-6 * (ordered[-1] - ordered[0])
+        if np.count_nonzero(several) < 1:
+            raise NoHeightsError(f"has three columns, x, y and height, but one {name} alone; a map has many")
+        step = even_step(ordered[np.append(True, several)], f"x, y and height in three columns, and {name}")
+        places.append(np.rint((values - ordered[0]) / step).astype(np.intp))
+        sizes.append(step * (np.count_nonzero(several) + 1))
+    shape = int(places[0].max()) + 1, int(places[1].max()) + 1
+    if shape[0] * shape[1] > 4 * len(numbers):
+        raise NoHeightsError(f"lists {len(numbers)} points of a grid of {shape}; put its heights on a grid first")
+    heights = np.full(shape, np.nan)
+    if np.unique(places[0] * shape[1] + places[1]).size < len(numbers):
+        raise NoHeightsError("lists a point twice; put its heights on a grid first")
+    heights[places[0], places[1]] = numbers[:, 2]
+    return Contents(heights, (sizes[0], sizes[1]), left_out=left_out)
+
+
+def without_coordinates(numbers: Array, left_out: tuple[str, ...] = ()) -> Contents:
+    """Return a map without a first line and a first column of evenly rising or falling numbers, which are no heights.
+
+    Such are the index and the header of `pandas.DataFrame.to_csv`, and coordinates.
+    """
+    first = {"line": _counts(numbers[0, 1:], numbers[1:, 1:]), "column": _counts(numbers[1:, 0], numbers[1:, 1:].T)}
+    found = tuple(f"its first {name}, which counts in even steps" for name, counts in first.items() if counts)
+    heights = numbers[int(first["line"]) :, int(first["column"]) :]
+    return Contents(heights, left_out=left_out + found)
+
+
+def _counts(line: Array, others: Array) -> bool:
+    """Whether a line goes in even steps, as coordinates do, and the lines of heights beside it do not.
+
+    Either it is a straight line to rounding where the others are rough. Or it rises or falls at each step, nearly
+    evenly, and is far from the line beside it. A tilted map has neither: its lines are as straight as the first.
+    """
+    if line.size < 3 or len(others) < 2 or not np.isfinite(line).all():
+        return False
+    step = float(line[-1] - line[0]) / (line.size - 1)
+    bend = float(np.abs(line - line[0] - step * np.arange(line.size)).max())
+    if step == 0.0 or bend > 0.6 * abs(step):
+        return False
+    beside = others[:_ROUGH]
+    rough = [_distance_from_straight(row) for row in beside]
+    rough = [distance for distance in rough if np.isfinite(distance)]
+    jumps, apart = np.abs(np.diff(beside, axis=0)), np.abs(line - others[0])
+    jumps, apart = jumps[np.isfinite(jumps)], apart[np.isfinite(apart)]
+    if not (rough and jumps.size and apart.size):
+        return False
+    if bend < _STRAIGHT * float(np.median(rough)) and bend <= EVEN * abs(step):
+        return True
+    return bool((np.diff(line) / step > 0.0).all() and apart.mean() > _JUMP * jumps.mean() > 0.0)
+
+
+def _distance_from_straight(row: Array) -> float:
+    """Return how far a line of heights is from a straight one, at most."""
+    present = np.flatnonzero(np.isfinite(row))
+    if present.size < 3:
+        return np.nan
+    return float(np.abs(row[present] - np.polyval(np.polyfit(present, row[present], 1), present)).max())
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return text.lower() in UNDEFINED
+    return True
