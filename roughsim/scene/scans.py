@@ -16,7 +16,7 @@ SCAN_KEYS = ("topography_size", "topography_unit", "topography_fill")  # they go
 
 
 def measured_psd(paths: list[Path], section: dict[str, Any]) -> dict[str, Any]:
-    """Measure C(q) of the scans of one surface; return the keys that give it, its error, and the texture of each map."""
+    """Measure C(q) of the scans of one surface; return the keys that give it, its error, and each map's texture."""
     from roughsim.surface.topography import Topography, bins_of_lines, combined
 
     if len(paths) > MOST_SCANS:
@@ -32,7 +32,7 @@ def measured_psd(paths: list[Path], section: dict[str, Any]) -> dict[str, Any]:
     spectrum, errors = combined(bins + bins_of_lines(lines))
     rows = [[float(q), float(psd)] for q, psd in zip(spectrum.q, spectrum.psd, strict=True)]
     rounded = [[float(f"{error:.3g}") for error in row] for row in errors.tolist()]
-    known = {"psd_source": "scan", "psd_error": rounded}
+    known: dict[str, Any] = {"psd_source": "scan", "psd_error": rounded}
     if textures:
         known["psd_texture"] = textures
     if any(undefined):

@@ -38,6 +38,15 @@ def test_what_all_scans_share_changes_the_flash_temperature_as_c_in_full_contact
     np.testing.assert_allclose(found, expected, rtol=0.01)
 
 
+def test_points_that_were_filled_add_three_times_their_share_of_c(steel):
+    # full contact: T_flash ∝ C. The error is one way, and adds to that of the rows
+    scene = with_errors(steel, FLAT, *[(0.0,)] * 3)
+    alone = scan_error(scene)["flash_temperature"]
+    filled = replace(scene, surface=replace(scene.surface, psd_filled=0.02))
+    found = scan_error(filled)["flash_temperature"]
+    np.testing.assert_allclose((1 + found) / (1 + alone), 1.06, rtol=1e-3)
+
+
 def test_rows_that_scatter_alone_add_up_as_squares(steel):
     # T_flash ∝ Σ of the parts of the rows, so that the errors of all rows together are those of each, as squares
     zero = ((0.0,), (0.0,), (0.0,))

@@ -91,7 +91,7 @@ def filled(text):
 
 # keys that need or exclude others
 RIVALS = (
-    "rms_slope|spectrum|topography|topography_size|topography_unit|psd_file|psd_convention|psd_source"
+    "rms_slope|spectrum|topography|topography_size|topography_unit|topography_fill|psd_file|psd_convention|psd_source"
     "|background_temperature|slid_distance"
 )
 
@@ -102,7 +102,7 @@ def without(text, keys):
 
 def test_the_form_holds_every_key_and_says_what_is_missing():
     form = scene_text(BLANK)
-    keys = KEYS - {"psd", "psd_error", "psd_texture", "column", "shape", "every", "cell", "first"}
+    keys = KEYS - {"psd", "psd_error", "psd_texture", "psd_filled", "column", "shape", "every", "cell", "first"}
     assert {key for key in keys if not re.search(rf"(?m)^# {key} = ", form)} == set()
     with pytest.raises(SceneError, match=r"^blank: surface.rms_height is missing; give exactly one of"):
         rs.load_scene(BLANK)

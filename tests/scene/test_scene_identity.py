@@ -100,7 +100,8 @@ TABLE_FACE = """psd = [[1e4, 3.1e-23], [1e5, 7e-27]]
 psd_convention = "persson"
 psd_source = "scan"
 psd_error = [[0.1], [0.2]]
-psd_texture = [[1.1, 0.3, 1.2, 0.4, 1e4, 2e4, 0.0, 3.0, 0.0, 1.0]]"""
+psd_texture = [[1.1, 0.3, 1.2, 0.4, 1e4, 2e4, 0.0, 3.0, 0.0, 1.0]]
+psd_filled = 0.1"""
 NAMED_FACE = (
     'spectrum = { name = "k_correlation", rms_height = 1e-7, hurst = 0.7, q_min = 1e3, q_roll_off = 1e4, q_max = 1e6 }'
 )
@@ -134,6 +135,7 @@ FACES = (f"rms_height = 1e-7\n{SELF_AFFINE}", f"rms_slope = 0.1\n{SELF_AFFINE}",
 LEFT_OUT = {"ensemble.max_realizations", "ensemble.until", "numerics.keep_fields"} | {
     *("surface.psd_source", "counterface.psd_source", "surface.psd_error", "counterface.psd_error"),
     *("surface.psd_texture", "counterface.psd_texture"),
+    *("surface.psd_filled", "counterface.psd_filled"),
     *("body.melting_temperature", "counterface.melting_temperature"),
 }
 

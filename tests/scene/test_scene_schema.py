@@ -88,6 +88,7 @@ POSITIVE = ([1e-9], [0, -1])
 WHOLE = [1.5, 1.0, "1", True]
 # key → SI unit, numbers that are accepted, numbers and texts that are not
 LIMITS = {
+    "surface.psd_filled": ("", [0, 0.999], [-0.001, 1]),
     "surface.rms_height": ("m", *POSITIVE),
     "surface.rms_slope": ("", *POSITIVE),
     "surface.hurst": ("", [0, 1], [-0.001, 1.001]),

@@ -55,27 +55,24 @@ def test_numbers_alone_are_heights_in_the_unit_given_row_by_row_along_x(tmp_path
 
 
 def test_the_spectrum_of_a_windowed_map_is_that_of_surfacetopography(library, surface, tmp_path):
-    theirs = library.Topography(surface * 1e9, GRID.lengths, unit="m", periodic=False).detrend("rms-tilt")
+    surface, side = surface[:48], (GRID.lengths[1], GRID.lengths[1])  # a square: of a longer map several discs are used
+    theirs = library.Topography(surface * 1e9, side, unit="m", periodic=False).detrend("rms-tilt")
     *_, whole = theirs.power_spectrum_from_area(return_map=True)
     path = write(tmp_path, "a.npy", surface * 1e9)
-    found = read_topography(path, size=GRID.lengths, unit=1.0)
+    found = read_topography(path, size=side, unit=1.0)
     # the variance under the window is the sum of their map, and theirs is 4π² of ours
-    cell = 4 * math.pi**2 / math.prod(GRID.lengths)
+    cell = 4 * math.pi**2 / math.prod(side)
     psd = whole.copy()
     psd[0, 0] = 0.0
-    q = np.hypot(*np.meshgrid(*(2 * math.pi * np.fft.fftfreq(n, x / n) for n, x in zip(*_sides(), strict=True)),
-                              indexing="ij"))  # fmt: skip
-    inside = (q > 0) & (q <= GRID.nyquist)
+    along = 2 * math.pi * np.fft.fftfreq(48, side[0] / 48)
+    q = np.hypot(*np.meshgrid(along, along, indexing="ij"))
+    inside = (q > 0) & (q <= found.grid.nyquist)
     assert found.bins.variance == pytest.approx(psd[inside].sum() * cell / (4 * math.pi**2), rel=1e-6)
     # and so is each bin, before it is put to its centre
     k = int(np.argmax(found.bins.q > 10 * UNIT))
     ends = 10 ** (found.bins.index[k] / 20), 10 ** ((found.bins.index[k] + 1) / 20)
     ring = psd[(q >= ends[0]) & (q < ends[1])] / (4 * math.pi**2)
     assert found.bins.psd[k] == pytest.approx(ring.mean(), rel=0.02)  # C curves within a bin
-
-
-def _sides():
-    return GRID.shape, GRID.lengths
 
 
 @pytest.mark.statistical
@@ -140,12 +137,12 @@ def test_maps_of_several_sizes_join_their_bands():
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("words.txt", b"height map\n1 2\n", "must hold numbers alone, but line 1 is 'height map'"),
+        ("words.txt", b"a height map\n1 2\n", "must hold numbers alone, but line 1 is 'a height map'"),
         ("uneven.csv", b"1,2,3\n4,5\n", "must hold as many numbers in each line: line 1 has 3, line 2 has 2"),
-        ("empty.txt", b"", "holds no numbers"),
+        ("empty.txt", b"", "is empty"),
         ("comment.txt", b"# nothing\n", "holds no numbers"),
         ("binary.csv", bytes(range(256)), "has no format that is known"),
-        ("empty.npy", b"", "holds no numbers"),
+        ("empty.npy", b"", "is empty"),
         ("cut.npy", b"\x93NUMPY\x01\x00v\x00", "cannot be read as heights"),
         ("row.txt", b"1 2 3 4 5 6 7 8 9\n", r"has \(9,\) points; C\(q\) needs at least 64 of a line scan"),
         ("flat.txt", b"1 1 1 1 1 1 1 1\n" * 8, "all alike"),
@@ -162,7 +159,8 @@ def test_hostile_numbers_are_refused_in_one_line(tmp_path, name, content, messag
 def test_arrays_that_are_no_map_are_refused(tmp_path, surface):
     for array, message in (
         (surface[None], "holds numbers of shape .*; C.q. of a surface needs a map or a line scan"),
-        (surface[0], "holds a line scan"),
+        (np.tile(surface[0], 2), "holds a line scan"),
+        (surface[0], "C.q. needs at least 64 of a line scan"),
         (surface + 1j, "dtype complex128; heights must be real"),
         (np.array([["a"]]), "dtype <U1"),
     ):
@@ -269,3 +267,49 @@ def test_errors_of_a_table_that_cannot_be_are_refused(scene_of):
     ):
         with pytest.raises(SceneError, match=message):
             scene_of(rows + errors)
+
+
+@pytest.mark.usefixtures("library")
+def test_a_scene_fills_many_undefined_points_on_request_alone(scene_of, tmp_path, surface):
+    holes = surface * 1e6
+    holes[:20, :20] = np.nan
+    np.save(tmp_path / "c.npy", holes)
+    lines = 'topography = "c.npy"\ntopography_size = ["100 um", "75 um"]\ntopography_unit = "um"\n'
+    with pytest.raises(
+        SceneError, match=r'13 % of its points are undefined, above 5 %; write topography_fill = "smooth"'
+    ):
+        scene_of(lines)
+    with pytest.raises(SceneError, match=r'topography_fill = "smoth" is not known; did you mean "smooth"'):
+        scene_of(lines + 'topography_fill = "smoth"')
+    with pytest.warns(RuntimeWarning, match="undefined points, 13 %, were filled"):
+        scene = scene_of(lines + 'topography_fill = "smooth"')
+    # weighted as in C(q), by the squares of the windows: the corner counts for less
+    assert 0.01 < scene.surface.psd_filled < 0.13
+    assert load_scene_text(scene.to_toml()) == scene
+    holes[5:50, 5:45] = np.nan
+    np.save(tmp_path / "c.npy", holes)
+    with pytest.raises(SceneError, match="59 % of its points are undefined, above 50 %; crop it"):
+        scene_of(lines + 'topography_fill = "smooth"')
+
+
+def test_a_scene_takes_line_scans_and_cannot_press_them(scene_of, tmp_path, surface):
+    rng = np.random.default_rng(1)
+    names = [f"line{k}.npy" for k in range(4)]
+    for name in names:
+        np.save(tmp_path / name, np.cumsum(rng.standard_normal(512)) * 1e-2)
+    lines = f'topography = {names}\ntopography_size = "1 mm"\ntopography_unit = "um"'
+    scene = scene_of(lines)
+    assert scene.scanned
+    assert scene.surface.psd_texture is None  # of a line nobody knows it
+    assert len(scene.surface.psd_error[0]) == 1  # their mean C₁ is one
+    q, psd = np.array(scene.surface.psd).T
+    # a random walk of steps a has C₁ = a²/(2π Δx k²), and so C = C₁ Γ(3/2)/(√π Γ(1) k) = C₁/(2k)
+    inside = (q > 2e5) & (q < 5e5)
+    expected = (1e-8) ** 2 / (2 * math.pi * (1e-3 / 512)) / (2 * q[inside] ** 3)
+    assert np.mean(psd[inside] / expected) == pytest.approx(1, abs=0.25)
+    one = lines.replace(str(names), '"line0.npy"')
+    scene_of(one)
+    with pytest.raises(
+        SceneError, match="line0.npy is a line scan, of which there is C.q., but no map to press; use run"
+    ):
+        rs.press(tmp_path / "scene.toml", tmp_path / "run")

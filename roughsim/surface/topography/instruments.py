@@ -15,6 +15,7 @@ PICTURES = {b"\x89PNG": "PNG", b"\xff\xd8\xff": "JPEG", b"GIF8": "GIF", b"II*\x0
 PACKED = {b"BZh": "bzip2", b"\xfd7zXZ": "xz", b"7z\xbc\xaf": "7z", b"Rar!": "rar", b"\x28\xb5\x2f\xfd": "zstd"}
 _TIFF = (b"II*\x00", b"MM\x00*")  # some instruments write heights into one
 _DOCUMENTS = re.compile(rb"\s*(%PDF|<!doctype html|<html)", re.IGNORECASE)
+_ANYTHING = ("hgt",)  # a reader that takes any file of the right size
 _PLAIN = ("asc", "xyz")  # readers of text, which take any numbers
 
 
@@ -37,19 +38,21 @@ def of_instrument(stream: Any, check: Callable[[tuple[int, ...]], None], *, text
     """
     try:
         reader = library().open_topography(stream)
+        channel, every = reader.default_channel, reader.height_channels
     except ImportError:
         raise
     except Exception:  # forty readers of binary formats, each with its own failures
         return None
-    channel = reader.default_channel
+    if reader.format() in _ANYTHING:
+        return None
     known = channel.unit or channel.info.get("raw_metadata")
     if text and reader.format() in _PLAIN and not known:
         return None
     if not channel.is_height_channel:
-        if not reader.height_channels:
+        if not every:
             raise NoHeightsError(f"holds no heights, but {channel.data_kind.value}; save the heights")
-        channel = reader.height_channels[0]
-    alike = [other.name for other in reader.height_channels if other.dim == channel.dim]
+        channel = every[0]
+    alike = [other.name for other in every if other.dim == channel.dim]
     if channel.unit is None and len(alike) > 1:
         names = ", ".join(str(name) for name in alike)[:80]
         raise NoHeightsError(f"holds several sets of numbers without a unit, {names}; save the heights alone")

@@ -140,15 +140,7 @@ def read_scan(
         with unpacked(path) as file:
             check_measured_file(file, path)
             found = contents_of(file)
-        found = with_size_and_unit(found, size, unit)
-        if size is not None and _square_if_exchanged(found):
-            warnings.warn(
-                f"{path}: with the two sides of topography_size exchanged its pixels would be square; the first side "
-                "is along x, from line to line of a text",
-                RuntimeWarning,
-                stacklevel=2,
-            )
-        return _scan_of(path, found, fill)
+        scan, notes = _scan_of(path, with_size_and_unit(found, size, unit), fill)
     except (RecordError, ImportError):
         raise
     except NoHeightsError as error:
@@ -158,6 +150,14 @@ def read_scan(
         raise RecordError(
             f"{path} cannot be read as heights ({type(error).__name__}: {reason}); it is damaged or of another format"
         ) from error
+    if size is not None and isinstance(scan, Topography) and _square_if_exchanged(scan.grid):
+        notes.append(
+            "with the two sides of topography_size exchanged its pixels would be square; the first side is along x, "
+            "from line to line of a text"
+        )
+    for note in notes:
+        warnings.warn(f"{path}: {note}", RuntimeWarning, stacklevel=2)
+    return scan
 
 
 def contents_of(file: Path) -> Contents:
@@ -191,6 +191,8 @@ def _of_array(file: Path) -> Contents:
 
 def _of_text(text: str) -> Contents:
     """Return the heights of a text: by SurfaceTopography if a line says size, unit or points, else its numbers."""
+    if not text.strip():
+        raise NoHeightsError("is empty; is it the right file?")
     try:
         table = table_of(text)
         bare = not any(sign in line for line in table.header for sign in "=:;,\t0123456789")
@@ -249,11 +251,9 @@ def with_size_and_unit(found: Contents, size: Sequence[float] | None, unit: floa
     return replace(found, sizes=sizes, unit=of_heights, lateral_unit=1.0)
 
 
-def _square_if_exchanged(found: Contents) -> bool:
+def _square_if_exchanged(grid: Grid) -> bool:
     """Whether the pixels of a map are oblong, and would be square with its two sides exchanged."""
-    if found.heights.ndim == 1 or found.sizes is None:
-        return False
-    (nx, ny), (x, y) = found.heights.shape, found.sizes
+    (nx, ny), (x, y) = grid.shape, grid.lengths
     return bool(abs(np.log(x * ny / (y * nx))) > 0.05 and abs(np.log(y * ny / (x * nx))) < 0.01)
 
 
@@ -261,12 +261,11 @@ def _what(keys: list[str]) -> str:
     return " and ".join(key.removeprefix("topography_") for key in keys)
 
 
-def _scan_of(path: Path, found: Contents, fill: str | None) -> Topography | Profile:
-    """Return the scan of contents in m, without marks of undefined points, filled and levelled."""
+def _scan_of(path: Path, found: Contents, fill: str | None) -> tuple[Topography | Profile, list[str]]:
+    """Return the scan of contents in m, filled and levelled, and notes on what was left out or filled."""
     heights, marks = without_marks(found.heights)
     left_out = [*found.left_out, *(f"heights of {mark:g}, which stand for undefined points" for mark in marks)]
-    if left_out:
-        warnings.warn(f"{path}: {', and '.join(left_out)}, were left out", RuntimeWarning, stacklevel=3)
+    notes = [f"left out: {' and '.join(left_out)}"] if left_out else []
     check_points(heights.shape)
     sizes = tuple(float(size) for size in found.sizes or ())
     if not all(0.0 < size < np.inf for size in sizes):
@@ -282,14 +281,14 @@ def _scan_of(path: Path, found: Contents, fill: str | None) -> Topography | Prof
         )
         raise RecordError(f"{path}: {100 * share:.3g} % of its points are undefined, above {100 * most:g} %; {how}")
     if share:
-        warnings.warn(f"{path}: undefined points, {100 * share:.2g} %, were filled", RuntimeWarning, stacklevel=3)
+        notes.append(f"undefined points, {100 * share:.2g} %, were filled")
         heights = filled(heights, undefined, library())
     heights = float(found.unit or 0.0) * heights
     if not np.ptp(heights) > 0.0:
         raise NoHeightsError("holds heights that are all alike; there is no C(q) to measure")
     heights = levelled(heights, found.periodic)
     if heights.ndim == 1:
-        return Profile(heights, sizes[0], found.periodic, found.reliable, share)
+        return Profile(heights, sizes[0], found.periodic, found.reliable, share), notes
     grid = Grid((heights.shape[0], heights.shape[1]), (sizes[0], sizes[1]))
     weighted = share if found.periodic or not share else window_share(undefined, grid)
-    return Topography(heights, grid, found.periodic, found.reliable, weighted)
+    return Topography(heights, grid, found.periodic, found.reliable, weighted), notes

@@ -12,7 +12,9 @@ UNDEFINED = frozenset(("", "bad", "na", "n/a", "null", "none", "-", "--", "---",
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?|[-+]?\d+(?:[eE][-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE)
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x19\x1b-\x1f]")
 _SAMPLE = 20  # lines that show how numbers are divided
-_ROUGH = 10  # lines beside the first that show how straight lines of heights are
+_BESIDE = 3  # lines beside the first that show how straight lines of heights are
+_ROUGH = 10  # lines beside the first that show how far lines are apart
+_ROUNDING = 1e-6  # of the largest height: nearer to a straight line a line is straight
 _STRAIGHT = 0.01  # of their distance from a straight line: below it a line is no line of heights
 _JUMP = 10.0  # steps between lines of heights: above it a line does not belong to them
 
@@ -174,23 +176,22 @@ def _counts(line: Array, others: Array) -> bool:
     bend = float(np.abs(line - line[0] - step * np.arange(line.size)).max())
     if step == 0.0 or bend > 0.6 * abs(step):
         return False
-    beside = others[:_ROUGH]
-    rough = [_distance_from_straight(row) for row in beside]
-    rough = [distance for distance in rough if np.isfinite(distance)]
-    jumps, apart = np.abs(np.diff(beside, axis=0)), np.abs(line - others[0])
+    beside = others[:_BESIDE]
+    rough = min(_distance_from_straight(row) for row in beside)
+    jumps, apart = np.abs(np.diff(others[:_ROUGH], axis=0)), np.abs(line - others[0])
     jumps, apart = jumps[np.isfinite(jumps)], apart[np.isfinite(apart)]
-    if not (rough and jumps.size and apart.size):
+    if not (jumps.size and apart.size):
         return False
-    if bend < _STRAIGHT * float(np.median(rough)) and bend <= EVEN * abs(step):
+    if bend < _STRAIGHT * rough and bend <= EVEN * abs(step) and rough > _ROUNDING * np.nanmax(np.abs(beside)):
         return True
     return bool((np.diff(line) / step > 0.0).all() and apart.mean() > _JUMP * jumps.mean() > 0.0)
 
 
 def _distance_from_straight(row: Array) -> float:
-    """Return how far a line of heights is from a straight one, at most."""
+    """Return how far a line of heights is from a straight one, at most; 0 of fewer than three points."""
     present = np.flatnonzero(np.isfinite(row))
     if present.size < 3:
-        return np.nan
+        return 0.0
     return float(np.abs(row[present] - np.polyval(np.polyfit(present, row[present], 1), present)).max())
 
 

@@ -11,6 +11,7 @@ from roughsim.grid import Array
 MARKS = (-9999.0, -99999.0, -32768.0, 32767.0, 65535.0, 9999.0, 99999.0)
 LARGEST = 1e30  # beyond it a number is a mark
 _FAR = 100.0  # ranges of all other heights: a value that far away and there twice or more is a mark
+_NAMED = 3  # so many marks beyond `LARGEST` are named
 _OFTEN = 10  # times as often as any other value
 
 
@@ -21,8 +22,10 @@ def without_marks(heights: Array) -> tuple[Array, list[float]]:
     other, or ten times as frequent as any of them; and a lowest or highest value that is there several times, a
     hundred of their ranges away.
     """
-    heights = np.where(np.abs(heights) < LARGEST, heights, np.nan)  # NaN is not below
-    found: list[float] = []
+    heights = np.where(np.isfinite(heights), heights, np.nan)
+    beyond = np.abs(heights) >= LARGEST
+    found = [float(mark) for mark in np.unique(heights[beyond])[:_NAMED]]
+    heights = np.where(beyond, np.nan, heights)
     for _ in range(4):  # both ends, and a second mark at each
         present = heights[np.isfinite(heights)]
         mark = next((v for v in _candidates(present) if _is_mark(present, v)), None)
