@@ -288,7 +288,7 @@ def test_a_scene_fills_many_undefined_points_on_request_alone(scene_of, tmp_path
     assert load_scene_text(scene.to_toml()) == scene
     holes[5:50, 5:45] = np.nan
     np.save(tmp_path / "c.npy", holes)
-    with pytest.raises(SceneError, match="59 % of its points are undefined, above 50 %; crop it"):
+    with pytest.raises(SceneError, match="64.3 % of its points are undefined, above 50 %; crop it"):
         scene_of(lines + 'topography_fill = "smooth"')
 
 
