@@ -94,15 +94,18 @@ class Claims:
             for _ in range(3):  # again without the folder, and again after a stale claim was removed
                 try:
                     _write_in_place(path, self.name, os.O_EXCL)
+                    self.held.add(claim)
+                    return True
+                except KeyboardInterrupt:  # perhaps between the file and the name in it
+                    if _start_of(path) in (b"", self.name.encode()):
+                        _remove(path)
+                    raise
                 except FileNotFoundError:
                     self.folder.mkdir(exist_ok=True)  # the last process to leave removes it
                 except FileExistsError:
                     if not self._is_stale(path):
                         return False
                     path.unlink(missing_ok=True)
-                else:
-                    self.held.add(claim)
-                    return True
         except OSError as error:
             self._go_on_without(error)
             self.held.add(claim)
@@ -111,9 +114,9 @@ class Claims:
 
     def release(self, claim: str) -> None:
         """Give a claim up, unless another process has taken it over."""
-        self.held.discard(claim)
         if _start_of(self.folder / claim) == self.name.encode():
             _remove(self.folder / claim)
+        self.held.discard(claim)  # at last: an interrupt before it leaves the claim to `release_all`
 
     def release_all(self) -> None:
         """Give all claims of this process up."""
