@@ -20,6 +20,7 @@ def test_the_line_spectrum_of_a_known_surface_gives_its_spectrum(s):
     a, k = 1e-6, 1e4 * np.arange(1, 600)
     along = math.sqrt(math.pi) * gamma(s - 0.5) / (a * gamma(s)) * (1 + (a * k) ** 2) ** (0.5 - s)
     found = of_surface(k, along)
+    assert found.variance == pytest.approx(2 * np.trapezoid(along, k), rel=0.02)  # of k and −k
     # within 3 % also at the end, where the waves beyond the last mode are those of its power law
     np.testing.assert_allclose(found.psd, (1 + (a * found.q) ** 2) ** -s, rtol=0.03)
     np.testing.assert_allclose(found.psd[2:-8], (1 + (a * found.q[2:-8]) ** 2) ** -s, rtol=0.016)
@@ -46,7 +47,7 @@ def test_lines_across_an_isotropic_surface_have_its_spectrum():
         for column in range(0, 512, 16):
             k, own, together = line_modes(levelled(heights[:512, column]), SIDE, periodic=False)
             along, count = along + own, count + 1
-    found = of_surface(k, along / count, together=together / count)
+    found = of_surface(k, along / count, together=together, lines=count)
     inside = (found.q > 15 * UNIT) & (found.q < 150 * UNIT)
     ratio = found.psd[inside] / law(found.q[inside])
     assert ratio.mean() == pytest.approx(1.0, abs=0.05)
@@ -63,6 +64,20 @@ def test_the_spectrum_of_a_line_is_positive_however_it_scatters():
         assert (found.error > 0.0).all()
     with pytest.raises(ValueError, match="only 2 bins of wavenumbers"):
         of_surface(UNIT * np.arange(1.0, 2.5), np.ones(2))
+
+
+@pytest.mark.statistical
+def test_the_error_of_a_row_of_a_line_is_its_scatter():
+    # modes of Gaussian heights, each the mean over 400 lines: neighbours are hardly put together then
+    a, s, lines = 1e-6, 1.8, 400
+    k = 1e4 * np.arange(1, 600)
+    along = math.sqrt(math.pi) * gamma(s - 0.5) / (a * gamma(s)) * (1 + (a * k) ** 2) ** (0.5 - s)
+    rng = np.random.default_rng(7)
+    found = [of_surface(k, along * rng.gamma(lines, 1 / lines, k.size), lines=lines) for _ in range(200)]
+    steep = slice(-9, -2)  # below, C(q) is flat and rows are put together; beyond, the end of the line counts
+    scatter = np.std([one.psd for one in found], axis=0)[steep] / np.mean([one.psd for one in found], axis=0)[steep]
+    stated = np.mean([one.error for one in found], axis=0)[steep]
+    np.testing.assert_allclose(scatter, stated, rtol=0.25)
 
 
 @pytest.mark.statistical

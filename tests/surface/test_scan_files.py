@@ -417,3 +417,17 @@ def test_a_damaged_file_is_refused_or_the_map_that_it_was(tmp_path, heights, kin
             continue
         assert np.isfinite(found.heights).all()
         assert math.isfinite(np.ptp(found.heights))
+
+
+@pytest.mark.parametrize("line", [0, 1, 23])
+def test_a_damaged_line_of_numbers_is_named_and_not_skipped(tmp_path, heights, line):
+    pytest.importorskip("SurfaceTopography", exc_type=ImportError)
+    commas = text(heights.T, ";", comma=True)
+    for content, given in (
+        (gwyddion(heights), {}), (text(heights.T, ","), GIVEN), (text(heights.T), GIVEN), (commas, GIVEN),
+    ):  # fmt: skip
+        lines = content.splitlines()
+        k = line + (4 if not given else 0)
+        lines[k] = lines[k].replace("," if content is commas else ".", "x", 1)
+        with pytest.raises(rs.RecordError, match="x.* in a line of numbers; it is damaged|line .* has '.*x"):
+            read_topography(save(tmp_path, "a.txt", "\n".join(lines)), **given)

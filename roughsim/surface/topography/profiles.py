@@ -36,11 +36,11 @@ def line_modes(
     return k[inside], along, float(np.mean(weight**4) / np.mean(weight**2) ** 2)
 
 
-def of_surface(k: Array, along: Array, *, together: float = 1.0) -> Bins:
+def of_surface(k: Array, along: Array, *, together: float = 1.0, lines: int = 1) -> Bins:
     """Return C(q) of an isotropic surface from the modes of a line across it.
 
-    `k` are their wavenumbers, rad/m, in even steps from one step on, and `along` is C₁ at them, m³; so many of them as
-    `together` says count as one. ValueError if fewer than three bins of wavenumbers hold modes.
+    `k` are their wavenumbers, rad/m, in even steps from one step on, and `along` is C₁ at them, m³, the mean over
+    `lines`; `together` is how many modes count as one. ValueError if fewer than three bins of wavenumbers hold modes.
     """
     step, q_max = k[0], float(k[-1] + 0.5 * k[0])
     index = _WIDE * np.unique(np.floor(BINS_PER_DECADE / _WIDE * np.log10(k) + 1e-9).astype(np.intp))
@@ -58,9 +58,12 @@ def of_surface(k: Array, along: Array, *, together: float = 1.0) -> Bins:
     variances = -np.diff([float(share @ values) for share in shares])
 
     def scatter(pool: slice) -> float:
-        """Return the standard error of the variance of a pool; a mode scatters by its mean: half its mean square."""
+        """Return the standard error of the variance of a pool.
+
+        A mode of Gaussian heights scatters by its mean: of the mean over n lines the mean square is n + 1 times that.
+        """
         counts = ((shares[pool.start] - shares[pool.stop]) * values)[: k.size]
-        return float(np.sqrt(0.5 * together * (counts**2).sum()))
+        return float(np.sqrt(together / (lines + 1) * (counts**2).sum()))
 
     pools = [slice(i, j) for i, j in _not_rising(variances / areas, areas)]
     # within a pool C follows the power laws between the pools, and keeps the variance of the pool

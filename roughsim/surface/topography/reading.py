@@ -18,7 +18,7 @@ from roughsim.surface.topography.instruments import library, no_map, of_instrume
 from roughsim.surface.topography.measured import Bins, MeasuredSpectrum, combined, levelled, map_spectrum, window_share
 from roughsim.surface.topography.netcdf import of_netcdf
 from roughsim.surface.topography.profiles import line_modes, of_surface
-from roughsim.surface.topography.text import decoded, heights_of, table_of, without_coordinates
+from roughsim.surface.topography.text import decoded, heights_of, refuse_damaged, table_of, without_coordinates
 from roughsim.surface.topography.texture import Texture, texture_of
 from roughsim.surface.topography.undefined import filled, without_marks
 from roughsim.untrusted import check_measured_file, unpacked
@@ -84,7 +84,9 @@ def bins_of_lines(lines: Sequence[Profile]) -> list[Bins]:
         modes = line_modes(line.heights, line.length, periodic=line.periodic, reliable=line.reliable)
         groups.setdefault((modes[0].size, float(modes[0][0])), []).append(modes)
     return [
-        of_surface(group[0][0], np.mean([along for _, along, _ in group], axis=0), together=group[0][2] / len(group))
+        of_surface(
+            group[0][0], np.mean([along for _, along, _ in group], axis=0), together=group[0][2], lines=len(group)
+        )
         for group in groups.values()
     ]
 
@@ -200,6 +202,7 @@ def _of_text(text: str) -> Contents:
         library()
         table, bare = None, False
     if not bare:
+        refuse_damaged(table.header if table is not None else text.splitlines())
         if table is not None and table.layout.comma:
             text = text.replace(",", ".")
         found = of_instrument(BytesIO(text.encode()), check_points, text=True)

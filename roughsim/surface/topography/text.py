@@ -1,6 +1,7 @@
 """Text files of numbers: how numbers are divided, decimal commas, and what of them is no height."""
 
 import re
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -75,7 +76,7 @@ def table_of(text: str) -> Table:
     rows = []
     for k, line in data:
         try:
-            rows.append(np.array([np.nan if f.lower() in UNDEFINED else float(f) for f in layout.fields(line)]))
+            rows.append(np.array([_number(field) for field in layout.fields(line)]))
         except ValueError:
             wrong = next(field for field in layout.fields(line) if not _is_number(field))
             raise NoHeightsError(f"must hold numbers alone: line {k} has {wrong[:40]!r}") from None
@@ -89,6 +90,15 @@ def table_of(text: str) -> Table:
         numbers = numbers[:, :-1]  # lines end in a divider
     numbers[np.isinf(numbers)] = np.nan
     return Table(numbers, [line for _, line in lines[:first]], layout)
+
+
+def refuse_damaged(lines: list[str]) -> None:
+    """Raise a NoHeightsError that names a line of numbers which are not all numbers: readers of headers skip it."""
+    for line, divider in product(lines, (";", "\t", None, ",")):
+        fields = [field.strip() for field in line.split("#")[0].split(divider)]
+        wrong = [field for field in fields if not _is_number(field.replace(",", "."))]
+        if wrong and len(fields) > 3 and 2 * len(wrong) < len(fields):
+            raise NoHeightsError(f"has {wrong[0][:40]!r} in a line of numbers; it is damaged")
 
 
 def layout_of(lines: list[str]) -> Layout:
@@ -195,9 +205,16 @@ def _distance_from_straight(row: Array) -> float:
     return float(np.abs(row[present] - np.polyval(np.polyfit(present, row[present], 1), present)).max())
 
 
-def _is_number(text: str) -> bool:
+def _number(field: str) -> float:
+    """Return the number of a field, NaN where undefined; ValueError for anything else, and for Python's 1_000."""
+    if "_" in field:
+        raise ValueError
+    return np.nan if field.lower() in UNDEFINED else float(field)
+
+
+def _is_number(field: str) -> bool:
     try:
-        float(text)
+        _number(field)
     except ValueError:
-        return text.lower() in UNDEFINED
+        return False
     return True
