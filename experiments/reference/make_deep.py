@@ -1,0 +1,207 @@
+"""Deep references of six scenes, independent of plan and estimate: deep.json beside this file.
+
+    PYTHONPATH=experiments:. python experiments/reference/make_deep.py [--only NAME ...]
+
+Each reference is a ladder of cut-offs with 4 pixels per shortest wave, by multilevel Monte Carlo (Giles, Acta Numerica
+24, 259, 2015): X = ⟨X₀⟩ Π ⟨X_l⟩/⟨X_{l−1}⟩. Each level has surfaces of its own, on which both cut-offs have the same
+modes. Where C(q) ends at the top, finer pixels follow in the same way. Where it goes on, the rest is what a change of
+first order in 1/q_c leaves, and half of that is in doubt. Nothing comes from a law or a theory.
+Values are with all heat in the moving body; areas are corrected for the pixels along edges. A row that is in the file
+is not computed again. All six take an hour of one core.
+"""
+
+import argparse
+import json
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from script import Rows
+
+import roughsim as rs
+
+Array = NDArray[np.float64]
+FILE = Path(__file__).with_name("deep.json")
+SEED = 987_001  # of the references alone
+PIXELS = 4  # per shortest wave
+MOST_SIDE = 6144  # points per side of a grid
+STEEL = {
+    "youngs_modulus": "200 GPa",
+    "poisson_ratio": 0.3,
+    "penetration_hardness": "2 GPa",
+    "conductivity": "30 W/(m K)",
+    "density": "7900 kg/m^3",
+    "heat_capacity": "500 J/(kg K)",
+}
+SLIDING = {"friction_coefficient": 0.11, "speed": [0.1, 3.0, 100.0]}
+FACE = {"rms_height": "1 um", "hurst": 0.8, "q_min": 6350.0}
+MEASURED = ("flash_temperature", "contact_fraction_corrected", "pressure_variance", "resting_flash_temperature")
+
+
+def scene_of(surface: dict[str, Any], nominal_pressure: str, counterface: dict[str, Any] | None = None) -> rs.Scene:
+    """Return a scene of steel against a smooth insulating flat, or a counterface."""
+    sections: dict[str, Any] = {"surface": FACE | surface, "body": STEEL}
+    sections["sliding"] = SLIDING | {"nominal_pressure": nominal_pressure}
+    if counterface is not None:
+        sections["counterface"] = counterface
+    return rs.load_scene(sections)
+
+
+def elastic_scene() -> rs.Scene:
+    """Return elastic steel, H = .7, whose C(q) goes on far beyond what a plan resolves."""
+    body = {key: value for key, value in STEEL.items() if key != "penetration_hardness"}
+    surface = {"rms_height": "0.6 um", "hurst": 0.7, "q_min": 6350.0, "q_max": 256 * 6350.0}
+    sliding = SLIDING | {"nominal_pressure": "80 MPa"}
+    return rs.load_scene({"surface": surface, "body": body, "sliding": sliding})
+
+
+UNLIKE = {  # a smoother and softer face of another material
+    "rms_height": "0.5 um",
+    "hurst": 0.6,
+    "q_min": 12700.0,
+    "q_max": 1.2e6,
+    "youngs_modulus": "110 GPa",
+    "poisson_ratio": 0.34,
+    "penetration_hardness": "1.5 GPa",
+    "conductivity": "110 W/(m K)",
+    "density": "8500 kg/m^3",
+    "heat_capacity": "380 J/(kg K)",
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene, and the ladder of its reference.
+
+    The cell of the lowest level has `waves` longest waves per side; that of the steps is so many times (`parts`)
+    smaller. The ladder climbs from `first` to `top`, rad/m; `members` are those of the lowest level, of the first step,
+    and at least of any.
+    """
+
+    scene: rs.Scene
+    waves: int
+    parts: int
+    first: float
+    top: float
+    members: tuple[int, int, int]
+
+    @property
+    def cut_offs(self) -> list[float]:
+        """The cut-offs, each twice the one before, the last at the top, rad/m."""
+        steps = round(np.log2(self.top / self.first))
+        return [self.top / 2 ** (steps - step) for step in range(steps + 1)]
+
+
+def cases() -> dict[str, Case]:
+    """Return the six scenes."""
+    light = {"rms_height": "2.13 um", "q_max": 96 * 6350.0}  # q_y = 3 q_min
+    rough = {"rms_height": "1.16 um", "hurst": 0.4, "q_roll_off": 12700.0, "q_max": 210 * 6350.0}  # q_y = 7 q_min
+    unlike = {"rms_height": "1.2 um", "q_roll_off": 25400.0, "roll_off_exponent": 1.0, "q_max": 2e6}
+    return {
+        "demo": Case(rs.load_scene("demo"), 8, 2, 1e5, 2e5, (1500, 200, 24)),
+        "steel-1.2GPa": Case(rs.load_scene("steel-1.2GPa"), 8, 4, 2.04e5, 3.264e6, (1200, 150, 8)),
+        "light load": Case(scene_of(light, "6 MPa"), 16, 2, 6 * 6350.0, 96 * 6350.0, (1500, 200, 16)),
+        "low H": Case(scene_of(rough, "120 MPa"), 8, 4, 26.25 * 6350.0, 210 * 6350.0, (400, 60, 8)),
+        "unlike faces": Case(scene_of(unlike, "50 MPa", UNLIKE), 8, 4, 1.25e5, 2e6, (600, 100, 8)),
+        "elastic": Case(elastic_scene(), 4, 2, 16 * 6350.0, 256 * 6350.0, (600, 60, 6)),
+    }
+
+
+def moments(case: Case, numerics: rs.Numerics, level: int, index: int, seed: int) -> Array:
+    """Return what is measured of one member, one row."""
+    found = rs.realize(case.scene, numerics, seed=seed, level=level, index=index).observables
+    return np.concatenate([np.atleast_1d(getattr(found, name)) for name in MEASURED])
+
+
+def side(q: float, length: float, pixels: int = PIXELS) -> int:
+    """Return the points along a side for so many pixels per shortest wave, less 2 % at most: 2^a · 4, 5 or 6."""
+    least = 0.98 * pixels * q * length / (2 * pi)
+    return min(k << a for a in range(16) for k in (4, 5, 6) if k << a >= least)
+
+
+def steps(case: Case, length: float) -> Iterator[tuple[str, rs.Level, rs.Level]]:
+    """Yield name, lower and upper level of each step of the ladder, those of the pixel last."""
+    column = "elastic" if case.scene.elastic else "capped"
+    for low, high in zip(case.cut_offs, case.cut_offs[1:], strict=False):
+        yield f"q_c = {high:.4g}", *(rs.Level(column, (n, n), q) for q in (low, high) for n in [side(q, length)])
+    if case.top < case.scene.spectrum.breaks[-1] * (1 - 1e-9):
+        return
+    pixels = 2 * PIXELS
+    while side(case.top, length, pixels) <= MOST_SIDE:
+        both = (side(case.top, length, n) for n in (pixels // 2, pixels))
+        yield f"{pixels} pixels", *(rs.Level(column, (n, n), case.top) for n in both)
+        pixels *= 2
+
+
+def reference(name: str, case: Case, rows: Rows) -> None:
+    """Compute what is missing of a reference: mean and relative variance of the mean of each factor."""
+    length = 2 * pi / case.scene.spectrum.breaks[0] * case.waves
+    column = "elastic" if case.scene.elastic else "capped"
+    lowest = rs.Numerics((rs.Level(column, (side(case.first, length),) * 2, case.first),), (length, length))
+    count, of_step, least = case.members
+
+    def level_zero() -> dict[str, Any]:
+        values = np.stack([moments(case, lowest, 0, index, SEED) for index in range(count)])
+        mean = values.mean(axis=0)
+        return {
+            "factor": mean.tolist(),
+            "variance": (values.var(axis=0, ddof=1) / mean**2 / count).tolist(),
+            "n": count,
+        }
+
+    rows.once(name, "lowest", level_zero)
+    part = length / case.parts
+    for number, (step, low, high) in enumerate(steps(case, part)):
+        members, seed = max(least, of_step >> (2 * number)), SEED + 1 + number
+        both = rs.Numerics((low, high), (part, part))
+
+        def ratio(both: rs.Numerics = both, members: int = members, seed: int = seed) -> dict[str, Any]:
+            pairs = np.stack([[moments(case, both, k, index, seed) for k in (0, 1)] for index in range(members)])
+            below, above = pairs.mean(axis=0)
+            change = pairs[:, 1] / above - pairs[:, 0] / below
+            variance = change.var(axis=0, ddof=1) / members
+            return {"factor": (above / below).tolist(), "variance": variance.tolist(), "n": members}
+
+        rows.once(name, step, ratio)
+        print(f"{name}: {step}", flush=True)
+
+
+def assembled(case: Case, factors: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """Return value and relative standard error of each quantity, with the rest that follows in q_c or the pixel."""
+    value, variance, last = 1.0, 0.0, np.zeros(1)
+    for row in factors.values():
+        last = np.array(row["factor"])
+        value, variance = value * last, variance + np.array(row["variance"])
+    rest = last - 1.0  # of first order: as much again after a step as it was itself
+    if case.top >= case.scene.spectrum.breaks[-1] * (1 - 1e-9):
+        rest = rest / (2.0**1.4 - 1.0)  # of the pixel
+    value, error = value * (1.0 + rest), np.sqrt(variance + (0.5 * rest) ** 2)
+    speeds = len(case.scene.speeds)
+    result, start = {}, 0
+    for name in MEASURED:
+        count = speeds if "temperature" in name else 1
+        chosen = slice(start, start + count)
+        result[name] = {"value": value[chosen].tolist(), "error": error[chosen].tolist()}
+        start += count
+    return result
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("--only", nargs="*", help="names of scenes")
+    chosen = options.parse_args().only
+    warnings.simplefilter("ignore", RuntimeWarning)
+    rows = Rows(FILE, resume=True)
+    for name, case in cases().items():
+        if chosen is None or name in chosen:
+            reference(name, case, rows)
+            print(json.dumps(assembled(case, rows[name]), indent=1), flush=True)
+
+
+if __name__ == "__main__":
+    main()
