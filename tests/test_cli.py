@@ -61,6 +61,7 @@ def test_theory_prints_the_steel_table(capsys):
         "pressure_correlation",
         "calibrated",
         "scene_facts",
+        "scene_statements",
         "scene_warnings",
     }
 

@@ -196,5 +196,5 @@ def test_a_narrow_terminal_cuts_no_number(monkeypatch, capsys, capped_run):
         cli.main(["compare", str(capped_run.folder)])
     wide = capsys.readouterr().out
     assert "…" not in wide
-    (row,) = (line for line in wide.splitlines() if line.startswith("contact_fraction"))
+    row = next(line for line in wide.splitlines() if line.startswith("contact_fraction"))  # of the first table
     assert row.count("±") == 4
