@@ -11,8 +11,10 @@ Correction: what a run makes of 3 and 4 pixels (`roughsim.estimate.sliding`); it
 from __future__ import annotations
 
 from math import inf, pi
+from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 from script import Command
 
 import roughsim as rs
@@ -73,8 +75,27 @@ def change(scene: rs.Scene, length: float, points: int, q_max: float, index: int
     return slid.flash_temperature[:, late].mean(axis=1) / slid.frozen_flash_temperature[:, late].mean(axis=1)
 
 
+def draw(changes: dict[str, dict[int, np.ndarray]], path: Path) -> None:
+    """Draw what pixels change at the lowest cut-off, %: arrays over speed by scene and pixels per shortest wave."""
+    figure = Figure((6.4, 3.4), layout="constrained")
+    axes = figure.subplots()
+    colours = ("#0072B2", "#56B4E9", "#E69F00", "#009E73", "#CC79A7")
+    for (name, of_scene), colour in zip(changes.items(), colours, strict=False):
+        for k, (speed, line) in enumerate(zip(SPEEDS, ("o--", "o-"), strict=True)):
+            values = [of_scene[pixels][k] for pixels in of_scene]
+            axes.plot(list(of_scene), values, line, ms=4, color=colour, label=f"{name}, {speed:g} m/s")
+    axes.axhline(0.0, color="0.7", lw=0.8)
+    axes.set_xscale("log", base=2)
+    axes.set_xticks((3, 4, 8, 16), ("3", "4", "8", "16"))
+    axes.set(xlabel="pixels per shortest wave", ylabel="sliding/frozen, change from 4 pixels (%)")
+    axes.legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    axes.spines[["top", "right"]].set_visible(False)
+    figure.savefig(path, dpi=150)
+
+
 def main() -> None:
     options = Command(__file__, __doc__, "one scene at 3 and 4 pixels per shortest wave").parse()
+    drawn: dict[str, dict[int, np.ndarray]] = {}
     points, most = 128, 1 if options.toy else 4
     names = ["elastic steel"] if options.toy else SCENES
     weight = np.mean([1 / ((4 / 3) ** order - 1) for order in ORDERS])
@@ -91,10 +112,13 @@ def main() -> None:
             pixels = [p for p in (3, 4, 8, 16) if p * times <= 4 * most]
             ratios = {p: change(scene, length, points * times * p // 4, times * lowest, 0) for p in pixels}
             corrected = ratios[4] + weight * (ratios[4] - ratios[3])
+            if times == 1:
+                drawn[name] = {p: 100 * (ratio / first - 1) for p, ratio in ratios.items()}
             shown = {f"{p} px": 100 * (ratio / first - 1) for p, ratio in ratios.items()}
             shown["3 and 4 px, corrected"] = 100 * (corrected / first - 1)
             words = "; ".join(f"{key} {low:+.2f} {high:+.2f}" for key, (low, high) in shown.items())
             print(f"{name}, q_c × {times}: {words}", flush=True)
+    draw(drawn, options.output / "march_pixel.png")
 
 
 if __name__ == "__main__":

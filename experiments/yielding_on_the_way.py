@@ -84,14 +84,14 @@ def main() -> None:
 
 
 def draw(way: list[float], mean: np.ndarray, spread: np.ndarray, path: FilePath) -> None:
-    figure = Figure((6.0, 3.6), layout="constrained")
+    figure = Figure((7.0, 3.6), layout="constrained")
     axes = figure.subplots()
     for i, (name, colour) in enumerate(COLOURS.items()):
         axes.errorbar(way, mean[:, i], spread[:, i], fmt="o-", ms=4, color=colour, label=name, capsize=2)
     axes.axhline(1.0, color="0.7", lw=0.8)
     axes.set(xlabel="slid distance (mm)", ylabel="with memory / without", ylim=(0.0, None))
     axes.set_title("What has yielded stays: steel 1.2 GPa, both faces rough", fontsize=10, loc="left")
-    axes.legend(frameon=False, fontsize=8)
+    axes.legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
     axes.spines[["top", "right"]].set_visible(False)
     figure.savefig(path, dpi=150)
 
