@@ -154,6 +154,8 @@ def test_help_helps():
     out, _ = call("--help")
     for verb in ("demo", "new", "plan", "theory", "run", "compare", "plot", "export"):
         assert verb in out
+    out, _ = call("compare", "--help")  # a study is refused there
+    assert "The folder of a run, or of a point of a study." in " ".join(out.split())
     out, _ = call("--version")
     assert out.startswith("roughsim ")
 

@@ -6,7 +6,17 @@ from typing import Annotated, Any
 from typer import Argument, Option
 
 import roughsim as rs
-from roughsim.cli.words import Chart, Json, Output, RunFolder, open_without_damaged, print_json, print_parts, study_of
+from roughsim.cli.words import (
+    Chart,
+    Json,
+    OneRun,
+    Output,
+    RunFolder,
+    open_without_damaged,
+    print_json,
+    print_parts,
+    study_of,
+)
 from roughsim.show.text import tell
 
 
@@ -29,7 +39,7 @@ def status(run: RunFolder, as_json: Json = False) -> None:
         print_parts(*status_lines(opened))
 
 
-def compare(run: RunFolder, chart: Chart = None, as_json: Json = False) -> None:
+def compare(run: OneRun, chart: Chart = None, as_json: Json = False) -> None:
     """Compare a run with the theory, in a table of values and ratios."""
     from roughsim.comparison.tables import trust_table
     from roughsim.comparison.trust import trust

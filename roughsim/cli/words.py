@@ -27,6 +27,7 @@ Set = Annotated[
     list[str] | None,
     Option("--set", metavar="KEY=VALUE", help="Another value of a key, as sliding.speed=35m/s. May be repeated."),
 ]
+OneRun = Annotated[Path, Argument(metavar="RUN", help="The folder of a run, or of a point of a study.")]
 RunFolder = Annotated[Path, Argument(metavar="RUN", help="The folder of a run, or of a study.")]
 Json = Annotated[bool, Option("--json", help="Print JSON (SI units) for programs.")]
 Chart = Annotated[Path | None, Option(metavar="FILE", help="Draw the figure: .png, .pdf or .svg.")]

@@ -88,9 +88,11 @@ def marked(
     name: str, axes: tuple[str, ...], values: Array, errors: Array, unknown: Array, notes: Array
 ) -> Iterator[Labelled]:
     """Yield an observable, its error and its marks as arrays over some axes; `unknown` and `notes` are texts."""
-    unit, parts = {"units": OBSERVABLES[name].unit}, sorted({*map(str, unknown.ravel())} - {""})
+    unit = {"units": OBSERVABLES[name].unit}
+    parts = ", ".join(sorted({part for text in unknown.ravel() for part in str(text).split(", ")} - {""}))
     words = {
-        TAIL: "total error of the mean, 95 %" + (f"; at least, where parts of it are unknown {parts}" if parts else ""),
+        TAIL: "total error of the mean, 95 %"
+        + (f"; at least, where parts of it are unknown ({parts})" if parts else ""),
         UNKNOWN: "unknown parts of the total error",
         NOTE: "identity: fixed by force balance; at q_c: not extrapolated in the cut-off",
     }

@@ -6,7 +6,7 @@
 import csv
 import io
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -30,9 +30,10 @@ MOST_ROWS = 60  # of the table on a terminal
 MARK = " *"  # of a point whose levels do not suit it
 LONGEST = 40  # letters of a value in a table
 OTHER_KIND = (
-    "∂ln/∂ln: – between values of different kind: one extrapolated with all parts of its error known, the other at q_c "
-    "or with an unknown part."
+    "∂ln/∂ln: – between values of different kind: one extrapolated and the other at q_c, or with other parts of their "
+    "errors unknown."
 )
+NO_LOGARITHM = "∂ln/∂ln: – where a value of the key is not above 0, for it has no logarithm."
 
 
 def words_of(key: str) -> tuple[str, float]:
@@ -91,9 +92,15 @@ def study_table(study: Any, observable: str = "flash_temperature") -> Table:
             "∂ln/∂ln: exponent from the point before, of paired surfaces: its ± is statistical, 95 %, and does not "
             "have the errors that both points share, known or not."
         )
-    if any(np.isnan(trend["exponent"]) for trend in trends.values()):
-        notes.append(OTHER_KIND)
+    notes += missing_notes(trends.values())
     return Table(titles, rows, study.scene.title, notes)
+
+
+def missing_notes(trends: Iterable[dict[str, Any]]) -> list[str]:
+    """Say why exponents are missing."""
+    lowest = [min(trend["from"], trend["to"]) for trend in trends if np.isnan(trend["exponent"])]
+    notes = [OTHER_KIND] if any(value > 0.0 for value in lowest) else []
+    return notes + ([NO_LOGARITHM] if any(value <= 0.0 for value in lowest) else [])
 
 
 def target_note(study: Any) -> list[str]:

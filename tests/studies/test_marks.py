@@ -114,6 +114,31 @@ def test_there_is_no_exponent_between_values_of_different_kind(mixed):
     assert any("–" in str(row[-3]) for row in study_table(mixed).rows)
 
 
+def test_values_that_all_lack_a_part_are_not_said_to_have_all_parts_known(done, monkeypatch):
+    estimate = Run.estimate
+
+    def changed(run, observable, column=None):
+        found = estimate(run, observable, column)
+        if run.scene.sliding.nominal_pressure != HEAVY:
+            return found
+        return replace(found, budget=found.budget | {"bandwidth": np.full_like(found.mean, np.nan)})
+
+    monkeypatch.setattr(Run, "estimate", changed)
+    study = rs.open_study(done.folder)
+    found = {row["unknown"] for row in study.rows("flash_temperature") if row["column"] == "capped" and row["speed"]}
+    assert "" not in found
+    (note,) = [note for note in study_table(study).notes if "different kind" in note]
+    assert "known," not in note
+    assert "other parts of their errors unknown" in note
+
+
+def test_an_exponent_that_a_value_of_zero_lacks_is_told_as_such(quick, tmp_path):
+    quick = replace(quick, ensemble=replace(quick.ensemble, max_realizations=2))
+    notes = study_table(rs.study(quick, vary={"surface.hurst": [0.0, 0.8]}, folder=tmp_path / "s")).notes
+    assert any("– where a value of the key is not above 0" in note for note in notes)
+    assert not any("different kind" in note for note in notes)
+
+
 def test_the_ratio_of_two_points_names_the_parts_that_its_error_lacks(done):
     trends = list(done.trends())
     assert trends
@@ -136,7 +161,8 @@ def test_files_of_a_study_have_the_marks(mixed, tmp_path):
         assert file["flash_temperature_unknown"].asstr()[2, 1, column, -1] == "bandwidth"
         assert file["flash_temperature_note"].asstr()[2, 1, column, -1] == "at q_c"
         assert file["flash_temperature_unknown"].asstr()[0, 0, column, -1] == ""
-        assert "bandwidth" in file["flash_temperature_total_error"].attrs["description"]
+        words = "total error of the mean, 95 %; at least, where parts of it are unknown (bandwidth)"
+        assert file["flash_temperature_total_error"].attrs["description"] == words
         beside = file["flash_temperature"].attrs["ancillary_variables"].split()
         assert beside == [f"flash_temperature_{part}" for part in ("total_error", "unknown", "note")]
 
