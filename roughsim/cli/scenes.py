@@ -129,12 +129,13 @@ def press(
     The key topography of [surface] names it. The map is made periodic by its mirror images, or laid side by side as it
     is (tile) if its file says that it is periodic. The run opens as any other: compare, plot, report, explore.
     """
+    from roughsim.comparison.compare import overshoot_warnings
     from roughsim.prediction.statements import texture_warnings
     from roughsim.scene.changes import read_changes
 
     result = rs.press(scene, output, edges=edges, changes=read_changes(changes or []))  # type: ignore[arg-type]
     compare(output)
-    for line in texture_warnings(result.scene):
+    for line in (*texture_warnings(result.scene), *overshoot_warnings(result)):
         warn(line)
 
 

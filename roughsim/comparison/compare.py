@@ -18,7 +18,7 @@ from roughsim.comparison.tables import calibrated_note
 from roughsim.prediction.statements import statements, texture_warnings
 from roughsim.results import marks
 from roughsim.results.folder import left_out
-from roughsim.results.pressed import Pressed
+from roughsim.results.pressed import SOME_LOAD, Pressed
 from roughsim.results.run import Run
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
@@ -186,6 +186,16 @@ def meanings_of_directions(run: Pressed) -> Iterator[str]:
         )
 
 
+def overshoot_warnings(run: Run) -> Iterator[str]:
+    """Yield a warning if the waves of the map carry load where it has no heights: beside spikes."""
+    if isinstance(run, Pressed) and run.overshoot > SOME_LOAD:
+        yield (
+            f"{100 * run.overshoot:.2g} % of the load is on heights that the map does not have: its waves overshoot "
+            "beside spikes or steps. How much this changes is unknown; take the spikes out of the map: write nan for "
+            "their heights."
+        )
+
+
 def meanings(comparison: Comparison) -> Iterator[str]:
     """Yield notes: the slopes of the stress spectrum, and the meaning of columns and marks."""
     for slope in comparison.slopes:
@@ -202,6 +212,7 @@ def meanings(comparison: Comparison) -> Iterator[str]:
         yield from meanings_of_directions(comparison.run)
     elif comparison.run.drawn:
         yield from texture_warnings(comparison.run.scene)
+    yield from overshoot_warnings(comparison.run)
     if comparison.run.numerics.march is not None:
         yield (
             "sliding: both faces move over one another, and the bodies share the heat point by point. T_flash is that "

@@ -20,7 +20,7 @@ from roughsim.pipeline import solve_problem
 from roughsim.planning.levels import ELASTIC_SIDE, PIXELS
 from roughsim.planning.realization import largest_member, level_problem
 from roughsim.results.folder import folder_state, open_run
-from roughsim.results.pressed import DIRECTIONS
+from roughsim.results.pressed import DIRECTIONS, OVERSHOOT
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneError
 from roughsim.scene.files import load_map
@@ -30,7 +30,7 @@ from roughsim.store.claims import Claims
 from roughsim.store.kinds import MAP, QUARTERS
 from roughsim.store.member_files import member_name, member_path
 from roughsim.surface.topography import Topography
-from roughsim.surface.topography.periodic import band_limited, mirrored
+from roughsim.surface.topography.periodic import band_limited, mirrored, overshoots
 
 LEAST_SIDE = 64  # points of a map
 BYTES_PER_POINT = 64.0  # of the map with its mirror images
@@ -221,5 +221,8 @@ def solve(
                 member = single_member(job, problem, solution)
                 if number == len(numerics.levels) - 1:
                     more = by_direction(scene, topography, problem, solution, edges, twin=len(cells) == 1)
-                    member = replace(member, provenance=member.provenance | {DIRECTIONS: more})
+                    pressure = solution.contact.pressure
+                    beside = overshoots(surface, heights, grid, level.q_max)
+                    over = float(pressure[beside].sum() / pressure.sum())
+                    member = replace(member, provenance=member.provenance | {DIRECTIONS: more, OVERSHOOT: over})
                 write(job, problem, member)

@@ -33,6 +33,8 @@ OF_MAP = {
     "twice the edge per area",
 }
 DIRECTIONS = "directions"  # key in the provenance of members of the last level
+OVERSHOOT = "overshoot"  # key beside it: share of the load where waves stand far above all points around
+SOME_LOAD = 0.01  # beyond it the bandwidth error is unknown; without spikes the share is below 1e-4
 
 
 class Quarters(Run):
@@ -107,6 +109,12 @@ class Pressed(Run):
         found: Array | None = self._directions(self, 0).get("over_twin")
         return found
 
+    @property
+    def overshoot(self) -> float:
+        """Share of the load where the waves of the map stand far above its points around; NaN by an older version."""
+        found = self._of_last_level(self, 0).get(OVERSHOOT, np.nan)
+        return float(found) if isinstance(found, (int, float)) else np.nan
+
     def in_direction(self, name: str, column: str | None = None) -> Estimate:
         """Return T_flash in one of the directions `angles`: its mean over directions, times their ratio in the contact.
 
@@ -129,13 +137,18 @@ class Pressed(Run):
             notes=(*mean.notes, IN_DIRECTION),
         )
 
-    def _directions(self, run: Run, index: int) -> dict[str, Any]:
-        """What a member of the last level says of directions; nothing if it is missing or of an older version."""
+    def _of_last_level(self, run: Run, index: int) -> Mapping[str, Any]:
+        """What a member of the last level says of its making; nothing if it is missing or has failed."""
         level = len(run.numerics.levels) - 1
         if (level, index) not in run.members or run.members[level, index].failure:
             return {}
-        path, speeds = member_path(run.folder, level, index), (len(self.scene.speeds),)
-        stored = read_member(path).provenance.get(DIRECTIONS)
+        return read_member(member_path(run.folder, level, index)).provenance
+
+    def _directions(self, run: Run, index: int) -> dict[str, Any]:
+        """What a member of the last level says of directions; nothing if it is missing or of an older version."""
+        path = member_path(run.folder, len(run.numerics.levels) - 1, index)
+        speeds = (len(self.scene.speeds),)
+        stored = self._of_last_level(run, index).get(DIRECTIONS)
         if stored is None:
             return {}
         try:
@@ -155,6 +168,8 @@ class Pressed(Run):
     def _estimate(self, observable: str, column: str | None, share: Values | Array) -> Estimate:
         """Return the estimate of the map, which says what its errors are of."""
         result = super()._estimate(observable, column, share)
+        if self.overshoot > SOME_LOAD:
+            result = replace(result, budget={**result.budget, "bandwidth": np.full_like(result.mean, np.nan)})
         return replace(result, notes=(*result.notes, NOTE))
 
     def _made_by(self) -> dict[str, Any]:

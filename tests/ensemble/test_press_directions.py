@@ -13,6 +13,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.cli import main
+from roughsim.comparison.compare import overshoot_warnings
 from roughsim.contact import Contact
 from roughsim.ensemble import directions
 from roughsim.ensemble.directions import over_mean
@@ -22,7 +23,7 @@ from roughsim.planning.realization import level_problem
 from roughsim.report import report_run
 from roughsim.results.export import export_run
 from roughsim.surface.topography import encoded
-from roughsim.surface.topography.periodic import band_limited, gaussian_twin, mirrored, periodic_part
+from roughsim.surface.topography.periodic import band_limited, gaussian_twin, mirrored, overshoots, periodic_part
 
 press_module = import_module("roughsim.ensemble.press")
 SIDE = 0.5e-3
@@ -61,13 +62,13 @@ def grooved(stretch=4.0, seed=1):
     return rs.synthesize(law, grid, np.random.default_rng(seed))
 
 
-def pressed(folder, heights, **changes):
+def pressed(folder, heights, edges=None, **changes):
     """Press a periodic map."""
     folder.mkdir()
     grid = rs.Grid(heights.shape, (SIDE, SIDE))
     (folder / "map.nc").write_bytes(encoded(heights, grid, ".nc"))
     scene = {"surface": {"topography": str(folder / "map.nc")}} | SCENE
-    return rs.press(scene, folder / "press", changes=changes)
+    return rs.press(scene, folder / "press", edges=edges, changes=changes)
 
 
 @pytest.fixture(scope="module")
@@ -210,6 +211,38 @@ def test_the_periodic_part_lacks_a_surface_that_is_harmonic_inside():
     wave = np.cos(2 * np.pi * (3 * np.arange(40)[:, None] / 40 + 2 * np.arange(31) / 31))
     # what has no step but its own slope at the edges is left nearly as it is
     assert np.abs(periodic_part(wave) - wave).max() < 0.5
+
+
+@pytest.mark.parametrize("edges", ["tile", "mirror"])
+def test_the_press_of_a_map_whose_waves_overshoot_beside_spikes_has_an_unknown_error(tmp_path, edges):
+    heights = grooved(1.0)
+    clean = pressed(tmp_path / "clean", heights, edges=edges)
+    valleys = np.flatnonzero(heights < 0.0)
+    heights.flat[np.random.default_rng(2).choice(valleys, 5, replace=False)] -= 70 * heights.std()
+    spiked = pressed(tmp_path / "spiked", heights, edges=edges)
+    assert clean.overshoot == 0.0
+    assert spiked.overshoot > 0.05
+    assert "bandwidth" in spiked.estimate("flash_temperature").unknown
+    assert "bandwidth" not in clean.estimate("flash_temperature").unknown
+    (warning,) = overshoot_warnings(spiked)
+    assert f"{100 * spiked.overshoot:.2g} % of the load is on heights that the map does not have" in warning
+    assert warning in " ".join(str(rs.compare(spiked)).split())
+    assert not [*overshoot_warnings(clean)]
+
+
+def test_only_what_stands_far_above_all_points_around_is_an_overshoot():
+    x = np.arange(32)
+    wave = np.cos(2 * np.pi * 3 * x / 32)[:, None] + np.cos(2 * np.pi * 2 * x / 32)
+    grid, shape = rs.Grid((32, 32), (1.0, 1.0)), (128, 128)
+    assert not overshoots(band_limited(wave, grid, shape, grid.nyquist), wave, grid, grid.nyquist).any()
+    spiked = wave.copy()
+    spiked[10, 12] -= 100.0
+    found = overshoots(band_limited(spiked, grid, shape, grid.nyquist), spiked, grid, grid.nyquist)
+    assert not found[40, 48]  # the spike
+    assert not found[::4, ::4].any()  # the points of the map
+    assert found[46, 48]  # 1.5 points beside it, where sin(πx)/(πx) = −0.21
+    assert found[40, 54]
+    assert not overshoots(np.ones(shape), np.ones((32, 32)), grid, grid.nyquist).any()
 
 
 def test_a_run_that_draws_from_a_map_with_spikes_does_not_know_its_error(tmp_path):

@@ -311,6 +311,14 @@ def test_xarray_writes_what_is_read(tmp_path, heights):
         assert_is(read_topography(tmp_path / f"{engine}.nc"), heights)
 
 
+def test_units_of_netcdf_4_may_have_letters_beyond_ascii(tmp_path, heights):
+    path = as_netcdf(tmp_path / "a.nc", heights, classic=False, units=("", "", ""))
+    with h5py.File(path, "r+") as file:  # as netCDF-4 stores them: an array of one string
+        for name, unit in (("x", "µm"), ("y", "μm"), ("z", "nm")):
+            file[name].attrs["units"] = np.array([unit], dtype=h5py.string_dtype())
+    assert_is(read_topography(path), heights)
+
+
 def test_hdf5_without_a_size_takes_it_from_the_keys(tmp_path, heights):
     pytest.importorskip("SurfaceTopography", exc_type=ImportError)
     with h5py.File(tmp_path / "a.h5", "w") as file:
@@ -356,7 +364,7 @@ def container(*names):
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w") as file:
         for name in names:
-            file.writestr(name, b"CDF\x01 or so")
+            file.writestr(zipfile.ZipInfo(name), b"CDF\x01 or so")
     return stream.getvalue()
 
 
@@ -365,6 +373,7 @@ def container(*names):
     [
         ("one.zip", container("meta.yml", "a.nc"), r"is a container of 1 file; unpack it and name its scans \(a.nc\)"),
         ("four.zip", container("a.nc", "b.nc", "c.nc", "d.nc"), r"is a container of 4 files.*\(a.nc, b.nc, c.nc …\)"),
+        ("text.zip", container("a.txt", "b.csv"), r"is a container of 2 files; unpack.*\(a.txt, b.csv\)"),
         ("none.zip", container("meta.yml"), "is a container without a scan"),
         ("lfs.x3p", b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 12\n", "is a pointer of Git LFS"),
         ("cut.sur", b"DIGITAL SURF" + bytes(range(256)) * 2, "begins as Digital Surf.*cut short or damaged"),

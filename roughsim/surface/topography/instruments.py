@@ -97,7 +97,8 @@ def unknown(path: Path, start: bytes) -> str:
     if start.startswith(b"PK"):
         with zipfile.ZipFile(path) as archive:
             names = [entry.filename for entry in archive.infolist() if not entry.is_dir()]
-        scans = [name for name in names if Path(name).suffix.lower() not in (".yml", ".yaml", ".json", ".md", ".txt")]
+        about = (".yml", ".yaml", ".json", ".md")  # what containers of scans say of them
+        scans = [name for name in names if Path(name).suffix.lower() not in about]
         some = ", ".join(name[:40] for name in scans[:3]) + (" …" if len(scans) > 3 else "")
         if scans:
             count = "1 file" if len(scans) == 1 else f"{len(scans)} files"

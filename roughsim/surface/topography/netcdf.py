@@ -41,6 +41,8 @@ class Variable(NamedTuple):
     def unit(self, name: str) -> float | None:
         """Return its unit in m, None without one."""
         text = self.attributes.get("units", self.attributes.get("unit", ""))
+        if np.size(text) == 1:  # netCDF-4 stores letters such as µ in an array of one string
+            text = np.ravel(text)[0]
         return length_unit(text.decode(errors="replace") if isinstance(text, bytes) else str(text), name)
 
 
