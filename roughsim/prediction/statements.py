@@ -56,7 +56,7 @@ def of_textures(scene: Scene) -> Iterator[Statement]:
         for number, texture in enumerate(maps, start=1):
             of = f" of map {number}" * (len(maps) > 1) + f" of [{face}]" * (len(textures(scene)) > 1)
             yield Statement(f"texture{of}", texture.slopes(), "rms slopes of the map; drawn surfaces are isotropic")
-            yield Statement(f"heights{of}", texture.heights(), "of the map; drawn surfaces are Gaussian")
+            yield Statement(f"heights{of}", texture.heights(), f"Gaussian 0 and 3; {texture.extremes()}")
 
 
 def of_heat(scene: Scene) -> Iterator[Statement]:

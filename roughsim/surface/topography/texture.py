@@ -65,9 +65,13 @@ class Texture(NamedTuple):
 
     def heights(self) -> str:
         """Return the distribution of the heights in words."""
-        outlying = f", {100 * self.outlying:.2g} % of the points beyond {OUTLYING:g} rms" * (self.outlying > 0.0)
+        return f"skewness {self.skewness:.2g}, kurtosis {self.kurtosis:.4g}"
+
+    def extremes(self) -> str:
+        """Return in words how steep the highest points are, and how many lie far out."""
+        outlying = f"; {100 * self.outlying:.2g} % of the points lie beyond {OUTLYING:g} rms" * (self.outlying > 0.0)
         tops = f"the highest {100 * TOPS:g} % of the points have {self.slope_of_tops:.2g} of the rms slope of all"
-        return f"skewness {self.skewness:.2g}, kurtosis {self.kurtosis:.4g} (Gaussian 0 and 3){outlying}; {tops}"
+        return tops + outlying
 
     def warnings(self, face: str) -> Iterator[str]:
         """Yield a warning for each way in which surfaces drawn from C(q) are not like the map of a face."""
@@ -78,9 +82,10 @@ class Texture(NamedTuple):
             )
         if not self.gaussian:
             yield (
-                f"the heights of the map of [{face}] are not Gaussian: {self.heights()} (Gaussian 1); drawn surfaces "
-                "have its C(q), but Gaussian heights without its pits, flattened tops or dust, and T_flash may be off "
-                f"by a factor; {INSTEAD}, and gives the ratio of the map to a Gaussian twin"
+                f"the heights of the map of [{face}] are not Gaussian: {self.heights()} (Gaussian 0 and 3); "
+                f"{self.extremes()} (Gaussian 1); drawn surfaces have its C(q), but Gaussian heights without its "
+                f"pits, flattened tops or dust, and T_flash may be off by a factor; {INSTEAD}, and gives the ratio of "
+                "the map to a Gaussian twin"
             )
 
 
