@@ -119,7 +119,8 @@ class SmoothedSpectrum:
             raise ValueError(
                 f"penetration_hardness = {self.penetration_hardness:.6g} Pa: the surface has yielded within a relative "
                 f"width of 1e-16 above its smallest wavenumber, {ends[0]:.6g} rad/m, so no wave of it is left; raise "
-                "penetration_hardness or lower the roughness or the modulus"
+                "penetration_hardness or lower the roughness or the modulus; check the units of the roughness, too: "
+                "C(q) is in m⁴, where µm⁴ is 1e-24"
             )
         inner = [q for q in bends if ends[0] < q < ends[-1]]
         object.__setattr__(self, "breaks", tuple(sorted({*ends.tolist(), *inner})))

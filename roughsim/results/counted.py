@@ -45,7 +45,7 @@ class Counted:
     @property
     def missing(self) -> list[str]:
         """Names, as "L0-000003", of members that are missing although later ones exist; none once targets are met."""
-        return [] if self.target_met else self._reader.missing()
+        return [] if self.target_met else self._reader.missing(self.max_realizations)
 
     def refresh(self) -> None:
         """Read the members that have come since, in order, up to the first gap; damaged ones again.

@@ -241,15 +241,15 @@ class Reader:
                 digest.update(self.members.column(level, name, indices).tobytes())
         return {"members": digest.hexdigest(), "code": code_digest()}
 
-    def missing(self) -> list[str]:
-        """Return the names of the members that are missing although those of later realizations are there."""
+    def missing(self, most: int) -> list[str]:
+        """Return the names of members missing from the first `most` realizations although later members are there."""
         try:
             names = os.listdir(self.folder / "realizations")
         except OSError as error:
             raise not_readable(self.folder / "realizations", error) from error
         stems = [MEMBER_NAME.fullmatch(name.removesuffix(".h5")) for name in names if name.endswith(".h5")]
         stored = {match[0]: int(match[2]) for match in stems if match}
-        gap = range(self.available, max(stored.values(), default=-1) + 1)
+        gap = range(self.available, min(most, max(stored.values(), default=-1) + 1))
         expected = (member_name(level, index) for index in gap for level in self.numerics.of_index(index))
         return [name for name in expected if name not in stored]
 

@@ -30,6 +30,14 @@ def test_a_missing_member_in_the_middle_is_named_and_what_follows_is_said(folder
     assert any(note.startswith(said) for note in comparison_table(rs.compare(run)).notes)
 
 
+def test_members_beyond_a_lowered_maximum_are_not_lost(folder):
+    for name in ("L0-000003.h5", "L0-000005.h5"):
+        (folder / "realizations" / name).unlink()
+    run = rs.run(rs.open_run(folder).scene, folder, max_realizations=2)
+    assert (run.realizations, run.missing, status_dict(run)["lost"]) == (2, [], [])
+    assert not any("lost" in line for line in status_lines(run))
+
+
 @pytest.mark.parametrize("study", [False, True])
 def test_what_a_run_lacks_while_a_process_computes_it_is_not_lost(folder, tmp_path, study):
     (folder / "realizations" / "L0-000003.h5").unlink()

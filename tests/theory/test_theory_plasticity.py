@@ -167,6 +167,11 @@ def test_a_surface_that_never_yields_so_far_says_so(surface):
     assert plasticity.yield_wavenumber(surface, penetration_hardness=9e7, **CONTACT) == surface.q[0]
 
 
+def test_a_surface_that_has_yielded_everywhere_is_refused_with_the_units_to_check(surface):
+    with pytest.raises(ValueError, match=r"no wave of it is left.*C\(q\) is in m⁴, where µm⁴ is 1e-24"):
+        plasticity.smoothed_spectrum(surface, effective_modulus=1e30, nominal_pressure=9e7, penetration_hardness=1e9)
+
+
 def test_impossible_loads_are_refused(surface):
     with pytest.raises(ValueError, match=r"nominal_pressure = 2e.09 Pa exceeds the penetration_hardness 1e.09 Pa"):
         plasticity.area_fractions(1.0, 2e9, 1e9)
