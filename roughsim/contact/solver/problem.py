@@ -50,7 +50,7 @@ class Relief:
     cell: Grid
     grid: Grid  # in units of the longer side
     middle: float  # m
-    unit: float  # range of the heights, m
+    unit: float  # half the range of the heights, m
     spectrum: Field
     stiffness: float
     pressed: float  # p − load at the lowest point in full contact
@@ -106,9 +106,9 @@ def dimensionless(
     load = nominal_pressure / pressure_unit if pressure_unit else math.inf
     if not LOADS[0] <= load <= LOADS[1]:
         raise ValueError(
-            f"nominal_pressure = {nominal_pressure:.6g} Pa is {load:.3g} of E* times the range of the heights over the "
-            f"longer side, {effective_modulus:.6g} Pa · {unit:.6g} m / {max(grid.lengths):.6g} m; only {LOADS[0]:g} to "
-            f"{LOADS[1]:g} is in the range of double precision: check the units of the heights"
+            f"nominal_pressure = {nominal_pressure:.6g} Pa is {load:.3g} of E* times half the range of the heights "
+            f"over the longer side, {effective_modulus:.6g} Pa · {unit:.6g} m / {max(grid.lengths):.6g} m; only "
+            f"{LOADS[0]:g} to {LOADS[1]:g} is in the range of double precision: check the units of the heights"
         )
     cap = hardness / pressure_unit
     return ScaledProblem(heights, middle, unit, relief.grid, load, cap, relief.stiffness), relief, pressure_unit
