@@ -237,7 +237,7 @@ def yielded_flash_temperature(scene: Scene, q_max: float) -> Array:
 def usual_exponent(scene: Scene, q_c: float) -> float:
     """Return the usual exponent of the fall of T_flash beyond a cut-off, rad/m, for yielded contact of the H there."""
     end = scene.spectrum.breaks[-1]
-    if q_c >= end:
+    if q_c >= end * (1 - 1e-9):  # the cut-off of a map and the end of its C(q) differ by rounding
         return 1.0
     q = np.array([q_c, min(end, 16.0 * q_c)])
     first, last = np.log(q), np.log(scene.spectrum(q))

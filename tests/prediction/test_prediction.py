@@ -179,6 +179,7 @@ def test_yielded_contact_falls_the_slower_the_rougher_its_short_waves():
     assert falls(0.0) == pytest.approx(0.3, rel=1e-9)
     assert falls(0.8) == 1.0
     assert falls(0.3, end=3e5) == 1.0  # nothing follows
+    assert falls(0.3, end=3e5 * (1 + 1e-15)) == 1.0  # nor where a map's last wave and its cut-off differ by rounding
     # H is that of the next sixteen-fold of q: flat for a factor 2, then q^−3.2 for a factor 8, is H = 0.2
     assert falls(0.6, q_c=1e4) == pytest.approx(0.3 + 1.05 * 0.2, rel=1e-9)
     assert falls(0.3, q_c=1e4) == pytest.approx(0.3, rel=1e-9)  # less than none counts as none
