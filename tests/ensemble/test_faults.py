@@ -127,7 +127,7 @@ def test_twenty_kills_lose_nothing(quick, scene_file, tmp_path):
         (signal.SIGHUP, 2),
     ],
 )
-def test_an_interrupt_ends_all_within_a_second(scene_file, tmp_path, which, workers):
+def test_an_interrupt_ends_all_within_a_second(hangup_ends, scene_file, tmp_path, which, workers):
     folder = tmp_path / "run"
     process = start(scene_file, folder, workers=workers, most=100000)
     wait_for_members(folder, 3)
@@ -146,13 +146,23 @@ def test_an_interrupt_ends_all_within_a_second(scene_file, tmp_path, which, work
     assert_all_sound(folder)
 
 
+@pytest.fixture
+def hangup_ends():
+    """Processes started here take SIGHUP, also where the tests themselves were started by nohup."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
 def semaphores(pid):
     """Those that a process has open."""
     words = Path(f"/proc/{pid}/maps").read_text().split()
     return {Path(word) for word in words if word.startswith("/dev/shm/sem.")}
 
 
-def test_a_terminal_that_is_closed_leaves_neither_claims_nor_processes_nor_semaphores(scene_file, tmp_path):
+def test_a_terminal_that_is_closed_leaves_neither_claims_nor_processes_nor_semaphores(
+    hangup_ends, scene_file, tmp_path
+):
     folder = tmp_path / "run"
     master, slave = pty.openpty()
     words = [sys.executable, scene_file.with_name("go.py"), scene_file, folder, 2, 100000]
