@@ -1,7 +1,7 @@
 """`Numerics`: how accurately a scene is computed (levels, cell, tolerance). `plan` chooses it, a run records it."""
 
 from dataclasses import field, fields
-from math import isinf, isnan, sqrt
+from math import isinf
 from typing import Annotated, Any, Final, Literal, NamedTuple, Self, get_args
 
 from pydantic import BeforeValidator, PlainSerializer, SkipValidation, model_validator
@@ -25,8 +25,6 @@ Distance = Annotated[
     PlainSerializer(lambda distance: "inf" if isinf(distance) else distance),  # JSON has no inf
 ]
 DEFAULT_SOLVER = "active_set"
-YOUNGER = ("solver",)  # keys that older runs do not have: not stored where they have their default
-START_SECONDS = 3.0  # until processes have loaded what they need
 
 
 class Reason(NamedTuple):
@@ -37,35 +35,9 @@ class Reason(NamedTuple):
     reason: str
 
 
-class Forecast(NamedTuple):
-    """The relative errors of the highest T_flash that a plan expects, and the cost of the run.
-
-    T_flash is that of the capped column, or of the elastic one without a hardness. `statistical` is the 95 % half-width
-    after `realizations`; `bandwidth` is NaN where no level shows it. `cpu_seconds` is the time of one thread on the
-    machine of the plan.
-    """
-
-    realizations: int
-    statistical: float
-    bandwidth: float
-    pixel: float
-    size: float
-    cpu_seconds: float
-
-    @property
-    def total(self) -> float:
-        """Root of the sum of squares of the known errors."""
-        parts = (self.statistical, self.bandwidth, self.pixel, self.size)
-        return sqrt(sum(part**2 for part in parts if not isnan(part)))
-
-    def wall_seconds(self, workers: int) -> float:
-        """Return the time that the run takes with `workers` processes, one core each, s."""
-        return START_SECONDS + self.cpu_seconds / workers
-
-
 @dataclass(frozen=True)
 class Level(Record, section="numerics.levels"):
-    """One contact problem of each realization.
+    """One contact problem, solved for surfaces of its own.
 
     Parameters
     ----------
@@ -76,23 +48,16 @@ class Level(Record, section="numerics.levels"):
         Points along x and y.
     q_max : float
         Where the spectrum is cut, rad/m, at most the Nyquist wavenumber.
-    every : int
-        The level is solved for realizations 0, `every`, 2 `every`, … A fine level needs few, since its difference from
-        the next coarser one scatters little. 1 for the coarsest level of a column; for each other one a multiple of the
-        value of the rung below it, and of all smaller values in the column.
     cell : {"half", "quarter"} or None
-        "half": the cell has half the sides of the run's, and surfaces of its own; "quarter": a quarter of the sides.
-        Such levels only correct: each adds its mean difference from the one before. The first of a column repeats the
-        pixel and q_max of the column's highest level in the run's cell, and the others lie in the same cell. None: the
-        run's cell.
+        Which part of the sides of the run's cell its own have; None: all. The lowest level of a column lies in the
+        run's cell. A higher one only corrects that, and may lie in a part of it.
     first : int or None
-        Of the march: only realizations 0 … `first` − 1 have it. None: all have it.
+        Of the march: how many realizations have it. None: all.
     """
 
     column: Column
     shape: Annotated[tuple[Points, Points], one_or_list(2)]
     q_max: QMax
-    every: Annotated[int, whole("1", 1, 1_000_000)] = 1
     cell: Literal["half", "quarter"] | None = None
     first: Annotated[int, whole("8", 1, 1_000_000)] | None = None
 
@@ -106,9 +71,10 @@ class Level(Record, section="numerics.levels"):
         """In which part of the run's cell it lies, in words to append; empty for all of it."""
         return {None: "", "half": " in half the cell", "quarter": " in a quarter of the cell"}[self.cell]
 
-    def indices(self, count: int) -> range:
-        """Return which of the first `count` realizations are solved at this level."""
-        return range(0, count if self.first is None else min(count, self.first), self.every)
+    @property
+    def resolved(self) -> tuple[float, int]:
+        """Its place in a column: q_max, rad/m, then the points that the whole cell has with its pixel."""
+        return self.q_max, self.parts**2 * self.shape[0] * self.shape[1]
 
 
 def read_levels(value: Any) -> Any:
@@ -121,12 +87,15 @@ def read_levels(value: Any) -> Any:
 
 @dataclass(frozen=True)
 class Numerics(Record, section="numerics"):
-    """How accurately a scene is computed. Levels with the same `column` are paired and extrapolated in q_max.
+    """How accurately a scene is computed.
+
+    A column of levels is a ladder of cut-offs: its lowest level has the mean, and each higher one corrects the level
+    below it. A member of a higher level is one surface, solved at that level and at the level below.
 
     Parameters
     ----------
     levels : tuple of Level
-        Contact problems of each realization; the position is the level number.
+        Contact problems; the position is the level number.
     lengths : (float, float)
         Sides of the periodic cell, m.
     tolerance : float
@@ -140,11 +109,9 @@ class Numerics(Record, section="numerics"):
     threads : int
         Threads of each realization.
     keep_fields : int
-        Number of realizations, from the first, whose fields are stored.
+        Number of realizations of each level, from the first, whose fields are stored.
     reasons : tuple of Reason
         Why the plan chose so; numerics with other reasons are equal.
-    forecast : Forecast or None
-        The errors and the cost that the plan expects; None where the levels were given.
     """
 
     levels: Annotated[tuple[Level, ...], BeforeValidator(read_levels)]
@@ -155,7 +122,6 @@ class Numerics(Record, section="numerics"):
     threads: Annotated[int, whole("1", 1, 4096)] = 1
     keep_fields: Annotated[int, whole("1", 0)] = 1
     reasons: SkipValidation[tuple[Reason, ...]] = field(default=(), compare=False, repr=False)
-    forecast: SkipValidation[Forecast | None] = field(default=None, compare=False, repr=False)
     solver: Literal[tuple(sorted(extensions("solvers")))] = DEFAULT_SOLVER  # type: ignore[valid-type]
 
     @model_validator(mode="after")
@@ -169,100 +135,102 @@ class Numerics(Record, section="numerics"):
                 )
         self._check_march()
         for column in self.columns:
-            self._check_parts(column)
-            self._check_strides(column)
+            self._check_column(column)
         return self
-
-    def _check_strides(self, column: str) -> None:
-        """Refuse strides that leave a level without the rung that it corrects, or realizations that are not nested."""
-        rung, strides = None, set[int]()  # the first level of a cut-off in a cell, and what levels have so far
-        for i in self.of_column(column):
-            level = self.levels[i]
-            every, least = level.every, rung.every if rung else 1
-            nested = all(every % other == 0 or other % every == 0 for other in strides)
-            if every % least or not nested or (rung is None and every != 1):
-                raise ValueError(
-                    f"levels[{i}].every = {every} does not fit: the coarsest {column} level needs every = 1, each "
-                    f"other one a multiple of that of the rung below it, here of {least}, and a multiple or a divisor "
-                    "of those of the levels before"
-                )
-            strides.add(every)
-            if rung is None or (level.cell, level.q_max) != (rung.cell, rung.q_max):
-                rung = level
 
     def _check_march(self) -> None:
         """Refuse more than one march, one that is not the last level, and its keys on other levels."""
         for i, level in enumerate(self.levels):
             if level.column != SLIDING and level.first is not None:
                 raise ValueError(f'levels[{i}].first = {level.first} is for column = "{SLIDING}" only; remove it')
-            if level.column == SLIDING and (level.every, level.cell) != (1, None):
-                key = "cell" if level.every == 1 else "every"
-                raise ValueError(f'levels[{i}].{key} does not go with column = "{SLIDING}"; remove it')
+            if level.column == SLIDING and level.cell is not None:
+                raise ValueError(f'levels[{i}].cell does not go with column = "{SLIDING}"; remove it')
             if level.column == SLIDING and (i == 0 or i < len(self.levels) - 1):
                 raise ValueError(
                     f'levels[{i}].column = "{SLIDING}" must be that of the last level, after those of single contacts; '
                     "keep one and move it to the end"
                 )
 
-    def _check_parts(self, column: str) -> None:
-        """Refuse levels in a part of the cell that do not begin where those in the run's cell end, or in two parts."""
-        levels = [self.levels[i] for i in self.of_column(column)]
-        whole = [level for level in levels if level.cell is None]
-        start = next((level for level in levels if level.cell), None)
-        if start is None:
-            return
-        if not whole:
-            raise ValueError(
-                f'levels of column {column} all have cell = "{start.cell}", which only correct; add one in the '
-                "run's cell"
-            )
-        other = next((level for level in levels if level.cell not in (None, start.cell)), None)
-        if other is not None:
-            raise ValueError(
-                f'levels of column {column} have cell = "{start.cell}" and "{other.cell}"; choose one of the two'
-            )
-        end = next(level for level in whole if level.q_max == whole[-1].q_max)
-        if start.q_max != end.q_max or tuple(start.parts * n for n in start.shape) != end.shape:
-            if any(n % start.parts for n in end.shape):
+    def _check_column(self, column: str) -> None:
+        """Refuse a lowest level in a part of the cell, a level given twice, and pixels that do not fit the parts."""
+        for i in self.of_column(column):
+            level, j = self.levels[i], self.below(i)
+            if j is None:
+                if level.cell is None:
+                    continue
                 raise ValueError(
-                    f'levels: cell = "{start.cell}" needs a grid of the run\'s cell whose points divide by '
-                    f"{start.parts}; the highest {column} one to q_max = {end.q_max:.6g} rad/m has {end.shape[0]} × "
-                    f"{end.shape[1]}"
+                    f'levels[{i}].cell = "{level.cell}", but no {column} level lies below it, and a level in a part of '
+                    "the cell only corrects; remove its cell, or add a lower level in the run's cell"
                 )
-            x, y = (n // start.parts for n in end.shape)
-            part = f"{x} × {y} points to q_max = {end.q_max:.6g} rad/m"
-            raise ValueError(
-                f'levels: the first {column} one with cell = "{start.cell}" has {start.shape[0]} × {start.shape[1]} '
-                f"points to q_max = {start.q_max:.6g} rad/m; it must repeat the highest one in the run's cell, here "
-                f"{part}: corrections are ratios to it"
-            )
+            below = self.levels[j]
+            if level.resolved == below.resolved:
+                raise ValueError(
+                    f"levels[{max(i, j)}] has the q_max and the pixel of levels[{min(i, j)}], so that neither corrects "
+                    "the other; remove one, or change its q_max or shape"
+                )
+            if any(n * below.parts % level.parts for n in below.shape):
+                x, y = below.shape
+                raise ValueError(
+                    f"levels[{i}] lies{level.where} and corrects levels[{j}], whose {x} × {y} points{below.where} do "
+                    f"not divide by {level.parts // below.parts}; change the shape of levels[{j}], or the cell"
+                )
 
     def grid(self, level: int) -> Grid:
-        """Return the grid of a level."""
+        """Return the grid of a level, in its own cell."""
         parts = self.levels[level].parts
         return Grid(self.levels[level].shape, (self.lengths[0] / parts, self.lengths[1] / parts))
 
+    def grid_below(self, level: int) -> Grid:
+        """Return the grid of the level below in the cell of `level`, with the same pixel as in its own cell."""
+        j = self.below(level)
+        if j is None:
+            raise ValueError(f"level {level} has none below it")
+        below, parts = self.levels[j], self.levels[level].parts
+        x, y = (n * below.parts // parts for n in below.shape)
+        return Grid((x, y), self.grid(level).lengths)
+
+    def below(self, level: int) -> int | None:
+        """Return the level that a level corrects; None for the lowest of a column, and for the march.
+
+        It is the next coarser one to the same q_max, or else the coarsest one to the next lower q_max.
+        """
+        if level == self.march:
+            return None
+        column = self.of_column(self.levels[level].column)
+        lower = column[: column.index(level)]
+        if not lower:
+            return None
+        q_max = self.levels[lower[-1]].q_max
+        if q_max == self.levels[level].q_max:
+            return lower[-1]
+        return next(i for i in lower if self.levels[i].q_max == q_max)
+
+    def is_partner(self, level: int) -> bool:
+        """Return whether a level has the q_max of the level below it: it corrects the pixel."""
+        below = self.below(level)
+        return below is not None and self.levels[below].q_max == self.levels[level].q_max
+
+    def partner(self, level: int) -> int | None:
+        """Return the level that corrects the pixel of a level; None if there is none."""
+        of_pixel = (i for i in self.single if self.is_partner(i) and self.below(i) == level)
+        return next(of_pixel, None)
+
     def of_column(self, column: str) -> tuple[int, ...]:
-        """Return the levels of a column: first in the run's cell, each by q_max, then by the number of points."""
+        """Return the levels of a column by q_max, then by the pixel, the coarser first."""
         numbers = [i for i, level in enumerate(self.levels) if level.column == column]
-        place = [(level.parts, level.q_max, level.shape[0] * level.shape[1]) for level in self.levels]
-        return tuple(sorted(numbers, key=place.__getitem__))
+        return tuple(sorted(numbers, key=lambda i: self.levels[i].resolved))
+
+    def rungs(self, column: str) -> tuple[int, ...]:
+        """Return the levels of a column that are no partners: one for each q_max."""
+        return tuple(i for i in self.of_column(column) if not self.is_partner(i))
 
     def picture(self, column: str) -> int:
         """Return the finest level of a column in the run's cell: its fields are the pictures of the scene."""
         return [i for i in self.of_column(column) if self.levels[i].cell is None][-1]
 
     def parts(self, column: str) -> int:
-        """Return how many sides of the cell of a column's last level make one of the run's."""
+        """Return how many sides of the smallest cell of a column make one of the run's."""
         return max(self.levels[i].parts for i in self.of_column(column))
-
-    def of_index(self, index: int) -> tuple[int, ...]:
-        """Return the numbers of the levels that are solved for the realization `index`."""
-        return tuple(i for i, level in enumerate(self.levels) if index in level.indices(index + 1))
-
-    def members(self, count: int) -> int:
-        """Return how many members the first `count` realizations have."""
-        return sum(len(level.indices(count)) for level in self.levels)
 
     @property
     def march(self) -> int | None:
@@ -280,38 +248,31 @@ class Numerics(Record, section="numerics"):
         return tuple(column for column in get_args(Column) if column != SLIDING and self.of_column(column))
 
     def stream(self, level: int) -> int:
-        """Return the level that names the random stream of a level: the finest in the same cell.
+        """Return the level that names the random stream of a level: its own, as each level has surfaces of its own.
 
-        So levels of one cell see the same modes, and those of the other cell have surfaces of their own; so has the
-        march, whose two faces are drawn one by one.
+        The lowest levels of all columns share one, so that each smoothed contact is paired with a capped one.
         """
-        if level == self.march:
-            return level
-        alike = [i for i in self.single if self.levels[i].cell == self.levels[level].cell]
-        return max(alike, key=lambda i: (self.levels[i].q_max, self.levels[i].shape))
+        lowest = [self.of_column(column)[0] for column in self.columns]
+        return min(lowest) if level in lowest else level
 
     def _repr_html_(self) -> str:
         return in_notebook(numerics_table(self))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return these numerics as JSON values, without reasons and forecast."""
-        values: dict[str, Any] = to_jsonable_python(self, exclude={"reasons", "forecast"})
+        """Return these numerics as JSON values, without reasons."""
+        values: dict[str, Any] = to_jsonable_python(self, exclude={"reasons"})
         for level in values["levels"]:
             for key in ("cell", "first"):
                 if level[key] is None:
-                    del level[key]  # older runs do not have the key
-        if self.slid_distance is not None:
-            values["slid_distance"] = str(values["slid_distance"])  # as in all runs so far
-        defaults = {key.name: key.default for key in fields(self)}
-        return {key: value for key, value in values.items() if key not in YOUNGER or value != defaults[key]}
+                    del level[key]
+        return values
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> Self:
-        """Return the numerics that `to_dict` described as `values`."""
+        """Return the numerics that `to_dict` described as `values`; a key too many or too few is refused."""
         if values["slid_distance"] is not None:
-            values = values | {"slid_distance": float(values["slid_distance"])}
-        keys = [key.name for key in fields(cls) if key.compare and (key.name in values or key.name not in YOUNGER)]
-        return cls(**{key: values[key] for key in keys})
+            values = values | {"slid_distance": float(values["slid_distance"])}  # JSON has no inf
+        return cls(**{key.name: values[key.name] for key in fields(cls) if key.compare})
 
 
 # why `plan` leaves each of these keys at its default

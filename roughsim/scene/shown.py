@@ -37,22 +37,30 @@ def number_text(value: Any) -> str:
 
 def numerics_table(numerics: Any) -> Table:
     """Return the levels of numerics, a row each; below what all have in common."""
-    titles = (("level", True), ("column", False), ("points", True), ("q_c, rad/m", True), ("realizations", False))
-    rows = [(str(number), level.column, *level_texts(level)) for number, level in enumerate(numerics.levels)]
+    titles = (("level", True), ("column", False), ("points", True), ("q_c, rad/m", True), ("corrects", False))
+    rows = [
+        (str(i), level.column, *level_texts(level), corrected(numerics, i)) for i, level in enumerate(numerics.levels)
+    ]
     return Table([Column(title, number=right) for title, right in titles], rows, "", tuple(common_notes(numerics)))
 
 
 def level_texts(level: Any) -> Iterator[str]:
-    """Yield the points, the cut-off and the realizations of a level."""
+    """Yield the points and the cut-off of a level."""
     yield f"{level.shape[0]} × {level.shape[1]}" + level.where
     yield significant(level.q_max, 4)
-    first = "" if level.first is None else f" of the first {level.first}"
-    yield ("all" if level.every == 1 else f"1 in {level.every}") + first
+
+
+def corrected(numerics: Any, level: int) -> str:
+    """Return what a level corrects; nothing of the lowest of a column."""
+    below, first = numerics.below(level), numerics.levels[level].first
+    if below is None:
+        return "" if first is None else f"frozen contact, {first} realizations"
+    return f"the pixel of level {below}" if numerics.is_partner(level) else f"level {below}"
 
 
 def common_notes(numerics: Any) -> Iterator[str]:
     """Yield lines on the cell, the solves and the fields that are kept."""
     sides = " × ".join(significant(1e3 * side, 4) for side in numerics.lengths)
     yield f"Cell {sides} mm; tolerance {numerics.tolerance:g} of the contact, {numerics.precision} precision."
-    yield f"Fields of the first {numerics.keep_fields} realizations are kept; {numerics.threads} threads each."
+    yield f"Fields of the first {numerics.keep_fields} of each level are kept; {numerics.threads} threads each."
     yield from (f"{choice} {value}: {reason}." for choice, value, reason in numerics.reasons)
