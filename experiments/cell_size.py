@@ -1,129 +1,192 @@
-"""What a finite cell changes: the same scene in cells of 1, 2, 4, and 8 longest waves per side, pixel and cut-off kept.
-
-    python experiments/cell_size.py [--toy] [-o FOLDER] [--only NAME ...] [--error PERCENT] [--most N]
-
-The scenes are a steel, capped and elastic, random ones of `budget.py`, and the steel with a plateau, C(q) flat below
-q_roll_off, where waves of the roll-off are counted: 2, 4, 8, and 16. Each mean is taken until T_flash is known to the
-error named (95 %, worst speed), or over the most realizations. Printed is, for each doubling of the cell and each
-observable at the hottest speed, how much it changes, with the standard error of the change (cells of different size
-share no surfaces), and what the theory's sum over the modes of a cell has over its integral. --toy takes one scene.
+"""What a finite cell changes, over scenes drawn at random: means in cells of 2, 4, 8 and 16 waves, pixel and cut-off kept.
 """
-
 from __future__ import annotations
 
-import runpy
-from dataclasses import replace
-from itertools import pairwise
-from math import pi
+import argparse, json, sys, time, warnings
+from dataclasses import dataclass
+from functools import cache
+from math import pi, sqrt
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
-from script import Command
+import scipy.optimize
+import scipy.special
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.surface.spectrum import TruncatedSpectrum
 
-random_scene = runpy.run_path(str(Path(__file__).with_name("budget.py")))["random_scene"]
-COLUMNS = [name for name in OBSERVABLES if name not in ("plastic_fraction", "heat_partition")]
-
-
-def scenes() -> dict[str, rs.Scene]:
-    """Return scenes by name; each with a plateau has it in its name."""
-    steel = rs.load_scene("steel-1.2GPa")
-    flat = replace(steel, surface=replace(steel.surface, roll_off_exponent=0.0, q_min=9.4e4 / 32))
-    soft = {
-        f"{name}, elastic": replace(scene, body=replace(scene.body, penetration_hardness=None))
-        for name, scene in (("steel", steel), ("plateau", flat))
-    }
-    some = {f"random {i}": random_scene(i) for i in (1, 2, 4, 5, 7, 8, 10)}
-    return {"steel": steel, "plateau": flat, **soft, **some}
+PIXELS = 4
+NAMES = ("slow", "middle", "fast", "area", "variance", "r_50")
+DIFF = 30.0 / (7900.0 * 500.0)
+QX = 6350.0  # 2π over the wave that counts
 
 
-def numerics(scene: rs.Scene, waves: int, kept: int, longest: float) -> rs.Numerics:
-    """Return one level at 4 pixels per shortest wave, the same pixel in every cell."""
-    side, column = 4 * kept * waves, "elastic" if scene.elastic else "capped"
-    length = waves * longest
-    return rs.Numerics((rs.Level(column, (side, side), kept * 2 * pi / longest),), (length, length))
+@dataclass(frozen=True)
+class Case:
+    name: str
+    kind: str      # plain, flat, roll, elastic, elastic flat
+    share: float   # σ₀/σ_P or σ₀/(E* h')
+    ratio: float   # q_y, or q_max, over the wavenumber of the wave that counts
+    hurst: float
+    flat: float = 1.0  # q_roll_off/q_min
+    exponent: float = 0.0
 
 
-def measured(
-    name: str, scene: rs.Scene, folder: Path, error: float, most: int, cells: tuple[int, ...]
-) -> dict[int, dict[str, np.ndarray]]:
-    """Return mean and standard error of each observable at the hottest speed, by waves per side."""
-    scene = replace(scene, ensemble=replace(scene.ensemble, max_realizations=most))
-    flat = name.startswith("plateau")
-    longest = 2 * pi / (scene.surface.q_roll_off if flat else scene.spectrum.breaks[0])
-    result = {}
-    for waves in cells or ((2, 4, 8, 16) if flat else (1, 2, 4, 8)):
-        chosen = numerics(scene, waves, 8 if flat else 16, longest)
-        folder_of = folder / f"{name.replace(', ', '-').replace(' ', '-')}-{waves}"
-        run = rs.run(scene, folder_of, numerics=chosen, until={"flash_temperature": error}, workers=1)
-        hot = int(np.argmax(run.estimate("flash_temperature").mean))
-        print(f"{name}: {waves} waves, n = {run.realizations}, {_mode_sum(run, hot)}", flush=True)
-        result[waves] = {}
-        for observable in COLUMNS:
-            found = run.estimate(observable)
-            k = hot if OBSERVABLES[observable].per_speed else 0
-            result[waves][observable] = np.array([found.mean[k], found.standard_error[k]])
-    return result
+def drawn(number: int) -> Case:
+    draw = np.random.default_rng(4000 + number)
+    kind = ("plain", "flat", "plain", "roll", "elastic")[number % 5]
+    share = float(np.exp(draw.uniform(np.log(0.001), np.log(0.5))))
+    ratio = float(np.exp(draw.uniform(np.log(1.5), np.log(30.0))))
+    hurst = float(draw.uniform(0.4, 0.9))
+    flat, exponent = 1.0, 0.0
+    if kind == "flat" or (kind == "elastic" and number % 10 == 9):
+        flat = float(np.exp(draw.uniform(np.log(2.0), np.log(32.0))))
+    if kind == "roll":
+        flat, exponent = float(np.exp(draw.uniform(np.log(2.0), np.log(8.0)))), float(draw.uniform(1.0, 2.0))
+    if kind == "elastic":
+        share, ratio = float(np.exp(draw.uniform(np.log(0.003), np.log(0.3)))), float(np.exp(draw.uniform(np.log(4.0), np.log(24.0))))
+    return Case(f"{kind} {number}", kind, share, ratio, hurst, flat, exponent)
 
 
-def _mode_sum(run: rs.Run, hot: int) -> str:
-    """What the theory's sum over the modes has over its integral to the same cut-off."""
-    spectrum = TruncatedSpectrum(prediction.smoothed_spectrum(run.scene), run.numerics.levels[0].q_max)
-    speeds = np.array(run.scene.speeds)
-    sums = prediction.mode_sums(run.scene, spectrum, run.numerics.grid(0))["flash_temperature"][hot]
-    whole = prediction.over_speed(run.scene, speeds, spectrum)["flash_temperature"][hot]
-    return f"theory: sum over modes/integral − 1 = {100 * (sums / whole - 1):+.2f} %"
+def by_hand() -> list[Case]:
+    return [
+        Case("light", "plain", 0.003, 3.0, 0.8),
+        Case("light .01", "plain", 0.01, 3.0, 0.8),
+        Case("steel", "roll", 0.075, 8.0, 0.8, 14.8, 1.5),
+        Case("light r8", "plain", 0.003, 8.0, 0.8),
+        Case("light H.5", "plain", 0.003, 3.0, 0.5),
+        Case("mid r3", "plain", 0.05, 3.0, 0.8),
+        Case("heavy r3", "plain", 0.3, 3.0, 0.8),
+        Case("heavy r15", "plain", 0.4, 15.0, 0.6),
+        Case("flat light", "flat", 0.003, 3.0, 0.8, 16.0),
+        Case("flat heavy", "flat", 0.2, 6.0, 0.8, 16.0),
+        Case("tiny r1.5", "plain", 0.001, 1.5, 0.8),
+        Case("tiny r20", "plain", 0.001, 20.0, 0.8),
+        Case("elastic light", "elastic", 0.005, 12.0, 0.8),
+        Case("elastic mid", "elastic", 0.1, 12.0, 0.7),
+    ]
 
 
-def told(name: str, found: dict[int, dict[str, np.ndarray]]) -> None:
-    for small, large in pairwise(found):
-        parts = []
-        for observable in COLUMNS:
-            (a, da), (b, db) = found[small][observable], found[large][observable]
-            parts.append(f"{100 * (a / b - 1):+.2f} ± {100 * np.hypot(da / a, db / b):.2f}")
-        print(f"{name:18s}{small:>3d}:{large:<3d}" + "".join(f"{part:>23s}" for part in parts), flush=True)
+@cache
+def scene_of(case: Case) -> rs.Scene:
+    q_min = QX / case.flat if case.exponent < 1.0 else QX
+    roll = {} if case.flat == 1.0 else {"q_roll_off": q_min * case.flat, "roll_off_exponent": case.exponent}
+    elastic = case.kind == "elastic"
+    end = case.ratio * QX * (1.0 if elastic else 64.0)
+
+    def scene(height: float, pressure: float) -> rs.Scene:
+        body = {"youngs_modulus": "200 GPa", "poisson_ratio": 0.3, "conductivity": 30.0, "density": 7900, "heat_capacity": 500}
+        if not elastic:
+            body["penetration_hardness"] = "2 GPa"
+        scale = DIFF * case.ratio * QX
+        sections = {
+            "surface": {"rms_height": height, "hurst": case.hurst, "q_min": q_min, "q_max": end} | roll,
+            "body": body,
+            "sliding": {"friction_coefficient": 0.1, "speed": [0.01 * scale, 3 * scale, 300 * scale], "nominal_pressure": pressure},
+        }
+        return rs.load_scene(sections)
+
+    if elastic:
+        trial = scene(1e-6, 1e6)
+        return scene(1e-6, case.share * trial.effective_modulus * trial.spectrum.rms_slope)
+    pressure = case.share * 2e9
+    goal = case.ratio * QX
+
+    def excess(log_height: float) -> float:
+        q = prediction.yield_wavenumber(scene(float(np.exp(log_height)), pressure))
+        return np.log(min(q, 60 * goal) / goal)
+    height = scipy.optimize.brentq(excess, np.log(1e-9), np.log(1e-3), xtol=1e-4)
+    return scene(float(np.exp(height)), pressure)
 
 
-def chart(found: dict[str, dict[int, dict[str, np.ndarray]]], path: Path) -> None:
-    """Draw the change of T_flash with each doubling; a plateau counts its waves of the roll-off by halves."""
-    figure = Figure((6.4, 3.6), layout="constrained")
-    axes = figure.subplots()
-    axes.axhline(0.0, color="0.5", lw=0.8)
-    for number, (name, cells) in enumerate(found.items()):
-        waves = np.array(list(cells)[:-1], dtype=float) * 1.03**number
-        pairs = [(cells[a]["flash_temperature"], cells[b]["flash_temperature"]) for a, b in pairwise(cells)]
-        change = [100 * (a[0] / b[0] - 1) for a, b in pairs]
-        error = [100 * np.hypot(a[1] / a[0], b[1] / b[0]) for a, b in pairs]
-        axes.errorbar(waves, change, yerr=error, fmt="o-", ms=4, capsize=2, lw=0.8, label=name)
-    axes.set_xscale("log", base=2)
-    axes.set(
-        xlabel="longest waves per side (plateau: of the roll-off)", ylabel="T_flash over that of twice the side − 1 (%)"
-    )
-    axes.legend(frameon=False, fontsize=7, ncols=2)
-    figure.savefig(path, dpi=130)
+def numerics(case: Case, column: str, waves: float, cut: float) -> rs.Numerics:
+    length = waves * 2 * pi / QX
+    q_c = case.ratio * QX * cut
+    n = 2 * round(PIXELS * q_c * length / (2 * pi) / 2)
+    n = fast(n)
+    q = min(q_c, n / PIXELS * 2 * pi / length * 1.05)
+    return rs.Numerics((rs.Level(column, (n, n), q_c),), (length, length))
 
 
-def main() -> None:
-    command = Command(__file__, __doc__, "one scene, few realizations")
-    command.add_argument("--only", nargs="*", help="names of scenes")
-    command.add_argument("--error", type=float, default=0.3, help="of T_flash in each cell, %%")
-    command.add_argument("--most", type=int, default=1600, help="realizations of a cell")
-    options = command.parse()
-    every = scenes()
-    names = options.only or (["random 2"] if options.toy else list(every))
-    most = 12 if options.toy else options.most
-    cells = (1, 2) if options.toy else ()
-    found = {name: measured(name, every[name], options.output, options.error / 100, most, cells) for name in names}
-    print(" " * 25 + "".join(f"{name:>23s}" for name in COLUMNS))
-    for name, cells in found.items():
-        told(name, cells)
-    chart(found, options.output / "cell_size.png")
+def fast(n):
+    """even sizes 2^a 3^b 5^c near"""
+    best = None
+    for a in range(1, 13):
+        for b in range(3):
+            for c in range(2):
+                m = 2**a * 3**b * 5**c
+                if m >= 0.97 * n and (best is None or m < best):
+                    best = m
+    return best
 
+
+def at_mean(rows, controls):
+    x = controls - 0.0
+    keep = x.std(axis=0) > 0
+    x = x[:, keep]
+    n = len(rows)
+    design = np.c_[np.ones(n), x]
+    coef, *_ = np.linalg.lstsq(design, rows, rcond=None)
+    res = rows - design @ coef
+    return coef[0], np.sqrt((res**2).sum(0) / (n - design.shape[1]) / n)
+
+
+def measured(case, column, waves, cut, work, seed=11, most=20000):
+    scene, num = scene_of(case), numerics(case, column, waves, cut)
+    points = num.levels[0].shape[0] ** 2
+    count = int(min(max(work / points, 24), most))
+    rows, controls, spectra = [], [], []
+    start = time.time()
+    fails = 0
+    for index in range(count):
+        try:
+            s = rs.realize(scene, num, seed=seed, level=0, index=index)
+        except rs.errors.ConvergenceError:
+            fails += 1; continue
+        o = s.observables
+        rows.append([*o.flash_temperature, o.contact_fraction_corrected, o.pressure_variance])
+        controls.append(list(s.peak_volumes))
+        spectra.append(o.stress_spectrum.variance)
+    sp = o.stress_spectrum
+    spectra = np.array(spectra)
+    rows = np.array(rows)
+    mean_sp = spectra.mean(0)
+    from dataclasses import replace
+    r = replace(sp, variance=mean_sp).correlation_radius(0.5)
+    slope = -float((mean_sp * sp.wavenumber) @ scipy.special.j1(sp.wavenumber * r))
+    infl = r - spectra @ (scipy.special.j0(sp.wavenumber * r) - 0.5) / slope
+    rows = np.c_[rows, infl]
+    mean, error = at_mean(rows, np.array(controls))
+    return {"n": len(rows), "fails": fails, "shape": num.levels[0].shape[0], "mean": mean.tolist(), "error": (error / np.abs(mean)).tolist(),
+            "plain": rows.mean(0).tolist(), "sd": (rows.std(0, ddof=1) / np.abs(mean)).tolist(), "seconds": time.time() - start}
+
+
+def main():
+    p = argparse.ArgumentParser()
+    p.add_argument("file"); p.add_argument("--work", type=float, default=1.5e8)
+    p.add_argument("--only", nargs="*"); p.add_argument("--numbers", type=int, nargs="*", default=[])
+    p.add_argument("--cells", type=float, nargs="*", default=[2, 4, 8, 16]); p.add_argument("--cut", type=float, default=0)
+    p.add_argument("--most-points", type=float, default=1.2e6); p.add_argument("--columns", nargs="*", default=["capped", "smoothed"])
+    o = p.parse_args()
+    warnings.simplefilter("ignore")
+    path = Path(o.file)
+    table = json.loads(path.read_text()) if path.exists() else {}
+    cases = [c for c in by_hand() if o.only is None or c.name in o.only] if not o.numbers else [drawn(i) for i in o.numbers]
+    for case in cases:
+        for column in (["elastic"] if case.kind == "elastic" else o.columns):
+            cut = o.cut or {"elastic": 1.0, "capped": 2.0, "smoothed": 1.5}[column]
+            for waves in o.cells:
+                num = numerics(case, column, waves, cut)
+                points = num.levels[0].shape[0] ** 2
+                if points > o.most_points:
+                    continue
+                key = f"{case.name}|{column}|{waves:g}|{cut:g}"
+                if key in table and table[key]["n"] >= min(o.work / points, 20000) * 0.99 - 1:
+                    continue
+                found = measured(case, column, waves, cut, o.work)
+                table[key] = found | {"case": vars(case) | {}}
+                path.write_text(json.dumps(table))
+                print(key, found["n"], found["shape"], f"{found['seconds']:.0f}s", "fails", found["fails"], np.array2string(np.array(found["mean"]), precision=5), np.round(100*np.array(found["error"]), 3), flush=True)
 
 if __name__ == "__main__":
     main()
