@@ -1,29 +1,32 @@
-"""g_σ(r) of a column: that of its coarsest level in the run's cell, changed as finer levels change it."""
+"""g_σ(r) of a column: that of its lowest level, changed as the levels above change it."""
 
 import numpy as np
 
-from roughsim.estimate.errors import spread
-from roughsim.estimate.ladder import climb, group_of, ties_of
+from roughsim.estimate.errors import spread_of
+from roughsim.estimate.ladder import Pair
+from roughsim.estimate.mean import Mean, mean_of
+from roughsim.estimate.regression import at_mean_peak_volume
 from roughsim.grid import Array
 from roughsim.observables.record import Sample
 from roughsim.observables.special import j0
 
 
-def correlation_of(samples: list[Sample], distance: Array) -> tuple[Array, Array, Array]:
+def correlation_of(pairs: list[Pair], distance: Array) -> tuple[Array, Array, Array]:
     """Return g_σ(r) at the highest cut-off of a column, Pa², its standard error, and that one's degrees of freedom.
 
-    `samples` are those of the column, coarsest first; `distance` is r, m, one-dimensional. Levels in a part of the cell
-    tell changes as far as half its diagonal: up to there the short waves that they add have lost their correlation.
+    `distance` is r, m, one-dimensional. Steps add. Levels in a part of the cell tell changes as far as half its
+    diagonal: up to there the short waves that they add have lost their correlation.
     """
 
     def of_level(sample: Sample) -> Array:
         values = sample.spectrum @ j0(np.multiply.outer(sample.wavenumber, distance))
         return np.where(distance <= sample.reach, values, 0.0) if sample.part else values
 
-    ladder = climb(of_level, samples, np.zeros(distance.shape, dtype=np.bool_))
-    coarsest, top = ladder[0].rows, ladder[-1]
-    finest = top.rows if top.partner is None else top.partner
-    mean = finest.mean(axis=0)
-    base = mean + (coarsest - coarsest.mean(axis=0))
-    independent, slopes = ties_of(samples)
-    return mean, *spread(finest, base, group_of(samples), independent=independent, slopes=slopes)
+    lowest, *others = pairs
+    total = mean_of(lowest.stream, at_mean_peak_volume(of_level(lowest.sample), lowest.sample.numbers))
+    top = max(pair.sample.q_max for pair in pairs)
+    for pair in others:
+        if pair.below is not None and (not pair.is_partner or pair.sample.q_max == top):
+            rows = of_level(pair.sample) - of_level(pair.below)
+            total = total.plus(mean_of(pair.stream, rows))
+    return total.value, *spread_of(Mean(*total))

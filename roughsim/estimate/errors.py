@@ -2,26 +2,21 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
-from roughsim.estimate.ladder import Values
+from roughsim.estimate.levels import Values
+from roughsim.estimate.mean import Mean
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.observables.record import ratio
 from roughsim.observables.special import stdtrit
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Number, Row, Table, shown, with_unit
 
-LEAST = 12  # realizations before a run may stop: below, the scatter itself is too uncertain
-LEAST_FINE = 3  # of these with the finest level: two can agree by chance
-
 SOURCES = {
     "statistical": (
-        "half-width of the 95 % interval, at the mean peak volume of the surfaces where members tell it: Student t, "
-        "wider by 1/f for runs that stop where scatter is low"
+        "half-width of the 95 % interval, at the mean peak volume of the surfaces: Student t, wider by 1/f for runs that "
+        "stop where scatter is low; the variances of independent levels add"
     ),
     "bandwidth": "left by the cut-off q_c",
     "last step": "what the last step to the highest q_c has changed, where nothing is continued to shorter waves",
@@ -63,7 +58,7 @@ class Estimate(Uncertain):
     unit: str  # SI
     bias: Array  # value at the finest level minus `mean`; zero where nothing is extrapolated
     n: int  # realizations
-    effective_n: Array  # realizations with all levels and known slopes that would give the same interval: at most `n`
+    effective_n: Array  # independent realizations that would give the same interval: degrees of freedom and one
     notes: tuple[str, ...] = ()  # sentences on extrapolation and missing levels, for `explain`
     speeds: tuple[float, ...] = ()  # of the entries, m/s; empty where it does not depend on the speed
     sources: Mapping[str, str] = field(default_factory=SOURCES.copy)  # what each part of `budget` is, in words
@@ -112,8 +107,8 @@ class Estimate(Uncertain):
             known = {name: part[k] * factor for name, part in self.budget.items() if np.isfinite(part[k])}
             parts = ", ".join(f"{name} {part:.2g}" for name, part in known.items())
             lines.append(
-                f"{self.number(k)} {unit}".rstrip() + f": {parts}; n = {self.n} realizations, worth "
-                f"{self.effective_n[k]:.3g} with all levels and known slopes; value at the finest level "
+                f"{self.number(k)} {unit}".rstrip() + f": {parts}; n = {self.n} realizations of the lowest "
+                f"level; interval with {self.effective_n[k] - 1:.3g} degrees of freedom; value at the finest level "
                 f"{self.bias[k] * factor:+.2g}"
             )
         sources = [f"{name}: {self.sources[name]}" for name in self.budget if name not in self.unknown]
@@ -135,10 +130,10 @@ def estimate(
 ) -> Estimate:
     """Return mean, errors and bias of an observable from its values.
 
-    `size` is the relative error of the finite cell, from `cell_size.size_error_of_sum`; `solver` that of the contact
-    solves; `scan` that of a C(q) measured on maps, (speeds,), NaN where it is unknown.
+    `size` is the relative error of the finite cell, from `cell_size`; `solver` that of the contact solves; `scan` that
+    of a C(q) measured on maps, (speeds,), NaN where it is unknown.
     """
-    mean = values.extrapolated.mean(axis=0)
+    mean = values.mean
     error, freedom = spread_of(values)
     with np.errstate(invalid="ignore"):  # slope_length is infinite at rest: its errors are undefined
         budget = {
@@ -148,13 +143,13 @@ def estimate(
             "size": np.abs(mean) * size,
             "solver": solver * np.abs(mean),
         }
-        bias = values.finest.mean(axis=0) - mean
+        bias = values.finest - mean
     if np.any(values.last_step):
-        budget["last step"] = np.asarray(values.last_step)
+        budget["last step"] = values.last_step
     if scan is not None:
         budget["scan"] = np.where(mean == 0.0, 0.0, np.abs(mean) * scan)  # at rest nothing heats, whatever C(q)
-    unit = OBSERVABLES[observable].unit
-    return Estimate(mean, error, budget, observable, unit, bias, len(values.extrapolated), freedom + 1.0, notes)
+    unit, n = OBSERVABLES[observable].unit, len(next(iter(values.scatter.values())))
+    return Estimate(mean, error, budget, observable, unit, bias, n, freedom + 1.0, notes)
 
 
 def quotient(
@@ -165,33 +160,27 @@ def quotient(
     solver: float = 0.0,
     scanned: bool = False,
 ) -> Uncertain:
-    """Return ⟨above⟩/⟨below⟩ and its errors, (speeds,), of two columns of a run, or of a column and exact values.
+    """Return above/below and its errors, (speeds,), of two columns of a run, or of a column and exact values.
 
-    `size` is the relative error of the ratio by the finite cell; `solver` and `scanned` as in `estimate`. The rows
-    of one realization stay paired, so that scatter which both columns share drops out of the statistical part. The
-    other parts are added as squares: the columns differ in levels and in the kind of contact, and doubled cells changed
-    one by ten times what they changed the other. Exact values share the cut-off of the column and have no errors: then
-    the part of q_c drops out.
+    `size` is the relative error of the ratio by the finite cell; `solver` and `scanned` as in `estimate`. Scatter of
+    surfaces that both share drops out of the statistical part. The other parts are added as squares: the columns differ
+    in levels and in the kind of contact. Exact values share the cut-off of the column and have no errors: then the part
+    of q_c drops out.
     """
     if isinstance(below, Values):
-        rows, base = ratio(above.extrapolated, below.extrapolated), ratio(above.base, below.base)
-        group = above.group + (above.group.max() + 1) * below.group  # 0 where both columns have their coarsest alone
-        columns, slopes = [above, below], max(above.slopes, below.slopes)
-        independent = above.independent and below.independent
+        ratio, columns = above.scattered.over(below.scattered), [above, below]
     else:
-        exact = np.broadcast_to(below, above.base.shape)
-        rows, base, group = ratio(above.extrapolated, exact), ratio(above.base, exact), above.group
-        columns, slopes = [above._replace(bandwidth=np.zeros_like(above.bandwidth), last_step=0.0)], above.slopes
-        independent = above.independent
-    value = rows.mean(axis=0)
-    error, freedom = spread(rows, base, group, independent=independent, slopes=slopes)
-    if not np.any(above.extrapolated):  # elastic contact has no plastic area: there is no ratio to speak of
+        with np.errstate(all="ignore"):
+            ratio = above.scattered.times(1.0 / np.broadcast_to(below, above.mean.shape))
+        columns = [above._replace(bandwidth=np.zeros_like(above.bandwidth), last_step=np.zeros_like(above.mean))]
+    value = ratio.value
+    error, freedom = spread_of(ratio)
+    if not np.any(above.mean):  # elastic contact has no plastic area: there is no ratio to speak of
         value = np.full_like(value, np.nan)
 
     def relative(part: str) -> Array:
         """Root of the sum of squares of a part, relative to the mean of each column."""
-        each = [getattr(column, part) / column.extrapolated.mean(axis=0) for column in columns]
-        return np.asarray(np.sqrt(sum(error**2 for error in each)))
+        return np.asarray(np.sqrt(sum((getattr(column, part) / column.mean) ** 2 for column in columns)))
 
     with np.errstate(all="ignore"):  # 0/0 at rest: the ratio is NaN, and its errors are
         budget = {
@@ -208,58 +197,31 @@ def quotient(
     return Uncertain(value, error, budget)
 
 
-def spread(
-    values: Array,
-    base: Array | None = None,
-    group: NDArray[np.intp] | None = None,
-    *,
-    independent: bool = False,
-    slopes: int = 0,
-) -> tuple[Array, Array]:
-    """Return the standard error of the mean over axis 0 of influence values (n, speeds), and its degrees of freedom.
-
-    `base` and `group` as in `Values`; left out, all rows have the same levels. The coarsest level scatters alike in all
-    rows. The corrections by finer levels scatter about their mean over the rows that have them, and these rows show how
-    they correlate with the coarsest level, unless they are known to be `independent` of it. Where only one row has
-    them, the error is infinite. Degrees of freedom after Satterthwaite; the `slopes` that were fitted to the coarsest
-    level are lost to it. Scatter below rounding counts as none: realizations that agree to all digits have no error.
-    """
+def spread(values: Array) -> tuple[Array, Array]:
+    """Return the standard error of the mean over axis 0 of independent rows (n, any), and its degrees of freedom."""
     n, shape = len(values), values.shape[1:]
-    most = n - 1.0 - slopes
     if n < 2:
         return np.full(shape, np.inf), np.zeros(shape)
-    if base is None or group is None or np.all(group == group[0]):
-        base, group = values, np.zeros(n, dtype=np.intp)
-    with np.errstate(invalid="ignore"):  # an undefined observable has an undefined error
-        common, added = base.std(axis=0, ddof=1), values - base
-        # variance of the mean: the part along the coarsest level, and the rest; `doubt` is the variance of the two
-        shared, rest, doubt = common**2 / n, np.zeros(shape), np.zeros(shape)
-        for pattern in np.unique(group[group > 0]):
-            rows = group == pattern
-            weight, freedom = np.count_nonzero(rows) / n**2, np.count_nonzero(rows) - 1
-            if freedom == 0:
-                return np.full(shape, np.inf), np.zeros(shape)
-            # the scatter of base + added along base, whose own is `common`, and the rest of it
-            own, other = base[rows].std(axis=0, ddof=1), added[rows].std(axis=0, ddof=1)
-            product = ((base[rows] - base[rows].mean(axis=0)) * (added[rows] - added[rows].mean(axis=0))).sum(axis=0)
-            correlation = np.divide(product / freedom, own * other, out=np.zeros(shape), where=own * other > 0.0)
-            correlation = 0.0 * own if independent else np.clip(correlation, -1.0, 1.0)
-            along, beside = common + correlation * other, np.sqrt(1.0 - correlation**2) * other
-            shared = shared + weight * (along**2 - common**2)
-            rest = rest + weight * beside**2
-            of_correlation = 0.0 if independent else 2.0 * (along * beside) ** 2
-            doubt = doubt + weight**2 * (beside**4 + of_correlation) / freedom
-        variance, doubt = shared + rest, doubt + shared**2 / most
-        worth = np.divide(variance**2, doubt, out=np.full(shape, most), where=doubt > 0.0)
-        rounding = 1e-12 * np.abs(values).max(axis=0)
-        error: Array = np.where(np.sqrt(n * variance) <= rounding, 0.0, np.sqrt(variance))
-    return error, np.minimum(worth, most)
+    return np.asarray(values.std(axis=0, ddof=1) / np.sqrt(n)), np.full(shape, n - 1.0)
 
 
-def spread_of(values: Values) -> tuple[Array, Array]:
-    """Return `spread` of the values of an observable: the standard error of their mean, and its degrees of freedom."""
-    rows, base, group = values.extrapolated, values.base, values.group
-    return spread(rows, base, group, independent=values.independent, slopes=values.slopes)
+def spread_of(values: "Values | Mean") -> tuple[Array, Array]:
+    """Return the standard error of a mean, and its degrees of freedom after Satterthwaite: variances of streams add.
+
+    Scatter below rounding counts as none: realizations that agree to all digits have no error.
+    """
+    mean, scatter = (values.mean, values.scatter) if isinstance(values, Values) else values
+    variances = Mean(mean, scatter).variance
+    freedoms = {stream: max(len(rows) - 1, 1) for stream, rows in scatter.items()}
+    with np.errstate(all="ignore"):  # an undefined observable has an undefined error
+        variance = np.asarray(sum(variances.values()))
+        doubt = np.asarray(sum(part**2 / freedoms[stream] for stream, part in variances.items()))
+        most = float(sum(freedoms.values()))
+        freedom = np.where(doubt > 0.0, variance**2 / doubt, most)
+        error = np.sqrt(variance)
+        error = np.where(error <= 1e-12 * np.abs(mean), 0.0, error)
+    freedom = np.where(np.isinf(error), 0.0, np.minimum(np.nan_to_num(freedom, nan=most), most))
+    return error, freedom
 
 
 def quantile(freedom: Array | float) -> Array:
@@ -278,23 +240,3 @@ def half_width(error: Array, freedom: Array) -> Array:
     """Return the half-width of the 95 % interval of a mean; its standard error without degrees of freedom."""
     with np.errstate(invalid="ignore"):
         return np.where(freedom > 0.0, error * quantile(freedom), error)
-
-
-def looks(first: int, last: int) -> list[int]:
-    """Return the numbers of realizations from `first` to `last` at which a run may stop.
-
-    From `LEAST` on each, from 256 on every 2nd, from 512 on every 4th, and so on. So a run is at most 0.8 % longer than
-    it need be, and n realizations take looks of O(n) time in all, not O(n²).
-    """
-    return [n for n in range(max(first, LEAST), last + 1) if n % (1 << max(n.bit_length() - 8, 0)) == 0]
-
-
-def relative_half_width(values: Values) -> float:
-    """Return the relative 95 % half-width of the mean at the worst speed; infinite below `LEAST_FINE` finest levels."""
-    with_finest = np.count_nonzero(values.group == values.group.max())
-    if with_finest < min(LEAST_FINE, len(values.group)):
-        return inf
-    half = half_width(*spread_of(values))
-    mean = np.abs(values.extrapolated.mean(axis=0))
-    relative = np.divide(half, mean, out=np.zeros_like(half), where=half > 0.0)
-    return float(relative.max())

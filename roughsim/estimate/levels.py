@@ -1,0 +1,181 @@
+"""From the levels of a column to one value: multilevel Monte Carlo (Giles, Acta Numerica 24, 259, 2015).
+
+Level l has the cut-off q_l = q_0·2^l at a fixed number of pixels per shortest wave, and surfaces of its own, each solved
+at l and at the level below. The mean is T = ⟨T₀⟩ Π ⟨T_l⟩/⟨T_(l−1)⟩. Levels are independent, so that variances add.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from roughsim import prediction
+from roughsim.estimate.ladder import SAME, Pair, Rung, climb, without_pixel
+from roughsim.estimate.limit import Limit, by_law, by_power, by_shape
+from roughsim.estimate.mean import Mean, Scatter
+from roughsim.grid import Array
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.scene import Scene
+from roughsim.scene.numerics import Numerics
+
+
+class Values(NamedTuple):
+    """One observable of a column, (speeds,) or (1,), with its scatter as in `Mean`, and its other errors, 95 %.
+
+    `mean` is continued to the end of C(q) and to a vanishing pixel where there is such a limit; `finest` is that of the
+    highest cut-off and the finest grid there. `bandwidth` and `pixel` are NaN where no level shows them. `last_step` is
+    what the last rise of q_c has changed where nothing continues it although there is a limit, else 0. `from_part` is
+    the share of the mean that comes from levels in a part of the cell. `way` says how the mean was continued.
+    """
+
+    mean: Array
+    finest: Array
+    scatter: Scatter
+    bandwidth: Array
+    pixel: Array
+    last_step: Array
+    from_part: Array
+    way: str = ""
+
+    @property
+    def scattered(self) -> Mean:
+        """The mean with its scatter alone."""
+        return Mean(self.mean, self.scatter)
+
+
+def values_of(
+    scene: Scene,
+    column: str,
+    observable: str,
+    pairs: list[Pair],
+    *,
+    extrapolated: bool = True,
+    continued: bool = True,
+) -> Values:
+    """Return the values of an observable from the levels of a column, lowest first, with all heat in the moving body.
+
+    They are those in the limit, or, not `extrapolated`, those of the highest cut-off. Not `continued`, they are
+    extrapolated in the pixel alone, and what shorter waves change is unknown.
+    """
+    record, capped = OBSERVABLES[observable], column == "capped"
+    if observable == "heat_partition":
+        pairs = [balanced(scene, pair) for pair in pairs]
+    measured = climb(record.of_level, pairs)
+    has_limit, end = record.limit or not capped, scene.spectrum.breaks[-1]
+    # in contact that yields the pixel counts at the edges of patches, which grow no longer with shorter waves
+    rungs, pixel = without_pixel(measured, record.pixel_orders[capped], 1.0 if capped else 0.5)
+    if not has_limit:  # the change is the error, and nothing is corrected
+        pixel = np.hypot(pixel, np.abs(rungs[-1].mean.value - measured[-1].mean.value))
+        rungs = measured
+    top, nothing = rungs[-1].mean, np.zeros(rungs[-1].mean.value.shape)
+    limit = Limit(top.times(0.0)._replace(value=nothing), nothing, "")
+    if extrapolated and rungs[-1].q_max < end * (1 - SAME):
+        limit = limit._replace(error=np.full_like(nothing, np.nan))
+        if has_limit and continued:
+            limit = continuation(scene, column, observable, rungs, limit)
+    limit = bounded(scene, observable, top.value, limit) if capped else limit
+    mean = top.plus(limit.rest)
+    unknown = np.isnan(limit.error) & has_limit & (len(rungs) > 1)
+    with np.errstate(all="ignore"):  # infinite at rest
+        step = np.abs(top.value - rungs[-2].mean.value) if len(rungs) > 1 else nothing
+        whole = [rung.mean.value for rung in rungs if not rung.part][-1]
+        from_part = np.nan_to_num(np.abs(top.value - whole) / np.abs(mean.value)) if rungs[-1].part else nothing
+    last_step = np.where(unknown, np.nan_to_num(step), 0.0)
+    values = Values(
+        mean.value, finest_of(measured), mean.scatter, limit.error, pixel, last_step, from_part, limit.way
+    )
+    return values if record.at_rest is None else at_rest(values, record.at_rest, scene)
+
+
+def balanced(scene: Scene, pair: Pair) -> Pair:
+    """Return a pair whose heat share is that of the balance of both bodies."""
+    below = None if pair.below is None else prediction.balanced(scene, pair.below)
+    return pair._replace(sample=prediction.balanced(scene, pair.sample), below=below)
+
+
+def finest_of(rungs: list[Rung]) -> Array:
+    """Return the value at the highest cut-off, on the finest grid that it has."""
+    top = rungs[-1]
+    with np.errstate(invalid="ignore"):
+        return top.mean.value * (1.0 if top.partner is None else 1.0 + top.partner.value)
+
+
+def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], unknown: Limit) -> Limit:
+    """Return what follows beyond the highest cut-off; `unknown` where nothing tells it.
+
+    Contact that does not yield rises with the shape of the theory. Contact that has yielded follows its law where that
+    holds, else a power of the cut-off. A distance shorter than the shortest wave follows no power.
+    """
+    q = tuple(rung.q_max for rung in rungs)
+    theory = prediction.continuation(scene, column, q, observable)
+    if theory is not None:
+        return by_shape(rungs, theory)
+    if observable == "flash_temperature":
+        law = prediction.yielded_fall(scene, q[-2:])
+        if law is not None:
+            return by_law(rungs, law)
+    top, below = rungs[-1].mean.value, rungs[-2].mean.value if len(rungs) > 1 else rungs[-1].mean.value
+    if OBSERVABLES[observable].distance and top.mean() * q[-1] < 4.0 * np.pi:
+        return unknown._replace(error=np.abs(top - below)) if len(rungs) > 1 else unknown
+    return by_power(rungs, scene.spectrum.breaks[-1], prediction.usual_exponent(scene, q[-1]))
+
+
+def bounded(scene: Scene, observable: str, top: Array, limit: Limit) -> Limit:
+    """Return a limit within exact bounds: A_pl ≤ σ₀/σ_P ≤ A, to which both areas go from their side as q_c rises."""
+    if observable not in ("contact_fraction", "plastic_fraction"):
+        return limit
+    bound = scene.sliding.nominal_pressure / scene.penetration_hardness
+    clip = np.maximum if observable == "contact_fraction" else np.minimum
+    value = clip(top + limit.rest.value, bound)
+    error = np.fmin(limit.error, np.maximum(np.abs(value - top), np.abs(value - bound)))
+    return limit._replace(rest=limit.rest._replace(value=value - top), error=error)
+
+
+def at_rest(values: Values, limit: float, scene: Scene) -> Values:
+    """Return values with their exact limit at speed zero, where members are measured at a tiny speed instead."""
+    moving = np.array(scene.speeds) > 0.0
+    if moving.all():
+        return values
+    exact = {name: np.where(moving, getattr(values, name), limit) for name in ("mean", "finest")}
+    parts = {name: np.where(moving, getattr(values, name), 0.0) for name in ("bandwidth", "pixel", "last_step")}
+    scatter = {stream: np.where(moving, rows, 0.0) for stream, rows in values.scatter.items()}
+    return values._replace(**exact, **parts, scatter=scatter)
+
+
+def product(first: Values, second: Values) -> Values:
+    """Return the product of two observables of a column. Their other errors add, as they have the same causes."""
+    both = first.scattered.by(second.scattered)
+    sizes = np.abs(first.mean), np.abs(second.mean)
+
+    def part(name: str) -> Array:
+        with np.errstate(invalid="ignore"):  # what is zero has no error
+            terms = (size * getattr(x, name) for size, x in zip(sizes, (second, first), strict=True))
+            return np.asarray(sum(np.where(both.value == 0.0, 0.0, term) for term in terms))
+
+    errors = {name: part(name) for name in ("bandwidth", "pixel", "last_step")}
+    return first._replace(mean=both.value, finest=first.finest * second.finest, scatter=both.scatter, **errors)
+
+
+def scaled(values: Values, factor: Array) -> Values:
+    """Return values times an exact number at each speed."""
+    names = ("mean", "finest", "bandwidth", "pixel", "last_step")
+    parts = {name: getattr(values, name) * factor for name in names}
+    return values._replace(**parts, scatter=values.scattered.times(factor).scatter)
+
+
+def notes_of(scene: Scene, numerics: Numerics, column: str, observable: str, values: Values) -> tuple[str, ...]:
+    """Return in words what values were made of: the levels, how they were continued to the end of C(q), the speeds."""
+    grids = ", ".join(
+        f"{level.shape[0]} × {level.shape[1]} to {level.q_max:.3g} rad/m" + level.where
+        for level in (numerics.levels[i] for i in numerics.of_column(column))
+    )
+    notes = [f"{column} contact, levels up to: {grids}; solver tolerance {numerics.tolerance:.1g}"]
+    if values.way:
+        notes.append(f"continued beyond the highest cut-off {values.way}")
+    if column == "capped" and not OBSERVABLES[observable].limit:
+        notes.append("does not converge with the grid: the value of the finest level, not extrapolated")
+    elif np.any(np.isnan(values.bandwidth)):
+        last = ", and what the last step to it changed is part of the error" if np.any(values.last_step) else ""
+        notes.append(f"where the bandwidth is unknown, the value of the highest q_c{last}")
+    if OBSERVABLES[observable].per_speed:
+        notes.append(f"speeds {', '.join(f'{v:g}' for v in scene.speeds)} m/s")
+    return tuple(notes)

@@ -1,0 +1,203 @@
+"""Rounds: how many members each level has, as a pure function of exactly the members that are there.
+
+A round names the members of each level. When all of them exist, `judge` says from them alone that the run has ended, or
+names the next round. Whoever replays the rounds from the files of a run comes to the same counts, in whatever order
+members were computed, and by however many processes.
+"""
+
+from collections.abc import Callable, Sequence
+from math import ceil
+from typing import NamedTuple
+
+import numpy as np
+
+from roughsim.estimate.errors import Estimate, spread_of
+from roughsim.estimate.levels import Values
+from roughsim.grid import Array
+from roughsim.scene.numerics import Numerics
+
+FIRST, FIRST_STEP = 12, 6  # members that the lowest level, and any other, begin with: fewer show too little scatter
+SYSTEMATIC = 0.5  # share of the squared target that errors beside the statistical one may take before a level is added
+LEAST_SHARE = 0.1  # of the squared error, worked for by members where the rest takes more than the target
+MEMBER = 5e5  # `work` of a member whatever its grid, a few milliseconds: handing out, file, reading
+TARGET = {"flash_temperature": 0.01}  # what levels are chosen for where a run has no target
+Counts = tuple[int, ...]  # members of each level, by its number
+Totals = Callable[[str, str, Counts], tuple[Values, Estimate]]  # by observable, column and counts
+
+
+class Verdict(NamedTuple):
+    """What the members of a round say."""
+
+    met: bool  # whether the targets are met
+    next: Counts | None  # the next round; None: the run has ended
+    needed: Counts  # about how many members it takes in the end
+    why: str  # why it has ended, or which part of the error is largest
+    errors: dict[str, float]  # relative total error, 95 %, of each target at the worst speed
+
+
+class Rounds(NamedTuple):
+    """How far a run is: `counts` of the last complete round, or what is there of the first; `wanted` of the next."""
+
+    counts: Counts
+    wanted: Counts
+    number: int  # of the round that `wanted` is
+    verdict: Verdict | None  # on `counts`; None before the first round is complete
+
+    @property
+    def finished(self) -> bool:
+        """Whether no round follows."""
+        return self.verdict is not None and self.verdict.next is None
+
+    @property
+    def met(self) -> bool:
+        """Whether the targets are met."""
+        return self.verdict is not None and self.verdict.met
+
+
+def replay(numerics: Numerics, most: int, available: Sequence[int], judged: Callable[[Counts], Verdict]) -> Rounds:
+    """Go through the rounds as far as members are there; `available` counts those of each level without a gap."""
+    wanted, number = first_counts(numerics, most), 0
+    counts, verdict = tuple(min(pair) for pair in zip(wanted, available, strict=True)), None
+    while counts == wanted:
+        verdict = judged(wanted)
+        if verdict.next is None:
+            break
+        wanted, number = verdict.next, number + 1
+        if any(there < asked for there, asked in zip(available, wanted, strict=True)):
+            break
+        counts = wanted
+    return Rounds(counts, wanted, number, verdict)
+
+
+def first_counts(numerics: Numerics, most: int) -> Counts:
+    """Return the first round: the lowest level of each column, the step above it, its partner, and the marches."""
+    counts = [0] * len(numerics.levels)
+    for column in numerics.columns:
+        lowest, *steps = numerics.rungs(column)
+        counts[lowest] = min(FIRST, most)
+        for level in (*steps[:1], numerics.partner(lowest)):
+            if level is not None:
+                counts[level] = min(FIRST_STEP, most)
+    if numerics.march is not None:
+        first = numerics.levels[numerics.march].first
+        counts[numerics.march] = most if first is None else min(first, most)
+    return tuple(counts)
+
+
+def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts, totals: Totals) -> Verdict:
+    """Say whether the members of a round meet the targets, and which round follows if not.
+
+    Parameters
+    ----------
+    numerics : Numerics
+        Whose levels `counts` are of.
+    until : dict of str to float
+        Relative total 95 % error of each named observable, at the worst speed, in the main column. Empty: the run ends
+        with `most` members of its lowest level.
+    most : int
+        Members that a level may have.
+    counts : tuple of int
+        Those that are there.
+    totals : callable
+        Gives values and estimate of an observable of a column from so many members.
+    """
+    main, needed, added = numerics.columns[-1], list(counts), list[int]()
+    errors, largest = dict[str, float](), ""
+    for column in numerics.columns:
+        for name, goal in (until or TARGET).items():
+            values, found = totals(name, column, counts)
+            parts = relative_parts(found)
+            total = found.total_error / np.abs(found.mean)
+            total = np.where(found.mean == 0.0, 0.0, total)
+            if column == main and until:
+                errors[name] = float(np.nan_to_num(total, nan=np.inf).max())
+                if errors[name] > goal:
+                    largest = largest or max(parts, key=lambda part: parts[part][int(np.argmax(total))])
+            systematic = np.sqrt(sum(part**2 for key, part in parts.items() if key != "statistical"))
+            higher = next_level(numerics, column, counts, parts, systematic > np.sqrt(SYSTEMATIC) * goal)
+            added += [higher] if higher is not None else []
+            left = np.maximum(goal**2 - systematic**2, LEAST_SHARE * np.maximum(systematic, goal) ** 2)
+            if higher is not None:
+                left = np.maximum(left, SYSTEMATIC * goal**2)
+            wanted = allocation(numerics, column, values, found, counts, np.sqrt(left))
+            if not until:  # as the statistical error falls by more members of all levels in proportion
+                times = most / max(wanted[numerics.rungs(column)[0]], 1)
+                wanted = {level: max(ceil(times * count), counts[level]) for level, count in wanted.items()}
+            for level, count in wanted.items():
+                needed[level] = max(needed[level], min(count, most))
+    met = bool(until) and all(errors[name] <= goal for name, goal in until.items())
+    following = [min(count, 2 * now) for count, now in zip(needed, counts, strict=True)]
+    for level in added:
+        following[level] = needed[level] = min(FIRST_STEP, most)
+    for column in numerics.columns[:-1]:  # its lowest level pairs with that of the main column
+        lowest, of_main = numerics.rungs(column)[0], numerics.rungs(main)[0]
+        following[lowest] = max(min(following[lowest], following[of_main]), counts[lowest])
+    if met or tuple(following) == counts:
+        return Verdict(met, None, counts, "the targets are met" if met else ended(until, most, counts, largest), errors)
+    return Verdict(False, tuple(following), tuple(needed), largest, errors)
+
+
+def relative_parts(found: Estimate) -> dict[str, Array]:
+    """Return the parts of the error of an estimate relative to its mean; zero where they are unknown."""
+    with np.errstate(all="ignore"):
+        parts = {name: np.abs(part / found.mean) for name, part in found.budget.items()}
+    return {name: np.nan_to_num(np.where(found.mean == 0.0, 0.0, part), posinf=np.inf) for name, part in parts.items()}
+
+
+def next_level(
+    numerics: Numerics, column: str, counts: Counts, parts: dict[str, Array], too_large: Array
+) -> int | None:
+    """Return the level that lowers the larger of the errors by q_c and by the pixel where they are too large, if any."""
+    if not np.any(too_large):
+        return None
+    rungs = numerics.rungs(column)
+    used = [level for level in rungs if counts[level]]
+    partners = [numerics.partner(level) for level in used]
+    next_rung = rungs[len(used)] if len(used) < len(rungs) else None
+    next_partner = next((p for p in reversed(partners) if p is not None and not counts[p]), None)
+    finest = max((k for k, p in enumerate(partners) if p is not None and counts[p]), default=-1)
+    if next_partner is not None and partners.index(next_partner) < finest:
+        next_partner = None  # one at a higher cut-off is there
+    bandwidth = np.hypot(parts["bandwidth"], parts.get("last step", 0.0))
+    by_cut_off = np.max(bandwidth[too_large]) >= np.max(parts["pixel"][too_large])
+    choices = (next_rung, next_partner) if by_cut_off else (next_partner, next_rung)
+    return next((level for level in choices if level is not None), None)
+
+
+def allocation(
+    numerics: Numerics, column: str, values: Values, found: Estimate, counts: Counts, goal: Array
+) -> dict[int, int]:
+    """Return by level the members that bring the statistical error, relative, to `goal`, (speeds,), with least work.
+
+    N_l = √(V_l/C_l) Σ √(V_k C_k) z²/goal², at the speed that wants most; V_l is the variance by a member, C_l its work.
+    """
+    levels = {numerics.stream(level): level for level in numerics.of_column(column) if counts[level]}
+    error, _ = spread_of(values)
+    with np.errstate(all="ignore"):
+        z = np.where(error > 0.0, found.half_width / error, 0.0)
+        variances = {
+            levels[stream]: part * len(values.scatter[stream]) / values.mean**2
+            for stream, part in values.scattered.variance.items()
+        }
+    works = {level: work(numerics, level) for level in variances}
+    total = sum(np.sqrt(variances[level] * works[level]) for level in variances)
+    result = {}
+    for level, variance in variances.items():
+        with np.errstate(all="ignore"):
+            wanted = np.sqrt(variance / works[level]) * total * (z / goal) ** 2
+        wanted = np.where(found.mean == 0.0, 0.0, np.nan_to_num(wanted, nan=0.0, posinf=2.0 * counts[level]))
+        result[level] = min(ceil(float(wanted.max())), 10**9)
+    return result
+
+
+def work(numerics: Numerics, level: int) -> float:
+    """Return the modelled cost of a member: per point as √(points per side), for each of its solves, and what any takes."""
+    grids = [numerics.grid(level), *([] if numerics.below(level) is None else [numerics.grid_below(level)])]
+    return MEMBER + sum(float(grid.points**1.25) for grid in grids)
+
+
+def ended(until: dict[str, float], most: int, counts: Counts, largest: str) -> str:
+    """Return why a run has ended that does not meet its targets."""
+    if not until or max(counts) >= most:
+        return "all realizations are there"
+    return f"out of reach: {largest} errors are too large, and no level is left that lowers them"
