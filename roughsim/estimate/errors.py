@@ -15,8 +15,8 @@ from roughsim.show.table import Column, Number, Row, Table, shown, with_unit
 
 SOURCES = {
     "statistical": (
-        "half-width of the 95 % interval, at the mean peak volume of the surfaces: Student t, wider by 1/f for runs that "
-        "stop where scatter is low; the variances of independent levels add"
+        "half-width of the 95 % interval, at the mean peak volume of the surfaces: Student t, wider by 1/f for runs "
+        "that stop where scatter is low; the variances of independent levels add"
     ),
     "bandwidth": "left by the cut-off q_c",
     "last step": "what the last step to the highest q_c has changed, where nothing is continued to shorter waves",

@@ -13,7 +13,6 @@ from roughsim.observables.record import Sample
 
 # lengths that turn back with the pixel: beyond 8 pixels per wave they went on by .2 to 1.5 of the change from 4 to 8
 TURNING = 1.5
-CARRIED = 0.3  # share of the correction by the pixel that is in doubt where it is carried to another cut-off
 SAME = 1e-9  # relative: wavenumbers that differ by less are the same
 
 
@@ -32,12 +31,13 @@ class Pair(NamedTuple):
 
 
 class Rung(NamedTuple):
-    """A cut-off, rad/m, the mean there, and relative to that, what its partner, `refined` times finer, adds."""
+    """A cut-off, rad/m, the mean there, and what finer grids add relative to it: all, and the last, `refined` times."""
 
     q_max: float
     mean: Mean
     part: bool = False  # whether the step to it was made in a part of the cell
-    partner: Mean | None = None
+    finer: Mean | None = None
+    last: Mean | None = None
     refined: float = 1.0
 
 
@@ -63,7 +63,8 @@ def climb(of_level: Callable[[Sample], Array], pairs: list[Pair]) -> list[Rung]:
             with np.errstate(all="ignore"):
                 relative = ratio._replace(value=ratio.value - 1.0).where(with_ratio, difference.times(1.0 / below))
             refined = pair.sample.side / pair.below.side
-            rungs[low] = rungs[low]._replace(partner=relative, refined=refined)
+            finer = relative if rungs[low].finer is None else rungs[low].finer.plus(relative)
+            rungs[low] = rungs[low]._replace(finer=finer, last=relative, refined=refined)
         else:
             mean = rungs[low].mean
             mean = mean.by(ratio).where(with_ratio, mean.plus(difference))
@@ -78,18 +79,19 @@ def without_pixel(rungs: list[Rung], order: float, fall: float) -> tuple[list[Ru
     shortest wave, and its relative error falls as q_c^(−fall): that of the highest partner is carried to all rungs.
     """
     top = rungs[-1]
-    shown = next((rung for rung in reversed(rungs) if rung.partner is not None), None)
-    if shown is None or shown.partner is None:
+    shown = next((rung for rung in reversed(rungs) if rung.finer is not None), None)
+    if shown is None or shown.finer is None or shown.last is None:
         return rungs, np.full(top.mean.value.shape, np.nan)
-    all_of_it = TURNING if isnan(order) else 1.0 / (1.0 - shown.refined**-order)
-    change = shown.partner.times(all_of_it)
+    beyond = TURNING - 1.0 if isnan(order) else 1.0 / (shown.refined**order - 1.0)
+    unseen = shown.last.times(beyond)  # what still finer pixels change
+    change = shown.finer.plus(unseen)
     with np.errstate(all="ignore"):  # 0/0 where nothing yields, or at rest
-        change = change.where(np.isfinite(change.value), change.times(0.0)._replace(value=np.zeros_like(top.mean.value)))
+        nothing = Mean(np.zeros_like(top.mean.value), {})
+        change = change.where(np.isfinite(change.value), nothing)
         corrected = []
         for rung in rungs:
             carried = change.times((shown.q_max / rung.q_max) ** fall)
             corrected.append(rung._replace(mean=rung.mean.by(carried._replace(value=1.0 + carried.value))))
-        size = np.abs(change.value * top.mean.value) * (shown.q_max / top.q_max) ** fall
-        unseen = (all_of_it - 1.0) / all_of_it  # share of it that finer pixels than the partner's change
-        moved = CARRIED if shown is not top else 0.0
-        return corrected, np.nan_to_num(size * np.hypot(unseen, moved))
+        size = np.abs(top.mean.value) * (shown.q_max / top.q_max) ** fall
+        moved = change.value if shown is not top else nothing.value  # how it falls on the way is not known well
+        return corrected, np.nan_to_num(size * np.hypot(unseen.value, moved))

@@ -1,7 +1,7 @@
 """From the levels of a column to one value: multilevel Monte Carlo (Giles, Acta Numerica 24, 259, 2015).
 
-Level l has the cut-off q_l = q_0·2^l at a fixed number of pixels per shortest wave, and surfaces of its own, each solved
-at l and at the level below. The mean is T = ⟨T₀⟩ Π ⟨T_l⟩/⟨T_(l−1)⟩. Levels are independent, so that variances add.
+Level l has the cut-off q_l = q_0·2^l at a fixed number of pixels per shortest wave, and surfaces of its own, each
+solved at l and at the level below. The mean is T = ⟨T₀⟩ Π ⟨T_l⟩/⟨T_(l−1)⟩. Levels are independent: variances add.
 """
 
 from typing import NamedTuple
@@ -62,7 +62,7 @@ def values_of(
     measured = climb(record.of_level, pairs)
     has_limit, end = record.limit or not capped, scene.spectrum.breaks[-1]
     # in contact that yields the pixel counts at the edges of patches, which grow no longer with shorter waves
-    rungs, pixel = without_pixel(measured, record.pixel_orders[capped], 1.0 if capped else 0.5)
+    rungs, pixel = without_pixel(measured, record.pixel_orders[capped], 1.25 if capped else 0.5)
     if not has_limit:  # the change is the error, and nothing is corrected
         pixel = np.hypot(pixel, np.abs(rungs[-1].mean.value - measured[-1].mean.value))
         rungs = measured
@@ -80,9 +80,7 @@ def values_of(
         whole = [rung.mean.value for rung in rungs if not rung.part][-1]
         from_part = np.nan_to_num(np.abs(top.value - whole) / np.abs(mean.value)) if rungs[-1].part else nothing
     last_step = np.where(unknown, np.nan_to_num(step), 0.0)
-    values = Values(
-        mean.value, finest_of(measured), mean.scatter, limit.error, pixel, last_step, from_part, limit.way
-    )
+    values = Values(mean.value, finest_of(measured), mean.scatter, limit.error, pixel, last_step, from_part, limit.way)
     return values if record.at_rest is None else at_rest(values, record.at_rest, scene)
 
 
@@ -96,7 +94,7 @@ def finest_of(rungs: list[Rung]) -> Array:
     """Return the value at the highest cut-off, on the finest grid that it has."""
     top = rungs[-1]
     with np.errstate(invalid="ignore"):
-        return top.mean.value * (1.0 if top.partner is None else 1.0 + top.partner.value)
+        return top.mean.value * (1.0 if top.finer is None else 1.0 + top.finer.value)
 
 
 def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], unknown: Limit) -> Limit:

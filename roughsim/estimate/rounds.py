@@ -147,17 +147,19 @@ def relative_parts(found: Estimate) -> dict[str, Array]:
 def next_level(
     numerics: Numerics, column: str, counts: Counts, parts: dict[str, Array], too_large: Array
 ) -> int | None:
-    """Return the level that lowers the larger of the errors by q_c and by the pixel where they are too large, if any."""
+    """Return the level that lowers the larger of the errors by q_c and by the pixel, where they are too large."""
     if not np.any(too_large):
         return None
     rungs = numerics.rungs(column)
     used = [level for level in rungs if counts[level]]
-    partners = [numerics.partner(level) for level in used]
     next_rung = rungs[len(used)] if len(used) < len(rungs) else None
-    next_partner = next((p for p in reversed(partners) if p is not None and not counts[p]), None)
-    finest = max((k for k, p in enumerate(partners) if p is not None and counts[p]), default=-1)
-    if next_partner is not None and partners.index(next_partner) < finest:
-        next_partner = None  # one at a higher cut-off is there
+    next_partner = None
+    for rung in reversed(used):  # the highest one that shows the pixel counts
+        q_max = numerics.levels[rung].q_max
+        finer = [i for i in numerics.of_column(column) if i != rung and numerics.levels[i].q_max == q_max]
+        next_partner = next((level for level in finer if not counts[level]), None)
+        if next_partner is not None or finer:
+            break
     bandwidth = np.hypot(parts["bandwidth"], parts.get("last step", 0.0))
     by_cut_off = np.max(bandwidth[too_large]) >= np.max(parts["pixel"][too_large])
     choices = (next_rung, next_partner) if by_cut_off else (next_partner, next_rung)
@@ -191,7 +193,7 @@ def allocation(
 
 
 def work(numerics: Numerics, level: int) -> float:
-    """Return the modelled cost of a member: per point as √(points per side), for each of its solves, and what any takes."""
+    """Return the modelled cost of a member: what any takes, and for each solve points·√(points per side)."""
     grids = [numerics.grid(level), *([] if numerics.below(level) is None else [numerics.grid_below(level)])]
     return MEMBER + sum(float(grid.points**1.25) for grid in grids)
 
