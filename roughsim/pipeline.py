@@ -34,8 +34,8 @@ CONTACT_KEYS = ("solid", "nominal_pressure", "sliding", "tolerance", "precision"
 class Problem:
     """Everything that decides the bits of one member; `replace(problem, index=7)` is that of another realization.
 
-    The random stream is SeedSequence(seed, spawn_key=(stream, index)): all levels of a realization share it, but for
-    those in half the cell, which share another.
+    The random stream is SeedSequence(seed, spawn_key=(stream, index)). Problems with the same stream, index and cell
+    see the same modes, up to their cut-offs.
     """
 
     spectrum: Spectrum  # C(q) that the surface is drawn from, m⁴, up to the cut-off of the level
@@ -47,9 +47,10 @@ class Problem:
     precision: Literal["double", "single"]  # of the fields of the contact
     solver: str  # a name among the extensions
     seed: int  # of the ensemble
-    stream: int  # number of the level that names the random stream of all levels in the same cell
+    stream: int  # number of the level that names the random stream
     index: int = 0  # of the realization
     threads: int = 1  # of the linear algebra: the last bits of its sums depend on it
+    with_peaks: bool = False  # whether the peak volumes of the surface are computed
 
     @property
     def memory(self) -> float:
@@ -75,21 +76,19 @@ def solve_problem(problem: Problem, before: Solved | None = None, heights: Field
     and the contact.
     """
     with linear_algebra().limit(limits=problem.threads):
-        marks, drawn, stream = (
-            [time.perf_counter()],
-            heights is None,
-            Stream(problem.seed, problem.stream, problem.index),
-        )
-        if before is not None and same_but(problem, before[0], CONTACT_KEYS):
-            heights = before[1].heights
-        elif heights is None:
-            heights = synthesize(problem.spectrum, problem.grid, stream())
+        began = time.perf_counter()
+        stream = Stream(problem.seed, problem.stream, problem.index)
         found = PeakVolumes(0.0, 0.0)
-        if drawn:
-            modulus = problem.solid.effective_modulus
-            ratios = problem.nominal_pressure / modulus, problem.solid.penetration_hardness / modulus
-            found = peak_volumes(problem.spectrum, problem.grid, heights, stream, *ratios)
-        marks.append(time.perf_counter())
+        if heights is None:
+            if before is not None and same_but(problem, before[0], CONTACT_KEYS):
+                heights = before[1].heights
+            else:
+                heights = synthesize(problem.spectrum, problem.grid, stream())
+            if problem.with_peaks:
+                modulus = problem.solid.effective_modulus
+                ratios = problem.nominal_pressure / modulus, problem.solid.penetration_hardness / modulus
+                found = peak_volumes(problem.spectrum, problem.grid, heights, stream, *ratios)
+        drawn = time.perf_counter()
         if before is not None and same_but(problem, before[0], ("sliding",)):
             contact = before[1].contact
         else:
@@ -101,12 +100,16 @@ def solve_problem(problem: Problem, before: Solved | None = None, heights: Field
                 tolerance=problem.tolerance,
                 precision=problem.precision,
             )
-        marks.append(time.perf_counter())
+        solved = time.perf_counter()
         moments = measure(contact, problem.grid, problem.sliding)
-        marks.append(time.perf_counter())
-    seconds = dict(zip(("surface", "contact", "observables"), np.diff(marks).tolist(), strict=True))
+        measured = time.perf_counter()
     return Solution(
-        grid=problem.grid, heights=heights, contact=contact, observables=moments, peak_volumes=found, seconds=seconds
+        grid=problem.grid,
+        heights=heights,
+        contact=contact,
+        observables=moments,
+        peak_volumes=found,
+        seconds={"surface": drawn - began, "contact": solved - drawn, "observables": measured - solved},
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from roughsim import prediction
 from roughsim.contact import Solid
 from roughsim.errors import ResolutionError
+from roughsim.grid import Grid
 from roughsim.heat.partition import Body
 from roughsim.observables.moments import Sliding
 from roughsim.pipeline import BYTES_PER_POINT, Problem, Solution, linear_algebra, solve_problem
@@ -90,12 +91,7 @@ def march_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
         grid=grid,
         solid=Solid(scene.effective_modulus, scene.penetration_hardness),
         nominal_pressure=scene.sliding.nominal_pressure,
-        sliding=Sliding(
-            speeds=scene.speeds,
-            friction_coefficient=prediction.friction_coefficient(scene).tolist(),
-            conductivity=bodies.conductivity.tolist(),
-            diffusivity=bodies.diffusivity.tolist(),
-        ),
+        sliding=_sliding(scene),
         resting=tuple(map(Body, bodies.counter_conductivity.tolist(), bodies.counter_diffusivity.tolist())),
         distances=scene.sliding.distances,
         tolerance=numerics.tolerance,
@@ -105,31 +101,50 @@ def march_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
     )
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=64)
 def level_problem(scene: Scene, numerics: Numerics, level: int) -> Problem:
     """Return the contact problem of a level for realization 0, with the seed of the scene."""
+    return _problem(scene, numerics, level, numerics.levels[level].q_max, numerics.grid(level))
+
+
+@lru_cache(maxsize=64)
+def below_problem(scene: Scene, numerics: Numerics, level: int) -> Problem | None:
+    """Return the contact problem of the level below on the surfaces of `level`; None for the lowest of a column."""
+    below = numerics.below(level)
+    if below is None:
+        return None
+    return _problem(scene, numerics, level, numerics.levels[below].q_max, numerics.grid_below(level))
+
+
+def _problem(scene: Scene, numerics: Numerics, level: int, q_max: float, grid: Grid) -> Problem:
+    """Return the contact problem of the surfaces of a level, up to a cut-off and on a grid."""
     with linear_algebra().limit(limits=numerics.threads):
-        column, q_max = numerics.levels[level].column, numerics.levels[level].q_max
-        if column == "smoothed":  # elastic contact of the surface that yielding leaves
-            spectrum: Spectrum = TruncatedSpectrum(prediction.smoothed_spectrum(scene), q_max)
-        else:
-            spectrum = scene.spectrum.truncated(q_max=q_max)
-        bodies = prediction.conduction(scene)
+        capped = numerics.levels[level].column == "capped"
+        spectrum: Spectrum = scene.spectrum.truncated(q_max=q_max)
+        if numerics.levels[level].column == "smoothed":  # elastic contact of the surface that yielding leaves
+            spectrum = TruncatedSpectrum(prediction.smoothed_spectrum(scene), q_max)
         return Problem(
             spectrum=spectrum,
-            grid=numerics.grid(level),
-            solid=Solid(scene.effective_modulus, scene.penetration_hardness if column == "capped" else np.inf),
+            grid=grid,
+            solid=Solid(scene.effective_modulus, scene.penetration_hardness if capped else np.inf),
             nominal_pressure=scene.sliding.nominal_pressure,
-            sliding=Sliding(
-                speeds=[speed or _AT_REST for speed in scene.speeds],
-                friction_coefficient=prediction.friction_coefficient(scene).tolist(),
-                conductivity=bodies.conductivity.tolist(),
-                diffusivity=bodies.diffusivity.tolist(),
-            ),
+            sliding=_sliding(scene),
             tolerance=numerics.tolerance,
             precision=numerics.precision,
             solver=numerics.solver,
             seed=scene.ensemble.seed,
             stream=numerics.stream(level),
             threads=numerics.threads,
+            with_peaks=numerics.below(level) is None,  # control variates of the lowest level alone
         )
+
+
+def _sliding(scene: Scene) -> Sliding:
+    """Return the frictional heat of a scene, all of it in the moving body."""
+    bodies = prediction.conduction(scene)
+    return Sliding(
+        speeds=[speed or _AT_REST for speed in scene.speeds],
+        friction_coefficient=prediction.friction_coefficient(scene).tolist(),
+        conductivity=bodies.conductivity.tolist(),
+        diffusivity=bodies.diffusivity.tolist(),
+    )
