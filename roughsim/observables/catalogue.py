@@ -148,12 +148,20 @@ TABLE: tuple[Observable, ...] = (
         spectra=True,  # the balance of the two bodies after a time of sliding
         solver_share=0.3,
     ),
-    Observable("contact_fraction", "1", stored="A/A0", pixel_orders=(1.0, 1.0), by_force_balance=True),
+    Observable(
+        "contact_fraction",
+        "1",
+        stored="A/A0",
+        values=lambda s: s.numbers["contact_fraction_corrected"],
+        pixel_orders=(1.0, 0.8),
+        by_force_balance=True,
+    ),
     Observable(
         "plastic_fraction",
         "1",
         stored="share of the cell at the penetration hardness",
-        pixel_orders=(2.0, 1.0),
+        values=lambda s: s.numbers["plastic_fraction_corrected"],
+        pixel_orders=(2.0, 0.8),
         by_force_balance=True,
     ),
     Observable(
