@@ -12,15 +12,12 @@ import os
 import re
 import secrets
 import socket
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from roughsim.errors import RecordError
-from roughsim.grid import Array
 from roughsim.machine import exceeds
 from roughsim.untrusted import regular_file
 
@@ -95,43 +92,14 @@ def checksum(value: Any) -> str:
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def hdf5_bytes(fill: Callable[[Any], None], content: bytes | bytearray = b"") -> memoryview:
-    """Return the bytes of an HDF5 file that `fill` fills, made in memory: HDF5 never meets a full disk.
-
-    `content` is the file to begin with; left out: an empty one.
-    """
+def hdf5_bytes(fill: Callable[[Any], None]) -> memoryview:
+    """Return the bytes of an HDF5 file that `fill` fills, made in memory: HDF5 never meets a full disk."""
     import h5py
 
-    image = io.BytesIO(content)  # not the core driver: before HDF5 2.0 its images of v110 files have a stale checksum
-    with h5py.File(image, "r+" if content else "w", libver="v110") as file:
+    image = io.BytesIO()  # not the core driver: before HDF5 2.0 its images of v110 files have a stale checksum
+    with h5py.File(image, "w", libver="v110") as file:
         fill(file)
     return image.getbuffer()
-
-
-def add_attributes(place: Any, attributes: Mapping[str, str | list[str] | int]) -> None:
-    """Give a new group or dataset of an HDF5 file its attributes.
-
-    `attrs` of h5py looks for an older attribute first and then renames the new one: more than twice the time.
-    """
-    from h5py import h5a, h5s, h5t, string_dtype
-
-    text = string_dtype()
-    kind_of_text, one = h5t.py_create(text, logical=True), h5s.create(h5s.SCALAR)
-    for name, value in attributes.items():
-        data = np.asarray(value, np.int64 if isinstance(value, int) else text)
-        kind = h5t.STD_I64LE if isinstance(value, int) else kind_of_text
-        space = h5s.create_simple(data.shape) if data.ndim else one
-        h5a.create(place.id, name.encode(), kind, space).write(data)
-
-
-def read_numbers(file: Any, name: str) -> Array:
-    """Return a dataset of an HDF5 file as numbers, in a third of the time that `file[name][()]` takes."""
-    from h5py import h5d, h5s
-
-    dataset = h5d.open(file.id, name.encode())
-    values = np.empty(dataset.shape)
-    dataset.read(h5s.ALL, h5s.ALL, values)
-    return values
 
 
 def read_bytes(path: Path, most: int | None = None) -> bytes:

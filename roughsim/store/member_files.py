@@ -1,50 +1,80 @@
-"""The file of a member (one realization at one level): its format, written whole and checked to the last byte.
+"""The file of a member (one realization of one level): written whole, and checked to the last byte.
 
-The file is HDF5 and netCDF-4 at once (`roughsim.store.member_hdf5`). After the end of the HDF5 data it has two lines.
-The first says where the header and the numbers lie, so that reading them needs no HDF5. The second is the seal: the
-name of the file and the SHA-256 of all bytes before it.
+It is HDF5 and netCDF-4 at once. Arrays lie in the root group with dimension scales and units. The axis `below` of the
+numbers is 0 for the level of the file, and 1 for the level below it on the same surface. The attribute `header` is JSON
+and holds what is no array. Where fields are kept, the group `entry` links to them as NeXus wants it. After the end of
+the HDF5 data comes the seal: a line with the name of the file and the SHA-256 of all bytes before it.
 """
 
 import errno
 import hashlib
 import io
 import json
-import os
 import re
-import stat
-from collections.abc import Callable, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, field, replace
-from functools import partial
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
-from zlib import crc32
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
 from roughsim.grid import Array
-from roughsim.observables.catalogue import CURVES, NO_LONGER, NUMBERS
-from roughsim.sliding.film import FIELDS as FILM
-from roughsim.store.disk import DamagedError, place_bytes, read_bytes, read_numbers
+from roughsim.observables.catalogue import AXIS, CURVES, NUMBERS
+from roughsim.sliding import film
+from roughsim.store.disk import DamagedError, hdf5_bytes, place_bytes, read_bytes
 from roughsim.store.kinds import again
-from roughsim.store.member_hdf5 import FORMAT, KEPT_FIELDS, STORED, digest_of_arrays, hdf5_of
-from roughsim.untrusted import ChildEndedError, call_in_child, check_hdf5
+from roughsim.untrusted import check_hdf5
 
-OLDEST = 2  # the oldest version that is still read
+FORMAT = 5  # of members and of run.json
 STAGES = ("surface", "contact", "observables")  # of the pipeline: the seconds of each are stored
 MEMBER_NAME = re.compile(r"L(\d+)-(\d{6,})")  # level and index; of the file, of its claim, and in messages
+ENDS = "", "_below"  # of the names of spectra: of the level, and of the level below it
 _SEAL = re.compile(rb"\nroughsim (L(\d+)-(\d{6,})\.h5) sha256 ([0-9a-f]{64})\n\Z")
 _LONGEST_SEAL = 200  # bytes
-_PLACES = b"\nroughsim places "  # begins the line with the places
-_LONGEST_PLACES = 4096  # bytes
-_HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+LARGEST_CHUNK = 256  # points along a side of a field: viewers read a part of a large one at a time
+
+
+class Kind(NamedTuple):
+    """What an array of a file is: its unit and the names of its axes; an axis has its own name there."""
+
+    unit: str
+    axes: tuple[str, ...]
+    description: str = ""  # in exported files
+
+
+KEPT_FIELDS = {
+    "heights": Kind("m", ("x", "y"), "composite heights"),
+    "pressure": Kind("Pa", ("x", "y"), "contact pressure, positive in compression"),
+}
+FIELDS = KEPT_FIELDS | {name: Kind(*about) for name, about in film.FIELDS.items()}
+SPEED, BELOW = ("speed",), ("below",)
+SPECTRUM = "wavenumber", "stress_spectrum"
+KINDS = {
+    "speed": Kind("m/s", SPEED),
+    "below": Kind("1", BELOW),
+    **{name: Kind(number.unit, BELOW + SPEED * number.per_speed) for name, number in NUMBERS.items()},
+    **{f"wavenumber{end}": Kind("1/m", (f"wavenumber{end}",)) for end in ENDS},
+    **{f"stress_spectrum{end}": Kind("Pa^2", (f"wavenumber{end}",)) for end in ENDS},
+    **{name: Kind(curve.unit, (*SPEED * curve.per_speed, AXIS)) for name, curve in CURVES.items()},
+    "x": Kind("m", ("x",)),
+    "y": Kind("m", ("y",)),
+    **FIELDS,
+}
+
+
+class Moments(NamedTuple):
+    """What was measured of one contact: numbers, (speeds,) or (1,), and the stress spectrum, Pa², over q, rad/m."""
+
+    numbers: dict[str, Array]
+    wavenumber: Array
+    spectrum: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Member:
-    """What is stored of one realization at one level."""
+    """What is stored of one realization of one level."""
 
     level: int
     index: int  # of the realization
@@ -54,6 +84,7 @@ class Member:
     # the radial stress spectrum over the wavenumber, rad/m: shares of the pressure variance, Pa²
     wavenumber: Array = field(default_factory=lambda: np.empty(0))
     spectrum: Array = field(default_factory=lambda: np.empty(0))
+    below: Moments | None = None  # the same of the level below, on the same surface
     curves: dict[str, Array] = field(default_factory=dict)  # over the slid distance, of the column "sliding" only
     # heights, m, and pressure, Pa, or the film of a march, if kept
     fields: dict[str, NDArray[np.float32]] = field(default_factory=dict)
@@ -61,7 +92,6 @@ class Member:
     speeds: tuple[float, ...] = ()  # of the arrays over speed, m/s
     provenance: dict[str, Any] = field(default_factory=dict)  # scene, numerics, versions, residual, times
     kept: tuple[str, ...] = ()  # names of the fields in its file, also where `fields` are not in memory
-    digest: str = ""  # SHA-256 of its file, hexadecimal, if it was read from one
 
 
 def member_name(level: int, index: int) -> str:
@@ -77,74 +107,29 @@ def member_path(folder: Path, level: int, index: int) -> Path:
 def write_member(folder: Path, member: Member) -> None:
     """Write a member's file, whole or not at all; OSError, naming the path, if the disk refuses."""
     path = member_path(folder, member.level, member.index)
-    header = {
-        "level": member.level,
-        "index": member.index,
-        "failure": member.failure,
-        "numbers": [[name, list(np.shape(values))] for name, values in member.numbers.items()],  # in their order
-        "fields": [[name, list(values.shape)] for name, values in member.fields.items()],
-        **({"curves": [[name, list(values.shape)] for name, values in member.curves.items()]} if member.curves else {}),
-        "lengths": list(member.lengths),
-        "speeds": list(member.speeds),
-        "provenance": member.provenance,
-    }
-    arrays: dict[str, Any] = {}
-    if member.numbers:
-        scalars = {name: values[0] for name, values in member.numbers.items() if not NUMBERS[name].per_speed}
-        arrays = {"speed": member.speeds} | member.numbers | scalars
-        arrays |= {"wavenumber": member.wavenumber, "stress_spectrum": member.spectrum} | member.curves
-    content, places = hdf5_of(
-        header, {name: np.asarray(values, "<f8", order="C") for name, values in arrays.items()}, member.fields
-    )
-    # these lines lie behind the HDF5 data, where HDF5 does not look
-    lines = _PLACES + json.dumps({"format_version": FORMAT} | places).encode()
-    lines += f"\nroughsim {path.name} sha256 ".encode()
+    content = hdf5_bytes(lambda file: _fill(file, member))
+    seal = f"\nroughsim {path.name} sha256 ".encode()
     digest = hashlib.sha256(content)
-    digest.update(lines)
-    place_bytes(path, content, lines + digest.hexdigest().encode() + b"\n")
+    digest.update(seal)
+    place_bytes(path, content, seal + digest.hexdigest().encode() + b"\n")
 
 
-def read_member(path: Path, *, with_fields: bool = False) -> Member:
-    """Read a member's file and check every byte of what it returns.
+def read_member(path: Path, with_fields: bool = False) -> Member:
+    """Read a member's file after a check of all its bytes.
 
     RecordError, naming the file, if it is damaged or of another format. OSError if it cannot be read now.
     """
-    return member_of(path, read_bytes(path), STORED if with_fields else ())
+    return _opened(path, tuple(FIELDS) if with_fields else ())
 
 
 def read_field(path: Path, name: str, shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """Read one kept field of a member's file and check its bytes and shape; errors as for `read_member`."""
-    field = member_of(path, read_bytes(path), (name,)).fields.get(name)
-    if field is None:
+    """Read one kept field of a member's file after a check of all bytes and its shape; errors as for `read_member`."""
+    values = _opened(path, (name,)).fields.get(name)
+    if values is None:
         raise damaged(path, f"it has no {name}")
-    if field.shape != shape:
-        raise RecordError(f"{path} holds {name} of shape {field.shape}, but this run has {shape}: it is not its own")
-    return field
-
-
-def read_spectrum(path: Path, start: int, count: int, check: int) -> Array:
-    """Return the stress spectrum of a member's file, Pa², which lies at a place seen before and has this CRC-32.
-
-    A file of other bytes there is read as a whole; errors as for `read_member`.
-    """
-    with suppress(OSError):
-        spectrum: Array = np.fromfile(path, "<f8", count, offset=start)
-        if crc32(spectrum.data) == check:
-            return spectrum
-    return read_member(path).spectrum
-
-
-def member_of(path: Path, content: bytes, fields: Sequence[str] = ()) -> Member:
-    """Return the member that the bytes of a file hold, with these of its fields; RecordError as for `read_member`."""
-    if (digest := seal_of(path, content)) is not None:
-        member: Member = _opened(path, content, fields) if fields else _read_in_place(path, content)
-        return replace(member, digest=digest)
-    # older versions wrote no seal: such a file is opened in another process, where a crash of HDF5 does no harm
-    try:
-        member = call_in_child(_opened, path, content, fields, seconds=5.0 + len(content) / 1e7)
-    except ChildEndedError as error:
-        raise damaged(path, error) from error
-    return replace(member, digest=hashlib.sha256(content).hexdigest())
+    if values.shape != shape:
+        raise RecordError(f"{path} holds {name} of shape {values.shape}, but this run has {shape}: it is not its own")
+    return values
 
 
 def check_member(path: Path) -> None:
@@ -153,49 +138,11 @@ def check_member(path: Path) -> None:
     DamagedError, naming the file, if it is not. OSError if it cannot be read now, which is no damage.
     """
     try:
-        content = read_bytes(path)
-    except RecordError as error:  # a folder or a pipe of that name
-        raise OSError(errno.EINVAL, str(error)) from error
-    try:
-        if seal_of(path, content) is None:
-            member_of(path, content, STORED)
+        _check_seal(path, read_bytes(path))
     except DamagedError:
         raise
-    except RecordError:  # of another format: not known to be damaged
-        return
-
-
-def seal_of(path: Path, content: bytes) -> str | None:
-    """Return the digest in the seal of a member's file if all bytes agree with it; None if it has no seal.
-
-    DamagedError if they do not agree, if the file was written for another place, or if it is cut off.
-    """
-    seal = _SEAL.search(content, max(len(content) - _LONGEST_SEAL, 0))
-    if seal is None:
-        end = int.from_bytes(content[28:36], "little")  # of the superblock of version 3, which all members have
-        if not content.startswith(_HDF5_SIGNATURE) or end != len(content):
-            raise damaged(path, "its digest is missing, and its length is not the one that it states")
-        return None
-    name, level, index, digest = (part.decode() for part in seal.groups())
-    if hashlib.sha256(memoryview(content)[: seal.start(4)]).hexdigest() != digest:
-        raise damaged(path, "its SHA-256 does not match")
-    if name != path.name:
-        raise damaged(path, f"it holds level {int(level)}, index {int(index)}, not what its name says")
-    return digest
-
-
-def is_unchanged(path: Path, status: os.stat_result, size: int, changed: int, digest: bytes) -> bool:
-    """Whether a member's file still has a digest; with the same size and time, ns, its seal is believed unread."""
-    if status.st_size != size or not stat.S_ISREG(status.st_mode):
-        return False
-    if status.st_mtime_ns == changed:
-        with suppress(OSError), open(path, "rb") as file:
-            file.seek(max(size - _LONGEST_SEAL, 0))
-            seal = _SEAL.search(file.read())
-            if seal and seal.group(1, 4) == (path.name.encode(), digest):
-                return True
-    content = read_bytes(path)
-    return (seal_of(path, content) or hashlib.sha256(content).hexdigest()).encode() == digest
+    except RecordError as error:  # a folder or a pipe of that name
+        raise OSError(errno.EINVAL, str(error)) from error
 
 
 def damaged(path: Path, reason: object) -> DamagedError:
@@ -204,115 +151,187 @@ def damaged(path: Path, reason: object) -> DamagedError:
     return DamagedError(f"{path} is damaged ({reason}); {advice}")
 
 
-def check_format(path: Path, version: int) -> None:
-    """Refuse a version of the format that this reader does not know, RecordError."""
+def check_format(path: Path, version: int, provenance: Any) -> None:
+    """Refuse another version of the format, RecordError; `provenance` may have the versions of packages."""
     if version > FORMAT:
-        raise RecordError(f"{path} has format version {version}; this roughsim reads up to {FORMAT}: update it")
-    if version < OLDEST:
-        raise RecordError(f"{path} has format version {version}; this one reads from {OLDEST} on: run the scene again")
+        raise RecordError(f"{path} has format version {version}; this roughsim reads {FORMAT}: update it")
+    if version < FORMAT:
+        versions = provenance.get("versions") if isinstance(provenance, dict) else None
+        number = versions.get("roughsim", "") if isinstance(versions, dict) else ""
+        writer = f"the roughsim that wrote it ({number})" if number else "the roughsim that wrote it"
+        raise RecordError(f"{path} has the older format {version}; read or export it with {writer}")
 
 
-def _read_in_place(path: Path, content: bytes) -> Member:
-    """Return the member of a file whose seal is sound, from the places that it states; without them by HDF5."""
-    start = content.rfind(_PLACES, max(len(content) - _LONGEST_PLACES, 0))
-    if start < 0:
-        return _opened(path, content, ())
-    try:
-        places = json.loads(content[start + len(_PLACES) : content.index(b"\n", start + 1)])
-        check_format(path, int(places["format_version"]))
-
-        def read(name: str) -> Array:
-            first, size = places[name]
-            return np.frombuffer(content, "<f8", size // 8, first).copy()  # a view would keep the whole file in memory
-
-        first, size = places["header"]
-        return _without_former(_member(_header_of(path, content[first : first + size].decode()), read, {}))
-    except RecordError:
-        raise
-    except (LookupError, ValueError, TypeError, OverflowError, RecursionError) as error:
-        raise damaged(path, error) from error
+def _check_seal(path: Path, content: bytes) -> None:
+    """Refuse bytes that are not those that the seal was made of, or that were written for another place."""
+    seal = _SEAL.search(content, max(len(content) - _LONGEST_SEAL, 0))
+    if seal is None:
+        raise damaged(path, "its last line with the SHA-256 is missing")
+    name, level, index, digest = (part.decode() for part in seal.groups())
+    if hashlib.sha256(memoryview(content)[: seal.start(4)]).hexdigest() != digest:
+        raise damaged(path, "its SHA-256 does not match")
+    if name != path.name:
+        raise damaged(path, f"it holds level {int(level)}, index {int(index)}, not what its name says")
 
 
-def _opened(path: Path, content: bytes, fields: Sequence[str]) -> Member:
-    """Return the member in the bytes of an HDF5 file; any error inside means that the file is damaged."""
+def _fill(file: Any, member: Member) -> None:
+    """Store a member in a new HDF5 file."""
+    header = {
+        "level": member.level,
+        "index": member.index,
+        "failure": member.failure,
+        "numbers": list(member.numbers),
+        "curves": list(member.curves),
+        "fields": list(member.fields),
+        "lengths": list(member.lengths),
+        "speeds": list(member.speeds),
+        "provenance": member.provenance,
+    }
+    file.attrs["format_version"] = FORMAT
+    _set_text(file.id, "format", "roughsim realization")
+    _set_text(file.id, "header", json.dumps(header))
+    scales: dict[str, Any] = {}
+    for name, values in _arrays_of(member):
+        _add(file.id, name, values, KINDS[name], scales)
+    if member.fields:
+        _show(file, list(member.fields))
+
+
+def _arrays_of(member: Member) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Yield the arrays of a member with their names, each after its axes."""
+    moments = [Moments(member.numbers, member.wavenumber, member.spectrum)]
+    if member.below is not None:
+        moments.append(member.below)
+    if member.numbers:
+        yield "speed", np.array(member.speeds, np.float64)
+        yield "below", np.arange(float(len(moments)))
+        for name in member.numbers:
+            values = np.array([each.numbers[name] for each in moments], np.float64)
+            yield name, values if NUMBERS[name].per_speed else values[:, 0]
+        for end, each in zip(ENDS, moments, strict=False):
+            yield f"wavenumber{end}", each.wavenumber
+            yield f"stress_spectrum{end}", each.spectrum
+    yield from member.curves.items()
+    shape = next((values.shape[-2:] for values in member.fields.values() if values.ndim > 1), ())
+    for axis, points, length in zip("xy", shape, member.lengths, strict=False):
+        yield axis, np.arange(points) * (length / points)
+    for name, kept in member.fields.items():
+        yield name, np.asarray(kept, np.float32)
+
+
+def _add(place: Any, name: str, values: NDArray[Any], kind: Kind, scales: dict[str, Any]) -> None:
+    """Store an array over `scales`, the datasets of axes by name; an axis is added to them.
+
+    These calls take half the time of the interface above them: a member has some twenty arrays.
+    """
+    from h5py import h5d, h5ds, h5p, h5s, h5t
+
+    chunk = values.shape
+    if values.ndim > 1:  # one part of one map
+        chunk = (1,) * (values.ndim - 2) + tuple(min(points, LARGEST_CHUNK) for points in values.shape[-2:])
+    how = h5p.create(h5p.DATASET_CREATE)
+    number = h5t.IEEE_F64LE
+    how.set_chunk(chunk)
+    if name in FIELDS:
+        number = h5t.IEEE_F32LE
+        how.set_shuffle()
+        how.set_deflate(1)
+    how.set_fletcher32()
+    dataset = h5d.create(place, name.encode(), number, h5s.create_simple(values.shape), how)
+    dataset.write(h5s.ALL, h5s.ALL, np.ascontiguousarray(values))
+    _set_text(dataset, "units", kind.unit)
+    if kind.axes == (name,):
+        h5ds.set_scale(dataset, name.encode())
+        scales[name] = dataset
+        return
+    for axis, scale in enumerate(kind.axes):
+        h5ds.attach_scale(dataset, scales[scale], axis)
+
+
+def _set_text(place: Any, name: str, text: str) -> None:
+    """Give a new group or dataset a text; the interface above these calls looks for an older one first."""
+    from h5py import h5a, h5s, h5t
+
+    value = np.array(text.encode())
+    kind = h5t.C_S1.copy()
+    kind.set_size(value.itemsize)
+    kind.set_cset(h5t.CSET_UTF8)
+    h5a.create(place, name.encode(), kind, h5s.create(h5s.SCALAR)).write(value, kind)
+
+
+def _show(file: Any, names: list[str]) -> None:
+    """Let viewers draw the kept fields, as NeXus wants it: hard links to a signal, its axes, and the other fields."""
+    signal = "film_pressure" if film.AXIS in names else "pressure"
+    file.attrs.update(NX_class="NXroot", default="entry")
+    entry = file.create_group("entry")
+    entry.attrs.update(NX_class="NXentry", default="fields")
+    shown = entry.create_group("fields")
+    axes = KINDS[signal].axes
+    shown.attrs.update(NX_class="NXdata", signal=signal, axes=list(axes))
+    for name in dict.fromkeys((signal, *axes, *names)):
+        shown[name] = file[name]
+
+
+def _opened(path: Path, fields: Iterable[str]) -> Member:
+    """Return the member in a file whose seal is sound, with these of its fields; errors as for `read_member`."""
     import h5py
 
+    content = read_bytes(path)
+    _check_seal(path, content)
     try:
         with h5py.File(io.BytesIO(content), "r") as file:
-            check_format(path, int(file.attrs["format_version"]))
+            header = json.loads(file.attrs["header"])
+            check_format(path, int(file.attrs["format_version"]), header["provenance"])
             check_hdf5(file, path)
-            text = str(file.attrs["header"])
-            header = _header_of(path, text)
-            shapes = {name: shape for name, shape in header["fields"] if name in fields}
-            member = _member(header, partial(read_numbers, file), {name: file[name][()] for name in shapes})
-            guarded = [*member.numbers.values(), member.wavenumber, member.spectrum, *member.curves.values()]
-            if digest_of_arrays(text, guarded) != file.attrs["sha256"]:
-                raise ValueError("its SHA-256 does not match")
-            for name, data in member.fields.items():
-                if digest_of_arrays(name, [data]) != file[name].attrs["sha256"] or list(data.shape) != shapes[name]:
-                    raise ValueError(f"the SHA-256 of its {name} does not match")
-            return _without_former(member)
+            return _member_of(path, file.id, header, fields)
     except RecordError:
         raise
-    except (OSError, LookupError, ValueError, TypeError, RuntimeError) as error:
+    except (OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError, RecursionError) as error:
         raise damaged(path, error) from error
 
 
-def _member(header: dict[str, Any], read: Callable[[str], Array], fields: dict[str, NDArray[np.float32]]) -> Member:
-    """Return the member of a header, with arrays that `read` gives by name."""
-    numbers = {name: read(name).reshape(shape) for name, shape in header["numbers"]}
+def _member_of(path: Path, place: Any, header: dict[str, Any], fields: Iterable[str]) -> Member:
+    """Return the member of a header and of the arrays in a file; ValueError or LookupError if no writer made these.
+
+    Who forges a header can forge its seal too.
+    """
+    level, index, failure, provenance = (header[name] for name in ("level", "index", "failure", "provenance"))
+    if f"{member_name(level, index)}.h5" != path.name:
+        raise ValueError(f"it holds level {level}, index {index}, not what its name says")
+    if not isinstance(provenance, dict) or not isinstance(failure, str) or bool(failure) == bool(header["numbers"]):
+        raise ValueError("its header is none that a writer of this format makes")
+    speeds = tuple(float(speed) for speed in header["speeds"])
+    numbers = {name: _read(place, name, 1 + NUMBERS[name].per_speed) for name in header["numbers"]}
+    if any(values.shape[1:] not in ((), (len(speeds),)) for values in numbers.values()):
+        raise ValueError("its numbers are over other speeds than its header has")
+    moments: list[Moments | None] = []
+    for k in range(len(_read(place, "below", 1)) if numbers else 0):
+        of_level = {name: np.atleast_1d(values[k]) for name, values in numbers.items()}
+        moments.append(Moments(of_level, *(_read(place, name + ENDS[k], 1) for name in SPECTRUM)))
+    own, below = (*moments, None, None)[:2]
+    length_x, length_y = header["lengths"]
     return Member(
-        header["level"],
-        header["index"],
-        header["failure"],
-        numbers,
-        read("wavenumber") if numbers else np.empty(0),
-        read("stress_spectrum") if numbers else np.empty(0),
-        {name: np.reshape(read(name), shape) for name, shape in header.get("curves", ())},
-        fields,
-        (header["lengths"][0], header["lengths"][1]),
-        tuple(header["speeds"]),
-        header["provenance"],
-        tuple(name for name, _ in header["fields"]),
+        level,
+        index,
+        failure,
+        *(own or Moments({}, np.empty(0), np.empty(0))),
+        below,
+        {name: _read(place, name, len(KINDS[name].axes)) for name in header["curves"] if name in CURVES},
+        {name: _read(place, name, len(FIELDS[name].axes), np.float32) for name in header["fields"] if name in fields},
+        (float(length_x), float(length_y)),
+        speeds,
+        provenance,
+        tuple(name for name in header["fields"] if name in FIELDS),
     )
 
 
-def _without_former(member: Member) -> Member:
-    """Return a member without the numbers that are no longer stored."""
-    return replace(member, numbers={name: x for name, x in member.numbers.items() if name not in NO_LONGER})
+def _read(place: Any, name: str, axes: int, kind: Any = np.float64) -> NDArray[Any]:
+    """Return an array of a file; ValueError if it has another number of axes, LookupError without it."""
+    from h5py import h5d, h5s
 
-
-def _header_of(path: Path, text: str) -> dict[str, Any]:
-    """Return the header of a file from its JSON; ValueError if it is of another member, or no writer makes it."""
-    header: dict[str, Any] = json.loads(text)
-    _check_header(header)
-    level, index = header["level"], header["index"]
-    if f"{member_name(level, index)}.h5" != path.name:
-        raise ValueError(f"it holds level {level}, index {index}, not what its name says")
-    return header
-
-
-def _check_header(header: dict[str, Any]) -> None:
-    """Refuse a header that no writer of this format makes, ValueError: who forges one can forge its digest too."""
-    speeds = len(header["speeds"])
-    sound = {
-        "numbers": all(
-            shape == [1]
-            if name in NO_LONGER
-            else name in NUMBERS and shape == [speeds if NUMBERS[name].per_speed else 1]
-            for name, shape in header["numbers"]
-        ),
-        "curves": all(
-            name in CURVES and len(shape) == 1 + CURVES[name].per_speed and shape[0] in (speeds, shape[-1])
-            for name, shape in header.get("curves", ())
-        ),
-        "fields": all(
-            name in STORED and len(shape) == (2 if name in KEPT_FIELDS else len(FILM[name].axes))
-            for name, shape in header["fields"]
-        ),
-        "failure": isinstance(header["failure"], str) and bool(header["failure"]) != bool(header["numbers"]),
-        "provenance": isinstance(header["provenance"], dict),
-    }
-    for name, as_written in sound.items():
-        if not as_written:
-            raise ValueError(f"its header has {name} that no writer of this format makes")
+    dataset = h5d.open(place, name.encode())
+    if len(dataset.shape) != axes:
+        raise ValueError(f"its {name} has {len(dataset.shape)} axes")
+    values = np.empty(dataset.shape, kind)
+    dataset.read(h5s.ALL, h5s.ALL, values)
+    return values
