@@ -1,23 +1,21 @@
 """What a march of one body over the other adds to a plan: its level, its cost, and what a frozen scene leaves out."""
 
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
+from roughsim.grid import Grid
 from roughsim.planning.realization import march_problem
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING, Level, Numerics, Reason
 from roughsim.show.text import clock
 from roughsim.sliding.film import film_shape
-from roughsim.sliding.march import walk
-from roughsim.sliding.member import SlideProblem, filmed_steps, journey
+from roughsim.sliding.member import SlideProblem, filmed_steps
 from roughsim.sliding.path import COARSER, oblique_path, pixel_of_path
 
 MEMBERS = 8  # the ratio of sliding to frozen scatters little from one to the next
-TIMED, WARM = 8, 3  # steps of the pilot, and how many of them are not counted
-STEP_SECONDS = 2.5e-7, 2.1e-7  # CPU time of a step over its points: of the contact, and of each speed
+STEP_SECONDS = 2.5e-7, 2.1e-7  # s of CPU time of a step over its points: of the contact, and of each speed
 
 
 def with_march(scene: Scene, numerics: Numerics) -> Numerics:
@@ -56,7 +54,7 @@ def march_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
     pixels = f" with one of {COARSER:g} of the points, which shows the error of the pixel" * (
         problem.coarser is not None
     )
-    cost = f"{clock(seconds_of_march(problem))} of CPU time each{pixels}: {TIMED} steps were timed"
+    cost = f"about {clock(seconds_of_march(problem))} of CPU time each{pixels}"
     broken = "one that is broken off begins again"
     yield Reason("marches", str(members), f"{cost}; {broken}; means are over the last half of the slid distance")
     if filmed := min(numerics.keep_fields, members):
@@ -71,8 +69,7 @@ def left_out(scene: Scene, numerics: Numerics) -> Reason:
     """Return what a frozen scene of two rough faces leaves out, and what it would cost."""
     grid, cell = numerics.grid(numerics.of_column(numerics.columns[-1])[0]), numerics.lengths[0]
     steps = cell / pixel_of_path(grid)
-    contact, heat = STEP_SECONDS
-    seconds = MEMBERS * steps * grid.points * (contact + heat * len(scene.speeds))
+    seconds = MEMBERS * steps * seconds_of_step(grid, len(scene.speeds))
     why = (
         'the contact slides on unchanged, as if the counterface alone were rough. With history = "sliding" both faces '
         "move, equal bodies take half of the heat each, and T_flash differs by 10 to 60 %: it is lower at low speeds "
@@ -83,18 +80,13 @@ def left_out(scene: Scene, numerics: Numerics) -> Reason:
 
 
 def seconds_of_march(problem: SlideProblem) -> float:
-    """Return the CPU time of a march, s, by that of its first steps; slow speeds may end earlier."""
-    contact, heat = STEP_SECONDS
-    ends = np.array(problem.distances) / max(problem.distances)
-    followed = (contact + heat * ends.sum()) / (contact + heat * ends.size)
+    """Return about how much CPU time a march takes, s; each speed is followed over its own distance."""
+    followed = sum(problem.distances) / max(problem.distances)
     both = 1.0 + COARSER**3 * (problem.coarser is not None)  # the march on the coarser grid comes after it
-    return float(problem.steps * followed * both * seconds_of_step(problem))
+    return problem.steps * both * seconds_of_step(problem.grid, followed)
 
 
-def seconds_of_step(problem: SlideProblem) -> float:
-    """Return the CPU time of a step, s, as the first ones of a march take it."""
-    distance = TIMED * pixel_of_path(problem.grid)
-    problem = replace(problem, distances=(distance,) * len(problem.distances))
-    path, on_the_way = journey(problem)
-    times = [time.process_time() for _ in walk(on_the_way, problem.grid, path, problem.motions)]
-    return float(np.median(np.diff(times)[WARM:]))
+def seconds_of_step(grid: Grid, speeds: float) -> float:
+    """Return about how much CPU time a step takes, s."""
+    contact, heat = STEP_SECONDS
+    return grid.points * (contact + heat * speeds)

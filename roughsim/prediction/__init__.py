@@ -37,6 +37,7 @@ _NEAR = 16.0  # mode spacings above q_min up to which W is averaged over Fourier
 # share of the theory's contact that has yielded at a cut-off: from the first value on, T_flash falls with the cut-off.
 # Below it T_flash follows the theory if up to q_max at most the second is added (measured on rocks of 1 to 30 GPa)
 _YIELDED, _ADDED = 0.99, 0.1
+_NEVER = 1e-6  # share of the theory's contact: where less yields, the hardness changes no number
 # T_flash of yielded contact falls as q_c^−(0.3 + 1.05 H) between slow and fast sliding; from H = 2/3 on the exponent 1
 # fits as well, and extrapolates less
 _FALL = (0.3, 1.05)
@@ -124,6 +125,27 @@ def area_fractions(scene: Scene, q_max: float = inf) -> dict[str, float]:
     return {"contact_fraction": float(elastic + plastic), "plastic_fraction": float(plastic)}
 
 
+def yielded_share(scene: Scene, q_max: float = inf) -> float:
+    """Return which share of the theory's contact has yielded, with all roughness, or with that up to q_max, rad/m."""
+    areas = area_fractions(scene, q_max)
+    return areas["plastic_fraction"] / areas["contact_fraction"] if areas["plastic_fraction"] else 0.0
+
+
+@lru_cache(maxsize=REMEMBERED)
+def computed(scene: Scene) -> Scene:
+    """Return the scene that is computed: without a hardness that the theory's contact never reaches.
+
+    It keeps the hardness where its levels or its targets name a column or an observable of contact that yields.
+    """
+    asked = scene.numerics.levels is not None or "plastic_fraction" in dict(scene.ensemble.until)
+    if scene.elastic or asked or yielded_share(scene) >= _NEVER:
+        return scene
+    body, counterface = scene.body, scene.counterface
+    if counterface is not None:
+        counterface = replace(counterface, penetration_hardness=None)  # type: ignore[call-arg]
+    return replace(scene, body=replace(body, penetration_hardness=None), counterface=counterface)
+
+
 @lru_cache(maxsize=REMEMBERED)
 def yield_wavenumber(scene: Scene) -> float:
     """Return q_y, rad/m, where 1 % of the theory's contact is still elastic; infinite if C(q) ends before."""
@@ -204,8 +226,7 @@ def follows_theory(scene: Scene, column: str, q_max: float) -> bool | None:
     """
     if column != "capped":
         return True
-    ends = area_fractions(scene, q_max), area_fractions(scene)
-    now, at_the_end = (areas["plastic_fraction"] / areas["contact_fraction"] for areas in ends)
+    now, at_the_end = yielded_share(scene, q_max), yielded_share(scene)
     if now >= _YIELDED:
         return False
     return True if at_the_end - now <= _ADDED else None
