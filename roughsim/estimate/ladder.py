@@ -1,4 +1,4 @@
-"""The rungs of a column: its mean at each cut-off, and what a vanishing pixel changes there."""
+"""The rungs of a column: its mean at each cut-off, and what a vanishing pixel changes."""
 
 from collections.abc import Callable
 from math import isnan
@@ -72,26 +72,21 @@ def climb(of_level: Callable[[Sample], Array], pairs: list[Pair]) -> list[Rung]:
     return rungs
 
 
-def without_pixel(rungs: list[Rung], order: float, fall: float) -> tuple[list[Rung], Array]:
-    """Return the rungs for a vanishing pixel, and the error of the pixel at the top; NaN without a partner.
+def change_by_pixel(rungs: list[Rung], order: float, fall: float, end: float) -> tuple[Mean, Array]:
+    """Return what a vanishing pixel changes at a cut-off `end`, rad/m, and its error, both relative; NaN if unknown.
 
     `order` is that of the convergence in the pixel at one cut-off. Along the ladder the pixel is a fixed part of the
-    shortest wave, and its relative error falls as q_c^(−fall): that of the highest partner is carried to all rungs.
+    shortest wave, and what it changes falls as q_c^(−fall): so the highest partner is carried to `end`, and how it
+    falls on the way is not known well.
     """
-    top = rungs[-1]
-    shown = next((rung for rung in reversed(rungs) if rung.finer is not None), None)
+    shown, shape = next((rung for rung in reversed(rungs) if rung.finer is not None), None), rungs[-1].mean.value.shape
+    nothing = Mean(np.zeros(shape), {})
     if shown is None or shown.finer is None or shown.last is None:
-        return rungs, np.full(top.mean.value.shape, np.nan)
+        return nothing, np.full(shape, np.nan)
     beyond = TURNING - 1.0 if isnan(order) else 1.0 / (shown.refined**order - 1.0)
-    unseen = shown.last.times(beyond)  # what still finer pixels change
+    unseen, carried = shown.last.times(beyond), (shown.q_max / max(end, shown.q_max)) ** fall
     change = shown.finer.plus(unseen)
-    with np.errstate(all="ignore"):  # 0/0 where nothing yields, or at rest
-        nothing = Mean(np.zeros_like(top.mean.value), {})
-        change = change.where(np.isfinite(change.value), nothing)
-        corrected = []
-        for rung in rungs:
-            carried = change.times((shown.q_max / rung.q_max) ** fall)
-            corrected.append(rung._replace(mean=rung.mean.by(carried._replace(value=1.0 + carried.value))))
-        size = np.abs(top.mean.value) * (shown.q_max / top.q_max) ** fall
-        moved = change.value if shown is not top else nothing.value  # how it falls on the way is not known well
-        return corrected, np.nan_to_num(size * np.hypot(unseen.value, moved))
+    known = np.isfinite(change.value)  # not 0/0 where nothing yields, or at rest
+    change = change.where(known, nothing).times(carried)
+    moved = change.value if carried < 1.0 - SAME else 0.0
+    return change, np.hypot(carried * np.where(known, unseen.value, 0.0), moved)

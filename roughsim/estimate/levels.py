@@ -9,13 +9,17 @@ from typing import NamedTuple
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.ladder import SAME, Pair, Rung, climb, without_pixel
+from roughsim.estimate.ladder import SAME, Pair, Rung, change_by_pixel, climb
 from roughsim.estimate.limit import Limit, by_law, by_power, by_shape
 from roughsim.estimate.mean import Mean, Scatter
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
+
+# exponent with which the relative change by a pixel of a fixed part of the shortest wave falls with the cut-off, of
+# elastic and of capped contact: .7 to 1.4 on three steels and a rock from 4 to 32 q_y
+FALL = (0.5, 1.0)
 
 
 class Values(NamedTuple):
@@ -59,28 +63,28 @@ def values_of(
     record, capped = OBSERVABLES[observable], column == "capped"
     if observable == "heat_partition":
         pairs = [balanced(scene, pair) for pair in pairs]
-    measured = climb(record.of_level, pairs)
-    has_limit, end = record.limit or not capped, scene.spectrum.breaks[-1]
-    # in contact that yields the pixel counts at the edges of patches, which grow no longer with shorter waves
-    rungs, pixel = without_pixel(measured, record.pixel_orders[capped], 1.25 if capped else 0.5)
-    if not has_limit:  # the change is the error, and nothing is corrected
-        pixel = np.hypot(pixel, np.abs(rungs[-1].mean.value - measured[-1].mean.value))
-        rungs = measured
-    top, nothing = rungs[-1].mean, np.zeros(rungs[-1].mean.value.shape)
-    limit = Limit(top.times(0.0)._replace(value=nothing), nothing, "")
-    if extrapolated and rungs[-1].q_max < end * (1 - SAME):
+    rungs = climb(record.of_level, pairs)
+    top, finest, q_c = rungs[-1].mean, finest_of(rungs), rungs[-1].q_max
+    nothing = np.zeros(top.value.shape)
+    limit, has_limit = Limit(Mean(nothing, {}), nothing, ""), record.limit or not capped
+    end = scene.spectrum.breaks[-1] if extrapolated else q_c
+    if q_c < end * (1 - SAME):
         limit = limit._replace(error=np.full_like(nothing, np.nan))
-        if has_limit and continued:
-            limit = continuation(scene, column, observable, rungs, limit)
+        limit = continuation(scene, column, observable, rungs, limit) if continued and has_limit else limit
     limit = bounded(scene, observable, top.value, limit) if capped else limit
     mean = top.plus(limit.rest)
-    unknown = np.isnan(limit.error) & has_limit & (len(rungs) > 1)
     with np.errstate(all="ignore"):  # infinite at rest
+        if has_limit:  # what continues the ladder keeps the pixels per shortest wave: their change at the end is left
+            change, error = change_by_pixel(rungs, record.pixel_orders[capped], FALL[capped], end)
+            mean, pixel = mean.by(change._replace(value=1.0 + change.value)), np.abs(mean.value) * error
+        else:  # the change is the error, and nothing is corrected
+            change, error = change_by_pixel(rungs, record.pixel_orders[capped], FALL[capped], q_c)
+            mean, pixel = mean._replace(value=finest), np.abs(finest) * np.hypot(error, change.value)
         step = np.abs(top.value - rungs[-2].mean.value) if len(rungs) > 1 else nothing
+        last_step = np.where(np.isnan(limit.error) & has_limit, np.nan_to_num(step), 0.0)
         whole = [rung.mean.value for rung in rungs if not rung.part][-1]
         from_part = np.nan_to_num(np.abs(top.value - whole) / np.abs(mean.value)) if rungs[-1].part else nothing
-    last_step = np.where(unknown, np.nan_to_num(step), 0.0)
-    values = Values(mean.value, finest_of(measured), mean.scatter, limit.error, pixel, last_step, from_part, limit.way)
+    values = Values(mean.value, finest, mean.scatter, limit.error, pixel, last_step, from_part, limit.way)
     return values if record.at_rest is None else at_rest(values, record.at_rest, scene)
 
 
@@ -114,7 +118,9 @@ def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], 
     top, below = rungs[-1].mean.value, rungs[-2].mean.value if len(rungs) > 1 else rungs[-1].mean.value
     if OBSERVABLES[observable].distance and top.mean() * q[-1] < 4.0 * np.pi:
         return unknown._replace(error=np.abs(top - below)) if len(rungs) > 1 else unknown
-    return by_power(rungs, scene.spectrum.breaks[-1], prediction.usual_exponent(scene, q[-1]))
+    # areas and the variance change along the edges of patches: to first order, whatever H
+    usual = 1.0 if OBSERVABLES[observable].by_force_balance else prediction.usual_exponent(scene, q[-1])
+    return by_power(rungs, scene.spectrum.breaks[-1], usual)
 
 
 def bounded(scene: Scene, observable: str, top: Array, limit: Limit) -> Limit:

@@ -101,44 +101,52 @@ def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts
     totals : callable
         Gives values and estimate of an observable of a column from so many members.
     """
-    main, needed, added = numerics.columns[-1], list(counts), list[int]()
+    main, needed, following = numerics.columns[-1], list(counts), list(counts)
     errors, largest = dict[str, float](), ""
     for column in numerics.columns:
         for name, goal in (until or TARGET).items():
             values, found = totals(name, column, counts)
             parts = relative_parts(found)
-            total = found.total_error / np.abs(found.mean)
-            total = np.where(found.mean == 0.0, 0.0, total)
+            total = np.linalg.norm([*parts.values()], axis=0)
             if column == main and until:
                 errors[name] = float(np.nan_to_num(total, nan=np.inf).max())
                 if errors[name] > goal:
-                    largest = largest or max(parts, key=lambda part: parts[part][int(np.argmax(total))])
-            systematic = np.sqrt(sum(part**2 for key, part in parts.items() if key != "statistical"))
-            higher = next_level(numerics, column, counts, parts, systematic > np.sqrt(SYSTEMATIC) * goal)
-            added += [higher] if higher is not None else []
-            left = np.maximum(goal**2 - systematic**2, LEAST_SHARE * np.maximum(systematic, goal) ** 2)
-            if higher is not None:
-                left = np.maximum(left, SYSTEMATIC * goal**2)
-            wanted = allocation(numerics, column, values, found, counts, np.sqrt(left))
-            if not until:  # as the statistical error falls by more members of all levels in proportion
+                    worst = int(np.argmax(total))
+                    largest = max(parts, key=lambda part: parts[part].flat[worst])
+            wanted, added = wishes(numerics, column, counts, values, found, goal)
+            if not until:  # all levels grow until the lowest has `most`
                 times = most / max(wanted[numerics.rungs(column)[0]], 1)
                 wanted = {level: max(ceil(times * count), counts[level]) for level, count in wanted.items()}
             for level, count in wanted.items():
                 needed[level] = max(needed[level], min(count, most))
-    met = bool(until) and all(errors[name] <= goal for name, goal in until.items())
-    following = [min(count, 2 * now) for count, now in zip(needed, counts, strict=True)]
-    for level in added:
-        following[level] = needed[level] = min(FIRST_STEP, most)
-    for column in numerics.columns[:-1]:  # its lowest level pairs with that of the main column
-        lowest, of_main = numerics.rungs(column)[0], numerics.rungs(main)[0]
+                following[level] = max(following[level], min(needed[level], 2 * counts[level]))
+            if added is not None:
+                needed[added] = following[added] = min(FIRST_STEP, most)
+    of_main = numerics.rungs(main)[0]
+    for column in numerics.columns[:-1]:  # its lowest level has no more surfaces than that of the main column
+        lowest = numerics.rungs(column)[0]
         following[lowest] = max(min(following[lowest], following[of_main]), counts[lowest])
+    met = bool(until) and all(errors[name] <= goal for name, goal in until.items())
     if met or tuple(following) == counts:
         return Verdict(met, None, counts, "the targets are met" if met else ended(until, most, counts, largest), errors)
     return Verdict(False, tuple(following), tuple(needed), largest, errors)
 
 
+def wishes(
+    numerics: Numerics, column: str, counts: Counts, values: Values, found: Estimate, goal: float
+) -> tuple[dict[int, int], int | None]:
+    """Return the members of each level that a relative total error `goal` of an observable wants, and a level to add."""
+    parts = relative_parts(found)
+    systematic = np.linalg.norm([part for name, part in parts.items() if name != "statistical"], axis=0)
+    added = next_level(numerics, column, counts, parts, systematic > np.sqrt(SYSTEMATIC) * goal)
+    left = np.maximum(goal**2 - systematic**2, LEAST_SHARE * np.maximum(systematic, goal) ** 2)
+    if added is not None:
+        left = np.maximum(left, SYSTEMATIC * goal**2)
+    return allocation(numerics, column, values, found, counts, np.sqrt(left)), added
+
+
 def relative_parts(found: Estimate) -> dict[str, Array]:
-    """Return the parts of the error of an estimate relative to its mean; zero where they are unknown."""
+    """Return the parts of the error of an estimate relative to its mean; zero where they are unknown or that is zero."""
     with np.errstate(all="ignore"):
         parts = {name: np.abs(part / found.mean) for name, part in found.budget.items()}
     return {name: np.nan_to_num(np.where(found.mean == 0.0, 0.0, part), posinf=np.inf) for name, part in parts.items()}
