@@ -52,22 +52,21 @@ def climb(of_level: Callable[[Sample], Array], pairs: list[Pair]) -> list[Rung]:
         with_ratio = np.all(np.isfinite(values) & (values * values[0] > 0.0), axis=0)
     rungs: list[Rung] = []
     for pair, (fine, coarse) in zip(pairs, rows, strict=True):
-        if coarse is None:
+        if coarse is None or pair.below is None:
             rungs.append(Rung(pair.sample.q_max, mean_of(pair.stream, at_mean_peak_volume(fine, pair.sample.numbers))))
             continue
         upper, lower = mean_of(pair.stream, fine), mean_of(pair.stream, coarse)
         ratio, difference = upper.over(lower), upper.plus(lower.times(-1.0))
         low = next(k for k, rung in enumerate(rungs) if abs(rung.q_max / pair.below.q_max - 1) <= SAME)
+        rung = rungs[low]
         if pair.is_partner:
-            below = rungs[low].mean.value
             with np.errstate(all="ignore"):
-                relative = ratio._replace(value=ratio.value - 1.0).where(with_ratio, difference.times(1.0 / below))
-            refined = pair.sample.side / pair.below.side
-            finer = relative if rungs[low].finer is None else rungs[low].finer.plus(relative)
-            rungs[low] = rungs[low]._replace(finer=finer, last=relative, refined=refined)
+                relative = difference.times(1.0 / rung.mean.value)
+            relative = ratio._replace(value=ratio.value - 1.0).where(with_ratio, relative)
+            finer = relative if rung.finer is None else rung.finer.plus(relative)
+            rungs[low] = rung._replace(finer=finer, last=relative, refined=pair.sample.side / pair.below.side)
         else:
-            mean = rungs[low].mean
-            mean = mean.by(ratio).where(with_ratio, mean.plus(difference))
+            mean = rung.mean.by(ratio).where(with_ratio, rung.mean.plus(difference))
             rungs.append(Rung(pair.sample.q_max, mean, pair.sample.part))
     return rungs
 

@@ -4,7 +4,7 @@ Level l has the cut-off q_l = q_0·2^l at a fixed number of pixels per shortest 
 solved at l and at the level below. The mean is T = ⟨T₀⟩ Π ⟨T_l⟩/⟨T_(l−1)⟩. Levels are independent: variances add.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -139,8 +139,10 @@ def at_rest(values: Values, limit: float, scene: Scene) -> Values:
     moving = np.array(scene.speeds) > 0.0
     if moving.all():
         return values
-    exact = {name: np.where(moving, getattr(values, name), limit) for name in ("mean", "finest")}
-    parts = {name: np.where(moving, getattr(values, name), 0.0) for name in ("bandwidth", "pixel", "last_step")}
+    exact: dict[str, Any] = {name: np.where(moving, getattr(values, name), limit) for name in ("mean", "finest")}
+    parts: dict[str, Any] = {
+        name: np.where(moving, getattr(values, name), 0.0) for name in ("bandwidth", "pixel", "last_step")
+    }
     scatter = {stream: np.where(moving, rows, 0.0) for stream, rows in values.scatter.items()}
     return values._replace(**exact, **parts, scatter=scatter)
 
@@ -155,14 +157,14 @@ def product(first: Values, second: Values) -> Values:
             terms = (size * getattr(x, name) for size, x in zip(sizes, (second, first), strict=True))
             return np.asarray(sum(np.where(both.value == 0.0, 0.0, term) for term in terms))
 
-    errors = {name: part(name) for name in ("bandwidth", "pixel", "last_step")}
+    errors: dict[str, Any] = {name: part(name) for name in ("bandwidth", "pixel", "last_step")}
     return first._replace(mean=both.value, finest=first.finest * second.finest, scatter=both.scatter, **errors)
 
 
 def scaled(values: Values, factor: Array) -> Values:
     """Return values times an exact number at each speed."""
     names = ("mean", "finest", "bandwidth", "pixel", "last_step")
-    parts = {name: getattr(values, name) * factor for name in names}
+    parts: dict[str, Any] = {name: getattr(values, name) * factor for name in names}
     return values._replace(**parts, scatter=values.scattered.times(factor).scatter)
 
 

@@ -3,6 +3,7 @@
 from typing import NamedTuple, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from roughsim.grid import Array
 
@@ -40,7 +41,7 @@ class Mean(NamedTuple):
             ratio = self.value / other.value
             return self.times(1.0 / other.value).plus(other.times(-ratio / other.value))._replace(value=ratio)
 
-    def where(self, chosen: Array, other: "Mean") -> "Mean":
+    def where(self, chosen: NDArray[np.bool_], other: "Mean") -> "Mean":
         """Return this mean at the chosen speeds, the other one elsewhere; both are finite or discarded whole."""
         with np.errstate(invalid="ignore"):
             scatter = {s: np.where(chosen, rows, 0.0) for s, rows in self.scatter.items()}

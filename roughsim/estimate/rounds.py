@@ -135,7 +135,7 @@ def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts
 def wishes(
     numerics: Numerics, column: str, counts: Counts, values: Values, found: Estimate, goal: float
 ) -> tuple[dict[int, int], int | None]:
-    """Return the members of each level that a relative total error `goal` of an observable wants, and a level to add."""
+    """Return the members of each level that a relative total error `goal` wants, and a level to add, if any."""
     parts = relative_parts(found)
     systematic = np.linalg.norm([part for name, part in parts.items() if name != "statistical"], axis=0)
     added = next_level(numerics, column, counts, parts, systematic > np.sqrt(SYSTEMATIC) * goal)
@@ -146,7 +146,7 @@ def wishes(
 
 
 def relative_parts(found: Estimate) -> dict[str, Array]:
-    """Return the parts of the error of an estimate relative to its mean; zero where they are unknown or that is zero."""
+    """Return the parts of the error of an estimate relative to its mean; zero where unknown, or where that is zero."""
     with np.errstate(all="ignore"):
         parts = {name: np.abs(part / found.mean) for name, part in found.budget.items()}
     return {name: np.nan_to_num(np.where(found.mean == 0.0, 0.0, part), posinf=np.inf) for name, part in parts.items()}
