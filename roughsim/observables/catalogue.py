@@ -90,6 +90,7 @@ TABLE: tuple[Observable, ...] = (
         per_speed=True,
         heated=True,
         at_rest=0.0,
+        pixel_orders=(2.0, 1.75),  # capped: from 8 to 16 pixels per wave .2 to .4 of the change from 4 to 8
         solver_share=0.3,
     ),
     Observable(
