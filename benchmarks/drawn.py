@@ -1,0 +1,142 @@
+"""Scenes drawn at random, to judge by: `drawn_scenes(SEED)` was committed before anything was measured on it.
+
+    python benchmarks/drawn.py
+
+Ten scenes: six of one yielding face on a smooth flat or on its like, two of unlike yielding faces, two elastic. Each
+range is cut into as many strata as there are scenes that use it, one scene in each.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import roughsim as rs
+from roughsim.prediction import yield_wavenumber
+
+Array = NDArray[np.float64]
+SEED = 36
+ONE_FACE, UNLIKE, ELASTIC = 6, 2, 2
+
+
+def strata(draw: np.random.Generator, low: float, high: float, count: int) -> Array:
+    """Return one number of each of `count` strata between two ends, evenly in the logarithm, in random order."""
+    return np.asarray(low * (high / low) ** ((draw.permutation(count) + draw.uniform(size=count)) / count))
+
+
+def digits(value: float, count: int = 3) -> float:
+    """Return a number to so many significant digits: scenes must not depend on the last bits of a machine."""
+    return float(f"{value:.{count - 1}e}")
+
+
+def body(draw: np.random.Generator, hardness: float | None) -> dict[str, Any]:
+    """Return the material of a body."""
+    material = {
+        "youngs_modulus": digits(draw.uniform(60e9, 300e9)),
+        "poisson_ratio": digits(draw.uniform(0.2, 0.35), 2),
+        "conductivity": digits(5.0 * 20.0 ** draw.uniform()),
+        "density": digits(draw.uniform(4000.0, 9000.0), 2),
+        "heat_capacity": digits(draw.uniform(350.0, 900.0), 2),
+    }
+    return material if hardness is None else material | {"penetration_hardness": digits(hardness)}
+
+
+def surface(draw: np.random.Generator, hurst: float, q_min: float, plateau: bool) -> dict[str, Any]:
+    """Return the shape of C(q) of a face, without its height and end."""
+    face = {"hurst": digits(hurst, 2), "q_min": digits(q_min)}
+    if plateau:
+        face["q_roll_off"] = digits(q_min * draw.uniform(2.0, 8.0))
+        face["roll_off_exponent"] = float(draw.choice([0.0, 1.0]))
+    return face
+
+
+def speeds(draw: np.random.Generator, material: dict[str, Any], q: float) -> list[float]:
+    """Return three or four speeds, m/s: v/Dq from slow to fast, where waves of q carry most of the stress."""
+    diffusivity = material["conductivity"] / material["density"] / material["heat_capacity"]
+    slow, fast = 0.01 * 30.0 ** draw.uniform(), 10.0 * 30.0 ** draw.uniform()
+    return [digits(peclet * diffusivity * q) for peclet in np.geomspace(slow, fast, int(draw.integers(3, 5)))]
+
+
+def yielding_at(sections: dict[str, Any], q_y: float) -> dict[str, Any]:
+    """Return the sections with heights of its faces, in their ratio, so that the theory's contact yields at q_y."""
+
+    def scaled(factor: float) -> dict[str, Any]:
+        faces = {
+            name: section | {"rms_height": digits(factor * section["rms_height"], 4)}
+            for name, section in sections.items()
+            if "rms_height" in section
+        }
+        return sections | faces
+
+    low, high = 1e-3, 1e3
+    while high / low > 1.001:  # the higher, the longer the waves that yield
+        middle = (low * high) ** 0.5
+        above = yield_wavenumber(rs.load_scene(scaled(middle))) > q_y
+        low, high = (middle, high) if above else (low, middle)
+    return scaled(high)
+
+
+def drawn_scenes(seed: int = SEED) -> dict[str, dict[str, Any]]:
+    """Return the sections of ten scenes by name."""
+    draw = np.random.default_rng(seed)
+    capped = ONE_FACE + UNLIKE
+    loads, hursts = strata(draw, 0.003, 0.4, capped), strata(draw, 0.4, 0.9, capped)
+    yields, ends = strata(draw, 1.0, 30.0, capped), strata(draw, 8.0, 300.0, capped)
+    result = {}
+    for k in range(capped):
+        q_min, hardness = 2000.0 * 10.0 ** draw.uniform(), draw.uniform(0.5e9, 3e9)
+        q_y = q_min * yields[k]
+        moving = body(draw, hardness)
+        face = surface(draw, hursts[k], q_min, plateau=k % 2 == 0)
+        sections: dict[str, Any] = {
+            "surface": face | {"rms_height": 1e-6, "q_max": digits(q_y * ends[k])},
+            "body": moving,
+            "sliding": {
+                "nominal_pressure": digits(loads[k] * hardness),
+                "friction_coefficient": 0.2,
+                "speed": speeds(draw, moving, q_y),
+            },
+        }
+        if k >= ONE_FACE:  # another material, harder, with a C(q) of its own
+            other = surface(draw, draw.uniform(0.4, 0.9), q_min * 4.0 ** draw.uniform(-1.0, 1.0), plateau=k % 2 == 1)
+            other["rms_height"] = 1e-6 * digits(draw.uniform(0.3, 1.0))
+            other["q_max"] = digits(q_y * draw.uniform(8.0, 60.0))
+            sections["counterface"] = other | body(draw, hardness * draw.uniform(1.0, 2.0))
+        elif draw.uniform() < 0.5:
+            sections["counterface"] = {"like": "body"}
+        name = f"unlike {k - ONE_FACE + 1}" if k >= ONE_FACE else f"yielding {k + 1}"
+        result[name] = yielding_at(sections, q_y)
+    loads, ends = strata(draw, 0.003, 0.2, ELASTIC), strata(draw, 20.0, 300.0, ELASTIC)
+    for k in range(ELASTIC):
+        q_min, moving = 2000.0 * 10.0 ** draw.uniform(), body(draw, None)
+        face = surface(draw, draw.uniform(0.4, 0.9), q_min, plateau=k == 0)
+        slope = digits(draw.uniform(0.05, 0.4), 2)
+        modulus = moving["youngs_modulus"] / (1.0 - moving["poisson_ratio"] ** 2)
+        result[f"elastic {k + 1}"] = {
+            "surface": face | {"rms_slope": slope, "q_max": digits(q_min * ends[k])},
+            "body": moving,
+            "sliding": {
+                "nominal_pressure": digits(loads[k] * modulus * slope),
+                "friction_coefficient": 0.2,
+                "speed": speeds(draw, moving, 3.0 * q_min),
+            },
+        }
+    return result
+
+
+def main() -> None:
+    print("| scene | H | q_max/q_min | roll-off/q_min | q_y/q_min | load: σ₀/σ_P or σ₀/(E* slope) | speeds, m/s |")
+    print("|---|---|---|---|---|---|---|")
+    for name, sections in drawn_scenes().items():
+        scene, face = rs.load_scene(sections), sections["surface"]
+        full = scene.effective_modulus * face["rms_slope"] if scene.elastic else scene.penetration_hardness
+        q_y = "–" if scene.elastic else f"{yield_wavenumber(scene) / face['q_min']:.3g}"
+        ends = (f"{face.get(key, face['q_min']) / face['q_min']:.3g}" for key in ("q_max", "q_roll_off"))
+        load, speed = scene.sliding.nominal_pressure / full, ", ".join(f"{v:g}" for v in scene.speeds)
+        print(f"| {name} | {face['hurst']:g} | {' | '.join(ends)} | {q_y} | {load:.3g} | {speed} |")
+
+
+if __name__ == "__main__":
+    main()
