@@ -6,10 +6,11 @@ transforms, measured in the same run, they carry over to other machines.
 
 import time
 import warnings
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from math import hypot, isnan, nan, pi, sqrt
+from math import ceil, hypot, isnan, nan, pi, sqrt
 from timeit import timeit
 from typing import Any, NamedTuple
 
@@ -20,24 +21,26 @@ from roughsim.charts.error_over_cost import PAIR_SIDE, Point, front, panels
 from roughsim.contact import Contact
 from roughsim.contact.active_set import solve_contact
 from roughsim.errors import ConvergenceError
-from roughsim.estimate.ladder import observe
-from roughsim.estimate.regression import CONTROLS
-from roughsim.grid import Grid
+from roughsim.estimate.ladder import SAME, Pair
+from roughsim.estimate.levels import values_of
+from roughsim.estimate.rounds import FIRST, FIRST_STEP, TARGET
+from roughsim.grid import Array, Grid
 from roughsim.machine import available_memory, workers_that_fit
+from roughsim.observables.catalogue import NUMBERS
 from roughsim.observables.moments import Sliding, measure
 from roughsim.observables.record import Sample
 from roughsim.pipeline import Problem, solve_problem
-from roughsim.planning.levels import LATER
 from roughsim.planning.plan import plan
-from roughsim.planning.realization import level_problem
+from roughsim.planning.realization import below_problem, level_problem
 from roughsim.scene import Scene
-from roughsim.scene.numerics import Level, Numerics
+from roughsim.scene.numerics import Numerics
 from roughsim.show.table import Column, Number, Row, Table, json_value
 from roughsim.surface.synthesis import synthesize
 
-SEED = 21  # any number but those of the run and the pilot: the bench has surfaces of its own
+SEED = 21  # any number but that of the run: the bench has surfaces of its own
 FINEST = 4  # points per side, over the plan's, of the grid that counts as exact
-COUNTS = (4, 8, 16, 32, 64, 128, 256)  # realizations at which the error of an ensemble is forecast
+REACH = 4.0  # over the lowest cut-off: the highest one whose levels are solved
+GOALS = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002)  # relative standard errors that members are shared out for
 # title of a chart → observable
 OBSERVABLES = {
     "T_flash, fastest": "flash_temperature",
@@ -48,13 +51,13 @@ OBSERVABLES = {
 }
 
 
-class Split(NamedTuple):
-    """A choice of levels for an ensemble, in which all but the first are solved for few realizations."""
+class Way(NamedTuple):
+    """A choice of levels for an ensemble."""
 
     method: str  # in words
-    levels: tuple[int, ...]  # their positions, coarsest first
-    strides: tuple[int, ...]  # each is solved for one realization in so many
-    planned: bool = False  # whether the plan chooses it
+    pairs: list[Pair]  # of its levels, lowest first
+    seconds: list[float]  # CPU time of a member of each
+    chosen: bool = False  # whether they are all levels
 
 
 def cpu_seconds(work: Callable[[], Any]) -> float:
@@ -109,7 +112,7 @@ def pixels(problem: Problem) -> Iterator[Point]:
 
 def base_problem(scene: Scene, numerics: Numerics) -> Problem:
     """Return the contact problem of the coarsest capped (or elastic) level, sliding at the highest speed alone."""
-    level = numerics.of_column("elastic" if scene.elastic else "capped")[0]
+    level = numerics.of_column(numerics.columns[-1])[0]
     speeds = [max(scene.speeds)]
     (friction,), (bodies,) = prediction.friction_coefficient(scene, speeds), prediction.conduction(scene, speeds).each
     sliding = Sliding(speeds, float(friction), bodies.conductivity, bodies.diffusivity)
@@ -131,20 +134,13 @@ def flash(problem: Problem, contact: Contact) -> float:
 def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point]:
     """Yield the error of the mean of each extrapolated observable over the cost of the ensemble.
 
-    Each way to share the work among the levels gives a curve over the number of realizations. The reference is the
-    estimate from all levels and realizations, and its own error is the doubt of the points.
+    Each choice of levels gives a curve over the statistical error that its members are shared out for. The reference is
+    the estimate from all levels and realizations, and its own error is the doubt of the points.
     """
-    levels = numerics.of_column("elastic" if scene.elastic else "capped")
-    samples, seconds = [], []
-    for number in levels:  # all levels of one cell see the same surfaces
-        level = numerics.levels[number]
-        stream = len(levels) - 1 if level.cell is None else len(levels)
-        problem = replace(level_problem(scene, numerics, number), seed=SEED, stream=stream)
-        sample, median = solve_level(problem, level, realizations)
-        samples.append(sample)
-        seconds.append(median)
-    splits = splits_of([numerics.levels[level] for level in levels])
-    forecast = 0 if numerics.forecast is None else numerics.forecast.realizations
+    column = numerics.columns[-1]
+    ways = ways_of(scene, numerics, realizations)
+    everything = next(way.pairs for way in ways if way.chosen)
+    aim = dict(scene.ensemble.until or TARGET).get("flash_temperature", TARGET["flash_temperature"]) * sqrt(0.5) / 1.96
     fastest, slowest = int(np.argmax(scene.speeds)), int(np.argmin(scene.speeds))
     for title, name in OBSERVABLES.items():
         if name == "pressure_variance" and not scene.elastic:
@@ -152,72 +148,95 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
         if title == "T_flash, slowest" and not 0.0 < scene.speeds[slowest] < scene.speeds[fastest]:
             continue
         speed = {"T_flash, fastest": fastest, "T_flash, slowest": slowest}.get(title, 0)
-        estimate = partial(observe, name, capped=not scene.elastic, end=scene.spectrum.breaks[-1])
-        reference = estimate(samples)
-        truth = float(reference.extrapolated[:, speed].mean())
-        parts = reference.bandwidth[speed], reference.pixel[speed], np.asarray(reference.last_step)[speed]
+        reference = values_of(scene, column, name, everything)
+        truth = float(reference.mean[speed])
+        parts = [getattr(reference, part)[speed] for part in ("bandwidth", "pixel", "last_step")]
         doubt = float(np.linalg.norm(np.nan_to_num(parts))) / abs(truth)
-        for split in splits:
-            chosen = [samples[i] for i in split.levels]
-            first, all_levels = (estimate(used).extrapolated[:, speed] for used in (chosen[:1], chosen))
-            # T₀ of the first level has n realizations, the correction T − T₀ by the others only n/stride. So n times
-            # the variance of the mean is Var T₀ + 2 Cov(T₀, T − T₀) + stride · Var(T − T₀). Where strides differ, the
-            # longest has the share of the scatter that the plan expects
-            (own, shared), (_, change) = np.cov(first, all_levels - first)
-            often, seldom = (pick(split.strides[1:], default=1) for pick in (min, max))
-            stride = (often + LATER**2 * seldom) / (1.0 + LATER**2)
-            variance = float(own + 2 * shared + stride * change)
-            bias, planned = float(all_levels.mean()) - truth, forecast if split.planned else 0
-            for n in sorted({*(k for k in COUNTS if k >= 2 * seldom), planned} - {0}):
-                error = hypot(hypot(bias, sqrt(variance / n)) / abs(truth), doubt)
-                cost = sum(-(-n // every) * seconds[i] for i, every in zip(split.levels, split.strides, strict=True))
-                yield Point("chain", title, split.method, f"{n} realizations", error, cost, n == planned, doubt=doubt)
+        for way in ways:
+            values = values_of(scene, column, name, way.pairs)
+            bias = float(values.mean[speed]) / truth - 1.0
+            scatter = [values.scattered.variance[pair.stream][speed] * realizations / truth**2 for pair in way.pairs]
+            for goal in sorted({*GOALS, aim}, reverse=True):
+                counts = shared_out(scatter, way.seconds, goal)
+                variance = sum(part / n for part, n in zip(scatter, counts, strict=True))
+                cost = sum(part * n for part, n in zip(way.seconds, counts, strict=True))
+                setting = f"{' + '.join(map(str, counts))} members"
+                error = hypot(bias, sqrt(variance), doubt)
+                yield Point("chain", title, way.method, setting, error, cost, way.chosen and goal == aim, doubt=doubt)
 
 
-def solve_level(problem: Problem, level: Level, realizations: int) -> tuple[Sample, float]:
-    """Solve all realizations of a level; return their numbers, and the median CPU time of one, s.
+def ways_of(scene: Scene, numerics: Numerics, realizations: int) -> list[Way]:
+    """Solve the levels of the main column, and return the choices of levels to compare.
 
-    One realization more goes ahead, untimed: it makes the plans of FFTW and compiles the kernels.
+    They are each grid of the run's cell alone, the first cut-offs without partners, and all levels.
     """
-    solve_problem(replace(problem, index=realizations))
-    moments, volumes, seconds = [], [], []
-    for index in range(realizations):
-        start = time.process_time()
-        solution = solve_problem(replace(problem, index=index))
-        seconds.append(time.process_time() - start)
-        moments.append(solution.observables)
-        volumes.append(solution.peak_volumes)
-    stored = ("flash_temperature", "contact_fraction", "pressure_variance")
-    numbers = {name: np.stack([np.atleast_1d(getattr(m, name)) for m in moments]) for name in stored}
-    numbers |= dict(zip(CONTROLS, np.array(volumes).T, strict=True))
-    spectra = np.stack([m.stress_spectrum.variance for m in moments])
-    reach, side = 0.5 * float(np.hypot(*problem.grid.lengths)), float(level.shape[0])
-    wavenumber, rows = moments[0].stress_spectrum.wavenumber, np.arange(realizations, dtype=np.intp)
-    sample = Sample(level.q_max, side, rows, numbers, wavenumber, spectra, reach, part=level.parts > 1)
-    return sample, float(np.median(seconds))
+    of_column = numerics.of_column(numerics.columns[-1])
+    highest = REACH * numerics.levels[of_column[0]].q_max * (1 + SAME)
+    levels = [level for level in of_column if numerics.levels[level].q_max <= highest]
+    solved = {level: solve_level(scene, numerics, level, realizations) for level in levels}
+    ways = []
+    for level, (pair, seconds) in solved.items():
+        of_level = numerics.levels[level]
+        if of_level.cell is None:
+            times = of_level.q_max / numerics.levels[levels[0]].q_max
+            method = f"one grid, {times:.3g}× q_c, {of_level.shape[0]}²"
+            ways.append(Way(method, [pair._replace(below=None)], [seconds[0]]))
+    rungs = [level for level in numerics.rungs(numerics.columns[-1]) if level in solved]
+    choices = {f"{k} cut-offs": rungs[:k] for k in range(2, len(rungs) + 1) if rungs[:k] != levels}
+    for method, used in (choices | {"all levels": levels}).items():
+        pairs = [solved[level][0] for level in used]
+        ways.append(Way(method, pairs, [sum(solved[level][1]) for level in used], used is levels))
+    return ways
 
 
-def splits_of(levels: list[Level]) -> list[Split]:
-    """Return the splits to compare: each grid alone, the first k cut-offs, and all levels with ever rarer fine ones.
+def solve_level(scene: Scene, numerics: Numerics, level: int, realizations: int) -> tuple[Pair, list[float]]:
+    """Solve realizations of a level, and of the level below on the same surfaces.
 
-    Levels in a part of the cell correct others, and are in the last kind alone.
+    Return their numbers, and the median CPU time of a solve of each, s. One realization more goes ahead, untimed: it
+    makes the plans of FFTW and compiles the kernels.
     """
-    if len(levels) == 1:
-        return [Split("the plan's level", (0,), (1,), planned=True)]
-    alone = [level for level in levels if level.cell is None]  # they come first
-    cut_offs = [level.q_max for level in alone]
-    rungs = [cut_offs.index(q_c) for q_c in sorted(set(cut_offs))]  # the coarsest grid of each cut-off
-    splits = [
-        Split(f"one grid, {level.q_max / cut_offs[0]:.3g}× q_c, {level.shape[0]}²", (i,), (1,))
-        for i, level in enumerate(alone)
-    ]
-    splits += [Split(f"{k} cut-offs, all levels", tuple(rungs[:k]), (1,) * k) for k in range(2, len(rungs) + 1)]
-    planned = tuple(level.every for level in levels)
-    for strides in sorted({planned, *((1, *[every] * (len(levels) - 1)) for every in (1, 2, 4))}):
-        words = " or ".join(f"{every}" for every in sorted(set(strides[1:])))
-        name = "the plan's levels" + (", all of them" if words == "1" else f", fine ones 1 in {words}")
-        splits.append(Split(name, tuple(range(len(levels))), strides, strides == planned))
-    return splits
+    above, below = level_problem(scene, numerics, level), below_problem(scene, numerics, level)
+    # a grid alone has the control variate of a lowest level, too
+    problems = [replace(above, with_peaks=numerics.levels[level].cell is None), *([] if below is None else [below])]
+    samples, medians = [], []
+    for problem in problems:
+        numbers = defaultdict[str, list[Array]](list)
+        spectra, seconds = [], []
+        solve_problem(replace(problem, seed=SEED, index=realizations))
+        for index in range(realizations):
+            start = time.process_time()
+            solution = solve_problem(replace(problem, seed=SEED, index=index))
+            seconds.append(time.process_time() - start)
+            for name, number in NUMBERS.items():
+                if not number.of_march:
+                    numbers[name].append(number.of_member(solution))
+            stress = solution.observables.stress_spectrum
+            spectra.append(stress.variance)
+        samples.append(
+            Sample(
+                q_max=problem.spectrum.breaks[-1],
+                side=float(problem.grid.shape[0]),
+                rows=np.arange(realizations),
+                numbers={name: np.stack(rows) for name, rows in numbers.items()},
+                wavenumber=stress.wavenumber,
+                spectrum=np.stack(spectra),
+                reach=0.5 * float(np.hypot(*problem.grid.lengths)),
+                part=numerics.levels[level].parts > 1,
+            )
+        )
+        medians.append(float(np.median(seconds)))
+    return Pair(level, numerics.stream(level), samples[0], samples[1] if below else None), medians
+
+
+def shared_out(scatter: Sequence[float], seconds: Sequence[float], goal: float) -> list[int]:
+    """Return how many members of each level bring the relative standard error to a goal at the least cost.
+
+    `scatter` is the relative variance by one member of each level, `seconds` its cost; no level has fewer members than
+    a run begins with.
+    """
+    total = sum(sqrt(part * cost) for part, cost in zip(scatter, seconds, strict=True))
+    counts = [ceil(sqrt(part / cost) * total / goal**2) for part, cost in zip(scatter, seconds, strict=True)]
+    return [max(count, FIRST if k == 0 else FIRST_STEP) for k, count in enumerate(counts)]
 
 
 STAGES: dict[str, Callable[[Scene, Numerics, int], Iterator[Point]]] = {"contact": contact, "chain": chain}

@@ -42,8 +42,8 @@ def comparison_chart(run: Run, rows: Sequence[Any], path: Path) -> None:
         correlation.plot(r * 1e6, law, color=CALIBRATED, lw=1.4, ls=DASHES, zorder=3)
         for column in run.numerics.columns:
             draw_correlation(correlation, run, column, r)
-            for level in run.numerics.of_column(column):
-                psd.axvline(run.numerics.levels[level].q_max, color=COLOURS[column], lw=1.0, ls=":")
+            for cut_off in {pair.sample.q_max for pair in run.pairs(column)}:
+                psd.axvline(cut_off, color=COLOURS[column], lw=1.0, ls=":")
         psd.set(xlabel="$q$, 1/m", ylabel="$C$, m⁴", title=r"Roughness; dotted: cut-offs $q_c$")
         correlation.axhline(0.0, color="0.7", lw=0.6, zorder=0)
         correlation.set(xlabel="$r$, µm", ylabel=r"$g_\sigma$, GPa²", title="Stress correlation", xlim=(0, r[-1] * 1e6))

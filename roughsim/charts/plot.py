@@ -34,8 +34,8 @@ def choose_subject(
     if quantity == "sliding" and column is not None:
         raise ValueError(f"column = {column!r}: sliding has a column of its own; leave it out")
     column = run.column(column)
-    level = run.numerics.picture(column)
-    if not run.sound(run.realizations):
+    level = run.picture(column)
+    if not run.pairs(column):
         raise ValueError(f"{run.folder} has no sound realization yet; let it run first")
     if quantity in OF_ALL and realization is not None:
         raise ValueError(f"realization = {realization}: {quantity} is a mean over all of them; leave it out")

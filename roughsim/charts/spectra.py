@@ -54,10 +54,8 @@ def draw_stress_spectrum(axes: Axes, subject: Subject) -> None:
     """Draw 2π q² |σ_q|², the variance of the pressure per ln q, measured and in the theory."""
     run, colour = subject.run, COLOURS[subject.column]
     q = drawn_wavenumbers(2 * np.pi / max(subject.grid.lengths), subject.grid.nyquist)
-    sample = run.samples(subject.column)[run.numerics.of_column(subject.column).index(subject.level)]
-    spectra = sample.spectrum
-    if subject.index is not None:
-        spectra = spectra[[run.sound(run.realizations).index(subject.index)]]
+    sample = next(pair.sample for pair in run.pairs(subject.column) if pair.level == subject.level)
+    spectra = sample.spectrum if subject.index is None else sample.spectrum[sample.rows == subject.index]
     # the variance of the modes near each q over their area in the plane of wavevectors
     rows = spectra @ weights(q, sample.wavenumber).T / mode_area(subject.grid, q, (0.0, np.inf))
     density = 2 * np.pi * q**2 * 1e-18
@@ -87,7 +85,7 @@ def draw_psd(axes: Axes, scene: Scene, width: float) -> None:
 
 def draw_correlation(axes: Axes, run: Run, column: str, r: Array) -> None:
     """Draw the measured g_σ(r), r in m, with its 95 % interval."""
-    mean, error, freedom = correlation_of(run.samples(column), r)
+    mean, error, freedom = correlation_of(run.pairs(column), r)
     band(axes, r * 1e6, mean * 1e-18, half_width(error, freedom) * 1e-18, COLOURS[column])
 
 
@@ -152,5 +150,6 @@ def correlation_chart(subject: Subject, path: Path) -> None:
         values = np.concatenate([line.get_ydata() for line in right.lines[:2]])
         right.set(title="Far: where it is negative", xlim=(0, far[-1] * 1e6))
         right.set_ylim(1.2 * values.min(), 0.1 * values.max())
-        count = len(run.sound(run.realizations))
-        right.legend(loc="upper right", title=f"{count} realizations, band: statistical, 95 %", alignment="left")
+        count = len(run.pairs(subject.column)[0].sample.rows)
+        title = f"{count} realizations of the lowest level, band: statistical, 95 %"
+        right.legend(loc="upper right", title=title, alignment="left")

@@ -10,7 +10,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.estimate.errors import Estimate, Uncertain, quantile, quotient, spread
-from roughsim.estimate.ladder import Values
+from roughsim.estimate.levels import Values
 from roughsim.estimate.sliding import OF_MARCH
 from roughsim.grid import Array, Grid, modes_between
 from roughsim.observables.catalogue import OBSERVABLES
@@ -197,8 +197,11 @@ def cell_of(estimate: Estimate, k: int) -> Cell:
 
 
 def finest(run: Run) -> tuple[Grid, float]:
-    """Return a grid in the run's cell with the pixel of the first column's finest level, and its cut-off, rad/m."""
-    level = run.numerics.levels[run.numerics.of_column(run.numerics.columns[0])[-1]]
+    """Return a grid in the run's cell with the pixel of the first column's finest level, and its cut-off, rad/m.
+
+    That is the finest level that has members which count.
+    """
+    level = run.numerics.levels[run.pairs(run.numerics.columns[0])[-1].level]
     return Grid((level.parts * level.shape[0], level.parts * level.shape[1]), run.numerics.lengths), level.q_max
 
 
@@ -220,10 +223,9 @@ def ratios_of(
         size = run.size_error(observable, column, values)
         if more is None:
             return values, size
-        mean = values.extrapolated.mean(axis=0)
-        parts = {name: getattr(values, name) + more for name in ("extrapolated", "finest", "base")}
+        warmed = values._replace(mean=values.mean + more, finest=values.finest + more)
         with np.errstate(invalid="ignore"):  # 0/0 at rest
-            return values._replace(**parts), size * mean / (mean + more)
+            return warmed, size * values.mean / warmed.mean
 
     first, first_size = values_of(columns[0], extrapolated=False)
     with np.errstate(all="ignore"):  # 0/0 at rest
@@ -240,7 +242,7 @@ def ratios_of(
 
 
 def stress_slope(run: Run, column: str | None = None) -> Slope | None:
-    """Return the slope of |σ_q|² at the finest level of a column; the run needs two sound realizations.
+    """Return the slope of |σ_q|² at the finest level of a column; that level needs two sound members.
 
     With C ∝ q^(−2−2H) full contact has |σ_q|² ∝ q^(−2H). Where contact is lost P ∝ 1/√G ∝ q^(H−1), so that the theory's
     slope tends to −(1 + H) in a long band. What a finite pixel changes of slopes is not in their error.
@@ -249,8 +251,8 @@ def stress_slope(run: Run, column: str | None = None) -> Slope | None:
     a slope, as in steels that yield below q_roll_off.
     """
     name, scene = run.column(column), run.scene
-    level = run.numerics.of_column(name)[-1]
-    low, high = scene.spectrum.breaks[-2], run.numerics.levels[level].q_max
+    pair = run.pairs(name)[-1]
+    low, high = scene.spectrum.breaks[-2], pair.sample.q_max
     if not scene.elastic:
         high = min(high, prediction.yield_wavenumber(scene))
     bins = int(log(high / low) / BIN_WIDTH)
@@ -258,7 +260,7 @@ def stress_slope(run: Run, column: str | None = None) -> Slope | None:
         return None
     # how many modes of the plane lie in each bin of ln q, and their mean ln q
     edges = np.linspace(log(low), log(high), 1 + bins)
-    sample, grid = run.samples(name)[-1], run.numerics.grid(level)
+    grid = run.numerics.grid(pair.level)
     modes = modes_between(grid)
     log_q, many = np.log(modes.wavenumber), modes.multiplicity
     count, sums = (np.histogram(log_q, edges, weights=weights)[0] for weights in (many, many * log_q))
@@ -268,7 +270,7 @@ def stress_slope(run: Run, column: str | None = None) -> Slope | None:
     x = center - center.mean()
     weights = x / (x @ x)
     area = count[filled] * 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
-    spectra = [np.histogram(np.log(sample.wavenumber), edges, weights=row)[0] for row in sample.spectrum]
+    spectra = [np.histogram(np.log(pair.sample.wavenumber), edges, weights=row)[0] for row in pair.sample.spectrum]
     rows = np.stack(spectra)[:, filled] / area
     mean = rows.mean(axis=0)
     error, freedom = spread((rows / mean @ weights)[:, None])

@@ -94,13 +94,13 @@ class WatchedRun:
                     self._latest = "deleted", latest._replace(problems=[line])
                 return self._latest[1]
             self.run.refresh()
-            members = len(self.run.members), tuple(self.run.damaged)
-            if before != members:
+            state = self.run.counts, tuple(self.run.damaged)
+            if before != state:
                 try:
-                    self._latest = members, summarized(self.run)
+                    self._latest = state, summarized(self.run)
                 except (RecordError, FileNotFoundError):  # a file was damaged or moved after it had been read
                     self.run = open_run(self.run.folder, damaged="skip")
-                    self._latest = (len(self.run.members), tuple(self.run.damaged)), summarized(self.run)
+                    self._latest = (self.run.counts, tuple(self.run.damaged)), summarized(self.run)
             return self._latest[1]
 
 
@@ -109,13 +109,16 @@ def summarized(run: Run) -> Summary:
     problems = [f"{text}. The other realizations are shown." for text in run.damaged.values()] + gap(run)
     if run.failed:
         problems.append(f"{run.failed} realizations did not converge and are left out of the means")
-    sound, levels = run.sound(run.realizations), run.numerics.single
+    columns = {column: run.pairs(column) for column in run.numerics.columns}
     none_yet = "No realization yet, so there are no errors to show."
+    levels = run.numerics.single
+    sound: dict[int, list[int]] = {level: [] for level in levels}
+    sound |= {pair.level: pair.sample.rows.tolist() for pairs in columns.values() for pair in pairs}
     return Summary(
         problems,
-        {c: table_text(budget_table(run, c)) if sound else none_yet for c in run.numerics.columns},
-        {c: measured_curves(run, c) for c in run.numerics.columns} if sound else {},
-        {level: [i for i in sound if (level, i) in run.members] for level in levels},
+        {c: table_text(budget_table(run, c)) if pairs else none_yet for c, pairs in columns.items()},
+        {c: measured_curves(run, c) for c, pairs in columns.items() if pairs},
+        sound,
         {level: run.kept(level) for level in levels},
         filmed(run),
     )
@@ -152,7 +155,7 @@ def measured_curves(run: Run, column: str) -> dict[str, Curve]:
     """Return the curves of a column by name; the run needs a sound realization."""
     speeds, r = np.array(run.scene.speeds), distances(run)
     moving = speeds > 0.0  # a logarithmic axis has no zero
-    mean, error, freedom = correlation_of(run.samples(column), r)
+    mean, error, freedom = correlation_of(run.pairs(column), r)
     curves = {CORRELATION: Curve(r, mean, half_width(error, freedom))}
     for name in OVER_SPEED:
         estimate = run.estimate(name, column)
@@ -224,9 +227,8 @@ def load_fields(run: Run, level: int, index: int) -> MemberFields:
 
 def usual_seconds(run: Run, level: int) -> float:
     """Return how long a member of a level took to compute, s; 0 if none is there."""
-    indices = np.array([index for of_level, index in run.members if of_level == level], np.int64)
-    times = np.nansum(run.members.column(level, "seconds", indices), axis=1) if indices.size else np.zeros(1)
-    return float(np.median(times))
+    times = run.members.seconds(level)
+    return float(np.median(times)) if times.size else 0.0
 
 
 class Image(NamedTuple):

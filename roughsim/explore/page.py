@@ -287,8 +287,9 @@ class Page:
             # a new title makes the browser lay out the page again, so a preview does not name its speed
             note = ", preview" if self.temperature.preview else f", {self.temperature.speed:.3g} m/s"
         if lengths != self.watched.run.numerics.lengths:
+            where = self.watched.run.numerics.levels[int(self.layout.controls.level.value)].where
             sides = " × ".join(f"{length * self.layout.factor:.4g}" for length in lengths)
-            note += f", half the cell: {sides} {self.layout.unit}"
+            note += f",{where.removeprefix(' in')}: {sides} {self.layout.unit}"
         hard = name == "pressure" and self.hard > 0.0 and self.layout.controls.colours_of.active == 0
         if hard:
             note += f", grey: {100 * self.hard:.3g} % at σ_P"

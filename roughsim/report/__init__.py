@@ -163,7 +163,7 @@ def answer(comparison: Comparison) -> Html:
 
 def errors_section(run: Run) -> Html:
     """Return each mean at the highest speed with the parts of its error, and notes on the extrapolation."""
-    if not run.sound(run.realizations):
+    if not all(run.pairs(column) for column in run.numerics.columns):
         return tag("p", "There is no sound realization yet.", css="warning")
     parts = [tag("p", "Means over all sound realizations, at the highest speed, with each source of error by itself:")]
     parts.append(bullets(*(f"{name}: {x}" for name, x in run.sources.items() if name != "scan" or run.scanned)))
@@ -186,7 +186,7 @@ def errors_section(run: Run) -> Html:
 
 def figures_section(run: Run) -> Html:
     """Return the pictures of the first kept realization, and why others cannot be drawn."""
-    if not run.sound(run.realizations):
+    if not run.pairs(run.column(None)):
         return tag("p", "There is no sound realization to draw yet.")
     parts: list[Html] = []
     reasons: dict[str, list[str]] = {}  # with the quantities that are not shown for it
@@ -244,7 +244,9 @@ def diffusivity_text(scene: Scene) -> str:
 def provenance_section(run: Run) -> Html:
     """Return what is needed to compute the same numbers again, and the time that they took."""
     name, records = run.folder.resolve().name, [m.provenance for m in run.members.values() if not m.failure]
-    rows = [["run", name], ["seed", str(run.seed)], ["files", f"{len(run.members)} of one realization and level each"]]
+    counted = ", ".join(f"{count} of level {level}" for level, count in enumerate(run.counts) if count)
+    rows = [["run", name], ["seed", str(run.seed)]]
+    rows.append(["files", f"{len(run.members)} of one realization and level each; what counts: {counted or 'none yet'}"])
     if records:
         written = sorted(str(record.get("written", "")) for record in records)
         stages: Counter[str] = Counter()

@@ -23,11 +23,11 @@ class StudyProgress:
 
     def update(self, run: Run) -> None:
         """Show the state after a member of a point."""
-        from roughsim.ensemble.status import realizations_needed
+        from roughsim.ensemble.status import needed
 
-        done = run.target_met or run.realizations >= run.max_realizations
-        self.share[run.folder] = 1.0 if done else min(run.realizations / realizations_needed(run), 1.0)
-        (self.finished.add if done else self.finished.discard)(run.folder)  # a point may get a lower target
+        self.share[run.folder] = 1.0 if run.finished else min(len(run.members) / max(sum(needed(run)), 1), 1.0)
+        if run.finished:
+            self.finished.add(run.folder)
         count = len(self.finished)
         text = f"{count} of {self.points} points finished; {run.realizations} realizations in {run.folder.name}"
         with suppress(OSError):

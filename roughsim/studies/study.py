@@ -40,7 +40,7 @@ class Study:
         Their grid, the last axis varying fastest: `name` is that of a folder in points/, `values` are those of the
         keys.
     target_error : float or None
-        Relative total error of T_flash that was asked for.
+        Relative total error of T_flash that was asked for; None: the targets of the scene.
     """
 
     def __init__(self, folder: str | Path, description: Description | None = None):
@@ -71,18 +71,18 @@ class Study:
     def results(self) -> list[tuple[Point, Run]]:
         """The points that have at least two sound realizations, with their runs."""
         runs = ((point, self.run(point)) for point in self.points)
-        return [(point, run) for point, run in runs if run is not None and len(run.sound(run.realizations)) > 1]
+        return [(point, run) for point, run in runs if run is not None and run.independent > 1]
 
     @property
     def finished(self) -> int:
-        """How many points have met their targets, or have all realizations."""
-        return sum(is_finished(run) for _, run in self.results)
+        """How many points have ended: with their targets met, out of reach, or with all realizations."""
+        return sum(run.finished for _, run in self.results)
 
     def reread(self) -> "Study":
         """Return the study as it stands now; the points that have finished are not read again."""
         again = Study(self.folder)
         for _, run in self.results:
-            if is_finished(run):
+            if run.finished:
                 again._runs[run.folder.name] = run
         again._tables = {name: table for name, table in self._tables.items() if name in again._runs}
         return again
@@ -97,7 +97,7 @@ class Study:
         """Return the points whose levels or cell do not suit them: the largest part of the error of each, relative.
 
         That is one of `LIMITS` of T_flash at the worst speed, where it exceeds what was asked for: `target_error`, or
-        else the statistical target of the point.
+        else the target of the point.
         """
         result: dict[str, tuple[str, float]] = {}
         for point, run in self.results:
@@ -269,8 +269,3 @@ def open_study(folder: str | Path) -> Study:
     point holds another scene.
     """
     return Study(folder)
-
-
-def is_finished(run: Run) -> bool:
-    """Return whether a run has met its targets, or has all realizations."""
-    return run.target_met or run.realizations >= run.max_realizations

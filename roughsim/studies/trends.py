@@ -11,11 +11,9 @@ from typing import Any
 import numpy as np
 
 from roughsim.estimate.errors import Uncertain, quotient
-from roughsim.estimate.ladder import values_of
-from roughsim.observables.catalogue import OBSERVABLES, UNITS
+from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.results.marks import notes_of, unknown_words
 from roughsim.results.run import Run
-from roughsim.results.share import has_own_share, times_share
 from roughsim.studies.vary import Point
 
 
@@ -84,28 +82,16 @@ def surfaces(run: Run) -> tuple[Any, ...]:
 def paired_ratio(above: Run, below: Run, observable: str, column: str | None = None) -> Uncertain:
     """Return the ratio of an observable of two runs with the same levels and surfaces, and its paired errors.
 
-    It is that of the means over the realizations that both have, with the heat share of each. Without common surfaces
-    (another seed or other levels) ValueError.
+    Temperatures are those of the heat share of each run. Of a surface that only one of them has, the scatter counts in
+    full. Without common surfaces (another seed or other levels) ValueError.
     """
-    if observable not in UNITS or observable not in OBSERVABLES:
-        raise ValueError(f"observable = {observable!r} is unknown; choose one of {', '.join(OBSERVABLES)}")
     if surfaces(above) != surfaces(below):
         raise ValueError(f"{above.folder} and {below.folder} have other levels or surfaces: their rows are no pairs")
-    common = sorted({*above.sound(above.realizations)} & {*below.sound(below.realizations)})
-    pair, sizes = [], []
-    for run in (above, below):
-        name, record = run.column(column), OBSERVABLES[observable]
-        values = values_of(run.scene, name, observable, run.samples(column, common, spectra=record.spectra))
-        sizes.append(run.size_error(observable, name, values))
-        if record.heated and has_own_share(run.scene):
-            samples = run.samples(column, common, spectra=True)
-            values = times_share(values, values_of(run.scene, name, "heat_partition", samples))
-        elif record.heated:
-            values = times_share(values, run.heat_partition)
-        pair.append(values)
+    over, under = (run.reported(observable, column) for run in (above, below))
+    sizes = [run.size_error(observable, run.column(column), own) for run, own in ((above, over), (below, under))]
     return quotient(
-        pair[0],
-        pair[1],
+        over,
+        under,
         size=np.hypot(*sizes),
         solver=OBSERVABLES[observable].solver_share * max(above.numerics.tolerance, below.numerics.tolerance),
         scanned=above.scene.scanned,

@@ -11,39 +11,33 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from functools import partial
-from math import hypot, isnan, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
+from roughsim import prediction
 from roughsim.ensemble.run import aimed, begin, check_workers, complete
 from roughsim.ensemble.signals import stopped_by_signals
 from roughsim.ensemble.workforce import Workforce
-from roughsim.planning.plan import LEAST_SHARE, plan, statistical_target
-from roughsim.results.folder import folder_state, read_description
+from roughsim.planning.plan import plan
+from roughsim.results.folder import folder_state
 from roughsim.results.run import Run
 from roughsim.scene import Scene, SceneError
 from roughsim.scene.files import scene_of
 from roughsim.scene.numerics import Numerics, Reason
 from roughsim.scene.sections import ROUGHNESS_KEYS, TARGET
 from roughsim.store.claims import PLAN, Claims
-from roughsim.studies.folder import DESCRIPTION, base_scene, describe, refuse_exchanged, refuse_other, write
+from roughsim.studies.folder import base_scene, describe, refuse_exchanged, refuse_other, write
 from roughsim.studies.study import LATER, Study
 from roughsim.studies.vary import Axis, Point, points_of, read_axes
 
-ENOUGH_FINE = 8  # realizations of the finest level that tell the error of the cut-off
+HARDEST = 1e30  # Pa, in place of the infinite hardness of elastic contact
 PAUSE = 0.2  # s between two looks whether another process has planned
 # sections and keys of a scene that do not concern its contact
 HEAT_KEYS = ("conductivity", "density", "heat_capacity", "friction_coefficient", "speed", "heat_partition", "duration")
 
 
-Plan = tuple[Numerics, dict[str, float]]  # the numerics of points with the same roughness, and their targets
-
-
 class Begun(NamedTuple):
-    """The run of a point: its scene with the targets of the study, its numerics, and its folder."""
+    """The run of a point: its scene with the target of the study, its numerics, and its folder."""
 
     scene: Scene
     numerics: Numerics
@@ -74,8 +68,8 @@ def study(
         Of the study; made if it does not exist. `folder`/points has a run folder for each point. The same call resumes
         it, and any number of processes may work on it.
     target_error : float or str, optional
-        Relative total error of T_flash to reach at each point and speed, such as 0.02 or "2 %", where the levels and
-        the cell allow it; left out: the statistical errors of the scene's `until`.
+        Relative total error of T_flash to reach at each point and speed, such as 0.02 or "2 %"; left out: the scene's
+        `until`.
     workers, executor
         As of `roughsim.run`.
     observer : callable, optional
@@ -97,8 +91,8 @@ def study(
         As `roughsim.run`.
     """
     check_workers(workers, executor)
-    axes, scenes = scenes_of(scene, vary)
     target = None if target_error is None else float(TARGET(target_error, "target_error"))
+    axes, scenes = scenes_of(scene, vary)
     folder = Path(folder)
     description = describe(scenes, axes, target)
     refuse_other(folder, description)
@@ -110,18 +104,17 @@ def study(
         stopped_by_signals() as check,
         Workforce(workers, executor) as force,
     ):
-        if not (folder / DESCRIPTION).exists():
-            force.start()  # while this process plans
         points = {name: each for name, each in scenes.items() if name}
         with planning_alone(folder, check):
             refuse_other(folder, description)  # which another process may have begun meanwhile
             refuse_exchanged(folder, description)
-            plans = plans_of(folder, points, target)
+            if target is not None:
+                points = {name: aimed(each, until={"flash_temperature": target}) for name, each in points.items()}
+            plans = plans_of(folder, points)
             write(folder, description)  # a plan that is refused leaves nothing behind
             groups = begin_points(folder, points, plans)
-        lower = None if target is None else partial(next_target, target_error=target)
         for group in groups:
-            complete(group, force, check, update, claimed_in=folder, next_target=lower)
+            complete(group, force, check, update, claimed_in=folder)
     return Study(folder, description)
 
 
@@ -148,8 +141,8 @@ def scenes_of(scene: Any, vary: Mapping[Any, Any]) -> tuple[tuple[Axis, ...], di
     axes = read_axes(vary)
     scenes = {"": scene if isinstance(scene, Scene) else scene_of(content, {}, source, folder)}
     for point in points_of(axes):
-        scenes[point.name] = scene_of(content, point.values, f"{source}, {point.name}", folder)
-        scenes[point.name] = replace(scenes[point.name], title=title_of(scenes[""], point))
+        varied = prediction.computed(scene_of(content, point.values, f"{source}, {point.name}", folder))
+        scenes[point.name] = replace(varied, title=title_of(scenes[""], point))
     identities: dict[str, str] = {}
     for name, each in scenes.items():
         if name and (other := identities.setdefault(json.dumps(each.identity(), sort_keys=True), name)) != name:
@@ -177,88 +170,46 @@ def begun_of(folder: Path, names: Iterable[str]) -> list[str]:
     return [name for name in names if folder_state(folder / "points" / name) == "run"]
 
 
-def plans_of(folder: Path, scenes: dict[str, Scene], target_error: float | None) -> dict[str, Plan]:
-    """Plan the points with the same roughness of which none is there, that of the middle load; write nothing."""
-    return {
-        key: plan_of(list(members.values()), target_error)
-        for key, members in families_of(scenes).items()
-        if not begun_of(folder, members)
-    }
+def plans_of(folder: Path, scenes: dict[str, Scene]) -> dict[str, Numerics]:
+    """Plan each family of points of which none is there, for its middle load; write nothing.
+
+    Fields are kept only where the scene says how many: a member is computed again when its maps are looked at.
+    """
+    plans = {}
+    for key, members in families_of(scenes).items():
+        if begun_of(folder, members):
+            continue
+        loads = {
+            name: scene.sliding.nominal_pressure / min(scene.penetration_hardness, HARDEST)
+            for name, scene in members.items()
+        }
+        middle = members[sorted(loads, key=loads.__getitem__)[len(loads) // 2]]
+        plans[key] = replace(plan(middle), keep_fields=middle.numerics.keep_fields or 0)
+    return plans
 
 
-def begin_points(folder: Path, scenes: dict[str, Scene], plans: dict[str, Plan]) -> list[list[Begun]]:
+def begin_points(folder: Path, scenes: dict[str, Scene], plans: dict[str, Numerics]) -> list[list[Begun]]:
     """Begin the run of each point, or check the one that is there; return groups with the same levels.
 
-    `plans` are those of `plans_of`.
+    `plans` are those of `plans_of`. A point that comes later has the numerics of its family.
     """
     groups: dict[str, list[Begun]] = {}
     for key, members in families_of(scenes).items():
         paths = {name: folder / "points" / name for name in members}
         there = begun_of(folder, members)
-        begun = {name: begin_one(members[name], paths[name], None) for name in there}
-        if there:
-            numerics = begun[there[0]].numerics
-            until = max((dict(begun[name].scene.ensemble.until) for name in there), key=lambda one: sum(one.values()))
+        numerics = plans.get(key)
+        if numerics is None:
+            numerics = begin(members[there[0]], paths[there[0]])
             at_work = any(any((paths[name] / "realizations").iterdir()) for name in there)
             if at_work and not members[there[0]].numerics.levels:  # else an interrupted start, or levels of the scene
                 reason = Reason(LATER, "as planned before", "the point came later, to others with the same roughness")
                 others = (reason for reason in numerics.reasons if reason.choice != LATER)
                 numerics = replace(numerics, reasons=(reason, *others))
-        else:
-            numerics, until = plans[key]
-        for name in members:
-            if name not in begun:
-                begun[name] = begin_one(aimed(members[name], until=until), paths[name], numerics)
-            same_levels = json.dumps(begun[name].numerics.to_dict() | {"keep_fields": None}, sort_keys=True)
-            groups.setdefault(key + same_levels, []).append(begun[name])
+        for name, scene in members.items():
+            own = begin(scene, paths[name], None if name in there else numerics)
+            same_levels = json.dumps(own.to_dict() | {"keep_fields": None}, sort_keys=True)
+            groups.setdefault(key + same_levels, []).append(Begun(scene, own, paths[name]))
     return [sorted(group, key=lambda one: (contact_keys(one.scene), one.folder.name)) for group in groups.values()]
-
-
-def begin_one(scene: Scene, folder: Path, numerics: Numerics | None) -> Begun:
-    """Begin the run of a point, or go on with it; without `numerics` it keeps its own, and its targets."""
-    if numerics is None:
-        scene = aimed(scene, until=read_description(folder)["until"])
-    return Begun(scene, begin(scene, folder, numerics), folder)
-
-
-def plan_of(scenes: list[Scene], target_error: float | None) -> Plan:
-    """Return numerics for scenes with the same roughness, and their targets.
-
-    The point of the middle load is planned, and its numerics are those of all: the lightest needs many realizations,
-    and so rare fine levels, which would make the others wait for three of them. Fields are kept only where the scene
-    says how many: a member is computed again when its maps are looked at.
-    """
-    by_load = sorted(scenes, key=lambda scene: scene.sliding.nominal_pressure / min(scene.penetration_hardness, 1e30))
-    numerics = plan(by_load[len(by_load) // 2], target_error)
-    if scenes[0].numerics.keep_fields is None:
-        numerics = replace(numerics, keep_fields=0)
-    until = dict(scenes[0].ensemble.until)
-    if target_error is not None:
-        expected = numerics.forecast
-        parts = (expected.bandwidth, expected.pixel, expected.size) if expected else ()
-        systematic = hypot(*(part for part in parts if not isnan(part)))
-        until = {"flash_temperature": statistical_target(target_error, systematic)}
-    return numerics, until
-
-
-def next_target(run: Run, target_error: float) -> dict[str, float] | None:
-    """Return the statistical target with which a run that misses its total error goes on; None where it has ended.
-
-    A plan expects the systematic errors of one load at the hottest speed; a run has measured its own, at every speed.
-    They scatter, too: no step takes more than about twice the realizations. A run has ended where its systematic
-    errors, measured by enough fine realizations, leave next to nothing of the target.
-    """
-    found = run.estimate("flash_temperature")
-    warm = found.mean > 0.0
-    total, statistical = (error[warm] / found.mean[warm] for error in (found.total_error, found.half_width))
-    if not run.target_met or not np.any(total > target_error):
-        return None
-    left = np.maximum(target_error**2 - (total**2 - statistical**2), 0.0)
-    fine = run.realizations // max(level.every for level in run.numerics.levels)
-    if fine >= ENOUGH_FINE and np.any(left < LEAST_SHARE * target_error**2):
-        return None
-    factor = np.clip((np.sqrt(left) / statistical).min(), sqrt(0.5), 0.98)
-    return {"flash_temperature": float(factor * statistical.max())}
 
 
 def family(scene: Scene) -> str:
@@ -266,7 +217,7 @@ def family(scene: Scene) -> str:
     keys = {f"{face}.{key}" for face in ("surface", "counterface") for key in (*ROUGHNESS_KEYS, "like")}
     keys |= {"ensemble.seed", "sliding.history"}
     identity = {key: value for key, value in scene.identity().items() if key in keys or key.startswith("numerics.")}
-    return json.dumps([identity, scene.elastic, scene.ensemble.max_realizations], sort_keys=True)
+    return json.dumps([identity, scene.elastic], sort_keys=True)
 
 
 def contact_keys(scene: Scene) -> str:
