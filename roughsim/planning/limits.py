@@ -4,129 +4,33 @@ A warning has the value, the limit, and what to check. The table at the end of d
 """
 
 from collections.abc import Iterator
-from functools import lru_cache
-from math import exp, inf, isfinite, isinf, isnan, log, nan, pi, prod, sqrt
+from math import inf, isfinite, isnan, prod, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy
-from numpy.typing import NDArray
 
 from roughsim import prediction
 from roughsim.estimate.cell_size import choose_lengths
 from roughsim.planning.levels import CAPPED_SIDE, ELASTIC_SIDE
+from roughsim.prediction.facts import STEEP, YIELDED, Facts, facts, gentle_end
 from roughsim.prediction.scans import scan_of_hottest
-from roughsim.prediction.statements import Statement, cautions, statements, textures
+from roughsim.prediction.statements import Statement, cautions, statements
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
-from roughsim.scene.sections import BodySection, CounterfaceSection
 from roughsim.scene.slips import slips
-from roughsim.show.table import Column, Table, json_value
+from roughsim.show.table import Column, Table
 
 Lines = Iterator[str]
-ROOM = 293.0  # K, the background temperature where none is given
-STEEP = 0.5  # rms slope: the model is for small slopes
-YIELDED = 32.0  # q_y: shorter waves touch at the hardness alone, and their slope changes nothing
-ATOM = 0.3e-9  # m: shorter waves are no continuum
-FLAT = 0.1e-9  # m, rms height: a layer of atoms alone is rougher
 YIELDS = 1 / 3  # of the hardness, about the yield stress: above it bodies yield beneath their whole face
 STRAIN = 0.1  # pressure over E*: linear elasticity
 STIFF = 1e9  # Pa, E*: stiffer solids than rubber yield before such a strain
-STRONGEST = 0.3  # hardness over Young's modulus: three times the strength of a perfect crystal
 COMPLETE = 0.9  # contact area over nominal area: such faces adhere
 LEAST_PIXELS = 16.0  # of contact in a cell
 HOTTEST = 4200.0  # K: no material is solid above it
-FAST = 0.5  # of the speed of shear waves: in the model contact forms at once
 FREE_PATH = 10e-9  # m, free path of electrons and phonons: Fourier's law holds for longer distances
 SLOWLY = 0.85  # exponent of T_flash over q_max: H = 0.52
 UNEVEN = 0.02  # distance of the heat share from 1/2
 LIKE = 2.0  # ratio of the rms heights of two faces that count as equally rough
-FRICTION = 1e-3, 5.0  # of dry solids
-# the range of solids, SI, from gels and aerogel to diamond, osmium and lithium
-USUAL = {
-    "youngs_modulus": (1e3, 2e12, "Pa"),
-    "density": (20.0, 2.3e4, "kg/m³"),
-    "heat_capacity": (50.0, 6e3, "J/(kg K)"),
-    "conductivity": (0.01, 3e3, "W/(m K)"),
-    "diffusivity": (3e-8, 2e-3, "m²/s"),
-}
-
-
-class Facts:
-    """Sizes that follow from a scene, in SI; arrays run over its speeds. They are not changed later.
-
-    ValueError, ArithmeticError or RuntimeError where the theory of the scene has no value.
-    """
-
-    def __init__(self, scene: Scene):
-        theory, spectrum, load = prediction.predictions(scene), scene.spectrum, scene.sliding.nominal_pressure
-        self.rms_height = spectrum.rms_height  # of both faces together, as all of the roughness
-        self.rms_slope = spectrum.rms_slope
-        yields = inf if scene.elastic else prediction.yield_wavenumber(scene)
-        gentle = spectrum if YIELDED * yields >= spectrum.breaks[-1] else spectrum.truncated(q_max=YIELDED * yields)
-        self.textures = {face: [texture._asdict() for texture in maps] for face, maps in textures(scene).items()}
-        self.rms_slope_before_yield = gentle.rms_slope  # of the waves up to 32 q_y; of all where q_y is inf
-        self.longest_wave = 2 * pi / spectrum.breaks[0]
-        self.shortest_wave = 2 * pi / spectrum.breaks[-1]
-        self.pressure_over_hardness = load / scene.penetration_hardness  # σ₀/σ_P; 0 of elastic contact
-        self.pressure_over_modulus = load / scene.effective_modulus  # σ₀/E*
-        self.contact_fraction = contact = float(theory["contact_fraction"][0])  # A/A₀ of the theory
-        self.contact_pressure = load / contact if contact > 0.0 else inf  # its mean, σ₀A₀/A
-        self.yield_wavenumber = yields  # q_y; inf of elastic contact, or where C(q) ends before
-        # the distance over which the correlation of the pressure falls to a half, in theory
-        self.hot_spot_radius = radius = float(theory["correlation_radius_50"][0])
-        lengths = choose_lengths(scene)[0]
-        self.hot_spots = contact * lengths[0] * lengths[1] / (pi * radius**2)  # contact area of a cell over πr²
-        self.cell = lengths  # its sides
-        self.speed = np.array(scene.speeds)
-        self.peclet_number = self.speed * radius / prediction.conduction(scene).diffusivity  # vr/D
-        self.heat_partition = prediction.heat_partition(scene)  # share used
-        # of the theory with that share, K above the background
-        self.flash_temperature = self.heat_partition * theory["flash_temperature"]
-        self.background_temperature = scene.sliding.background_temperature or ROOM  # absolute
-        self.melting_temperature = scene.melting_temperature  # absolute; inf if the scene gives none
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return JSON values in SI; NaN and inf as None."""
-        return {name: json_value(value) for name, value in vars(self).items()}
-
-    def rows(self) -> list[Statement]:
-        """Return name, value and meaning of each for people."""
-        elastic = self.pressure_over_hardness == 0.0
-        ratio = ("σ₀/σ_P", f"{self.pressure_over_hardness:.3g}", "nominal pressure over penetration hardness")
-        if elastic:
-            ratio = ("σ₀/E*", f"{self.pressure_over_modulus:.3g}", "nominal pressure over effective modulus")
-        yields = "no q_y: elastic" if elastic else "no q_y: less than 99 % yields"
-        if not isinf(self.yield_wavenumber):
-            yields = f"q_y = {self.yield_wavenumber:.3g} rad/m"
-        gentle = f", {self.rms_slope_before_yield:.3g} up to {YIELDED:g} q_y"
-        gentle *= self.rms_slope_before_yield < self.rms_slope
-        slope = f"of both faces together{gentle}; the model has less than {STEEP:g}"
-        waves = f"in waves of {1e3 * self.longest_wave:.3g} mm to {1e6 * self.shortest_wave:.3g} µm"
-        area = f"of the nominal area in theory, at {self.contact_pressure:.3g} Pa; {yields}"
-        size = f"{1e3 * self.cell[0]:.3g} mm × {1e3 * self.cell[1]:.3g} mm"
-        spots = f"of radius {1e6 * self.hot_spot_radius:.3g} µm in a cell of {size}"
-        speeds = f"at {range_text(self.speed)} m/s"
-        melting = "" if isinf(self.melting_temperature) else f", melts at {self.melting_temperature:g} K"
-        background = f"above a background of {self.background_temperature:g} K{melting}"
-        rows = [
-            ("rms height", f"{1e6 * self.rms_height:.3g} µm", f"of both faces together, {waves}"),
-            ("rms slope", f"{self.rms_slope:.3g}", slope),
-            ratio,
-            ("contact area", f"{self.contact_fraction:.3g}", area),
-            ("hot spots", f"{self.hot_spots:.3g}", spots),
-            ("Péclet number", range_text(self.peclet_number), f"vr/D with that radius, {speeds}"),
-            ("T_flash", f"{range_text(self.flash_temperature)} K", f"in theory, {speeds}, {background}"),
-        ]
-        return [Statement(*row) for row in rows]
-
-
-facts = lru_cache(maxsize=8)(Facts)
-
-
-def range_text(values: NDArray[np.float64]) -> str:
-    """Return the least and the largest of some numbers, as "0.1 … 35"."""
-    return " … ".join(dict.fromkeys(f"{value:.3g}" for value in (float(values.min()), float(values.max()))))
 
 
 class Plausibility(NamedTuple):
@@ -153,14 +57,14 @@ def judge(scene: Scene, numerics: Numerics | None = None) -> Plausibility:
 
     Contact is counted in pixels of the finest grid of `numerics`, or, without `numerics`, of the largest planned one.
     """
-    bodies, stated = [*roughness_lines(scene), *body_lines(scene), *slips(scene), *cautions(scene)], statements(scene)
+    stated, plain = statements(scene), [*slips(scene), *scan_lines(scene), *cautions(scene)]
     try:
-        known = facts(scene)
+        known = facts(scene, choose_lengths(scene)[0])
     except (ValueError, ArithmeticError, RuntimeError) as error:
         line = f"the theory of this scene cannot be evaluated ({error}); contact area and temperature are not checked"
-        lines = [*slope_lines(scene, scene.spectrum.rms_slope), *bodies, " ".join(line.split())]
+        lines = [*slope_lines(scene, scene.spectrum.rms_slope), *plain, " ".join(line.split())]
         return Plausibility(None, lines, stated)
-    lines = [*slope_lines(scene, known.rms_slope_before_yield), *bodies, *load_lines(scene, known, numerics)]
+    lines = [*slope_lines(scene, known.rms_slope_before_yield), *plain, *load_lines(scene, known, numerics)]
     return Plausibility(known, [*lines, *heat_lines(scene, known), *share_lines(scene, known)], stated)
 
 
@@ -183,29 +87,8 @@ def slope_lines(scene: Scene, before_yield: float) -> Lines:
     yield f"rms slope = {slope:.3g} of both faces together is above {STEEP:g}: the model is for small slopes; {advice}"
 
 
-def gentle_end(scene: Scene) -> float:
-    """The wavenumber up to which the rms slope stays below `STEEP`, rad/m; NaN if the first waves are steep."""
-
-    def excess(log_q: float) -> float:
-        return scene.spectrum.truncated(q_max=exp(log_q)).rms_slope - STEEP
-
-    first, last = log(1.01 * scene.spectrum.breaks[0]), log(scene.spectrum.breaks[-1])
-    return nan if excess(first) > 0.0 else exp(scipy.optimize.brentq(excess, first, last))
-
-
-def roughness_lines(scene: Scene) -> Lines:
-    """Warn of roughness and waves below the size of atoms, and of a C(q) from scans."""
-    height, shortest = scene.spectrum.rms_height, 2 * pi / scene.spectrum.breaks[-1]
-    if height < FLAT:
-        yield (
-            f"rms height = {height:.3g} m of both faces together is below {FLAT:g} m, less than an atom; "
-            "check the units of the roughness"
-        )
-    if shortest < ATOM:
-        yield (
-            f"the shortest wave, 2π/q_max = {shortest:.3g} m, is below {ATOM:g} m, the distance of atoms, "
-            "and the model is for continuous solids; check the unit of q_max, or lower it"
-        )
+def scan_lines(scene: Scene) -> Lines:
+    """Warn of a C(q) from scans whose own error is unknown or large."""
     scan, target = scan_of_hottest(scene), dict(scene.ensemble.until).get("flash_temperature", inf)
     if scan is not None and isnan(scan):
         yield (
@@ -217,49 +100,6 @@ def roughness_lines(scene: Scene) -> Lines:
             f"C(q) was measured on a scan, which by itself leaves {100 * scan:.2g} % of error in the highest T_flash, "
             f"above the target of {100 * target:g} %; take a larger scan, or more of them"
         )
-
-
-def body_lines(scene: Scene) -> Lines:
-    """Warn of properties that no solid has, and of sliding as fast as sound, for each body that the scene states."""
-    speed = max(scene.speeds)
-    for name, body in (("body", scene.body), ("counterface", scene.counterface)):
-        if body is None:
-            continue
-        for quantity, value in properties(body):
-            low, high, unit = USUAL[quantity]
-            if not low <= value <= high:
-                units = "its unit" if quantity != "diffusivity" else "those of conductivity, density and heat_capacity"
-                yield (
-                    f"{name}.{quantity} = {value:.3g} {unit} is not within {low:g} to {high:g} {unit}, the range of "
-                    f"solids; check {units}"
-                )
-        hardness, modulus = body.penetration_hardness, body.youngs_modulus
-        if hardness is not None and modulus is not None and hardness > STRONGEST * modulus:
-            yield (
-                f"{name}.penetration_hardness = {hardness:.3g} Pa is above {STRONGEST:g} of youngs_modulus = "
-                f"{modulus:.3g} Pa, and no crystal is stronger; check the units of both"
-            )
-        waves = inf  # speed of shear waves, √(G/ρ)
-        if modulus is not None and body.poisson_ratio is not None and body.density is not None:
-            waves = sqrt(modulus / (2.0 * (1.0 + body.poisson_ratio)) / body.density)
-        if speed > FAST * waves:
-            yield (
-                f"sliding.speed = {speed:.3g} m/s is above {FAST:g} of the speed of shear waves in the {name}, "
-                f"{waves:.3g} m/s: in the model contact forms at once; check the units of speed, youngs_modulus and "
-                "density"
-            )
-
-
-def properties(body: BodySection | CounterfaceSection) -> Iterator[tuple[str, float]]:
-    """Yield properties of a body, κ at each temperature of a table, and D = κ/(ρc) if all others are usual."""
-    strange = False
-    for name in ("youngs_modulus", "density", "heat_capacity", "conductivity"):
-        stated = getattr(body, name)
-        for value in [row[1] for row in stated] if isinstance(stated, tuple) else [stated] * (stated is not None):
-            strange |= not USUAL[name][0] <= value <= USUAL[name][1]
-            yield name, value
-            if name == "conductivity" and not strange and body.density and body.heat_capacity:
-                yield "diffusivity", value / (body.density * body.heat_capacity)
 
 
 def load_lines(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines:
@@ -301,14 +141,7 @@ def load_lines(scene: Scene, known: Facts, numerics: Numerics | None) -> Lines:
 
 
 def heat_lines(scene: Scene, known: Facts) -> Lines:
-    """Warn of friction that no solid has, of contact that melts, and of heat that is not diffusive."""
-    given = scene.sliding.friction_coefficient
-    values = [row[1] for row in given] if isinstance(given, tuple) else [given]
-    if friction := next((value for value in values if not FRICTION[0] < value <= FRICTION[1]), None):
-        yield (
-            f"sliding.friction_coefficient = {friction:.3g} is not within {FRICTION[0]:g} to {FRICTION[1]:g}, the "
-            "range of dry solids; check it"
-        )
+    """Warn of contact that melts, and of heat that is not diffusive."""
     k = int(np.argmax(known.flash_temperature))
     hottest = known.background_temperature + float(known.flash_temperature[k])
     article = "a" if scene.sliding.background_temperature else "an assumed"

@@ -1,18 +1,43 @@
 """Numbers of a scene that are lawful and yet most likely a slip: of a unit, a factor of 2π, or a temperature scale."""
 
 from collections.abc import Iterator
-from math import pi
+from math import inf, pi, sqrt
 
 from roughsim.scene.model import Scene
+from roughsim.scene.sections import BodySection, CounterfaceSection
 
 LONGEST = 0.1  # m: longer waves are shape, not roughness
 COLDEST = 200.0  # K: below, a temperature is most likely one in °C
 SOFTEST = 1e5  # Pa, hardness: of gels
+ATOM = 0.3e-9  # m: shorter waves are no continuum
+FLAT = 0.1e-9  # m, rms height: a layer of atoms alone is rougher
+STRONGEST = 0.3  # hardness over Young's modulus: three times the strength of a perfect crystal
+FAST = 0.5  # of the speed of shear waves: in the model contact forms at once
+FRICTION = 1e-3, 5.0  # of dry solids
+# the range of solids, SI, from gels and aerogel to diamond, osmium and lithium
+USUAL = {
+    "youngs_modulus": (1e3, 2e12, "Pa"),
+    "density": (20.0, 2.3e4, "kg/m³"),
+    "heat_capacity": (50.0, 6e3, "J/(kg K)"),
+    "conductivity": (0.01, 3e3, "W/(m K)"),
+    "diffusivity": (3e-8, 2e-3, "m²/s"),
+}
 
 
 def slips(scene: Scene) -> Iterator[str]:
     """Yield a warning for each number that is most likely a slip, with its value, the limit and what to check."""
-    longest = 2 * pi / scene.spectrum.breaks[0]
+    height, ends = scene.spectrum.rms_height, scene.spectrum.breaks
+    longest, shortest = 2 * pi / ends[0], 2 * pi / ends[-1]
+    if height < FLAT:
+        yield (
+            f"rms height = {height:.3g} m of both faces together is below {FLAT:g} m, less than an atom; "
+            "check the units of the roughness"
+        )
+    if shortest < ATOM:
+        yield (
+            f"the shortest wave, 2π/q_max = {shortest:.3g} m, is below {ATOM:g} m, the distance of atoms, "
+            "and the model is for continuous solids; check the unit of q_max, or lower it"
+        )
     if longest > LONGEST:
         yield (
             f"the longest wave, 2π/q_min = {longest:.3g} m, is above {LONGEST:g} m, and that is shape, not roughness; "
@@ -25,11 +50,16 @@ def slips(scene: Scene) -> Iterator[str]:
                 f'if it is in °C, write "{kelvin:g} degC"'
             )
     for name, body in (("body", scene.body), ("counterface", scene.counterface)):
-        if body is not None and body.penetration_hardness is not None and body.penetration_hardness < SOFTEST:
-            yield (
-                f"{name}.penetration_hardness = {body.penetration_hardness:.3g} Pa is below {SOFTEST:g} Pa, and no "
-                "solid is so soft; check its unit, and those of youngs_modulus and nominal_pressure"
-            )
+        if body is not None:
+            yield from slips_of_body(name, body, max(scene.speeds))
+    given = scene.sliding.friction_coefficient
+    values = [row[1] for row in given] if isinstance(given, tuple) else [given]
+    strange = [value for value in values if not FRICTION[0] < value <= FRICTION[1]]
+    if strange:
+        yield (
+            f"sliding.friction_coefficient = {strange[0]:.3g} is not within {FRICTION[0]:g} to {FRICTION[1]:g}, the "
+            "range of dry solids; check it"
+        )
     if 0.0 in scene.speeds:
         yield (
             "sliding.speed = 0 m/s: nothing slides, so that friction makes no heat and T_flash is 0; widths and shares "
@@ -48,3 +78,47 @@ def temperatures(scene: Scene) -> Iterator[tuple[str, float]]:
             yield f"{name}.conductivity.temperature", body.conductivity[0][0]
     if isinstance(scene.sliding.friction_coefficient, tuple):
         yield "sliding.friction_coefficient.temperature", scene.sliding.friction_coefficient[0][0]
+
+
+def slips_of_body(name: str, body: BodySection | CounterfaceSection, speed: float) -> Iterator[str]:
+    """Yield a warning for each property that no solid has, and for sliding as fast as sound."""
+    for quantity, value in properties(body):
+        low, high, unit = USUAL[quantity]
+        if not low <= value <= high:
+            units = "its unit" if quantity != "diffusivity" else "those of conductivity, density and heat_capacity"
+            yield (
+                f"{name}.{quantity} = {value:.3g} {unit} is not within {low:g} to {high:g} {unit}, the range of "
+                f"solids; check {units}"
+            )
+    hardness, modulus = body.penetration_hardness, body.youngs_modulus
+    if hardness is not None and modulus is not None and hardness > STRONGEST * modulus:
+        yield (
+            f"{name}.penetration_hardness = {hardness:.3g} Pa is above {STRONGEST:g} of youngs_modulus = "
+            f"{modulus:.3g} Pa, and no crystal is stronger; check the units of both"
+        )
+    if hardness is not None and hardness < SOFTEST:
+        yield (
+            f"{name}.penetration_hardness = {hardness:.3g} Pa is below {SOFTEST:g} Pa, and no solid is so soft; check "
+            "its unit, and those of youngs_modulus and nominal_pressure"
+        )
+    waves = inf  # speed of shear waves, √(G/ρ)
+    if modulus is not None and body.poisson_ratio is not None and body.density is not None:
+        waves = sqrt(modulus / (2.0 * (1.0 + body.poisson_ratio)) / body.density)
+    if speed > FAST * waves:
+        yield (
+            f"sliding.speed = {speed:.3g} m/s is above {FAST:g} of the speed of shear waves in the {name}, "
+            f"{waves:.3g} m/s: in the model contact forms at once; check the units of speed, youngs_modulus and "
+            "density"
+        )
+
+
+def properties(body: BodySection | CounterfaceSection) -> Iterator[tuple[str, float]]:
+    """Yield properties of a body, κ at each temperature of a table, and D = κ/(ρc) if all others are usual."""
+    strange = False
+    for name in ("youngs_modulus", "density", "heat_capacity", "conductivity"):
+        stated = getattr(body, name)
+        for value in [row[1] for row in stated] if isinstance(stated, tuple) else [stated] * (stated is not None):
+            strange |= not USUAL[name][0] <= value <= USUAL[name][1]
+            yield name, value
+            if name == "conductivity" and not strange and body.density and body.heat_capacity:
+                yield "diffusivity", value / (body.density * body.heat_capacity)
