@@ -7,11 +7,10 @@ is a temporary one: with TMPDIR on a disk, 64 workers wait for each other there.
 
 - alone: CPU time of the leading process for each member that the engine hands out and takes back without roughsim. The
   calls sleep as long as those of the run, write the same files, and take a folder and a number;
-- run: the same with a run: job, claim, file read, summary, stopping rule. The difference to "alone" is what roughsim
-  adds; it is negative where a run hands several members out in a call. Files that threads of this process write are
-  taken off both;
+- run: the same with a run: job, claim, file read, rounds judged. The difference to "alone" is what roughsim adds. Files
+  that threads of this process write are taken off both;
 - thread adds: the part of it in the thread that calls `run`. The other threads are those of the engine: what differs
-  there is noise, or what the engine needs for the larger arguments and for calls that come one by one;
+  there is noise, or what the engine needs for the larger arguments;
 - of the ideal: the wall time of the run over that of workers that never wait. Where the cores are full, writing counts;
 - a file: CPU time to write the file of a member, measured apart.
 
@@ -56,7 +55,7 @@ writing = [0.0]  # s of CPU time that threads of this process spent on files
 
 
 def scene() -> rs.Scene:
-    """A scene whose numerics need no pilot."""
+    """A scene of one level."""
     steel = rs.load_scene("steel-0.5GPa")
     level = {"column": "capped", "shape": [1024, 1024], "q_max": 4.06e5}
     return replace(steel, numerics=replace(steel.numerics, levels=(level,), keep_fields=0))
@@ -93,17 +92,14 @@ def lasting(index: int, seconds: float) -> float:
     return seconds * random.Random(index).uniform(0.75, 1.25)
 
 
-def simulate(members: list[tuple[list[Job], int]], seconds: float) -> tuple[str, list[float]]:
-    """What a worker does in place of solves."""
-    took = []
-    for (job,), index in members:
-        start = time.perf_counter()
-        time.sleep(lasting(index, seconds))
-        began = time.thread_time()
-        write_member(job.folder, simulated_member(job.level, index, job.speeds, job.provenance))
-        writing[0] += time.thread_time() - began
-        took.append(time.perf_counter() - start)
-    return socket.gethostname(), took
+def simulate(jobs: list[Job], index: int, seconds: float) -> str:
+    """What a worker does in place of a solve."""
+    (job,) = jobs
+    time.sleep(lasting(index, seconds))
+    began = time.thread_time()
+    write_member(job.folder, simulated_member(job.level, index, job.speeds, job.provenance))
+    writing[0] += time.thread_time() - began
+    return socket.gethostname()
 
 
 def simulate_alone(folder: str, index: int, seconds: float) -> str:

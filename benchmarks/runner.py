@@ -4,7 +4,7 @@
 
 Capped steel contact at 1024². Times are taken between the first and the last file of each run, so that starting Python
 and making the plan do not count. The overhead is what a member of a run costs beyond the same member in a plain loop
-over `realize`: its file, the stopping rule, the hand-over.
+over `realize`: its file, the rounds, the hand-over.
 """
 
 from __future__ import annotations

@@ -29,13 +29,12 @@ IMPORT, LOADED = "import", "kernels loaded"
 # stage: functions, as "module:name" of the package, whose time it is
 STAGES = {
     "plan": ["planning.plan:plan"],
-    "pilot of the plan": ["planning.pilot:pilot"],
     "surfaces": ["surface.synthesis:synthesize"],
     "contact": ["contact.active_set:solve_contact"],
     "moments": ["observables.moments:measure"],
     "members written": ["store.member_files:write_member"],
     "members read": ["results.reader:Reader.take", "results.reader:Reader.spectra"],
-    "targets looked at": ["results.stopping:last_needed"],
+    "rounds judged": ["estimate.rounds:judge"],
     "hand-out": ["ensemble.run:run"],
     "comparison": ["comparison.compare:compare", "comparison.compare:comparison_table"],
     "theory of plan and comparison": [
@@ -172,7 +171,7 @@ def measure(name: str, target: float, *, warm: bool, watched: bool) -> None:
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--scene", default="steel-1.2GPa")
-    options.add_argument("--target", type=float, default=0.01, help="of the statistical error of T_flash")
+    options.add_argument("--target", type=float, default=0.01, help="of the total error of T_flash")
     options.add_argument("--warm", action="store_true", help="after the same run in the same process")
     options.add_argument("--here", action="store_true", help="in this process, whatever is compiled")
     options.add_argument(

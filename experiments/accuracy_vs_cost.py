@@ -59,7 +59,7 @@ LONGEST = 20.0  # CPU seconds of one solve; a solver that takes longer is not as
 
 def toy_numerics():
     """Of the demo, with few points."""
-    capped = rs.Level("capped", (64, 64), 4e4), rs.Level("capped", (128, 128), 4e4, 2)
+    capped = rs.Level("capped", (64, 64), 4e4), rs.Level("capped", (128, 128), 8e4)
     return rs.Numerics(capped, (4e-3, 4e-3))
 
 

@@ -5,9 +5,8 @@
 Each scene is solved at the coarsest level of its plan, N surfaces h and each also as −h. Printed is, for T_flash at the
 slowest and fastest speed, g_σ(0) and the contact area: the scatter of one contact; the correlation of h with −h; the
 variance × cost of pairs over that of single contacts; and what a regression leaves of the variance, which takes no
-further contact: on the peak volumes of the surface and of its long waves, as runs do, and on the skewness
-⟨h³⟩/⟨h²⟩^(3/2). For the step to twice the cut-off the correlation of h with −h, over 12 of the surfaces. --toy takes 10
-small surfaces.
+further contact: on the peak volume of the surface, as runs do, and on the skewness ⟨h³⟩/⟨h²⟩^(3/2). For the step to
+twice the cut-off the correlation of h with −h, over 12 of the surfaces. --toy takes 10 small surfaces.
 """
 
 from __future__ import annotations
@@ -35,14 +34,14 @@ def numbers_of(solution: rs.Solution) -> list[float]:
 
 
 def pairs(problem: Problem, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the numbers (count, 2, 4) of h and −h, the peak volumes (count, 2) and the skewness (count, 1) of h."""
+    """Return the numbers (count, 2, 4) of h and −h, the peak volume (count, 1) and the skewness (count, 1) of h."""
     numbers, volumes, skewness = [], [], []
     for index in range(count):
         drawn = replace(problem, seed=SEED, index=index)
         upright = solve_problem(drawn)
         heights = upright.heights
         numbers.append([numbers_of(upright), numbers_of(solve_problem(drawn, heights=-heights))])
-        volumes.append(upright.peak_volumes)
+        volumes.append([upright.peak_volumes.of_all])
         skewness.append([(heights**3).mean() / (heights**2).mean() ** 1.5])
     return np.array(numbers), np.array(volumes), np.array(skewness)
 
@@ -94,7 +93,7 @@ def main() -> None:
         for k, title in enumerate(TITLES):
             print(
                 f"{name:14s} {title:16s} scatter {100 * np.sqrt(variance[k]) / whole[k]:.2f} %, h and −h correlated by "
-                f"{correlation[k]:+.2f}: pairs cost {1 + correlation[k]:.2f}; regression on peak volumes leaves "
+                f"{correlation[k]:+.2f}: pairs cost {1 + correlation[k]:.2f}; regression on the peak volume leaves "
                 f"{by_volumes[k]:.2f}, on skewness {by_skewness[k]:.2f}",
                 flush=True,
             )
@@ -108,7 +107,7 @@ def main() -> None:
         axes.plot(100 * told / whole[1], 100 * off / whole[1], ".", ms=4, label=name)
     axes.axline((0.0, 0.0), slope=1.0, color="0.7", lw=0.8, zorder=0)
     axes.set(
-        xlabel="what the peak volumes say (%)", ylabel="T_flash at the fastest speed, off its mean (%)", aspect="equal"
+        xlabel="what the peak volume says (%)", ylabel="T_flash at the fastest speed, off its mean (%)", aspect="equal"
     )
     axes.legend(frameon=False, fontsize=7)
     figure.savefig(options.output / "peak_volume.png", dpi=130)

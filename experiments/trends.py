@@ -2,11 +2,12 @@
 
     python experiments/trends.py [--toy] [-o FOLDER] [--studies N] [--long N]
 
-Each study varies one number of a rough steel on small grids. Its runs stop after 16 realizations, or with "target" at
-4 % of T_flash. Every fourth realization is solved at the finer level, too, where C(q) ends; with "cut" it goes on six
-times as far. The long study has the same levels and other surfaces, so that both have the same cut-off, pixel and cell:
-the ± does not have their errors. Printed is how many of the intervals hold its exponent, how much the exponents
-scatter, and their mean ±. Studies in FOLDER are not computed again. --toy makes four studies of one kind.
+Each study varies one number of a rough steel on small grids. Its runs end with 16 realizations of the lower level, or
+with "target" at a total error of 30 % of T_flash, most of which is that of the small cell. C(q) ends at the higher
+level; with "cut" it goes on six times as far. The long study has the same levels and other surfaces, so that both have
+the same cut-off, pixel and cell: the ± does not have their errors. Printed is how many of the intervals hold its
+exponent, how much the exponents scatter, and their mean ±. Studies in FOLDER are not computed again. --toy makes four
+studies of one kind.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ def base(name: str) -> rs.Scene:
     top = np.pi * 64 / side / 2  # two pixels per half wave at the finer level
     levels = [
         {"column": "capped", "shape": [32, 32], "q_max": top / 2},
-        {"column": "capped", "shape": [64, 64], "q_max": top, "every": 4},
+        {"column": "capped", "shape": [64, 64], "q_max": top},
     ]
     surface = replace(demo.surface, rms_height=0.6e-6, q_min=2 * np.pi / side, q_roll_off=1.2e4)
     surface = replace(surface, q_max=4e5 if name.endswith("cut") else top)

@@ -245,8 +245,8 @@ def provenance_section(run: Run) -> Html:
     """Return what is needed to compute the same numbers again, and the time that they took."""
     name, records = run.folder.resolve().name, [m.provenance for m in run.members.values() if not m.failure]
     counted = ", ".join(f"{count} of level {level}" for level, count in enumerate(run.counts) if count)
-    rows = [["run", name], ["seed", str(run.seed)]]
-    rows.append(["files", f"{len(run.members)} of one realization and level each; what counts: {counted or 'none yet'}"])
+    files = f"{len(run.members)} of one realization and level each; what counts: {counted or 'none yet'}"
+    rows = [["run", name], ["seed", str(run.seed)], ["files", files]]
     if records:
         written = sorted(str(record.get("written", "")) for record in records)
         stages: Counter[str] = Counter()
