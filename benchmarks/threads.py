@@ -26,7 +26,6 @@ import numpy as np
 from contact import Problem, problem
 
 import roughsim as rs
-from roughsim.ensemble.memory import MUCH, keep_freed_memory
 from roughsim.fourier import blocks
 
 
@@ -36,7 +35,6 @@ def solve(task: Problem, times: int, tolerance: float = 1e-6) -> None:
 
 
 def _serve(points: int, times: int, start: Any, done: Any) -> None:
-    keep_freed_memory(MUCH)
     task = problem(points, 0.1, np.inf)
     solve(task, 1)
     while start.acquire():
@@ -134,7 +132,6 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=9)
     parser.add_argument("--shares", action="store_true", help="what threads could share, from one thread")
     options = parser.parse_args()
-    keep_freed_memory(MUCH)
     if options.shares:
         print("| points | tolerance | CPU s | shared | two threads at best |\n|---|---|---|---|---|")
     for points in options.sizes:

@@ -104,10 +104,7 @@ def run(
     options = ensemble | {"numerics.threads": threads, "numerics.keep_fields": keep_fields}
     loaded = open_scene(scene, changes, options)
     if not output.is_file():  # which is refused below
-        note(f"going on with {output}" if (output / "run.json").exists() else f"planning {scene}")  # as above
-    from roughsim.ensemble.compiling import begin_compiling_for
-
-    begin_compiling_for(loaded, output)  # before anything else is imported
+        note(f"going on with {output}" if (output / "run.json").exists() else f"planning {scene}")
     from roughsim.ensemble.progress import run_shown
 
     try:

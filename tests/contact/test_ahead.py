@@ -90,19 +90,6 @@ def test_where_nothing_can_be_kept_no_second_process_is_started(helper, monkeypa
     assert capsys.readouterr().err == ""
 
 
-@pytest.mark.parametrize("empty", [True, False])
-def test_whoever_plans_first_starts_the_second_process_where_nothing_was_ever_compiled(
-    helper, monkeypatch, capsys, empty
-):
-    monkeypatch.setattr(ahead, "never_compiled", lambda kernel: empty)
-    monkeypatch.setattr(ahead, "found_compiled", lambda kernel: not empty)
-    ahead.begin_compiling()
-    assert len(helper.started) == empty
-    ahead.compile_ahead.__wrapped__()  # the first solve starts no other
-    assert helper.started[1:] == ["waited"] * empty
-    assert capsys.readouterr().err.count("\n") == empty
-
-
 def test_a_kernel_was_never_compiled_where_its_cache_holds_nothing_of_it(tmp_path):
     kernel = SimpleNamespace(__name__="contact_sum", stats=SimpleNamespace(cache_path=str(tmp_path / "none")))
     assert never_compiled(kernel)

@@ -44,12 +44,6 @@ def compile_ahead() -> None:
         second.wait()  # what it failed to compile is compiled when it is needed
 
 
-def begin_compiling() -> None:
-    """Start the second process where nothing was ever compiled: for those who will solve, but have work before that."""
-    if never_compiled(active_set.contact_sum):
-        second_process()
-
-
 @cache
 def second_process() -> "subprocess.Popen[bytes] | None":
     """Say what takes long, start the process that compiles the other half, and return it.
