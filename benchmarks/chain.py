@@ -1,11 +1,13 @@
-"""Error over cost of the whole chain (plan, run, comparison), here and in another copy of the package: table and chart.
+"""CPU time of the whole command to the total error that was asked for, here and in other copies: table and chart.
 
-    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/chain.py --before DIRECTORY [--more TARGET ...] [-o FILE]
+    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/chain.py [before=DIRECTORY] now=. [--scenes NAME ...]
+        [--targets TARGET ...] [--limit SECONDS] [-o FOLDER]
 
-The directory is a checkout of another commit (`git worktree add --detach DIRECTORY COMMIT`). Each point is a run of a
-scene for one target of the total error of T_flash, at one thread, in a process of its own. Both copies take turns, so
-that others on the machine slow both alike. The error is the total one that the run itself states, at 35 m/s: its parts
-are statistics, bandwidth, pixel, cell and solver. Each process is warm: another scene goes ahead, untimed.
+Each copy is a name and a directory; another commit comes from `git worktree add --detach DIRECTORY COMMIT`. A point is
+plan, run, reading and comparison of a scene by one process, for a total 95 % error of T_flash at its worst speed. The
+copies take turns, so that others on the machine slow them alike. Scenes are the three steels, the demo, and the ten of
+drawn.py. Each process is warm: other contacts go ahead, uncounted. FOLDER holds chain.json, whose points are not
+measured again, and chain.png. A point that takes more than the limit is ended, and its time is a lower bound.
 """
 
 from __future__ import annotations
@@ -13,124 +15,218 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import resource
+import signal
 import subprocess
 import sys
 import tempfile
-import time
-from dataclasses import replace
 from math import hypot
 from pathlib import Path
+from statistics import median
 from typing import Any
 
+import matplotlib as mpl
+
+mpl.use("Agg")
+
 import matplotlib.pyplot as plt
-from matplotlib.ticker import FixedLocator
+import numpy as np
+from drawn import drawn_scenes
 
 import roughsim as rs
 
-SPEED = 35.0  # m/s
-WARM_UP = "steel-1.2GPa", "steel-2.0GPa"  # the first of them that is not measured
 HERE = Path(__file__).resolve().parent.parent
+BUNDLED = "demo", "steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa"
+TARGETS = 0.05, 0.02, 0.01, 0.005, 0.0035
+NAME = "flash_temperature"
+ENOUGH = 100_000  # realizations: none of these runs ends for their number
+Point = dict[str, Any]
+Points = dict[str, dict[str, dict[str, Point]]]  # by copy, scene and target
 
 
-def measure(name: str, target: float, most: int | None) -> dict[str, Any]:
-    """Return CPU seconds of plan, run and comparison of a scene, and mean, K, and relative total error of T_flash."""
-    scene = rs.load_scene(name)
-    scene = replace(scene, ensemble=replace(scene.ensemble, until={}))
-    marks = [time.process_time()]
+def free(scene: str | dict[str, Any], **changes: Any) -> rs.Scene:
+    """Return a scene without targets of its own, with as many realizations as it takes."""
+    return rs.load_scene(scene, {"ensemble.until": {}, "ensemble.max_realizations": ENOUGH, **changes})
+
+
+def scenes() -> dict[str, rs.Scene]:
+    """Return all scenes by name."""
+    return {name: free(name) for name in BUNDLED} | {name: free(x) for name, x in drawn_scenes().items()}
+
+
+def cpu_seconds() -> float:
+    """Return the CPU time of this process and of its ended children."""
+    times = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(time.ru_utime + time.ru_stime for time in times)
+
+
+def asked_of_run(numerics: rs.Numerics, target: float) -> float:
+    """Return the `until` of a run for a total error: earlier versions take the statistical one that the plan leaves."""
+    forecast = getattr(numerics, "forecast", None)
+    if forecast is None:
+        return target
+    systematic = hypot(*np.nan_to_num([forecast.bandwidth, forecast.pixel, forecast.size]))
+    return float(max(target**2 - systematic**2, 0.1 * target**2) ** 0.5)
+
+
+def measure(scene: rs.Scene, target: float) -> Point:
+    """Return CPU seconds of plan, run and comparison of a scene, and mean and total error of T_flash by speed."""
+    marks = [cpu_seconds()]
     numerics = rs.plan(scene, target)
-    marks.append(time.process_time())
-    forecast = numerics.forecast
-    assert forecast is not None
-    # what the systematic errors leave of the target
-    stop = max(target**2 - hypot(forecast.bandwidth, forecast.pixel, forecast.size) ** 2, 0.1 * target**2) ** 0.5
+    marks.append(cpu_seconds())
     with tempfile.TemporaryDirectory() as folder:
-        until = {"flash_temperature": stop}
-        run = rs.run(scene, Path(folder) / "run", numerics=numerics, until=until, max_realizations=most)
-        marks.append(time.process_time())
+        until = {NAME: asked_of_run(numerics, target)}
+        run = rs.run(scene, Path(folder) / "run", numerics=numerics, until=until, workers=1)
+        marks.append(cpu_seconds())
         run = rs.open_run(run.folder)
-        if most is None:
-            str(rs.compare(run))
-        marks.append(time.process_time())
-        found = run.estimate("flash_temperature")
-    k = scene.speeds.index(SPEED)
-    seconds = {stage: marks[i + 1] - marks[i] for i, stage in enumerate(("plan", "run", "compare"))}
-    mean = float(found.mean[k])
-    return seconds | {"mean": mean, "error": float(found.total_error[k]) / mean, "realizations": run.realizations}
+        str(rs.compare(run))
+        marks.append(cpu_seconds())
+        found = run.estimate(NAME)
+    relative = {source: float(np.max(np.abs(part / found.mean))) for source, part in found.budget.items()}
+    return {
+        **{stage: marks[i + 1] - marks[i] for i, stage in enumerate(("plan", "run", "compare"))},
+        "seconds": marks[-1] - marks[0],
+        "mean": found.mean.tolist(),
+        "error": (found.total_error / np.abs(found.mean)).tolist(),
+        "parts": relative,
+        "realizations": run.realizations,
+        "met": bool(run.target_met),
+    }
 
 
-def in_process(tree: Path, name: str, target: float, most: int | None = None) -> dict[str, Any]:
+def warm_up(chosen: str) -> None:
+    """Load modules and kernels by a yielding and an elastic scene that are not measured."""
+    measure(free("steel-2.0GPa" if chosen == "demo" else "demo"), 0.05)
+    measure(free("demo", **{"body.penetration_hardness": None}), 0.05)
+
+
+def child(name: str, target: float, limit: float) -> None:
+    """Print a point as JSON, or what went wrong."""
+    warm_up(name)
+    _, hard = resource.getrlimit(resource.RLIMIT_CPU)
+    resource.setrlimit(resource.RLIMIT_CPU, (int(cpu_seconds() + limit) + 1, hard))
+    try:
+        point = measure(scenes()[name], target)
+    except (rs.RoughsimError, ValueError, MemoryError) as error:
+        point = {"failure": f"{type(error).__name__}: {error}"}
+    print(json.dumps(point))
+
+
+def in_process(tree: Path, name: str, target: float, limit: float) -> Point:
     """Return `measure` of the package in a directory, by a process of its own."""
-    command = [sys.executable, __file__, "--scene", name, "--child", str(target)]
-    command += [] if most is None else ["--most", str(most)]
-    said = subprocess.run(
-        command, check=True, env=os.environ | {"PYTHONPATH": str(tree)}, capture_output=True, text=True
-    )
-    result: dict[str, Any] = json.loads(said.stdout.splitlines()[-1])
+    command = [sys.executable, __file__, "--child", name, "--targets", str(target), "--limit", str(limit)]
+    environment = os.environ | {"PYTHONPATH": str(tree)}
+    done = subprocess.run(command, check=False, env=environment, capture_output=True, text=True)
+    if done.returncode == -signal.SIGXCPU:
+        return {"seconds": limit, "failure": "takes longer"}
+    if done.returncode:
+        return {"failure": done.stderr.strip().splitlines()[-1] if done.stderr.strip() else f"exit {done.returncode}"}
+    result: Point = json.loads(done.stdout.splitlines()[-1])
     return result
 
 
-def chart(points: dict[str, list[dict[str, Any]]], title: str, path: Path) -> None:
-    """Draw total error over CPU seconds, a line for each copy."""
-    figure, axes = plt.subplots(figsize=(5.2, 3.6), layout="constrained")
-    for (label, line), marker, colour in zip(
-        points.items(), ("s--", "o-")[-len(points) :], ("#888888", "#0072b2")[-len(points) :], strict=True
-    ):
-        seconds = [point["plan"] + point["run"] + point["compare"] for point in line]
-        errors = [100 * point["error"] for point in line]
-        axes.loglog(seconds, errors, marker, color=colour, label=label)
-        for x, y, point in zip(seconds, errors, line, strict=True):
-            text = f"for {100 * point['target']:g} %"
-            axes.annotate(text, (x, y), (5, 5), textcoords="offset points", fontsize=8, color=colour)
-    axes.set(xlabel="CPU time of plan, run and comparison, s", ylabel=f"total error of T_flash({SPEED:g} m/s), %")
-    axes.set_title(title, fontsize=10)
-    for axis, ticks in (
-        (axes.xaxis, (1, 2, 3, 5, 10, 20, 50, 100, 200)),
-        (axes.yaxis, (0.2, 0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5)),
-    ):
-        axis.set_major_locator(FixedLocator(ticks))
-        axis.set_major_formatter("{x:g}")
-        axis.set_minor_locator(FixedLocator([]))
-    costs = [point["plan"] + point["run"] + point["compare"] for line in points.values() for point in line]
-    axes.set_xlim(0.7 * min(costs), 1.7 * max(costs))
-    axes.set_ylim(min(*axes.get_ylim(), 0.7), max(*axes.get_ylim(), 2))
-    axes.grid(visible=True, color="#dddddd", linewidth=0.6)
-    axes.legend(frameon=False)
+def row(copy: str, name: str, target: float, point: Point) -> str:
+    """Return a line of the table."""
+    if "failure" in point:
+        seconds = f"> {point['seconds']:g}" if "seconds" in point else "–"
+        return f"| {name} | {100 * target:g} | {copy} | {seconds} | | | | | {point['failure'][:100]} |"
+    seconds = " | ".join(f"{point[stage]:.2f}" for stage in ("seconds", "plan", "run", "compare"))
+    worst = max(point["parts"], key=point["parts"].__getitem__)
+    error = 100 * np.nanmax(point["error"])
+    return f"| {name} | {100 * target:g} | {copy} | {seconds} | {error:.2f} | {worst}, n = {point['realizations']} |"
+
+
+def ratios(points: Points) -> None:
+    """Print the CPU time of the last copy over that of the first, by scene and target."""
+    first, *_, last = points
+    targets = sorted({target for table in points.values() for of in table.values() for target in of}, key=float)
+    print(f"\nCPU time of {last} over {first} (< where {first} was ended), stated total errors, %, in brackets:")
+    print("| scene | " + " | ".join(f"{100 * float(target):g} %" for target in reversed(targets)) + " |")
+    print("|---" * (len(targets) + 1) + "|")
+    found: dict[str, list[float]] = {target: [] for target in targets}
+    for name in points[last]:
+        cells = []
+        for target in reversed(targets):
+            both = [points[copy].get(name, {}).get(target, {}) for copy in (last, first)]
+            if not all("seconds" in point for point in both) or "failure" in both[0]:
+                cells.append("–")
+                continue
+            ratio = both[0]["seconds"] / both[1]["seconds"]
+            if name not in BUNDLED:
+                found[target].append(ratio)
+            errors = "/".join(f"{100 * np.nanmax(p['error']):.2f}" if "error" in p else "–" for p in both)
+            cells.append(f"{'< ' * ('failure' in both[1])}{ratio:.2f} ({errors})")
+        print(f"| {name} | " + " | ".join(cells) + " |")
+    medians = (f"{median(found[target]):.2f}" if found[target] else "–" for target in reversed(targets))
+    print("| median of the drawn | " + " | ".join(medians) + " |")
+
+
+def chart(points: Points, path: Path) -> None:
+    """Draw the error asked for over CPU seconds, a panel for each scene and a line for each copy."""
+    names = list(dict.fromkeys(name for table in points.values() for name in table))
+    columns = min(5, len(names))
+    figure, panels = plt.subplots(
+        -(-len(names) // columns),
+        columns,
+        sharex=True,
+        sharey=True,
+        squeeze=False,
+        figsize=(2.1 * columns, 1.9 * -(-len(names) // columns)),
+        layout="constrained",
+    )
+    for axes in panels.flat[len(names) :]:
+        axes.set_visible(False)
+    for axes, name in zip(panels.flat, names, strict=False):
+        for number, copy in enumerate(points):
+            line = sorted((float(target), point) for target, point in points[copy].get(name, {}).items())
+            done = [(point["seconds"], 100 * target) for target, point in line if "error" in point]
+            ended = [
+                (point["seconds"], 100 * target)
+                for target, point in line
+                if "error" not in point and "seconds" in point
+            ]
+            style = {"color": f"C{number}", "label": copy}
+            axes.loglog(*np.reshape(done, (-1, 2)).T, "o-", ms=3, **style)
+            axes.loglog(*np.reshape(ended, (-1, 2)).T, ">", ms=4, mfc="none", color=f"C{number}")
+        axes.set_title(name, fontsize=9)
+        axes.grid(visible=True, color="0.9", linewidth=0.6)
+    panels[0, 0].legend(frameon=False, fontsize=8)
+    figure.supxlabel("CPU time of plan, run and comparison, s", fontsize=9)
+    figure.supylabel("total error asked for, %", fontsize=9)
     figure.savefig(path, dpi=150)
 
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    options.add_argument("--scene", default="steel-1.2GPa")
-    options.add_argument("--before", type=Path, help="a checkout of another commit")
-    options.add_argument("--targets", type=float, nargs="+", default=[0.04, 0.02, 0.014, 0.01])
-    options.add_argument("--more", type=float, nargs="*", default=[], help="targets of this copy alone, after those")
-    options.add_argument("-o", "--output", type=Path, default=Path("chain.png"))
-    options.add_argument("--child", type=float, help=argparse.SUPPRESS)
-    options.add_argument("--most", type=int, help=argparse.SUPPRESS)
+    options.add_argument("copies", nargs="*", default=["now=."], metavar="NAME=DIRECTORY")
+    options.add_argument("--scenes", nargs="+", help="names; all if left out")
+    options.add_argument("--targets", type=float, nargs="+", default=TARGETS)
+    options.add_argument("--limit", type=float, default=200.0, help="CPU seconds of a point")
+    options.add_argument("-o", "--output", type=Path, default=Path("runs/chain"), help="folder")
+    options.add_argument("--child", help=argparse.SUPPRESS)
     given = options.parse_args()
     if given.child is not None:
-        if given.most is None:  # loads modules and kernels; another surface, for results of this one might be kept
-            measure(WARM_UP[given.scene == WARM_UP[0]], 0.02, None)
-        print(json.dumps(measure(given.scene, given.child, given.most)))
+        child(given.child, given.targets[0], given.limit)
         return
-    trees = {"now": HERE} if given.before is None else {"before": given.before.resolve(), "now": HERE}
-    points: dict[str, list[dict[str, Any]]] = {name: [] for name in trees}
+    trees = {name: Path(path).resolve() for name, _, path in (copy.partition("=") for copy in given.copies)}
+    given.output.mkdir(parents=True, exist_ok=True)
+    kept = given.output / "chain.json"
+    points: Points = json.loads(kept.read_text()) if kept.exists() else {}
     for tree in trees.values():
-        in_process(tree, given.scene, 0.05, most=1)  # compiles
-    print("| | target, % | plan, s | run, s | compare, s | all, s | T_flash, K | total error, % | realizations |")
+        in_process(tree, "demo", 0.05, given.limit)  # compiles
+    print("| scene | target, % | copy | CPU s | plan | run | compare | total error, % | largest part |")
     print("|---|---|---|---|---|---|---|---|---|")
-    for target in (*given.targets, *given.more):
-        for name, tree in trees.items() if target in given.targets else [("now", HERE)]:
-            point = in_process(tree, given.scene, target) | {"target": target}
-            points[name].append(point)
-            seconds = [point[stage] for stage in ("plan", "run", "compare")]
-            times = " | ".join(f"{value:.1f}" for value in (*seconds, sum(seconds)))
-            print(
-                f"| {name} | {100 * target:g} | {times} | {point['mean']:.1f} | {100 * point['error']:.2f} | "
-                f"{point['realizations']} |",
-                flush=True,
-            )
-    chart(points, rs.load_scene(given.scene).title, given.output)
+    for name in given.scenes or scenes():
+        for target in given.targets:
+            for copy, tree in trees.items():
+                table = points.setdefault(copy, {}).setdefault(name, {})
+                if f"{target:g}" not in table:
+                    table[f"{target:g}"] = in_process(tree, name, target, given.limit)
+                    kept.write_text(json.dumps(points, indent=1))
+                print(row(copy, name, target, table[f"{target:g}"]), flush=True)
+    if len(points) > 1:
+        ratios(points)
+    chart(points, given.output / "chain.png")
 
 
 if __name__ == "__main__":
