@@ -1,6 +1,5 @@
-"""A bar that shows how far a run is, on a terminal or in a notebook; in a file or pipe it is a few lines."""
+"""A bar that shows how far a run is, on a terminal or in a notebook; in a file or pipe it is a line for each round."""
 
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from importlib import import_module
@@ -8,10 +7,10 @@ from typing import Any
 
 from rich import progress as bars
 
-from roughsim.ensemble.status import count_text, end_known, reached, realizations_needed
+from roughsim.ensemble.status import count_text, needed, reached, time_left
 from roughsim.results.run import Run
 from roughsim.show.terminal import PlainConsole
-from roughsim.show.text import clock, is_notebook
+from roughsim.show.text import is_notebook
 
 
 class PatientConsole(PlainConsole):
@@ -28,32 +27,23 @@ class PatientConsole(PlainConsole):
 
 
 class Progress:
-    """A bar on a terminal, or five lines in all in a file or pipe; one that is closed or full does not stop the run."""
+    """A bar on a terminal, or a line for each round in a file or pipe; a closed or full one does not stop the run."""
 
     def __init__(self, console: PatientConsole):
         self.console = console
         count, left = (bars.TextColumn(text, markup=False) for text in ("{task.description}", "{task.fields[left]}"))
         self.bar = bars.Progress(count, bars.BarColumn(), left, console=console, disable=not console.is_terminal)
         self.task = self.bar.add_task("planning", total=None, left="")
-        self.began = time.monotonic()
-        self.first: int | None = None  # number of members before this process added any
-        self.printed = -1  # realizations in the line that was printed last
+        self.round = 0  # that was shown last
 
     def update(self, run: Run) -> None:
         """Show the state of the run, and the time left once that is known."""
-        count, members = run.realizations, len(run.members)
-        if self.first is None:
-            self.first = members - 1
-        needed = realizations_needed(run)
-        expected = run.numerics.members(needed)
-        rate = (members - self.first) / max(time.monotonic() - self.began, 1e-9)
-        left = f"{clock(max(expected - members, 0) / rate)} left" if end_known(run) else "time left not known yet"
-        text = count_text(run) + reached(run)
+        text, left = count_text(run) + reached(run), time_left(run)
+        done, total = len(run.members), max(sum(needed(run)), 1)
         with suppress(OSError):
-            self.bar.update(self.task, description=text, total=1.0, completed=min(members / expected, 1.0), left=left)
-        # without a bar: five lines in all, and no count twice
-        if self.bar.disable and count and count % max(needed // 5, 1) == 0 and count != self.printed:
-            self.printed = count
+            self.bar.update(self.task, description=text, total=1.0, completed=min(done / total, 1.0), left=left)
+        if self.bar.disable and run.rounds.number != self.round:
+            self.round = run.rounds.number
             self.console.print_lines(f"{text}, {left}")
 
 

@@ -10,7 +10,6 @@ from roughsim.grid import Array, Grid
 from roughsim.observables.directions import flash_temperature_along
 from roughsim.observables.moments import measure
 from roughsim.pipeline import Problem, Solution, solve_problem
-from roughsim.scene import Scene
 from roughsim.show.text import note
 from roughsim.surface.topography import Topography
 from roughsim.surface.topography.periodic import band_limited, gaussian_twin, periodic_part
@@ -19,16 +18,16 @@ TWIN_STREAM = 2**32 - 1  # of the random phases; no level of a run has it
 
 
 def by_direction(
-    scene: Scene, topography: Topography, problem: Problem, solution: Solution, edges: str, *, twin: bool
+    asked: float | None, topography: Topography, problem: Problem, solution: Solution, edges: str, *, twin: bool
 ) -> dict[str, Any]:
     """Return what a member stores: the directions, radians, and T_flash over its mean; with `twin` over that of one.
 
-    The directions are along and across the lay of the whole map, and that of the scene if it has one.
+    The directions are along and across the lay of the whole map, and the one that is asked for, if any.
     """
     lay = topography.texture.lay
     angles = {"along": lay, "across": (lay + 0.5 * pi) % pi}
-    if scene.sliding.direction is not None:
-        angles["asked"] = scene.sliding.direction
+    if asked is not None:
+        angles["asked"] = asked
     found: dict[str, Any] = {"angles": angles, "over_mean": over_mean(problem, solution, angles, edges)}
     if twin:
         note("the map and its Gaussian twin")

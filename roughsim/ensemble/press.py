@@ -2,23 +2,22 @@
 
 import hashlib
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from math import ceil, pi
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
+from roughsim import prediction
 from roughsim.ensemble.directions import by_direction
-from roughsim.ensemble.run import begin
-from roughsim.ensemble.tasks import sweep
-from roughsim.ensemble.workers import Job, single_member, write
-from roughsim.errors import ResolutionError
-from roughsim.fourier import set_threads
+from roughsim.ensemble.run import begin, check_workers, complete, fit
+from roughsim.ensemble.signals import stopped_by_signals
+from roughsim.ensemble.workforce import Workforce
+from roughsim.errors import ConvergenceError, ResolutionError
 from roughsim.grid import Array, Grid
-from roughsim.machine import available_memory, exceeds, workers_that_fit
-from roughsim.pipeline import solve_problem
+from roughsim.machine import exceeds
+from roughsim.pipeline import Problem, Solution
 from roughsim.planning.levels import ELASTIC_SIDE, PIXELS
-from roughsim.planning.realization import largest_member, level_problem
 from roughsim.results.folder import folder_state, open_run
 from roughsim.results.pressed import DIRECTIONS, OVERSHOOT
 from roughsim.results.run import Run
@@ -26,9 +25,7 @@ from roughsim.scene import Scene, SceneError
 from roughsim.scene.files import load_map
 from roughsim.scene.numerics import SLIDING, Column, Level, Numerics, Reason
 from roughsim.show.text import note
-from roughsim.store.claims import Claims
 from roughsim.store.kinds import MAP, QUARTERS
-from roughsim.store.member_files import member_name, member_path
 from roughsim.surface.topography import Topography
 from roughsim.surface.topography.periodic import band_limited, mirrored, overshoots
 
@@ -50,6 +47,7 @@ def press(
     *,
     edges: Edges | None = None,
     changes: Mapping[str, Any] | None = None,
+    workers: int | None = 1,
 ) -> Run:
     """Press the very map that [surface] topography of a scene names, and each of its quarters.
 
@@ -72,6 +70,8 @@ def press(
         if the file says that the map is periodic, else mirror.
     changes : mapping, optional
         Other values of some keys of the scene, as for `load_scene`.
+    workers : int, optional
+        As of `roughsim.run`.
 
     Returns
     -------
@@ -85,23 +85,34 @@ def press(
     ConvergenceError
         If a contact misses the tolerance.
     """
+    check_workers(workers, None)
     loaded, topography = load_map(scene, changes)
+    loaded = prediction.computed(loaded)
     refuse(loaded, topography.grid, edges)
     edges = edges or ("tile" if topography.periodic else "mirror")
-    digest = hashlib.sha256(topography.heights.tobytes()).hexdigest()
-    home, whole = Path(folder), cell_of(topography.heights, topography.grid, edges)
+    whole, parts = cell_of(topography.heights, topography.grid, edges), quarters(topography)
     resolution = resolution_of(loaded, whole.grid)
-    tasks = []
-    for place, cells, how in ((home, [whole], edges), (home / QUARTERS, quarters(topography), "mirror")):
+    digest = hashlib.sha256(topography.heights.tobytes()).hexdigest()
+    force, begun = Workforce(workers, None), []
+    for kind, home, cells, how in (
+        (MAP, Path(folder), [whole], edges),
+        (QUARTERS, Path(folder) / QUARTERS, parts, "mirror"),
+    ):
         own = replace(loaded, ensemble=replace(loaded.ensemble, until=(), max_realizations=len(cells)))
-        numerics = None if folder_state(place) == "run" else numerics_of(own, cells[0].grid, resolution, how)
+        numerics = None if folder_state(home) == "run" else numerics_of(own, cells[0].grid, resolution, how)
         if numerics is not None:
-            workers_that_fit(1, *largest_member(own, numerics), available_memory())
-        about = {"of": MAP if len(cells) == 1 else QUARTERS, "edges": how, "heights": digest}
-        tasks.append((place, own, begin(own, place, numerics, pressed=about), cells, how))
-    for task in tasks:
-        solve(*task, topography)
-    result = open_run(home)
+            fit(force, [(own, numerics)])
+        numerics = begin(own, home, numerics, pressed={"of": kind, "edges": how, "heights": digest})
+        surfaces = MapSurfaces(kind, topography, tuple(cells), how, loaded.sliding.direction, len(numerics.levels) - 1)
+        begun.append(((own, numerics, home), surfaces))
+    with stopped_by_signals() as check, force:
+        for one, surfaces in begun:
+            (run,) = complete([one], force, check, surfaces=surfaces)
+            for member in run.members.values():
+                if member.failure:
+                    about = member.provenance
+                    raise ConvergenceError(member.failure, about["residual"], about["iterations"])
+    result = open_run(folder)
     result.save()
     return result
 
@@ -198,31 +209,29 @@ def numerics_of(scene: Scene, grid: Grid, resolution: Resolution, edges: str) ->
     )
 
 
-def solve(
-    folder: Path, scene: Scene, numerics: Numerics, cells: Sequence[Cell], edges: str, topography: Topography
-) -> None:
-    """Compute the members that are missing, the last level with its directions; damaged ones are moved aside first."""
-    home = Path(os.path.abspath(folder))
-    provenance = {"scene": scene.identity(), "numerics": numerics.to_dict()}
-    set_threads(numerics.threads)
-    with Claims(home) as claims:
-        sweep(home, claims)
-        for index, (heights, grid) in enumerate(cells):
-            for number, level in enumerate(numerics.levels):
-                if member_path(home, number, index).exists():
-                    continue
-                claims.take(member_name(number, index))  # another process at work computes the same bits
-                name = "map" if len(cells) == 1 else f"quarter {index + 1}"
-                note(f"{name}: {level.shape[0]} × {level.shape[1]} points")
-                problem = replace(level_problem(scene, numerics, number), index=index)
-                job = Job(number, problem, scene.speeds, numerics.keep_fields, provenance, home)
-                surface = band_limited(heights, grid, level.shape, level.q_max)
-                solution = solve_problem(problem, heights=surface)
-                member = single_member(job, problem, solution)
-                if number == len(numerics.levels) - 1:
-                    more = by_direction(scene, topography, problem, solution, edges, twin=len(cells) == 1)
-                    pressure = solution.contact.pressure
-                    beside = overshoots(surface, heights, grid, level.q_max)
-                    over = float(pressure[beside].sum() / pressure.sum())
-                    member = replace(member, provenance=member.provenance | {DIRECTIONS: more, OVERSHOOT: over})
-                write(job, problem, member)
+@dataclass(frozen=True, slots=True, eq=False)
+class MapSurfaces:
+    """Surfaces of the members of a pressed map: each realization is one of its cells, at all levels."""
+
+    kind: str  # `MAP` or `QUARTERS`
+    topography: Topography
+    cells: tuple[Cell, ...]
+    edges: str
+    direction: float | None  # of sliding, radians, if the scene has one
+    last: int  # level, at which the directions are found
+
+    def heights(self, problem: Problem) -> Array:
+        """Return a cell with the waves that the level has, m, on its grid."""
+        name = "map" if self.kind == MAP else f"quarter {problem.index + 1}"
+        note(f"{name}: {problem.grid.shape[0]} × {problem.grid.shape[1]} points")
+        return band_limited(*self.cells[problem.index], problem.grid.shape, float(problem.spectrum.breaks[-1]))
+
+    def about(self, level: int, problem: Problem, solution: Solution) -> dict[str, Any]:
+        """Return what the last level adds: T_flash by direction, and the share of the load beside spikes."""
+        if level != self.last:
+            return {}
+        twin = self.kind == MAP
+        more = by_direction(self.direction, self.topography, problem, solution, self.edges, twin=twin)
+        pressure = solution.contact.pressure
+        beside = overshoots(solution.heights, *self.cells[problem.index], float(problem.spectrum.breaks[-1]))
+        return {DIRECTIONS: more, OVERSHOOT: float(pressure[beside].sum() / pressure.sum())}

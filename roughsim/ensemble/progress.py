@@ -1,4 +1,4 @@
-"""The progress of a run on a terminal: realizations, errors beside their targets, and the time left."""
+"""The progress of a run on a terminal: its plan, its rounds, and its end."""
 
 import time
 from contextlib import suppress
@@ -6,7 +6,7 @@ from pathlib import Path
 
 from roughsim.ensemble.bar import PatientConsole, Progress
 from roughsim.ensemble.run import carry_out
-from roughsim.ensemble.status import losses, reached
+from roughsim.ensemble.status import losses, outcome
 from roughsim.ensemble.workforce import Workforce
 from roughsim.planning.limits import judge
 from roughsim.planning.realization import march_problem
@@ -19,7 +19,7 @@ from roughsim.show.text import clock, warn
 def run_shown(scene: Scene, folder: Path, workers: int | None, *, began: float | None = None) -> Run:
     """Plan and run a scene as `roughsim.run` does, showing plan, progress and end; None: as many workers as fit.
 
-    `began` is when the command was given, s by `time.monotonic`; now if left out. The last line tells the time since.
+    `began` is when the command was given, s by `time.monotonic`; now if left out. The last line has the time since.
     """
     began = time.monotonic() if began is None else began
     console = PatientConsole(stderr=True)
@@ -30,11 +30,10 @@ def run_shown(scene: Scene, folder: Path, workers: int | None, *, began: float |
         console.print_lines(*plan, style="dim")
         if numerics.march is not None:
             steps = march_problem(scene, numerics).steps
-            told = f"sliding: {steps} contacts in turn for each member; one that is broken off begins again"
-            console.print_lines(told, style="dim")
+            words = f"sliding: {steps} contacts in turn for each member; one that is broken off begins again"
+            console.print_lines(words, style="dim")
         for line in judge(scene, numerics).warnings:
             warn(line)
-        progress.began = time.monotonic()  # the time left follows from the members alone
 
     try:
         with suppress(OSError):
@@ -43,9 +42,6 @@ def run_shown(scene: Scene, folder: Path, workers: int | None, *, began: float |
     finally:
         with suppress(OSError):
             progress.bar.stop()
-    duration = clock(time.monotonic() - began)
-    console.print_lines(f"{result.realizations} realizations in {result.folder}, {duration}{reached(result)}")
+    console.print_lines(f"{result.extent} in {result.folder}, {clock(time.monotonic() - began)}; {outcome(result)}")
     console.print_lines(*losses(result))
-    if result.until and not result.target_met:
-        console.print_lines("target not reached: raise --max, or the target, and give the same command again")
     return result

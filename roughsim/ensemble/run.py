@@ -1,8 +1,8 @@
 """`run`: an ensemble computed into a folder, from the checks before any work to the last member.
 
-A member is one realization at one level, named by (level, index). Its random stream is SeedSequence(seed,
-spawn_key=(stream, index)); all levels of a run share the stream of the finest, so they see the same modes. A member has
-the same bits whoever computes it and whenever, so any number of processes may work on one run.
+A member is one realization of one level, named by (level, index). Its random stream is SeedSequence(seed,
+spawn_key=(stream, index)). A member has the same bits whoever computes it and whenever, and how many there are of each
+level follows from the members alone. So any number of processes may work on one run.
 """
 
 import errno
@@ -14,22 +14,22 @@ from pathlib import Path
 from typing import Any
 
 from roughsim import prediction
-from roughsim.ensemble.compiling import begin_compiling_for
 from roughsim.ensemble.signals import stopped_by_signals
-from roughsim.ensemble.tasks import AtWork, Tasks, clear, sweep
+from roughsim.ensemble.tasks import ActiveRun, Tasks, clear, sweep
+from roughsim.ensemble.workers import Surfaces
 from roughsim.ensemble.workforce import Workforce, leave_if_imported, refuse_script_without_file
 from roughsim.errors import RecordError
 from roughsim.pipeline import versions
 from roughsim.planning.plan import plan
-from roughsim.planning.realization import largest_member
-from roughsim.results.folder import describe, folder_state, mixed, open_run, read_description
+from roughsim.planning.realization import largest_member, scene_of
+from roughsim.results.folder import describe, folder_state, open_run, read_description
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics, Reason
 from roughsim.show.text import is_notebook
 from roughsim.store.claims import Claims
 from roughsim.store.kinds import CONTENT, KIND, PRESS, RUN, again, content_of, kind_of
-from roughsim.store.member_hdf5 import FORMAT
+from roughsim.store.member_files import FORMAT
 
 
 def run(
@@ -58,20 +58,20 @@ def run(
     seed : int, optional
         The scene's if left out.
     until : dict of str to float, optional
-        Relative 95 % half-width of each named observable at which to stop, at the worst speed; the scene's if left out.
+        Relative total error, 95 %, of each named observable at which to stop, at the worst speed; the scene's if left
+        out. It is looked at after rounds of members. A run that cannot reach it ends, too, and says why.
     max_realizations : int, optional
-        Where to stop in any case; the scene's if left out. Each of several processes stops by its own `until` and
-        `max_realizations`; run.json tells those of the one that started last.
+        Members that each level has at most; the scene's if left out. Each of several processes stops by its own `until`
+        and `max_realizations`; run.json has those of the one that started last.
     workers : int, optional
         Processes; 1 computes in this one. None: as many as this process has cores. Together they take 80 % of the
         available memory at most: there are fewer where that is too little, and a warning says so. A script that asks
         for more than one needs ``if __name__ == "__main__":``; a notebook does not.
     executor : concurrent.futures.Executor, optional
-        Used in place of own processes; twice `workers` calls are kept in flight. A call computes one member, or
-        several that take a quarter of a second together. Each of its processes looks whether its memory has room for
-        one member; whether it has room for all that run on one machine is left to the caller.
+        Used in place of own processes; twice `workers` members are kept in flight. Each of its processes looks whether
+        its memory has room for one member; whether it has room for all that run on one machine is left to the caller.
     observer : callable, optional
-        Called with the run after each member has been stored, or after several short ones.
+        Called with the run after each member has been stored.
 
     Returns
     -------
@@ -119,10 +119,7 @@ def carry_out(
     `planned` is called with the numerics of the run before its members are computed.
     """
     with stopped_by_signals() as check, workforce as force:
-        if numerics is None and not folder.exists():
-            begin_compiling_for(scene, folder)
-            force.start()  # while this process plans
-        elif numerics is not None:
+        if numerics is not None:
             fit(force, [(scene, numerics)])  # before a folder is made for what does not fit
         numerics = begin(scene, folder, numerics)
         if planned is not None:
@@ -146,13 +143,12 @@ def complete(
     observer: Callable[[Run], None] | None = None,
     *,
     claimed_in: Path | None = None,
-    next_target: Callable[[Run], dict[str, float] | None] | None = None,
+    surfaces: Surfaces | None = None,
 ) -> list[Run]:
-    """Compute the members that runs which were begun still lack; they have the same levels and seed.
+    """Compute the members that runs which were begun still lack; they have the same levels and seed. Errors as `run`.
 
     `claimed_in` is the folder of the claims, which processes with other runs besides these share; left out: that of the
-    first run. `next_target` says to what errors a run goes on once it has met its targets; None: it has ended. Errors
-    as `run`.
+    first run. `surfaces` take the place of drawn ones.
     """
     homes = [Path(os.path.abspath(folder)) for *_, folder in begun]  # workers may have started in another directory
     fit(force, [(scene, numerics) for scene, numerics, _ in begun])
@@ -164,19 +160,12 @@ def complete(
             # another process may have written where it stops itself
             run.until, run.max_realizations = dict(scene.ensemble.until), scene.ensemble.max_realizations
             run.refresh()
-            runs.append(AtWork(scene, numerics, home, run))
-        tasks = Tasks(runs, claims, check, observer)
-        tasks.complete(force)
-        while next_target is not None and (lower := {one: until for one in runs if (until := next_target(one.run))}):
-            for one, until in lower.items():
-                begin(aimed(one.scene, until=until), one.folder, one.numerics)  # who resumes the run goes on to it, too
-                one.run.until = until
-                one.run.refresh()
-            tasks.complete(force)
-        for at_work in runs:
-            at_work.run.save()
-            clear(at_work.folder, claims)
-    return [at_work.run for at_work in runs]
+            runs.append(ActiveRun(scene_of(scene, numerics), numerics, home, run, surfaces))
+        Tasks(runs, claims, check, observer).complete(force)
+        for active in runs:
+            active.run.save()
+            clear(active.folder, claims)
+    return [active.run for active in runs]
 
 
 def fit(force: Workforce, begun: Sequence[tuple[Scene, Numerics]]) -> None:
@@ -213,26 +202,33 @@ def begin(
     except FileNotFoundError:
         reason = "the current directory was deleted; change to another one, or give the whole path of the run folder"
         raise FileNotFoundError(errno.ENOENT, reason) from None
-    state = folder_state(folder)
-    if state == "foreign":
+    if folder_state(folder) == "foreign":
         raise RecordError(f"{folder} {content_of(folder)}; name a new folder for the run")
     refuse_other_kind(folder, kind)
     of_kind = {KIND: kind} | ({} if pressed is None else {PRESS: dict(pressed)})
-    if state != "run":
+    if folder_state(folder) != "run":
         planned = plan(scene) if numerics is None else numerics
+        computed = scene_of(scene, planned)
         try:
-            describe(folder, description_of(scene, planned) | of_kind, scene, first=True)
+            describe(folder, description_of(computed, planned) | of_kind, computed, first=True)
             return planned
         except FileExistsError:
-            # another process was quicker: its numerics count, since plans made at different times may differ
+            # another process was quicker: its numerics count, since the plans of other versions may differ
             refuse_other_kind(folder, kind)
     stored = read_description(folder)
-    if pressed is not None and PRESS not in stored:
-        raise RecordError(mixed(folder, kind))
     numerics = numerics_begun(folder, stored, scene) if numerics is None else numerics
-    description = description_of(scene, numerics) | of_kind
+    computed = scene_of(scene, numerics)
+    description = description_of(computed, numerics) | of_kind
+    refuse_other_scene(folder, stored, description)
+    # versions and reasons may differ from process to process: those of the first one stay
+    describe(folder, description | {key: stored[key] for key in ("versions", "reasons")}, computed)
+    return numerics
+
+
+def refuse_other_scene(folder: Path, stored: Mapping[str, Any], description: Mapping[str, Any]) -> None:
+    """Refuse to go on with another scene, map or numerics; RecordError, naming the first key that differs."""
     there, here = (
-        {**it.get(PRESS, {}), **it["scene"], **it["numerics"], "keep_fields": None} for it in (stored, description)
+        {**of.get(PRESS, {}), **of["scene"], **of["numerics"], "keep_fields": None} for of in (stored, description)
     )
     for key in dict.fromkeys((*there, *here)):
         if (old := there.get(key, "absent")) != (new := here.get(key, "absent")):
@@ -240,22 +236,16 @@ def begin(
                 f"{folder} holds another scene: {key} is {old} there and {new} here; name another folder, or give the "
                 "scene as it was"
             )
-    # versions and reasons may differ from process to process: those of the first one stay, as does what only it knows
-    first = {key: value for key, value in stored.items() if key not in description or key in ("versions", "reasons")}
-    first.pop("checksums", None)
-    if KIND not in stored:  # of an older version: a finished run on a disk that takes nothing stays as it is
-        del description[KIND]
-    describe(folder, description | first, scene)
-    return numerics
 
 
 def numerics_begun(folder: Path, stored: Mapping[str, Any], scene: Scene) -> Numerics:
-    """Return the numerics of a run that was begun: a plan made now, for a longer run, might differ."""
+    """Return the numerics of a run that was begun: a plan of another version might differ."""
     try:
-        reasons, keep = tuple(Reason(*words) for words in stored["reasons"]), scene.numerics.keep_fields
+        reasons = tuple(Reason(*words) for words in stored["reasons"])
         numerics = replace(Numerics.from_dict(stored["numerics"]), reasons=reasons)
     except (KeyError, TypeError, ValueError) as error:
         raise RecordError(f"{folder} cannot be opened: {error}") from error
+    keep = scene.numerics.keep_fields
     return numerics if keep is None else replace(numerics, keep_fields=keep)
 
 

@@ -1,9 +1,9 @@
-"""The state of a run in words and as JSON: realizations, targets, processes at work, time left, and lost members."""
+"""The state of a run in words and as JSON: rounds, targets, processes at work, time left, and lost members."""
 
 from math import isfinite
 from typing import Any
 
-from roughsim.estimate.errors import LEAST, LEAST_FINE, relative_half_width
+from roughsim.estimate.rounds import Counts, work
 from roughsim.results.folder import left_out
 from roughsim.results.run import Run
 from roughsim.show.table import json_value
@@ -11,13 +11,14 @@ from roughsim.show.text import clock
 from roughsim.store.claims import writer
 from roughsim.store.member_files import member_name
 
-RECENT = 20  # members over which the pace is measured
-
 
 def status_dict(run: Run) -> dict[str, Any]:
-    """Return the state of a run as JSON values: counts, targets, means at all speeds, seconds left."""
+    """Return the state of a run as JSON values: counts, targets, means at all speeds, seconds left.
+
+    `members`, `wanted` and `members_needed` are by level: those that count, of the round in progress, and to the end.
+    """
     process = at_work(run)
-    missing = run.missing
+    missing, rounds = run.missing, run.rounds
     result: dict[str, Any] = {
         "folder": str(run.folder),
         "writer": process,
@@ -26,8 +27,15 @@ def status_dict(run: Run) -> dict[str, Any]:
         "missing": missing,
         "lost": [] if process else missing,  # those that no process computes now
         "damaged": [member_name(*key) for key in run.damaged],
+        "round": rounds.number + 1,
+        "members": list(run.counts),
+        "wanted": list(rounds.wanted),
         "needed": realizations_needed(run),
+        "members_needed": list(needed(run)),
+        "finished": run.finished,
         "target_met": run.target_met,
+        "why": rounds.verdict.why if rounds.verdict else "",
+        "errors": {name: json_value(error) for name, error in total_errors(run).items()},
         "seconds_left": seconds_left(run),
         "until": run.until,
         "max_realizations": run.max_realizations,
@@ -60,85 +68,83 @@ def at_work(run: Run) -> str | None:
 
 
 def reported_observables(run: Run) -> list[str]:
-    """Return the observables of the targets and the flash temperature; none before the first sound realization."""
-    return list(dict.fromkeys((*run.until, "flash_temperature"))) if run.sound(run.realizations) else []
+    """Return the observables of the targets and the flash temperature; none before the first round is complete."""
+    return list(dict.fromkeys((*run.until, "flash_temperature"))) if run.rounds.verdict else []
 
 
 def losses(run: Run) -> list[str]:
-    """Return a line each on the realizations that failed, are missing or damaged; empty for a whole run."""
+    """Return a line each on the members that failed, are missing or damaged; empty for a whole run."""
     lines = [f"{run.failed} did not converge and are left out of the means"] if run.failed else []
     march = run.numerics.march
-    if march is not None and (failed := len(run.members.failed(march, run.realizations))):
+    if march is not None and (failed := len(run.members.failed(march, run.counts[march]))):
         lines.append(f"{failed} members that slide did not converge and are left out of the column sliding")
     return lines + left_out(run)
 
 
 def state_line(run: Run) -> str:
-    """Return in one line the number of realizations, the errors beside their targets, and whether more are coming."""
-    if run.target_met or run.realizations >= run.max_realizations:
-        return f"{run.extent}{reached(run)}; finished: {ended(run)}"
-    process, left = writer(run.folder), seconds_left(run)
+    """Return in one line how far a run is, the errors beside their targets, and whether more members are coming."""
+    if run.finished:
+        return f"{run.extent}, {sum(run.counts)} members{reached(run)}; finished: {outcome(run)}"
+    process = writer(run.folder)
     now = f"being computed by {process}" if process else "not being computed now"
-    pace = f", {clock(left)} left at the latest pace" if left is not None else ""
-    return f"{count_text(run)}{reached(run)}; {now}{pace}"
+    return f"{run.extent}, {count_text(run)}{reached(run)}; {now}, {time_left(run)}"
 
 
-def ended(run: Run) -> str:
-    """Return why a run has ended, and which parts of the error of its targets are unknown."""
-    why = "the target of the statistical error is met" if run.target_met else "all realizations are there"
-    sound = run.sound(run.realizations)
-    unknown = dict.fromkeys(part for name in run.until if sound for part in run.estimate(name).unknown)
-    return why + (f"; the error by {', '.join(unknown)} is unknown" if unknown else "")
+def outcome(run: Run) -> str:
+    """Return why a run has ended, with the targets that it has not reached."""
+    why = run.rounds.verdict.why if run.rounds.verdict else ""
+    return f"target not reached: {why}{reached(run)}" if run.until and not run.target_met else why
 
 
-def statistical_errors(run: Run) -> dict[str, float]:
-    """Return the relative 95 % half-width of each target; empty while there is none, or one is unknown."""
-    if len(run.sound(run.realizations)) < 4:
-        return {}
-    widths = {name: relative_half_width(run.reported(name)) for name in run.until}
-    return widths if all(map(isfinite, widths.values())) else {}
-
-
-def realizations_needed(run: Run) -> int:
-    """Return how many realizations the targets will take: the half-width falls as 1/√n."""
-    if not run.until:
-        return run.max_realizations
-    worst = max((width / run.until[name] for name, width in statistical_errors(run).items()), default=0.0)
-    # a level that is solved for every k-th realization needs a few solves too
-    seldom = max(level.every for level in run.numerics.levels)
-    by_scatter = round(len(run.sound(run.realizations)) * worst**2)
-    return min(max(LEAST, (LEAST_FINE - 1) * seldom + 1, by_scatter, run.realizations), run.max_realizations)
-
-
-def count_text(run: Run) -> str:
-    """Return how many realizations are there, and how many the targets take, once that is known."""
-    if end_known(run):
-        return f"{run.realizations} of about {realizations_needed(run)} realizations"
-    return f"{run.realizations} realizations; how many the target takes shows after {realizations_needed(run)}"
-
-
-def end_known(run: Run) -> bool:
-    """Whether there are enough realizations to say how many the targets take."""
-    if not run.until or run.max_realizations <= LEAST:
-        return True
-    return len(run.sound(run.realizations)) >= LEAST and bool(statistical_errors(run))
-
-
-def seconds_left(run: Run) -> float | None:
-    """Return the time left at the pace of the latest members, s; None while the pace or the end is unknown."""
-    if not end_known(run):
-        return None
-    written = run.members.latest(RECENT)
-    if len(written) < 2 or written[-1] <= written[0]:
-        return None
-    missing = max(run.numerics.members(realizations_needed(run)) - len(run.members), 0)
-    return missing * (written[-1] - written[0]) / (len(written) - 1)
+def total_errors(run: Run) -> dict[str, float]:
+    """Return the relative total error, 95 %, of each target, after the last complete round; empty before the first."""
+    return run.rounds.verdict.errors if run.rounds.verdict else {}
 
 
 def reached(run: Run) -> str:
-    """Return the statistical errors beside their targets, in words that follow a count; empty while unknown."""
-    words = (
-        f"{name} statistical error {100 * width:.2g} % (target {100 * run.until[name]:g} %)"
-        for name, width in statistical_errors(run).items()
-    )
-    return f": {text}" if (text := ", ".join(words)) else ""
+    """Return the total errors beside their targets, in words that follow a count; empty while there are none."""
+    words = []
+    for name, error in total_errors(run).items():
+        size = f"{100 * error:.2g} %" if isfinite(error) else "unknown"
+        words.append(f"{name} total error {size} (target {100 * run.until[name]:g} %)")
+    return ": " + ", ".join(words) if words else ""
+
+
+def needed(run: Run) -> Counts:
+    """Return about how many members of each level there will be in the end; before that is known, of the round."""
+    return run.rounds.verdict.needed if run.rounds.verdict else run.rounds.wanted
+
+
+def realizations_needed(run: Run) -> int:
+    """Return about how many realizations of the lowest level there will be in the end."""
+    return needed(run)[run.numerics.of_column(run.column(None))[0]]
+
+
+def count_text(run: Run) -> str:
+    """Return the round in progress, and how many of its members are there."""
+    wanted = run.rounds.wanted
+    there = sum(min(run.available(level), count) for level, count in enumerate(wanted))
+    return f"round {run.rounds.number + 1}: {there} of {sum(wanted)} members"
+
+
+def seconds_left(run: Run) -> float | None:
+    """Return how long one process takes for the members that are still needed, s; None while it is unknown.
+
+    A level without members is as fast as the others for its modelled work.
+    """
+    if run.rounds.verdict is None:
+        return None
+    seconds = [run.members.seconds(level) for level in range(len(run.numerics.levels))]
+    works = [work(run.numerics, level) for level in range(len(seconds))]
+    pace = sum(times.sum() for times in seconds) / sum(len(t) * w for t, w in zip(seconds, works, strict=True))
+    left = 0.0
+    for level, count in enumerate(needed(run)):
+        mean = seconds[level].mean() if len(seconds[level]) else works[level] * pace
+        left += max(count - run.available(level), 0) * float(mean)
+    return left
+
+
+def time_left(run: Run) -> str:
+    """Return the time left in words."""
+    left = seconds_left(run)
+    return "time left not known yet" if left is None else f"about {clock(left)} of computing left"

@@ -1,7 +1,7 @@
-"""`Tasks`: hands out the members that are still to be computed until the targets are met; damaged ones again.
+"""`Tasks`: hands out the members of the round in progress until the run has ended; damaged ones again.
 
 Several runs with the same levels and seed may be worked on together, as the points of a study are: what is handed out
-is one member of all of them, so that surfaces and contacts which they share are computed once.
+is one member of those that want it, so that surfaces and contacts which they share are computed once.
 """
 
 import re
@@ -9,34 +9,30 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import partial
-from itertools import islice
-from math import inf
 from pathlib import Path
 
-from roughsim.ensemble.workers import Job, store_in_turn, store_members, store_where_it_fits
+from roughsim.ensemble.workers import Job, Surfaces, store_members, store_where_it_fits
 from roughsim.ensemble.workforce import Workforce
 from roughsim.errors import RecordError
 from roughsim.planning.march import seconds_of_march
-from roughsim.planning.realization import level_problem, march_problem
+from roughsim.planning.realization import below_problem, level_problem, march_problem
 from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
-from roughsim.store.claims import RENEWAL, Claims
-from roughsim.store.disk import DamagedError, is_temporary, set_aside
+from roughsim.store.claims import Claims
+from roughsim.store.disk import DamagedError, set_aside
 from roughsim.store.member_files import MEMBER_NAME, check_member, member_name, member_path
 
 Task = tuple[int, int]  # level and index
 RETRIES = 3  # times that a pool with a dead worker is started again without a new member in between
-CALL = 0.25  # s that a call of a worker takes at most, unless it has one member: a call costs dask some milliseconds
-UNDER_WAY = 0.25  # of the members done that calls of several members hold at most: a target may be met before them
 PAUSE = 0.5  # s between two looks at what other processes have done
 LONG_PAUSE = 2.0  # s between them at most, where members take longer than that: each that comes back is a look too
 LATE = 10.0  # s that a network file system may take to show what a worker has written
 LEAST_WAIT, LONGEST_WAITS = 600.0, 10.0  # s, and multiple of the longest time of a member, after which it is done again
-_MEMBER = re.compile(rf"{MEMBER_NAME.pattern}\.h5|\.{MEMBER_NAME.pattern}\.h5\..+\.tmp")
-_BEGUN = re.compile(r"\.(run\.json|scene\.toml|summary\.bin|estimates\.json)\..+\.tmp")
+_MEMBER = re.compile(rf"{MEMBER_NAME.pattern}\.h5")
+_BEGUN = re.compile(rf"\.(?:({MEMBER_NAME.pattern})\.h5|run\.json|scene\.toml|estimates\.json)\.[\w-]+\.tmp")
 _NO_GUARD = (
     'the script lacks `if __name__ == "__main__":`: each worker imports the script and would start the run again; '
     "put the call of run below that line, or compute with workers=1"
@@ -48,19 +44,20 @@ _GONE = (
 
 
 @dataclass(slots=True, eq=False)
-class AtWork:
+class ActiveRun:
     """A run that this process works on."""
 
     scene: Scene
     numerics: Numerics
     folder: Path  # absolute
     run: Run
+    surfaces: Surfaces | None = None  # None: they are drawn
     jobs: dict[int, Job] = field(default_factory=dict)  # by level
 
-    @property
-    def finished(self) -> bool:
-        """Whether the targets are met, or all members are there."""
-        return self.run.target_met or self.run.realizations >= self.run.max_realizations
+    def counts(self, ahead: bool) -> tuple[int, ...]:
+        """Return how many members of each level the round in progress takes, or, `ahead`, about those to the end."""
+        rounds = self.run.rounds
+        return rounds.verdict.needed if ahead and rounds.verdict else rounds.wanted
 
     def is_stored(self, task: Task) -> bool:
         """Whether this process sees the file of a member."""
@@ -69,71 +66,72 @@ class AtWork:
     def job(self, level: int) -> Job:
         """Return the job of a level for a worker: numbers and JSON values only, no scene."""
         if level not in self.jobs:
-            problem = march_problem if level == self.numerics.march else partial(level_problem, level=level)
+            marches, about = level == self.numerics.march, (self.scene, self.numerics)
             self.jobs[level] = Job(
                 level,
-                problem(self.scene, self.numerics),
+                march_problem(*about) if marches else level_problem(*about, level),
+                below_problem(*about, level),
                 speeds=self.scene.speeds,
                 keep_fields=self.numerics.keep_fields,
                 provenance={"scene": self.scene.identity(), "numerics": self.numerics.to_dict()},
                 folder=self.folder,
+                surfaces=self.surfaces,
             )
         return self.jobs[level]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Given:
-    """A member that was handed out, of the runs that need it, and when, by `time.monotonic`."""
+class Assignment:
+    """A member that was handed out, the runs that want it, and when, by `time.monotonic`."""
 
     task: Task
-    runs: list[AtWork]
+    runs: list[ActiveRun]
     since: float
-
-    @property
-    def slides(self) -> bool:
-        """Whether it is a march."""
-        return self.task[0] == self.runs[0].numerics.march
 
     @property
     def arguments(self) -> tuple[list[Job], int]:
         """Those of `store_members`."""
         level, index = self.task
-        return [at_work.job(level) for at_work in self.runs], index
+        return [active.job(level) for active in self.runs], index
 
+    @property
     def seconds_of_march(self) -> float:
-        """Return about how long the march takes, s; a few of its steps are timed."""
-        return sum(seconds_of_march(march_problem(run.scene, run.numerics)) for run in self.runs)
+        """About how long it takes if it is a march, s: a few of its steps are timed; else 0."""
+        if self.task[0] != self.runs[0].numerics.march:
+            return 0.0
+        return sum(seconds_of_march(march_problem(active.scene, active.numerics)) for active in self.runs)
 
 
-Pending = dict[Future[tuple[str, list[float]]], list[Given]]  # calls of `store_in_turn`, and their members
+Pending = dict[Future[str], Assignment]
 
 
 @dataclass(slots=True, eq=False)
 class Tasks:
-    """The members of one run, or of several with the same levels and seed, that are still to do, in order."""
+    """The members of one run, or of several with the same levels and seed, that are still to do."""
 
-    runs: list[AtWork]
+    runs: list[ActiveRun]
     claims: Claims  # on a member of all of the runs
     check: Callable[[], None]  # raises an interrupt that Python has dropped
     observer: Callable[[Run], None] | None = None
     longest: float = 0.0  # s from handing a member out until it came back, or that a march is known to take
-    seconds: dict[int, float] = field(default_factory=dict)  # that the latest member of each level took
-    counted: int = 0  # members that came back
-    order: Iterator[Task] = field(default_factory=lambda: iter(()))  # members that were not looked at yet
-    look_again: float = 0.0  # from the first on, since other processes may have ended: when, by `time.monotonic`
 
     @property
-    def unfinished(self) -> list[AtWork]:
+    def unfinished(self) -> list[ActiveRun]:
         """The runs that still need members."""
-        return [at_work for at_work in self.runs if not at_work.finished]
+        return [active for active in self.runs if not active.run.finished]
 
     @property
     def stored(self) -> int:
         """How many members all runs have."""
-        return sum(len(at_work.run.members) for at_work in self.runs)
+        return sum(len(active.run.members) for active in self.runs)
+
+    @property
+    def limit(self) -> float:
+        """The longest time to wait for a member, s."""
+        return max(LEAST_WAIT, LONGEST_WAITS * self.longest)
 
     def complete(self, force: Workforce) -> None:
-        """Work through the tasks until the targets are met or all members are there, whoever computes them.
+        """Work through the rounds until all runs have ended, whoever computes their members.
 
         RuntimeError if workers, or the scheduler of an executor, die again and again.
         """
@@ -141,10 +139,8 @@ class Tasks:
         while True:
             pool = force.pool()
             try:
-                self._work(pool, force)
-                return
+                return self._work(pool, force)
             except BrokenExecutor as error:
-                force.broken = True
                 reason = str(error) or type(error).__name__
                 if force.unguarded:
                     raise RuntimeError(_NO_GUARD) from None
@@ -153,10 +149,10 @@ class Tasks:
                         f"workers of the executor died ({reason}): {_GONE}; if they are processes of a script, it "
                         f'needs `if __name__ == "__main__":`'
                     ) from error
-                self._refresh()
+                self._refresh(self.runs)
                 died = died + 1 if self.stored == stored else 1
                 stored = self.stored
-                killed = force.lose_killed()
+                killed = force.lose_pool()
                 if died > RETRIES:
                     raise RuntimeError(
                         f"workers died {died} times without storing a member, last: {killed or reason}; see memory and "
@@ -166,29 +162,26 @@ class Tasks:
                     warnings.warn(f"{killed}; the run goes on with {force.workers}", RuntimeWarning, stacklevel=2)
 
     def _work(self, pool: Executor, force: Workforce) -> None:
-        """Keep a pool busy until the run is finished; BrokenExecutor if its workers die."""
+        """Keep a pool busy until all runs have ended; BrokenExecutor if its workers die."""
         pending: Pending = {}
-        self.look_again = 0.0
         try:
             while self.unfinished:
-                while len(pending) < force.in_flight and (call := self._next_call(force)):
-                    pending[self._hand_out(pool, call, force)] = call
+                while len(pending) < force.in_flight and (one := self._next(idle=len(pending) < force.workers)):
+                    pending[self._hand_out(pool, one, force)] = one
                 self.check()
                 wait(pending, timeout=min(max(PAUSE, self.longest), LONG_PAUSE), return_when=FIRST_COMPLETED)
                 done = [future for future in pending if future.done()]  # also those that others have cancelled
                 for future in done:
-                    call = pending.pop(future)
+                    assignment = pending.pop(future)
                     try:
-                        host, seconds = future.result()
+                        host = future.result()
                     except CancelledError:  # which says nothing by itself
                         raise RuntimeError(f"the executor dropped a member that it had been given: {_GONE}") from None
-                    self.longest = max(self.longest, time.monotonic() - call[0].since)
-                    self.seconds |= {given.task[0]: took for given, took in zip(call, seconds, strict=True)}
-                    for given in call:
-                        self._count(given, host)
+                    self.longest = max(self.longest, time.monotonic() - assignment.since)
+                    self._count(assignment, host)
                 if not done:  # other processes may have stored members meanwhile
                     time.sleep(0.0 if pending else PAUSE)
-                    self._refresh()
+                    self._refresh(self.runs)
                     self._do_overdue(pending, force)
             if force.executor is None:
                 # own workers finish what they have begun, if they come back at all
@@ -199,45 +192,44 @@ class Tasks:
                 future.cancel()
             self.claims.release_all()
 
-    def _next_call(self, force: Workforce) -> list[Given]:
-        """Claim the members of the next call: several where those of all levels are short, few beside those done.
-
-        Where a call is broken off, only the member in work is lost: each is written when it is computed.
-        """
-        size = 1
-        if force.in_flight > 1:  # a call of this process costs nothing
-            longest = max(self.seconds.get(level, inf) for level in range(len(self.runs[0].numerics.levels)))
-            size = max(1, min(int(CALL / longest), int(UNDER_WAY * self.counted / force.in_flight)))
-        return list(islice(iter(self._next, None), size))
-
-    def _next(self) -> Given | None:
-        """Claim the first member that is not stored and not being computed; None if there is none now."""
-        if time.monotonic() > self.look_again:
-            self.order, self.look_again = self._in_order(), time.monotonic() + RENEWAL
-        unfinished = self.unfinished
-        for task in self.order:
-            missing = [at_work for at_work in unfinished if task not in at_work.run.members]
-            if missing and self.claims.take(member_name(*task)):
-                if runs := [at_work for at_work in missing if not at_work.is_stored(task)]:
-                    return Given(task, runs, time.monotonic())
-                self.claims.release(member_name(*task))
-                self._refresh(Given(task, missing, 0.0))  # another process has stored it
-        self.look_again = 0.0
+    def _next(self, *, idle: bool) -> Assignment | None:
+        """Claim a member of the round, or, for an idle worker, of a later one; None if there is none now."""
+        for ahead in (False, True) if idle else (False,):
+            for task in self._in_order(ahead):
+                if assignment := self._claim(task, ahead):
+                    return assignment
         return None
 
-    def _in_order(self) -> Iterator[Task]:
-        """Go through the members that do not count yet: by index, then the largest grid first."""
-        numerics, most = self.runs[0].numerics, max(at_work.run.max_realizations for at_work in self.runs)
-        levels = sorted(enumerate(numerics.levels), key=lambda level: -level[1].shape[0] * level[1].shape[1])
-        indices = [(number, level.indices(most)) for number, level in levels]
-        first = min((at_work.run.realizations for at_work in self.unfinished), default=most)
-        for index in range(first, most):
-            yield from ((number, index) for number, of_level in indices if index in of_level)
+    def _in_order(self, ahead: bool) -> Iterator[Task]:
+        """Go through the members that are missing.
 
-    def _hand_out(self, pool: Executor, call: list[Given], force: Workforce) -> Future[tuple[str, list[float]]]:
-        function = store_in_turn if force.executor is None else store_where_it_fits
+        In a round the largest grids come first, so that it ends evenly; `ahead` of it the level that will grow most.
+        """
+        levels, unfinished, now = self.runs[0].numerics.levels, self.unfinished, dict[int, range]()
+        for level in range(len(levels)):
+            first = min((active.run.available(level) for active in unfinished), default=0)
+            last = max((active.counts(ahead)[level] for active in unfinished), default=0)
+            now[level] = range(first, last)
+        size = {level: len(now[level]) if ahead else levels[level].shape[0] * levels[level].shape[1] for level in now}
+        for level in sorted(now, key=lambda level: -size[level]):
+            yield from ((level, index) for index in now[level])
+
+    def _claim(self, task: Task, ahead: bool) -> Assignment | None:
+        """Claim a member that a run wants and lacks, and that no other process computes; None if it is none."""
+        level, index = task
+        lacking = [active for active in self.unfinished if index < active.counts(ahead)[level]]
+        lacking = [active for active in lacking if task not in active.run.members]
+        if not lacking or not self.claims.take(member_name(*task)):
+            return None
+        if runs := [active for active in lacking if not active.is_stored(task)]:
+            return Assignment(task, runs, time.monotonic())
+        self._count(Assignment(task, lacking, 0.0), "this host")  # another process has stored it
+        return None
+
+    def _hand_out(self, pool: Executor, assignment: Assignment, force: Workforce) -> Future[str]:
+        function = store_members if force.executor is None else store_where_it_fits
         try:
-            return pool.submit(function, [given.arguments for given in call])
+            return pool.submit(function, *assignment.arguments)
         except BrokenExecutor:
             raise
         except Exception as error:  # each library of executors has its own
@@ -246,37 +238,31 @@ class Tasks:
 
     def _do_overdue(self, pending: Pending, force: Workforce) -> None:
         """Compute in this process the members that a worker has not returned for too long."""
-        if any(time.monotonic() - call[0].since > self.limit for call in pending.values()):
+        if any(time.monotonic() - one.since > self.limit for one in pending.values()):
             # a march takes minutes or hours, and so does a member that waits behind one
-            times = (given.seconds_of_march() for call in pending.values() for given in call if given.slides)
-            self.longest = max(self.longest, *times, 0.0)
-        for future, call in list(pending.items()):
-            if (waited := time.monotonic() - call[0].since) <= self.limit:
+            self.longest = max(self.longest, *(one.seconds_of_march for one in pending.values()))
+        for future, one in list(pending.items()):
+            waited = time.monotonic() - one.since
+            if waited <= self.limit:
                 continue
             del pending[future]
             force.stuck |= not future.cancel()
-            for given in call:
-                if any(not at_work.is_stored(given.task) for at_work in given.runs):
-                    warnings.warn(
-                        f"{member_name(*given.task)} has not come back from a worker for {waited:.0f} s (limit "
-                        f"{self.limit:.0f} s: {LONGEST_WAITS:g} times the longest member, at least {LEAST_WAIT:g} s); "
-                        "it is computed in this process; see whether the workers are alive",
-                        RuntimeWarning,
-                        stacklevel=2,
-                    )
-                    store_members(*given.arguments)
-                self._count(given, "this host")
+            if not all(active.is_stored(one.task) for active in one.runs):
+                warnings.warn(
+                    f"{member_name(*one.task)} has not come back from a worker for {waited:.0f} s (limit "
+                    f"{self.limit:.0f} s: {LONGEST_WAITS:g} times the longest member, at least {LEAST_WAIT:g} s); "
+                    "it is computed in this process; see whether the workers are alive",
+                    RuntimeWarning,
+                    stacklevel=2,
+                )
+                store_members(*one.arguments)
+            self._count(one, "this host")
 
-    @property
-    def limit(self) -> float:
-        """The longest time to wait for a member, s."""
-        return max(LEAST_WAIT, LONGEST_WAITS * self.longest)
-
-    def _count(self, given: Given, host: str) -> None:
+    def _count(self, assignment: Assignment, host: str) -> None:
         """Count a member once this process has read its files, and give up its claim."""
         end = time.monotonic() + LATE
-        while unseen := [at_work for at_work in given.runs if not at_work.is_stored(given.task)]:
-            path = member_path(unseen[0].folder, *given.task)
+        while unseen := [active for active in assignment.runs if not active.is_stored(assignment.task)]:
+            path = member_path(unseen[0].folder, *assignment.task)
             if time.monotonic() > end:
                 raise RecordError(
                     f"a worker on {host} wrote {path}, but this process does not see it: the file system is not "
@@ -284,24 +270,22 @@ class Tasks:
                 )
             list(path.parent.iterdir())  # makes a network file system look again
             time.sleep(0.1)
-        self._refresh(given)
-        self.claims.release(member_name(*given.task))
-        self.counted += 1
+        self._refresh(assignment.runs, assignment.task)
+        self.claims.release(member_name(*assignment.task))
 
-    def _refresh(self, given: Given | None = None) -> None:
-        """Read the members that have appeared, the one `given` also beyond a gap, and call the observer if any have.
+    def _refresh(self, runs: list[ActiveRun], task: Task | None = None) -> None:
+        """Read the members that have appeared, `task` also beyond a gap, and call the observer if any have.
 
         A member that was damaged on disk meanwhile is moved aside, to be computed again.
         """
-        for at_work in self.runs if given is None else given.runs:
-            run, before = at_work.run, len(at_work.run.members)
+        for active in runs:
+            run, before = active.run, len(active.run.members)
             try:
-                if given is not None:
-                    run.take(*given.task)
+                if task is not None:
+                    run.take(*task)
                 run.refresh()
             except (DamagedError, FileNotFoundError):
-                sweep(at_work.folder, self.claims)
-                self.look_again = 0.0
+                sweep(active.folder, self.claims)
                 run.refresh()
             self.check()
             if self.observer is not None and len(run.members) != before:
@@ -314,32 +298,20 @@ def sweep(folder: Path, claims: Claims) -> None:
     OSError if a member cannot be read now: that is no damage, and nothing is done about it.
     """
     clear(folder, claims)
-    for path in member_files(folder):
-        if is_temporary(path.name):
+    for path in sorted((folder / "realizations").iterdir()):
+        if not _MEMBER.fullmatch(path.name):
             continue
-        try:
-            check_member(path)
-        except FileNotFoundError:
-            continue  # another process has moved it
-        except RecordError as error:
+        with suppress(FileNotFoundError):  # another process has moved it
             try:
-                kept = set_aside(path)
-            except FileNotFoundError:
-                continue
-            reason = str(error).partition(";")[0]
-            warnings.warn(f"{reason}; it was moved to {kept} and is done again", RuntimeWarning, stacklevel=3)
+                check_member(path)
+            except RecordError as error:
+                reason, kept = str(error).partition(";")[0], set_aside(path)
+                warnings.warn(f"{reason}; it was moved to {kept} and is done again", RuntimeWarning, stacklevel=3)
 
 
 def clear(folder: Path, claims: Claims) -> None:
-    """Remove what killed writers left half done: of members that nobody computes now, and beside them."""
-    for path in member_files(folder):
-        if is_temporary(path.name) and not claims.claimed(path.name[1:].partition(".")[0]):
+    """Remove what killed writers left half done: of members that no process computes now, and beside them."""
+    for path in (*folder.iterdir(), *(folder / "realizations").iterdir()):
+        begun = _BEGUN.fullmatch(path.name)
+        if begun and not (begun[1] and claims.claimed(begun[1])):
             path.unlink(missing_ok=True)  # a writer without a claim, if there is one, writes it again
-    for path in folder.iterdir():
-        if _BEGUN.fullmatch(path.name) and is_temporary(path.name):
-            path.unlink(missing_ok=True)  # so does a process that is at work
-
-
-def member_files(folder: Path) -> list[Path]:
-    """Return the files of members in a run folder, whole or half written; other files are left alone."""
-    return sorted(path for path in (folder / "realizations").iterdir() if _MEMBER.fullmatch(path.name))

@@ -1,76 +1,60 @@
 """The work of a run: computing members and storing their files, in whatever process."""
 
-import pickle
 import socket
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from roughsim import fourier
-from roughsim.ensemble.memory import keep_freed_memory
 from roughsim.errors import ConvergenceError, RecordError, ResolutionError
+from roughsim.grid import Array
 from roughsim.machine import available_memory, workers_that_fit
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.pipeline import Problem, Solution, Solved, solve_problem, versions
-from roughsim.store.member_files import Member, write_member
+from roughsim.store.member_files import Member, Moments, write_member
 
-if TYPE_CHECKING:  # who marches loads it with the problem; single contacts do without
+if TYPE_CHECKING:  # a worker that marches loads it with the problem; single contacts do without
     from roughsim.sliding.member import SlideProblem
+
+
+class Surfaces(Protocol):
+    """Surfaces that take the place of drawn ones; it can be pickled."""
+
+    def heights(self, problem: Problem) -> Array:
+        """Return the heights of the realization `problem.index`, m, on the grid of the problem."""
+
+    def about(self, level: int, problem: Problem, solution: Solution) -> Mapping[str, Any]:
+        """Return what else the member stores, as JSON values."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Job:
-    """What a worker needs to compute the members of one level: some kilobytes once pickled.
-
-    It is pickled once and read once by each process, however many members are handed out with it.
-    """
+    """What a worker needs to compute the members of one level: some kilobytes once pickled."""
 
     level: int
     problem: "Problem | SlideProblem"  # its index is replaced by that of the member
+    below: Problem | None  # the level below on the same surfaces
     speeds: tuple[float, ...]  # m/s, as the scene has them: the problem has a tiny speed in place of zero
     keep_fields: int  # how many realizations keep their fields
     provenance: dict[str, Any]  # of the whole run: its scene and numerics
     folder: Path  # of the run
-
-    def __reduce__(self) -> tuple[Callable[[bytes], "Job"], tuple[bytes]]:
-        return unpacked, (packed(self),)
+    surfaces: Surfaces | None = None  # None: they are drawn
 
 
-@lru_cache(maxsize=1024)
-def packed(job: Job) -> bytes:
-    """Return the fields of a job as bytes."""
-    return pickle.dumps([getattr(job, name) for name in job.__slots__], pickle.HIGHEST_PROTOCOL)
-
-
-@lru_cache(maxsize=1024)
-def unpacked(content: bytes) -> Job:
-    """Return the job that `packed` took apart."""
-    return Job(*pickle.loads(content))
-
-
-def store_in_turn(members: list[tuple[list[Job], int]]) -> tuple[str, list[float]]:
-    """Call `store_members` with each of these arguments; return the name of this host, and the time of each call, s."""
-    seconds = []
-    for jobs, index in members:
-        began = time.perf_counter()
-        host = store_members(jobs, index)
-        seconds.append(time.perf_counter() - began)
-    return host, seconds
-
-
-def store_where_it_fits(members: list[tuple[list[Job], int]]) -> tuple[str, list[float]]:
-    """Call `store_in_turn` in a process of an executor, which may be on another machine than the run was planned on.
+def store_where_it_fits(jobs: list[Job], index: int) -> str:
+    """Call `store_members` in a process of an executor, which may be on another machine than the run was planned on.
 
     ResolutionError if this machine has too little memory for a member.
     """
-    refuse_too_large(max(job.problem.memory for jobs, _ in members for job in jobs))
-    return store_in_turn(members)
+    refuse_too_large(max(job.problem.memory for job in jobs))
+    return store_members(jobs, index)
 
 
 @lru_cache(maxsize=64)  # asked before the first member of a size: after it the memory of this process counts as used
@@ -89,8 +73,7 @@ def store_members(jobs: list[Job], index: int) -> str:
     is stored as a failure. RecordError if this process does not see a run folder; OSError, naming the path, if the disk
     refuses.
     """
-    keep_freed_memory()
-    host, solved = socket.gethostname(), None
+    host, solved = socket.gethostname(), list[Solved]()
     for job in jobs:
         if not (job.folder / "run.json").exists():
             raise RecordError(
@@ -101,10 +84,10 @@ def store_members(jobs: list[Job], index: int) -> str:
     return host
 
 
-def store_member(job: Job, index: int, before: Solved | None) -> Solved | None:
-    """Compute one member and write its file; return its problem with what was computed, None where nothing was.
+def store_member(job: Job, index: int, before: list[Solved]) -> list[Solved]:
+    """Compute one member and write its file; return what was solved, or `before` where nothing was.
 
-    What its problem has in common with the one `before` is taken from there.
+    What its problems have in common with those solved `before` is taken from there.
     """
     problem, solved = replace(job.problem, index=index), before
     fourier.set_threads(problem.threads)
@@ -113,48 +96,65 @@ def store_member(job: Job, index: int, before: Solved | None) -> Solved | None:
             # the plan says how much of the spectrum the cell leaves out; the members need not repeat it
             warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)
             if isinstance(problem, Problem):
-                solved = problem, solve_problem(problem, before)
-                member = single_member(job, *solved)
+                solved = solve(job, problem, before)
+                member = contact_member(job, *solved)
             else:
                 member = march_member(job, problem)
     except ConvergenceError as error:
         provenance = {"residual": error.residual, "iterations": error.iterations, "seconds": {}}
         member = Member(job.level, index, failure=str(error), provenance=provenance)
-    write(job, problem, member)
+    provenance = {
+        **member.provenance,
+        **job.provenance,
+        "seed": problem.seed,
+        "stream": problem.stream,
+        "threads": problem.threads,
+        "versions": versions(),  # of this worker
+        "written": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+    }
+    write_member(job.folder, replace(member, lengths=problem.grid.lengths, provenance=provenance))
     return solved
 
 
-def write(job: Job, problem: "Problem | SlideProblem", member: Member) -> None:
-    """Write the file of a member with how it came about."""
-    provenance = (
-        member.provenance
-        | job.provenance
-        | {
-            "seed": problem.seed,
-            "stream": problem.stream,
-            "threads": problem.threads,
-            "versions": versions(),  # of this worker
-            "written": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
-        }
-    )
-    write_member(job.folder, replace(member, lengths=problem.grid.lengths, provenance=provenance))
+def solve(job: Job, problem: Problem, before: list[Solved]) -> list[Solved]:
+    """Solve a level, and on the same surface the level below it, if there is one."""
+    problems = [problem] if job.below is None else [problem, replace(job.below, index=problem.index)]
+    solved = []
+    for one, known in zip_longest(problems, before[: len(problems)]):
+        heights = None if job.surfaces is None else job.surfaces.heights(one)
+        solved.append((one, solve_problem(one, known, heights)))
+    return solved
 
 
-def single_member(job: Job, problem: Problem, solution: Solution) -> Member:
-    """Return the member of a single contact."""
-    contact, spectrum = solution.contact, solution.observables.stress_spectrum
+def contact_member(job: Job, main: Solved, below: Solved | None = None) -> Member:
+    """Return the member of a contact, with the moments of the level below."""
+    problem, solution = main
     kept = problem.index < job.keep_fields
-    fields = {"heights": solution.heights, "pressure": contact.pressure} if kept else {}
+    fields = {"heights": solution.heights, "pressure": solution.contact.pressure} if kept else {}
+    seconds = dict(solution.seconds)
+    provenance = {"residual": solution.contact.residual, "iterations": solution.contact.iterations}
+    if below is not None:
+        seconds = {stage: value + below[1].seconds[stage] for stage, value in seconds.items()}
+        lower = below[1].contact
+        provenance["below"] = {"residual": lower.residual, "iterations": lower.iterations}
+    if job.surfaces is not None:
+        provenance |= job.surfaces.about(job.level, problem, solution)
     return Member(
         job.level,
         problem.index,
-        numbers={name: number.of_member(solution) for name, number in NUMBERS.items() if not number.of_march},
-        wavenumber=spectrum.wavenumber,
-        spectrum=spectrum.variance,
+        **moments_of(solution)._asdict(),
+        below=None if below is None else moments_of(below[1]),
         fields={name: values.astype(np.float32) for name, values in fields.items()},
         speeds=job.speeds,
-        provenance={"residual": contact.residual, "iterations": contact.iterations, "seconds": solution.seconds},
+        provenance=provenance | {"seconds": seconds},
     )
+
+
+def moments_of(solution: Solution) -> Moments:
+    """Return what is stored of a contact."""
+    numbers = {name: number.of_member(solution) for name, number in NUMBERS.items() if not number.of_march}
+    spectrum = solution.observables.stress_spectrum
+    return Moments(numbers, spectrum.wavenumber, spectrum.variance)
 
 
 def march_member(job: Job, problem: "SlideProblem") -> Member:

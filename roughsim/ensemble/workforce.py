@@ -14,7 +14,6 @@ from multiprocessing.context import SpawnContext, SpawnProcess
 from types import TracebackType
 from typing import Any
 
-from roughsim.ensemble.memory import MUCH, give_memory_back, keep_freed_memory
 from roughsim.machine import PROCESS, SHARE, available_memory, in_words, usable_cores, workers_that_fit
 from roughsim.show.text import note
 
@@ -22,7 +21,7 @@ WORKER = "roughsim worker"  # name of the processes that are started here
 UNGUARDED = 113  # exit code of a worker that met the call of `run` while it imported the script of its parent
 
 
-class ThisProcess(Executor):
+class SerialExecutor(Executor):
     """An executor that computes each member where it is handed out, before it returns."""
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **options: Any) -> Future[Any]:
@@ -51,48 +50,42 @@ class RememberingContext(SpawnContext):
 class Workforce(AbstractContextManager["Workforce"]):
     """What computes the members of a run: this process, a pool of worker processes, or an executor of the caller.
 
-    At the end all processes made here have ended, and the system has the memory back that this one does not need. After
-    an error or an interrupt they are killed at once: a member that is not stored yet is computed again. An executor of
-    the caller is left to the caller.
+    At the end all processes made here have ended. After an error or an interrupt they are killed at once: a member that
+    is not stored yet is computed again. An executor of the caller is left to the caller.
     """
 
     def __init__(self, workers: int | None, executor: Executor | None):
         self.executor = executor
         self.asked = workers  # None: as many as there are cores
-        self.stuck = False  # whether some worker will not come back: do not wait for it at the end
-        self.broken = False  # whether a process of the pool has died, so that it takes no more members
         self.workers = int(usable_cores().amount) if workers is None else workers
+        self.stuck = False  # whether some worker will not come back: do not wait for it at the end
         self.memory = available_memory()  # before there are workers, which take some of it
-        self.context = RememberingContext()
-        self._made: list[Executor] = []
-        self._killed = 0  # workers known to have been killed
         self.member = 0.0  # bytes that a member takes
+        self.context = RememberingContext()
+        self._pool: Executor | None = None  # of own processes
+        self._killed = 0  # workers known to have been killed
 
     @property
     def alone(self) -> bool:
         """Whether this process computes the members."""
-        return self.executor is None and self.workers == 1 and not self._made
+        return self.executor is None and self.workers == 1 and not self.context.born
 
     @property
     def in_flight(self) -> int:
-        """How many calls are handed out at a time: one more for each worker, so that none waits for the next."""
+        """How many members are handed out at a time: one more for each worker, so that none waits for the next."""
         return 1 if self.alone else 2 * self.workers
 
-    def start(self) -> None:
-        """Start the processes of the first pool, so that they load their libraries while this process is busy.
-
-        Not where they alone take more than a tenth of the memory: fewer may have to do.
-        """
-        if self.executor is None and 1 < self.workers < 0.1 * self.memory.amount / PROCESS:
-            for _ in range(self.workers):
-                self.pool().submit(load_solver)  # a pool starts a process for each task that waits
+    @property
+    def unguarded(self) -> bool:
+        """Whether a worker ended because the script that it imports calls `run` without a guard."""
+        return any(child.exitcode == UNGUARDED for child in self.context.born)
 
     def fit(self, member: float, why: str, threads: int) -> None:
         """Let no more workers compute members of so many bytes than cores and memory allow, and say so.
 
         A number of workers that was asked for is lowered by memory alone, with a RuntimeWarning. ResolutionError if
-        there is no room for one member; `why` says what takes its memory. An executor of the caller
-        may be on other machines: its workers look themselves.
+        there is no room for one member; `why` says what takes its memory. An executor of the caller may be on other
+        machines: its workers look themselves.
         """
         if self.executor is not None:
             return
@@ -107,14 +100,24 @@ class Workforce(AbstractContextManager["Workforce"]):
                 note(words)
             else:
                 warnings.warn(words, RuntimeWarning, stacklevel=2)
-        if workers < self.workers:
+        if workers != self.workers:
             self._close()
-            self._made.clear()
-        self.workers = workers
-        self.member = member
+        self.workers, self.member = workers, member
 
-    def lose_killed(self) -> str:
-        """Go on with one worker fewer where the system has killed one; return it in words, empty where none was."""
+    def pool(self) -> Executor:
+        """Return the executor that takes members: the same until it is lost."""
+        if self.executor is not None:
+            return self.executor
+        if self.alone:
+            return SerialExecutor()
+        if self._pool is None:
+            self._pool = ProcessPoolExecutor(
+                self.workers, self.context, initializer=begin_worker, initargs=(os.getpid(),)
+            )
+        return self._pool
+
+    def lose_pool(self) -> str:
+        """Drop a broken pool, with one worker fewer where the system has killed one; return that in words, else ""."""
         self._close()
         killed = sum(child.exitcode == -signal.SIGKILL for child in self.context.born)
         if killed == self._killed:
@@ -127,45 +130,19 @@ class Workforce(AbstractContextManager["Workforce"]):
             "ask for more memory, or for fewer workers"
         )
 
-    def pool(self) -> Executor:
-        """Return the executor that takes members: a new pool at first, and where the last one is `broken`."""
-        if self.executor is not None:
-            return self.executor
-        if self.alone:
-            keep_freed_memory(MUCH)
-            return ThisProcess()
-        if self._made and not self.broken:
-            return self._made[-1]
-        self.broken = False
-        pool = ProcessPoolExecutor(self.workers, self.context, initializer=begin_worker, initargs=(os.getpid(),))
-        self._made.append(pool)
-        return pool
-
-    @property
-    def unguarded(self) -> bool:
-        """Whether a worker ended because the script that it imports calls `run` without a guard."""
-        return any(child.exitcode == UNGUARDED for child in self.context.born)
-
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if kind is not None or self.stuck:
             for child in self.context.born:
                 child.kill()
-        alone = self.alone
         self._close()
-        if alone:
-            give_memory_back()
 
     def _close(self) -> None:
-        """End the processes of all pools, once they have done what they have begun."""
-        for pool in self._made:
-            pool.shutdown(wait=True, cancel_futures=True)
-
-
-def load_solver() -> None:
-    """Load the contact solver, and numba with it: a third of a second."""
-    import roughsim.contact.active_set  # noqa: F401
+        """End the processes of the pool, once they have done what they have begun."""
+        if self._pool is not None:
+            self._pool.shutdown(wait=True, cancel_futures=True)
+            self._pool = None
 
 
 def refuse_script_without_file() -> None:
@@ -189,8 +166,7 @@ def leave_if_imported() -> None:
 
 
 def begin_worker(parent: int) -> None:
-    """Leave interrupts to the main process, and do not outlive it, however it ends; keep memory as long as it lasts."""
-    keep_freed_memory(MUCH)
+    """Leave interrupts to the main process, and do not outlive it, however it ends."""
     for name in ("SIGINT", "SIGHUP"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)

@@ -57,7 +57,13 @@ def realize(scene: Scene, numerics: Numerics, *, seed: int, level: int = 0, inde
             f"level = {level} is the march of one body over the other, which is no single contact; choose another "
             "level, or use roughsim.slide"
         )
-    return solve_problem(replace(level_problem(scene, numerics, level), seed=seed, index=index))
+    problem = level_problem(scene_of(scene, numerics), numerics, level)
+    return solve_problem(replace(problem, seed=seed, index=index))
+
+
+def scene_of(scene: Scene, numerics: Numerics) -> Scene:
+    """Return the scene that is computed: without a hardness that is never reached, unless a column needs it."""
+    return scene if "capped" in numerics.columns else prediction.computed(scene)
 
 
 def largest_member(scene: Scene, numerics: Numerics) -> tuple[float, str]:

@@ -9,7 +9,9 @@ import numpy as np
 
 from roughsim.errors import RecordError
 from roughsim.estimate.errors import SOURCES, Estimate, half_width, spread
-from roughsim.estimate.ladder import Values
+from roughsim.estimate.ladder import Pair
+from roughsim.estimate.levels import Values
+from roughsim.estimate.rounds import Counts, Rounds, Verdict
 from roughsim.grid import Array
 from roughsim.results.run import Run
 from roughsim.store.kinds import QUARTERS
@@ -41,9 +43,22 @@ class Quarters(Run):
     """The run of the four quarters of one map: realizations 0 … 3."""
 
     drawn = False
+    pressed = 4  # members of each level
+
+    @property
+    def rounds(self) -> Rounds:
+        """The only round: all members."""
+        levels = range(len(self.numerics.levels))
+        wanted, there = (self.pressed,) * len(levels), tuple(min(self.pressed, self.available(i)) for i in levels)
+        verdict = Verdict(False, None, wanted, "all of the map is there", {}) if there == wanted else None
+        return Rounds(there, wanted, 0, verdict)
+
+    def pairs(self, column: str | None = None, counts: Counts | None = None) -> list[Pair]:
+        """Return the levels of a column as `Run` does; all levels see the same surfaces here."""
+        return [pair._replace(stream=0) for pair in super().pairs(column, counts)]
 
 
-class Pressed(Run):
+class Pressed(Quarters):
     """The run of one map: realization 0 is the map as it is, and there is no other.
 
     Its quarters are pressed one by one with the same pressure, in a run of their own. Their scatter gives the
@@ -51,7 +66,7 @@ class Pressed(Run):
     quarters from the map is the error of its size and of its edges: quarters have twice the edge per area.
     """
 
-    drawn = False
+    pressed = 1
     sources: Mapping[str, str] = MappingProxyType({**SOURCES, **OF_MAP})
     quarters: Run  # realizations 0 … 3
 
@@ -71,25 +86,20 @@ class Pressed(Run):
         """How many sound quarters show the scatter."""
         return self.quarters.independent
 
-    def values(self, observable: str, column: str | None = None, *, extrapolated: bool = True) -> Values:
-        """Return the values of the map, with the scatter of its quarters about them: a row for each quarter."""
-        whole = super().values(observable, column, extrapolated=extrapolated)
+    def values(
+        self, observable: str, column: str | None = None, *, extrapolated: bool = True, counts: Counts | None = None
+    ) -> Values:
+        """Return the values of the map, with the scatter of its quarters: `SHARED` times theirs about their mean."""
+        whole = super().values(observable, column, extrapolated=extrapolated, counts=counts)
         parts = self.quarters.values(observable, column, extrapolated=extrapolated)
-
-        def about(name: str) -> Array:
-            """Rows that scatter `SHARED` times as the quarters do about their mean, and have the mean of the map."""
-            value, rows = getattr(whole, name).mean(axis=0), getattr(parts, name)
-            with np.errstate(all="ignore"):  # 0/0 at rest, and where nothing yields
-                apart = SHARED * (rows / rows.mean(axis=0) - 1.0)
-            return np.asarray((1.0 + np.where(np.isfinite(apart), apart, 0.0)) * value)
-
-        return whole._replace(
-            extrapolated=about("extrapolated"), finest=about("finest"), base=about("base"), group=parts.group
-        )
+        with np.errstate(all="ignore"):  # 0/0 at rest, and where nothing yields
+            size = SHARED * whole.mean / parts.mean
+            scatter = {stream: rows * size for stream, rows in parts.scatter.items()}
+        return whole._replace(scatter={stream: np.nan_to_num(rows) for stream, rows in scatter.items()})
 
     def size_error(self, observable: str, column: str, values: Values) -> Array:
         """Return how far the mean of the quarters is from the map, relative to the map."""
-        whole, parts = (run.values(observable, column).extrapolated.mean(axis=0) for run in (self, self.quarters))
+        whole, parts = (run.values(observable, column).mean for run in (self, self.quarters))
         with np.errstate(all="ignore"):  # 0/0 at rest
             return np.asarray(np.nan_to_num(np.abs(parts / whole - 1.0), posinf=0.0))
 
@@ -165,9 +175,11 @@ class Pressed(Run):
             raise RecordError(f"{path} has directions of other speeds than the run; press into a new folder")
         return found
 
-    def _estimate(self, observable: str, column: str | None, share: Values | Array) -> Estimate:
+    def _estimate(
+        self, observable: str, column: str | None, share: Values | Array, counts: Counts | None = None
+    ) -> Estimate:
         """Return the estimate of the map, which says what its errors are of."""
-        result = super()._estimate(observable, column, share)
+        result = super()._estimate(observable, column, share, counts)
         if self.overshoot > SOME_LOAD:
             result = replace(result, budget={**result.budget, "bandwidth": np.full_like(result.mean, np.nan)})
         return replace(result, notes=(*result.notes, NOTE))
