@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
-from itertools import chain, compress, islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
@@ -14,16 +14,16 @@ from numpy.typing import NDArray
 
 from roughsim.errors import number
 from roughsim.observables.catalogue import NUMBERS
-from roughsim.results.counted import Counted
-from roughsim.results.members import SOUND
+from roughsim.results.means import Means
 from roughsim.scene.numerics import Numerics
-from roughsim.store.member_files import member_path, read_field
-from roughsim.store.member_hdf5 import KEPT_FIELDS
+from roughsim.store.member_files import KEPT_FIELDS, member_path, read_field
 
 Array = NDArray[Any]
 DERIVED_UNITS = {"heat_flux": "W/m^2", "temperature": "K"}  # of fields that depend on the speed
 OF_LEVELS = ("column", "q_max", "cell")  # names of coordinates of the levels
 SHARED = {"realization", "speed", "kept_realization"}  # axes that all levels have in common
+REALIZATION = ("realization",)
+BELOW = "_below"
 SPECTRUM = "shares of the pressure variance by wavenumber; single entries may be negative, sums are exact"
 
 
@@ -78,68 +78,73 @@ class Labelled:
 
 
 def level_arrays(
-    run: Counted, level: int, kept: list[int], temperature: Callable[[int], Array] | None = None
+    run: Means, level: int, kept: list[int], temperature: Callable[[int], Array] | None = None
 ) -> Iterator[Labelled]:
-    """Yield what a level has: axes, numbers of the realizations solved at it, spectra, and fields of those in `kept`.
+    """Yield what a level has: axes, numbers of the members that count, spectra, and fields of those in `kept`.
 
-    `temperature` gives the map of one of these; without it there is none.
+    `temperature` gives the map of one of these; without it there is none. What is of the level below, on the same
+    surfaces, ends with `BELOW`.
     """
-    rows = np.array(run.numerics.levels[level].indices(run.realizations))
-    yield Labelled("realization", ("realization",), rows, {"units": "1"})
+    rows = np.arange(run.counts[level])
+    yield Labelled("realization", REALIZATION, rows, {"units": "1"})
     yield Labelled("speed", ("speed",), np.array(run.scene.speeds), {"units": "m/s"})
-    yield from numbers(run, level, rows)
-    yield from spectra(run, level, rows)
+    below = run.numerics.below(level) is not None
+    for of_below in (False, True) if below else (False,):
+        yield from numbers(run, level, rows, of_below)
+        yield from spectra(run, level, rows, of_below)
+    yield from solves(run, level, rows)
     if kept and level in run.numerics.single:
         yield from fields(run, level, kept, temperature)
 
 
-def numbers(run: Counted, level: int, rows: NDArray[np.int64]) -> Iterator[Labelled]:
+def numbers(run: Means, level: int, rows: NDArray[np.int64], below: bool) -> Iterator[Labelled]:
     """Yield the stored numbers of a level, (realization,) or (realization, speed), NaN where a member failed."""
-    axes, column = ("realization", "speed"), run.numerics.levels[level].column
+    column, end = run.numerics.levels[level].column, BELOW * below
     share = run.share(column if column in run.numerics.columns else None)
     for name, record in NUMBERS.items():
-        values = run.members.column(level, name, rows)
+        values = run.members.numbers(level, name, rows, below)
         if np.all(np.isnan(values)):
             continue
-        attributes = {"units": record.unit, "description": record.stored}
+        attributes = {"units": record.unit, "description": record.stored + " (level below)" * below}
         if record.heated:
             values = values * share
             attributes["comment"] = "of the share of the heat that the run uses"
-        yield (
-            Labelled(name, axes, values, attributes)
-            if record.per_speed
-            else Labelled(name, axes[:1], values[:, 0], attributes)
-        )
-    converged = (run.members.column(level, "state", rows) == SOUND).astype(np.int8)
-    yield Labelled("converged", axes[:1], converged, {"units": "1", "description": "1 where the contact converged"})
-    for name in ("residual", "iterations"):
-        values = run.members.column(level, name, rows)
-        yield Labelled(name, axes[:1], values, {"units": "1", "description": "of the contact solve"})
+        axes = (*REALIZATION, "speed") if record.per_speed else REALIZATION
+        yield Labelled(name + end, axes, values if record.per_speed else values[:, 0], attributes)
 
 
-def spectra(run: Counted, level: int, rows: NDArray[np.int64]) -> Iterator[Labelled]:
+def spectra(run: Means, level: int, rows: NDArray[np.int64], below: bool) -> Iterator[Labelled]:
     """Yield wavenumbers and stress spectra of a level, NaN where a member failed."""
-    sound = np.setdiff1d(rows, run.members.failed(level, run.realizations))
-    if not sound.size:
-        return
-    wavenumber, stored = run.spectra(level, sound)
-    yield Labelled("wavenumber", ("wavenumber",), wavenumber, {"units": "1/m"})
-    values = np.full((len(rows), len(wavenumber)), np.nan)
-    values[np.isin(rows, sound)] = stored
-    yield Labelled("stress_spectrum", ("realization", "wavenumber"), values, {"units": "Pa^2", "description": SPECTRUM})
+    wavenumber, values = run.members.spectra(level, rows, below)
+    name, end = f"wavenumber{BELOW * below}", BELOW * below
+    if wavenumber.size:
+        yield Labelled(name, (name,), wavenumber, {"units": "1/m"})
+        yield Labelled(
+            f"stress_spectrum{end}", (*REALIZATION, name), values, {"units": "Pa^2", "description": SPECTRUM}
+        )
 
 
-def fields(run: Counted, level: int, kept: list[int], temperature: Callable[[int], Array] | None) -> Iterator[Labelled]:
+def solves(run: Means, level: int, rows: NDArray[np.int64]) -> Iterator[Labelled]:
+    """Yield whether the contact of each member converged, its residual, and its iterations."""
+    members = [run.members[level, int(row)] for row in rows]
+    converged = np.array([not member.failure for member in members], np.int8)
+    yield Labelled("converged", REALIZATION, converged, {"units": "1", "description": "1 where the contact converged"})
+    for name in ("residual", "iterations"):
+        values = np.array([member.provenance.get(name, np.nan) for member in members], np.float64)
+        yield Labelled(name, REALIZATION, values, {"units": "1", "description": "of the contact solve"})
+
+
+def fields(run: Means, level: int, kept: list[int], temperature: Callable[[int], Array] | None) -> Iterator[Labelled]:
     """Yield the axes of a level's fields, and, unread, those that all the realizations in `kept` have stored."""
     grid, axes = run.numerics.grid(level), ("kept_realization", "x", "y")
     yield Labelled("kept_realization", axes[:1], np.array(kept), {"units": "1"})
     for axis, points, step in zip("xy", grid.shape, grid.spacing, strict=True):
         yield Labelled(axis, (axis,), np.arange(points) * step, {"units": "m"})
 
-    stored_by_all = [bool(run.members.kept(level, name, np.array(kept)).all()) for name in KEPT_FIELDS]
-    for name, (unit, description) in compress(KEPT_FIELDS.items(), stored_by_all):
-        stored = Stored(kept, partial(read_kept, run.folder, level, grid.shape, name), grid.shape)
-        yield Labelled(name, axes, stored, {"units": unit, "description": description})
+    for name, kind in KEPT_FIELDS.items():
+        if run.members.kept(level, name, kept) == kept:
+            stored = Stored(kept, partial(read_kept, run.folder, level, grid.shape, name), grid.shape)
+            yield Labelled(name, axes, stored, {"units": kind.unit, "description": kind.description})
     if temperature is not None:
         fastest = max(run.scene.speeds)
         words = f"above the mean of the cell, at the highest speed, {fastest:g} m/s, with the share of the heat used"
@@ -152,45 +157,43 @@ def read_kept(folder: Path, level: int, shape: tuple[int, int], name: str, index
     return read_field(member_path(folder, level, index), name, shape)
 
 
-def flat(run: Counted, levels: list[list[Labelled]]) -> Iterator[Labelled]:
+def flat(run: Means, levels: list[list[Labelled]]) -> Iterator[Labelled]:
     """Yield the arrays of all levels as those of one dataset.
 
     Numbers are stacked over the level, NaN where it was not solved. All else carries the number of its level.
     """
-    count, numerics = run.realizations, run.numerics
+    count, numerics = max(run.counts), run.numerics
     yield Labelled("level", ("level",), np.arange(len(levels)), {"units": "1"})
-    yield Labelled("realization", ("realization",), np.arange(count), {"units": "1"})
+    yield Labelled("realization", REALIZATION, np.arange(count), {"units": "1"})
     yield Labelled("speed", ("speed",), np.array(run.scene.speeds), {"units": "m/s"})
     yield Labelled("column", ("level",), np.array([level.column for level in numerics.levels]), {})
     yield Labelled("q_max", ("level",), np.array([level.q_max for level in numerics.levels]), {"units": "1/m"})
     cells = np.array([level.cell or "whole" for level in numerics.levels])
-    yield Labelled(
-        "cell", ("level",), cells, {"description": "half, quarter: of so much of the sides, on surfaces of its own"}
-    )
+    yield Labelled("cell", ("level",), cells, {"description": "half, quarter: of so much of the sides"})
     share = {"units": "1", "description": "share of the heat that the temperatures are of"}
     columns = (level.column if level.column in numerics.columns else None for level in numerics.levels)
     yield Labelled("heat_partition", ("level", "speed"), np.array([run.share(column) for column in columns]), share)
     kept = (array for array in chain(*levels) if array.name == "kept_realization")
     yield from islice(kept, 1)
-    numbers: dict[str, Labelled] = {}
+    stacked: dict[str, Labelled] = {}
     for level, arrays in enumerate(levels):
         for array in arrays:
             if array.name in SHARED:
                 continue
             data, axes = array.data, array.axes
-            if axes[0] == "realization" and not isinstance(data, Stored):  # from the rows of the level to all
-                solved, data = data, blank((count, *data.shape[1:]), data.dtype)
-                data[arrays[0].data] = solved
+            if axes[:1] == REALIZATION:  # as many as the level with most members has
+                data = blank((count, *array.data.shape[1:]), array.data.dtype)
+                data[: len(array.data)] = array.data
             if SHARED.issuperset(axes):
-                if array.name not in numbers:
+                if array.name not in stacked:
                     empty = blank((len(levels), *data.shape), data.dtype)
-                    numbers[array.name] = Labelled(array.name, ("level", *axes), empty, array.attributes)
-                numbers[array.name].data[level] = data
+                    stacked[array.name] = Labelled(array.name, ("level", *axes), empty, array.attributes)
+                stacked[array.name].data[level] = data
             else:
                 own = tuple(axis if axis in SHARED else f"{axis}_L{level}" for axis in axes)
                 attributes = array.attributes | ({} if array.is_axis else level_attributes(numerics, level))
                 yield Labelled(f"{array.name}_L{level}", own, data, attributes)
-    yield from numbers.values()
+    yield from stacked.values()
 
 
 def blank(shape: tuple[int, ...], kind: np.dtype[Any]) -> Array:
@@ -204,7 +207,7 @@ def level_attributes(numerics: Numerics, level: int) -> dict[str, Any]:
     return {"column": of_level.column, "level": level, "q_max": of_level.q_max, "cell": of_level.cell or "whole"}
 
 
-def attributes_of(run: Counted) -> dict[str, Any]:
+def attributes_of(run: Means) -> dict[str, Any]:
     """Return title, scene, numerics, seed and versions of a run, as files and datasets carry them."""
     return {
         "title": run.scene.title or run.folder.resolve().name,

@@ -51,11 +51,7 @@ class MemberFilm:
 def filmed(run: Run) -> list[int]:
     """Return the realizations that count and whose march has kept a film."""
     level = run.numerics.march
-    if level is None:
-        return []
-    rows = np.array(run.numerics.levels[level].indices(run.realizations), np.int64)
-    rows = np.setdiff1d(rows, run.members.failed(level, run.realizations))
-    return [int(index) for index in rows[run.members.kept(level, "film_pressure", rows)]]
+    return [] if level is None else run.kept(level, "film_pressure")
 
 
 def no_film(run: Run, index: int) -> ValueError:
@@ -70,10 +66,7 @@ def read_film(run: Run, index: int) -> MemberFilm:
     """Read the film of a realization and redraw its faces; ValueError without one, RecordError if it is damaged."""
     level = run.numerics.march
     if level is None or index not in filmed(run):
-        raise ValueError(
-            f'{run.folder} has no film of realization {index}; run a scene with history = "sliding" into a new folder '
-            f"with --keep-fields {index + 1}"
-        )
+        raise no_film(run, index)
     path = member_path(run.folder, level, index)
     member = read_member(path, with_fields=True)
     if missing := [name for name in film.FIELDS if name not in member.fields]:

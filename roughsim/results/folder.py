@@ -8,9 +8,6 @@ from math import isfinite
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-
-from roughsim import prediction
 from roughsim.errors import RecordError
 from roughsim.machine import available_memory, exceeds, in_words
 from roughsim.observables.catalogue import OBSERVABLES
@@ -20,7 +17,7 @@ from roughsim.scene import Scene, parse_scene
 from roughsim.scene.numerics import Numerics
 from roughsim.store.claims import writer
 from roughsim.store.disk import checksum, is_temporary, place_bytes, read_bytes
-from roughsim.store.kinds import CONTENT, MAP, MOST_BYTES, PRESS, QUARTERS, RUN, again, kind_of
+from roughsim.store.kinds import MAP, MOST_BYTES, QUARTERS, RUN, again, kind_of
 from roughsim.store.member_files import check_format, member_name
 
 BEGUN = {"lock", "claims", "realizations"}  # names that a start may have made before run.json
@@ -82,16 +79,15 @@ def read_description(folder: Path) -> dict[str, Any]:
         raise RecordError(f"{folder} is no run: it has no run.json; name the folder that `roughsim run` made") from None
     except (ValueError, LookupError, TypeError, RecursionError) as error:
         raise RecordError(f"{path} is damaged ({error})") from error
-    check_format(path, version)
-    if "checksums" in description:
-        values = {key: checksum(value) for key, value in description.items() if key != "checksums"}
-        expected = checksums if isinstance(checksums, dict) else {}
-        for key in dict.fromkeys((*expected, *values)):
-            if key not in values or expected.get(key) != values[key]:
-                raise RecordError(
-                    f"{key} in {path} was changed since the run wrote it; put the old value back, or give the scene "
-                    f"that you want to a new folder"
-                )
+    check_format(path, version, description)
+    values = {key: checksum(value) for key, value in description.items() if key != "checksums"}
+    expected = checksums if isinstance(checksums, dict) else {}
+    for key in dict.fromkeys((*expected, *values)):
+        if key not in values or expected.get(key) != values[key]:
+            raise RecordError(
+                f"{key} in {path} was changed since the run wrote it; put the old value back, or give the scene "
+                f"that you want to a new folder"
+            )
     return description
 
 
@@ -123,11 +119,7 @@ def open_run(folder: str | Path, *, damaged: Literal["refuse", "skip"] = "refuse
         scene = parse_scene(read_bytes(path, MOST_BYTES).decode("utf-8"), source=str(path))
         numerics = Numerics.from_dict(description["numerics"])
         refuse_impossible(description, scene, numerics)
-        if "checksums" not in description:
-            refuse_what_does_not_follow(scene, description)
         kind = kind_of(folder)
-        if kind in (MAP, QUARTERS) and PRESS not in description:
-            raise RecordError(mixed(folder, kind))
         run = OPENED[kind or RUN](folder, description, scene, numerics, skip_damaged=damaged == "skip")
         if isinstance(run, Pressed):
             run.quarters = open_run(folder / QUARTERS, damaged=damaged)
@@ -135,14 +127,6 @@ def open_run(folder: str | Path, *, damaged: Literal["refuse", "skip"] = "refuse
         raise RecordError(f"{folder} cannot be opened: {error}") from error
     run.refresh()
     return run
-
-
-def mixed(folder: Path, kind: str) -> str:
-    """Return what is wrong with a folder where an older `roughsim run` has gone on with what `press` had begun."""
-    return (
-        f"{folder} holds {CONTENT[kind]} and drawn surfaces beside it, which `roughsim run` of an older "
-        "version added; press the map into a new folder"
-    )
 
 
 def refuse_impossible(description: dict[str, Any], scene: Scene, numerics: Numerics) -> None:
@@ -166,21 +150,6 @@ def refuse_impossible(description: dict[str, Any], scene: Scene, numerics: Numer
     if exceeds(8.0 * most, 0.5):
         needed = f"{8e-9 * most:.3g} GB, more than half of the {in_words(available_memory())}"
         raise ValueError(f"run.json: a field of {most} points needs {needed}; open the run on a larger machine")
-
-
-def refuse_what_does_not_follow(scene: Scene, description: dict[str, Any]) -> None:
-    """Refuse a description without checksums, as older versions wrote it, if it disagrees with its scene."""
-    ensemble = scene.ensemble
-    follows = {
-        "seed": ensemble.seed,
-        "max_realizations": ensemble.max_realizations,
-        "until": dict(ensemble.until),
-        "heat_partition": prediction.heat_partition(scene).tolist(),
-    }
-    for key, value in follows.items():
-        stored = description[key]
-        if stored != value and not (key == "heat_partition" and np.allclose(stored, value, rtol=1e-9, atol=0.0)):
-            raise ValueError(f"{key} in run.json was changed: it is {stored}, but {value} in scene.toml; put it back")
 
 
 def gap(run: Run) -> list[str]:

@@ -1,9 +1,10 @@
-"""`Run`: an opened run folder with its estimates, fields and arrays."""
+"""`Run`: an opened run folder with its rounds, values, estimates, fields and arrays."""
 
 from collections.abc import Iterator, Mapping
 from copy import copy
 from dataclasses import replace
 from functools import partial
+from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -11,19 +12,16 @@ from numpy.typing import NDArray
 
 from roughsim import prediction
 from roughsim.errors import RecordError
-from roughsim.estimate.cell_size import size_error_of_sum
 from roughsim.estimate.correlation import correlation_of
-from roughsim.estimate.errors import SOURCES, Estimate, estimate
-from roughsim.estimate.ladder import Values, notes_of
+from roughsim.estimate.errors import SOURCES, Estimate
 from roughsim.estimate.sliding import OF_MARCH, sliding_estimate, with_background
 from roughsim.grid import Array, Grid
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.prediction.scans import scan_part
 from roughsim.results import arrays
 from roughsim.results.arrays import Labelled
-from roughsim.results.counted import Counted
-from roughsim.results.share import NOTE, has_own_share, times_share, with_warming
-from roughsim.results.stored import Estimates, load_estimates, save_estimates
+from roughsim.results.means import Means
+from roughsim.results.share import has_own_share, with_warming
+from roughsim.results.stored import ABOUT, Estimates, load_estimates, save_estimates
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Row, Table
@@ -31,43 +29,21 @@ from roughsim.store.disk import checksum
 from roughsim.store.member_files import member_path, read_field
 
 Field = NDArray[np.float32]
-ABOUT = (
-    "What this run says: means over its realizations with total errors (95 %) and their parts, in SI, over the speed. "
-    "Temperatures are of the share heat_partition of the heat. roughsim reads it back while members and code are the "
-    "same; it is made again if deleted."
-)
 
 
-class Run(Counted):
+class Run(Means):
     """A run folder as it stands when it is opened; `refresh` reads the members that have come since.
 
-    Attributes
-    ----------
-    folder : Path
-        Where it is.
-    scene : Scene
-        What was computed.
-    numerics : Numerics
-        How accurately.
-    seed : int
-        Of all random streams.
-    until : dict of str to float
-        Relative 95 % half-widths at which it stops.
-    max_realizations : int
-        Where it stops in any case.
-    heat_partition : ndarray
-        Share of the heat, per speed, that the scene states, or that of the theory under the rules "mean" and "total".
-        Measured temperatures are then reported with that of their own column: `share`.
-    reasons : list of [str, str, str]
-        Choice, value and reason of everything that the plan chose; empty if the numerics were given.
-    members : Members
-        What was read, by level and index, without fields.
-    damaged : dict of (int, int) to str
-        Level and index of files that could not be used, and why; empty unless opened with ``damaged="skip"``.
+    Its attributes are those of `Means`.
     """
 
     sources: Mapping[str, str] = SOURCES  # what each part of an error is, in words
     _stored: Estimates | None = None  # the estimates in the folder, once they were looked for
+
+    def refresh(self) -> None:
+        """Read the members that have come since; errors as `Means.refresh`."""
+        self._stored = None
+        super().refresh()
 
     def estimate(self, observable: str, column: str | None = None) -> Estimate:
         """Return the mean of an observable with its errors.
@@ -91,86 +67,53 @@ class Run(Counted):
             If there is no such observable or column, or no realization yet.
         """
         name = SLIDING if column == SLIDING else self.column(column)
-        result = self._known().get(name, {}).get(observable)
+        if self._stored is None:
+            self._stored = load_estimates(self.folder, self._made_by(), len(self.scene.speeds))
+        result = self._stored.get(name, {}).get(observable)
         if result is None and column == SLIDING:
             single = self._estimate(observable, None, np.ones_like(self.heat_partition))
-            result = sliding_estimate(observable, single, self._reader.marched(self.realizations), self.coarsening)
+            result = sliding_estimate(observable, single, self._reader.marched(self.counts), self.coarsening)
         result = result or self._estimate(observable, column, self.share_values(column))
         speeds = self.scene.speeds if OBSERVABLES[observable].per_speed else ()
         return replace(result, speeds=speeds, sources=self.sources)
 
+    def estimates(self, column: str | None = None) -> dict[str, Estimate]:
+        """Return the estimates of all observables of a column, by their names; arguments and errors as `estimate`."""
+        names = OF_MARCH if column == SLIDING else OBSERVABLES
+        return {name: self.estimate(name, column) for name in names}
+
     def contact_temperature(self, column: str, warming: Array) -> Estimate:
         """Return T₀ + T_flash of a column over speed; `warming` is T₀ with all the heat, K, not that of marches."""
-        if column != SLIDING:
-            share = self.estimate("heat_partition", column) if has_own_share(self.scene) else self.heat_partition
-            return with_warming(self.estimate("flash_temperature", column), share, warming)
-        rows = self._reader.marched(self.realizations)["sliding_background"]
-        return with_background(self.estimate("flash_temperature", SLIDING), rows)
-
-    def _estimate(self, observable: str, column: str | None, share: Values | Array) -> Estimate:
-        """Return the estimate of single contacts, with a share of the heat."""
-        name, values = self.column(column), self.values(observable, column)
-        notes = notes_of(self.scene, self.numerics, name, observable, values)
-        factors: tuple[str, ...] = (observable,)
-        if OBSERVABLES[observable].heated:
-            values = times_share(values, share)
-            if isinstance(share, Values):
-                notes, factors = (*notes, NOTE), (*factors, "heat_partition")
-        return estimate(
-            observable,
-            values,
-            notes,
-            size=self.size_error(observable, name, values),
-            solver=OBSERVABLES[observable].solver_share * self.numerics.tolerance,
-            scan=scan_part(self.scene, *factors) if self.scanned else None,
-        )
-
-    @property
-    def scanned(self) -> bool:
-        """Whether the surfaces are drawn from a C(q) that was measured on maps."""
-        return self.drawn and self.scene.scanned
-
-    @property
-    def extent(self) -> str:
-        """How much was computed, in words."""
-        return f"{self.realizations} realizations"
-
-    @property
-    def independent(self) -> int:
-        """How many sound realizations show the scatter."""
-        return len(self.sound(self.realizations))
-
-    def size_error(self, observable: str, column: str, values: Values) -> Array:
-        """Return the relative error by the finite cell, over speeds or of one entry."""
-        return size_error_of_sum(
-            self.scene, self.numerics.lengths, self.numerics.parts(column), observable, column, values.from_part
-        )
+        flash = self.estimate("flash_temperature", column)
+        if column == SLIDING:
+            return with_background(flash, self._reader.marched(self.counts)["sliding_background"])
+        own = has_own_share(self.scene)
+        return with_warming(flash, self.estimate("heat_partition", column) if own else self.heat_partition, warming)
 
     def curves(self) -> dict[str, Array]:
         """Return what members of the column sliding stored over the `slid_distance`, m; ValueError without such one.
 
         Arrays (members, speeds, distances) or (members, distances), by the names in `observables.catalogue.CURVES`.
         """
-        return self._reader.curves(self.realizations)
+        return self._reader.curves(self.counts)
 
     def correlation(self, distance: Array, column: str | None = None) -> tuple[Array, Array]:
         """Return g_σ(r) at the highest cut-off of a column and its standard error, Pa².
 
         `distance` is r, m, one-dimensional; ValueError beyond half the diagonal of the cell.
         """
-        samples = self.samples(column)
-        if distance.max(initial=0.0) > samples[0].reach * (1 + 1e-12):
+        pairs = self.pairs(column)
+        reach = pairs[0].sample.reach
+        if distance.max(initial=0.0) > reach * (1 + 1e-12):
             raise ValueError(
-                f"distance = {distance.max():.4g} m exceeds half the diagonal of the cell, {samples[0].reach:.4g} m; "
-                f"ask for shorter distances"
+                f"distance = {distance.max():.4g} m exceeds half the diagonal of the cell, {reach:.4g} m; ask for "
+                "shorter distances"
             )
-        return correlation_of(samples, distance)[:2]
+        return correlation_of(pairs, distance)[:2]
 
     def kept(self, level: int, name: str = "pressure") -> list[int]:
-        """Return the sound realizations that count and whose field of this name, or what gives it, a level stores."""
-        sound = np.array(self.sound(self.realizations), np.int64)
-        sound = sound[sound % self.numerics.levels[level].every == 0]
-        return [int(index) for index in sound[self.members.kept(level, name, sound)]]
+        """Return the sound members of a level that count and store the field of this name, or what gives it."""
+        return self.members.kept(level, name, self.members.sound(level, self.counts[level]))
 
     def not_kept(self, level: int, index: int | None = None) -> ValueError:
         """Return the error that says how to get the fields of a realization, or, without an index, of any."""
@@ -256,43 +199,25 @@ class Run(Counted):
         temperature *= np.float32(self.heat_share(speed, column))
         return temperature
 
-    def estimates(self, column: str | None = None) -> dict[str, Estimate]:
-        """Return the estimates of all observables of a column, by their names; arguments and errors as `estimate`."""
-        names = OF_MARCH if column == SLIDING else OBSERVABLES
-        return {name: self.estimate(name, column) for name in names}
-
-    def _known(self) -> Estimates:
-        """The estimates in the folder, if they are of these members and this code; read once after each `refresh`."""
-        if self._stored is None:
-            self._stored = load_estimates(self.folder, self._made_by(), len(self.scene.speeds))
-        return self._stored
-
-    def _made_by(self) -> dict[str, Any]:
-        """What estimates follow from, beside the identity of the run, as JSON values."""
-        faces = [face for face in (self.scene.surface, self.scene.counterface) if face is not None]
-        scans = checksum(
-            [[face.psd_source, face.psd_error, face.psd_filled] for face in faces]
-        )  # no part of the identity
-        state = self._reader.state(self.realizations)
-        return {**state, "heat_partition": self.heat_partition.tolist(), "scans": scans}
-
-    def refresh(self) -> None:
-        """Read the members that have come since, in order, up to the first gap; damaged ones again.
-
-        RecordError if one is damaged or of another run, OSError if one cannot be read now, which is no damage.
-        """
-        self._stored = None
-        super().refresh()
-
     def save(self) -> None:
-        """Write what a run leaves at its end: its summary, to be opened fast, and its estimates."""
-        super().save()
-        if not self.sound(self.realizations) or self._known():
+        """Write what the run says into its folder, for people, programs and `estimate`; once it says something."""
+        if not self.sound(self.realizations) or load_estimates(self.folder, self._made_by(), len(self.scene.speeds)):
             return
         columns = [*self.numerics.columns, *([SLIDING] if self.slides else [])]
         about: dict[str, Any] = {"about": ABOUT, "title": self.scene.title, "roughsim": self.versions["roughsim"]}
         about |= {"realizations": self.realizations, "failed": self.failed, "speed": list(self.scene.speeds)}
         save_estimates(self.folder, self._made_by(), about, {column: self.estimates(column) for column in columns})
+
+    def _made_by(self) -> dict[str, Any]:
+        """What estimates follow from, as JSON values."""
+        numerics, files = self.numerics.to_dict(), sorted(self._reader.files.values())
+        said = [self.scene.to_toml(), numerics, self.seed, self.until, self.max_realizations]
+        return {
+            "roughsim": version("roughsim"),
+            "run": checksum([*said, self.heat_partition.tolist()]),
+            "counts": list(self.counts),
+            "members": checksum(files),
+        }
 
     def _repr_html_(self) -> str:
         """The state of the run and its flash temperature in each column, for notebooks."""
@@ -335,7 +260,8 @@ class Run(Counted):
         ValueError
             If the run has no sound realization yet.
         """
-        self._sound_rows()
-        kept = sorted(set.intersection(*(set(self.kept(level)) for level in self.numerics.single)))
+        self.pairs()
+        used = [level for level in self.numerics.single if self.counts[level]]
+        kept = sorted(set.intersection(*(set(self.kept(level)) for level in used)))
         levels = [self.level_arrays(level, kept) for level in range(len(self.numerics.levels))]
         return arrays.to_dataset(list(arrays.flat(self, levels)), arrays.attributes_of(self))

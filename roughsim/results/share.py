@@ -5,17 +5,15 @@ from them. The theory takes that of the theory.
 """
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
+from roughsim import prediction
 from roughsim.estimate.errors import Estimate
-from roughsim.estimate.ladder import Values
+from roughsim.estimate.levels import Values, product, scaled
 from roughsim.grid import Array
-from roughsim.observables.record import product
 from roughsim.scene import Scene
 
-ROWS, ERRORS = ("extrapolated", "finest", "base"), ("bandwidth", "pixel", "last_step")  # of `Values`, in kelvin
 OWN = ("mean", "total")  # the rules by which each measured column has a share of its own
 NOTE = "with the share of the heat by the temperatures that this contact itself gives both bodies"
 
@@ -28,17 +26,9 @@ def has_own_share(scene: Scene) -> bool:
 def times_share(values: Values, share: Values | Array) -> Values:
     """Return the values of a temperature, given with all the heat, with a share of it, (speeds,).
 
-    The rows of a `share` that was measured are those of the same realizations, and stay paired. The other errors of the
-    share add to those of the temperature, as they have the same causes.
+    A `share` that was measured is that of the same surfaces.
     """
-    if not isinstance(share, Values):
-        return values._replace(**{key: getattr(values, key) * share for key in (*ROWS, *ERRORS)})
-    rows: dict[str, Any] = {key: product(getattr(values, key), getattr(share, key)) for key in ROWS}
-    mean, factor = np.abs(values.extrapolated.mean(axis=0)), share.extrapolated.mean(axis=0)
-    errors = {
-        key: factor * getattr(values, key) + np.where(mean == 0.0, 0.0, mean * getattr(share, key)) for key in ERRORS
-    }
-    return values._replace(**rows, **errors, slopes=max(values.slopes, share.slopes))
+    return product(values, share) if isinstance(share, Values) else scaled(values, share)
 
 
 def share_text(shares: dict[str, Array]) -> str:
@@ -69,13 +59,19 @@ def with_warming(flash: Estimate, share: Estimate | Array, warming: Array) -> Es
     )
 
 
-def at_other_speed(theory: float, known: Array, own: Array) -> float:
-    """Return the share at a speed that a run has no moments for, from that of the `theory` there.
+def at_other_speed(scene: Scene, speed: float, known: Array, own: Array) -> float:
+    """Return the share of a run at a speed, m/s, that it has no moments for, from that of the theory there.
 
-    `known` and `own`, (speeds,), are the shares by the theory and by the run at other speeds. s/(1 − s) is the
-    temperature of the resting body over that of the moving one, each with all the heat. Its quotient by run and theory
-    is linear in that of the theory between those speeds, and constant beyond.
+    `known` and `own`, (speeds,), are the shares by the theory and by the run. s/(1 − s) is the temperature of the
+    resting body over that of the moving one, each with all the heat. Its quotient by run and theory is linear in that
+    of the theory between those speeds, and constant beyond.
     """
+    theory = float(prediction.heat_partition(scene, (speed,))[0])
+    if not has_own_share(scene):
+        return theory
+    if scene.sliding.heat_partition == "mean":  # at rest the conductivities alone share the heat
+        at_rest = prediction.heat_partition(scene, (0.0,))
+        known, own = np.concatenate([at_rest, known]), np.concatenate([at_rest, own])
     order = np.argsort(known)
     odds, measured = (share[order] / (1.0 - share[order]) for share in (known, own))
     of_theory = theory / (1.0 - theory)

@@ -1,7 +1,6 @@
 """Estimates on disk: what a run says when it ends, in estimates.json of its folder, for people, programs and `Run`.
 
-They are believed only if members and code are those that they were made by. So a change of code, or one more member,
-costs time and never gives an older answer.
+They are read back where the run, the counts and the files of the members are those that they were made by.
 """
 
 import json
@@ -20,6 +19,10 @@ from roughsim.store.disk import checksum, place_bytes, read_bytes
 ESTIMATES = "estimates.json"
 MOST_BYTES = 16 << 20
 ARRAYS = ("mean", "standard_error", "bias", "effective_n")
+ABOUT = (
+    "What this run says: means over its realizations with total errors (95 %) and their parts, in SI, over the speed. "
+    "Temperatures are of the share heat_partition of the heat. It is made again if deleted."
+)
 Estimates = dict[str, dict[str, Estimate]]  # by column and observable
 
 

@@ -1,0 +1,277 @@
+"""`Means`: an opened run folder. It says which members count, and what they say in the mean."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from roughsim.estimate.cell_size import size_error_of_sum
+from roughsim.estimate.errors import Estimate, estimate
+from roughsim.estimate.ladder import Pair
+from roughsim.estimate.levels import Values, notes_of, values_of
+from roughsim.estimate.rounds import Counts, Rounds, Verdict, judge, replay
+from roughsim.grid import Array
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.prediction.scans import scan_part
+from roughsim.results.reader import Reader, identity_of
+from roughsim.results.share import NOTE, at_other_speed, has_own_share, times_share
+from roughsim.scene import Scene
+from roughsim.scene.numerics import Numerics
+from roughsim.sliding.path import coarser_grid
+
+
+class Means:
+    """A run folder as it stands when it is opened; `refresh` reads the members that have come since.
+
+    Attributes
+    ----------
+    folder : Path
+        Where it is.
+    scene : Scene
+        What was computed.
+    numerics : Numerics
+        How accurately.
+    seed : int
+        Of all random streams.
+    until : dict of str to float
+        Relative total 95 % errors at which it stops.
+    max_realizations : int
+        Members of a level at which it stops in any case.
+    heat_partition : ndarray
+        Share of the heat, per speed, that the scene states, or that of the theory under the rules "mean" and "total".
+        Measured temperatures are then reported with that of their own column: `share`.
+    reasons : list of [str, str, str]
+        Choice, value and reason of everything that the plan chose; empty if the numerics were given.
+    members : Members
+        What was read, by level and index, without fields.
+    damaged : dict of (int, int) to str
+        Level and index of files that could not be used, and why; empty unless opened with ``damaged="skip"``.
+    """
+
+    drawn = True  # whether the surfaces are drawn from C(q); else they are a map, which ends with its own waves
+
+    def __init__(
+        self, folder: Path, description: dict[str, Any], scene: Scene, numerics: Numerics, *, skip_damaged: bool = False
+    ):
+        self.folder, self.scene, self.numerics = folder, scene, numerics
+        self.seed: int = description["seed"]
+        self.until: dict[str, float] = description["until"]
+        self.max_realizations: int = description["max_realizations"]
+        self.heat_partition: Array = np.array(description["heat_partition"])
+        self.reasons: list[list[str]] = description["reasons"]
+        self._reader = Reader(folder, numerics, scene.speeds, identity_of(description), skip_damaged)
+        self.members, self.damaged = self._reader.members, self._reader.damaged
+        # what follows from the members; it holds until damaged ones are read again
+        self._pairs: dict[tuple[str, Counts], list[Pair]] = {}
+        self._values: dict[tuple[str, str, bool, Counts], Values] = {}
+        self._verdicts: dict[tuple[Any, ...], Verdict] = {}
+
+    def refresh(self) -> None:
+        """Read the members that have come since, of each level up to the first gap; damaged ones again.
+
+        RecordError if one is damaged or of another run, OSError if one cannot be read now, which is no damage.
+        """
+        if self._reader.refresh(self.max_realizations):
+            for remembered in (self._pairs, self._values, self._verdicts):
+                remembered.clear()
+
+    def take(self, level: int, index: int) -> bool:
+        """Read one member now, also beyond a gap; False if its file is missing. Errors as `refresh`."""
+        return self._reader.take(level, index)
+
+    def available(self, level: int) -> int:
+        """Return how many members of a level are there without a gap."""
+        return self._reader.available[level]
+
+    @property
+    def rounds(self) -> Rounds:
+        """How far the run is, by the members that are there and the targets."""
+        return replay(self.numerics, self.max_realizations, self._reader.available, self._judged)
+
+    @property
+    def counts(self) -> Counts:
+        """How many members of each level count: those of the last complete round."""
+        return self.rounds.counts
+
+    @property
+    def realizations(self) -> int:
+        """How many members of the lowest level of the main column count."""
+        return self.counts[self.numerics.of_column(self.column(None))[0]]
+
+    @property
+    def target_met(self) -> bool:
+        """Whether the targets of `until` are met."""
+        return self.rounds.met
+
+    @property
+    def finished(self) -> bool:
+        """Whether no round follows."""
+        return self.rounds.finished
+
+    @property
+    def missing(self) -> list[str]:
+        """Names, as "L0-000003", of members that are missing although later ones exist; none once it has finished."""
+        rounds = self.rounds
+        return [] if rounds.finished else self._reader.missing(rounds.wanted)
+
+    @property
+    def failed(self) -> int:
+        """How many of the members of single contacts that count did not converge."""
+        counts = self.counts
+        failed = {(level, i) for level in self.numerics.single for i in self.members.failed(level, counts[level])}
+        return len(failed - set(self.damaged))
+
+    @property
+    def slides(self) -> bool:
+        """Whether there is a sound member of the column sliding."""
+        march = self.numerics.march
+        return march is not None and bool(self.members.sound(march, self.counts[march]))
+
+    @property
+    def coarsening(self) -> float:
+        """Pixel of the coarser grid of the marches over that of their own; 1 where there is no coarser one."""
+        level = self.numerics.march or 0
+        grid = self.numerics.grid(level)
+        coarser = coarser_grid(grid, self.numerics.levels[level].q_max)
+        return 1.0 if coarser is None else coarser.spacing[0] / grid.spacing[0]
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """Versions of the packages that computed the first member, by name."""
+        known: dict[str, str] = next(iter(self.members.values())).provenance["versions"]
+        return known
+
+    @property
+    def scanned(self) -> bool:
+        """Whether the surfaces are drawn from a C(q) that was measured on maps."""
+        return self.drawn and self.scene.scanned
+
+    @property
+    def extent(self) -> str:
+        """How much was computed, in words."""
+        return f"{self.realizations} realizations"
+
+    @property
+    def independent(self) -> int:
+        """How many sound members of the lowest level show the scatter."""
+        return len(self.sound(self.realizations))
+
+    def sound(self, count: int) -> list[int]:
+        """Return the indices below `count` at which the lowest level of the main column is sound."""
+        return self.members.sound(self.numerics.of_column(self.column(None))[0], count)
+
+    def column(self, column: str | None) -> str:
+        """Return the name of a column; None is the capped one, or else the elastic one. ValueError if it is missing."""
+        name = self.numerics.columns[-1] if column is None else column
+        if name not in self.numerics.columns:
+            raise ValueError(f"column = {name!r} is not in this run; it has {', '.join(self.numerics.columns)}")
+        return name
+
+    def picture(self, column: str | None = None) -> int:
+        """Return the finest level of a column in the run's cell that has members which count."""
+        levels = [pair.level for pair in self.pairs(column)]
+        return next(level for level in reversed(levels) if self.numerics.levels[level].cell is None)
+
+    def pairs(self, column: str | None = None, counts: Counts | None = None) -> list[Pair]:
+        """Return the sound members of a column's levels, lowest first; levels without any are left out.
+
+        They are those that count, or the first `counts` of each level. ValueError if there is none.
+        """
+        name, counts = self.column(column), counts or self.counts
+        if (name, counts) not in self._pairs:
+            pairs: dict[int | None, Pair] = {}
+            for level in self.numerics.of_column(name):
+                below, rows = self.numerics.below(level), self.members.sound(level, counts[level])
+                if rows and (below is None or below in pairs):
+                    lower = None if below is None else self.members.sample(level, rows, below=True)
+                    stream = self.numerics.stream(level)
+                    pairs[level] = Pair(level, stream, self.members.sample(level, rows), lower)
+            self._pairs[name, counts] = list(pairs.values())
+        if not self._pairs[name, counts]:
+            raise ValueError(f"{self.folder} has no sound realization yet; let it run first")
+        return self._pairs[name, counts]
+
+    def values(
+        self, observable: str, column: str | None = None, *, extrapolated: bool = True, counts: Counts | None = None
+    ) -> Values:
+        """Return the values of an observable over the members that count, with all heat in the moving body.
+
+        Not extrapolated they are those of the highest cut-off. `counts` as in `pairs`, errors as `estimate`.
+        """
+        if observable not in OBSERVABLES:
+            raise ValueError(f"observable = {observable!r} is unknown; choose one of {', '.join(OBSERVABLES)}")
+        name, counts = self.column(column), counts or self.counts
+        key = observable, name, extrapolated, counts
+        if key not in self._values:
+            pairs = self.pairs(name, counts)
+            self._values[key] = values_of(
+                self.scene, name, observable, pairs, extrapolated=extrapolated, continued=self.drawn
+            )
+        return self._values[key]
+
+    def share_values(self, column: str | None = None, counts: Counts | None = None) -> Values | Array:
+        """Return the share of the heat that the temperatures of a column are reported with, per speed.
+
+        Under the rules "mean" and "total" it is that of the column's own contacts. Else it is the one that the scene
+        states, (speeds,). Arguments and errors as `values`.
+        """
+        own = has_own_share(self.scene)
+        return self.values("heat_partition", column, counts=counts) if own else self.heat_partition
+
+    def share(self, column: str | None = None) -> Array:
+        """Return the mean of `share_values`, (speeds,)."""
+        share = self.share_values(column)
+        return share.mean if isinstance(share, Values) else share
+
+    def shares(self) -> dict[str, Array]:
+        """Return the share of the heat, (speeds,), that the theory and each measured column are reported with."""
+        return {"theory": self.heat_partition} | {column: self.share(column) for column in self.numerics.columns}
+
+    def heat_share(self, speed: float, column: str | None = None) -> float:
+        """Return the share of the heat that the temperatures of a column are reported with, at any speed, m/s."""
+        speed = abs(speed)
+        if speed in self.scene.speeds:
+            return float(self.share(column)[self.scene.speeds.index(speed)])
+        return at_other_speed(self.scene, speed, self.heat_partition, self.share(column))
+
+    def reported(self, observable: str, column: str | None = None, counts: Counts | None = None) -> Values:
+        """Return `values` as they are reported: temperatures with their share of the heat."""
+        values = self.values(observable, column, counts=counts)
+        return times_share(values, self.share_values(column, counts)) if OBSERVABLES[observable].heated else values
+
+    def size_error(self, observable: str, column: str, values: Values) -> Array:
+        """Return the relative error by the finite cell, over speeds or of one entry."""
+        parts = self.numerics.parts(column)
+        return size_error_of_sum(self.scene, self.numerics.lengths, parts, observable, column, values.from_part)
+
+    def _estimate(
+        self, observable: str, column: str | None, share: Values | Array, counts: Counts | None = None
+    ) -> Estimate:
+        """Return the estimate of single contacts, with a share of the heat."""
+        name, values = self.column(column), self.values(observable, column, counts=counts)
+        notes = notes_of(self.scene, self.numerics, name, observable, values)
+        factors: tuple[str, ...] = (observable,)
+        if OBSERVABLES[observable].heated:
+            values = times_share(values, share)
+            if isinstance(share, Values):
+                notes, factors = (*notes, NOTE), (*factors, "heat_partition")
+        return estimate(
+            observable,
+            values,
+            notes,
+            size=self.size_error(observable, name, values),
+            solver=OBSERVABLES[observable].solver_share * self.numerics.tolerance,
+            scan=scan_part(self.scene, *factors) if self.scanned else None,
+        )
+
+    def _judged(self, counts: Counts) -> Verdict:
+        """Return what so many members of each level say; remembered, as each round is judged again and again."""
+        key = counts, self.max_realizations, *self.until.items()
+        if key not in self._verdicts:
+
+            def totals(observable: str, column: str, counts: Counts) -> tuple[Values, Estimate]:
+                found = self._estimate(observable, column, self.share_values(column, counts), counts)
+                return self.reported(observable, column, counts), found
+
+            self._verdicts[key] = judge(self.numerics, self.until, self.max_realizations, counts, totals)
+        return self._verdicts[key]
