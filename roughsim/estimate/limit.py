@@ -57,7 +57,7 @@ def by_shape(rungs: list[Rung], theory: Array) -> Limit:
             rest = top.plus(rungs[-2].mean.times(-1.0)).times(share)
             error = np.maximum(np.abs(rest.value - alike.value), OF_SHAPE * np.abs(rest.value))
         tried = np.abs(rest.value) <= MOST_OF_SHAPE * np.abs(top.value)
-        nothing = rest.times(0.0)._replace(value=np.zeros_like(rest.value))
+        nothing = Mean(np.zeros_like(rest.value), {})
         return Limit(rest.where(tried, nothing), np.where(tried, error, np.nan), "with the shape of the theory")
 
 
