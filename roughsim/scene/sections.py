@@ -103,7 +103,7 @@ def read_share(value: Any) -> float | str:
 
 
 def read_targets(value: Any) -> tuple[tuple[str, float], ...]:
-    """Read observables with the relative half-width that each should reach: a mapping, or pairs; return pairs."""
+    """Read observables with the relative total error that each should reach: a mapping, or pairs; return pairs."""
     if isinstance(value, Mapping):
         value = tuple(value.items())
     if not isinstance(value, (list, tuple)) or any(not isinstance(p, (list, tuple)) or len(p) != 2 for p in value):
@@ -320,5 +320,6 @@ class EnsembleSection(Record, section="ensemble"):
 
     seed: Annotated[int, whole("1", 0)] = 1
     max_realizations: Annotated[int, whole("400", 1, 1_000_000)] = 400
+    """Most members of a lowest level."""
     until: Annotated[tuple[tuple[str, float], ...], BeforeValidator(read_targets)] = (("flash_temperature", 0.01),)
-    """Pairs of an observable and the relative 95 % half-width it should reach."""
+    """Pairs of an observable and the relative total 95 % error that it should reach at its worst speed."""

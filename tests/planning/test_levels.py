@@ -1,0 +1,172 @@
+"""The ladders of a plan: where columns begin and end, on which grids, in which cell, and which levels have partners."""
+
+from dataclasses import replace
+from math import inf, pi
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim import prediction
+from roughsim.planning import levels as stage
+from roughsim.planning.levels import fast_size, levels_of
+from roughsim.scene.numerics import Numerics
+
+WAVE = 2 * pi / 6350
+CELL = (4 * WAVE, 4 * WAVE)
+
+
+def planned(scene, lengths=CELL):
+    return Numerics(tuple(rung.level for rung in levels_of(scene, lengths)), lengths)
+
+
+def steel_to(q_max, q_yield=None, monkeypatch=None):
+    """Steel whose C(q) ends at q_max, rad/m; with a yield wavenumber of one's own, rad/m."""
+    if q_yield is not None:
+        monkeypatch.setattr(prediction, "yield_wavenumber", lambda _: q_yield)
+    steel = rs.load_scene("steel-1.2GPa")
+    return replace(steel, surface=replace(steel.surface, q_max=q_max))
+
+
+def cut_offs(numerics, column, over=1.0):
+    return [numerics.levels[i].q_max / over for i in numerics.rungs(column)]
+
+
+def pixels(numerics, i):
+    grid = numerics.grid(i)
+    return 2 * pi / (numerics.levels[i].q_max * grid.spacing[0])
+
+
+# where 99 % of the contact has yielded, 1/m
+@pytest.mark.parametrize(
+    ("name", "q_yield", "top"), [("steel-0.5GPa", 2.5e4, 128), ("steel-1.2GPa", 5.1e4, 64), ("steel-2.0GPa", 7.6e4, 64)]
+)
+def test_steel_is_followed_from_4_q_y_to_the_largest_grid_in_half_the_cell(name, q_yield, top):
+    numerics = planned(rs.load_scene(name))
+    rungs = [4.0 * 2**k for k in range(7) if 4.0 * 2**k <= top]
+    assert cut_offs(numerics, "capped", q_yield) == pytest.approx(rungs, rel=0.02)
+    lowest, *higher = numerics.of_column("capped")
+    assert numerics.levels[lowest].cell is None
+    assert {numerics.levels[i].cell for i in higher} == {"half"}
+    assert cut_offs(numerics, "smoothed", q_yield)[-1] == pytest.approx(1.5, rel=0.02)
+    assert {numerics.levels[i].cell for i in numerics.of_column("smoothed")} == {None}
+    # the lowest two cut-offs, and the end of C_sm, have partners
+    assert [numerics.partner(i) is not None for i in numerics.rungs("capped")] == [k < 2 for k in range(len(rungs))]
+    assert all(numerics.partner(i) is not None for i in numerics.rungs("smoothed"))
+
+
+@pytest.mark.parametrize("name", ["demo", "steel-2.0GPa", "granite", "rubber"])
+def test_levels_have_4_pixels_per_shortest_wave_and_partners_8_on_fast_grids(name):
+    scene = rs.load_scene(name)
+    numerics = rs.plan(scene)
+    for i in numerics.single:
+        wanted = 8 if numerics.is_partner(i) else 4
+        assert 0.98 * wanted <= pixels(numerics, i) < 1.34 * wanted
+        odd = numerics.levels[i].shape[0]
+        while odd % 2 == 0:
+            odd //= 2
+        assert odd in (1, 3, 5)
+
+
+def test_smoothed_levels_come_first_and_each_column_from_the_lowest():
+    numerics = planned(rs.load_scene("steel-2.0GPa"))
+    order = [i for column in ("smoothed", "capped") for i in numerics.of_column(column)]
+    assert order == list(numerics.single)
+
+
+@pytest.mark.parametrize("end", [5.0, 6.5, 9.0, 13.0, 20.0, 31.0])
+def test_where_a_grid_holds_all_of_C_the_cut_offs_double_exactly_to_its_end(monkeypatch, end):
+    q_yield = 5e4
+    numerics = planned(steel_to(end * q_yield, q_yield, monkeypatch))
+    rungs = cut_offs(numerics, "capped", q_yield)
+    assert np.diff(np.log2(rungs)).tolist() == pytest.approx([1.0] * (len(rungs) - 1), abs=1e-12)
+    assert rungs[-1] == pytest.approx(end, rel=1e-12)
+    assert 4 / 2**0.5 <= rungs[0] <= 4 * 2**0.5
+    assert numerics.partner(numerics.rungs("capped")[-1]) is not None  # the end of C(q) has one
+
+
+def test_contact_that_yields_far_up_begins_on_a_cheap_grid(monkeypatch):
+    # 4 q_y would have 4096 points per side: too many for a lowest level
+    q_yield = 1024 * 2 * pi / (4 * CELL[0])
+    numerics = planned(steel_to(1e9, q_yield, monkeypatch))
+    lowest = numerics.levels[numerics.of_column("capped")[0]]
+    assert (lowest.shape, lowest.q_max / q_yield) == ((512, 512), 0.5)
+    assert cut_offs(numerics, "smoothed", q_yield) == pytest.approx([1.5 / 2**k for k in (3, 2, 1, 0)])
+
+
+@pytest.mark.parametrize("q_yield", [inf, 1e7])
+def test_where_no_grid_reaches_q_y_both_columns_climb_the_same_cut_offs(monkeypatch, q_yield):
+    numerics = planned(steel_to(4e7, q_yield, monkeypatch))
+    assert cut_offs(numerics, "smoothed") == cut_offs(numerics, "capped")
+    top = 2048 * 2 * pi / (4 * CELL[0])
+    assert cut_offs(numerics, "capped", top) == pytest.approx([1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0])
+
+
+def test_elastic_contact_begins_coarse_and_ends_with_C_or_the_largest_grid(steel):
+    elastic = replace(steel, body=replace(steel.body, penetration_hardness=None))
+    numerics = planned(elastic)
+    parts = numerics.parts("elastic")
+    sides = [numerics.grid(i).shape[0] * numerics.levels[i].parts for i in numerics.rungs("elastic")]
+    assert sides == [128 << k for k in range(len(sides))]
+    assert numerics.levels[-1].shape == (2048, 2048)
+    assert sides[-1] == 2048 * parts
+    short = planned(replace(elastic, surface=replace(elastic.surface, q_max=3e5)))
+    rungs = cut_offs(short, "elastic")
+    assert rungs == pytest.approx([3e5 / 2**k for k in reversed(range(len(rungs)))])
+    assert 96 < short.levels[0].shape[0] <= 192
+    assert short.partner(short.rungs("elastic")[-1]) is not None
+
+
+def test_a_long_cell_has_as_many_points_per_wave(steel):
+    elastic = replace(steel, body=replace(steel.body, penetration_hardness=None), surface=steel_to(3e5).surface)
+    once, twice = planned(elastic), planned(elastic, (8 * WAVE, 8 * WAVE))
+    assert twice.levels[0].q_max == once.levels[0].q_max
+    assert twice.levels[0].shape[0] == 2 * once.levels[0].shape[0]
+
+
+def test_a_short_spectrum_is_one_cut_off_and_its_partner(steel):
+    surface = replace(steel.surface, q_roll_off=2e4, q_max=5e4)
+    numerics = planned(replace(steel, body=replace(steel.body, penetration_hardness=None), surface=surface))
+    assert cut_offs(numerics, "elastic") == [5e4]
+    assert len(numerics.levels) == 2
+
+
+@pytest.mark.parametrize("parts", [1, 2, 4])
+def test_grids_divide_by_the_parts_and_are_not_larger_than_the_limit(monkeypatch, parts):
+    monkeypatch.setattr(stage, "parts_of", lambda *_: parts)
+    numerics = planned(steel_to(4e9, 5.3e4, monkeypatch), (CELL[0], 0.7 * CELL[0]))  # numerics refuse what does not fit
+    lowest, *higher = (numerics.levels[i] for i in numerics.of_column("capped"))
+    assert lowest.parts == 1
+    assert {level.parts for level in higher} == {parts}
+    most = max(max(level.shape) for level in higher)
+    assert most <= (4096 if parts == 1 else 6144)
+    assert 2 * most > (4096 if parts == 1 else 6144)
+
+
+def test_a_part_of_the_cell_holds_finer_grids_than_all_of_it(monkeypatch):
+    tops = []
+    for parts in (1, 2, 4):
+        monkeypatch.setattr(stage, "parts_of", lambda *_, parts=parts: parts)
+        tops.append(cut_offs(planned(steel_to(4e9, 5.1e4, monkeypatch)), "capped", 5.1e4)[-1])
+    assert tops == pytest.approx([32.0, 64.0, 128.0])
+
+
+def test_reasons_name_q_y_the_end_of_C_and_the_limit_of_grids(monkeypatch):
+    rungs = levels_of(rs.load_scene("steel-1.2GPa"), CELL)
+    assert "1.5 q_y" in rungs[0].reason
+    assert "half the pixel" in rungs[1].reason
+    assert "the largest grid of a plan, C(q) goes on to 4.15e+07 rad/m" in rungs[-1].reason
+    (*_, top, partner) = levels_of(steel_to(4e5, 5e4, monkeypatch), CELL)
+    assert top.reason.endswith("all of C(q)")
+    assert partner.level.q_max == top.level.q_max == 4e5
+
+
+@pytest.mark.parametrize("points", np.geomspace(1, 5000, 60))
+def test_fast_sizes_are_just_large_enough(points):
+    size = fast_size(points)
+    odd = size
+    while odd % 2 == 0:
+        odd //= 2
+    assert odd in (1, 3, 5)
+    assert size >= min(0.98 * points, size)
+    assert size <= max(8, 1.34 * points)

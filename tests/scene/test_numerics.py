@@ -1,0 +1,148 @@
+"""Numerics: which level corrects which, on which grids and streams, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim.grid import Grid
+from roughsim.scene.numerics import Level, Numerics
+
+SIDE = 2e-3
+# two columns in disorder: capped 5e4 with a partner, 1e5 in half the cell with a partner there, 2e5 in a quarter
+CAPPED = (
+    Level("capped", (32, 32), 2e5, "quarter"),
+    Level("capped", (64, 64), 5e4),
+    Level("smoothed", (128, 128), 3e4),
+    Level("capped", (128, 128), 5e4),
+    Level("capped", (64, 64), 1e5, "half"),
+    Level("smoothed", (64, 64), 3e4),
+    Level("capped", (128, 128), 1e5, "half"),
+    Level("sliding", (64, 64), 5e4, first=3),
+)
+TOP, LOWEST, FINE_SMOOTHED, PARTNER, MIDDLE, SMOOTHED, MIDDLE_PARTNER, MARCH = range(8)
+
+
+@pytest.fixture(scope="module")
+def numerics():
+    return Numerics((replace(CAPPED[0], shape=(64, 64)), *CAPPED[1:]), (SIDE, SIDE))
+
+
+def test_levels_of_a_column_are_ordered_by_cut_off_then_by_pixel(numerics):
+    assert numerics.columns == ("smoothed", "capped")
+    assert numerics.of_column("capped") == (LOWEST, PARTNER, MIDDLE, MIDDLE_PARTNER, TOP)
+    assert numerics.of_column("smoothed") == (SMOOTHED, FINE_SMOOTHED)
+    assert numerics.rungs("capped") == (LOWEST, MIDDLE, TOP)
+    assert numerics.rungs("smoothed") == (SMOOTHED,)
+    assert (numerics.march, list(numerics.single)) == (MARCH, list(range(MARCH)))
+
+
+def test_a_level_corrects_the_next_lower_cut_off_and_a_partner_the_pixel(numerics):
+    below = {LOWEST: None, PARTNER: LOWEST, MIDDLE: LOWEST, MIDDLE_PARTNER: MIDDLE, TOP: MIDDLE}
+    below |= {SMOOTHED: None, FINE_SMOOTHED: SMOOTHED, MARCH: None}
+    assert {level: numerics.below(level) for level in range(8)} == below
+    partners = {LOWEST: PARTNER, MIDDLE: MIDDLE_PARTNER, SMOOTHED: FINE_SMOOTHED}
+    assert {level: numerics.partner(level) for level in range(8)} == dict.fromkeys(range(8)) | partners
+    assert [level for level in range(8) if numerics.is_partner(level)] == sorted(partners.values())
+
+
+def test_the_level_below_keeps_its_pixel_in_the_cell_of_the_level(numerics):
+    assert numerics.grid(MIDDLE) == Grid((64, 64), (SIDE / 2, SIDE / 2))
+    assert numerics.grid_below(MIDDLE) == Grid((32, 32), (SIDE / 2, SIDE / 2))
+    assert numerics.grid_below(MIDDLE_PARTNER) == numerics.grid(MIDDLE)
+    assert numerics.grid_below(TOP) == Grid((32, 32), (SIDE / 4, SIDE / 4))
+    assert numerics.grid_below(PARTNER) == numerics.grid(LOWEST)
+    for level in (TOP, PARTNER, MIDDLE, FINE_SMOOTHED, MIDDLE_PARTNER):
+        below = numerics.grid(numerics.below(level))
+        assert numerics.grid_below(level).spacing == pytest.approx(below.spacing, rel=1e-15)
+    with pytest.raises(ValueError, match=f"level {LOWEST} has none below it"):
+        numerics.grid_below(LOWEST)
+
+
+def test_each_level_has_surfaces_of_its_own_but_the_lowest_ones_are_paired(numerics):
+    streams = [numerics.stream(level) for level in range(8)]
+    assert streams[LOWEST] == streams[SMOOTHED] == LOWEST
+    assert [streams[level] for level in (TOP, FINE_SMOOTHED, PARTNER, MIDDLE, MIDDLE_PARTNER, MARCH)] == [
+        TOP,
+        FINE_SMOOTHED,
+        PARTNER,
+        MIDDLE,
+        MIDDLE_PARTNER,
+        MARCH,
+    ]
+
+
+def test_pictures_are_of_the_finest_level_in_the_run_s_cell(numerics):
+    assert (numerics.picture("capped"), numerics.picture("smoothed")) == (PARTNER, FINE_SMOOTHED)
+    assert (numerics.parts("capped"), numerics.parts("smoothed")) == (4, 1)
+
+
+def test_rectangular_cells_keep_their_sides():
+    levels = (Level("elastic", (64, 32), 5e4), Level("elastic", (64, 32), 1e5, "half"))
+    numerics = Numerics(levels, (SIDE, SIDE / 2))
+    assert numerics.grid_below(1) == Grid((32, 16), (SIDE / 2, SIDE / 4))
+
+
+def test_numerics_survive_their_json(numerics):
+    for one in (numerics, replace(numerics, slid_distance=np.inf), replace(numerics, slid_distance=1e-3)):
+        assert Numerics.from_dict(one.to_dict()) == one
+    with pytest.raises(ValueError, match='solver = "other" is not known; the choice is active_set'):
+        replace(numerics, solver="other")
+
+
+def test_a_notebook_shows_what_each_level_corrects(numerics):
+    shown = numerics._repr_html_()
+    assert f"the pixel of level {LOWEST}" in shown
+    assert f">level {MIDDLE}<" in shown
+    assert "frozen contact, 3 realizations" in shown
+
+
+LOW = Level("capped", (64, 64), 5e4)
+UNFIT = {
+    r'levels\[0\].cell = "half", but no capped level lies below it': (replace(LOW, cell="half"),),
+    r"levels\[1\] has the q_max and the pixel of levels\[0\], so that neither": (LOW, LOW),
+    r"levels\[1\] has the q_max and the pixel of levels\[0\]": (LOW, replace(LOW, shape=(32, 32), cell="half")),
+    r"levels\[1\] lies in half the cell and corrects levels\[0\], whose 63 × 63 points do not divide by 2": (
+        replace(LOW, shape=(63, 63)),
+        Level("capped", (64, 64), 1e5, "half"),
+    ),
+    r"levels\[1\] lies in a quarter of the cell .* 66 × 66 points do not divide by 4": (
+        replace(LOW, shape=(66, 66)),
+        Level("capped", (64, 64), 1e5, "quarter"),
+    ),
+    r"q_max = 5e\+05 rad/m exceeds the Nyquist wavenumber 1.005e\+05 rad/m": (replace(LOW, q_max=5e5),),
+}
+
+
+@pytest.mark.parametrize("match", UNFIT)
+def test_levels_that_correct_nothing_or_do_not_fit_are_refused_in_a_sentence(match):
+    with pytest.raises(ValueError, match=match):
+        Numerics(UNFIT[match], (SIDE, SIDE))
+
+
+REFUSED = {
+    "tolerance": {"tolerance": 2.0},
+    "precision": {"precision": "half"},
+    "threads": {"threads": 0},
+    "keep_fields": {"keep_fields": -1},
+    r"levels = \(\) must be a list of at least one level": {"levels": ()},
+    "lengths": {"lengths": (1.0, -1.0)},
+}
+
+
+@pytest.mark.parametrize("match", REFUSED)
+def test_bad_numerics_are_refused_by_name(match):
+    values = {"levels": (Level("elastic", (64, 64), 1.0),), "lengths": (1.0, 1.0)} | REFUSED[match]
+    with pytest.raises(ValueError, match=match):
+        Numerics(**values)
+
+
+def test_a_level_beyond_nyquist_raises_the_error_of_resolution():
+    with pytest.raises(rs.ResolutionError, match=r"q_max = .* rad/m exceeds the Nyquist wavenumber"):
+        Numerics((Level("elastic", (64, 64), 1e4),), (1.0, 1.0))
+
+
+def test_a_column_that_is_none_is_refused_with_the_nearest_name():
+    with pytest.raises(ValueError, match='column = "plastic" is not known; did you mean "elastic"'):
+        Level("plastic", (8, 8), 1.0)
