@@ -88,8 +88,10 @@ def run(
     scene: SceneName,
     output: Annotated[Path, Option("-o", "--output", metavar="RUN", help="Folder of the run, new or begun.")],
     changes: Set = None,
-    until: Annotated[list[str] | None, Option(metavar="NAME=X", help="Stop at this total 95 % error: 1% or 0.01.")] = None,
-    most: Annotated[int | None, Option("--max", metavar="N", min=1, help="At most N members of the lowest levels.")] = None,
+    until: Annotated[
+        list[str] | None, Option(metavar="NAME=X", help="Total 95 % error to stop at: 1% or 0.01.")
+    ] = None,
+    most: Annotated[int | None, Option("--max", metavar="N", min=1, help="Stop at N of the lowest level.")] = None,
     workers: Workers = None,
     threads: Annotated[int | None, Option(metavar="N", min=1, help="Threads of each process.")] = None,
     keep_fields: Annotated[int | None, Option(metavar="K", min=0, help="Store fields of the first K members.")] = None,
