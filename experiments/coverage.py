@@ -1,0 +1,163 @@
+"""How many total errors hold the truth: runs of many seeds to a target against deep references of their own.
+
+    OMP_NUM_THREADS=1 python experiments/coverage.py [--toy] [-o FOLDER] [--only NAME ...] [--seeds N]
+
+Six scenes run to a total error of 1 or 2 % of T_flash. Each run is judged by T_flash at every speed, contact area,
+g_σ(0), and the share of the heat where there are two bodies. The references are in reference/deep.json, by
+reference/make_deep.py. An interval holds the reference if they are no further apart than both errors (95 %, added as
+squares) allow. Rows in FOLDER/coverage.json are not computed again. --toy takes two seeds of the demo to 5 %.
+"""
+
+if __name__ == "coverage":  # numba asks for the package of this name, and the folder of the script comes first
+    raise ImportError("this is a script, not the package that measures the coverage of tests")
+
+import resource
+import sys
+import tempfile
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from reference import make_deep
+from script import Command, Rows
+
+import roughsim as rs
+
+Array = NDArray[np.float64]
+Pair = tuple[Array, Array]  # value and error
+FIRST_SEED = 1000
+TARGETS = {"demo": 0.01, "steel-1.2GPa": 0.01}  # relative total errors of T_flash; of the others:
+OTHERS = 0.02
+MEASURED = {  # observable: its name in the references
+    "flash_temperature": "flash_temperature",
+    "contact_fraction": "contact_fraction_corrected",
+    "pressure_variance": "pressure_variance",
+    "heat_partition": "",
+}
+
+
+def references(case: make_deep.Case, factors: dict[str, Any]) -> dict[str, Pair]:
+    """Return value and relative standard error of each observable."""
+    found = make_deep.assembled(case, factors)
+    pairs = {name: (np.array(row["value"]), np.array(row["error"])) for name, row in found.items()}
+    result = {name: pairs[other] for name, other in MEASURED.items() if other}
+    if case.scene.counterface is not None:
+        (resting, of_resting), (moving, of_moving) = pairs["resting_flash_temperature"], pairs["flash_temperature"]
+        share = resting / (resting + moving)
+        result["heat_partition"] = share, (1.0 - share) * np.hypot(of_resting, of_moving)
+    return result
+
+
+def one_run(scene: rs.Scene, numerics: rs.Numerics, target: float, seed: int) -> dict[str, Any]:
+    """Run a scene into a folder that is deleted; return mean, total and standard error of each observable."""
+    before = resource.getrusage(resource.RUSAGE_SELF)
+    with tempfile.TemporaryDirectory() as folder:
+        until = {"flash_temperature": target}
+        run = rs.run(scene, Path(folder) / "run", numerics=numerics, seed=seed, until=until, workers=1)
+        after = resource.getrusage(resource.RUSAGE_SELF)
+        names = [name for name in MEASURED if name != "heat_partition" or scene.counterface is not None]
+        estimates = {name: run.estimate(name) for name in names}
+        row: dict[str, Any] = {
+            name: [found.mean.tolist(), found.total_error.tolist(), found.standard_error.tolist()]
+            for name, found in estimates.items()
+        }
+        parts = {
+            source: float(np.max(np.abs(part / estimates["flash_temperature"].mean)))
+            for source, part in estimates["flash_temperature"].budget.items()
+        }
+        row |= {"parts": parts, "unknown": list(estimates["flash_temperature"].unknown)}
+        row |= {"counts": list(run.counts), "met": run.target_met}
+    return row | {"seconds": after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime}
+
+
+def runs(name: str, case: make_deep.Case, target: float, seeds: int, rows: Rows) -> list[dict[str, Any]]:
+    """Return a row for each seed; those that are not stored are computed."""
+    sliding = replace(case.scene.sliding, heat_partition="all")
+    ensemble = replace(case.scene.ensemble, max_realizations=100_000)
+    scene = replace(case.scene, sliding=sliding, ensemble=ensemble)
+    numerics = rs.plan(scene, target)
+    table = f"{name}, {100 * target:g} %"
+    result: list[dict[str, Any]] = []
+    for seed in range(FIRST_SEED, FIRST_SEED + seeds):
+        result.append(rows.once(table, str(seed), partial(one_run, scene, numerics, target, seed)))
+        print(f"{table}: seed {seed}, {result[-1]['seconds']:.2f} s, members {result[-1]['counts']}", file=sys.stderr)
+    return result
+
+
+def told(name: str, case: make_deep.Case, target: float, found: list[dict[str, Any]], truth: dict[str, Pair]) -> None:
+    """Print how many intervals hold the references, and how far their means are off, one line for each number."""
+    seconds = np.array([row["seconds"] for row in found])
+    met = sum(bool(row["met"]) for row in found)
+    print(
+        f"\n**{name}**, for {100 * target:g} %: {met} of {len(found)} runs met it, {np.median(seconds):.2f} CPU s each "
+        f"(median; {seconds.min():.2f} to {seconds.max():.2f})\n"
+    )
+    print("| | hold | mean off, % | ± of that | off/stated | stated, % | reference, % | scatter/standard error |")
+    print("|---|---|---|---|---|---|---|---|")
+    for observable, (value, error) in truth.items():
+        mean, total, standard = np.moveaxis(np.array([row[observable] for row in found]), 1, 0)
+        off, stated = mean / value - 1.0, total / value
+        held = np.abs(off) <= np.hypot(stated, 1.96 * error)
+        for k in range(off.shape[1]):
+            speed = f" at {case.scene.speeds[k]:g} m/s" if off.shape[1] > 1 else ""
+            scatter = off[:, k].std(ddof=1)
+            of_mean = np.hypot(scatter / len(off) ** 0.5, error[k])
+            own = (standard[:, k] ** 2).mean() ** 0.5 / value[k]
+            numbers = [f"{100 * off[:, k].mean():+.2f}", f"{100 * of_mean:.2f}"]
+            numbers += [f"{off[:, k].mean() / stated[:, k].mean():+.2f}", f"{100 * stated[:, k].mean():.2f}"]
+            numbers += [f"{100 * error[k]:.2f}", f"{scatter / own:.2f}" if own > 0.0 else "–"]
+            count = f"{np.count_nonzero(held[:, k])} of {len(off)}"
+            print(f"| {observable}{speed} | {count} | {' | '.join(numbers)} |")
+
+
+def chart(results: dict[str, tuple[make_deep.Case, list[dict[str, Any]], dict[str, Pair]]], path: Path) -> None:
+    """Draw how far each run is from the reference, in units of the total error that it states."""
+    words = {"contact_fraction": "A", "pressure_variance": "$g_\\sigma(0)$"}
+    columns = min(3, len(results))
+    rows = -(-len(results) // columns)
+    figure = Figure((2.6 * columns, 2.2 * rows), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False, sharey=True)
+    for axes, (name, (case, found, truth)) in zip(panels.flat, results.items(), strict=False):
+        axes.axhspan(-1, 1, color="0.92")
+        ticks: list[str] = []
+        for observable, (value, _) in truth.items():
+            mean, total = (np.array([row[observable][i] for row in found]) for i in (0, 1))
+            for k in range(mean.shape[1]):
+                with np.errstate(all="ignore"):
+                    off = (mean[:, k] - value[k]) / total[:, k]
+                colour = "C0" if observable == "flash_temperature" else "C1"
+                axes.plot(len(ticks) + np.linspace(-0.25, 0.25, len(off)), np.clip(off, -2, 2), ".", ms=3, color=colour)
+                letter = "T" if observable == "flash_temperature" else "s"
+                ticks.append(words.get(observable, f"{letter} {case.scene.speeds[k]:g}"))
+        axes.set_xticks(range(len(ticks)), ticks, rotation=60, fontsize=7)
+        axes.set_title(name, fontsize=9)
+    for axes in panels.flat[len(results) :]:
+        axes.set_visible(False)
+    figure.supylabel("(run − reference)/total error", fontsize=9)
+    figure.savefig(path, dpi=150)
+
+
+def main() -> None:
+    command = Command(__file__, __doc__, "two seeds of the demo to 5 %")
+    command.add_argument("--only", nargs="*", help="names of scenes")
+    command.add_argument("--seeds", type=int, default=40, help="runs of each scene")
+    options = command.parse()
+    deep = Rows(make_deep.FILE, resume=True)
+    rows, results = Rows(options.output / "coverage.json", resume=True), {}
+    for name, case in make_deep.cases().items():
+        if name not in (["demo"] if options.toy else options.only or make_deep.cases()):
+            continue
+        target = 0.05 if options.toy else TARGETS.get(name, OTHERS)
+        truth = references(case, deep[name])
+        found = runs(name, case, target, 2 if options.toy else options.seeds, rows)
+        told(name, case, target, found, truth)
+        results[name] = case, found, truth
+    chart(results, options.output / "coverage.png")
+
+
+if __name__ == "__main__":
+    main()
