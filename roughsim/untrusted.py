@@ -60,10 +60,9 @@ def check_hdf5(file: Any, path: Path, *, numbers_only: bool = True) -> None:
     declared = 0.0
     for name, dataset in _datasets(file, path, numbers_only):
         properties, kind = dataset.get_create_plist(), dataset.get_type()
-        layout = properties.get_layout()
-        if layout == h5d.CONTIGUOUS and properties.get_external_count():
+        if properties.get_external_count():
             raise RecordError(f"{path}: {name} is an external dataset, stored in another file; nothing was read")
-        if layout == h5d.VIRTUAL:
+        if properties.get_layout() == h5d.VIRTUAL:
             raise RecordError(f"{path}: {name} is a virtual dataset, made of other files; nothing was read")
         if numbers_only and kind.get_class() not in (h5t.INTEGER, h5t.FLOAT):
             raise RecordError(f"{path}: {name} holds objects, not plain numbers; nothing was read")
@@ -85,8 +84,7 @@ def _datasets(file: Any, path: Path, hard_links_only: bool) -> Iterator[tuple[st
     while groups:
         parent, group = groups.pop()
         for key in group:
-            name = key.decode(errors="replace")[:80]
-            name = f"{parent}/{name if name.isprintable() else plain(name)}"
+            name = f"{parent}/{plain(key.decode(errors='replace'))[:80]}"
             link = group.links.get_info(key).type
             if link == h5l.TYPE_SOFT and not hard_links_only:
                 continue  # the object that it leads to in this file has a hard link too

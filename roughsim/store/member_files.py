@@ -11,8 +11,10 @@ import hashlib
 import io
 import json
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
+from math import prod
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,11 +23,11 @@ from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
 from roughsim.grid import Array
+from roughsim.machine import exceeds
 from roughsim.observables.catalogue import AXIS, CURVES, NUMBERS
 from roughsim.sliding import film
 from roughsim.store.disk import DamagedError, hdf5_bytes, place_bytes, read_bytes
 from roughsim.store.kinds import again
-from roughsim.untrusted import check_hdf5
 
 FORMAT = 5  # of members and of run.json
 STAGES = ("surface", "contact", "observables")  # of the pipeline: the seconds of each are stored
@@ -282,15 +284,14 @@ def _opened(path: Path, fields: Iterable[str]) -> Member:
         with h5py.File(io.BytesIO(content), "r") as file:
             header = json.loads(file.attrs["header"])
             check_format(path, int(file.attrs["format_version"]), header["provenance"])
-            check_hdf5(file, path)
-            return _member_of(path, file.id, header, fields)
+            return _member_of(path, header, partial(_read, path, file.id), fields)
     except RecordError:
         raise
     except (OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError, RecursionError) as error:
         raise damaged(path, error) from error
 
 
-def _member_of(path: Path, place: Any, header: dict[str, Any], fields: Iterable[str]) -> Member:
+def _member_of(path: Path, header: dict[str, Any], read: Callable[..., NDArray[Any]], fields: Iterable[str]) -> Member:
     """Return the member of a header and of the arrays in a file; ValueError or LookupError if no writer made these.
 
     Who forges a header can forge its seal too.
@@ -301,13 +302,13 @@ def _member_of(path: Path, place: Any, header: dict[str, Any], fields: Iterable[
     if not isinstance(provenance, dict) or not isinstance(failure, str) or bool(failure) == bool(header["numbers"]):
         raise ValueError("its header is none that a writer of this format makes")
     speeds = tuple(float(speed) for speed in header["speeds"])
-    numbers = {name: _read(place, name, 1 + NUMBERS[name].per_speed) for name in header["numbers"]}
+    numbers = {name: read(name) for name in header["numbers"] if name in NUMBERS}
     if any(values.shape[1:] not in ((), (len(speeds),)) for values in numbers.values()):
         raise ValueError("its numbers are over other speeds than its header has")
     moments: list[Moments | None] = []
-    for k in range(len(_read(place, "below", 1)) if numbers else 0):
+    for k in range(len(read("below")) if numbers else 0):
         of_level = {name: np.atleast_1d(values[k]) for name, values in numbers.items()}
-        moments.append(Moments(of_level, *(_read(place, name + ENDS[k], 1) for name in SPECTRUM)))
+        moments.append(Moments(of_level, *(read(name + ENDS[k]) for name in SPECTRUM)))
     own, below = (*moments, None, None)[:2]
     length_x, length_y = header["lengths"]
     return Member(
@@ -316,8 +317,8 @@ def _member_of(path: Path, place: Any, header: dict[str, Any], fields: Iterable[
         failure,
         *(own or Moments({}, np.empty(0), np.empty(0))),
         below,
-        {name: _read(place, name, len(KINDS[name].axes)) for name in header["curves"] if name in CURVES},
-        {name: _read(place, name, len(FIELDS[name].axes), np.float32) for name in header["fields"] if name in fields},
+        {name: read(name) for name in header["curves"] if name in CURVES},
+        {name: read(name, np.float32) for name in header["fields"] if name in fields},
         (float(length_x), float(length_y)),
         speeds,
         provenance,
@@ -325,13 +326,21 @@ def _member_of(path: Path, place: Any, header: dict[str, Any], fields: Iterable[
     )
 
 
-def _read(place: Any, name: str, axes: int, kind: Any = np.float64) -> NDArray[Any]:
-    """Return an array of a file; ValueError if it has another number of axes, LookupError without it."""
-    from h5py import h5d, h5s
+def _read(path: Path, place: Any, name: str, kind: Any = np.float64) -> NDArray[Any]:
+    """Return an array of a file. RecordError if it leads elsewhere or is too large, else errors as `_member_of`.
 
+    Only what is read is opened. What writers of this format make is chunked: that is no external and no virtual array.
+    """
+    from h5py import h5d, h5l, h5s
+
+    if place.links.get_info(name.encode()).type != h5l.TYPE_HARD:
+        raise RecordError(f"{path}: {name} is a link that leads elsewhere; nothing was read")
     dataset = h5d.open(place, name.encode())
-    if len(dataset.shape) != axes:
-        raise ValueError(f"its {name} has {len(dataset.shape)} axes")
-    values = np.empty(dataset.shape, kind)
+    shape = dataset.shape
+    if dataset.get_create_plist().get_layout() != h5d.CHUNKED or len(shape) != len(KINDS[name].axes):
+        raise RecordError(f"{path}: {name} is stored as no writer of this format does it; nothing was read")
+    if exceeds(float(prod(shape)) * np.dtype(kind).itemsize, 0.5):
+        raise RecordError(f"{path}: {name} declares the shape {shape}, above half of the available memory")
+    values = np.empty(shape, kind)
     dataset.read(h5s.ALL, h5s.ALL, values)
     return values
