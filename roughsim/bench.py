@@ -156,13 +156,14 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
             values = values_of(scene, column, name, way.pairs)
             bias = float(values.mean[speed]) / truth - 1.0
             scatter = [values.scattered.variance[pair.stream][speed] * realizations / truth**2 for pair in way.pairs]
-            for goal in sorted({*GOALS, aim}, reverse=True):
-                counts = shared_out(scatter, way.seconds, goal)
+            goals = sorted({*GOALS, aim}, reverse=True)
+            planned = shared_out(scatter, way.seconds, aim) if way.chosen else ()
+            for counts in dict.fromkeys(shared_out(scatter, way.seconds, goal) for goal in goals):
                 variance = sum(part / n for part, n in zip(scatter, counts, strict=True))
                 cost = sum(part * n for part, n in zip(way.seconds, counts, strict=True))
                 setting = f"{' + '.join(map(str, counts))} members"
                 error = hypot(bias, sqrt(variance), doubt)
-                yield Point("chain", title, way.method, setting, error, cost, way.chosen and goal == aim, doubt=doubt)
+                yield Point("chain", title, way.method, setting, error, cost, counts == planned, doubt=doubt)
 
 
 def ways_of(scene: Scene, numerics: Numerics, realizations: int) -> list[Way]:
@@ -228,7 +229,7 @@ def solve_level(scene: Scene, numerics: Numerics, level: int, realizations: int)
     return Pair(level, numerics.stream(level), samples[0], samples[1] if below else None), medians
 
 
-def shared_out(scatter: Sequence[float], seconds: Sequence[float], goal: float) -> list[int]:
+def shared_out(scatter: Sequence[float], seconds: Sequence[float], goal: float) -> tuple[int, ...]:
     """Return how many members of each level bring the relative standard error to a goal at the least cost.
 
     `scatter` is the relative variance by one member of each level, `seconds` its cost; no level has fewer members than
@@ -236,7 +237,7 @@ def shared_out(scatter: Sequence[float], seconds: Sequence[float], goal: float) 
     """
     total = sum(sqrt(part * cost) for part, cost in zip(scatter, seconds, strict=True))
     counts = [ceil(sqrt(part / cost) * total / goal**2) for part, cost in zip(scatter, seconds, strict=True)]
-    return [max(count, FIRST if k == 0 else FIRST_STEP) for k, count in enumerate(counts)]
+    return tuple(max(count, FIRST if k == 0 else FIRST_STEP) for k, count in enumerate(counts))
 
 
 STAGES: dict[str, Callable[[Scene, Numerics, int], Iterator[Point]]] = {"contact": contact, "chain": chain}

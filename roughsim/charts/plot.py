@@ -35,8 +35,6 @@ def choose_subject(
         raise ValueError(f"column = {column!r}: sliding has a column of its own; leave it out")
     column = run.column(column)
     level = run.picture(column)
-    if not run.pairs(column):
-        raise ValueError(f"{run.folder} has no sound realization yet; let it run first")
     if quantity in OF_ALL and realization is not None:
         raise ValueError(f"realization = {realization}: {quantity} is a mean over all of them; leave it out")
     if quantity not in OF_ALL:  # all others need fields; the spectrum has those of all kept realizations

@@ -217,9 +217,9 @@ def ratios_of(
     solver = OBSERVABLES[observable].solver_share * run.numerics.tolerance
     known: Any = {"solver": solver}
 
-    def values_of(column: str, **kind: bool) -> tuple[Values, Array]:
+    def values_of(column: str, extrapolated: bool = True) -> tuple[Values, Array]:
         """Return the values of a column, and the relative error by the finite cell."""
-        values = run.values(observable, column, **kind)
+        values = run.values(observable, column, extrapolated=extrapolated)
         size = run.size_error(observable, column, values)
         if more is None:
             return values, size

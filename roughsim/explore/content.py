@@ -109,15 +109,14 @@ def summarized(run: Run) -> Summary:
     problems = [f"{text}. The other realizations are shown." for text in run.damaged.values()] + gap(run)
     if run.failed:
         problems.append(f"{run.failed} realizations did not converge and are left out of the means")
-    columns = {column: run.pairs(column) for column in run.numerics.columns}
     none_yet = "No realization yet, so there are no errors to show."
     levels = run.numerics.single
-    sound: dict[int, list[int]] = {level: [] for level in levels}
-    sound |= {pair.level: pair.sample.rows.tolist() for pairs in columns.values() for pair in pairs}
+    sound = {level: run.members.sound(level, run.counts[level]) for level in levels}
+    begun = {column: bool(sound[run.numerics.of_column(column)[0]]) for column in run.numerics.columns}
     return Summary(
         problems,
-        {c: table_text(budget_table(run, c)) if pairs else none_yet for c, pairs in columns.items()},
-        {c: measured_curves(run, c) for c, pairs in columns.items() if pairs},
+        {c: table_text(budget_table(run, c)) if there else none_yet for c, there in begun.items()},
+        {c: measured_curves(run, c) for c, there in begun.items() if there},
         sound,
         {level: run.kept(level) for level in levels},
         filmed(run),

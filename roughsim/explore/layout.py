@@ -105,7 +105,7 @@ class Controls:
             for k, level in enumerate(run.numerics.levels)
             if k in run.numerics.single
         ]
-        finest = str(run.picture(run.column(None)))
+        finest = str(run.picture() if run.independent else run.numerics.picture(run.column(None)))
         self.level = models.Select(title="contact", options=levels, value=finest, width=240, name="level")
         self.member = models.Select(title="realization", options=[], value="", width=150, disabled=True, name="member")
         low, high = (round(log10(end)) for end in speed_range(run.scene))

@@ -163,7 +163,7 @@ def answer(comparison: Comparison) -> Html:
 
 def errors_section(run: Run) -> Html:
     """Return each mean at the highest speed with the parts of its error, and notes on the extrapolation."""
-    if not all(run.pairs(column) for column in run.numerics.columns):
+    if not run.independent:
         return tag("p", "There is no sound realization yet.", css="warning")
     parts = [tag("p", "Means over all sound realizations, at the highest speed, with each source of error by itself:")]
     parts.append(bullets(*(f"{name}: {x}" for name, x in run.sources.items() if name != "scan" or run.scanned)))
@@ -186,7 +186,7 @@ def errors_section(run: Run) -> Html:
 
 def figures_section(run: Run) -> Html:
     """Return the pictures of the first kept realization, and why others cannot be drawn."""
-    if not run.pairs(run.column(None)):
+    if not run.independent:
         return tag("p", "There is no sound realization to draw yet.")
     parts: list[Html] = []
     reasons: dict[str, list[str]] = {}  # with the quantities that are not shown for it
