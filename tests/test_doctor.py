@@ -98,8 +98,7 @@ def test_runs_below_are_named_with_who_computes_them_or_who_is_gone(monkeypatch,
         (tmp_path / name / "claims").mkdir(parents=True)
         if name != "other":
             (tmp_path / name / "run.json").write_text("{}")
-    gone = {"host": "here", "pid": 2**22 + 1, "space": process_space()}
-    (tmp_path / "deep" / "two" / "claims" / "process-here-1").write_text("0\n" + json.dumps(gone))
+    (tmp_path / "deep" / "two" / "claims" / "process-here-1").write_text(f"0\nhere {2**22 + 1} {process_space()}\n")
     with Claims(tmp_path / "one"):
         found = {os.path.basename(one["folder"]): one for one in doctor.examine(tmp_path)["claims"]}
     assert set(found) == {"one", "two"}

@@ -133,25 +133,6 @@ def test_a_folder_that_goes_and_a_full_disk_cost_claims_only(tmp_path, monkeypat
         assert mine.take("L0-000002")  # and says no more
 
 
-@pytest.mark.parametrize("before", [True, False])
-def test_an_interrupt_while_a_claim_is_made_leaves_none(tmp_path, monkeypatch, before):
-    genuine = os.write
-
-    def interrupted(handle, content):
-        if not before:
-            genuine(handle, content)
-        raise KeyboardInterrupt
-
-    with Claims(tmp_path) as mine:
-        monkeypatch.setattr(os, "write", interrupted)
-        with pytest.raises(KeyboardInterrupt):
-            mine.take(ONE)
-        monkeypatch.setattr(os, "write", genuine)
-        assert not (tmp_path / "claims" / ONE).exists()
-        assert mine.take(ONE)
-    assert not (tmp_path / "claims").exists()
-
-
 def test_working_counts_those_that_give_signs_of_life(tmp_path, soon):
     assert writer(tmp_path) is None
     silent(tmp_path)
