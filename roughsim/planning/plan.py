@@ -4,7 +4,7 @@ Nothing is solved: the cell, the levels and the cost follow from C(q), the load 
 level gets is decided by the run itself, round by round. Numerics that the scene states are taken as they are.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import isnan, pi, sqrt
 
@@ -108,24 +108,28 @@ def heat_reasons(scene: Scene) -> Iterator[Reason]:
 
 
 def cost_reason(scene: Scene, numerics: Numerics, target: float) -> Reason:
-    """Return about how much CPU time a run takes to a relative total 95 % error of T_flash."""
+    """Return about how much CPU time a run takes to a relative total 95 % error of T_flash.
+
+    At least the first round, and two cut-offs of the column that the target concerns; at most all of all columns.
+    """
+    ladders = [numerics.rungs(column) for column in numerics.columns]
     begun = {i for column in numerics.columns for i in numerics.of_column(column)[:3]}
     least, most = (FIRST_MEMBERS * sum(member_seconds(numerics, i) for i in some) for some in (begun, numerics.single))
-    low, high = (seconds_of(scene, numerics, target, scatter) for scatter in SCATTER)
+    low = max(least, seconds_of(scene, numerics, ladders[-1][:2], target, SCATTER[0]))
+    high = most + sum(seconds_of(scene, numerics, ladder, target, SCATTER[1]) for ladder in ladders)
     why = (
         f"to a total error of {100 * target:.3g} %, by how T_flash scattered on other scenes; the more of it where "
         "all levels are needed. After the first round `roughsim status` shows the time left, as it was measured"
     )
-    return Reason("CPU time", f"{span(least + low)} to {span(most + high)}", why)
+    return Reason("CPU time", f"{span(low)} to {span(high)}", why)
 
 
-def seconds_of(scene: Scene, numerics: Numerics, target: float, scatter: float) -> float:
-    """Return the CPU time of the members by which the scatter falls to a relative error, s; `scatter` as `SCATTER`.
+def seconds_of(scene: Scene, numerics: Numerics, rungs: Sequence[int], target: float, scatter: float) -> float:
+    """Return the CPU time by which the scatter of levels falls to a relative error, s; `scatter` as in `SCATTER`.
 
     The least for independent levels: (2/error)² (Σ √(variance × time of a member))². The scatter of what a level
     corrects halves from one cut-off to the next.
     """
-    rungs = numerics.rungs(numerics.columns[-1])
     lowest = numerics.levels[rungs[0]].q_max
     area = max(prediction.area_fractions(scene, lowest)["contact_fraction"], LEAST_AREA)
     waves = min(numerics.lengths) * scene.spectrum.breaks[0] / (2 * pi)
