@@ -1,5 +1,6 @@
 """A bar that shows how far a run is, on a terminal or in a notebook; in a file or pipe it is a line for each round."""
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from importlib import import_module
@@ -7,10 +8,12 @@ from typing import Any
 
 from rich import progress as bars
 
-from roughsim.ensemble.status import count_text, needed, reached, time_left
+from roughsim.ensemble.status import needed, round_text, seconds_left, time_left
 from roughsim.results.run import Run
 from roughsim.show.terminal import PlainConsole
 from roughsim.show.text import is_notebook
+
+EVERY = 0.1  # s between two updates, as often as a bar is drawn
 
 
 class PatientConsole(PlainConsole):
@@ -35,15 +38,19 @@ class Progress:
         self.bar = bars.Progress(count, bars.BarColumn(), left, console=console, disable=not console.is_terminal)
         self.task = self.bar.add_task("planning", total=None, left="")
         self.round = 0  # that was shown last
+        self.shown = 0.0  # when the bar was updated last, by `time.monotonic`
 
     def update(self, run: Run) -> None:
         """Show the state of the run, and the time left once that is known."""
-        text, left = count_text(run) + reached(run), time_left(run)
-        done, total = len(run.members), max(sum(needed(run)), 1)
+        new_round = run.rounds.number != self.round
+        if not new_round and time.monotonic() - self.shown < EVERY:
+            return
+        self.round, self.shown = run.rounds.number, time.monotonic()
+        text, left = round_text(run), time_left(seconds_left(run))
+        done = len(run.members) / max(sum(needed(run)), 1)
         with suppress(OSError):
-            self.bar.update(self.task, description=text, total=1.0, completed=min(done / total, 1.0), left=left)
-        if self.bar.disable and run.rounds.number != self.round:
-            self.round = run.rounds.number
+            self.bar.update(self.task, description=text, total=1.0, completed=min(done, 1.0), left=left)
+        if self.bar.disable and new_round:
             self.console.print_lines(f"{text}, {left}")
 
 

@@ -5,7 +5,6 @@ spawn_key=(stream, index)). A member has the same bits whoever computes it and w
 level follows from the members alone. So any number of processes may work on one run.
 """
 
-import errno
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
@@ -64,12 +63,12 @@ def run(
         Members that each level has at most; the scene's if left out. Each of several processes stops by its own `until`
         and `max_realizations`; run.json has those of the one that started last.
     workers : int, optional
-        Processes; 1 computes in this one. None: as many as this process has cores. Together they take 80 % of the
-        available memory at most: there are fewer where that is too little, and a warning says so. A script that asks
-        for more than one needs ``if __name__ == "__main__":``; a notebook does not.
+        Processes; 1 computes in this one. None: as many as this process has cores. There are fewer, with a warning,
+        where they would take more than 80 % of the available memory. A script that asks for more than one needs
+        ``if __name__ == "__main__":``; a notebook does not.
     executor : concurrent.futures.Executor, optional
-        Used in place of own processes; twice `workers` members are kept in flight. Each of its processes looks whether
-        its memory has room for one member; whether it has room for all that run on one machine is left to the caller.
+        Used in place of own processes; twice `workers` members are kept in flight. Whether its machines have room for
+        them is left to the caller.
     observer : callable, optional
         Called with the run after each member has been stored.
 
@@ -196,24 +195,18 @@ def begin(
     has of a map that is pressed (the key `PRESS`); left out: surfaces are drawn. RecordError, before anything is
     planned, if the folder holds other files, another kind of run or another scene, naming the first key that differs.
     """
-    kind = RUN if pressed is None else pressed["of"]
-    try:
-        os.path.abspath(folder)
-    except FileNotFoundError:
-        reason = "the current directory was deleted; change to another one, or give the whole path of the run folder"
-        raise FileNotFoundError(errno.ENOENT, reason) from None
-    if folder_state(folder) == "foreign":
+    kind, state = RUN if pressed is None else pressed["of"], folder_state(folder)
+    if state == "foreign":
         raise RecordError(f"{folder} {content_of(folder)}; name a new folder for the run")
     refuse_other_kind(folder, kind)
     of_kind = {KIND: kind} | ({} if pressed is None else {PRESS: dict(pressed)})
-    if folder_state(folder) != "run":
+    if state != "run":
         planned = plan(scene) if numerics is None else numerics
         computed = scene_of(scene, planned)
         try:
             describe(folder, description_of(computed, planned) | of_kind, computed, first=True)
             return planned
-        except FileExistsError:
-            # another process was quicker: its numerics count, since the plans of other versions may differ
+        except FileExistsError:  # another process was quicker: its numerics count, which may be planned by others
             refuse_other_kind(folder, kind)
     stored = read_description(folder)
     numerics = numerics_begun(folder, stored, scene) if numerics is None else numerics

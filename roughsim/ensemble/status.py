@@ -84,16 +84,16 @@ def losses(run: Run) -> list[str]:
 def state_line(run: Run) -> str:
     """Return in one line how far a run is, the errors beside their targets, and whether more members are coming."""
     if run.finished:
-        return f"{run.extent}, {sum(run.counts)} members{reached(run)}; finished: {outcome(run)}"
+        return f"{run.extent}, {sum(run.counts)} members; finished: {outcome(run)}"
     process = writer(run.folder)
     now = f"being computed by {process}" if process else "not being computed now"
-    return f"{run.extent}, {count_text(run)}{reached(run)}; {now}, {time_left(run)}"
+    return f"{run.extent}, {round_text(run)}; {now}, {time_left(seconds_left(run))}"
 
 
 def outcome(run: Run) -> str:
-    """Return why a run has ended, with the targets that it has not reached."""
+    """Return why a run has ended, with the errors beside their targets."""
     why = run.rounds.verdict.why if run.rounds.verdict else ""
-    return f"target not reached: {why}{reached(run)}" if run.until and not run.target_met else why
+    return ("target not reached: " if run.until and not run.target_met else "") + why + errors_text(run)
 
 
 def total_errors(run: Run) -> dict[str, float]:
@@ -101,13 +101,13 @@ def total_errors(run: Run) -> dict[str, float]:
     return run.rounds.verdict.errors if run.rounds.verdict else {}
 
 
-def reached(run: Run) -> str:
-    """Return the total errors beside their targets, in words that follow a count; empty while there are none."""
-    words = []
+def errors_text(run: Run) -> str:
+    """Return the total errors beside their targets, in words that follow others; empty while there are none."""
+    words = ""
     for name, error in total_errors(run).items():
         size = f"{100 * error:.2g} %" if isfinite(error) else "unknown"
-        words.append(f"{name} total error {size} (target {100 * run.until[name]:g} %)")
-    return ": " + ", ".join(words) if words else ""
+        words += f", {name} total error {size} (target {100 * run.until[name]:g} %)"
+    return words
 
 
 def needed(run: Run) -> Counts:
@@ -120,17 +120,17 @@ def realizations_needed(run: Run) -> int:
     return needed(run)[run.numerics.of_column(run.column(None))[0]]
 
 
-def count_text(run: Run) -> str:
-    """Return the round in progress, and how many of its members are there."""
+def round_text(run: Run) -> str:
+    """Return the round in progress, how many of its members are there, and the errors after the last one."""
     wanted = run.rounds.wanted
     there = sum(min(run.available(level), count) for level, count in enumerate(wanted))
-    return f"round {run.rounds.number + 1}: {there} of {sum(wanted)} members"
+    return f"round {run.rounds.number + 1}: {there} of {sum(wanted)} members{errors_text(run)}"
 
 
 def seconds_left(run: Run) -> float | None:
-    """Return how long one process takes for the members that are still needed, s; None while it is unknown.
+    """Return how long one process takes for the members that are still needed, s; None while that is unknown.
 
-    A level without members is as fast as the others for its modelled work.
+    A level without members takes as long as the others for its modelled work.
     """
     if run.rounds.verdict is None:
         return None
@@ -144,7 +144,6 @@ def seconds_left(run: Run) -> float | None:
     return left
 
 
-def time_left(run: Run) -> str:
+def time_left(seconds: float | None) -> str:
     """Return the time left in words."""
-    left = seconds_left(run)
-    return "time left not known yet" if left is None else f"about {clock(left)} of computing left"
+    return "time left not known yet" if seconds is None else f"about {clock(seconds)} of computing left"

@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from roughsim.ensemble.workers import Job, Surfaces, store_members, store_where_it_fits
+from roughsim.ensemble.workers import Job, Surfaces, store_members
 from roughsim.ensemble.workforce import Workforce
 from roughsim.errors import RecordError
 from roughsim.planning.march import seconds_of_march
@@ -28,7 +28,6 @@ from roughsim.store.member_files import MEMBER_NAME, check_member, member_name, 
 Task = tuple[int, int]  # level and index
 RETRIES = 3  # times that a pool with a dead worker is started again without a new member in between
 PAUSE = 0.5  # s between two looks at what other processes have done
-LONG_PAUSE = 2.0  # s between them at most, where members take longer than that: each that comes back is a look too
 LATE = 10.0  # s that a network file system may take to show what a worker has written
 LEAST_WAIT, LONGEST_WAITS = 600.0, 10.0  # s, and multiple of the longest time of a member, after which it is done again
 _MEMBER = re.compile(rf"{MEMBER_NAME.pattern}\.h5")
@@ -66,10 +65,10 @@ class ActiveRun:
     def job(self, level: int) -> Job:
         """Return the job of a level for a worker: numbers and JSON values only, no scene."""
         if level not in self.jobs:
-            marches, about = level == self.numerics.march, (self.scene, self.numerics)
+            about = self.scene, self.numerics
             self.jobs[level] = Job(
                 level,
-                march_problem(*about) if marches else level_problem(*about, level),
+                march_problem(*about) if level == self.numerics.march else level_problem(*about, level),
                 below_problem(*about, level),
                 speeds=self.scene.speeds,
                 keep_fields=self.numerics.keep_fields,
@@ -94,16 +93,6 @@ class Assignment:
         level, index = self.task
         return [active.job(level) for active in self.runs], index
 
-    @property
-    def seconds_of_march(self) -> float:
-        """About how long it takes if it is a march, s: a few of its steps are timed; else 0."""
-        if self.task[0] != self.runs[0].numerics.march:
-            return 0.0
-        return sum(seconds_of_march(march_problem(active.scene, active.numerics)) for active in self.runs)
-
-
-Pending = dict[Future[str], Assignment]
-
 
 @dataclass(slots=True, eq=False)
 class Tasks:
@@ -113,17 +102,12 @@ class Tasks:
     claims: Claims  # on a member of all of the runs
     check: Callable[[], None]  # raises an interrupt that Python has dropped
     observer: Callable[[Run], None] | None = None
-    longest: float = 0.0  # s from handing a member out until it came back, or that a march is known to take
+    longest: float = 0.0  # s from handing a member out until it came back, or that a march is expected to take
 
     @property
     def unfinished(self) -> list[ActiveRun]:
         """The runs that still need members."""
         return [active for active in self.runs if not active.run.finished]
-
-    @property
-    def stored(self) -> int:
-        """How many members all runs have."""
-        return sum(len(active.run.members) for active in self.runs)
 
     @property
     def limit(self) -> float:
@@ -135,11 +119,10 @@ class Tasks:
 
         RuntimeError if workers, or the scheduler of an executor, die again and again.
         """
-        died, stored = 0, self.stored
+        died, stored = 0, -1
         while True:
-            pool = force.pool()
             try:
-                return self._work(pool, force)
+                return self._work(force.pool(), force)
             except BrokenExecutor as error:
                 reason = str(error) or type(error).__name__
                 if force.unguarded:
@@ -150,8 +133,8 @@ class Tasks:
                         f'needs `if __name__ == "__main__":`'
                     ) from error
                 self._refresh(self.runs)
-                died = died + 1 if self.stored == stored else 1
-                stored = self.stored
+                before, stored = stored, sum(len(active.run.members) for active in self.runs)
+                died = died + 1 if stored == before else 1
                 killed = force.lose_pool()
                 if died > RETRIES:
                     raise RuntimeError(
@@ -163,13 +146,13 @@ class Tasks:
 
     def _work(self, pool: Executor, force: Workforce) -> None:
         """Keep a pool busy until all runs have ended; BrokenExecutor if its workers die."""
-        pending: Pending = {}
+        pending: dict[Future[str], Assignment] = {}
         try:
             while self.unfinished:
                 while len(pending) < force.in_flight and (one := self._next(idle=len(pending) < force.workers)):
-                    pending[self._hand_out(pool, one, force)] = one
+                    pending[self._hand_out(pool, one)] = one
                 self.check()
-                wait(pending, timeout=min(max(PAUSE, self.longest), LONG_PAUSE), return_when=FIRST_COMPLETED)
+                wait(pending, timeout=PAUSE, return_when=FIRST_COMPLETED)
                 done = [future for future in pending if future.done()]  # also those that others have cancelled
                 for future in done:
                     assignment = pending.pop(future)
@@ -182,7 +165,9 @@ class Tasks:
                 if not done:  # other processes may have stored members meanwhile
                     time.sleep(0.0 if pending else PAUSE)
                     self._refresh(self.runs)
-                    self._do_overdue(pending, force)
+                    for future in [late for late, one in pending.items() if time.monotonic() - one.since > self.limit]:
+                        force.stuck |= not future.cancel()
+                        self._do_here(pending.pop(future))
             if force.executor is None:
                 # own workers finish what they have begun, if they come back at all
                 running = [future for future in pending if not future.cancel()]
@@ -195,71 +180,59 @@ class Tasks:
     def _next(self, *, idle: bool) -> Assignment | None:
         """Claim a member of the round, or, for an idle worker, of a later one; None if there is none now."""
         for ahead in (False, True) if idle else (False,):
-            for task in self._in_order(ahead):
-                if assignment := self._claim(task, ahead):
-                    return assignment
+            wanting = [(active, active.counts(ahead)) for active in self.unfinished]
+            for level, index in self._in_order(wanting, ahead):
+                task = level, index
+                runs = [one for one, counts in wanting if index < counts[level] and task not in one.run.members]
+                if not runs or not self.claims.take(member_name(*task)):
+                    continue
+                if missing := [one for one in runs if not one.is_stored(task)]:
+                    return Assignment(task, missing, time.monotonic())
+                self._count(Assignment(task, runs, 0.0), "another host")  # another process has stored it
         return None
 
-    def _in_order(self, ahead: bool) -> Iterator[Task]:
-        """Go through the members that are missing.
+    def _in_order(self, wanting: list[tuple[ActiveRun, tuple[int, ...]]], ahead: bool) -> Iterator[Task]:
+        """Go through the members of runs up to some counts, beyond those that all have.
 
-        In a round the largest grids come first, so that it ends evenly; `ahead` of it the level that will grow most.
+        In a round the largest grids come first, so that it ends evenly; `ahead` of it the level that grows most.
         """
-        levels, unfinished, now = self.runs[0].numerics.levels, self.unfinished, dict[int, range]()
-        for level in range(len(levels)):
-            first = min((active.run.available(level) for active in unfinished), default=0)
-            last = max((active.counts(ahead)[level] for active in unfinished), default=0)
-            now[level] = range(first, last)
-        size = {level: len(now[level]) if ahead else levels[level].shape[0] * levels[level].shape[1] for level in now}
-        for level in sorted(now, key=lambda level: -size[level]):
-            yield from ((level, index) for index in now[level])
+        spans = {}
+        for level in range(len(self.runs[0].numerics.levels)):
+            first = min((active.run.available(level) for active, _ in wanting), default=0)
+            spans[level] = range(first, max((counts[level] for _, counts in wanting), default=0))
+        shapes = [level.shape for level in self.runs[0].numerics.levels]
+        size = {level: len(span) if ahead else shapes[level][0] * shapes[level][1] for level, span in spans.items()}
+        for level in sorted(spans, key=lambda level: -size[level]):
+            yield from ((level, index) for index in spans[level])
 
-    def _claim(self, task: Task, ahead: bool) -> Assignment | None:
-        """Claim a member that a run wants and lacks, and that no other process computes; None if it is none."""
-        level, index = task
-        lacking = [active for active in self.unfinished if index < active.counts(ahead)[level]]
-        lacking = [active for active in lacking if task not in active.run.members]
-        if not lacking or not self.claims.take(member_name(*task)):
-            return None
-        if runs := [active for active in lacking if not active.is_stored(task)]:
-            return Assignment(task, runs, time.monotonic())
-        self._count(Assignment(task, lacking, 0.0), "this host")  # another process has stored it
-        return None
-
-    def _hand_out(self, pool: Executor, assignment: Assignment, force: Workforce) -> Future[str]:
-        function = store_members if force.executor is None else store_where_it_fits
+    def _hand_out(self, pool: Executor, assignment: Assignment) -> Future[str]:
+        if assignment.task[0] == self.runs[0].numerics.march:
+            marches = (march_problem(active.scene, active.numerics) for active in assignment.runs)
+            self.longest = max(self.longest, sum(map(seconds_of_march, marches)))
         try:
-            return pool.submit(function, *assignment.arguments)
+            return pool.submit(store_members, *assignment.arguments)
         except BrokenExecutor:
             raise
         except Exception as error:  # each library of executors has its own
             reason = str(error) or type(error).__name__
             raise RuntimeError(f"the executor takes no more members ({reason}): {_GONE}") from error
 
-    def _do_overdue(self, pending: Pending, force: Workforce) -> None:
-        """Compute in this process the members that a worker has not returned for too long."""
-        if any(time.monotonic() - one.since > self.limit for one in pending.values()):
-            # a march takes minutes or hours, and so does a member that waits behind one
-            self.longest = max(self.longest, *(one.seconds_of_march for one in pending.values()))
-        for future, one in list(pending.items()):
-            waited = time.monotonic() - one.since
-            if waited <= self.limit:
-                continue
-            del pending[future]
-            force.stuck |= not future.cancel()
-            if not all(active.is_stored(one.task) for active in one.runs):
-                warnings.warn(
-                    f"{member_name(*one.task)} has not come back from a worker for {waited:.0f} s (limit "
-                    f"{self.limit:.0f} s: {LONGEST_WAITS:g} times the longest member, at least {LEAST_WAIT:g} s); "
-                    "it is computed in this process; see whether the workers are alive",
-                    RuntimeWarning,
-                    stacklevel=2,
-                )
-                store_members(*one.arguments)
-            self._count(one, "this host")
+    def _do_here(self, assignment: Assignment) -> None:
+        """Compute in this process a member that a worker has not returned for too long."""
+        if not all(active.is_stored(assignment.task) for active in assignment.runs):
+            warnings.warn(
+                f"{member_name(*assignment.task)} has not come back from a worker for "
+                f"{time.monotonic() - assignment.since:.0f} s (limit {self.limit:.0f} s: {LONGEST_WAITS:g} times the "
+                f"longest member, at least {LEAST_WAIT:g} s); it is computed in this process; see whether the workers "
+                "are alive",
+                RuntimeWarning,
+                stacklevel=2,
+            )
+            store_members(*assignment.arguments)
+        self._count(assignment, "this host")
 
     def _count(self, assignment: Assignment, host: str) -> None:
-        """Count a member once this process has read its files, and give up its claim."""
+        """Read the files of a member that was computed, and give up its claim; a file system may show them late."""
         end = time.monotonic() + LATE
         while unseen := [active for active in assignment.runs if not active.is_stored(assignment.task)]:
             path = member_path(unseen[0].folder, *assignment.task)

@@ -5,7 +5,6 @@ import time
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -13,9 +12,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from roughsim import fourier
-from roughsim.errors import ConvergenceError, RecordError, ResolutionError
+from roughsim.errors import ConvergenceError, RecordError
 from roughsim.grid import Array
-from roughsim.machine import available_memory, workers_that_fit
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.pipeline import Problem, Solution, Solved, solve_problem, versions
 from roughsim.store.member_files import Member, Moments, write_member
@@ -48,24 +46,6 @@ class Job:
     surfaces: Surfaces | None = None  # None: they are drawn
 
 
-def store_where_it_fits(jobs: list[Job], index: int) -> str:
-    """Call `store_members` in a process of an executor, which may be on another machine than the run was planned on.
-
-    ResolutionError if this machine has too little memory for a member.
-    """
-    refuse_too_large(max(job.problem.memory for job in jobs))
-    return store_members(jobs, index)
-
-
-@lru_cache(maxsize=64)  # asked before the first member of a size: after it the memory of this process counts as used
-def refuse_too_large(member: float) -> None:
-    """Refuse members of so many bytes with a ResolutionError if this machine has too little memory."""
-    try:
-        workers_that_fit(1, member, "one member", available_memory())
-    except ResolutionError as error:
-        raise ResolutionError(f"a worker on {socket.gethostname()} cannot compute a member: {error}") from None
-
-
 def store_members(jobs: list[Job], index: int) -> str:
     """Compute one member of each run, write their files, and return the name of this host.
 
@@ -85,10 +65,7 @@ def store_members(jobs: list[Job], index: int) -> str:
 
 
 def store_member(job: Job, index: int, before: list[Solved]) -> list[Solved]:
-    """Compute one member and write its file; return what was solved, or `before` where nothing was.
-
-    What its problems have in common with those solved `before` is taken from there.
-    """
+    """Compute one member and write its file; return what was solved, or `before` where nothing was."""
     problem, solved = replace(job.problem, index=index), before
     fourier.set_threads(problem.threads)
     try:
@@ -117,7 +94,10 @@ def store_member(job: Job, index: int, before: list[Solved]) -> list[Solved]:
 
 
 def solve(job: Job, problem: Problem, before: list[Solved]) -> list[Solved]:
-    """Solve a level, and on the same surface the level below it, if there is one."""
+    """Solve a level, and on the same surface the level below it, if there is one.
+
+    What they have in common with what was solved `before` is taken from there.
+    """
     problems = [problem] if job.below is None else [problem, replace(job.below, index=problem.index)]
     solved = []
     for one, known in zip_longest(problems, before[: len(problems)]):
@@ -132,7 +112,10 @@ def contact_member(job: Job, main: Solved, below: Solved | None = None) -> Membe
     kept = problem.index < job.keep_fields
     fields = {"heights": solution.heights, "pressure": solution.contact.pressure} if kept else {}
     seconds = dict(solution.seconds)
-    provenance = {"residual": solution.contact.residual, "iterations": solution.contact.iterations}
+    provenance: dict[str, Any] = {
+        "residual": solution.contact.residual,
+        "iterations": solution.contact.iterations,
+    }
     if below is not None:
         seconds = {stage: value + below[1].seconds[stage] for stage, value in seconds.items()}
         lower = below[1].contact
