@@ -2,28 +2,45 @@
 
 import numpy as np
 
-from roughsim.estimate.ladder import Values
+from roughsim.estimate.ladder import Pair
 from roughsim.observables.record import Sample
 
 NAME = "flash_temperature"
 
 
-def level(values, *, q_max=1.0, side=64.0, rows=None):
-    """A level that has only a T_flash: values (n, speeds) at the given realizations."""
-    rows = np.arange(len(values)) if rows is None else rows
-    return Sample(q_max, side, rows, {NAME: values}, np.ones(1), np.ones((len(values), 1)), 1.0)
+def sample(values, q_max=1.0, *, side=64.0, part=False, name=NAME, **numbers):
+    """The values of one level, (n, speeds), under the name of an observable."""
+    n = len(values)
+    return Sample(q_max, side, np.arange(n), {name: values, **numbers}, np.ones(1), np.ones((n, 1)), 1.0, part)
 
 
-def seldom(values, every, **names):
-    rows = np.arange(0, len(values), every)
-    return level(values[rows], rows=rows, **names)
+def step(level, fine, coarse, cut_offs, *, sides=(64.0, 128.0), stream=None, **names):
+    """A level above the lowest: values on the same surfaces at two cut-offs and points per side, the lower first."""
+    below, above = (
+        sample(values, q_max, side=side, **names)
+        for values, q_max, side in zip((coarse, fine), cut_offs, sides, strict=True)
+    )
+    return Pair(level, level if stream is None else stream, above, below)
 
 
-def power_law(cutoffs, exponent, limit=7.0, c=3.0, **names):
-    return [level(np.full((13, 1), limit + c * q**-exponent), q_max=q, side=64.0 * q, **names) for q in cutoffs]
+def lowest(values, q_max=1.0, *, level=0, stream=0, **names):
+    """The lowest level of a column."""
+    return Pair(level, stream, sample(values, q_max, **names), None)
 
 
-def values_of(rows):
-    """Values of rows that need no extrapolation."""
-    none = np.zeros(rows.shape[1:])
-    return Values(rows, rows, rows, np.zeros(len(rows), dtype=int), none, none, none)
+def ladder(means, cut_offs, *, n=6, scatter=0.0, seed=0, **names):
+    """Levels with these means, (speeds,) each, at these cut-offs: n surfaces each, alike at a level and below it.
+
+    Their relative scatter has no mean, so that all means and all ratios of means are those given.
+    """
+    rng = np.random.default_rng(seed)
+    pairs = []
+    for k, (mean, q_max) in enumerate(zip(means, cut_offs, strict=True)):
+        chance = scatter * rng.standard_normal((n, 1))
+        factor = 1.0 + chance - chance.mean()
+        if k == 0:
+            pairs.append(lowest(factor * np.atleast_1d(mean), q_max, **names))
+        else:
+            below = factor * np.atleast_1d(means[k - 1])
+            pairs.append(step(k, factor * np.atleast_1d(mean), below, (cut_offs[k - 1], q_max), **names))
+    return pairs

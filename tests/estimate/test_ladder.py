@@ -1,225 +1,189 @@
-"""Ladders of levels: corrections from few realizations, the limit in q_c, the pixel, and what an interval is worth."""
-
-import sys
-from dataclasses import replace
-from pathlib import Path
+"""The rungs of a column: products of ratios, differences where signs change, and what the pixel changes."""
 
 import numpy as np
 import pytest
-from ladder_cases import NAME, level, power_law, seldom
+from ladder_cases import NAME, ladder, lowest, step
 
-from roughsim.estimate import errors as est
-from roughsim.estimate.ladder import observe
-from roughsim.observables.record import Sample
+from roughsim.estimate.ladder import Rung, change_by_pixel, climb
+from roughsim.estimate.mean import mean_of
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "experiments"))
-from intervals import coverage
+RNG = np.random.default_rng(1)
 
 
-def test_a_fine_level_of_few_realizations_corrects_the_coarse_one():
-    rng = np.random.default_rng(0)
-    coarse = 10.0 + rng.standard_normal((24, 2))
-    fine = 0.7 * coarse + 0.01 * rng.standard_normal((24, 2))
-    samples = [level(coarse), seldom(fine, 4, q_max=2.0, side=128.0)]
-    values = observe(NAME, samples, capped=True, end=2.0)  # C(q) ends at the finest level: nothing to extrapolate
-    expected = coarse.mean(axis=0) * fine[::4].mean(axis=0) / coarse[::4].mean(axis=0)
-    np.testing.assert_allclose(values.extrapolated.mean(axis=0), expected, rtol=1e-13)
-    np.testing.assert_array_equal(np.unique(values.group, return_counts=True)[1], [18, 6])
-    full = observe(NAME, [level(coarse), level(fine, q_max=2.0, side=128.0)], capped=True, end=2.0)
-    assert values.group.tolist()[:5] == [1, 0, 0, 0, 1]  # 0: the coarsest level alone
-    np.testing.assert_allclose(values.base, coarse * expected / coarse.mean(axis=0), rtol=1e-13)
-    few, all_ = (est.spread(v.extrapolated, v.base, v.group)[0] for v in (values, full))
-    np.testing.assert_allclose(few, all_, rtol=0.2)  # six fine solves are worth almost as much as 24
+def rungs_of(pairs):
+    return climb(lambda sample: sample.numbers[NAME], pairs)
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_what_is_extrapolated_scatters_with_the_coarse_level_too(sign):
-    # negative values, as of ∇²T, have ratios like positive ones; by 1/q_c, the last step times 1 − 2/end follows
-    rng = np.random.default_rng(3)
-    coarse = sign * (10.0 + rng.standard_normal((24, 2)))
-    fine = 0.7 * coarse + 0.01 * rng.standard_normal((24, 2))
-    values = observe(NAME, [level(coarse), seldom(fine, 4, q_max=2.0)], capped=True, end=8.0)
-    ratio = fine[::4].mean(axis=0) / coarse[::4].mean(axis=0)
-    factor = ratio + (ratio - 1.0) * (1.0 - 2.0 / 8.0)
-    np.testing.assert_allclose(values.extrapolated.mean(axis=0), factor * coarse.mean(axis=0), rtol=1e-12)
-    np.testing.assert_allclose(values.base, factor * coarse, rtol=1e-12)
+def drawn(mean, n, speeds=2, scatter=0.1):
+    return mean * (1.0 + scatter * RNG.standard_normal((n, speeds)))
 
 
-def test_elastic_contact_is_corrected_by_differences():
-    rng = np.random.default_rng(2)
-    coarse = 10.0 + rng.standard_normal((24, 1))
-    fine = coarse - 3.0 + 0.01 * rng.standard_normal((24, 1))
-    values = observe(NAME, [level(coarse), seldom(fine, 4, q_max=2.0, side=128.0)], capped=False, end=2.0)
-    expected = coarse.mean(axis=0) + (fine - coarse)[::4].mean(axis=0)
-    np.testing.assert_allclose(values.extrapolated.mean(axis=0), expected, rtol=1e-13)
-    np.testing.assert_allclose(values.base, coarse - coarse.mean(axis=0) + expected, rtol=1e-13)
+def test_a_rung_is_the_product_of_the_ratios_of_the_levels_up_to_it():
+    base = drawn(10.0, 7)
+    first = drawn(9.0, 5), drawn(8.0, 5)
+    second = drawn(6.0, 4), drawn(9.0, 4)
+    pairs = [lowest(base), step(1, *first, (1.0, 2.0)), step(2, *second, (2.0, 4.0), part=True)]
+    found = rungs_of(pairs)
+    means = [base.mean(axis=0)]
+    for fine, coarse in (first, second):
+        means.append(means[-1] * fine.mean(axis=0) / coarse.mean(axis=0))
+    assert [rung.q_max for rung in found] == [1.0, 2.0, 4.0]
+    assert [rung.part for rung in found] == [False, False, True]
+    for rung, mean in zip(found, means, strict=True):
+        np.testing.assert_allclose(rung.mean.value, mean, rtol=1e-12)
+    assert sorted(found[-1].mean.scatter) == [0, 1, 2]
+    # relative variances of the lowest level and of both ratios
+    ratios = [fine / fine.mean(axis=0) - coarse / coarse.mean(axis=0) for fine, coarse in (first, second)]
+    rows = [base / base.mean(axis=0), *ratios]
+    relative = sum(row.var(axis=0, ddof=1) / len(row) for row in rows)
+    np.testing.assert_allclose(sum(found[-1].mean.variance.values()), means[-1] ** 2 * relative, rtol=1e-12)
 
 
-@pytest.mark.statistical
-@pytest.mark.parametrize("mean", [0.0, 10.0])  # differences, as there are two signs; ratios
-def test_the_error_of_a_ladder_is_its_scatter_over_many_ladders(mean):
-    rng = np.random.default_rng(1)
-    means, variances = [], []
-    for _ in range(2000):
-        coarse = mean + rng.standard_normal((24, 1))
-        fine = 0.8 * coarse + 0.5 * rng.standard_normal((24, 1))
-        values = observe(NAME, [level(coarse), seldom(fine, 4, q_max=2.0)], capped=True, end=2.0)
-        means.append(values.extrapolated.mean())
-        variances.append(est.spread(values.extrapolated, values.base, values.group)[0][0] ** 2)
-    # 1/√1000 = 3 % is the relative error of the right side, 2 % of the left
-    assert np.mean(variances) == pytest.approx(np.var(means), rel=0.08)
-    assert np.mean(means) == pytest.approx(0.8 * mean, abs=4 * np.std(means) / np.sqrt(2000))
+def test_levels_that_agree_with_the_level_below_add_no_scatter():
+    same = drawn(9.0, 5)
+    rung = rungs_of([lowest(drawn(10.0, 7)), step(1, 1.3 * same, same, (1.0, 2.0))])[-1]
+    np.testing.assert_allclose(rung.mean.variance[1], 0.0, atol=1e-20)
 
 
-@pytest.mark.parametrize("exponent", [0.8, 1.0, 1.4])
-def test_three_rungs_reach_the_end_of_the_spectrum_exactly(exponent):
-    end = 40.0
-    values = observe(NAME, power_law([1.0, 2.0, 4.0], exponent), capped=True, end=end)
-    assert values.extrapolated.mean() == pytest.approx(7.0 + 3.0 * end**-exponent, rel=1e-10)
-    assert values.exponent[0] == pytest.approx(exponent, rel=1e-9)
-    remainder = 3.0 * (4.0**-exponent - end**-exponent)
-    first_order = 3.0 * (2.0**-exponent - 4.0**-exponent) * (1.0 - 4.0 / end)
-    assert values.bandwidth[0] == pytest.approx(max(abs(remainder - first_order), 0.2 * remainder), rel=1e-9)
+@pytest.mark.parametrize("odd", [0, 1, 2])
+def test_where_a_sign_changes_or_is_not_defined_steps_are_differences(odd):
+    base, fine, coarse = drawn(10.0, 7), drawn(9.0, 5), drawn(8.0, 5)
+    (base, fine, coarse)[odd][2, 0] *= -1.0  # at the first of two speeds
+    found = rungs_of([lowest(base), step(1, fine, coarse, (1.0, 2.0))])[-1].mean
+    b, f, c = (rows.mean(axis=0) for rows in (base, fine, coarse))
+    np.testing.assert_allclose(found.value, [b[0] + f[0] - c[0], b[1] * f[1] / c[1]], rtol=1e-12)
+    change = (fine - coarse)[:, 0]
+    np.testing.assert_allclose(found.variance[0][0], base[:, 0].var(ddof=1) / 7, rtol=1e-12)
+    np.testing.assert_allclose(found.variance[1][0], change.var(ddof=1) / 5, rtol=1e-12)
 
 
-def test_the_fitted_exponent_scatters_too():
-    # rows must follow the pseudo-values n θ − (n − 1) θ₋ᵢ of a jackknife of the whole extrapolation
-    rng = np.random.default_rng(11)
-    a = 10.0 + rng.standard_normal((40, 1))
-    b = a - 2.0 + 0.1 * rng.standard_normal((40, 1))
-    c = b - 1.1 + 0.1 * rng.standard_normal((40, 1))
-
-    def limit(keep):
-        samples = [level(x[keep], q_max=q, side=64.0 * q) for x, q in ((a, 1.0), (b, 2.0), (c, 4.0))]
-        return observe(NAME, samples, capped=True, end=50.0).extrapolated[:, 0]
-
-    rows = limit(np.arange(40))
-    pseudo = [40 * rows.mean() - 39 * limit(np.delete(np.arange(40), i)).mean() for i in range(40)]
-    np.testing.assert_allclose(rows - rows.mean(), np.array(pseudo) - np.mean(pseudo), atol=0.1)
-    assert rows.std() == pytest.approx(np.std(pseudo), rel=0.03)
+def test_values_that_are_zero_stay_zero():
+    nothing = np.zeros((6, 1))
+    found = rungs_of([lowest(nothing), step(1, nothing, nothing, (1.0, 2.0))])[-1].mean
+    assert found.value[0] == 0.0
+    assert sum(found.variance.values())[0] == 0.0
 
 
-def test_each_speed_has_its_own_exponent():
-    slow, fast = (power_law([1.0, 2.0, 4.0], p) for p in (1.5, 0.8))
-    both = [
-        replace(a, numbers={NAME: np.hstack([a.numbers[NAME], b.numbers[NAME]])})
-        for a, b in zip(slow, fast, strict=True)
-    ]
-    np.testing.assert_allclose(observe(NAME, both, capped=True).exponent, [1.5, 0.8], rtol=1e-9)
+def test_infinite_values_stay_infinite_beside_others():
+    def endless(mean, n):
+        return np.column_stack((np.full(n, np.inf), drawn(mean, n, 1)))
+
+    base, fine, coarse = endless(10.0, 7), endless(9.0, 5), endless(8.0, 5)
+    found = rungs_of([lowest(base), step(1, fine, coarse, (1.0, 2.0))])[-1].mean
+    expected = base[:, 1].mean() * fine[:, 1].mean() / coarse[:, 1].mean()
+    assert found.value[1] == pytest.approx(expected, rel=1e-12)
+    assert not np.isfinite(found.value[0])
 
 
-def test_two_rungs_are_doubted_by_half_of_the_remainder():
-    values = observe(NAME, power_law([2.0, 4.0], 1.0), capped=True)
-    assert values.extrapolated.mean() == pytest.approx(7.0, rel=1e-12)
-    assert values.bandwidth[0] == pytest.approx(0.5 * 3.0 / 4.0, rel=1e-12)
+def test_the_lowest_level_is_taken_at_the_mean_peak_volume_and_steps_as_they_are():
+    volume = RNG.standard_normal(12)
+    base = 10.0 + 3.0 * volume[:, None]  # without other scatter: 10 at the mean volume
+    pairs = [lowest(base, peak_volume=volume[:, None]), step(1, base, base - 1.0, (1.0, 2.0), peak_volume=volume)]
+    found = rungs_of(pairs)
+    assert found[0].mean.value[0] == pytest.approx(10.0, rel=1e-12)
+    assert found[1].mean.value[0] == pytest.approx(10.0 * base.mean() / (base.mean() - 1.0), rel=1e-12)
 
 
-def test_one_cut_off_below_the_end_leaves_an_unknown_remainder():
-    for capped in (False, True):
-        values = observe(NAME, power_law([1.0], 1.0), capped=capped, end=4.0)
-        assert np.isnan(values.bandwidth[0])
-        assert observe(NAME, power_law([1.0], 1.0), capped=capped, end=1.0).bandwidth[0] == 0.0
+def partner(level, fine, coarse, q_max, sides):
+    return step(level, fine, coarse, (q_max, q_max), sides=sides)
 
 
-def test_steps_that_do_not_fall_leave_half_of_the_remainder_in_doubt():
-    samples = [level(np.full((13, 1), value), q_max=q, side=64.0 * q) for q, value in ((1, 9.0), (2, 8.0), (4, 7.0))]
-    values = observe(NAME, samples, capped=True)
-    assert values.extrapolated.mean() == pytest.approx(6.0, rel=1e-12)  # first order: as much again as the last step
-    assert values.bandwidth[0] == pytest.approx(0.5, rel=1e-12)
+def test_a_partner_corrects_the_rung_of_its_cut_off_and_is_none():
+    fine, coarse = drawn(7.6, 5), drawn(8.0, 5)
+    pairs = ladder([[10.0, 10.0], [8.0, 8.0]], (1.0, 2.0), scatter=0.1)
+    low, high = rungs_of([pairs[0], partner(2, fine, coarse, 1.0, (64.0, 96.0)), pairs[1]])
+    np.testing.assert_allclose(low.finer.value, fine.mean(axis=0) / coarse.mean(axis=0) - 1.0, rtol=1e-12)
+    relative = fine / fine.mean(axis=0) - coarse / coarse.mean(axis=0)
+    expected = (fine.mean(axis=0) / coarse.mean(axis=0)) ** 2 * relative.var(axis=0, ddof=1) / 5
+    np.testing.assert_allclose(low.finer.variance[2], expected, rtol=1e-12)
+    assert low.refined == pytest.approx(1.5)
+    assert high.finer is None
+    assert high.mean.value[0] == pytest.approx(8.0, rel=1e-12)
 
 
-def test_rungs_that_stand_too_low_are_continued_in_first_order_and_doubted_by_what_they_fit():
-    # capped steel from 2 to 64 q_y in per cent of the first: p = 0.4 from the lowest three would end at 36
-    values = [100.0, 84.0, 72.0, 66.8, 64.5, 63.5]
-    samples = [level(np.full((13, 1), v), q_max=2.0**k, side=64.0 * 2**k) for k, v in enumerate(values)]
-    low = observe(NAME, samples[:3], capped=True, settled=2.0)
-    assert low.exponent[0] == 1.0
-    assert low.extrapolated.mean() == pytest.approx(60.0, rel=1e-12)
-    fit = 12.0 / (16 / 12 - 1)  # a geometric series of the steps
-    assert low.bandwidth[0] == pytest.approx(1.25 * (fit - 12.0), rel=1e-9)
-    anyway = observe(NAME, samples[:3], capped=True)  # p = 0.4 is not believed wherever it comes from
-    np.testing.assert_array_equal(anyway.extrapolated, low.extrapolated)
-    np.testing.assert_array_equal(anyway.bandwidth, low.bandwidth)
-    high = observe(NAME, samples[2:5], capped=True, settled=2.0)
-    assert abs(high.extrapolated.mean() - 62.7) <= high.bandwidth[0]
-    assert high.bandwidth[0] < 0.1 * low.bandwidth[0]
+def test_a_partner_is_relative_to_its_rung_where_signs_change():
+    fine, coarse = np.array([[2.0], [-1.0]]), np.array([[1.0], [-1.5]])
+    (rung,) = rungs_of([lowest(np.full((6, 1), 4.0)), partner(1, fine, coarse, 1.0, (64.0, 128.0))])
+    assert rung.finer.value[0] == pytest.approx((0.5 - -0.25) / 4.0, rel=1e-12)
 
 
-def test_a_rough_surface_that_falls_slowly_is_extrapolated_by_its_own_exponent():
-    # capped contact with H = 0.3 at 30 m/s, 4 to 16 q_y, own runs up to 128 q_y: the limit at 1000 q_y is 292 ± 6
-    values = [507.0, 437.0, 387.0]
-    samples = [level(np.full((13, 1), v), q_max=4.0 * 2**k, side=64.0 * 2**k) for k, v in enumerate(values)]
-    first_order = observe(NAME, samples[1:], capped=True, end=1000.0)
-    assert abs(first_order.extrapolated.mean() - 292.0) > first_order.bandwidth[0] + 6.0
-    for known in (samples[1:], samples):
-        values = observe(NAME, known, capped=True, end=1000.0, usual=0.615)
-        assert abs(values.extrapolated.mean() - 292.0) <= values.bandwidth[0] < 50.0
+def by_order(order, sides, change=0.08):
+    """A rung of 10, and partners whose values are 10 (1 + change · (1 − h^order)) at pixels h = 64/side."""
+    values = [1.0 + change * (1.0 - (sides[0] / side) ** order) for side in sides]
+    pairs = [lowest(np.full((6, 1), 10.0))]
+    for k in range(1, len(sides)):
+        fine, coarse = (np.full((6, 1), 10.0 * value) for value in (values[k], values[k - 1]))
+        pairs.append(partner(k, fine, coarse, 1.0, sides[k - 1 : k + 1]))
+    return rungs_of(pairs)
 
 
-def test_an_exponent_that_the_steps_hardly_tell_is_drawn_to_the_usual_one():
-    # the steps fall as 2^(−1.5); that of few realizations with a scatter of 5 in a step of 1 is no more than noise
-    rng = np.random.default_rng(3)
-    noise = rng.standard_normal((16, 1))
-    noise -= noise.mean()
-
-    def limit(scatter):
-        rows = (np.full((16, 1), 7.0 + 3.0 * q**-1.5) for q in (1.0, 2.0, 4.0))
-        moved = [row + scatter * k * noise for k, row in enumerate(rows)]
-        return observe(NAME, [level(x, q_max=2.0**k, side=64.0 * 2**k) for k, x in enumerate(moved)], capped=True)
-
-    sure, unsure = limit(1e-3), limit(5.0)
-    assert sure.exponent[0] == pytest.approx(1.5, abs=1e-3)
-    assert 1.0 < unsure.exponent[0] < 1.1
-    last = 3.0 * (2.0**-1.5 - 4.0**-1.5)
-    assert unsure.bandwidth[0] == pytest.approx(0.5 * last, rel=0.1)
-    assert sure.bandwidth[0] == pytest.approx(last - last / (2**1.5 - 1), rel=1e-3)
+@pytest.mark.parametrize("order", [0.7, 1.4, 2.0])
+@pytest.mark.parametrize("fine", [96.0, 128.0])
+def test_a_partner_of_known_order_gives_the_vanishing_pixel(order, fine):
+    # a little change, as changes of a chain add
+    change, error = change_by_pixel(by_order(order, (64.0, fine)), order, 0.5, 1.0)
+    assert change.value[0] == pytest.approx(0.08, rel=1e-12)
+    seen = 1.0 - (64.0 / fine) ** order
+    assert error[0] == pytest.approx(0.08 * (1.0 - seen), rel=1e-12)  # all that was not seen is in doubt
 
 
-@pytest.mark.parametrize(("waves", "told"), [(0.5, False), (2.0, True)])
-def test_a_length_within_a_wave_of_the_cut_off_is_not_extrapolated(waves, told):
-    # steel 1.2 GPa, r(g = .5): 10.7, 8.8, 7.8, 7.55 µm, where the first three promised 6.7 ± .2
-    def rung(radius, cut_off):  # a single wave, whose J0(q r) is .5 at q r = 1.521144
-        wavenumber = np.array([1.5211440576687654 / radius])
-        return Sample(cut_off, 64.0 * cut_off, np.arange(12), {}, wavenumber, np.ones((12, 1)), 1e3)
-
-    radii = (10.7, 8.8, 7.8)
-    lowest = 0.5 * 2.0 * np.pi * waves / radii[1]  # the second rung is so many waves long
-    rungs = [rung(radius, lowest * 2.0**k) for k, radius in enumerate(radii)]
-    values = observe("correlation_radius_50", rungs, capped=True, end=1e3 * lowest)
-    assert (values.extrapolated.mean() < 7.5) == told
-    if not told:
-        assert values.extrapolated.mean() == pytest.approx(7.8, rel=1e-6)
-        assert values.bandwidth[0] == pytest.approx(1.0, rel=1e-5)
+@pytest.mark.parametrize("order", [0.7, 1.4])
+def test_of_a_chain_of_partners_only_what_follows_the_last_is_in_doubt(order):
+    # to first order in the changes
+    change, error = change_by_pixel(by_order(order, (64.0, 128.0, 256.0), 1e-6), order, 0.5, 1.0)
+    assert change.value[0] == pytest.approx(1e-6, rel=2e-6)
+    assert error[0] == pytest.approx(1e-6 * 4.0**-order, rel=2e-6)
 
 
-@pytest.mark.statistical
-def test_intervals_hold_the_truth_as_often_as_they_say():
-    assert 0.90 < coverage(200, 0.015, 0.0, 2)[0] < 0.99
+def test_what_turns_back_with_the_pixel_has_half_of_the_last_change_ahead():
+    change, error = change_by_pixel(by_order(1.0, (64.0, 128.0)), np.nan, 0.5, 1.0)
+    assert change.value[0] == pytest.approx(1.5 * 0.04, rel=1e-12)
+    assert error[0] == pytest.approx(0.5 * 0.04, rel=1e-12)
 
 
-@pytest.mark.slow
-@pytest.mark.statistical
-@pytest.mark.parametrize(("skew", "trials"), [(0.0, 1000), (0.5, 2500)])
-def test_intervals_cover_over_many_sequential_trials(skew, trials):
-    doubt = 2.0 * np.sqrt(0.05 * 0.95 / trials)  # of the count itself; 5,000 trials stand in docs/errors.md
-    assert 0.925 - doubt <= coverage(trials, 0.012, skew, 3)[0] <= 0.97 + doubt
+@pytest.mark.parametrize("fall", [0.5, 1.0])
+def test_a_change_that_was_seen_lower_falls_towards_the_end_and_all_of_it_is_in_doubt(fall):
+    order = 1.4
+    rungs = by_order(order, (64.0, 128.0))
+    change, error = change_by_pixel([*rungs, Rung(4.0, mean_of(9, np.full((6, 1), 8.0)))], order, fall, 16.0)
+    assert change.value[0] == pytest.approx(0.08 / 16.0**fall, rel=1e-12)
+    unseen = 0.08 * 2.0**-order / 16.0**fall
+    assert error[0] == pytest.approx(np.hypot(unseen, 0.08 / 16.0**fall), rel=1e-12)
 
 
-@pytest.mark.statistical
-def test_a_partner_that_is_rarer_than_the_rung_above_it_counts_with_its_own_scatter():
-    # C(q) ends at the second cut-off, solved for one in two; half the pixel at the first was solved for one in four
-    rng, n, count = np.random.default_rng(5), 16, 400
-    means, errors = [], []
-    for _ in range(count):
-        first = 100.0 + rng.standard_normal((n, 1))
-        finer = first - 2.0 + 1.5 * rng.standard_normal((n, 1))
-        higher = first - 8.0 + rng.standard_normal((n, 1))
-        samples = [level(first), seldom(finer, 4, side=128.0), seldom(higher, 2, q_max=2.0, side=128.0)]
-        values = observe(NAME, samples, capped=True, end=2.0)
-        assert np.bincount(values.group).tolist() == [8, 4, 4]
-        means.append(values.extrapolated.mean())
-        errors.append(est.spread(values.extrapolated, values.base, values.group)[0][0])
-    # the pixel's change is carried to the higher cut-off in proportion, and continued to a vanishing pixel
-    left = 2.0 * (92.0 / 100.0) / (1.0 - 2.0**-1.4)
-    assert np.mean(means) == pytest.approx(92.0 - left, abs=4 * np.std(means) / np.sqrt(count))
-    assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(np.std(means), rel=0.15)  # 4 of 1/√(2·400)
+def test_the_highest_partner_counts():
+    low, high = (by_order(1.0, (64.0, 128.0), change)[0] for change in (0.2, 0.02))
+    change, _ = change_by_pixel([low, high._replace(q_max=2.0)], 1.0, 1.0, 2.0)
+    assert change.value[0] == pytest.approx(0.02, rel=1e-12)
+
+
+def test_the_scatter_of_a_partner_passes_into_what_it_leaves_and_falls_with_it():
+    fine, coarse = drawn(7.6, 5), drawn(8.0, 5)
+    rungs = rungs_of([lowest(np.full((6, 2), 10.0)), partner(1, fine, coarse, 1.0, (64.0, 128.0))])
+    change, _ = change_by_pixel(rungs, 1.0, 0.5, 4.0)  # twice what was seen, and half of that at the end
+    np.testing.assert_allclose(change.value, fine.mean(axis=0) / coarse.mean(axis=0) - 1.0, rtol=1e-12)
+    np.testing.assert_allclose(change.variance[1], rungs[0].finer.variance[1], rtol=1e-12)
+
+
+def test_without_a_partner_the_error_is_unknown_and_nothing_is_changed():
+    change, error = change_by_pixel(rungs_of(ladder([10.0, 8.0], (1.0, 2.0))), 1.4, 0.5, 2.0)
+    np.testing.assert_array_equal(change.value, [0.0])
+    assert change.scatter == {}
+    assert np.isnan(error).all()
+
+
+def test_what_is_zero_on_both_grids_is_not_changed_by_the_pixel():
+    zero = np.zeros((6, 2)) + [0.0, 5.0]
+    rungs = rungs_of([lowest(zero), partner(1, 1.1 * zero, zero, 1.0, (64.0, 128.0))])
+    change, error = change_by_pixel(rungs, 1.0, 0.5, 1.0)
+    np.testing.assert_allclose(change.value, [0.0, 0.2], rtol=1e-12)
+    np.testing.assert_allclose(error, [0.0, 0.1], rtol=1e-12)
+    assert np.isfinite(change.scatter[1]).all()
+
+
+def test_a_level_with_the_cut_off_of_the_level_below_is_its_partner():
+    rows = np.ones((6, 1))
+    assert step(1, rows, rows, (2.0, 2.0)).is_partner
+    assert step(1, rows, rows, (2.0, 2.0 * (1 + 1e-12))).is_partner  # the same to rounding
+    assert not step(1, rows, rows, (2.0, 2.001)).is_partner
+    assert not lowest(rows).is_partner

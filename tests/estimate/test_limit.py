@@ -1,0 +1,253 @@
+"""Beyond the highest cut-off: exact where the law, the shape or the power is, and in doubt by what is stated."""
+
+import numpy as np
+import pytest
+from ladder_cases import NAME, ladder
+
+from roughsim.estimate.ladder import Rung, climb
+from roughsim.estimate.limit import by_law, by_power, by_shape
+from roughsim.estimate.mean import mean_of
+
+CUT_OFFS, END = (4.0, 8.0, 16.0), 800.0
+THEORY = np.array([2.0, 2.8, 3.2, 4.0])  # up to three cut-offs, and over the whole spectrum
+
+
+def rungs_at(means, cut_offs=CUT_OFFS, **names):
+    return climb(lambda sample: sample.numbers[NAME], ladder(means, cut_offs, **names))
+
+
+def scattered(means, errors, cut_offs=CUT_OFFS):
+    """Rungs whose means are independent, with these standard errors."""
+    rungs = []
+    for stream, (mean, error, q_max) in enumerate(zip(means, errors, cut_offs, strict=True)):
+        rungs.append(Rung(q_max, mean_of(stream, mean + error * np.array([[1.0], [-1.0]]))))
+    return rungs
+
+
+def relative_error(mean):
+    return np.sqrt(sum(mean.variance.values())) / np.abs(mean.value)
+
+
+# by the law for contact that yields
+
+
+def fall(q):
+    """T_flash that falls faster below than any power of its last steps."""
+    return 7.0 * (1.0 + 1.4 * np.asarray(q) ** -1.1 + 2.0 * np.asarray(q) ** -3.0)
+
+
+def law_at(q, law=fall):
+    return law(np.array([*q, END]))[:, None]
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_a_law_right_but_for_a_factor_gives_the_limit_and_a_share_of_what_follows_is_in_doubt(count):
+    q = CUT_OFFS[-count:]
+    limit = by_law(rungs_at([[1.03 * fall(x)] for x in q], q), law_at(q[-2:]))
+    follows = 1.03 * (fall(16.0) - fall(END))
+    assert limit.rest.value[0] == pytest.approx(-follows, rel=1e-12)
+    assert limit.error[0] == pytest.approx(0.07 * follows, rel=1e-12)
+    assert limit.way == "by the law for contact that yields"
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_share_in_doubt_is_that_by_which_the_law_missed_the_last_step(sign):
+    # the law foretells a fall by 4 %, and it was by 3 %; it foretells 2 % more
+    law = np.array([[1.0], [0.96], [0.96 * 0.98]])
+    limit = by_law(rungs_at([[sign * 100.0], [sign * 97.0]], (8.0, 16.0)), law)
+    assert limit.rest.value[0] == pytest.approx(-0.02 * sign * 97.0, rel=1e-12)
+    assert limit.error[0] == pytest.approx(0.25 * 0.02 * 97.0, rel=1e-12)
+
+
+def test_a_law_that_missed_more_than_the_step_leaves_all_in_doubt_and_no_more():
+    law = np.array([[1.0], [0.99], [0.99 * 0.98]])
+    limit = by_law(rungs_at([[100.0], [103.0]], (8.0, 16.0)), law)
+    assert limit.error[0] == pytest.approx(0.02 * 103.0, rel=1e-12)
+
+
+def test_one_rung_tests_no_law():
+    limit = by_law(rungs_at([[fall(16.0)]], (16.0,)), law_at((16.0,)))
+    assert limit.rest.value[0] == pytest.approx(fall(END) - fall(16.0), rel=1e-12)
+    assert limit.error[0] == pytest.approx(fall(16.0) - fall(END), rel=1e-12)
+
+
+def test_a_law_is_judged_at_each_speed_and_at_rest_nothing_follows():
+    law = np.array([[0.0, 1.0, 1.0], [0.0, 0.96, 0.96], [0.0, 0.9, 0.9]])
+    limit = by_law(rungs_at([[0.0, 100.0, 100.0], [0.0, 96.0, 98.0]], (8.0, 16.0)), law)
+    np.testing.assert_allclose(limit.rest.value, [0.0, -6.0, -98.0 * 0.06 / 0.96], rtol=1e-12)
+    np.testing.assert_allclose(limit.error, [0.0, 0.42, 0.5 * 98.0 * 0.06 / 0.96], rtol=1e-12)
+
+
+def test_by_a_law_the_limit_scatters_as_the_top_does():
+    rungs = rungs_at([[fall(x)] for x in CUT_OFFS], scatter=0.05)
+    top = rungs[-1].mean
+    limit = top.plus(by_law(rungs, law_at(CUT_OFFS[-2:])).rest)
+    assert relative_error(limit)[0] == pytest.approx(relative_error(top)[0], rel=1e-12)
+
+
+# with the shape of the theory
+
+
+def shaped(count, slope=1.5, theory=THEORY):
+    """The rest of a value that is 1 + slope × theory, from the highest of the cut-offs of the theory."""
+    means = [[1.0 + slope * value] for value in THEORY[:3]][-count:]
+    return by_shape(rungs_at(means, CUT_OFFS[-count:]), theory[-count - 1 :, None])
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_a_value_that_goes_with_the_theory_goes_on_as_its_last_step_over_that_of_the_theory(count):
+    limit = shaped(count)
+    assert limit.rest.value[0] == pytest.approx(1.5 * 0.8, rel=1e-12)
+    # by the values it would be 5.8 × 0.8/3.2 = 1.45: nearer than a quarter
+    assert limit.error[0] == pytest.approx(1.2 / 4, rel=1e-12)
+    assert shaped(count, slope=0.5).error[0] == pytest.approx(2.6 / 4 - 0.4, rel=1e-9)
+    assert limit.way == "with the shape of the theory"
+
+
+def test_one_cut_off_goes_on_in_proportion_to_the_theory_and_all_of_it_is_in_doubt():
+    limit = shaped(1)
+    assert limit.rest.value[0] == pytest.approx(5.8 * 0.25, rel=1e-12)
+    assert limit.error[0] == pytest.approx(5.8 * 0.25, rel=1e-12)
+
+
+def test_a_value_against_the_theory_goes_on_against_it():
+    limit = by_shape(rungs_at([[2.0], [1.8]], (8.0, 16.0)), THEORY[-3:, None])
+    assert limit.rest.value[0] == pytest.approx(-0.4, rel=1e-12)
+    assert limit.error[0] == pytest.approx(0.4 + 1.8 * 0.25, rel=1e-12)
+
+
+@pytest.mark.parametrize("last", [3.2 + 3.0, np.nan])  # 1.5 × 3 exceeds half of 5.8; and where nothing is foretold
+def test_what_was_not_tried_or_is_not_foretold_is_unknown_and_changes_nothing(last):
+    limit = shaped(3, theory=np.array([2.0, 2.8, 3.2, last]))
+    assert limit.rest.value[0] == 0.0
+    assert np.isnan(limit.error[0])
+    assert limit.way == ""
+    assert all(np.all(rows == 0.0) for rows in limit.rest.scatter.values())
+
+
+def test_half_of_the_value_was_tried():
+    for last, tried in ((3.2 + 1.9, True), (3.2 + 1.95, False)):  # 1.5 × 1.9 and 1.5 × 1.95 around half of 5.8
+        assert np.isfinite(shaped(3, theory=np.array([2.0, 2.8, 3.2, last])).error[0]) == tried
+
+
+def test_nothing_follows_a_theory_that_has_settled_or_is_infinite():
+    settled = np.array([2.0, 2.8, 3.2, 3.2])
+    assert (shaped(3, theory=settled).rest.value[0], shaped(3, theory=settled).error[0]) == (0.0, 0.0)
+    endless = np.column_stack((np.full(3, np.inf), THEORY[-3:]))
+    limit = by_shape(rungs_at([[5.2, 5.2], [5.8, 5.8]], (8.0, 16.0)), endless)
+    np.testing.assert_allclose(limit.rest.value, [0.0, 1.2], rtol=1e-12)
+    np.testing.assert_allclose(limit.error, [0.0, 0.3], rtol=1e-12)
+
+
+def test_the_scatter_of_the_last_step_passes_into_what_follows_with_the_shape():
+    top, below = 5.8, 5.2
+    limit = by_shape(scattered([below, top], [0.02, 0.03], (8.0, 16.0)), THEORY[-3:, None])
+    assert limit.rest.variance[1][0] == pytest.approx((2.0 * 0.03) ** 2, rel=1e-9)
+    assert limit.rest.variance[0][0] == pytest.approx((2.0 * 0.02) ** 2, rel=1e-9)
+
+
+# as a power of the cut-off
+
+
+def power_law(q, exponent, limit=7.0, c=3.0):
+    return limit + c * np.asarray(q) ** -exponent
+
+
+@pytest.mark.parametrize("c", [3.0, -3.0])
+@pytest.mark.parametrize("exponent", [0.4, 0.8, 1.3, 2.5])
+@pytest.mark.parametrize("end", [20.0, 800.0])
+def test_a_power_of_the_cut_off_is_continued_exactly_to_a_finite_end(exponent, end, c):
+    rungs = rungs_at([[power_law(q, exponent, c=c)] for q in CUT_OFFS])
+    limit = by_power(rungs, end, usual=1.0)
+    rest = power_law(end, exponent, c=c) - power_law(16.0, exponent, c=c)
+    assert limit.rest.value[0] == pytest.approx(rest, rel=1e-9)
+    assert limit.error[0] == pytest.approx(0.2 * abs(rest), rel=1e-9)
+    assert limit.way == f"as q_c^(−p) with p = {exponent:.2f}"
+
+
+@pytest.mark.parametrize("ratio", [1.5, 3.0])
+def test_cut_offs_need_not_double(ratio):
+    q = [4.0 * ratio**k for k in range(3)]
+    limit = by_power(rungs_at([[power_law(x, 0.8)] for x in q], q), 800.0, usual=1.3)
+    assert limit.rest.value[0] == pytest.approx(power_law(800.0, 0.8) - power_law(q[-1], 0.8), rel=1e-9)
+
+
+@pytest.mark.parametrize("usual", [0.6, 1.0])
+def test_two_rungs_go_on_with_the_usual_exponent_and_a_lower_one_is_as_likely(usual):
+    rungs = rungs_at([[power_law(q, usual)] for q in (8.0, 16.0)], (8.0, 16.0))
+    limit = by_power(rungs, END, usual)
+    assert limit.rest.value[0] == pytest.approx(power_law(END, usual) - power_law(16.0, usual), rel=1e-9)
+    step = power_law(16.0, usual) - power_law(8.0, usual)
+    p = usual - 0.3  # T∞ + c q^(−p) through both rungs
+    c = step / (16.0**-p - 8.0**-p)
+    lower = c * (END**-p - 16.0**-p)
+    assert limit.error[0] == pytest.approx(abs(lower - limit.rest.value[0]), rel=1e-9)
+
+
+def test_a_hardly_falling_power_is_not_doubted_below_a_least_exponent():
+    rungs = rungs_at([[power_law(q, 0.4)] for q in (8.0, 16.0)], (8.0, 16.0))
+    step = power_law(16.0, 0.4) - power_law(8.0, 0.4)
+    c = step / (16.0**-0.2 - 8.0**-0.2)
+    rest = power_law(END, 0.4) - power_law(16.0, 0.4)
+    assert by_power(rungs, END, 0.4).error[0] == pytest.approx(abs(c * (END**-0.2 - 16.0**-0.2) - rest), rel=1e-9)
+
+
+def test_one_rung_shows_no_step():
+    rungs = rungs_at([[5.0, 6.0]], (16.0,), scatter=0.1)
+    limit = by_power(rungs, END, 1.0)
+    np.testing.assert_array_equal(limit.rest.value, [0.0, 0.0])
+    assert np.isnan(limit.error).all()
+    assert not np.any(limit.rest.scatter[0])
+    assert limit.way == ""
+
+
+@pytest.mark.parametrize("scatter", [1e-4, 0.1, 0.3, 1.0, 100.0])
+def test_the_less_the_steps_show_the_more_the_exponent_is_drawn_to_the_usual_one(scatter):
+    # steps of −3 and −1.5: p = 1; rungs that scatter so that the p of the steps has this standard error
+    means = np.array([10.0, 7.0, 5.5])
+    # p = log2((T₀ − T₁)/(T₁ − T₂)): its derivatives
+    slopes = np.array([1 / 3.0, -1 / 3.0 - 1 / 1.5, 1 / 1.5]) / np.log(2.0)
+    own = scatter / np.linalg.norm(slopes)
+    limit = by_power(scattered(means, [own, own, own]), 1e9, usual=0.6)
+    trust = 0.3**2 / (0.3**2 + scatter**2)
+    p = trust * 1.0 + (1.0 - trust) * 0.6
+    assert limit.way.endswith(f"{p:.2f}")
+
+    def rest(p):
+        return -1.5 * (1.0 - (16.0 / 1e9) ** p) / (2.0**p - 1.0)
+
+    assert limit.rest.value[0] == pytest.approx(rest(p), rel=1e-9)
+    doubtful = abs(rest(p - 0.3 * np.sqrt(1.0 - trust)) - rest(p))
+    assert limit.error[0] == pytest.approx(max(doubtful, 0.2 * abs(rest(p))), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("means", "exponent"),
+    [
+        ([10.0, 5.0, 7.0], 0.6),  # one up, one down: no power
+        ([10.0, 5.0, 5.0], 0.6),  # no step
+        ([10.0, 9.9, 5.0], 0.3),  # a growing step: the least
+        ([50.0, 6.0, 5.0], 3.0),  # a step of a fortieth: the most
+    ],
+)
+def test_steps_that_are_no_power_go_on_with_the_usual_or_a_bounded_one(means, exponent):
+    limit = by_power(rungs_at([[mean] for mean in means]), END, 0.6)
+    step = means[2] - means[1]
+    expected = step * (1.0 - (16.0 / END) ** exponent) / (2.0**exponent - 1.0)
+    assert limit.rest.value[0] == pytest.approx(expected, rel=1e-9)
+
+
+def test_only_the_last_three_rungs_and_each_speed_by_itself_show_the_power():
+    q = (2.0, *CUT_OFFS)
+    means = [[99.0, 1.0], *([power_law(x, 0.5), power_law(x, 1.5, 4.0, -1.0)] for x in CUT_OFFS)]
+    limit = by_power(rungs_at(means, q), END, 1.0)
+    expected = [power_law(END, 0.5) - power_law(16.0, 0.5)]
+    expected.append(power_law(END, 1.5, 4.0, -1.0) - power_law(16.0, 1.5, 4.0, -1.0))
+    np.testing.assert_allclose(limit.rest.value, expected, rtol=1e-9)
+    assert limit.way.endswith("p = 0.50, 1.50")
+
+
+def test_the_scatter_of_the_last_step_passes_into_what_follows_as_a_power():
+    limit = by_power(scattered([8.0, 7.0], [0.02, 0.03], (8.0, 16.0)), 1e9, 1.0)  # all of the step follows again
+    assert limit.rest.variance[0][0] == pytest.approx(0.02**2, rel=1e-6)
+    assert limit.rest.variance[1][0] == pytest.approx(0.03**2, rel=1e-6)
