@@ -56,7 +56,8 @@ def climb(of_level: Callable[[Sample], Array], pairs: list[Pair]) -> list[Rung]:
             rungs.append(Rung(pair.sample.q_max, mean_of(pair.stream, at_mean_peak_volume(fine, pair.sample.numbers))))
             continue
         upper, lower = mean_of(pair.stream, fine), mean_of(pair.stream, coarse)
-        ratio, difference = upper.over(lower), upper.plus(lower.times(-1.0))
+        with np.errstate(invalid="ignore"):  # infinite at rest
+            ratio, difference = upper.over(lower), upper.plus(lower.times(-1.0))
         low = next(k for k, rung in enumerate(rungs) if abs(rung.q_max / pair.below.q_max - 1) <= SAME)
         rung = rungs[low]
         if pair.is_partner:

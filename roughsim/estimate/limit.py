@@ -58,7 +58,8 @@ def by_shape(rungs: list[Rung], theory: Array) -> Limit:
             error = np.maximum(np.abs(rest.value - alike.value), OF_SHAPE * np.abs(rest.value))
         tried = np.abs(rest.value) <= MOST_OF_SHAPE * np.abs(top.value)
         nothing = Mean(np.zeros_like(rest.value), {})
-        return Limit(rest.where(tried, nothing), np.where(tried, error, np.nan), "with the shape of the theory")
+        way = "with the shape of the theory" if np.any(tried & (rest.value != 0.0)) else ""
+        return Limit(rest.where(tried, nothing), np.where(tried, error, np.nan), way)
 
 
 def by_power(rungs: list[Rung], end: float, usual: float) -> Limit:
@@ -81,9 +82,10 @@ def by_power(rungs: list[Rung], end: float, usual: float) -> Limit:
     if len(rungs) > 2:
         before = rungs[-2].mean.plus(rungs[-3].mean.times(-1.0))
         with np.errstate(all="ignore"):
-            quotient = before.over(step)
-            fitted = np.log2(quotient.value)
-            scatter = np.sqrt(sum(quotient.variance.values())) / (np.log(2.0) * quotient.value)
+            quotient = before.over(step)  # (q₂/q₁)^p, where q₁/q₀ is the same
+            rise = np.log(q[-1] / q[-2])
+            fitted = np.log(quotient.value) / rise
+            scatter = np.sqrt(sum(quotient.variance.values())) / (rise * quotient.value)
             fits = np.isfinite(fitted) & np.isfinite(scatter)
             trust = np.where(fits, 1.0 / (1.0 + (scatter / USUAL_SCATTER) ** 2), 0.0)
             fitted = np.clip(np.where(fits, fitted, usual), 0.3, 3.0)
