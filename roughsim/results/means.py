@@ -266,6 +266,9 @@ class Means:
 
     def _judged(self, counts: Counts) -> Verdict:
         """Return what so many members of each level say; remembered, as each round is judged again and again."""
+        lowest = [self.numerics.of_column(column)[0] for column in self.numerics.columns]
+        if not all(self.members.sound(level, counts[level]) for level in lowest):
+            return Verdict(False, None, counts, "no contact of its lowest level has converged", {})
         key = counts, self.max_realizations, *self.until.items()
         if key not in self._verdicts:
 

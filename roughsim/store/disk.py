@@ -23,13 +23,6 @@ from roughsim.untrusted import regular_file
 
 TRIES = 5  # to write a file while other processes remove what was begun
 _TEMPORARY = re.compile(r"\..+\.[A-Za-z0-9_-]+\.tmp")
-_ADVICE = {
-    errno.EMFILE: "close files, or raise the limit of open files (ulimit -n)",
-    errno.ENFILE: "close files, or raise the limit of open files of this machine",
-    errno.EACCES: "see who may read it",
-    errno.EPERM: "see who may read it",
-    errno.ENOENT: "see whether it was moved",
-}
 
 
 class DamagedError(RecordError):
@@ -105,8 +98,8 @@ def hdf5_bytes(fill: Callable[[Any], None]) -> memoryview:
 def read_bytes(path: Path, most: int | None = None) -> bytes:
     """Return all bytes of a file, read without HDF5 and its locks.
 
-    OSError if it cannot be read now, saying which file, why, and what to do. RecordError if it is a folder, a pipe or
-    a device, or has more bytes than `most`.
+    OSError if it cannot be read now, with the file, the reason, and advice. RecordError if it is a folder, a pipe or a
+    device, or has more bytes than `most`.
     """
     try:
         with open(regular_file(path), "rb") as file:
@@ -122,16 +115,18 @@ def read_bytes(path: Path, most: int | None = None) -> bytes:
 
 def not_readable(path: Path, error: OSError) -> OSError:
     """Return the error for a file that cannot be read now, though it may be sound."""
-    advice = _ADVICE.get(error.errno or 0, "see the disk or the network, and try again")
-    return OSError(error.errno, f"{path} cannot be read now ({error.strerror or error}); nothing was changed; {advice}")
+    reason = error.strerror or error
+    advice = "see its permissions, the disk and the network, and try again"
+    if error.errno in (errno.EMFILE, errno.ENFILE):
+        advice = "close files, or raise the limit of open files (ulimit -n)"
+    return OSError(error.errno, f"{path} cannot be read now ({reason}); nothing was changed; {advice}")
 
 
 def set_aside(path: Path, folder: Path | None = None) -> Path:
     """Move a damaged file to a free name in a folder, and return its new path.
 
-    Left out, the folder is RUN/damaged of a file RUN/realizations/NAME.
-
-    OSError if the disk refuses; FileNotFoundError if another process has moved the file.
+    Left out, the folder is RUN/damaged of a file RUN/realizations/NAME. OSError if the disk refuses; FileNotFoundError
+    if another process has moved the file.
     """
     folder = folder or path.parent.parent / "damaged"
     folder.mkdir(exist_ok=True)

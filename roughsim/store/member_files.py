@@ -299,10 +299,11 @@ def _member_of(path: Path, header: dict[str, Any], read: Callable[..., NDArray[A
     level, index, failure, provenance = (header[name] for name in ("level", "index", "failure", "provenance"))
     if f"{member_name(level, index)}.h5" != path.name:
         raise ValueError(f"it holds level {level}, index {index}, not what its name says")
-    if not isinstance(provenance, dict) or not isinstance(failure, str) or bool(failure) == bool(header["numbers"]):
-        raise ValueError("its header is none that a writer of this format makes")
     speeds = tuple(float(speed) for speed in header["speeds"])
+    # those of a package that is not installed here are left out
     numbers = {name: read(name) for name in header["numbers"] if name in NUMBERS}
+    if not isinstance(provenance, dict) or not isinstance(failure, str) or bool(failure) == bool(numbers):
+        raise ValueError("its header is none that a writer of this format makes")
     if any(values.shape[1:] not in ((), (len(speeds),)) for values in numbers.values()):
         raise ValueError("its numbers are over other speeds than its header has")
     moments: list[Moments | None] = []
