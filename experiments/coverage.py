@@ -26,6 +26,7 @@ from reference import make_deep
 from script import Command, Rows
 
 import roughsim as rs
+from roughsim import prediction
 
 Array = NDArray[np.float64]
 Pair = tuple[Array, Array]  # value and error
@@ -45,8 +46,10 @@ def references(case: make_deep.Case, factors: dict[str, Any]) -> dict[str, Pair]
     found = make_deep.assembled(case, factors)
     pairs = {name: (np.array(row["value"]), np.array(row["error"])) for name, row in found.items()}
     result = {name: pairs[other] for name, other in MEASURED.items() if other}
-    if case.scene.counterface is not None:
+    if case.scene.counterface_conducts:
         (resting, of_resting), (moving, of_moving) = pairs["resting_flash_temperature"], pairs["flash_temperature"]
+        bodies = prediction.conduction(case.scene)
+        resting = resting * (bodies.conductivity / bodies.counter_conductivity)  # stored with that of the moving body
         share = resting / (resting + moving)
         result["heat_partition"] = share, (1.0 - share) * np.hypot(of_resting, of_moving)
     return result
@@ -59,7 +62,7 @@ def one_run(scene: rs.Scene, numerics: rs.Numerics, target: float, seed: int) ->
         until = {"flash_temperature": target}
         run = rs.run(scene, Path(folder) / "run", numerics=numerics, seed=seed, until=until, workers=1)
         after = resource.getrusage(resource.RUSAGE_SELF)
-        names = [name for name in MEASURED if name != "heat_partition" or scene.counterface is not None]
+        names = [name for name in MEASURED if name != "heat_partition" or scene.counterface_conducts]
         estimates = {name: run.estimate(name) for name in names}
         row: dict[str, Any] = {
             name: [found.mean.tolist(), found.total_error.tolist(), found.standard_error.tolist()]
