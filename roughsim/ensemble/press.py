@@ -106,7 +106,7 @@ def press(
         surfaces = MapSurfaces(kind, topography, tuple(cells), how, loaded.sliding.direction, len(numerics.levels) - 1)
         begun.append(((own, numerics, home), surfaces))
     with stopped_by_signals() as check, force:
-        for one, surfaces in begun:
+        for one, surfaces in reversed(begun):  # the errors of the map are those of its quarters
             (run,) = complete([one], force, check, surfaces=surfaces)
             for member in run.members.values():
                 if member.failure:

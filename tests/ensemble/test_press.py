@@ -84,7 +84,7 @@ def test_a_tiled_map_is_pressed_as_its_own_heights_are(scene_file, surface, tmp_
     sliding = rs.Sliding(speeds=[35.0], friction_coefficient=scene.friction_coefficient(),
                          conductivity=bodies.conductivity, diffusivity=bodies.diffusivity)  # fmt: skip
     expected = rs.measure(contact, grid, sliding).flash_temperature[0]
-    finest = run.samples()[-1]
+    finest = run.pairs()[-1].sample
     assert finest.numbers["flash_temperature"][0, scene.speeds.index(35.0)] == pytest.approx(expected, rel=1e-3)
 
 
@@ -95,9 +95,9 @@ def test_the_mean_is_the_map_and_the_scatter_that_of_its_quarters(scene_file, tm
     assert run.quarters.numerics.lengths == pytest.approx(GRID.lengths)
     found = run.estimate("flash_temperature")
     alone = run.quarters.estimate("flash_temperature")
-    whole = super(Pressed, run).values("flash_temperature").extrapolated[0] * run.heat_partition
+    whole = super(Pressed, run).values("flash_temperature").mean * run.heat_partition
     np.testing.assert_allclose(found.mean, whole, rtol=1e-12)
-    finest = super(Pressed, run).values("flash_temperature").finest[0] * run.heat_partition
+    finest = super(Pressed, run).values("flash_temperature").finest * run.heat_partition
     assert (finest[1:] != whole[1:]).all()  # there is an extrapolation
     np.testing.assert_allclose(found.bias, finest - whole, rtol=1e-9, atol=1e-12)
     moving = np.array(run.scene.speeds) > 0.0

@@ -113,8 +113,8 @@ def test_a_map_of_too_many_points_loses_its_shortest_waves_and_the_last_step_is_
     q_max = math.pi * 64 / SIDE * (1 - 1e-6)  # of 64 points along the longer side
     expected = [((32, 22), q_max / 2), ((64, 44), q_max / 2), ((64, 44), q_max), ((128, 88), q_max)]
     assert [(level.shape, pytest.approx(level.q_max)) for level in run.numerics.levels] == expected
-    found, samples = run.estimate(NAME), run.samples()
-    low, high = (samples[k].numbers[NAME][0, 0] * run.heat_partition[0] for k in (0, 2))  # two pixels per wave
+    found, pairs = run.estimate(NAME), run.pairs()
+    low, high = (pairs[k].sample.numbers[NAME][0, 0] * run.heat_partition[0] for k in (0, 2))  # two pixels per wave
     assert found.budget["last step"][0] == pytest.approx(abs(high - low))
     assert "bandwidth" in found.unknown
     assert "continued from q_c" not in found.explain()
