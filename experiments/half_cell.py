@@ -22,7 +22,7 @@ import roughsim as rs
 from roughsim import prediction
 from roughsim.estimate.cell_size import STEP_ERROR
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.planning.pilot import fast_size
+from roughsim.planning.levels import fast_size
 
 SCENES = {
     "0.5 GPa": ("steel-0.5GPa", None),

@@ -85,9 +85,9 @@ TESTS = {
     ),
     "roughsim/show/table.py": "show/test_units.py show/test_table.py",
     "roughsim/comparison/trust.py": "comparison/test_trust.py comparison/test_validity_page.py",
-    "roughsim/planning/levels.py": "planning/test_capped_ladder.py planning/test_forecast.py planning/test_plan.py",
-    "roughsim/planning/pilot.py": "planning/test_pilot.py",
-    "roughsim/planning/plan.py": "planning/test_forecast.py planning/test_plan.py",
+    "roughsim/planning/levels.py": "planning/test_levels.py",
+    "roughsim/planning/plan.py": "planning/test_plan.py",
+    "roughsim/scene/numerics.py": "scene/test_numerics.py",
     "roughsim/estimate/cell_size.py": "estimate/test_cell.py",
     "roughsim/_kernels/active_set.py": (
         "kernels/test_kernels.py contact/test_contact_solver.py contact/test_contact.py contact/test_contact_cases.py"

@@ -1,1 +1,1 @@
-"""From a scene to its numerics: pilot, levels, and what follows from the scene's numbers."""
+"""From a scene to its numerics: cell, levels, cost, and what follows from the numbers of the scene."""

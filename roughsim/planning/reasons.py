@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from roughsim.grid import Array
 from roughsim.machine import SHARE, available_memory, in_words, usable_cores, workers_that_fit
 from roughsim.scene.numerics import Level, Numerics, Reason
-from roughsim.show.table import Column, Table
+from roughsim.show.table import Column, Table, significant
 
 
 def plan_table(reasons: Sequence[Reason]) -> Table:
@@ -42,7 +42,5 @@ def at_speeds(values: Array) -> str:
 
 def span(seconds: float) -> str:
     """Return a rough time span in words: 12 s, 3.5 min, 2 h."""
-    for unit, length in (("s", 1.0), ("min", 60.0)):
-        if seconds < 120.0 * length:
-            return f"{seconds / length:.2g} {unit}"
-    return f"{seconds / 3600.0:.2g} h"
+    unit, length = ("s", 1.0) if seconds < 120.0 else ("min", 60.0) if seconds < 7200.0 else ("h", 3600.0)
+    return f"{significant(seconds / length, 2)} {unit}"

@@ -17,6 +17,11 @@ import theory
 from roughsim.grid import Array, Grid, modes_where
 from roughsim.observables.record import Sample, Theory
 from roughsim.observables.stress_spectrum import StressSpectrum
+from roughsim.prediction.areas import REMEMBERED as REMEMBERED
+from roughsim.prediction.areas import area_fractions as area_fractions
+from roughsim.prediction.areas import computed as computed
+from roughsim.prediction.areas import yield_wavenumber as yield_wavenumber
+from roughsim.prediction.areas import yielded_share as yielded_share
 from roughsim.prediction.bodies import background as background
 from roughsim.prediction.bodies import conduction as conduction
 from roughsim.prediction.bodies import friction_coefficient as friction_coefficient
@@ -32,12 +37,10 @@ from roughsim.surface.spectrum import TruncatedSpectrum
 from theory.compiled import special
 
 OVER_SPEED = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
-REMEMBERED = 1024  # scenes whose numbers are kept: a study goes through its points again and again
 _NEAR = 16.0  # mode spacings above q_min up to which W is averaged over Fourier cells
 # share of the theory's contact that has yielded at a cut-off: from the first value on, T_flash falls with the cut-off.
 # Below it T_flash follows the theory if up to q_max at most the second is added (measured on rocks of 1 to 30 GPa)
 _YIELDED, _ADDED = 0.99, 0.1
-_NEVER = 1e-6  # share of the theory's contact: where less yields, the hardness changes no number
 # T_flash of yielded contact falls as q_c^−(0.3 + 1.05 H) between slow and fast sliding; from H = 2/3 on the exponent 1
 # fits as well, and extrapolates less
 _FALL = (0.3, 1.05)
@@ -109,47 +112,6 @@ def over_speed(
             formula = getattr(theory.flash, name)
             values[indices] = formula(speeds[indices], **stress, **heat_arguments(*constants))
     return result
-
-
-def area_fractions(scene: Scene, q_max: float = inf) -> dict[str, float]:
-    """Return the contact and the plastic share of the area with all roughness, or with that up to q_max, rad/m."""
-    spectrum, load = scene.spectrum, load_arguments(scene)
-    end = min(q_max, float(spectrum.breaks[-1]))
-    if scene.elastic:
-        share = theory.persson.contact_probability(end, spectrum, **load)
-        return {"contact_fraction": float(share), "plastic_fraction": 0.0}
-    variance = theory.persson.half_variance(end, spectrum, effective_modulus=scene.effective_modulus)
-    _, elastic, plastic = theory.plasticity.area_fractions(
-        variance, scene.sliding.nominal_pressure, scene.penetration_hardness
-    )
-    return {"contact_fraction": float(elastic + plastic), "plastic_fraction": float(plastic)}
-
-
-def yielded_share(scene: Scene, q_max: float = inf) -> float:
-    """Return which share of the theory's contact has yielded, with all roughness, or with that up to q_max, rad/m."""
-    areas = area_fractions(scene, q_max)
-    return areas["plastic_fraction"] / areas["contact_fraction"] if areas["plastic_fraction"] else 0.0
-
-
-@lru_cache(maxsize=REMEMBERED)
-def computed(scene: Scene) -> Scene:
-    """Return the scene that is computed: without a hardness that the theory's contact never reaches.
-
-    It keeps the hardness where its levels or its targets name a column or an observable of contact that yields.
-    """
-    asked = scene.numerics.levels is not None or "plastic_fraction" in dict(scene.ensemble.until)
-    if scene.elastic or asked or yielded_share(scene) >= _NEVER:
-        return scene
-    body, counterface = scene.body, scene.counterface
-    if counterface is not None:
-        counterface = replace(counterface, penetration_hardness=None)  # type: ignore[call-arg]
-    return replace(scene, body=replace(body, penetration_hardness=None), counterface=counterface)
-
-
-@lru_cache(maxsize=REMEMBERED)
-def yield_wavenumber(scene: Scene) -> float:
-    """Return q_y, rad/m, where 1 % of the theory's contact is still elastic; infinite if C(q) ends before."""
-    return float(theory.plasticity.yield_wavenumber(scene.spectrum, **pressure_arguments(scene)))
 
 
 def correlation(scene: Scene, distance: Array) -> Any:

@@ -218,7 +218,7 @@ def test_contact_has_yielded_from_99_percent_on_and_follows_the_theory_while_les
     def areas(scene, q_max=np.inf):
         return {"contact_fraction": 0.2, "plastic_fraction": 0.2 * (now if q_max < np.inf else at_the_end)}
 
-    monkeypatch.setattr(prediction, "area_fractions", areas)
+    monkeypatch.setattr("roughsim.prediction.areas.area_fractions", areas)
     rock = rs.load_scene("granite")
     assert prediction.follows_theory.__wrapped__(rock, "capped", 4e5) is follows
     assert prediction.follows_theory.__wrapped__(rock, "smoothed", 4e5) is True

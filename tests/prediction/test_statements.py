@@ -76,8 +76,10 @@ def test_of_two_faces_that_slide_the_first_rides_with_the_moving_body():
         problem = march_problem(scene, rs.plan(scene))
         faces = problem.resting_spectrum, problem.moving_spectrum
         heights[name] = [None if face is None else face.rms_height for face in faces]
-    np.testing.assert_allclose(heights["two"], [0.3e-6, 1e-6], rtol=0.01)  # that of [counterface] rests
-    assert heights["lone"][0] == pytest.approx(1e-6, rel=0.01)  # it rests, though it is that of [surface]
+    np.testing.assert_allclose(
+        heights["two"], [0.3e-6, 1e-6], rtol=0.03
+    )  # but for waves beyond q_c; that of [counterface] rests
+    assert heights["lone"][0] == pytest.approx(1e-6, rel=0.03)  # it rests, though it is that of [surface]
     assert heights["lone"][1] is None
 
 

@@ -10,7 +10,6 @@ from scene_keys import KEYS
 
 import roughsim as rs
 from roughsim.comparison.tables import theory_dict
-from roughsim.planning import realization
 from roughsim.planning.limits import judge
 from roughsim.scene import SceneError, bundled_scenes, parse_scene, scene_text
 
@@ -104,16 +103,8 @@ def lawful(draw):
 @settings(max_examples=80, **STEADY)
 @given(lawful())
 def test_any_lawful_numbers_are_planned_and_predicted_or_refused(text):
-    genuine, realization.realize = realization.realize, not_converged  # pilots take seconds and decide nothing here
-    try:
-        for ask in (rs.plan, theory_dict, judged):
-            assert answered_or_refused(ask, text) < 500
-    finally:
-        realization.realize = genuine
-
-
-def not_converged(*_, **__):
-    raise rs.ConvergenceError("not solved", 1.0, 0)
+    for ask in (rs.plan, theory_dict, judged):
+        assert answered_or_refused(ask, text) < 500
 
 
 def judged(scene):

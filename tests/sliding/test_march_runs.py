@@ -337,7 +337,6 @@ def test_the_memory_of_both_bodies_is_planned(monkeypatch):
     words = "0.00091 GB for the march: both bodies remember their heat, at each speed"
     assert reason == ("memory", "0.25 GB per worker", words)
     monkeypatch.setattr(planning_reasons, "available_memory", lambda: Limit(1e6, "here"))
-    monkeypatch.setattr(planning_march, "seconds_of_step", None)  # refused before it is timed
     with pytest.raises(rs.errors.ResolutionError, match=r"memory = 0.000911 GB \(the march: .* exceeds 80 % of the"):
         rs.plan(scene)
 
@@ -365,15 +364,14 @@ def test_the_plan_adds_a_march_on_the_lowest_rung():
     assert values["film"].value == "16 positions, up to 0.2 MB"  # of 32² points, at two speeds
 
 
-def test_a_speed_that_ends_earlier_costs_no_more_afterwards(monkeypatch):
-    monkeypatch.setattr(planning_march, "seconds_of_step", lambda problem: 2.0)
+def test_a_speed_that_ends_earlier_costs_no_more_afterwards():
     scene = sliding_scene()
     problem = march_problem(scene, rs.plan(scene))
     both = 1 + 0.75**3  # the coarser march has fewer points and steps
-    assert planning_march.seconds_of_march(problem) == pytest.approx(16 * 2.0 * both)
+    contact, heat = (seconds * problem.grid.points * both for seconds in planning_march.STEP_SECONDS)
+    assert planning_march.seconds_of_march(problem) == pytest.approx(16 * (contact + 2 * heat))
     half = planning_march.seconds_of_march(replace(problem, distances=(0.5e-3, 1e-3)))
-    contact, heat = planning_march.STEP_SECONDS  # the heat of one speed is followed over half of the steps
-    assert half == pytest.approx(2.0 * both * (16 * contact + (8 + 16) * heat) / (contact + 2 * heat))
+    assert half == pytest.approx(16 * contact + (8 + 16) * heat)  # one speed is followed over half of the steps
 
 
 def test_the_plan_of_a_frozen_scene_says_what_sliding_would_change(capped_scene):

@@ -1,0 +1,53 @@
+"""The contact area in theory: how much of it has yielded, from which wavenumber on, and whether any does."""
+
+from dataclasses import replace
+from functools import lru_cache
+from math import inf
+
+import theory
+from roughsim.prediction.bodies import load_arguments, pressure_arguments
+from roughsim.scene import Scene
+
+REMEMBERED = 1024  # scenes whose numbers are kept: a study goes through its points again and again
+_NEVER = 1e-6  # share of the theory's contact: where less yields, the hardness changes no number
+
+
+def area_fractions(scene: Scene, q_max: float = inf) -> dict[str, float]:
+    """Return the contact and the plastic share of the area with all roughness, or with that up to q_max, rad/m."""
+    spectrum, load = scene.spectrum, load_arguments(scene)
+    end = min(q_max, float(spectrum.breaks[-1]))
+    if scene.elastic:
+        share = theory.persson.contact_probability(end, spectrum, **load)
+        return {"contact_fraction": float(share), "plastic_fraction": 0.0}
+    variance = theory.persson.half_variance(end, spectrum, effective_modulus=scene.effective_modulus)
+    _, elastic, plastic = theory.plasticity.area_fractions(
+        variance, scene.sliding.nominal_pressure, scene.penetration_hardness
+    )
+    return {"contact_fraction": float(elastic + plastic), "plastic_fraction": float(plastic)}
+
+
+def yielded_share(scene: Scene, q_max: float = inf) -> float:
+    """Return which share of the theory's contact has yielded, with all roughness, or with that up to q_max, rad/m."""
+    areas = area_fractions(scene, q_max)
+    return areas["plastic_fraction"] / areas["contact_fraction"] if areas["plastic_fraction"] else 0.0
+
+
+@lru_cache(maxsize=REMEMBERED)
+def computed(scene: Scene) -> Scene:
+    """Return the scene that is computed: without a hardness that the theory's contact never reaches.
+
+    It keeps the hardness where its levels or its targets name a column or an observable of contact that yields.
+    """
+    asked = scene.numerics.levels is not None or "plastic_fraction" in dict(scene.ensemble.until)
+    if scene.elastic or asked or yielded_share(scene) >= _NEVER:
+        return scene
+    body, counterface = scene.body, scene.counterface
+    if counterface is not None:
+        counterface = replace(counterface, penetration_hardness=None)  # type: ignore[call-arg]
+    return replace(scene, body=replace(body, penetration_hardness=None), counterface=counterface)
+
+
+@lru_cache(maxsize=REMEMBERED)
+def yield_wavenumber(scene: Scene) -> float:
+    """Return q_y, rad/m, where 1 % of the theory's contact is still elastic; infinite if C(q) ends before."""
+    return float(theory.plasticity.yield_wavenumber(scene.spectrum, **pressure_arguments(scene)))
