@@ -12,7 +12,7 @@ def to_do(scene, folder):
     run = rs.run(scene, folder, max_realizations=1)
     run.max_realizations = 2
     scene = aimed(scene, max_realizations=2)
-    return tasks.Tasks([tasks.AtWork(scene, run.numerics, folder, run)], Claims(folder), lambda: None)
+    return tasks.Tasks([tasks.ActiveRun(scene, run.numerics, folder, run)], Claims(folder), lambda: None)
 
 
 class Force(workforce.Workforce):

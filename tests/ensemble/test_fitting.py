@@ -1,7 +1,7 @@
 """As many workers as memory and cores allow, which the run says; a worker that the system kills ends in a sentence."""
 
 import signal
-from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor
 from dataclasses import replace
 
 import pytest
@@ -9,7 +9,7 @@ from pool_cases import to_do
 
 import roughsim as rs
 from roughsim.ensemble import workers, workforce
-from roughsim.ensemble.workforce import ThisProcess, Workforce
+from roughsim.ensemble.workforce import SerialExecutor, Workforce
 from roughsim.machine import Limit
 from roughsim.planning import reasons
 from roughsim.scene.numerics import Level, Numerics
@@ -21,7 +21,7 @@ def job(monkeypatch):
     """A job with so many cores and GB."""
 
     def of(cores, memory):
-        for module in (reasons, workforce, workers):
+        for module in (reasons, workforce):
             monkeypatch.setattr(module, "available_memory", lambda: Limit(1e9 * memory, "limit of the test"))
         for module in (reasons, workforce):
             monkeypatch.setattr(module, "usable_cores", lambda: Limit(cores, "cores of the test"))
@@ -76,15 +76,6 @@ def test_what_workers_take_does_not_count_against_them(job):
         assert force.workers == 2
 
 
-def test_processes_start_before_the_plan_only_where_they_take_little(job):
-    job(8, 0.6)
-    with Workforce(None, None) as force:
-        force.start()
-        assert force.context.born == []
-        force.fit(1e7, "largest grid", 1)
-        assert isinstance(force.pool(), ThisProcess)
-
-
 def test_a_member_without_room_is_refused_before_a_folder_is_made(job, quick, tmp_path):
     job(2, 1.0)
     numerics = Numerics((Level("capped", (4096, 4096), 1e5),), (2e-3, 2e-3))
@@ -93,23 +84,13 @@ def test_a_member_without_room_is_refused_before_a_folder_is_made(job, quick, tm
     assert not (tmp_path / "run").exists()
 
 
-def test_a_worker_of_an_executor_refuses_what_its_own_machine_has_no_room_for(job, quick, tmp_path):
-    workers.refuse_too_large.cache_clear()
-    job(2, 1e-6)
-    words = r"^a worker on .* cannot compute a member: memory = .* exceeds 80 % of the 1e-06 GB"
-    planned = Numerics((Level("capped", (32, 32), 2e4),), (2e-3, 2e-3))
-    with ThreadPoolExecutor(1) as executor, pytest.raises(rs.ResolutionError, match=words):
-        rs.run(quick, tmp_path / "run", numerics=planned, executor=executor, max_realizations=1)
-    workers.refuse_too_large.cache_clear()
-
-
-def kill_first(marker, members):
+def kill_first(marker, *arguments):
     """End this process as the system does where memory runs out, if it is the first one or there is no marker."""
     if marker is None or not marker.exists():
         if marker is not None:
             marker.touch()
         signal.raise_signal(signal.SIGKILL)
-    return workers.store_in_turn(members)
+    return workers.store_members(*arguments)
 
 
 class Killing(Workforce):
@@ -122,9 +103,9 @@ class Killing(Workforce):
     def pool(self):
         pool, marker = super().pool(), self.marker
 
-        class Handing(ThisProcess):
-            def submit(self, function, members):
-                return pool.submit(kill_first, marker, members)
+        class Handing(SerialExecutor):
+            def submit(self, function, *arguments):
+                return pool.submit(kill_first, marker, *arguments)
 
         return Handing()
 
@@ -153,7 +134,7 @@ def test_workers_that_are_always_killed_end_the_run_with_the_same_words(quick, t
 
 
 def test_an_executor_that_broke_was_not_killed(quick, tmp_path):
-    class Broken(ThisProcess):
+    class Broken(SerialExecutor):
         def submit(self, *_, **__):
             raise BrokenExecutor("gone")
 

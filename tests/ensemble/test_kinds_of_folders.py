@@ -1,6 +1,5 @@
 """Drawn surfaces and pressed maps never share a folder, and damaged members of a map are pressed again."""
 
-import json
 import shutil
 import warnings
 from dataclasses import replace
@@ -13,7 +12,6 @@ import roughsim as rs
 from roughsim.cli import main
 from roughsim.explore.content import load_fields
 from roughsim.report import report_run
-from roughsim.store.disk import checksum
 
 NAME = "flash_temperature"
 PLACES = [".", "quarters"]  # of a pressed map
@@ -44,26 +42,15 @@ def contents(folder):
     return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
 
 
-def without_keys(folder, *keys):
-    """Take keys from run.json, with sound checksums, as versions did that did not write them."""
-    path = folder / "run.json"
-    record = json.loads(path.read_text())
-    kept = {key: value for key, value in record.items() if key not in (*keys, "checksums")}
-    path.write_text(json.dumps({**kept, "checksums": {key: checksum(value) for key, value in kept.items()}}))
-
-
 def flip_byte(path):
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1
     path.write_bytes(content)
 
 
-@pytest.mark.parametrize("older", [False, True])
 @pytest.mark.parametrize("part", PLACES)
-def test_surfaces_are_not_drawn_into_the_folder_of_a_map(place, part, older):
+def test_surfaces_are_not_drawn_into_the_folder_of_a_map(place, part):
     folder = place / "pressed" / part
-    if older:
-        without_keys(folder, "kind")
     scene, before = rs.open_run(folder).scene, contents(place)
     more = replace(scene, ensemble=replace(scene.ensemble, max_realizations=8))
     with pytest.raises(rs.RecordError, match=f"holds .* pressed map, not a run of drawn surfaces; .* {ADVICE}"):
@@ -93,11 +80,8 @@ def test_the_place_of_the_quarters_is_kept_for_them(place):
     assert rs.press(place / "scene.toml", place / "pressed", changes=AT_35).independent == 4
 
 
-@pytest.mark.parametrize("older", [False, True])
-def test_a_map_is_not_pressed_into_a_run_of_drawn_surfaces(pressed, tmp_path, quick, older):
+def test_a_map_is_not_pressed_into_a_run_of_drawn_surfaces(pressed, tmp_path, quick):
     run = rs.run(replace(quick, ensemble=replace(quick.ensemble, max_realizations=2, until=())), tmp_path / "run")
-    if older:
-        without_keys(run.folder, "kind")
     before = contents(run.folder)
     with pytest.raises(rs.RecordError, match="holds a run of drawn surfaces, not a pressed map; .* run the scene"):
         rs.press(pressed / "scene.toml", run.folder, changes=AT_35)
@@ -111,33 +95,6 @@ def test_a_map_is_not_pressed_into_a_study(pressed, tmp_path):
     (tmp_path / "study" / "study.json").write_text("{}")
     with pytest.raises(rs.RecordError, match="holds a study; name a new folder"):
         rs.press(pressed / "scene.toml", tmp_path / "study", changes=AT_35)
-
-
-@pytest.mark.parametrize("part", PLACES)
-def test_a_map_that_an_older_run_has_joined_is_no_result(place, part):
-    without_keys(place / "pressed" / part, "kind", "press")  # what that run left of run.json
-    for call in (lambda: rs.open_run(place / "pressed"), lambda: rs.open_run(place / "pressed" / part)):
-        with pytest.raises(rs.RecordError, match="drawn surfaces beside it.* press the map into a new folder"):
-            call()
-    with pytest.raises(rs.RecordError, match="press the map into a new folder"):
-        rs.press(place / "scene.toml", place / "pressed", changes=AT_35)
-
-
-def test_going_on_with_a_run_keeps_all_that_its_description_has(quick, tmp_path):
-    short = replace(quick, ensemble=replace(quick.ensemble, max_realizations=1, until=()))
-    folder = rs.run(short, tmp_path / "run").folder
-    record = json.loads((folder / "run.json").read_text())
-    assert record["kind"] == "run"
-    kept = {**record, "of_a_later_version": [1, 2]}
-    del kept["checksums"]
-    guarded = {**kept, "checksums": {key: checksum(value) for key, value in kept.items()}}
-    (folder / "run.json").write_text(json.dumps(guarded))
-    rs.run(short, folder, max_realizations=2)
-    after = json.loads((folder / "run.json").read_text())
-    assert after["max_realizations"] == 2
-    assert after["of_a_later_version"] == [1, 2]
-    assert after["kind"] == "run"
-    assert rs.open_run(folder).realizations == 2
 
 
 @pytest.mark.parametrize("part", PLACES)

@@ -17,7 +17,7 @@ from roughsim.store.member_files import member_path, read_member
 MARCH = 1  # its level
 
 
-def dies_on_the_way(work, members):
+def dies_on_the_way(work, *arguments):
     """What a worker does that is killed in the middle of a march."""
     from roughsim.sliding import course
 
@@ -30,7 +30,7 @@ def dies_on_the_way(work, members):
             yield step
 
     course.walk = walk
-    return work(members)
+    return work(*arguments)
 
 
 class Dying(ProcessPoolExecutor):
@@ -39,8 +39,8 @@ class Dying(ProcessPoolExecutor):
     def __init__(self):
         super().__init__(1, multiprocessing.get_context("spawn"))
 
-    def submit(self, work, members):
-        return super().submit(dies_on_the_way, work, members)
+    def submit(self, work, *arguments):
+        return super().submit(dies_on_the_way, work, *arguments)
 
 
 class LosesMarches(Executor):
@@ -49,13 +49,13 @@ class LosesMarches(Executor):
     def __init__(self):
         self.lost = []
 
-    def submit(self, work, members):
+    def submit(self, work, jobs, index):
         future = Future()
-        if any(job.level == MARCH for jobs, _ in members for job in jobs):
+        if any(job.level == MARCH for job in jobs):
             self.lost.append(time.monotonic())
             future.set_running_or_notify_cancel()
         else:
-            future.set_result(work(members))
+            future.set_result(work(jobs, index))
         return future
 
 

@@ -60,7 +60,7 @@ def test_processes_for_a_script_from_the_standard_input_are_refused_before_any_w
 def test_workers_that_die_once_are_replaced_and_every_member_is_told(quick, tmp_path):
     work, seen = to_do(quick, tmp_path / "run"), []
     work.observer = lambda run: seen.append(run.realizations)
-    work.complete(Force(Broken(), workforce.ThisProcess()))
+    work.complete(Force(Broken(), workforce.SerialExecutor()))
     assert seen[0] == 2
     assert work.runs[0].run.realizations == 2
 
@@ -73,7 +73,7 @@ def test_an_interrupt_that_was_noted_comes_up_at_the_next_member(quick, tmp_path
 
     work.check = check
     with pytest.raises(KeyboardInterrupt):
-        work.complete(Force(workforce.ThisProcess()))
+        work.complete(Force(workforce.SerialExecutor()))
 
 
 def test_a_worker_whose_parent_is_gone_leaves_and_hears_no_interrupt(monkeypatch):
@@ -120,37 +120,17 @@ def test_an_error_ends_the_workers_at_once_and_leaves_a_given_executor_alone():
     assert multiprocessing.active_children() == others
 
 
-@pytest.mark.slow
-def test_own_workers_may_start_before_they_are_asked_for():
-    with workforce.Workforce(2, None) as force:
-        force.start()
-        started = {process.pid for process in force.context.born}
-        assert len(started) == 2
-        early = force.pool()
-        assert early.submit(os.getpid).result() in started
-        assert force.pool() is early
-        force.broken = True
-        assert force.pool() is not early
-    for count, given in ((1, None), (2, Broken())):  # this process, or an executor of the caller
-        with workforce.Workforce(count, given) as force:
-            force.start()
-            assert not force.context.born
-
-
 class Elsewhere(Executor):
     """A worker that was started in another folder, or, with another root, on a machine that shares no disk."""
 
     def __init__(self, root, other=None):
         self.root, self.other = root, other
 
-    def submit(self, fn, members):
+    def submit(self, function, jobs, index):
         here, future = os.getcwd(), Future()
         os.chdir(self.root)
         try:
-            moved = [
-                ([replace(job, folder=self.other or job.folder) for job in jobs], index) for jobs, index in members
-            ]
-            future.set_result(fn(moved))
+            future.set_result(function([replace(job, folder=self.other or job.folder) for job in jobs], index))
         except Exception as error:
             future.set_exception(error)
         finally:
@@ -181,13 +161,13 @@ def test_a_file_system_that_is_not_shared_is_named_and_no_member_counts(quick, t
 
 
 def test_a_member_that_a_slow_file_system_shows_late_counts(quick, tmp_path, monkeypatch):
-    genuine, looks = tasks.AtWork.is_stored, []
+    genuine, looks = tasks.ActiveRun.is_stored, []
 
     def late(work, task):
         looks.append(task)
         return genuine(work, task) and len(looks) > 4
 
-    monkeypatch.setattr(tasks.AtWork, "is_stored", late)
+    monkeypatch.setattr(tasks.ActiveRun, "is_stored", late)
     assert rs.run(quick, tmp_path / "run", max_realizations=1).realizations == 1
 
 
