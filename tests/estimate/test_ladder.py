@@ -173,7 +173,7 @@ def test_without_a_partner_the_error_is_unknown_and_nothing_is_changed():
 
 
 def test_what_is_zero_on_both_grids_is_not_changed_by_the_pixel():
-    zero = np.zeros((6, 2)) + [0.0, 5.0]
+    zero = np.outer(np.ones(6), [0.0, 5.0])
     rungs = rungs_of([lowest(zero), partner(1, 1.1 * zero, zero, 1.0, (64.0, 128.0))])
     change, error = change_by_pixel(rungs, 1.0, 0.5, 1.0)
     np.testing.assert_allclose(change.value, [0.0, 0.2], rtol=1e-12)

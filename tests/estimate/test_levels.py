@@ -1,0 +1,422 @@
+"""From the levels of a column to one value: where it is continued, by what, and what is left as its error."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ladder_cases import NAME, ladder, lowest, sample, step
+from scipy.special import j0
+
+from roughsim import prediction
+from roughsim.estimate.ladder import Pair
+from roughsim.estimate.levels import notes_of, product, scaled, values_of
+from roughsim.observables.record import Sample
+from roughsim.scene.numerics import Level, Numerics
+
+END = 4.15e7  # rad/m, of the steel
+BOUND = 90e6 / 1.2e9  # σ₀/σ_P of the steel
+SPEEDS = 7
+GRADIENT = "flash_gradient"
+
+
+@pytest.fixture
+def resting(steel):
+    """The steel, at rest and in motion."""
+    return replace(steel, sliding=replace(steel.sliding, speed=(0.0, 1.0)))
+
+
+def at_speeds(*means, speeds=SPEEDS):
+    return [np.full(speeds, mean) for mean in means]
+
+
+def with_partner(pairs, change, cut_off, *, speeds=SPEEDS):
+    """The levels and one that shows a relative change by half the pixel at a cut-off, of six surfaces."""
+    ((name, values),) = pairs[0].sample.numbers.items()
+    rows = np.full((6, speeds), 3.0 * np.sign(values[0]))
+    return [*pairs, step(9, (1.0 + change) * rows, rows, (cut_off, cut_off), name=name)]
+
+
+# to the end of C(q)
+
+
+@pytest.mark.parametrize("column", ["elastic", "capped"])
+def test_levels_to_the_end_of_the_spectrum_leave_no_bandwidth_error(steel, column):
+    cut_offs = END / 4, END / 2, END
+    values = values_of(steel, column, NAME, ladder(at_speeds(9.0, 8.0, 7.5), cut_offs))
+    np.testing.assert_allclose(values.mean, 7.5, rtol=1e-12)
+    np.testing.assert_allclose(values.finest, 7.5, rtol=1e-12)
+    np.testing.assert_array_equal(values.bandwidth, 0.0)
+    np.testing.assert_array_equal(values.last_step, 0.0)
+    assert np.isnan(values.pixel).all()  # no partner shows it
+    assert values.way == ""
+    almost = values_of(steel, column, NAME, ladder(at_speeds(7.5), [END * (1 - 1e-12)]))  # the end to rounding
+    np.testing.assert_array_equal(almost.bandwidth, 0.0)
+
+
+@pytest.mark.parametrize(("column", "order"), [("elastic", 2.0), ("capped", 1.75)])
+def test_a_partner_at_the_end_gives_the_vanishing_pixel(steel, column, order):
+    pairs = with_partner(ladder(at_speeds(9.0, 7.5), (END / 2, END)), -0.06, END)
+    values = values_of(steel, column, NAME, pairs)
+    left = -0.06 / (2.0**order - 1.0)
+    np.testing.assert_allclose(values.finest, 7.5 * 0.94, rtol=1e-12)
+    np.testing.assert_allclose(values.mean, 7.5 * (0.94 + left), rtol=1e-12)
+    np.testing.assert_allclose(values.pixel, 7.5 * np.abs(left), rtol=1e-12)
+
+
+@pytest.mark.parametrize(("column", "order", "fall"), [("elastic", 2.0, 0.5), ("capped", 1.75, 1.0)])
+def test_a_partner_lower_down_counts_by_what_is_left_of_it_at_the_end(steel, column, order, fall):
+    pairs = with_partner(ladder(at_speeds(9.0, 7.5), (END / 4, END)), -0.06, END / 4)
+    values = values_of(steel, column, NAME, pairs)
+    change, left = -0.06 * 2.0**order / (2.0**order - 1.0), 0.06 / (2.0**order - 1.0)
+    carried = 4.0**-fall
+    np.testing.assert_allclose(values.mean, 7.5 * (1.0 + carried * change), rtol=1e-12)
+    np.testing.assert_allclose(values.pixel, 7.5 * carried * np.hypot(change, left), rtol=1e-12)
+    np.testing.assert_allclose(values.finest, 7.5, rtol=1e-12)  # the highest cut-off has no finer grid
+
+
+def test_levels_add_their_variances_by_stream(steel):
+    pairs = ladder(at_speeds(9.0, 8.0), (END / 2, END), n=8, scatter=0.1)
+    pairs[0] = pairs[0]._replace(stream=3)
+    rng = np.random.default_rng(5)
+    fine, coarse = (2.0 + 0.1 * rng.standard_normal((6, SPEEDS)) for _ in range(2))
+    pairs.append(step(2, fine, coarse, (END, END), name=NAME))
+    values = values_of(steel, "elastic", NAME, pairs)
+    assert {stream: len(rows) for stream, rows in values.scatter.items()} == {3: 8, 1: 8, 2: 6}
+    base = pairs[0].sample.numbers[NAME]
+    variance = base.var(axis=0, ddof=1) / 8 / base.mean(axis=0) ** 2
+    np.testing.assert_allclose(values.scattered.variance[3] / values.mean**2, variance, rtol=1e-9)
+    # 4/3 of the ratio of partners, at order 2: T (1 + 4/3 (r − 1))
+    ratio = fine.mean(axis=0) / coarse.mean(axis=0)
+    relative = fine / fine.mean(axis=0) - coarse / coarse.mean(axis=0)
+    expected = (8.0 * 4 / 3 * ratio) ** 2 * relative.var(axis=0, ddof=1) / 6
+    np.testing.assert_allclose(values.scattered.variance[2], expected, rtol=1e-9)
+
+
+# beyond the highest cut-off
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """The steel follows neither theory nor law, and falls with the exponent .8; what was asked for."""
+    calls = []
+    monkeypatch.setattr(prediction, "continuation", lambda *a: calls.append(("theory", *a[1:])))
+    monkeypatch.setattr(prediction, "yielded_fall", lambda *a: calls.append(("law", *a[1:])))
+    monkeypatch.setattr(prediction, "usual_exponent", lambda _, q: calls.append(("usual", q)) or 0.8)
+    return calls
+
+
+def power_law(q, exponent):
+    return 7.0 + 3.0 * np.asarray(q) ** -exponent
+
+
+def test_contact_that_follows_the_theory_goes_on_with_its_shape(steel, asked, monkeypatch):
+    table = np.outer([1.0, 2.0, 3.5], np.ones(SPEEDS))
+    monkeypatch.setattr(prediction, "continuation", lambda *a: asked.append(a[1:]) or table)
+    for column in ("elastic", "capped"):
+        values = values_of(steel, column, NAME, ladder(at_speeds(8.0, 9.0), (1e5, 2e5)))
+        np.testing.assert_allclose(values.mean, 10.5, rtol=1e-12)
+        np.testing.assert_allclose(values.bandwidth, np.abs(1.5 - 9.0 * 0.75), rtol=1e-12)
+        np.testing.assert_array_equal(values.last_step, 0.0)
+        assert values.way == "with the shape of the theory"
+    assert asked == [(column, (1e5, 2e5), NAME) for column in ("elastic", "capped")]
+
+
+def test_t_flash_of_yielded_contact_goes_on_by_the_law_of_the_upper_two_cut_offs(steel, asked, monkeypatch):
+    law = np.outer([4.0, 3.6, 3.0], np.ones(SPEEDS))
+    monkeypatch.setattr(prediction, "yielded_fall", lambda *a: asked.append(("law", *a[1:])) or law)
+    values = values_of(steel, "capped", NAME, ladder(at_speeds(12.0, 10.0, 9.0), (1e5, 2e5, 4e5)))
+    np.testing.assert_allclose(values.mean, 9.0 * 3.0 / 3.6, rtol=1e-12)
+    np.testing.assert_allclose(values.bandwidth, 0.07 * 1.5, rtol=1e-12)
+    assert asked == [("theory", "capped", (1e5, 2e5, 4e5), NAME), ("law", (2e5, 4e5))]
+
+
+def test_where_no_law_holds_t_flash_goes_on_as_a_power(steel, asked):
+    q = 1.0, 2.0, 4.0  # in units of 1e5/m
+    pairs = ladder(at_speeds(*(power_law(x, 0.9) for x in q)), [1e5 * x for x in q])
+    values = values_of(steel, "capped", NAME, pairs)
+    np.testing.assert_allclose(values.mean, power_law(END / 1e5, 0.9), rtol=1e-9)
+    assert [call[0] for call in asked] == ["theory", "law", "usual"]
+    assert asked[-1] == ("usual", 4e5)
+    two = values_of(steel, "capped", NAME, ladder(at_speeds(*(power_law(x, 0.8) for x in q[1:])), [2e5, 4e5]))
+    np.testing.assert_allclose(two.mean, power_law(END / 1e5, 0.8), rtol=1e-9)
+
+
+def test_the_variance_goes_on_in_first_order_and_by_no_law(steel, asked):
+    q = 2.0, 4.0
+    pairs = ladder([power_law(x, 1.0) for x in q], [1e5 * x for x in q], name="pressure_variance")
+    values = values_of(steel, "capped", "pressure_variance", pairs)
+    np.testing.assert_allclose(values.mean, power_law(END / 1e5, 1.0), rtol=1e-9)
+    assert [call[0] for call in asked] == ["theory"]
+
+
+def share_level(share, q_max):
+    """Temperatures of both bodies, of equal conductivities, that give this share of the heat."""
+    numbers = {NAME: np.full((6, SPEEDS), 1.0 - share), "resting_flash_temperature": np.full((6, SPEEDS), share)}
+    return Sample(q_max, 64.0, np.arange(6), numbers, np.ones(1), np.ones((6, 1)), 1.0)
+
+
+def test_the_share_of_the_heat_goes_on_with_the_exponent_of_t_flash_and_by_no_law(steel, asked):
+    shares = [power_law(x, 0.8) / 100.0 for x in (2.0, 4.0, END / 1e5)]
+    low, high = share_level(shares[0], 2e5), share_level(shares[1], 4e5)
+    values = values_of(steel, "capped", "heat_partition", [Pair(0, 0, low, None), Pair(1, 1, high, low)])
+    np.testing.assert_allclose(values.mean, shares[2], rtol=1e-9)
+    assert [call[0] for call in asked] == ["theory", "usual"]
+
+
+def test_a_share_of_the_heat_is_that_of_both_bodies(steel):
+    counter = replace(steel.counterface, like=None, conductivity=15.0, density=7900.0, heat_capacity=500.0)
+    both = replace(steel, counterface=counter, sliding=replace(steel.sliding, heat_partition="mean"))
+    rng = np.random.default_rng(2)
+    moving, at_rest = 20.0 + rng.random((2, 6, SPEEDS))
+    pair = lowest(moving, END, resting_flash_temperature=at_rest)
+    values = values_of(both, "elastic", "heat_partition", [pair])
+    # the resting body, of half the conductivity, is twice as hot
+    a, b = 2.0 * at_rest.mean(axis=0), moving.mean(axis=0)
+    np.testing.assert_allclose(values.mean, a / (a + b), rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["contact_fraction", "plastic_fraction"])
+def test_areas_end_at_their_common_bound_where_more_would_pass_it(steel, asked, name):
+    # A_pl ≤ σ₀/σ_P ≤ A: the one falls to it, the other rises
+    sign = 1.0 if name == "contact_fraction" else -1.0
+    means = [BOUND * (1.0 + sign * x) for x in (0.4, 0.1)]  # by the power 1 the end is .2 on the other side
+    values = values_of(steel, "capped", name, ladder(means, (1e5, 2e5), name=f"{name}_corrected"))
+    assert values.mean[0] == pytest.approx(BOUND, rel=1e-12)
+    assert values.bandwidth[0] <= 0.1 * BOUND * (1 + 1e-9)  # no more than what follows
+    assert values.finest[0] == pytest.approx(means[1], rel=1e-12)
+    slow = [BOUND * (1.0 + sign * x) for x in (0.4, 0.3)]
+    values = values_of(steel, "capped", name, ladder(slow, (1e5, 2e5), name=f"{name}_corrected"))
+    end = slow[1] + (slow[1] - slow[0]) * (1.0 - 2e5 / END)
+    assert values.mean[0] == pytest.approx(end, rel=1e-12)
+    # within the bound the error is that of the power, here of the exponent .7
+    lower = (1.0 - (2e5 / END) ** 0.7) / (2.0**0.7 - 1.0) * (slow[1] - slow[0])
+    assert values.bandwidth[0] == pytest.approx(abs(slow[1] + lower - end), rel=1e-9)
+    assert lower / (slow[1] - slow[0]) < 2.0  # of the .3 that are left
+
+
+def test_where_nothing_continues_an_area_its_bound_limits_the_error(steel, asked):
+    (pair,) = ladder([1.2 * BOUND], (2e5,), name="contact_fraction_corrected")
+    values = values_of(steel, "capped", "contact_fraction", [pair])
+    assert values.mean[0] == pytest.approx(1.2 * BOUND, rel=1e-12)
+    assert values.bandwidth[0] == pytest.approx(0.2 * BOUND, rel=1e-9)
+    elastic = values_of(steel, "elastic", "contact_fraction", [pair])  # where nothing yields there is no such bound
+    assert np.isnan(elastic.bandwidth[0])
+
+
+def radius_level(radius, cut_off):
+    """A single wave, whose J0(q r) is .5 at this radius."""
+    q = np.array([1.5211440576687654 / radius])
+    assert j0(q[0] * radius) == pytest.approx(0.5)
+    return Sample(cut_off, 64.0, np.arange(6), {}, q, np.ones((6, 1)), 10.0 * radius)
+
+
+@pytest.mark.parametrize(("waves", "goes_on"), [(1.9, False), (2.1, True)])
+def test_a_length_within_two_waves_of_the_cut_off_does_not_go_on(steel, asked, waves, goes_on):
+    # steel, r(g = .5): 10.7, 8.8, 7.8, 7.55 µm, where the first three promised 6.7 ± .2
+    top = 2e-6 * np.pi * waves
+    cut_offs = 5e5, 1e6
+    low, high = (radius_level(r, q) for r, q in zip((top + 1e-6, top), cut_offs, strict=True))
+    values = values_of(steel, "capped", "correlation_radius_50", [Pair(0, 0, low, None), Pair(1, 1, high, low)])
+    if goes_on:
+        assert values.mean[0] < top - 0.5e-6
+    else:
+        assert values.mean[0] == pytest.approx(top, rel=1e-9)
+        assert values.bandwidth[0] == pytest.approx(1e-6, rel=1e-6)  # the last step
+
+
+def test_a_length_at_one_cut_off_is_unknown_beyond(steel, asked):
+    values = values_of(steel, "capped", "correlation_radius_50", [Pair(0, 0, radius_level(1e-6, 1e6), None)])
+    assert np.isnan(values.bandwidth[0])
+    assert values.mean[0] == pytest.approx(1e-6, rel=1e-9)
+
+
+def test_in_capped_contact_what_has_no_limit_stays_the_value_of_the_finest_level(steel, asked):
+    pairs = with_partner(ladder(at_speeds(-3.0, -5.0), (1e5, 2e5), name=GRADIENT), 0.1, 2e5)
+    values = values_of(steel, "capped", GRADIENT, pairs)
+    assert asked == []
+    np.testing.assert_allclose(values.mean, -5.5, rtol=1e-12)
+    np.testing.assert_allclose(values.finest, -5.5, rtol=1e-12)
+    assert np.isnan(values.bandwidth).all()
+    np.testing.assert_array_equal(values.last_step, 0.0)
+    # both what the pixel has changed and what it leaves, at order .8
+    left = 0.1 / (2.0**0.8 - 1.0)
+    np.testing.assert_allclose(values.pixel, 5.5 * np.hypot(left, 0.1 + left), rtol=1e-12)
+    elastic = values_of(
+        steel, "elastic", GRADIENT, with_partner(ladder(at_speeds(-3.0, -5.0), (END / 2, END), name=GRADIENT), 0.1, END)
+    )
+    np.testing.assert_allclose(elastic.mean, -5.0 * (1.0 + 0.1 * 4 / 3), rtol=1e-12)
+
+
+# what is unknown
+
+
+@pytest.mark.parametrize("column", ["elastic", "capped"])
+def test_where_nothing_continues_the_last_step_is_part_of_the_error(steel, asked, monkeypatch, column):
+    unknown = np.full((4, SPEEDS), np.nan)
+    monkeypatch.setattr(prediction, "continuation", lambda *_: unknown)
+    pairs = with_partner(ladder(at_speeds(14.77, 25.92, 40.21), (1e5, 2e5, 4e5), scatter=0.01), 0.0, 4e5)
+    values = values_of(steel, column, NAME, pairs)
+    np.testing.assert_allclose(values.mean, 40.21, rtol=1e-12)
+    np.testing.assert_allclose(values.last_step, 40.21 - 25.92, rtol=1e-12)
+    assert np.isnan(values.bandwidth).all()
+    assert values.way == ""
+    falling = values_of(steel, column, NAME, ladder(at_speeds(40.21, 25.92, 14.77), (1e5, 2e5, 4e5)))
+    np.testing.assert_allclose(falling.last_step, 25.92 - 14.77, rtol=1e-12)
+
+
+def test_one_cut_off_shows_no_last_step(steel, asked):
+    values = values_of(steel, "capped", NAME, ladder(at_speeds(9.0), (1e5,)))
+    np.testing.assert_array_equal(values.last_step, 0.0)
+    assert np.isnan(values.bandwidth).all()
+
+
+def test_not_extrapolated_values_are_those_of_the_highest_cut_off_with_a_vanishing_pixel(steel, asked):
+    pairs = with_partner(ladder(at_speeds(9.0, 8.0), (1e5, 2e5)), -0.06, 1e5)
+    values = values_of(steel, "capped", NAME, pairs, extrapolated=False)
+    assert asked == []
+    change, left = 0.06 * 2.0**1.75 / (2.0**1.75 - 1.0), 0.06 / (2.0**1.75 - 1.0)
+    np.testing.assert_allclose(values.mean, 8.0 * (1.0 - change / 2.0), rtol=1e-12)  # halved from 1e5 to 2e5
+    np.testing.assert_allclose(values.pixel, 8.0 * np.hypot(change, left) / 2.0, rtol=1e-12)
+    np.testing.assert_array_equal(values.bandwidth, 0.0)
+
+
+def test_not_continued_values_are_extrapolated_in_the_pixel_alone(steel, asked):
+    pairs = with_partner(ladder(at_speeds(9.0, 8.0), (END / 8, END / 4)), -0.06, END / 4)
+    values = values_of(steel, "capped", NAME, pairs, continued=False)
+    assert asked == []
+    change = 0.06 * 2.0**1.75 / (2.0**1.75 - 1.0)
+    np.testing.assert_allclose(values.mean, 8.0 * (1.0 - change / 4.0), rtol=1e-12)  # of it at the end of C(q)
+    assert np.isnan(values.bandwidth).all()
+    np.testing.assert_allclose(values.last_step, 1.0, rtol=1e-12)
+
+
+# at rest
+
+
+def test_at_rest_nothing_heats_and_that_is_exact(resting, asked):
+    pairs = ladder([[1e-9, 9.0], [2e-9, 8.0]], (1e5, 2e5), scatter=0.1)
+    values = values_of(resting, "capped", NAME, with_partner(pairs, 0.1, 2e5, speeds=2))
+    for part in ("mean", "finest", "bandwidth", "pixel", "last_step"):
+        assert getattr(values, part)[0] == 0.0
+    assert all(np.all(rows[:, 0] == 0.0) for rows in values.scatter.values())
+    assert np.all(values.scattered.variance[0][1] > 0.0)
+    assert values.mean[1] != 0.0
+    assert values.pixel[1] > 0.0
+    assert values.bandwidth[1] > 0.0
+
+
+def test_at_rest_the_slope_length_is_infinite(resting, asked):
+    def level(q, side=64.0):
+        numbers = {NAME: np.full((6, 2), 8.0), GRADIENT: np.full((6, 2), [0.0, -2.0])}
+        return Sample(q, side, np.arange(6), numbers, np.ones(1), np.ones((6, 1)), 1.0)
+
+    pairs = [Pair(0, 0, level(1e5), None), Pair(1, 1, level(2e5), level(1e5))]
+    pairs.append(Pair(2, 2, level(1e5, 128.0), level(1e5)))
+    values = values_of(resting, "capped", "slope_length", pairs)
+    assert values.mean[0] == np.inf
+    assert values.mean[1] == pytest.approx(4.0)
+
+
+def test_in_motion_nothing_is_set(steel, asked):
+    values = values_of(steel, "capped", NAME, ladder(at_speeds(9.0), (END,)))
+    assert np.all(values.mean == 9.0)
+
+
+# parts of the cell
+
+
+def test_the_share_from_parts_of_the_cell_is_what_levels_there_changed(steel, asked):
+    pairs = ladder(at_speeds(9.0, 8.0), (END / 8, END / 4))
+    for k, (fine, coarse) in enumerate(((7.0, 8.0), (6.5, 7.0)), start=2):
+        rows = (np.full((6, SPEEDS), value) for value in (fine, coarse))
+        pairs.append(step(k, *rows, (END / 2 ** (4 - k), END / 2 ** (3 - k)), part=True))
+    values = values_of(steel, "elastic", NAME, pairs)
+    np.testing.assert_allclose(values.mean, 6.5, rtol=1e-12)
+    np.testing.assert_allclose(values.from_part, 1.5 / 6.5, rtol=1e-12)
+    np.testing.assert_array_equal(values_of(steel, "elastic", NAME, pairs[:2], extrapolated=False).from_part, 0.0)
+
+
+# products
+
+
+def drawn_values(scene, seed, mean, scatter=0.1, stream=0, n=8):
+    rng = np.random.default_rng(seed)
+    rows = mean * (1.0 + scatter * rng.standard_normal((n, SPEEDS)))
+    pair = Pair(0, stream, sample(rows, END), None)
+    values = values_of(scene, "elastic", NAME, [pair])
+    return values._replace(**{name: np.full(SPEEDS, share * mean) for name, share in ERRORS.items()}), rows
+
+
+ERRORS = {"bandwidth": 0.02, "pixel": 0.03, "last_step": 0.005}
+
+
+def test_a_product_keeps_surfaces_together_and_adds_errors_of_the_same_causes(steel):
+    (kelvins, of_kelvins), (share, of_share) = (
+        drawn_values(steel, seed, mean) for seed, mean in ((1, 200.0), (2, 0.4))
+    )
+    found = product(kelvins, share)
+    a, b = of_kelvins.mean(axis=0), of_share.mean(axis=0)
+    np.testing.assert_allclose(found.mean, a * b, rtol=1e-12)
+    np.testing.assert_allclose(found.finest, a * b, rtol=1e-12)
+    paired = of_kelvins * b + a * of_share
+    np.testing.assert_allclose(found.scattered.variance[0], paired.var(axis=0, ddof=1) / 8, rtol=1e-9)
+    for name, relative in ERRORS.items():
+        expected = relative * (a * 0.4 + b * 200.0)
+        np.testing.assert_allclose(getattr(found, name), expected, rtol=1e-12)
+    negative = product(kelvins, share._replace(mean=-share.mean))
+    np.testing.assert_allclose(negative.pixel, found.pixel, rtol=1e-12)
+    unknown = product(kelvins._replace(bandwidth=np.full(SPEEDS, np.nan)), share)
+    assert np.isnan(unknown.bandwidth).all()
+
+
+def test_a_product_that_is_exactly_zero_has_no_error(steel):
+    kelvins, _ = drawn_values(steel, 1, 200.0)
+    share, _ = drawn_values(steel, 2, 0.4)
+    moving = np.arange(SPEEDS) > 0
+    nothing = np.full(SPEEDS, np.nan)
+    at_rest = scaled(kelvins, moving * 1.0)._replace(bandwidth=nothing, pixel=np.where(moving, np.inf, np.nan))
+    found = product(at_rest, share)
+    assert (found.mean[0], found.bandwidth[0], found.pixel[0]) == (0.0, 0.0, 0.0)
+    assert np.isnan(found.bandwidth[1:]).all()
+
+
+def test_values_times_an_exact_number_are_scaled_with_all_that_they_have(steel):
+    values, rows = drawn_values(steel, 3, 200.0)
+    factor = np.linspace(0.1, 0.7, SPEEDS)
+    found = scaled(values, factor)
+    for name in ("mean", "finest", *ERRORS):
+        np.testing.assert_allclose(getattr(found, name), getattr(values, name) * factor, rtol=1e-12)
+    np.testing.assert_allclose(found.scattered.variance[0], (rows * factor).var(axis=0, ddof=1) / 8, rtol=1e-9)
+    np.testing.assert_array_equal(found.from_part, values.from_part)
+
+
+# in words
+
+
+def test_notes_say_what_values_are_made_of(steel, asked):
+    levels = [Level("capped", (64, 64), 1e5), Level("capped", (64, 64), 2e5, cell="half")]
+    numerics = Numerics((*levels, Level("smoothed", (64, 64), 1e5)), (2e-3, 2e-3), tolerance=2e-3)
+
+    def notes(values, name=NAME):
+        return notes_of(steel, numerics, "capped", name, values)
+
+    pairs = ladder(at_speeds(9.0, 8.0), (1e5, 2e5))
+    found = notes(values_of(steel, "capped", NAME, pairs))
+    assert found[0] == (
+        "capped contact, levels up to: 64 × 64 to 1e+05 rad/m, 64 × 64 to 2e+05 rad/m in half the cell; "
+        "solver tolerance 0.002"
+    )
+    assert found[1] == "continued beyond the highest cut-off as q_c^(−p) with p = 0.80"
+    assert found[2] == "speeds 0.001, 0.01, 0.1, 1, 10, 35, 100 m/s"
+    cut = notes(values_of(steel, "capped", NAME, pairs, continued=False))
+    assert cut[1] == (
+        "where the bandwidth is unknown, the value of the highest q_c, and what the last step to it changed is part of "
+        "the error"
+    )
+    one = notes(values_of(steel, "capped", NAME, pairs[:1]))
+    assert one[1] == "where the bandwidth is unknown, the value of the highest q_c"
+    gradients = ladder(at_speeds(-9.0, -8.0), (1e5, 2e5), name=GRADIENT)
+    endless = notes(values_of(steel, "capped", GRADIENT, gradients), GRADIENT)
+    assert endless[1] == "does not converge with the grid: the value of the finest level, not extrapolated"
+    variance = ladder([2.0, 3.0], (1e5, 2e5), name="pressure_variance")
+    assert len(notes(values_of(steel, "capped", "pressure_variance", variance), "pressure_variance")) == 2  # no speeds
