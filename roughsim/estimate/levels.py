@@ -4,6 +4,7 @@ Level l has the cut-off q_l = q_0·2^l at a fixed number of pixels per shortest 
 solved at l and at the level below. The mean is T = ⟨T₀⟩ Π ⟨T_l⟩/⟨T_(l−1)⟩. Levels are independent: variances add.
 """
 
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from roughsim.estimate.limit import Limit, by_law, by_power, by_shape
 from roughsim.estimate.mean import Mean, Scatter
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.observables.record import Sample
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 
@@ -60,10 +62,18 @@ def values_of(
     They are those in the limit, or, not `extrapolated`, those of the highest cut-off. Not `continued`, they are
     extrapolated in the pixel alone, and what shorter waves change is unknown.
     """
-    record, capped = OBSERVABLES[observable], column == "capped"
     if observable == "heat_partition":
-        pairs = [balanced(scene, pair) for pair in pairs]
-    rungs = climb(record.of_level, pairs)
+        return share_of(scene, column, pairs, extrapolated=extrapolated, continued=continued)
+    record = OBSERVABLES[observable]
+    values = continued_to_the_end(scene, column, observable, climb(record.of_level, pairs), extrapolated, continued)
+    return values if record.at_rest is None else at_rest(values, record.at_rest, scene)
+
+
+def continued_to_the_end(
+    scene: Scene, column: str, observable: str, rungs: list[Rung], extrapolated: bool, continued: bool
+) -> Values:
+    """Return the values of the rungs of an observable; arguments as of `values_of`."""
+    record, capped = OBSERVABLES[observable], column == "capped"
     top, finest, q_c = rungs[-1].mean, finest_of(rungs), rungs[-1].q_max
     nothing = np.zeros(top.value.shape)
     limit, has_limit = Limit(Mean(nothing, {}), nothing, ""), record.limit or not capped
@@ -84,14 +94,47 @@ def values_of(
         last_step = np.where(np.isnan(limit.error) & has_limit, np.nan_to_num(step), 0.0)
         whole = [rung.mean.value for rung in rungs if not rung.part][-1]
         from_part = np.nan_to_num(np.abs(top.value - whole) / np.abs(mean.value)) if rungs[-1].part else nothing
-    values = Values(mean.value, finest, mean.scatter, limit.error, pixel, last_step, from_part, limit.way)
-    return values if record.at_rest is None else at_rest(values, record.at_rest, scene)
+    return Values(mean.value, finest, mean.scatter, limit.error, pixel, last_step, from_part, limit.way)
 
 
-def balanced(scene: Scene, pair: Pair) -> Pair:
-    """Return a pair whose heat share is that of the balance of both bodies."""
-    below = None if pair.below is None else prediction.balanced(scene, pair.below)
-    return pair._replace(sample=prediction.balanced(scene, pair.sample), below=below)
+def number(sample: Sample, name: str) -> Array:
+    """Return a stored number of a sample, (n, speeds)."""
+    return sample.numbers[name]
+
+
+def share_of(scene: Scene, column: str, pairs: list[Pair], *, extrapolated: bool, continued: bool) -> Values:
+    """Return the share of the heat that the moving body takes up; arguments as of `values_of`.
+
+    It is 1/(1 + T/T'), T of the moving and T' of the resting body, each with all the heat, continued by itself: T' as
+    the temperature of slow sliding.
+    """
+    balanced = [
+        pair._replace(
+            sample=prediction.balanced(scene, pair.sample),
+            below=None if pair.below is None else prediction.balanced(scene, pair.below),
+        )
+        for pair in pairs
+    ]
+    bodies = (scene, "flash_temperature"), (prediction.slow(scene), "resting_flash_temperature")
+    temperatures = []
+    for of_speed, name in bodies:
+        rungs = climb(partial(number, name=name), balanced)
+        temperatures.append(continued_to_the_end(of_speed, column, bodies[0][1], rungs, extrapolated, continued))
+    backgrounds = prediction.backgrounds(scene, pairs[0].sample)
+    with np.errstate(all="ignore"):  # a body that does not conduct
+        moving, resting = (v._replace(mean=v.mean + b) for v, b in zip(temperatures, backgrounds, strict=True))
+        ratio = moving.scattered.over(resting.scattered)
+        share = 1.0 / (1.0 + ratio.value)
+        both = [v.finest + b for v, b in zip(temperatures, backgrounds, strict=True)]
+        finest = both[1] / (both[0] + both[1])
+        errors: dict[str, Any] = {
+            name: ratio.value
+            * share**2
+            * np.hypot(getattr(moving, name) / moving.mean, getattr(resting, name) / resting.mean)
+            for name in ("bandwidth", "pixel", "last_step")
+        }
+        scatter = ratio.times(-(share**2)).scatter
+    return moving._replace(mean=share, finest=finest, scatter=scatter, **errors)
 
 
 def finest_of(rungs: list[Rung]) -> Array:

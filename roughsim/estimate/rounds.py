@@ -18,7 +18,7 @@ from roughsim.scene.numerics import Numerics
 
 FIRST, FIRST_STEP = 12, 6  # members that the lowest level, and any other, begin with: fewer show too little scatter
 SYSTEMATIC = 0.5  # share of the squared target that errors beside the statistical one may take before a level is added
-LEAST_SHARE = 0.1  # of the squared error, worked for by members where the rest takes more than the target
+LEAST_SHARE = 0.2  # of the squared error, worked for by members where the rest takes more than the target
 MEMBER = 5e5  # `work` of a member whatever its grid, a few milliseconds: handing out, file, reading
 TARGET = {"flash_temperature": 0.01}  # what levels are chosen for where a run has no target
 Counts = tuple[int, ...]  # members of each level, by its number

@@ -27,17 +27,6 @@ class Curve:
 FRACTIONS = (0.5, 0.1, 0.0)  # of g(0) that the correlation falls to at its radii
 
 
-def heat_share(sample: Sample) -> Array:
-    """Return influence values of ⟨T_stat⟩/(⟨T_stat⟩ + ⟨T_mov⟩) of a level that `prediction.balanced` has prepared."""
-    resting, moving = sample.numbers["resting_flash_temperature"], sample.numbers["flash_temperature"]
-    mean_resting, mean_moving = resting.mean(axis=0), moving.mean(axis=0)
-    both = mean_resting + mean_moving
-    # d[a/(a + b)] = (b da − a db)/(a + b)²
-    change = mean_moving * (resting - mean_resting) - mean_resting * (moving - mean_moving)
-    values: Array = mean_resting / both + change / both**2
-    return values
-
-
 def radius(sample: Sample, fraction: float) -> Array:
     """Return influence values of the smallest r with g(r) = fraction·g(0) of the mean spectrum; NaN if there is none.
 
@@ -142,9 +131,8 @@ TABLE: tuple[Observable, ...] = (
         solver_share=0.3,
     ),
     Observable(
-        "heat_partition",
+        "heat_partition",  # of two temperatures of each level: `estimate.levels.share_of`
         "1",
-        values=heat_share,
         per_speed=True,
         spectra=True,  # the balance of the two bodies after a time of sliding
         solver_share=0.3,

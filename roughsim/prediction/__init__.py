@@ -295,20 +295,37 @@ def heat_history(scene: Scene, q: Array) -> tuple[Array, Array, Array]:
 
 
 def balanced(scene: Scene, sample: Sample) -> Sample:
-    """Return a level with the temperatures of both bodies that the rule of the scene makes equal.
+    """Return a level with the flash temperatures of both bodies that the rule of the scene makes equal.
 
     The resting body is measured with the conductivity of the moving one: its temperature is multiplied by κ/κ', NaN
-    where it does not conduct. For "total" both include the background T₀ after the sliding duration, and the resting
-    body's has grown for that time. The sample needs its stress spectra.
+    where it does not conduct. For "total" it has grown for the sliding duration, and `backgrounds` come on top. The
+    sample needs its stress spectra then.
     """
-    resting, moving = sample.numbers["resting_flash_temperature"], sample.numbers["flash_temperature"]
+    resting = sample.numbers["resting_flash_temperature"]
     if scene.sliding.heat_partition == "total":
         steady = sample.spectrum / sample.wavenumber
-        growth, moving_background, resting_background = heat_history(scene, sample.wavenumber)
-        rate = resting / steady.sum(axis=1, keepdims=True)  # μv/κσ₀, also at rest
-        resting = rate * (steady @ growth.T + resting_background)
-        moving = moving + rate * moving_background
+        growth = heat_history(scene, sample.wavenumber)[0]
+        resting = resting / steady.sum(axis=1, keepdims=True) * (steady @ growth.T)
     bodies = conduction(scene)
     resting = resting * (bodies.conductivity / bodies.counter_conductivity)
-    common = {"resting_flash_temperature": resting, "flash_temperature": moving}
-    return replace(sample, numbers=sample.numbers | common)
+    return replace(sample, numbers=sample.numbers | {"resting_flash_temperature": resting})
+
+
+def backgrounds(scene: Scene, sample: Sample) -> tuple[Array, Array]:
+    """Return the mean temperatures T₀ of the moving and of the resting body, each with all the heat, K, (speeds,).
+
+    They are of the sliding duration under the rule "total", else zero. The sample is any of the scene.
+    """
+    if scene.sliding.heat_partition != "total":
+        return np.zeros(len(scene.speeds)), np.zeros(len(scene.speeds))
+    _, moving, resting = heat_history(scene, sample.wavenumber)
+    steady = (sample.spectrum[0] / sample.wavenumber).sum()
+    rate = sample.numbers["resting_flash_temperature"][0] / steady  # μv/κσ₀, also at rest
+    bodies = conduction(scene)
+    return rate * moving, rate * resting * (bodies.conductivity / bodies.counter_conductivity)
+
+
+def slow(scene: Scene) -> Scene:
+    """Return a scene whose speeds are slow, one for each of its own: T_flash grows in proportion to them."""
+    speeds = tuple(1e-12 * (1 + k) for k in range(len(scene.speeds)))
+    return replace(scene, sliding=replace(scene.sliding, speed=speeds))
