@@ -1,78 +1,83 @@
-"""g_σ(r) of a column: the coarsest level in the run's cell, and the changes by finer ones."""
+"""g_σ(r) of a column: the lowest level in the run's cell, and the changes by higher ones."""
 
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from scipy.special import j0
 
 from roughsim.estimate.correlation import correlation_of
+from roughsim.estimate.ladder import Pair
 from roughsim.observables.record import Sample
 
 WAVENUMBER = np.array([1.0, 2.0, 5.0, 11.0])
 DISTANCE = np.array([0.0, 0.3, 2.0, 2.5])
 
 
-def sample(q_max, rows, seed, *, part=False, side=64.0, reach=3.0):
+def sample(q_max, n, seed, *, part=False, side=64.0, reach=3.0):
     """A level whose stress spectra are random numbers."""
-    rng = np.random.default_rng(seed)
-    rows = np.array(rows)
-    return Sample(q_max, side, rows, {}, WAVENUMBER / q_max, rng.random((len(rows), len(WAVENUMBER))), reach, part)
+    spectrum = np.random.default_rng(seed).random((n, len(WAVENUMBER)))
+    return Sample(q_max, side, np.arange(n), {}, WAVENUMBER / q_max, spectrum, reach, part)
 
 
-def curve(level, rows=slice(None)):
+def curve(level):
     """The correlation of each realization by SciPy's Bessel function, mode by mode."""
-    return sum(np.outer(level.spectrum[rows, k], j0(q * DISTANCE)) for k, q in enumerate(level.wavenumber))
+    return sum(np.outer(level.spectrum[:, k], j0(q * DISTANCE)) for k, q in enumerate(level.wavenumber))
 
 
 def test_one_level_is_its_mean():
-    level = sample(1.0, range(8), 1)
-    mean, error, freedom = correlation_of([level], DISTANCE)
+    level = sample(1.0, 8, 1)
+    mean, error, freedom = correlation_of([Pair(0, 0, level, None)], DISTANCE)
     np.testing.assert_allclose(mean, curve(level).mean(axis=0), rtol=1e-12)
     np.testing.assert_allclose(error, curve(level).std(axis=0, ddof=1) / 8**0.5, rtol=1e-12)
     np.testing.assert_allclose(freedom, 7.0)
 
 
-def test_finer_levels_add_their_mean_changes():
-    low, high = sample(1.0, range(9), 1), sample(2.0, range(0, 9, 3), 2)
-    mean, error, freedom = correlation_of([low, high], DISTANCE)
-    change = curve(high) - curve(low, slice(0, 9, 3))
+def test_steps_add_their_mean_changes_and_independent_variances():
+    low, below, high = sample(1.0, 9, 1), sample(1.0, 5, 2), sample(2.0, 5, 3)
+    mean, error, freedom = correlation_of([Pair(0, 0, low, None), Pair(1, 1, high, below)], DISTANCE)
+    change = curve(high) - curve(below)
     np.testing.assert_allclose(mean, curve(low).mean(axis=0) + change.mean(axis=0), rtol=1e-12)
-    assert np.all(freedom < 8.0)
-    assert np.all(error > 0.0)
+    parts = curve(low).var(axis=0, ddof=1) / 9, change.var(axis=0, ddof=1) / 5
+    np.testing.assert_allclose(error, np.sqrt(sum(parts)), rtol=1e-12)
+    np.testing.assert_allclose(freedom, sum(parts) ** 2 / (parts[0] ** 2 / 8 + parts[1] ** 2 / 4), rtol=1e-12)
 
 
-def test_levels_in_a_part_of_the_cell_add_independent_changes_within_their_reach():
-    low = sample(1.0, range(9), 1)
-    start, high = (
-        sample(q, rows, seed, part=True, reach=2.0) for q, rows, seed in ((1.0, range(9), 2), (2.0, (0, 4, 8), 3))
-    )
-    mean, error, freedom = correlation_of([low, start, high], DISTANCE)
-    change = np.where(DISTANCE <= 2.0, curve(high) - curve(start, [0, 4, 8]), 0.0)
+def test_levels_in_a_part_of_the_cell_add_changes_within_their_reach():
+    low = sample(1.0, 9, 1)
+    below, high = (sample(q, 4, seed, part=True, reach=2.0) for q, seed in ((1.0, 2), (2.0, 3)))
+    mean, _, freedom = correlation_of([Pair(0, 0, low, None), Pair(1, 1, high, below)], DISTANCE)
+    change = np.where(DISTANCE <= 2.0, curve(high) - curve(below), 0.0)
     np.testing.assert_allclose(mean, curve(low).mean(axis=0) + change.mean(axis=0), rtol=1e-12)
-    of_low, of_change = curve(low).var(axis=0, ddof=1) / 9, change.var(axis=0, ddof=1) / 3
-    np.testing.assert_allclose(error, np.sqrt(of_low + of_change), rtol=1e-12)
-    # Satterthwaite, of eight and two degrees of freedom; beyond the reach only the run's cell tells
-    np.testing.assert_allclose(freedom, (of_low + of_change) ** 2 / (of_low**2 / 8 + of_change**2 / 2), rtol=1e-12)
-    assert freedom[-1] == pytest.approx(8.0)
+    assert freedom[-1] == 8.0  # beyond their reach the run's cell alone counts
+    whole = correlation_of([Pair(0, 0, replace(low, reach=2.0), None)], DISTANCE)  # it holds up to its own reach
+    np.testing.assert_allclose(whole[0], curve(low).mean(axis=0), rtol=1e-12)
 
 
-def test_a_partner_on_half_the_pixel_is_the_finest_level():
-    low = sample(1.0, range(6), 1)
-    partner = replace(sample(1.0, range(6), 2), side=128.0)
-    mean, *_ = correlation_of([low, partner], DISTANCE)
-    np.testing.assert_allclose(mean, curve(partner).mean(axis=0), rtol=1e-12)
+def test_of_partners_that_of_the_highest_cut_off_counts_alone():
+    low, below, high = sample(1.0, 9, 1), sample(1.0, 5, 2), sample(2.0, 5, 3)
+    pairs = [Pair(0, 0, low, None), Pair(1, 1, high, below)]
+    at_low = Pair(2, 2, sample(1.0, 5, 4, side=128.0), sample(1.0, 5, 5))
+    at_high = Pair(3, 3, sample(2.0, 5, 6, side=128.0), sample(2.0, 5, 7))
+    plain, *_ = correlation_of(pairs, DISTANCE)
+    np.testing.assert_array_equal(correlation_of([*pairs, at_low], DISTANCE)[0], plain)
+    change = (curve(at_high.sample) - curve(at_high.below)).mean(axis=0)
+    np.testing.assert_allclose(correlation_of([*pairs, at_high], DISTANCE)[0], plain + change, rtol=1e-12)
+    lowest, *_ = correlation_of([pairs[0], at_low], DISTANCE)  # the lowest level is the highest here
+    change = (curve(at_low.sample) - curve(at_low.below)).mean(axis=0)
+    np.testing.assert_allclose(lowest, curve(low).mean(axis=0) + change, rtol=1e-12)
 
 
-def test_the_surfaces_count_at_their_mean_peak_volume():
-    rng = np.random.default_rng(3)
-    volume = rng.standard_normal(20)
-    level = sample(1.0, range(20), 1)
-    follows = 5.0 * volume[:, None] * np.ones(len(WAVENUMBER))
-    level = replace(level, spectrum=level.spectrum + follows, numbers={"peak_volume": volume[:, None]})
-    mean, error, freedom = correlation_of([level], DISTANCE)
+def test_the_surfaces_of_the_lowest_level_count_at_their_mean_peak_volume():
+    volume = np.random.default_rng(3).standard_normal(20)
+    level = sample(1.0, 20, 1)
+    spectrum = 0.01 * level.spectrum + 5.0 * volume[:, None]
+    level = replace(level, spectrum=spectrum, numbers={"peak_volume": volume[:, None]})
     raw = curve(level)
-    slope = np.polyfit(volume, raw, 1)[0]
-    np.testing.assert_allclose(mean, (raw - slope * volume[:, None]).mean(axis=0), atol=0.05)
-    assert error[0] < 0.2 * raw[:, 0].std() / 20**0.5
-    np.testing.assert_allclose(freedom, 18.0)  # of 19, one is lost to the slope
+    rows = np.empty_like(raw)
+    for i in range(20):  # each with the slope of all others
+        others = np.arange(20) != i
+        rows[i] = raw[i] - np.polyfit(volume[others], raw[others], 1)[0] * volume[i]
+    mean, error, freedom = correlation_of([Pair(0, 0, level, None)], DISTANCE)
+    np.testing.assert_allclose(mean, rows.mean(axis=0), rtol=1e-9)
+    np.testing.assert_allclose(error, rows.std(axis=0, ddof=1) / 20**0.5, rtol=1e-9)
+    np.testing.assert_allclose(freedom, 19.0)
