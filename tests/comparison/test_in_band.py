@@ -30,12 +30,12 @@ def test_a_band_that_yielding_leaves_no_room_for_has_no_slope(capped_run):
 
 
 def test_the_error_of_the_slope_is_the_scatter_of_the_realizations(full, monkeypatch):
-    samples = full.samples("elastic")
-    q = samples[-1].wavenumber
+    (pair,) = full.pairs("elastic")
+    q = pair.sample.wavenumber
     tilts = np.array([-0.05, 0.01, 0.04])
-    shape = samples[-1].spectrum[:1] * (q / q[0]) ** tilts[:, None]
-    tilted = [replace(samples[-1], spectrum=shape)]
-    monkeypatch.setattr(type(full), "samples", lambda *_: tilted)
+    shape = pair.sample.spectrum[:1] * (q / q[0]) ** tilts[:, None]
+    tilted = [pair._replace(sample=replace(pair.sample, spectrum=shape))]
+    monkeypatch.setattr(type(full), "pairs", lambda *_: tilted)
     flat = -2 * 0.8
     found = stress_slope(full)
     assert found.measured == pytest.approx(flat + tilts.mean(), abs=0.02)
@@ -53,9 +53,10 @@ def test_the_slope_stands_under_the_table_and_in_the_json(full):
 
 
 def test_the_slope_of_one_realization_has_an_unknown_error(full, monkeypatch):
-    sample = full.samples("elastic")[-1]
+    (pair,) = full.pairs("elastic")
     table = rs.compare(full)
-    monkeypatch.setattr(type(full), "samples", lambda *_: [replace(sample, spectrum=sample.spectrum[:1])])
+    one = pair._replace(sample=replace(pair.sample, spectrum=pair.sample.spectrum[:1]))
+    monkeypatch.setattr(type(full), "pairs", lambda *_: [one])
     alone = replace(table, slopes=(stress_slope(full),))
     assert "± unknown (statistical" in comparison_table(alone).notes[0]
     assert alone.to_dict()["stress_slopes"][0]["error"] is None  # JSON has no infinity

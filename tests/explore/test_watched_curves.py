@@ -7,6 +7,7 @@ import pytest
 from scipy.special import j0
 
 from roughsim import prediction
+from roughsim.estimate.errors import quantile
 from roughsim.explore import content as curves
 
 
@@ -19,11 +20,17 @@ def test_measured_curves_are_the_estimates(capped_run):
             np.testing.assert_array_equal(found[name].mean, estimate.mean[1:])
             np.testing.assert_array_equal(found[name].error, estimate.total_error[1:])
         curve = found[curves.CORRELATION]
-        sample = capped_run.samples(column)[-1]
-        exact = sample.spectrum.mean(0) @ j0(np.outer(sample.wavenumber, curve.x[[0, 40, -1]]))
+        lowest, *steps = capped_run.pairs(column)
+        terms = [(1.0, lowest.sample), *((1.0, step.sample) for step in steps), *((-1.0, step.below) for step in steps)]
+        exact = sum(
+            sign * sample.spectrum.mean(0) @ j0(np.outer(sample.wavenumber, curve.x[[0, 40, -1]]))
+            for sign, sample in terms
+        )
         np.testing.assert_allclose(curve.mean[[0, 40, -1]], exact, rtol=1e-9, atol=1e-9 * exact[0])
-        wide = 2.5705818 * (1 + 2 / 5) ** 0.5  # Student's for six realizations, that may have stopped themselves
-        np.testing.assert_allclose(curve.error, wide * capped_run.correlation(curve.x, column)[1], rtol=1e-7)
+        narrow, wide = (quantile(freedom) for freedom in (5.0 * len(steps) + 5.0, 5.0))  # six of each level
+        standard = capped_run.correlation(curve.x, column)[1]
+        assert np.all(curve.error >= narrow * standard * (1 - 1e-9))
+        assert np.all(curve.error <= wide * standard * (1 + 1e-9))
 
 
 def test_theory_curves_pass_through_the_predictions_with_the_share(capped_run):

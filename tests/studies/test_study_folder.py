@@ -147,11 +147,11 @@ def test_a_study_that_waited_for_the_plan_of_another_one_is_refused(small, tmp_p
 def test_a_study_whose_plan_is_refused_leaves_nothing_and_runs_there_once_it_is_mended(small, tmp_path, monkeypatch):
     plan, planned = work.plan, []
 
-    def refuse_the_second(scene, target):
+    def refuse_the_second(scene):
         planned.append(scene)
         if len(planned) == 2:
             raise ValueError("this level cannot be")
-        return plan(scene, target)
+        return plan(scene)
 
     monkeypatch.setattr(work, "plan", refuse_the_second)
     scene = replace(small, ensemble=replace(small.ensemble, until={}, max_realizations=2))

@@ -13,9 +13,9 @@ from study_cases import LOADS, VARY, description_of
 import roughsim as rs
 from roughsim.results.folder import read_description
 from roughsim.show.table import Number
-from roughsim.studies import work
 from roughsim.studies.folder import write
 from roughsim.studies.tables import save_study, study_table, words_of
+from roughsim.studies.work import families_of, scenes_of
 
 
 def test_the_tidy_table_has_the_estimates_of_the_runs(done):
@@ -97,9 +97,9 @@ def test_the_table_says_how_many_points_are_within_the_total_error_asked_for(qui
         estimate = run.estimate("flash_temperature")
         hot = estimate.mean > 0.0
         worst[point.name] = (estimate.total_error[hot] / estimate.mean[hot]).max()
-        assert estimate.unknown == ("bandwidth", "pixel")  # there is one level
+        assert estimate.unknown == ("pixel",)  # there is one level
     (note,) = (note for note in study_table(study).notes if note.startswith("Total error"))
-    assert ": 0 points; at 2 points a part of it is unknown (bandwidth, pixel);" in note
+    assert ": 0 points; at 2 points a part of it is unknown (pixel);" in note
     assert f"{100 * max(worst.values()):.3g} %" in note
 
 
@@ -214,11 +214,9 @@ def test_a_study_of_slides_shows_them_beside_single_contacts(sliding_run, tmp_pa
     assert ">sliding<" in (tmp_path / "s.svg").read_text()
 
 
-def test_a_point_goes_on_until_its_total_error_meets_the_target(quick, tmp_path, monkeypatch):
-    # the plan leaves all of the target to the scatter, as if there were no systematic errors
-    monkeypatch.setattr(work, "statistical_target", lambda target, _: target)
-    scene = replace(quick, ensemble=replace(quick.ensemble, max_realizations=400))
-    folder, target = tmp_path / "study", 0.01
+def test_a_point_goes_on_until_its_total_error_meets_the_target(small, tmp_path):
+    scene = replace(small, ensemble=replace(small.ensemble, until={"flash_temperature": 0.9}, max_realizations=400))
+    folder, target = tmp_path / "study", 0.045
 
     def point():
         study = rs.study(scene, vary={"sliding.nominal_pressure": [1e8]}, folder=folder, target_error=target)
@@ -227,57 +225,24 @@ def test_a_point_goes_on_until_its_total_error_meets_the_target(quick, tmp_path,
     run = point()
     estimate = run.estimate("flash_temperature")
     warm = estimate.mean > 0.0
+    assert run.target_met
     assert max(estimate.total_error[warm] / estimate.mean[warm]) <= target
-    assert run.until["flash_temperature"] < target
-    assert read_description(run.folder)["until"] == run.until
-    assert point().realizations == run.realizations  # the same command finds it finished
+    assert read_description(run.folder)["until"] == run.until == {"flash_temperature": target}
+    assert point().counts == run.counts  # the same command finds it finished
 
 
-def test_a_later_point_begins_with_the_loosest_target_of_those_that_are_there(quick, tmp_path):
-    # one of these needed a lower one for its own systematic errors
-    scene, folder = replace(quick, ensemble=replace(quick.ensemble, max_realizations=400)), tmp_path / "study"
-    first = rs.study(scene, vary={"sliding.nominal_pressure": [1e8, 2e8]}, folder=folder, target_error=0.2)
-    until = first.results[1][1].until["flash_temperature"]
-    run = first.results[0][1]
-    lower = replace(run.scene, ensemble=replace(quick.ensemble, until={"flash_temperature": 0.7 * until}))
-    work.begin_one(lower, run.folder, run.numerics)
-    study = rs.study(scene, vary={"sliding.nominal_pressure": [1e8, 2e8, 3e8]}, folder=folder, target_error=0.2)
-    targets = [run.until["flash_temperature"] for _, run in study.results]
-    assert targets == [0.7 * until, until, until]
+def test_a_later_point_has_the_target_and_the_levels_of_the_others(quick, tmp_path):
+    scene, folder = replace(quick, ensemble=replace(quick.ensemble, max_realizations=24)), tmp_path / "study"
+    loads = [1e8, 2e8, 3e8]
+    rs.study(scene, vary={"sliding.nominal_pressure": loads[:2]}, folder=folder, target_error=0.2)
+    study = rs.study(scene, vary={"sliding.nominal_pressure": loads}, folder=folder, target_error=0.2)
+    runs = [run for _, run in study.results]
+    assert [run.until for run in runs] == [{"flash_temperature": 0.2}] * 3
+    assert len({run.numerics.levels for run in runs}) == 1
 
 
-def test_the_first_statistical_target_leaves_room_for_all_systematic_errors_of_the_plan(quick, monkeypatch):
-    # .2² − .03² − .04² − .12² = .2² − .13²
-    expected = SimpleNamespace(bandwidth=0.03, pixel=0.04, size=0.12)
-    monkeypatch.setattr(work, "replace", lambda numerics, **_: numerics)
-    monkeypatch.setattr(work, "plan", lambda *_: SimpleNamespace(forecast=expected))
-    until = work.plan_of([quick], 0.2)[1]
-    assert until["flash_temperature"] == pytest.approx((0.2**2 - 0.13**2) ** 0.5)
-
-
-def target_after(statistical, systematic, *, met=True, n=40):
-    """The statistical target that a run with these relative errors of two speeds gets next; None without."""
-    mean = np.array([0.0, 10.0, 100.0])
-    half = mean[1:] * np.array(statistical)
-    found = SimpleNamespace(
-        mean=mean,
-        half_width=np.append(0.0, half),
-        total_error=np.append(0.0, np.hypot(half, mean[1:] * np.array(systematic))),
-    )
-    numerics = SimpleNamespace(levels=[SimpleNamespace(every=1), SimpleNamespace(every=4)])
-    run = SimpleNamespace(estimate=lambda _: found, target_met=met, realizations=n, numerics=numerics)
-    until = work.next_target(run, 0.02)
-    return until and until["flash_temperature"]
-
-
-def test_the_next_statistical_target_is_what_the_systematic_errors_leave():
-    # .02² − .016² = .012², at the first speed; twice the realizations at most
-    assert target_after([0.014, 0.01], [0.016, 0.0]) == pytest.approx(0.012)
-    assert target_after([0.019, 0.01], [0.016, 0.0]) == pytest.approx(0.019 * 0.5**0.5)
-    assert target_after([0.01, 0.01], [0.017, 0.017]) is None  # met
-    assert target_after([0.014, 0.01], [0.016, 0.0], met=False) is None  # no realizations left
-    # systematic errors that miss it alone: known, or by too few fine realizations
-    assert target_after([0.014, 0.01], [0.0195, 0.0]) is None
-    assert target_after([0.014, 0.01], [0.03, 0.0], n=20) == pytest.approx(0.014 * 0.5**0.5)
-    # hardly missed: a step that needs more realizations all the same
-    assert target_after([0.0121, 0.01], [0.016, 0.0]) == pytest.approx(0.0121 * 0.98)
+def test_points_of_which_the_theory_never_yields_have_elastic_levels(small, tmp_path):
+    scene = replace(small, numerics=replace(small.numerics, levels=None), ensemble=replace(small.ensemble, until={}))
+    _, scenes = scenes_of(scene, {"body.penetration_hardness": [1e13, 1e9]})
+    assert [each.elastic for name, each in scenes.items() if name] == [True, False]
+    assert len(families_of({name: each for name, each in scenes.items() if name})) == 2

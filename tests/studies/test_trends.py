@@ -7,6 +7,8 @@ import pytest
 from study_cases import LOADS
 
 import roughsim as rs
+from roughsim.estimate.ladder import Pair
+from roughsim.estimate.levels import values_of
 from roughsim.studies.trends import paired_ratio
 
 
@@ -51,16 +53,35 @@ def test_runs_with_other_surfaces_make_no_pairs(done, small, tmp_path):
 
 
 def test_the_paired_error_of_a_ratio_is_that_of_the_jackknife(quick, tmp_path):
-    # the ratio anew without each realization in turn; one level: nothing is fitted in q_c
+    # the ratio anew without each surface in turn; one level: nothing is fitted in q_c
     scene = replace(quick, ensemble=replace(quick.ensemble, until={}, max_realizations=60))
     study = rs.study(scene, vary={"sliding.nominal_pressure": [1e8, 2e8]}, folder=tmp_path / "study")
     runs = [run for _, run in study.results]
-    ratio, rows = paired_ratio(*runs, "contact_fraction"), runs[0].sound(runs[0].realizations)
-    without = []
-    for left_out in rows:
-        for run in runs:
-            run.sound = lambda count, left_out=left_out: [row for row in rows if row != left_out]
-        without.append(paired_ratio(*runs, "contact_fraction").mean[0])
-    n = len(rows)
-    jackknife = np.sqrt((n - 1) / n * np.sum((np.array(without) - np.mean(without)) ** 2))
-    assert ratio.standard_error[0] == pytest.approx(jackknife, rel=0.15)
+    ratio, rows = paired_ratio(*runs, "flash_width"), np.arange(runs[0].realizations)
+    samples = [run.pairs()[0].sample for run in runs]
+
+    def mean_ratio(chosen):
+        above, below = (
+            values_of(run.scene, "capped", "flash_width", [Pair(0, 0, sample._taken(chosen), None)]).mean[-1]
+            for run, sample in zip(runs, samples, strict=True)
+        )
+        return above / below
+
+    without = [mean_ratio(rows != i) for i in rows]
+    jackknife = np.sqrt((len(rows) - 1) * np.var(without))
+    assert ratio.mean[-1] == pytest.approx(mean_ratio(rows >= 0), rel=1e-12)
+    assert ratio.standard_error[-1] == pytest.approx(jackknife, rel=0.15)
+
+
+def test_points_with_other_numbers_of_members_are_paired_where_both_have_the_surface(quick, tmp_path):
+    runs = []
+    for load, most in ((1e8, 12), (1.2e8, 20)):
+        scene = quick.with_("sliding.nominal_pressure", load)
+        scene = replace(scene, ensemble=replace(scene.ensemble, until={}, max_realizations=most))
+        runs.append(rs.run(scene, tmp_path / f"{most}"))
+    assert [run.realizations for run in runs] == [12, 20]
+    ratio = paired_ratio(*runs, "flash_width")
+    each = [run.estimate("flash_width") for run in runs]
+    assert ratio.mean == pytest.approx(each[0].mean / each[1].mean, rel=1e-12)
+    apart = np.hypot(*(one.standard_error / one.mean for one in each))
+    assert np.all(ratio.standard_error / ratio.mean < apart)
