@@ -12,9 +12,6 @@ RADII = {"correlation_radius_50": 0.5, "correlation_radius_10": 0.1, "correlatio
 OF_MEANS = {
     "flash_width": lambda m: np.sqrt(-m["flash_temperature"] / m["flash_laplacian"]),
     "slope_length": lambda m: -m["flash_temperature"] / m["flash_gradient"],
-    "heat_partition": lambda m: (
-        m["resting_flash_temperature"] / (m["resting_flash_temperature"] + m["flash_temperature"])
-    ),
 }
 
 
@@ -24,7 +21,6 @@ def sample(n, speeds=2):
         "flash_temperature": 10.0 + rng.standard_normal((n, speeds)),
         "flash_gradient": -3.0 + 0.2 * rng.standard_normal((n, speeds)),
         "flash_laplacian": -5.0 + 0.3 * rng.standard_normal((n, speeds)),
-        "resting_flash_temperature": 20.0 + rng.standard_normal((n, speeds)),
     }
     q = np.linspace(1.0, 20.0, 60)
     return Sample(1.0, 16.0, np.arange(n), numbers, q, q**-2 * rng.uniform(0.8, 1.2, (n, 60)), 20.0)
