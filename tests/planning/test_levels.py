@@ -10,6 +10,7 @@ import roughsim as rs
 from roughsim import prediction
 from roughsim.planning import levels as stage
 from roughsim.planning.levels import fast_size, levels_of
+from roughsim.planning.march import march_level
 from roughsim.scene.numerics import Numerics
 
 WAVE = 2 * pi / 6350
@@ -170,3 +171,14 @@ def test_fast_sizes_are_just_large_enough(points):
     assert odd in (1, 3, 5)
     assert size >= min(0.98 * points, size)
     assert size <= max(8, 1.34 * points)
+
+
+def test_a_march_takes_the_highest_rung_of_at_most_256_points_or_the_lowest():
+    elastic = planned(rs.load_scene("rubber"), rs.plan(rs.load_scene("rubber")).lengths)
+    level = march_level(elastic)
+    assert (level.column, level.shape, level.first) == ("sliding", (256, 256), 8)
+    assert level.q_max == elastic.levels[elastic.rungs("elastic")[1]].q_max
+    steel = planned(rs.load_scene("steel-1.2GPa"))  # 512 points at 4 q_y
+    assert march_level(steel).q_max == steel.levels[steel.of_column("capped")[0]].q_max
+    demo = planned(rs.load_scene("demo"))
+    assert march_level(demo).shape == demo.levels[demo.of_column("capped")[0]].shape == (256, 256)
