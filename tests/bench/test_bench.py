@@ -12,6 +12,7 @@ from roughsim import bench as measurements
 from roughsim import cli
 from roughsim.bench import bench, bench_dict
 from roughsim.charts.error_over_cost import Point, error_over_cost_chart, front, panels
+from roughsim.estimate.ladder import Pair
 from roughsim.machine import Limit
 
 
@@ -19,9 +20,13 @@ def point(error, seconds, method="a"):
     return Point("stage", "what", method, "", error, seconds, pairs=seconds)
 
 
-def small(every=2):
-    """A demo with few points: the plan's kind of levels at 1/64 of its cost."""
-    levels = rs.Level("capped", (64, 64), 4e4), rs.Level("capped", (128, 128), 4e4, every)
+def small():
+    """A demo with few points: two cut-offs, the second in half the cell, and a partner of the first."""
+    levels = (
+        rs.Level("capped", (64, 64), 2e4),
+        rs.Level("capped", (128, 128), 2e4),
+        rs.Level("capped", (64, 64), 4e4, "half"),
+    )
     return rs.load_scene("demo"), rs.Numerics(levels, (4e-3, 4e-3))
 
 
@@ -92,105 +97,85 @@ def test_tighter_tolerances_cost_more_and_err_less():
 # the chain
 
 
-def test_the_error_of_the_chain_falls_with_the_root_of_the_realizations_to_bias_and_doubt():
+@pytest.fixture(scope="module")
+def chain():
     scene, numerics = small()
-    points = bench(scene, numerics=numerics, stages=["chain"], realizations=6)
-    for group in panels(points).values():
-        for method in {p.method for p in group}:
-            line = {int(p.setting.split()[0]): p.error for p in group if p.method == method}
-            assert list(line.values()) == sorted(line.values(), reverse=True)
-            floor = line[64] ** 2 - (line[16] ** 2 - line[64] ** 2) / 3  # error² = floor + s²/n
-            assert line[256] == pytest.approx(np.sqrt(floor + (line[64] ** 2 - floor) / 4), rel=1e-9)
-            least = group[0].doubt
-            assert floor >= least**2 * (1 - 1e-9)
-            if "all of them" in method:  # against itself there is no bias
-                assert floor == pytest.approx(least**2, rel=1e-6, abs=1e-15)
+    return panels(bench(scene, numerics=numerics, stages=["chain"], realizations=6))
 
 
-def test_the_splits_begin_with_the_coarsest_level_and_end_with_the_choice_of_the_plan():
-    sides = ((64, 1e4), (128, 1e4), (128, 2e4), (256, 2e4), (256, 4e4))
-    levels = [rs.Level("capped", (side, side), q_c, 1 if k == 0 else 8) for k, (side, q_c) in enumerate(sides)]
-    splits = measurements.splits_of(levels)
-    assert [split.levels for split in splits[:5]] == [(0,), (1,), (2,), (3,), (4,)]  # each grid alone
-    assert [split.levels for split in splits[5:7]] == [(0, 2), (0, 2, 4)]  # the coarsest grid of each cut-off
-    assert [split.levels for split in splits[7:]] == [(0, 1, 2, 3, 4)] * 4
-    assert [split.strides for split in splits[7:]] == [(1, k, k, k, k) for k in (1, 2, 4, 8)]
-    assert [split.planned for split in splits] == [False] * 10 + [True]
+def lines(group):
+    """The points of each method: the members of each level, the error, and the cost."""
+    result = {}
+    for p in group:
+        counts = np.array([int(word) for word in p.setting.removesuffix(" members").split(" + ")])
+        result.setdefault(p.method, []).append((counts, p.error, p.seconds))
+    return result
 
 
-def test_a_plan_with_two_strides_is_one_of_the_splits():
-    strides = (1, 8, 2, 8)
-    sides = ((64, 1e4), (128, 1e4), (128, 2e4), (256, 4e4))
-    levels = [rs.Level("capped", (n, n), q_c, every) for (n, q_c), every in zip(sides, strides, strict=True)]
-    chosen = [split for split in measurements.splits_of(levels) if split.planned]
-    assert [split.strides for split in chosen] == [strides]
-    assert chosen[0].method == "the plan's levels, fine ones 1 in 2 or 8"
+def test_the_ways_are_each_grid_of_the_cell_alone_the_cut_offs_and_all_levels(chain):
+    for group in chain.values():
+        assert list(lines(group)) == ["one grid, 1× q_c, 64²", "one grid, 1× q_c, 128²", "2 cut-offs", "all levels"]
+        (chosen,) = {p.method for p in group if p.chosen}
+        assert chosen == "all levels"
 
 
-def test_levels_in_half_the_cell_are_never_alone_and_have_surfaces_of_their_own(monkeypatch):
-    levels = [rs.Level("capped", (64, 64), 2e4)]
-    levels += [rs.Level("capped", (n, n), q_c, 2, "half") for n, q_c in ((32, 2e4), (64, 4e4))]
-    splits = measurements.splits_of(levels)
-    assert [split.levels for split in splits] == [(0,)] + [(0, 1, 2)] * 3
-    seen = []
-    solve_level = measurements.solve_level
-
-    def noted(problem, level, realizations):
-        sample, seconds = solve_level(problem, level, realizations)
-        seen.append((problem.stream, problem.grid.lengths[0], sample.part))
-        return sample, seconds
-
-    monkeypatch.setattr(measurements, "solve_level", noted)
-    scene, numerics = small(every=2)
-    side = numerics.lengths[0]
-    bench(scene, numerics=replace(numerics, levels=tuple(levels)), stages=["chain"], realizations=4)
-    (first, *whole), *halves = seen
-    assert whole == [side, False]
-    assert [half[1:] for half in halves] == [(side / 2, True)] * 2
-    assert first not in {stream for stream, _, _ in halves}
-    assert len({stream for stream, _, _ in halves}) == 1
+def test_the_error_of_the_chain_is_bias_doubt_and_a_scatter_that_falls_with_the_members_of_each_level(chain):
+    for group in chain.values():
+        doubt = group[0].doubt
+        for method, points in lines(group).items():
+            counts, errors, _ = (np.array(each) for each in zip(*points, strict=True))
+            assert np.all(np.diff(errors) <= 0.0)
+            if len(points) <= 1 + counts.shape[1]:
+                continue
+            # error² = floor + Σ variance of a level/its members
+            known = np.column_stack([np.ones(len(points)), 1.0 / counts])
+            floor, *variances = np.linalg.lstsq(known, errors**2, rcond=None)[0]
+            np.testing.assert_allclose(known @ [floor, *variances], errors**2, rtol=1e-9)
+            assert floor >= doubt**2 * (1 - 1e-6)
+            if method == "all levels":  # against itself there is no bias
+                assert floor == pytest.approx(doubt**2, rel=1e-6)
 
 
-def test_where_only_the_fine_members_scatter_their_number_alone_counts(monkeypatch):
-    # T = T₀ + (T − T₀) with n values of T₀ and n/k of T − T₀. If T₀ is the same in all, n/k is all that counts
-    solve_level = measurements.solve_level
+def test_a_member_of_a_step_costs_both_of_its_solves(monkeypatch):
+    clock = iter(np.arange(1e6))
+    monkeypatch.setattr(measurements.time, "process_time", lambda: next(clock))  # each solve takes one second
+    scene, numerics = small()
+    group = panels(bench(scene, numerics=numerics, stages=["chain"], realizations=4))["chain: contact area"]
+    for method, solves in (("one grid, 1× q_c, 128²", [1]), ("2 cut-offs", [1, 2]), ("all levels", [1, 2, 2])):
+        for counts, _, seconds in lines(group)[method]:
+            assert seconds == pytest.approx(counts @ solves)
 
-    def without_scatter_of_the_first(problem, level, realizations):
-        sample, seconds = solve_level(problem, level, realizations)
-        if level.shape == (64, 64):
-            numbers = {name: np.zeros_like(rows) + rows[0] for name, rows in sample.numbers.items()}
-            sample = replace(sample, numbers=numbers, spectrum=np.zeros_like(sample.spectrum) + sample.spectrum[0])
-        return sample, seconds
 
-    monkeypatch.setattr(measurements, "solve_level", without_scatter_of_the_first)
-    scene, numerics = small(every=2)
-    points = panels(bench(scene, numerics=numerics, stages=["chain"], realizations=4))
-    for title in ("chain: T_flash, fastest", "chain: contact area"):
-        error = {
-            (p.method.removeprefix("the plan's levels, "), int(p.setting.split()[0])): p.error for p in points[title]
-        }
-        assert error["fine ones 1 in 2", 64] == pytest.approx(error["all of them", 32], rel=1e-9)
-        assert error["fine ones 1 in 4", 64] == pytest.approx(error["all of them", 16], rel=1e-9)
-        every, fine = (error[m, 16] ** 2 - error[m, 64] ** 2 for m in ("all of them", "one grid, 1× q_c, 128²"))
-        assert 1.0 < every / fine < 10.0  # extrapolated over the pixel: (1 + a)² times the scatter of the fine level
+def test_members_are_shared_out_at_the_least_cost():
+    # N_l = √(V_l/C_l) Σ √(V C)/goal²: with V = 4, 1 and C = 1, 4 it is 2·4 and ½·4 over goal²
+    assert measurements.shared_out([4.0, 1.0], [1.0, 4.0], 0.1) == (800, 200)
+    assert measurements.shared_out([4.0, 1.0], [1.0, 4.0], 10.0) == (12, 6)  # what a run begins with
+
+
+def test_levels_far_above_the_lowest_are_not_solved(monkeypatch):
+    scene, _ = small()
+    levels = tuple(rs.Level("capped", (n, n), 160.0 * n) for n in (64, 128, 256, 512))
+    solved = []
+    monkeypatch.setattr(
+        measurements,
+        "solve_level",
+        lambda scene, numerics, level, realizations: solved.append(level) or (Pair(level, level, None, None), [1.0]),
+    )
+    ways = measurements.ways_of(scene, rs.Numerics(levels, (4e-3, 4e-3)), 4)
+    assert solved == [0, 1, 2]  # four times the lowest cut-off
+    assert [len(way.pairs) for way in ways] == [1, 1, 1, 2, 3]
 
 
 def test_errors_and_doubts_of_the_chain_are_relative():
     scene, numerics = small()
     hotter = replace(scene, sliding=replace(scene.sliding, friction_coefficient=8 * scene.sliding.friction_coefficient))
     once, more = (bench(s, numerics=numerics, stages=["chain"], realizations=4) for s in (scene, hotter))
-    for a, b in zip(once, more, strict=True):  # eight times the temperatures
+    known = {(p.observable, p.method, p.setting): p for p in once}
+    same = [(known[key], p) for p in more if (key := (p.observable, p.method, p.setting)) in known]
+    assert len(same) > 12  # by the measured times, a few members more or less are shared out
+    for a, b in same:  # eight times the temperatures
         assert (b.error, b.doubt) == pytest.approx((a.error, a.doubt), rel=1e-9, abs=0)
     assert max(point.doubt for point in once) > 0
-
-
-def test_few_fine_members_cost_what_their_number_says():
-    scene, numerics = small(every=2)
-    group = panels(bench(scene, numerics=numerics, stages=["chain"], realizations=4))["chain: contact area"]
-    cost = {(p.method, int(p.setting.split()[0])): p.seconds for p in group}
-    coarse, fine = (cost[f"one grid, 1× q_c, {n}²", 8] for n in (64, 128))
-    assert cost["the plan's levels, all of them", 8] == pytest.approx(coarse + fine)
-    assert cost["the plan's levels, fine ones 1 in 2", 8] == pytest.approx(coarse + fine / 2)
 
 
 # the outside
