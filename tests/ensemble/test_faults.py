@@ -296,12 +296,3 @@ def test_a_finished_run_on_a_disk_for_reading_only_is_opened(quick, tmp_path, mo
     with pytest.warns(RuntimeWarning, match="claims cannot be made in .*Read-only file system"):
         again = rs.run(quick, finished.folder, max_realizations=2, until={})
     assert again.realizations == 2
-
-
-def test_a_deleted_current_directory_is_named_before_anything_is_planned(quick, tmp_path, monkeypatch):
-    (tmp_path / "gone").mkdir()
-    monkeypatch.chdir(tmp_path / "gone")
-    (tmp_path / "gone").rmdir()
-    with pytest.raises(FileNotFoundError, match="the current directory was deleted; change to another one"):
-        rs.run(quick, "run")
-    assert rs.run(quick, tmp_path / "run", max_realizations=1).realizations == 1

@@ -1,0 +1,157 @@
+"""Members of higher levels: one surface, solved at the level and at the level below, in one file."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim import pipeline
+from roughsim.ensemble import workers
+from roughsim.ensemble.tasks import ActiveRun
+from roughsim.planning.realization import below_problem, level_problem
+from roughsim.scene.numerics import Numerics
+from roughsim.store.member_files import member_path, read_member
+
+LENGTHS = (2e-3, 2e-3)
+# in any order: a step in half the cell, the lowest level, and its partner
+LEVELS = (
+    rs.Level("capped", (64, 64), 1e5, "half"),
+    rs.Level("capped", (64, 64), 5e4),
+    rs.Level("capped", (96, 96), 5e4),
+)
+STEP, LOWEST, PARTNER = range(3)
+COUNT = 6
+
+
+@pytest.fixture(scope="module")
+def numerics():
+    return Numerics(LEVELS, LENGTHS)
+
+
+@pytest.fixture(scope="module")
+def run(capped_scene, numerics, tmp_path_factory):
+    return rs.run(capped_scene, tmp_path_factory.mktemp("pairs") / "run", numerics=numerics)
+
+
+def stored(run, level, index):
+    return read_member(member_path(run.folder, level, index))
+
+
+@pytest.mark.parametrize(
+    ("level", "shape", "side", "q_max"), [(STEP, (32, 32), 1e-3, 5e4), (PARTNER, (64, 64), 2e-3, 5e4)]
+)
+def test_the_level_below_is_solved_on_the_same_surface_without_the_waves_beyond_its_cut_off(
+    capped_scene, run, level, shape, side, q_max
+):
+    stream = np.random.default_rng(np.random.SeedSequence(3, spawn_key=(level, 4)))
+    grid = rs.Grid(shape, (side, side))
+    heights = rs.synthesize(capped_scene.spectrum.truncated(q_max=q_max), grid, stream)
+    solid = rs.Solid(capped_scene.effective_modulus, capped_scene.penetration_hardness)
+    contact = rs.solve_contact(heights, grid, solid, nominal_pressure=9e7, tolerance=3e-3)
+    member = stored(run, level, 4)
+    assert member.below.numbers["contact_fraction"][0] == contact.contact_fraction
+    fine = rs.realize(capped_scene, run.numerics, seed=3, level=level, index=4)
+    np.testing.assert_array_equal(member.numbers["flash_temperature"], fine.observables.flash_temperature)
+    # all waves of the coarse surface are in the fine one
+    low = (slice(0, 4), slice(0, 4))
+    modes = [np.fft.fft2(one)[low] / one.size for one in (heights, fine.heights)]
+    np.testing.assert_allclose(modes[1][1:], modes[0][1:], rtol=1e-9)
+
+
+def test_only_the_lowest_level_has_peak_volumes_and_nothing_below(run):
+    lowest, step = stored(run, LOWEST, 0), stored(run, STEP, 0)
+    assert lowest.below is None
+    assert lowest.numbers["peak_volume"][0] != 0.0
+    assert step.numbers["peak_volume"][0] == step.below.numbers["peak_volume"][0] == 0.0
+
+
+def test_the_mean_is_that_of_the_lowest_level_times_ratios_of_each_step(run):
+    def total(level, below=False):
+        members = (stored(run, level, i) for i in range(COUNT))
+        return sum((one.below if below else one).numbers["contact_fraction"][0] for one in members)
+
+    assert run.counts == (COUNT,) * 3
+    at_cut_off = total(LOWEST) / COUNT * total(STEP) / total(STEP, below=True)
+    found = run.values("contact_fraction", extrapolated=False)
+    assert found.scatter[LOWEST].shape == (COUNT, 1)
+    by_hand = run.values("contact_fraction").mean / at_cut_off - 1.0
+    partner = total(PARTNER) / total(PARTNER, below=True) - 1.0  # finer points take away contact, here too
+    assert np.sign(by_hand) == np.sign(partner)
+
+
+def test_a_failed_solve_of_either_level_is_the_failure_of_the_member(capped_scene, numerics, tmp_path, monkeypatch):
+    genuine = workers.solve_problem
+
+    def some_fail(problem, *rest):
+        if problem.grid.shape == (32, 32) and problem.index == 1:
+            raise rs.ConvergenceError("contact solve stalled: residual 0.1", 0.1, 7)
+        return genuine(problem, *rest)
+
+    monkeypatch.setattr(workers, "solve_problem", some_fail)
+    run = rs.run(capped_scene, tmp_path / "run", numerics=numerics, max_realizations=3)
+    member = stored(run, STEP, 1)
+    assert "stalled" in member.failure
+    assert not member.numbers
+    assert member.below is None
+    assert run.failed == 1
+    assert [len(pair.sample.rows) for pair in run.pairs()] == [3, 3, 2]
+
+
+def test_runs_that_are_computed_together_share_surfaces_and_contacts_of_both_levels(
+    capped_scene, numerics, tmp_path, monkeypatch
+):
+    # with another friction the contact is the same; with another load the surface
+    scenes = [
+        capped_scene,
+        capped_scene.with_("sliding.friction_coefficient", 0.3),
+        capped_scene.with_("sliding.nominal_pressure", 4e7),
+    ]
+    runs = [rs.run(one, tmp_path / str(k), numerics=numerics, max_realizations=1) for k, one in enumerate(scenes)]
+    jobs = [ActiveRun(run.scene, numerics, run.folder, run).job(STEP) for run in runs]
+    alone = [member_path(run.folder, STEP, 0).read_bytes() for run in runs]
+    before = [stored(run, STEP, 0) for run in runs]
+    drawn, solved = [], []
+    synthesize, loaded = pipeline.synthesize, pipeline.loaded
+    monkeypatch.setattr(pipeline, "synthesize", lambda *rest: drawn.append(1) or synthesize(*rest))
+    monkeypatch.setattr(pipeline, "loaded", lambda *rest: solved.append(1) or loaded(*rest))
+    workers.store_members(jobs, 0)
+    assert (len(drawn), len(solved)) == (2, 4)  # two levels; two levels and two loads
+    for run, one, content in zip(runs, before, alone, strict=True):
+        again = stored(run, STEP, 0)
+        assert len(content) > 0
+        for mine, theirs in ((again, one), (again.below, one.below)):
+            for name, values in theirs.numbers.items():
+                np.testing.assert_array_equal(mine.numbers[name], values)
+            np.testing.assert_array_equal(mine.spectrum, theirs.spectrum)
+
+
+def test_a_run_that_was_broken_off_and_damaged_ends_with_the_same_bits(capped_scene, numerics, run, tmp_path):
+    rs.run(capped_scene, tmp_path / "run", numerics=numerics, max_realizations=3)
+    member_path(tmp_path / "run", STEP, 2).unlink()
+    path = member_path(tmp_path / "run", PARTNER, 1)
+    path.write_bytes(path.read_bytes()[:-200] + bytes(200))
+    with pytest.warns(RuntimeWarning, match="L2-000001"):
+        again = rs.run(capped_scene, tmp_path / "run", numerics=numerics)
+    assert set(again.members) == set(run.members)
+    for key in run.members:
+        mine, theirs = stored(again, *key), stored(run, *key)
+        pairs = [(mine, theirs)] if theirs.below is None else [(mine, theirs), (mine.below, theirs.below)]
+        for one, other in pairs:
+            for name, values in other.numbers.items():
+                np.testing.assert_array_equal(one.numbers[name], values)
+
+
+def test_pictures_are_of_the_runs_cell(run):
+    (index, pressure), *_ = run.fields("pressure")
+    kept = read_member(member_path(run.folder, PARTNER, 0), with_fields=True).fields["pressure"]
+    assert index == 0
+    np.testing.assert_array_equal(pressure, kept)
+    assert run.field(STEP, 0, "pressure").shape == (64, 64)  # those of others by their level
+
+
+def test_the_problem_below_differs_in_cut_off_and_grid_alone(capped_scene, numerics):
+    problem, below = level_problem(capped_scene, numerics, STEP), below_problem(capped_scene, numerics, STEP)
+    assert replace(below, spectrum=problem.spectrum, grid=problem.grid) == problem
+    assert below_problem(capped_scene, numerics, LOWEST) is None
+    assert (problem.stream, below.stream, level_problem(capped_scene, numerics, LOWEST).stream) == (STEP, STEP, LOWEST)
