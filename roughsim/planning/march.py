@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from roughsim.grid import Grid
+from roughsim.planning.levels import BASE_SIDE
 from roughsim.planning.realization import march_problem
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING, Level, Numerics, Reason
@@ -14,9 +15,6 @@ from roughsim.sliding.film import film_shape
 from roughsim.sliding.member import SlideProblem, filmed_steps
 from roughsim.sliding.path import COARSER, oblique_path, pixel_of_path
 
-# points per side, of the rung of a march, where a column has lower ones: from 256 to 512 in elastic contact the ratio of
-# sliding to frozen changes by −.4 … −1.8 %, from 128 to 256 by −.5 … −2.7 %
-MARCH_SIDE = 256
 MEMBERS = 8  # the ratio of sliding to frozen scatters little from one to the next
 STEP_SECONDS = 2.5e-7, 2.1e-7  # s of CPU time of a step over its points: of the contact, and of each speed
 
@@ -32,9 +30,13 @@ def with_march(scene: Scene, numerics: Numerics) -> Numerics:
 
 
 def march_level(numerics: Numerics) -> Level:
-    """Return the highest rung of at most `MARCH_SIDE` points per side of the run's cell, else the lowest, as a march."""
+    """Return the level of a march: the highest rung of about 256 points per side of the run's cell, else the lowest.
+
+    In elastic contact the ratio of sliding to frozen changes by −.5 … −2.7 % from 128 to 256 points, and by −.4 … −1.8
+    from there to 512.
+    """
     lowest, *higher = (numerics.levels[i] for i in numerics.rungs(numerics.columns[-1]))
-    fitting = [level for level in higher if level.parts * max(level.shape) <= MARCH_SIDE]
+    fitting = [level for level in higher if level.parts * max(level.shape) <= 2 * BASE_SIDE]
     level = fitting[-1] if fitting else lowest
     x, y = (level.parts * n for n in level.shape)
     return Level(SLIDING, (x, y), level.q_max, first=MEMBERS)

@@ -11,6 +11,7 @@ from math import isnan, pi, sqrt
 from roughsim import prediction
 from roughsim.errors import number
 from roughsim.estimate.cell_size import choose_lengths
+from roughsim.estimate.rounds import FIRST_STEP, TARGET, first_counts, work
 from roughsim.machine import PROCESS
 from roughsim.planning.levels import levels_of
 from roughsim.planning.march import march_reasons, with_march
@@ -20,13 +21,10 @@ from roughsim.prediction.scans import scan_of_hottest
 from roughsim.scene import Scene
 from roughsim.scene.numerics import DEFAULT_REASONS, Numerics, Reason
 
-TARGET = 0.01  # relative total error of T_flash where neither the caller nor the scene states one
 # relative standard deviation of T_flash over the members of a lowest level, × longest waves per side × √(contact area
 # of the theory there): the least and the largest of 20 scenes, elastic and capped, contact on .0005 … .25 of the area
 SCATTER = 0.012, 0.046
-LEAST_AREA = 1e-6  # of contact: below, no cell of a plan holds a spot
-FIRST_MEMBERS = 6  # of each level that a run begins
-MEMBER, POINT = 4e-3, 4e-9  # s of CPU time of a member, and of a solve over (points)^1.25 from 512² to 4096² points
+SECONDS = 5e-9  # of CPU time over the work of a member, on one core of a server of 2020
 
 
 def plan(scene: Scene, target_error: float | None = None) -> Numerics:
@@ -51,7 +49,7 @@ def plan(scene: Scene, target_error: float | None = None) -> Numerics:
     ResolutionError
         If the machine has too little memory for the largest grid.
     """
-    target = dict(scene.ensemble.until).get("flash_temperature", TARGET) if target_error is None else target_error
+    target = (TARGET | dict(scene.ensemble.until))["flash_temperature"] if target_error is None else target_error
     if not 0.0 < number("target_error", target) < 1.0:
         raise ValueError(f"target_error = {target:.6g} must lie between 0 and 1; 0.01 is 1 %")
     stated, scene = scene, prediction.computed(scene)
@@ -112,37 +110,31 @@ def cost_reason(scene: Scene, numerics: Numerics, target: float) -> Reason:
 
     At least the first round, and two cut-offs of the column that the target concerns; at most all of all columns.
     """
+    most = scene.ensemble.max_realizations
+    works = [work(numerics, i) for i in numerics.single]
+    first = sum(n * each for n, each in zip(first_counts(numerics, most), works, strict=False))  # without the march
     ladders = [numerics.rungs(column) for column in numerics.columns]
-    begun = {i for column in numerics.columns for i in numerics.of_column(column)[:3]}
-    least, most = (FIRST_MEMBERS * sum(member_seconds(numerics, i) for i in some) for some in (begun, numerics.single))
-    low = max(least, seconds_of(scene, numerics, ladders[-1][:2], target, SCATTER[0]))
-    high = most + sum(seconds_of(scene, numerics, ladder, target, SCATTER[1]) for ladder in ladders)
+    low = max(first, work_of(scene, numerics, ladders[-1][:2], target, SCATTER[0]))
+    high = FIRST_STEP * sum(works) + sum(work_of(scene, numerics, ladder, target, SCATTER[1]) for ladder in ladders)
     why = (
         f"to a total error of {100 * target:.3g} %, by how T_flash scattered on other scenes; the more of it where "
         "all levels are needed. After the first round `roughsim status` shows the time left, as it was measured"
     )
-    return Reason("CPU time", f"{span(low)} to {span(high)}", why)
+    return Reason("CPU time", f"{span(SECONDS * low)} to {span(SECONDS * high)}", why)
 
 
-def seconds_of(scene: Scene, numerics: Numerics, rungs: Sequence[int], target: float, scatter: float) -> float:
-    """Return the CPU time by which the scatter of levels falls to a relative error, s; `scatter` as in `SCATTER`.
+def work_of(scene: Scene, numerics: Numerics, rungs: Sequence[int], target: float, scatter: float) -> float:
+    """Return the work by which the scatter of some levels falls to a relative error; `scatter` as in `SCATTER`.
 
-    The least for independent levels: (2/error)² (Σ √(variance × time of a member))². The scatter of what a level
-    corrects halves from one cut-off to the next.
+    Levels are independent, and each has members in proportion to its scatter over the root of the work of one. What a
+    level corrects scatters half as much as below it, and in a part of the cell by the parts more.
     """
     lowest = numerics.levels[rungs[0]].q_max
-    area = max(prediction.area_fractions(scene, lowest)["contact_fraction"], LEAST_AREA)
+    area = prediction.area_fractions(scene, lowest)["contact_fraction"]
     waves = min(numerics.lengths) * scene.spectrum.breaks[0] / (2 * pi)
-    scatters = [scatter / (waves * sqrt(area)) * numerics.levels[i].parts / 2.0**k for k, i in enumerate(rungs)]
-    times = [member_seconds(numerics, i) for i in rungs]
-    total = 2.0 / target * sum(each * sqrt(time) for each, time in zip(scatters, times, strict=True))
-    members = 2.0 / target * total * scatters[0] / sqrt(times[0])  # of the lowest level
-    return total**2 * min(scene.ensemble.max_realizations / members, 1.0)
-
-
-def member_seconds(numerics: Numerics, level: int) -> float:
-    """Return the CPU time of a member, s: of its own solve and of that at the level below."""
-    grids = [numerics.grid(level)]
-    if numerics.below(level) is not None:
-        grids.append(numerics.grid_below(level))
-    return MEMBER + POINT * float(sum(grid.points**1.25 for grid in grids))
+    works = [work(numerics, i) for i in rungs]
+    falls = [numerics.levels[i].parts / 2.0**k for k, i in enumerate(rungs)]
+    all_levels = sum(fall * sqrt(each / works[0]) for fall, each in zip(falls, works, strict=True))
+    most = float(scene.ensemble.max_realizations)  # of the lowest level
+    members = min((2.0 / target * scatter / waves) ** 2 / area * all_levels, most) if area else most
+    return members * works[0] * all_levels

@@ -8,10 +8,9 @@ import pytest
 import roughsim as rs
 from roughsim import plan as _function  # the public name is the function, whatever was imported
 from roughsim import prediction
-from roughsim.planning.plan import member_seconds
 from roughsim.planning.reasons import span
 from roughsim.scene import bundled_scenes
-from roughsim.scene.numerics import DEFAULT_REASONS, Level, Numerics
+from roughsim.scene.numerics import DEFAULT_REASONS, Level
 
 
 def reason_of(numerics, choice):
@@ -99,15 +98,6 @@ def test_the_cost_grows_as_the_inverse_square_of_the_target_and_ends_with_the_re
     assert low < high
     assert (low / lower, high / higher) == (pytest.approx(4.0, rel=0.1), pytest.approx(4.0, rel=0.1))
     assert seconds(0.0005, most=100)[1] < seconds(0.01, most=100)[1] * 1.5
-
-
-def test_a_member_above_the_lowest_level_is_two_solves():
-    levels = (Level("capped", (512, 512), 2e5), Level("capped", (512, 512), 4e5, "half"))
-    pair = Numerics(levels, (4e-3, 4e-3))
-    # alone in half the cell: the level, and the one below with as many points there
-    alone = [Numerics((Level("capped", (n, n), 1e5),), (2e-3, 2e-3)) for n in (512, 256)]
-    both = sum(member_seconds(numerics, 0) for numerics in alone)
-    assert both - 0.01 < member_seconds(pair, 1) < both  # a member is handed out and stored once
 
 
 @pytest.mark.parametrize(
