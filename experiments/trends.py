@@ -3,7 +3,7 @@
     python experiments/trends.py [--toy] [-o FOLDER] [--studies N] [--long N]
 
 Each study varies one number of a rough steel on small grids. Its runs end with 16 realizations of the lower level, or
-with "target" at a total error of 30 % of T_flash, most of which is that of the small cell. C(q) ends at the higher
+with "target" at a total error of 6 % of T_flash, of which that of the small cell is a part. C(q) ends at the higher
 level; with "cut" it goes on six times as far. The long study has the same levels and other surfaces, so that both have
 the same cut-off, pixel and cell: the ± does not have their errors. Printed is how many of the intervals hold its
 exponent, how much the exponents scatter, and their mean ±. Studies in FOLDER are not computed again. --toy makes four
@@ -44,7 +44,7 @@ def base(name: str) -> rs.Scene:
     surface = replace(demo.surface, rms_height=0.6e-6, q_min=2 * np.pi / side, q_roll_off=1.2e4)
     surface = replace(surface, q_max=4e5 if name.endswith("cut") else top)
     numerics = replace(demo.numerics, levels=levels, lengths=(side, side), keep_fields=0)
-    until = {"flash_temperature": 0.04} if name.endswith("target") else {}
+    until = {"flash_temperature": 0.06} if name.endswith("target") else {}
     ensemble = replace(demo.ensemble, until=until, max_realizations=200 if until else 16)
     return replace(demo, surface=surface, numerics=numerics, ensemble=ensemble)
 

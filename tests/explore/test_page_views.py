@@ -129,7 +129,7 @@ def test_a_page_of_an_empty_run_fills_as_members_come(capped_run, opened, tmp_pa
     (folder / "realizations").rename(aside)
     (folder / "realizations").mkdir()
     page = opened(folder)
-    assert page.layout.state.text.startswith("0 of about 6 realizations")
+    assert page.layout.state.text.startswith("0 realizations")
     assert page.layout.controls.member.disabled
     assert page.layout.curves["flash_temperature"].sources["theory"].data["y"].size > 0
     page.layout.controls.slider.value = 0.0  # nothing to show yet, and no error
@@ -139,14 +139,14 @@ def test_a_page_of_an_empty_run_fills_as_members_come(capped_run, opened, tmp_pa
         page.look_for_news()
     assert page.layout.controls.member.value == "0"
     assert len(image(page)["image"]) == 1
-    assert "2 of about 6 realizations" in page.layout.state.text
+    assert page.layout.state.text.startswith("2 realizations")
     assert len(page.layout.curves["flash_temperature"].sources["capped"].data["y"]) == 2
     assert page.temperature.speed == 1.0
     (folder / "realizations" / "L2-000001.h5").write_bytes(b"")
     page.watched.run = WatchedRun(folder).run
     page.look_for_news()
     assert "L2-000001.h5 is damaged" in page.layout.problems.text
-    assert "2 of about 6 realizations" in page.layout.state.text  # as `status` counts
+    assert page.layout.state.text.startswith("2 realizations")  # as `status` counts
 
 
 @pytest.mark.slow
@@ -166,8 +166,8 @@ def test_a_title_is_text_and_never_html(watched):
 
 @pytest.mark.slow
 def test_a_field_of_half_the_cell_fills_the_view_and_says_its_size(capped_scene, tmp_path, monkeypatch):
-    half = {"column": "capped", "shape": (32, 32), "q_max": 5e4, "cell": "half"}
-    levels = ({"column": "capped", "shape": (64, 64), "q_max": 5e4}, half, half | {"shape": (64, 64), "q_max": 1e5})
+    half = {"column": "capped", "shape": (64, 64), "q_max": 1e5, "cell": "half"}
+    levels = ({"column": "capped", "shape": (64, 64), "q_max": 5e4}, half)
     scene = replace(capped_scene, numerics=replace(capped_scene.numerics, levels=levels))
     run = rs.run(scene, tmp_path / "run", max_realizations=2)
     monkeypatch.setattr(page_module, "LatestTask", Now)
@@ -183,11 +183,11 @@ def test_a_field_of_half_the_cell_fills_the_view_and_says_its_size(capped_scene,
 
     assert view() == [pytest.approx((0.0, 2.0, 2.0, -0.04, 2.04))] * 2  # mm
     assert "half" not in title()
-    layout.controls.level.value = "2"
+    layout.controls.level.value = "1"
     layout.controls.member.value = "0"
     assert view() == [pytest.approx((0.0, 1.0, 1.0, -0.02, 1.02))] * 2
     assert title().startswith("Contact pressure, GPa, half the cell: 1 × 1 mm")
-    pressure = run.field(2, 0, "pressure")
+    pressure = run.field(1, 0, "pressure")
     limits = float(pressure.min()), float(pressure.max())
     np.testing.assert_array_equal(image(page, "pressure")["image"][0], as_bytes(pressure, limits))
     assert image(page, "pressure")["dw"] == [pytest.approx(1.0)]
