@@ -1,7 +1,7 @@
 """Which levels a scene gets: cut-offs that double, and their grids, each with its reason.
 
 A column begins with a cheap level, and climbs to the end of its C(q), or to the largest grids of a plan. The lowest two
-cut-offs, and the end of C(q), have a partner with half the pixel. All are candidates: a run solves those that its
+cut-offs have a partner with half the pixel, the end of C(q) two. All are candidates: a run solves those that its
 target needs. The rules:
 
 - Contact that yields needs no resolution of its own: the yield wavenumber q_y sets the scale, not q_max.
@@ -133,9 +133,11 @@ def climb(grids: Grids, lowest: float, end: float, q_max: float, q_yield: float 
         if level is None:
             break
         rungs.append(Rung(level, reason_of(cut, k, end, q_max, q_yield, last=k == count - 1)))
-        partner = grids.level(cut, 2 * PIXELS, grids.parts)
-        if partner is not None and (k < 2 or cut == end):
-            rungs.append(Rung(partner, "half the pixel of the level before: what the pixel changes"))
+        # a change by the pixel is carried to the end of C(q) from below, and seen best there
+        finer = (2, 4) if cut == end else (2,) if k < 2 else ()
+        partners = [grids.level(cut, times * PIXELS, grids.parts) for times in finer]
+        why = "half the pixel of the level before: what the pixel changes"
+        rungs += (Rung(partner, why) for partner in partners if partner is not None)
     return rungs
 
 
