@@ -1,192 +1,269 @@
-"""What a finite cell changes, over scenes drawn at random: means in cells of 2, 4, 8 and 16 waves, pixel and cut-off kept.
+"""What a finite cell changes: the same scenes in cells of 2, 4, 8 and 16 waves per side, at equal pixel and cut-off.
+
+    python experiments/cell_size.py [--toy] [-o FOLDER] [--only NAME ...] [--work POINTS] [--parts]
+
+Scenes are made by hand or drawn at random: σ₀/σ_P .001 … .5, H .4 … .9, q_y 1.5 to 30 times the wavenumber of the waves
+that count (the longest, or those of the roll-off where C(q) is flat below it), capped contact, contact on the smoothed
+C(q), and elastic contact. T_flash at three speeds, area, variance of the pressure and r(g = 0.5) are means over so many
+members as make POINTS points, at the mean peak volume. Printed is, in %, what each cell lacks of the largest, ± its
+standard error, and the same by the model of `estimate.cell_size`. With --parts: what one step of the cut-off, from
+4 q_y, changes in cells of 1, 2, 4, and 8 waves. Rows in FOLDER are not computed again; all take three hours of a core.
 """
+
 from __future__ import annotations
 
-import argparse, json, sys, time, warnings
-from dataclasses import dataclass
-from functools import cache
-from math import pi, sqrt
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from math import exp, log, pi, sqrt
 from pathlib import Path
 
 import numpy as np
 import scipy.optimize
 import scipy.special
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from script import Command, Row, Rows
 
 import roughsim as rs
 from roughsim import prediction
+from roughsim.estimate.cell_size import size_error
 
-PIXELS = 4
-NAMES = ("slow", "middle", "fast", "area", "variance", "r_50")
-DIFF = 30.0 / (7900.0 * 500.0)
-QX = 6350.0  # 2π over the wave that counts
+Array = NDArray[np.float64]
+Compared = list[tuple[str, Array, Array, Array]]  # column, what cells lack, its standard error, and the model's
+PIXELS, LEAST, MOST = 4, 24, 20_000  # pixels per shortest wave; members of a cell
+MOST_SIDE = 1100  # points per side of a grid
+CUT_OFF = {"capped": 2.0, "smoothed": 1.5, "elastic": 1.0}  # q_y, or q_max: the effect hardly depends on it
+FIRST = {"capped": 4.0, "elastic": 0.25}  # from where a step of the cut-off is taken, in the same unit
+Q_WAVE = 6350.0  # of the waves that count, rad/m
+WAVE = 2 * pi / Q_WAVE  # m
+DIFFUSIVITY = 30.0 / (7900.0 * 500.0)  # m²/s
+OBSERVED = ("T slow", "T middle", "T fast", "area", "variance", "r_50")
 
 
 @dataclass(frozen=True)
 class Case:
+    """A scene by its ratios."""
+
     name: str
-    kind: str      # plain, flat, roll, elastic, elastic flat
-    share: float   # σ₀/σ_P or σ₀/(E* h')
-    ratio: float   # q_y, or q_max, over the wavenumber of the wave that counts
+    load: float  # σ₀/σ_P; of elastic contact σ₀/(E* rms slope)
+    band: float  # q_y, or q_max of elastic contact, over the wavenumber of the waves that count
     hurst: float
     flat: float = 1.0  # q_roll_off/q_min
-    exponent: float = 0.0
+    exponent: float = 0.0  # C(q) falls as q^(−exponent) below q_roll_off
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The columns that are measured."""
+        return ("elastic",) if "elastic" in self.name else ("capped", "smoothed")
+
+
+BY_HAND = (
+    Case("light", 0.003, 3.0, 0.8),
+    Case("light .01", 0.01, 3.0, 0.8),
+    Case("light r8", 0.003, 8.0, 0.8),
+    Case("light H.5", 0.003, 3.0, 0.5),
+    Case("mid r3", 0.05, 3.0, 0.8),
+    Case("heavy r3", 0.3, 3.0, 0.8),
+    Case("heavy r15", 0.4, 15.0, 0.6),
+    Case("steel", 0.075, 8.0, 0.8, 14.8, 1.5),
+    Case("flat light", 0.003, 3.0, 0.8, 16.0),
+    Case("flat heavy", 0.2, 6.0, 0.8, 16.0),
+    Case("tiny r1.5", 0.001, 1.5, 0.8),
+    Case("tiny r20", 0.001, 20.0, 0.8),
+    Case("elastic light", 0.005, 12.0, 0.8),
+    Case("elastic mid", 0.1, 12.0, 0.7),
+)
+DRAWN = (*range(12), *range(100, 112))  # they test the model, and none was fitted
 
 
 def drawn(number: int) -> Case:
+    """Return a case drawn at random."""
     draw = np.random.default_rng(4000 + number)
     kind = ("plain", "flat", "plain", "roll", "elastic")[number % 5]
-    share = float(np.exp(draw.uniform(np.log(0.001), np.log(0.5))))
-    ratio = float(np.exp(draw.uniform(np.log(1.5), np.log(30.0))))
-    hurst = float(draw.uniform(0.4, 0.9))
-    flat, exponent = 1.0, 0.0
+    load, band = (exp(draw.uniform(log(low), log(high))) for low, high in ((0.001, 0.5), (1.5, 30.0)))
+    case = Case(f"{kind} {number}", load, band, draw.uniform(0.4, 0.9))
     if kind == "flat" or (kind == "elastic" and number % 10 == 9):
-        flat = float(np.exp(draw.uniform(np.log(2.0), np.log(32.0))))
+        case = replace(case, flat=exp(draw.uniform(log(2.0), log(32.0))))
     if kind == "roll":
-        flat, exponent = float(np.exp(draw.uniform(np.log(2.0), np.log(8.0)))), float(draw.uniform(1.0, 2.0))
+        case = replace(case, flat=exp(draw.uniform(log(2.0), log(8.0))), exponent=draw.uniform(1.0, 2.0))
     if kind == "elastic":
-        share, ratio = float(np.exp(draw.uniform(np.log(0.003), np.log(0.3)))), float(np.exp(draw.uniform(np.log(4.0), np.log(24.0))))
-    return Case(f"{kind} {number}", kind, share, ratio, hurst, flat, exponent)
+        load, band = (exp(draw.uniform(log(low), log(high))) for low, high in ((0.003, 0.3), (4.0, 24.0)))
+        case = replace(case, load=load, band=band)
+    return case
 
 
-def by_hand() -> list[Case]:
-    return [
-        Case("light", "plain", 0.003, 3.0, 0.8),
-        Case("light .01", "plain", 0.01, 3.0, 0.8),
-        Case("steel", "roll", 0.075, 8.0, 0.8, 14.8, 1.5),
-        Case("light r8", "plain", 0.003, 8.0, 0.8),
-        Case("light H.5", "plain", 0.003, 3.0, 0.5),
-        Case("mid r3", "plain", 0.05, 3.0, 0.8),
-        Case("heavy r3", "plain", 0.3, 3.0, 0.8),
-        Case("heavy r15", "plain", 0.4, 15.0, 0.6),
-        Case("flat light", "flat", 0.003, 3.0, 0.8, 16.0),
-        Case("flat heavy", "flat", 0.2, 6.0, 0.8, 16.0),
-        Case("tiny r1.5", "plain", 0.001, 1.5, 0.8),
-        Case("tiny r20", "plain", 0.001, 20.0, 0.8),
-        Case("elastic light", "elastic", 0.005, 12.0, 0.8),
-        Case("elastic mid", "elastic", 0.1, 12.0, 0.7),
-    ]
-
-
-@cache
 def scene_of(case: Case) -> rs.Scene:
-    q_min = QX / case.flat if case.exponent < 1.0 else QX
-    roll = {} if case.flat == 1.0 else {"q_roll_off": q_min * case.flat, "roll_off_exponent": case.exponent}
-    elastic = case.kind == "elastic"
-    end = case.ratio * QX * (1.0 if elastic else 64.0)
+    """Return the scene: its rms height is that which has the wanted q_y, or any for elastic contact."""
+    elastic, end = "elastic" in case.name, case.band * Q_WAVE
+    first = Q_WAVE if case.exponent >= 1.0 else Q_WAVE / case.flat
+    face = {"hurst": case.hurst, "q_min": first, "q_max": end * (1.0 if elastic else 64.0)}
+    if case.flat > 1.0:
+        face |= {"q_roll_off": first * case.flat, "roll_off_exponent": case.exponent}
+    body = {
+        "youngs_modulus": 2e11,
+        "poisson_ratio": 0.3,
+        "conductivity": 30.0,
+        "density": 7900.0,
+        "heat_capacity": 500.0,
+    }
+    body |= {} if elastic else {"penetration_hardness": 2e9}
+    speeds = [factor * DIFFUSIVITY * end for factor in (0.01, 3.0, 300.0)]
 
-    def scene(height: float, pressure: float) -> rs.Scene:
-        body = {"youngs_modulus": "200 GPa", "poisson_ratio": 0.3, "conductivity": 30.0, "density": 7900, "heat_capacity": 500}
-        if not elastic:
-            body["penetration_hardness"] = "2 GPa"
-        scale = DIFF * case.ratio * QX
-        sections = {
-            "surface": {"rms_height": height, "hurst": case.hurst, "q_min": q_min, "q_max": end} | roll,
-            "body": body,
-            "sliding": {"friction_coefficient": 0.1, "speed": [0.01 * scale, 3 * scale, 300 * scale], "nominal_pressure": pressure},
-        }
-        return rs.load_scene(sections)
+    def scene(log_height: float, pressure: float) -> rs.Scene:
+        sliding = {"friction_coefficient": 0.1, "speed": speeds, "nominal_pressure": pressure}
+        return rs.load_scene({"surface": face | {"rms_height": exp(log_height)}, "body": body, "sliding": sliding})
 
     if elastic:
-        trial = scene(1e-6, 1e6)
-        return scene(1e-6, case.share * trial.effective_modulus * trial.spectrum.rms_slope)
-    pressure = case.share * 2e9
-    goal = case.ratio * QX
+        some = scene(log(1e-6), 1e6)
+        return scene(log(1e-6), case.load * some.effective_modulus * some.spectrum.rms_slope)
 
     def excess(log_height: float) -> float:
-        q = prediction.yield_wavenumber(scene(float(np.exp(log_height)), pressure))
-        return np.log(min(q, 60 * goal) / goal)
-    height = scipy.optimize.brentq(excess, np.log(1e-9), np.log(1e-3), xtol=1e-4)
-    return scene(float(np.exp(height)), pressure)
+        yields = prediction.yield_wavenumber(scene(log_height, case.load * 2e9))
+        return log(min(yields, 60.0 * end) / end)
+
+    return scene(scipy.optimize.brentq(excess, log(1e-9), log(1e-3), xtol=1e-4), case.load * 2e9)
 
 
-def numerics(case: Case, column: str, waves: float, cut: float) -> rs.Numerics:
-    length = waves * 2 * pi / QX
-    q_c = case.ratio * QX * cut
-    n = 2 * round(PIXELS * q_c * length / (2 * pi) / 2)
-    n = fast(n)
-    q = min(q_c, n / PIXELS * 2 * pi / length * 1.05)
-    return rs.Numerics((rs.Level(column, (n, n), q_c),), (length, length))
+def fast_size(points: float) -> int:
+    """Return an even size of small primes, near to so many points."""
+    sizes = (2**a * 3**b * 5**c for a in range(1, 13) for b in range(3) for c in range(2))
+    return min(size for size in sizes if size >= 0.97 * points)
 
 
-def fast(n):
-    """even sizes 2^a 3^b 5^c near"""
-    best = None
-    for a in range(1, 13):
-        for b in range(3):
-            for c in range(2):
-                m = 2**a * 3**b * 5**c
-                if m >= 0.97 * n and (best is None or m < best):
-                    best = m
-    return best
+def row_of(solution: rs.Solution) -> list[float]:
+    found = solution.observables
+    return [*found.flash_temperature, found.contact_fraction_corrected, found.pressure_variance]
 
 
-def at_mean(rows, controls):
-    x = controls - 0.0
-    keep = x.std(axis=0) > 0
-    x = x[:, keep]
-    n = len(rows)
-    design = np.c_[np.ones(n), x]
-    coef, *_ = np.linalg.lstsq(design, rows, rcond=None)
-    res = rows - design @ coef
-    return coef[0], np.sqrt((res**2).sum(0) / (n - design.shape[1]) / n)
+def cell(scene: rs.Scene, case: Case, column: str, waves: int, work: float) -> Row:
+    """Return means over the members of one cell, and their relative standard errors."""
+    side = fast_size(PIXELS * waves * CUT_OFF[column] * case.band)
+    level = rs.Level(column, (side, side), CUT_OFF[column] * case.band * Q_WAVE)
+    numerics = rs.Numerics((level,), (waves * WAVE,) * 2)
+    count = int(np.clip(work / side**2, LEAST, MOST))
+    members = (rs.realize(scene, numerics, seed=11, index=index) for index in range(count))
+    every = [(row_of(each), each.peak_volumes, each.observables.stress_spectrum) for each in members]
+    last, spectra = every[-1][2], np.stack([spectrum.variance for _, _, spectrum in every])
+    # r(g = 0.5) of the mean spectrum, and what each member moves it by
+    mean, q = spectra.mean(axis=0), last.wavenumber
+    radius = replace(last, variance=mean).correlation_radius(0.5)
+    moved = spectra @ (scipy.special.j0(q * radius) - 0.5) / ((mean * q) @ scipy.special.j1(q * radius))
+    rows = np.column_stack([[row for row, _, _ in every], radius + moved])
+    # at the mean peak volume, whose mean over surfaces is zero
+    controls = np.array([volumes for _, volumes, _ in every])
+    design = np.column_stack([np.ones(count), controls[:, controls.std(axis=0) > 0.0]])
+    fit = np.linalg.lstsq(design, rows, rcond=None)[0]
+    error = np.linalg.norm(rows - design @ fit, axis=0) / sqrt((count - design.shape[1]) * count)
+    return {"n": count, "side": side, "mean": fit[0].tolist(), "error": (error / np.abs(fit[0])).tolist()}
 
 
-def measured(case, column, waves, cut, work, seed=11, most=20000):
-    scene, num = scene_of(case), numerics(case, column, waves, cut)
-    points = num.levels[0].shape[0] ** 2
-    count = int(min(max(work / points, 24), most))
-    rows, controls, spectra = [], [], []
-    start = time.time()
-    fails = 0
-    for index in range(count):
-        try:
-            s = rs.realize(scene, num, seed=seed, level=0, index=index)
-        except rs.errors.ConvergenceError:
-            fails += 1; continue
-        o = s.observables
-        rows.append([*o.flash_temperature, o.contact_fraction_corrected, o.pressure_variance])
-        controls.append(list(s.peak_volumes))
-        spectra.append(o.stress_spectrum.variance)
-    sp = o.stress_spectrum
-    spectra = np.array(spectra)
-    rows = np.array(rows)
-    mean_sp = spectra.mean(0)
-    from dataclasses import replace
-    r = replace(sp, variance=mean_sp).correlation_radius(0.5)
-    slope = -float((mean_sp * sp.wavenumber) @ scipy.special.j1(sp.wavenumber * r))
-    infl = r - spectra @ (scipy.special.j0(sp.wavenumber * r) - 0.5) / slope
-    rows = np.c_[rows, infl]
-    mean, error = at_mean(rows, np.array(controls))
-    return {"n": len(rows), "fails": fails, "shape": num.levels[0].shape[0], "mean": mean.tolist(), "error": (error / np.abs(mean)).tolist(),
-            "plain": rows.mean(0).tolist(), "sd": (rows.std(0, ddof=1) / np.abs(mean)).tolist(), "seconds": time.time() - start}
+def correction(scene: rs.Scene, case: Case, waves: int, work: float) -> Row:
+    """Return what a step of the cut-off changes, as a ratio of means on the same surfaces, and its standard error."""
+    side, q = (
+        fast_size(PIXELS * waves * FIRST[case.columns[0]] * case.band),
+        FIRST[case.columns[0]] * case.band * Q_WAVE,
+    )
+    low, high = (
+        rs.Numerics((rs.Level(case.columns[0], (k * side, k * side), k * q),), (waves * WAVE,) * 2) for k in (1, 2)
+    )
+    count = int(np.clip(work / (2 * side) ** 2, LEAST, MOST))
+    pairs = np.array(
+        [[row_of(rs.realize(scene, each, seed=12, index=i)) for each in (low, high)] for i in range(count)]
+    )
+    below, above = pairs.mean(axis=0)
+    change = pairs[:, 1] / above - pairs[:, 0] / below
+    error = above / below * change.std(axis=0, ddof=1) / sqrt(count)
+    return {"n": count, "side": 2 * side, "mean": (above / below).tolist(), "error": error.tolist()}
 
 
-def main():
-    p = argparse.ArgumentParser()
-    p.add_argument("file"); p.add_argument("--work", type=float, default=1.5e8)
-    p.add_argument("--only", nargs="*"); p.add_argument("--numbers", type=int, nargs="*", default=[])
-    p.add_argument("--cells", type=float, nargs="*", default=[2, 4, 8, 16]); p.add_argument("--cut", type=float, default=0)
-    p.add_argument("--most-points", type=float, default=1.2e6); p.add_argument("--columns", nargs="*", default=["capped", "smoothed"])
-    o = p.parse_args()
-    warnings.simplefilter("ignore")
-    path = Path(o.file)
-    table = json.loads(path.read_text()) if path.exists() else {}
-    cases = [c for c in by_hand() if o.only is None or c.name in o.only] if not o.numbers else [drawn(i) for i in o.numbers]
-    for case in cases:
-        for column in (["elastic"] if case.kind == "elastic" else o.columns):
-            cut = o.cut or {"elastic": 1.0, "capped": 2.0, "smoothed": 1.5}[column]
-            for waves in o.cells:
-                num = numerics(case, column, waves, cut)
-                points = num.levels[0].shape[0] ** 2
-                if points > o.most_points:
-                    continue
-                key = f"{case.name}|{column}|{waves:g}|{cut:g}"
-                if key in table and table[key]["n"] >= min(o.work / points, 20000) * 0.99 - 1:
-                    continue
-                found = measured(case, column, waves, cut, o.work)
-                table[key] = found | {"case": vars(case) | {}}
-                path.write_text(json.dumps(table))
-                print(key, found["n"], found["shape"], f"{found['seconds']:.0f}s", "fails", found["fails"], np.array2string(np.array(found["mean"]), precision=5), np.round(100*np.array(found["error"]), 3), flush=True)
+def lacks(found: dict[int, Row]) -> dict[int, tuple[Array, Array]]:
+    """Return what each cell but the largest has less than that one, relative, and the standard error."""
+    largest = found[max(found)]
+    return {
+        waves: (1 - np.divide(row["mean"], largest["mean"]), np.hypot(row["error"], largest["error"]))
+        for waves, row in found.items()
+        if row is not largest
+    }
+
+
+def modelled(scene: rs.Scene, column: str, waves: int, most: int) -> Array:
+    """Return what the model says of the same: T_flash at each speed, and then all else."""
+
+    def left(observable: str) -> Array:
+        few, many = (1 - size_error(scene, (n * WAVE, n * WAVE), observable, column) for n in (waves, most))
+        return np.atleast_1d(1 - few / many)
+
+    return np.concatenate([left("flash_temperature"), left("contact_fraction")])
+
+
+def chart(points: Compared, path: Path) -> None:
+    """Draw measured over modelled errors of T_flash."""
+    figure = Figure((6.4, 4.2), layout="constrained")
+    axes = figure.subplots()
+    for column in CUT_OFF:
+        some = [each for each in points if each[0] == column]
+        if some:
+            model, found, error = (100 * np.concatenate([each[i][:3] for each in some]) for i in (3, 1, 2))
+            axes.errorbar(model, found, yerr=error, fmt="o", ms=3, lw=0.7, label=column)
+    line = np.geomspace(0.01, 60, 50)
+    axes.plot(line, line, color="0.5", lw=0.8)
+    axes.plot(line, -line, color="0.5", lw=0.8)
+    axes.set_xscale("log")
+    axes.set_yscale("symlog", linthresh=0.1)
+    axes.set(xlabel="by the model (%)", ylabel="T_flash lacks of the largest cell (%)")
+    axes.legend(frameon=False)
+    figure.savefig(path, dpi=130)
+
+
+def compare(case: Case, column: str, rows: Rows, work: float, sizes: Sequence[int]) -> Compared:
+    """Compute what is missing of a column; print, and return, measured and modelled errors of its cells."""
+    scene, found = scene_of(case), {}
+    for n in sizes:
+        if fast_size(PIXELS * n * CUT_OFF[column] * case.band) <= MOST_SIDE:
+            compute = partial(cell, scene, case, column, n, work)
+            found[n] = rows.once(f"{case.name}, {column}", str(n), compute)
+    points = []
+    for n, (lack, error) in lacks(found).items():
+        model = modelled(scene, column, n, max(found))
+        points.append((column, lack, error, model))
+        text = " ".join(f"{100 * a:6.2f} ± {100 * b:.2f}" for a, b in zip(lack, error, strict=True))
+        model_text = " ".join(f"{100 * each:.2f}" for each in model)
+        print(f"{case.name:14s}{column:9s}{n:2d}:{max(found):<3d}{text}; model {model_text}", flush=True)
+    return points
+
+
+def steps(case: Case, rows: Rows, work: float) -> None:
+    """Print what a step of the cut-off changes in each cell."""
+    scene = scene_of(case)
+    for n in (1, 2, 4, 8):
+        if 2 * fast_size(PIXELS * n * FIRST[case.columns[0]] * case.band) <= MOST_SIDE:
+            row = rows.once(f"{case.name}, step", str(n), partial(correction, scene, case, n, work))
+            pairs = zip(row["mean"], row["error"], strict=True)
+            text = " ".join(f"{100 * (ratio - 1):7.2f} ± {100 * error:.2f}" for ratio, error in pairs)
+            print(f"{case.name:14s}step in {n} waves {text}", flush=True)
+
+
+def main() -> None:
+    command = Command(__file__, __doc__, "one scene, few members")
+    command.add_argument("--only", nargs="*", help="names of scenes")
+    command.add_argument("--work", type=float, default=1e8, help="points of all members of a cell")
+    command.add_argument("--parts", action="store_true", help="measure corrections in smaller cells")
+    options = command.parse()
+    warnings.simplefilter("ignore", RuntimeWarning)
+    cases = {case.name: case for case in (*BY_HAND, *map(drawn, DRAWN))}
+    names = options.only or (["light .01"] if options.toy else list(cases))
+    work, sizes = (1e6, (2, 4)) if options.toy else (options.work, (2, 4, 8, 16))
+    rows, points = Rows(options.output / "rows.json", resume=True), []
+    print(f"columns: {', '.join(OBSERVED)}, in %; the model: T_flash at three speeds, and all else")
+    for case in (cases[name] for name in names):
+        for column in case.columns:
+            points += compare(case, column, rows, work, sizes)
+        if options.parts:
+            steps(case, rows, work)
+    chart(points, options.output / "cell_size.png")
+
 
 if __name__ == "__main__":
     main()

@@ -1,113 +1,108 @@
 """The periodic cell: the length of its sides, and the error of its finite size.
 
-A run cannot show the error of its own cell. It was measured once, by doubling cells at equal pixel and cut-off
-(`experiments/cell_size.py`). The theory cannot show it either: summed over the modes of a cell with four longest waves
-per side it is within 0.6 % of its integral.
+Each cell bears the same load, while in an infinite plane the load gathers where hills are high. So a small cell has too
+low a T_flash. Its relative error is that of the number of hills which carry load, with hills as large as the
+autocorrelation ρ of the heights:
+
+    error = (a/share + b) / N,    N = L²/∫(ρ + ρ²)d²r
+
+over what yielding leaves of the waves. The share of the hills that carry load is that of the area in contact. It was
+measured on scenes drawn at random, in cells of 2 to 16 waves (`experiments/cell_size.py`). A run cannot show the error
+of its own cell, nor can the theory: summed over the modes of a cell with four longest waves per side it is within 0.6 %
+of its integral.
 """
 
-from math import inf, nan, pi, sqrt
+from functools import lru_cache
+from math import inf, nan, pi
 
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.ladder import SAME
 from roughsim.grid import Array
 from roughsim.scene import Scene
 
-# relative error at 4 longest waves per side, or 8 of the roll-off where C(q) is flat below it; and of capped contact
-# where C(q) has no plateau, but for r(g = 0.1)
-SIZE_ERROR, CAPPED_SIZE_ERROR = 0.004, 0.002
-ENOUGH_WAVES, ENOUGH_ROLL_OFF_WAVES, MOST_WAVES = 4.0, 8.0, 8.0
-# relative error × (longest waves per side)² σ₀/σ_P where few spots carry the load; measured at σ₀/σ_P = .0008 … .008
-FEW_SPOTS = {"smoothed": 0.0016, "capped": 0.0002}
-# relative error of what finer levels add in half such a cell, and × its number of spots where few carry the load;
-# measured by `experiments/half_cell.py`; of elastic contact, which plans leave in the run's cell, 4.4 % of an area and
-# 8.7 % of a T_flash were seen
-STEP_ERROR, FEW_SPOTS_OF_STEP, ELASTIC_STEP_ERROR = 0.004, 0.016, 0.09
-LEAST_SPOTS = 0.4  # in a part of the cell: half a spot was measured, and no fewer
-SIZE_SHARE = 0.45  # of a target error that the size may take before the cell has twice the sides
+# relative error × N of hills that carry load: of T_flash at rest, and of fast sliding and all else
+SLOW_LOAD, FAST_LOAD = 0.03, 0.015
+OF_HILLS = {"capped": 0.1, "smoothed": 0.3, "elastic": 0.3}  # relative error × N of all hills, where all carry load
+OF_CORRECTION = 2.0  # relative error of what finer levels add in a smaller cell, over that of a mean there, squared
+PART_ERROR = 0.1  # relative error of a mean in a cell for corrections, at most
+SIZE_SHARE = 0.45  # of a target error that the size may take
+LEAST_WAVES, MOST_WAVES = 4, 32  # per side of a chosen cell: pictures and g_σ(r) need some, grids hold no more
 
 
 def choose_lengths(scene: Scene, target: float = inf) -> tuple[tuple[float, float], str]:
     """Return the sides of the cell, m, and the reason: those that the scene gives, or the shortest that suffice.
 
-    They have twice that length where the error of the size would take too much of the relative error `target`.
+    The size takes at most `SIZE_SHARE` of the relative error `target`, as far as `MOST_WAVES` allow.
     """
     if scene.numerics.lengths is not None:
         return scene.numerics.lengths, "given in the scene"
-    length, wave, kind = enough_length(scene)
-    times, why = 1, ""
-    if length > (1 + SAME) * ENOUGH_WAVES * wave and plateau_end(scene) is None:
-        why = ": few spots carry the load"
-    if size_error(scene, (length, length)) > SIZE_SHARE * target:
-        times, why = 2, f"{why}: half of them would leave too much of the target to the size"
-    lengths = (times * length, times * length)
-    reason = f"{lengths[0] / wave:.3g} {kind} per side{why}"
-    return lengths, f"{reason}; a larger cell changes T_flash by less than {100 * size_error(scene, lengths):.1g} %"
+    flat = plateau_end(scene)
+    wave = 2 * pi / (flat or scene.spectrum.breaks[0])
+    kind = "roll-off waves (2π/q_roll_off), as C(q) is flat below q_roll_off," if flat else "longest waves (2π/q_min)"
+    waves, error = LEAST_WAVES, worst(scene, LEAST_WAVES * wave)
+    while error > SIZE_SHARE * target and waves < MOST_WAVES:
+        waves += 2
+        error = worst(scene, waves * wave)
+    why = ", as in fewer the load would have too few hills" if waves > LEAST_WAVES else ""
+    return (
+        waves * wave,
+        waves * wave,
+    ), f"{waves} {kind} per side{why}; the size changes T_flash by {100 * error:.1g} %"
 
 
-def enough_length(scene: Scene) -> tuple[float, float, str]:
-    """Return the length of the sides that suffice for most targets, m, the wave that counts, m, and what it is."""
-    longest = 2 * pi / scene.spectrum.breaks[0]
-    roll_off = plateau_end(scene)
-    if roll_off is not None:
-        wave = 2 * pi / roll_off
-        enough = ENOUGH_ROLL_OFF_WAVES * wave
-        kind = "roll-off waves (2π/q_roll_off), as C(q) is flat below q_roll_off,"
-        return max(enough, min(ENOUGH_WAVES * longest, 2 * enough)), wave, kind
-    waves = ENOUGH_WAVES
-    if spots := share_of_spots(scene):  # so many waves keep the capped column within SIZE_ERROR; at most MOST_WAVES
-        waves = min(max(ENOUGH_WAVES, sqrt(FEW_SPOTS["capped"] / SIZE_ERROR / spots)), MOST_WAVES)
-    return waves * longest, longest, "longest waves (2π/q_min)"
+def worst(scene: Scene, side: float) -> float:
+    """Return the largest relative error of T_flash in a cell of this side, m, over speeds."""
+    return float(np.max(size_error(scene, (side, side))))
 
 
 def parts_of(scene: Scene, lengths: tuple[float, float]) -> int:
-    """Return how many sides of a cell for corrections of capped contact make one of these sides, m: 4, 2, or 1.
-
-    1: there is no such cell. It has half the sides that suffice for most targets, at least. Few spots may not make more
-    than `SIZE_ERROR` in the run's cell, and the smaller one has `LEAST_SPOTS`.
-    """
-    fit = min(lengths) / enough_length(scene)[0] * (1 + SAME)
-    if scene.elastic or few_spots(scene, lengths, "capped") > SIZE_ERROR * (1 + SAME):
+    """Return how many sides of a cell for corrections make one of these sides, m: 4, 2, or 1."""
+    if scene.elastic:
         return 1
-    fits = (p for p in (4, 2) if fit >= p / 2 and spots_in(scene, min(lengths) / p) >= LEAST_SPOTS)
-    return next(fits, 1)
+    return next((parts for parts in (4, 2) if worst(scene, min(lengths) / parts) <= PART_ERROR), 1)
 
 
 def size_error(
     scene: Scene, lengths: tuple[float, float], observable: str = "flash_temperature", column: str = ""
-) -> float:
-    """Return the relative error of the cell's size, which falls as 1/L² up to the length that suffices, then as 1/L.
+) -> Array:
+    """Return the relative error of a mean in a cell of these sides, m, of which the shorter one counts.
 
-    `lengths` are the sides, m, of which the shorter one counts; `column` left out is the capped or the elastic one.
-    Under light load the error is at least what few spots of contact change: each cell bears the same load, and means
-    are too low by the inverse of the number of spots. NaN for the distance where g_σ first vanishes: that jumped by
-    40 % in a steel whose g_σ only touches zero.
+    Of shape (speeds,) for T_flash, else one number. `column` left out is the capped or the elastic one. NaN for the
+    distance where g_σ first vanishes: that jumped by 40 % in a steel whose g_σ only touches zero.
     """
     if observable == "correlation_radius_0":
-        return nan
-    capped = column in ("", "capped") and not scene.elastic and observable != "correlation_radius_10"
-    enough = CAPPED_SIZE_ERROR if capped and plateau_end(scene) is None else SIZE_ERROR
-    return max(enough * shortness(scene, lengths), few_spots(scene, lengths, column or "capped"))
+        return np.array(nan)
+    column = column or ("elastic" if scene.elastic else "capped")
+    hill = hill_area(scene, min(lengths))
+    few = np.array(SLOW_LOAD if observable == "correlation_radius_10" else FAST_LOAD)
+    if observable == "flash_temperature":
+        peclet = np.abs(scene.speeds) * np.sqrt(hill) / (2 * prediction.conduction(scene).diffusivity)
+        few = FAST_LOAD + (SLOW_LOAD - FAST_LOAD) / (1.0 + peclet)
+    error = (few / carrying(scene, column) + OF_HILLS[column]) * hill / min(lengths) ** 2
+    return np.asarray(error / (1.0 + error))
 
 
-def shortness(scene: Scene, lengths: tuple[float, float]) -> float:
-    """Return the error of the size over that of the length that suffices for C(q); the shorter side, m, counts."""
-    enough = ENOUGH_WAVES if plateau_end(scene) is None else ENOUGH_ROLL_OFF_WAVES
-    short = enough / waves_per_side(scene, lengths)
-    return max(short, short**2)
+def carrying(scene: Scene, column: str) -> float:
+    """Return the share of hills that carry load in a column."""
+    if column == "elastic":
+        return prediction.area_fractions(scene)["contact_fraction"]
+    share = scene.sliding.nominal_pressure / scene.penetration_hardness
+    return share if column == "capped" else share / 2.0
 
 
-def few_spots(scene: Scene, lengths: tuple[float, float], column: str) -> float:
-    """Return the relative error of means over few spots of contact; 0 where these have no size of their own."""
-    spots = share_of_spots(scene)
-    return FEW_SPOTS.get(column, 0.0) / (spots * waves_per_side(scene, lengths) ** 2) if spots else 0.0
+@lru_cache(maxsize=32)
+def hill_area(scene: Scene, side: float) -> float:
+    """Return ∫(ρ + ρ²)d²r of the smoothed heights, m², with their autocorrelation ρ.
 
-
-def waves_per_side(scene: Scene, lengths: tuple[float, float]) -> float:
-    """Return how many waves fit the shorter side, m: the longest ones, or those of the roll-off under a plateau."""
-    roll_off = plateau_end(scene)
-    return min(lengths) * (scene.spectrum.breaks[0] if roll_off is None else roll_off) / (2 * pi)
+    ∫ρ d²r is (2π)² C/⟨h²⟩ at the longest wave of the cell of this side, m: 0 where that is longer than all of C(q).
+    """
+    spectrum = prediction.smoothed_spectrum(scene)
+    q = np.geomspace(spectrum.breaks[0], spectrum.breaks[-1], 1001)[1:-1]
+    psd = spectrum(q)
+    variance = np.trapezoid(psd * q**2, np.log(q))
+    second = np.trapezoid(psd**2 * q**2, np.log(q)) / variance
+    return float(2 * pi * (spectrum(np.array(2 * pi / side)) + second) / variance)
 
 
 def size_error_of_sum(
@@ -118,32 +113,8 @@ def size_error_of_sum(
     Its sides are those of the cell, m, over `parts`. The error is an array of the shape of that share.
     """
     whole = size_error(scene, lengths, observable, column)
-    of_part = step_error(scene, min(lengths) / parts, column) if np.any(from_part) else 0.0
-    return np.hypot(whole, np.multiply(from_part, of_part))
-
-
-def step_error(scene: Scene, side: float, column: str = "") -> float:
-    """Return the relative error of what finer levels add in a part of the cell of this side, m; `column` as above.
-
-    Those of capped contact count in ratios, which depend less on the cell than means do.
-    """
-    short = shortness(scene, (2 * side, 2 * side))
-    if scene.elastic or column not in ("", "capped"):
-        return ELASTIC_STEP_ERROR * short
-    return max(STEP_ERROR * short, FEW_SPOTS_OF_STEP / spots_in(scene, side))
-
-
-def spots_in(scene: Scene, side: float) -> float:
-    """Return how many spots of contact that yields a cell of this side, m, has.
-
-    A spot is as large as the shortest wave that the contact has not yielded at.
-    """
-    return share_of_spots(scene) * (side * prediction.yield_wavenumber(scene) / (2 * pi)) ** 2
-
-
-def share_of_spots(scene: Scene) -> float:
-    """Return σ₀/σ_P, the share of the area that yielding spots take; 0 of an elastic scene."""
-    return scene.sliding.nominal_pressure / scene.penetration_hardness
+    part = size_error(scene, (lengths[0] / parts, lengths[1] / parts), observable, column)
+    return np.hypot(whole, np.multiply(from_part, OF_CORRECTION * part**2))
 
 
 def plateau_end(scene: Scene) -> float | None:
