@@ -153,8 +153,9 @@ class Means:
 
     @property
     def independent(self) -> int:
-        """How many sound members of the lowest level show the scatter."""
-        return len(self.sound(self.realizations))
+        """How many sound members of the lowest level show the scatter, in the column that has the fewest."""
+        lowest, counts = (self.numerics.of_column(column)[0] for column in self.numerics.columns), self.counts
+        return min(len(self.members.sound(level, counts[level])) for level in lowest)
 
     def sound(self, count: int) -> list[int]:
         """Return the indices below `count` at which the lowest level of the main column is sound."""

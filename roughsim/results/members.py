@@ -43,14 +43,16 @@ class Members(dict[Key, Member]):
         """Return a number of members of a level, or of the level below; (n, speeds) or (n, 1), NaN where it is not."""
         nothing = np.full(len(self.speeds) if NUMBERS[name].per_speed else 1, np.nan)
         found = (self._moments(level, i, below) for i in indices)
-        return np.array([nothing if one is None else one.numbers.get(name, nothing) for one in found])
+        rows = [nothing if one is None else one.numbers.get(name, nothing) for one in found]
+        return np.array(rows).reshape(-1, len(nothing))
 
     def spectra(self, level: int, indices: Iterable[int], below: bool = False) -> tuple[Array, Array]:
         """Return wavenumbers, rad/m, and stress spectra of members of a level, Pa²; NaN where there is none."""
         found = [self._moments(level, i, below) for i in indices]
         wavenumber = next((one.wavenumber for one in found if one is not None), np.empty(0))
         nothing = np.full(len(wavenumber), np.nan)
-        return wavenumber, np.array([nothing if one is None else one.spectrum for one in found])
+        rows = [nothing if one is None else one.spectrum for one in found]
+        return wavenumber, np.array(rows).reshape(len(rows), len(wavenumber))
 
     def sample(self, level: int, indices: list[int], below: bool = False) -> Sample:
         """Return the sample of sound members of a level, or what they have of the level below on the same surfaces."""

@@ -201,7 +201,7 @@ class Run(Means):
 
     def save(self) -> None:
         """Write what the run says into its folder, for people, programs and `estimate`; once it says something."""
-        if not self.sound(self.realizations) or load_estimates(self.folder, self._made_by(), len(self.scene.speeds)):
+        if not self.independent or load_estimates(self.folder, self._made_by(), len(self.scene.speeds)):
             return
         columns = [*self.numerics.columns, *([SLIDING] if self.slides else [])]
         about: dict[str, Any] = {"about": ABOUT, "title": self.scene.title, "roughsim": self.versions["roughsim"]}
@@ -224,7 +224,7 @@ class Run(Means):
         failed = f", {self.failed} failed and left out" if self.failed else ""
         state = f"{self.realizations} realizations{failed}" + ("; the target is met" if self.target_met else "")
         lines = [self.scene.title or "untitled", f"{self.folder}: {state}"]
-        if not self.sound(self.realizations):
+        if not self.independent:
             return in_notebook(*lines)
         flash = {name: self.estimate("flash_temperature", name) for name in self.numerics.columns}
         columns = [Column(title, number=True) for title in ("speed, m/s", *flash)]

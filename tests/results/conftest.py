@@ -24,10 +24,10 @@ def file(kept_run, tmp_path_factory):
 
 @pytest.fixture(scope="package")
 def whole(capped_scene, tmp_path_factory):
-    """A run of two levels, the finer one for every second realization."""
+    """A run of two levels."""
     levels = (
         {"column": "capped", "shape": [32, 32], "q_max": 2.5e4},
-        {"column": "capped", "shape": [32, 32], "q_max": 4e4, "every": 2},
+        {"column": "capped", "shape": [32, 32], "q_max": 4e4},
     )
     scene = replace(capped_scene, numerics=replace(capped_scene.numerics, levels=levels, keep_fields=1))
     return rs.run(scene, tmp_path_factory.mktemp("whole") / "run", max_realizations=COUNT)

@@ -26,10 +26,12 @@ def test_xarray_has_names_axes_and_units(kept_run):
     for name, unit in FLAT_UNITS.items():
         assert data[name].attrs["units"] == unit
     assert {"column", "q_max", "level", "speed", "realization"} <= set(data.coords)
-    capped = data.flash_temperature.where(data.column == "capped", drop=True)
+    capped = data.where(data.column == "capped", drop=True).mean("realization")
+    lowest, above = capped.flash_temperature
+    # the values of the highest cut-off: the mean of the lowest level times the ratio of the one above to it
+    highest = lowest * above / capped.flash_temperature_below[1]
     estimate = kept_run.estimate("flash_temperature")
-    mean = capped.isel(level=-1).mean("realization")
-    np.testing.assert_allclose(mean[1:], (estimate.mean + estimate.bias)[1:], rtol=1e-12)
+    np.testing.assert_allclose(highest[1:], (estimate.mean + estimate.bias)[1:], rtol=1e-12)
 
 
 def test_xarray_reads_fields_when_they_are_used(kept_run, monkeypatch):
@@ -78,19 +80,35 @@ def test_the_file_opens_in_xarray_with_the_numbers_of_the_run(kept_run, file, en
             assert tree[name].attrs["units"] == unit
 
 
-def test_realizations_that_a_level_skips_are_nan_in_the_dataset(whole):
+def test_levels_have_their_own_numbers_of_members_and_nan_beyond(whole):
     pytest.importorskip("xarray")
     data = whole.to_xarray()
-    assert np.isfinite(data.contact_fraction[0]).all()
-    np.testing.assert_array_equal(np.isnan(data.contact_fraction[1]), np.arange(whole.realizations) % 2 == 1)
-    np.testing.assert_array_equal(np.isnan(data.stress_spectrum_L1[:, 0]), np.arange(whole.realizations) % 2 == 1)
+    counts = np.array(whole.counts)
+    assert data.sizes["realization"] == counts.max() > counts.min()
+    for level, count in enumerate(counts):
+        assert np.isfinite(data.contact_fraction[level]).values.tolist() == [i < count for i in range(counts.max())]
+        assert np.isfinite(data[f"stress_spectrum_L{level}"][:, 0]).sum() == count
+        assert data.converged[level].sum() == count
+
+
+def test_numbers_of_the_level_below_stand_beside_those_of_the_level(whole):
+    pytest.importorskip("xarray")
+    data = whole.to_xarray()
+    assert np.isnan(data.flash_temperature_below[0]).all()  # nothing lies below the lowest level
+    for index in range(whole.counts[1]):
+        member = read_member(member_path(whole.folder, 1, index))
+        for name, share in (("flash_temperature", 0.9), ("contact_fraction", 1.0)):
+            values = data[f"{name}_below"][1, index]
+            np.testing.assert_allclose(np.atleast_1d(values), member.below.numbers[name] * share, rtol=1e-15)
+        np.testing.assert_array_equal(data.stress_spectrum_below_L1[index], member.below.spectrum)
+        np.testing.assert_array_equal(data.wavenumber_below_L1, member.below.wavenumber)
+    assert data.flash_temperature_below.attrs["units"] == "K"
 
 
 def test_a_failed_member_is_nan_and_counted(kept_run):
     xarray = pytest.importorskip("xarray")
     run = rs.open_run(kept_run.folder)
-    failed = replace(run.members[1, 2], failure="stalled", numbers={})
-    run.members.put((1, 2), failed)
+    run.members[1, 2] = replace(run.members[1, 2], failure="stalled", numbers={})
     data = run.to_xarray()
     assert isinstance(data, xarray.Dataset)
     assert data.converged.values.tolist() == [[1, 1, 1], [1, 1, 0], [1, 1, 1]]

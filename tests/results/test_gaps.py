@@ -11,18 +11,19 @@ from roughsim.ensemble import status
 from roughsim.ensemble.status import status_dict, status_lines
 from roughsim.explore.content import WatchedRun
 from roughsim.results import folder as folder_module
+from roughsim.store import claims
 from roughsim.store.claims import Claims
 from roughsim.store.member_files import member_path
 
 
 def test_a_missing_member_in_the_middle_is_named_and_what_follows_is_said(folder):
-    for name in ("L0-000003.h5", "L0-000005.h5", "L1-000004.h5"):
+    for name in ("L0-000003.h5", "L0-000005.h5", "L1-000002.h5"):
         (folder / "realizations" / name).unlink()
     (folder / "realizations" / "mine").mkdir()  # what is somebody's own is left alone
     (folder / "realizations" / "L0-000099.h5.bak").write_text("mine")
     run = rs.open_run(folder)
-    assert (run.realizations, run.missing) == (3, ["L0-000003", "L1-000004", "L0-000005"])
-    said = "lost: L0-000003, L1-000004, L0-000005; only the 3 realizations before count; run the scene again"
+    assert (run.realizations, run.missing) == (3, ["L0-000003", "L0-000005", "L1-000002"])
+    said = "lost: L0-000003, L0-000005, L1-000002; only the 3 realizations before count; run the scene again"
     assert any(line.startswith(said) for line in status_lines(run))
     assert status_dict(run)["missing"] == status_dict(run)["lost"] == run.missing
     assert any(note.startswith(said) for note in rs.compare(run).notes())
@@ -39,7 +40,8 @@ def test_members_beyond_a_lowered_maximum_are_not_lost(folder):
 
 
 @pytest.mark.parametrize("study", [False, True])
-def test_what_a_run_lacks_while_a_process_computes_it_is_not_lost(folder, tmp_path, study):
+def test_what_a_run_lacks_while_a_process_computes_it_is_not_lost(folder, tmp_path, monkeypatch, study):
+    monkeypatch.setattr(claims, "RENEWAL", 0.2)
     (folder / "realizations" / "L0-000003.h5").unlink()
     if study:  # its processes sign in the folder of the study
         (tmp_path / "study/points").mkdir(parents=True)
@@ -87,8 +89,8 @@ def test_a_whole_run_and_one_that_met_its_target_miss_nothing(folder):
     assert run.missing == []
     (folder / "realizations" / "L0-000007.h5").unlink()
     assert rs.open_run(folder).missing == ["L0-000007"]
-    (folder / "realizations" / "L0-000008.h5").unlink()  # nothing after the gap but a finer level of the last
-    assert rs.open_run(folder).missing == ["L0-000007", "L0-000008"]
+    (folder / "realizations" / "L0-000008.h5").unlink()  # the last of its level: as if it had not been computed yet
+    assert rs.open_run(folder).missing == []
 
 
 def test_damaged_members_are_named_and_not_said_to_have_not_converged(folder):

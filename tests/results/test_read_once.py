@@ -1,7 +1,7 @@
-"""Each file of a member is read once: its stress spectrum stays in memory, up to a bound."""
+"""Each file of a member is read once, and what is read is what was written, however members come."""
 
 import os
-import pickle
+import random
 import shutil
 import sys
 from dataclasses import replace
@@ -11,7 +11,6 @@ import pytest
 from summary_cases import COUNT, bits
 
 import roughsim as rs
-from roughsim.results import reader
 from roughsim.store.member_files import member_path, read_member, write_member
 
 
@@ -28,32 +27,72 @@ def test_a_comparison_opens_the_file_of_each_member_once(folder):
     assert sorted(opened) == sorted(path.name for path in (folder / "realizations").iterdir())
 
 
-@pytest.mark.parametrize("most", [0, 50_000, 1 << 20])
-def test_spectra_are_the_same_however_many_stay_in_memory(folder, whole, most, monkeypatch):
-    monkeypatch.setattr(reader, "MOST_KEPT", most)
-    run, every = rs.open_run(folder), [level.every for level in whole.numerics.levels]
-    assert bits(run) == bits(whole)
-    for rows in ([4, 6], [0, 2, 4], list(range(COUNT)), [6]):
-        for level, sample in zip(whole.numerics.of_column(whole.column(None)), run.samples(None, rows), strict=True):
-            stored = [read_member(member_path(folder, level, k)).spectrum for k in rows if k % every[level] == 0]
-            np.testing.assert_array_equal(sample.spectrum, np.reshape(stored, sample.spectrum.shape))
+def test_samples_are_those_of_the_files(folder):
+    run = rs.open_run(folder)
+    for pair in run.pairs():
+        files = [read_member(member_path(folder, pair.level, index)) for index in pair.sample.rows]
+        np.testing.assert_array_equal(pair.sample.spectrum, [one.spectrum for one in files])
+        for name in ("flash_temperature", "contact_fraction"):
+            np.testing.assert_array_equal(pair.sample.numbers[name], [one.numbers[name] for one in files])
+            if pair.below is not None:
+                np.testing.assert_array_equal(pair.below.numbers[name], [one.below.numbers[name] for one in files])
 
 
-@pytest.mark.slow
-def test_a_reader_holds_no_more_spectra_of_500_than_of_50_realizations(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(os, "fsync", lambda handle: None)
-    monkeypatch.setattr(reader, "MOST_KEPT", 1 << 20)
-    wavenumber, spectrum = np.geomspace(1e3, 1e5, 5000), np.random.default_rng(2).random(5000)
-    held = {}
-    for count in (50, 500):
-        other = shutil.copytree(folder, tmp_path / str(count), ignore=shutil.ignore_patterns("L*"))
-        for level, every in ((0, 1), (1, 2)):
-            one = replace(read_member(member_path(folder, level, 0)), wavenumber=wavenumber)
-            for index in range(0, count, every):
-                write_member(other, replace(one, index=index, spectrum=spectrum + index))
-        run = rs.open_run(other)
-        run.max_realizations = count
+@pytest.mark.parametrize("seed", range(3))
+def test_rounds_are_the_same_in_whatever_order_members_come(whole, tmp_path, seed):
+    run = rs.run(whole.scene, tmp_path / "run", numerics=whole.numerics, max_realizations=1)
+    run.max_realizations = COUNT
+    paths = sorted((whole.folder / "realizations").iterdir())
+    random.Random(seed).shuffle(paths)
+    seen = []
+    for path in paths:
+        shutil.copy(path, run.folder / "realizations")
         run.refresh()
-        np.testing.assert_array_equal(run.samples()[0].spectrum, spectrum + np.arange(count)[:, None])
-        held[count] = len(pickle.dumps(run._reader))
-    assert held[500] - held[50] < 1000 * 1.5 * 450  # rows of numbers; their spectra take 40 kB each
+        seen.append(run.counts)
+    assert seen == sorted(seen)  # no round is taken back
+    assert (run.rounds, bits(run)) == (whole.rounds, bits(whole))
+    assert run.finished
+
+
+def test_members_beyond_a_gap_or_a_round_do_not_count(folder, whole):
+    one = read_member(member_path(folder, 1, 0))
+    write_member(folder, replace(one, index=whole.counts[1]))  # computed ahead
+    run = rs.open_run(folder)
+    assert run.available(1) == whole.counts[1] + 1
+    assert (run.counts, bits(run)) == (whole.counts, bits(whole))
+    member_path(folder, 0, 4).unlink()
+    run = rs.open_run(folder)
+    assert run.counts == (4, 6)  # what is there of the first round
+    assert run.take(0, 5)
+    run.refresh()
+    assert (run.available(0), run.counts) == (4, (4, 6))
+
+
+def test_the_first_members_of_each_level_are_pairs_by_themselves(whole):
+    few = whole.pairs(counts=(5, 3))
+    assert [len(pair.sample.rows) for pair in few] == [5, 3]
+    values = whole.values("contact_fraction", counts=(5, 3))
+    assert len(values.scatter[0]) == 5
+    assert np.isfinite(values.mean).all()
+
+
+def test_a_run_none_of_whose_contacts_converge_has_ended(folder):
+    for path in (folder / "realizations").glob("L0-*"):
+        empty = {"numbers": {}, "wavenumber": np.empty(0), "spectrum": np.empty(0)}
+        write_member(folder, replace(read_member(path), failure="stalled", **empty))
+    run = rs.open_run(folder)
+    assert (run.finished, run.target_met, run.failed) == (True, False, COUNT)
+    assert "no contact of its lowest level has converged" in run.rounds.verdict.why
+    with pytest.raises(ValueError, match="no sound realization yet"):
+        run.estimate("flash_temperature")
+
+
+def test_members_that_did_not_converge_are_left_out_and_counted(folder):
+    for level, index in ((0, 3), (1, 0), (1, 5)):
+        one = read_member(member_path(folder, level, index))
+        empty = {"numbers": {}, "wavenumber": np.empty(0), "spectrum": np.empty(0), "below": None}
+        write_member(folder, replace(one, failure=f"stalled at {index}", **empty))
+    run = rs.open_run(folder)
+    assert run.failed == 3
+    assert [pair.sample.rows.tolist() for pair in run.pairs(counts=(9, 6))] == [[0, 1, 2, 4, 5, 6, 7, 8], [1, 2, 3, 4]]
+    assert run.members[0, 3].failure == "stalled at 3"
