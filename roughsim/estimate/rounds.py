@@ -109,14 +109,16 @@ def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts
             parts = relative_parts(found)
             total = np.linalg.norm([*parts.values()], axis=0)
             if column == main and until:
-                errors[name] = float(np.nan_to_num(total, nan=np.inf).max())
+                errors[name] = float(np.nan_to_num(total, nan=np.inf, posinf=np.inf).max())
                 if errors[name] > goal:
                     worst = int(np.argmax(total))
                     largest = max(parts, key=lambda part: parts[part].flat[worst])
             wanted, added = wishes(numerics, column, counts, values, found, goal)
             if not until:  # all levels grow until the lowest has `most`
-                times = most / max(wanted[numerics.rungs(column)[0]], 1)
+                lowest = numerics.rungs(column)[0]
+                times = most / max(wanted[lowest], 1)
                 wanted = {level: max(ceil(times * count), counts[level]) for level, count in wanted.items()}
+                wanted[lowest] = most  # also where nothing scatters
             for level, count in wanted.items():
                 needed[level] = max(needed[level], min(count, most))
                 following[level] = max(following[level], min(needed[level], 2 * counts[level]))
