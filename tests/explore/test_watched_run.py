@@ -71,6 +71,16 @@ def test_an_empty_run_shows_its_scene_and_theory(empty):
     assert summary is run.summary()
 
 
+def test_a_run_of_which_one_column_has_members_yet_shows_that_column(empty):
+    folder, aside = empty
+    for path in aside.glob("L1-*.h5"):
+        shutil.copy(path, folder / "realizations")
+    summary = WatchedRun(folder).summary()
+    assert list(summary.measured) == ["capped"]
+    assert summary.budget["smoothed"].startswith("No realization yet")
+    assert (summary.sound[0], summary.sound[1]) == ([], [0, 1, 2, 3, 4, 5])
+
+
 def test_a_growing_run_is_followed(empty, monkeypatch):
     monkeypatch.setattr("roughsim.store.claims.RENEWAL", 0.2)
     folder, aside = empty

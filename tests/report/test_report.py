@@ -219,6 +219,16 @@ def test_a_run_that_has_just_begun_has_a_page(copy):
 
 
 @pytest.mark.usefixtures("no_pictures")
+def test_a_run_of_which_one_column_has_members_yet_has_a_page(copy):
+    for path in (copy / "realizations").glob("L0-*.h5"):
+        path.unlink()
+    run = rs.open_run(copy)
+    assert run.realizations == 3
+    assert "There is nothing to compare yet" in Reader(page(run)).words
+    assert "<table" not in run._repr_html_()
+
+
+@pytest.mark.usefixtures("no_pictures")
 def test_a_damaged_file_is_named_and_the_others_are_shown(copy, kept_run):
     path = member_path(copy, 1, 1)
     path.write_bytes(path.read_bytes()[:5000])
