@@ -68,8 +68,8 @@ def at_work(run: Run) -> str | None:
 
 
 def reported_observables(run: Run) -> list[str]:
-    """Return the observables of the targets and the flash temperature; none before the first round is complete."""
-    return list(dict.fromkeys((*run.until, "flash_temperature"))) if run.rounds.verdict else []
+    """Return the observables of the targets and the flash temperature; none before the first sound member."""
+    return list(dict.fromkeys((*run.until, "flash_temperature"))) if run.sound(run.realizations) else []
 
 
 def losses(run: Run) -> list[str]:

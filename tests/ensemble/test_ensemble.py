@@ -170,8 +170,8 @@ def test_a_changed_scene_is_refused_naming_the_key(quick, tmp_path):
 @pytest.mark.slow
 def test_it_stops_at_the_target_with_the_same_members_for_any_workers(tmp_path):
     goal = {"flash_temperature": 0.012}
-    alone = rs.run("demo", tmp_path / "alone", until=goal, max_realizations=200)
-    shared = rs.run("demo", tmp_path / "shared", until=goal, max_realizations=200, workers=2)
+    alone = rs.run(rs.load_scene("demo"), tmp_path / "alone", until=goal, max_realizations=200)
+    shared = rs.run(rs.load_scene("demo"), tmp_path / "shared", until=goal, max_realizations=200, workers=2)
     assert 12 < alone.realizations < 200
     assert alone.target_met
     assert shared.counts == alone.counts

@@ -6,10 +6,11 @@ import re
 import sys
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim.ensemble import progress, status
+from roughsim.ensemble import bar, progress
 from roughsim.ensemble.bar import PatientConsole, Progress
 from roughsim.ensemble.run import aimed
 
@@ -32,36 +33,31 @@ def lines(scene, folder, **options):
     return said.getvalue().splitlines()
 
 
-def test_the_time_left_is_told_from_the_twelfth_realization_on(quick, tmp_path):
-    told = lines(quick, tmp_path / "run", until={"flash_temperature": 0.001}, max_realizations=15)
-    counts = [int(line.split()[0]) for line in told]
-    assert min(counts) < 12 < max(counts)
-    for count, line in zip(counts, told, strict=True):
-        if count < 12:
-            assert line.endswith("time left not known yet")
-            assert "how many the target takes shows after" in line
-            assert not re.search(r"\d s left", line)
-        else:
-            assert re.search(r"of about 15 realizations.*, \d+ s left$", line)
+def test_a_file_gets_a_line_for_each_round_with_errors_and_the_time_left(tmp_path):
+    said = lines(rs.load_scene("demo"), tmp_path / "run", until={"flash_temperature": 0.008}, max_realizations=40)
+    assert said
+    for number, line in enumerate(said):
+        words = rf"round {number + 2}: \d+ of \d+ members, flash_temperature total error [\d.]+ % \(target 0.8 %\), "
+        assert re.fullmatch(words + r"about \d+ s of computing left", line)
+
+
+def test_a_bar_that_was_drawn_just_now_is_not_drawn_again(quick, tmp_path, monkeypatch):
+    console, drawn = PatientConsole(stderr=True), []
+    console.quiet = True
+    shown = Progress(console)
+    monkeypatch.setattr(shown.bar, "update", lambda *_, **values: drawn.append(values["description"]))
+    clock = iter(np.arange(0.0, 10.0, 0.06))
+    monkeypatch.setattr(bar.time, "monotonic", lambda: next(clock))
+    run = rs.run(quick, tmp_path / "run", max_realizations=2, until={})
+    for _ in range(4):
+        shown.update(run)
+    assert len(drawn) == 2
 
 
 def test_a_run_warns_in_the_form_of_every_verb(quick, tmp_path, capsys):
     progress.run_shown(aimed(quick, max_realizations=1), tmp_path / "run", 1)
     warned = [line for line in capsys.readouterr().err.splitlines() if "heat share" in line]
     assert [line.startswith("roughsim: warning: the heat share") for line in warned] == [True]
-
-
-def test_without_a_target_the_time_left_is_told_at_once(quick, tmp_path):
-    told = lines(quick, tmp_path / "run", until={}, max_realizations=5)
-    assert all(re.fullmatch(r"\d of about 5 realizations, \d+ s left", line) for line in told)
-
-
-def test_no_line_says_infinity(quick, tmp_path, monkeypatch):
-    monkeypatch.setattr(status, "relative_half_width", lambda _: float("inf"))
-    told = lines(quick, tmp_path / "run", until={"flash_temperature": 0.001}, max_realizations=15)
-    assert told
-    assert not any("inf" in line or re.search(r"\d s left", line) for line in told)
-    assert all(line.endswith("time left not known yet") for line in told)
 
 
 @pytest.mark.parametrize(
@@ -99,7 +95,7 @@ def test_a_notebook_shows_one_bar_and_still_calls_the_observer(quick, tmp_path, 
     rs.run(quick, tmp_path / "run", max_realizations=3, observer=lambda run: seen.append(run.realizations))
     assert seen == [1, 2, 3]
     assert "planning" in cell.shown[0]
-    assert [re.search(r"(\d) of about 3 realizations", html)[1] for html in cell.shown[1:]] == ["1", "2", "3"]
+    assert re.search(r"round 1: \d of 3 members", cell.shown[1])
 
 
 def test_a_script_shows_no_bar(quick, tmp_path, capfd):
@@ -115,8 +111,8 @@ def test_workers_in_a_notebook_need_no_guard(quick, tmp_path):
     cell = "import roughsim as rs\nrun = rs.run(rs.load_scene('scene.toml'), 'run', max_realizations=4, workers=2)\nrun"
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell)])
     client.NotebookClient(notebook, resources={"metadata": {"path": str(tmp_path)}}).execute()
-    bar, result = notebook.cells[0].outputs
-    assert "4 of about 4 realizations" in bar["data"]["text/plain"]
+    shown, result = notebook.cells[0].outputs
+    assert "round 1: " in shown["data"]["text/plain"]
     assert "<table>" in result["data"]["text/html"]
     assert rs.open_run(tmp_path / "run").realizations == 4
 
