@@ -241,7 +241,6 @@ TABLE: tuple[Observable, ...] = (
 )
 OBSERVABLES = {record.name: record for record in TABLE if not record.only_stored}
 NUMBERS = {record.name: record for record in TABLE if record.stored}  # stored in the file of each member
-NO_LONGER = ("skewness",)  # stored by earlier versions, one number a member: not read
 AXIS = "slid_distance"
 CURVES = {
     AXIS: Curve("m", False, "slid distance"),

@@ -14,8 +14,6 @@ import roughsim as rs
 from roughsim import prediction, report
 from roughsim.charts import comparison as chart
 from roughsim.cli import app
-from roughsim.ensemble.status import statistical_errors
-from roughsim.estimate.errors import half_width, spread_of
 from roughsim.explore.content import load_fields, measured_curves
 from roughsim.scene import parse_scene
 from roughsim.show.markup import tag
@@ -217,17 +215,16 @@ def test_the_share_at_other_speeds_passes_through_those_of_the_run_and_ends_at_r
     assert curve[-1] < 1.0
 
 
-def test_the_stop_rule_and_status_count_the_scatter_of_what_is_reported(tmp_path):
-    scene = scene_with("mean", count=12)  # the fewest with which a run may stop
+def test_the_rounds_count_the_error_of_what_is_reported(tmp_path):
+    scene = scene_with("mean", count=12)  # a whole first round
     run = rs.run(scene, tmp_path / "run")
-    estimate, all_heat = run.estimate("flash_temperature"), run.values("flash_temperature")
-    reported = np.max(estimate.half_width[1:] / estimate.mean[1:])
-    alone = np.max(half_width(*spread_of(all_heat))[1:] / all_heat.extrapolated.mean(axis=0)[1:])
-    assert abs(reported / alone - 1.0) > 0.02
-    between = float(np.sqrt(reported * alone))
+    alone = run._estimate("flash_temperature", None, np.ones(len(SPEEDS)))
+    errors = [np.max(found.total_error[1:] / found.mean[1:]) for found in (run.estimate("flash_temperature"), alone)]
+    assert abs(errors[0] / errors[1] - 1.0) > 0.02
+    between = float(np.sqrt(errors[0] * errors[1]))
     run = rs.run(scene, tmp_path / "run", until={"flash_temperature": between})
-    assert run.target_met == (reported < alone)
-    assert statistical_errors(run)["flash_temperature"] == pytest.approx(reported, rel=1e-9)
+    assert run.target_met == (errors[0] < errors[1])
+    assert run.rounds.verdict.errors["flash_temperature"] == pytest.approx(errors[0], rel=1e-9)
 
 
 def test_a_contact_temperature_has_the_background_of_the_same_share(tmp_path):

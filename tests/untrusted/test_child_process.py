@@ -12,12 +12,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from damage_cases import member, without_seal
 
 import roughsim as rs
 from roughsim import untrusted
-from roughsim.store import member_files
-from roughsim.store.member_files import check_member, member_path, read_member, write_member
 from roughsim.untrusted import ChildEndedError, call_in_child, check_measured_file
 
 SPIN = (re.match, "(a+)+$", "a" * 60 + "b")  # in C, for years
@@ -62,39 +59,29 @@ def test_an_interrupt_comes_through_and_the_next_answer_is_not_that_of_the_last_
     assert call_in_child(len, "four", seconds=5.0) == 4
 
 
-def test_a_process_that_cannot_be_had_is_no_damage(monkeypatch, tmp_path):
+def test_a_process_that_cannot_be_had_is_no_damage(monkeypatch):
     monkeypatch.setattr(untrusted, "_children", {})
     monkeypatch.setattr(sys, "executable", "/bin/false")
-    path = old_member(tmp_path)
     with pytest.raises(OSError, match="did not start") as told:
-        check_member(path)
+        call_in_child(len, "four", seconds=5.0)
     assert not isinstance(told.value, rs.RecordError)
 
 
 @pytest.mark.slow
-def test_a_script_without_a_guard_may_read_old_files_and_leaves_no_process(tmp_path):
-    path = old_member(tmp_path)
-    script = tmp_path / "script.py"
+def test_a_script_without_a_guard_may_read_files_of_instruments_and_leaves_no_process(tmp_path):
+    path, script = tmp_path / "scan.h5", tmp_path / "script.py"
+    with h5py.File(path, "w") as file:
+        file["heights"] = np.zeros((16, 16))
     script.write_text(
-        "from pathlib import Path\nfrom roughsim.store.member_files import read_member\n"
-        "from roughsim import untrusted\n"
-        f"print(read_member(Path({str(path)!r})).index, *(h.pid for h in untrusted._children.values()))\n"
+        "from pathlib import Path\nfrom roughsim import untrusted\n"
+        f"untrusted.check_measured_file(Path({str(path)!r}))\n"
+        "print(*(h.pid for h in untrusted._children.values()))\n"
     )
     environment = {**os.environ, "PYTHONPATH": str(Path(rs.__file__).parents[1])}
     said = subprocess.run([sys.executable, script], env=environment, capture_output=True, text=True, check=True)
-    index, helper = said.stdout.split()
-    assert (index, said.stderr) == ("42", "")
+    assert said.stderr == ""
     with pytest.raises(ProcessLookupError):
-        os.kill(int(helper), 0)
-
-
-def old_member(folder):
-    """The file of a member as it was before files had a digest of all their bytes."""
-    (folder / "realizations").mkdir()
-    write_member(folder, member(fields=False))
-    path = member_path(folder, 1, 42)
-    path.write_bytes(without_seal(path.read_bytes()))
-    return path
+        os.kill(int(said.stdout), 0)
 
 
 def zeroed(content, step=64):
@@ -104,43 +91,6 @@ def zeroed(content, step=64):
         broken[place : place + 64] = bytes(len(broken[place : place + 64]))
         if broken != content:
             yield bytes(broken)
-
-
-@pytest.mark.slow
-def test_an_old_file_on_which_the_library_spins_is_named_as_damaged(tmp_path, monkeypatch):
-    path = old_member(tmp_path)
-    content, whole = path.read_bytes(), read_member(path)
-    assert whole.index == 42
-    monkeypatch.setattr(member_files, "call_in_child", lambda *given, seconds: call_in_child(*given, seconds=0.3))
-    refused = []
-    for broken in zeroed(content[:1024]):
-        path.write_bytes(broken + content[1024:])
-        with pytest.raises(rs.RecordError, match=r"L1-000042.h5 is damaged \(") as told:
-            check_member(path)
-        refused.append(str(told.value))
-        if "did not come back in" in refused[-1]:
-            break
-    assert "did not come back in" in refused[-1], "no place was found where the library spins"
-
-
-@pytest.mark.slow
-def test_64_zeroed_bytes_anywhere_in_an_old_file_end_in_an_answer(tmp_path, monkeypatch):
-    path = old_member(tmp_path)
-    content, good = path.read_bytes(), read_member(path)
-    monkeypatch.setattr(member_files, "call_in_child", lambda *given, seconds: call_in_child(*given, seconds=0.3))
-    refused = []
-    for broken in zeroed(content):
-        path.write_bytes(broken)
-        try:
-            back = read_member(path)
-        except rs.RecordError as error:
-            refused.append(str(error))
-            continue
-        assert back.provenance == good.provenance
-        for name, values in good.numbers.items():
-            np.testing.assert_array_equal(back.numbers[name], values)
-    assert len(refused) > 50
-    assert all("L1-000042.h5 is damaged (" in reason for reason in refused)
 
 
 def test_a_topography_on_which_the_library_spins_is_refused_by_name(tmp_path, monkeypatch):
