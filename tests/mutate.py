@@ -65,15 +65,18 @@ TESTS = {
     "roughsim/scene/model.py": (
         "heat/test_conductivity.py scene/test_scene_bodies.py scene/test_scene.py scene/test_scene_identity.py"
     ),
-    "roughsim/observables/record.py": "observables/test_observable_record.py estimate/test_estimate.py",
-    "roughsim/observables/catalogue.py": "estimate/test_estimate.py",
+    "roughsim/observables/record.py": "observables/test_observable_record.py estimate/test_influence.py",
+    "roughsim/observables/catalogue.py": "estimate/test_influence.py estimate/test_levels.py",
     "roughsim/scene/spectra/k_correlation.py": "surface/test_spectrum.py",
-    "roughsim/estimate/continuation.py": "estimate/test_estimate.py estimate/test_law.py estimate/test_continuation.py",
-    "roughsim/estimate/ladder.py": "estimate/test_ladder.py estimate/test_pixel.py estimate/test_continuation.py "
-    "estimate/test_law.py estimate/test_total_errors.py",
-    "roughsim/estimate/errors.py": (
-        "estimate/test_estimate.py estimate/test_spread.py estimate/test_ladder.py estimate/test_total_errors.py"
-    ),
+    "roughsim/estimate/mean.py": "estimate/test_mean.py",
+    "roughsim/estimate/ladder.py": "estimate/test_ladder.py estimate/test_levels.py",
+    "roughsim/estimate/limit.py": "estimate/test_limit.py estimate/test_levels.py",
+    "roughsim/estimate/levels.py": "estimate/test_levels.py",
+    "roughsim/estimate/rounds.py": "estimate/test_rounds.py",
+    "roughsim/estimate/errors.py": "estimate/test_errors.py",
+    "roughsim/estimate/regression.py": "estimate/test_regression.py",
+    "roughsim/estimate/correlation.py": "estimate/test_correlation.py",
+    "roughsim/estimate/sliding.py": "estimate/test_sliding.py",
     "roughsim/prediction/__init__.py": "prediction/test_prediction.py prediction/test_one_theory.py",
     "roughsim/prediction/bodies.py": (
         "prediction/test_friction.py heat/test_conductivity.py prediction/test_prediction.py "

@@ -231,14 +231,11 @@ def test_rungs_from_four_yield_wavenumbers_extrapolate_and_lower_ones_miss():
     scene = rs.load_scene("steel-0.5GPa")
     q_y, side = prediction.yield_wavenumber(scene), 4 * pi / 6350
     points = [4 * round(f * q_y * side / (2 * pi)) for f in (1, 2, 4, 8, 16)]
-    levels = tuple(rs.Level("capped", (n, n), pi * n / side / 2) for n in points)
-    numerics = rs.Numerics(levels, (side, side))
-    values = [
-        np.mean(
-            [rs.realize(scene, numerics, seed=2, level=k, index=i).observables.flash_temperature for i in range(3)], 0
-        )
-        for k in range(5)
-    ]
+    values = []
+    for n in points:  # each alone, so that all draw the same surfaces
+        numerics = rs.Numerics((rs.Level("capped", (n, n), pi * n / side / 2),), (side, side))
+        members = [rs.realize(scene, numerics, seed=2, index=i).observables.flash_temperature for i in range(3)]
+        values.append(np.mean(members, axis=0))
     limits = [2 * fine - coarse for coarse, fine in pairwise(values)]
     from_one, from_two, from_four = (np.abs(limit / limits[-1] - 1) for limit in limits[:-1])
     assert from_one.min() > 0.2
