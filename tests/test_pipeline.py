@@ -62,10 +62,19 @@ def test_each_stage_gets_what_the_problem_says(capped_scene, capped_numerics, mo
     assert all(0.0 < seconds < 60.0 for seconds in solution.seconds.values())
 
 
-def test_the_levels_of_a_realization_share_one_random_stream(capped_scene, capped_numerics):
+def test_the_lowest_levels_share_one_random_stream_and_others_have_their_own(capped_scene, capped_numerics):
     problems = [level_problem(capped_scene, capped_numerics, level) for level in range(len(capped_numerics.levels))]
-    assert {problem.stream for problem in problems} == {len(capped_numerics.levels) - 1}
+    assert [problem.stream for problem in problems] == [0, 0, 2]
     assert {problem.seed for problem in problems} == {capped_scene.ensemble.seed}
+
+
+def test_peak_volumes_are_those_of_the_lowest_levels(capped_scene, capped_numerics):
+    problems = [level_problem(capped_scene, capped_numerics, level) for level in range(3)]
+    assert [problem.with_peaks for problem in problems] == [True, True, False]
+    assert all(solve_problem(one).peak_volumes.of_all != 0.0 for one in problems[:2])
+    assert solve_problem(problems[2]).peak_volumes == (0.0, 0.0)
+    heights = solve_problem(problems[0]).heights
+    assert solve_problem(problems[0], heights=heights).peak_volumes == (0.0, 0.0)  # of surfaces that are not drawn
 
 
 def test_only_capped_contact_has_a_hardness(capped_scene, capped_numerics):

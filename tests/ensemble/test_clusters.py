@@ -63,21 +63,22 @@ def script(scene_file, text, *words, before=(), **options):
 
 
 def assert_same_bits(folder, scene, alone, count):
-    members = rs.run(scene, alone, max_realizations=count, until={}).members
-    assert rs.open_run(folder).realizations == count
-    for key in members:
+    expected = rs.run(scene, alone, max_realizations=count, until={})
+    found = rs.open_run(folder)
+    assert found.counts == expected.counts
+    assert found.realizations == count
+    assert set(found.members) >= set(expected.members)  # some may have been computed ahead
+    for key in expected.members:
         check_member(member_path(folder, *key))
         mine, theirs = (read_member(member_path(place, *key)) for place in (folder, alone))
-        for name in theirs.numbers:
-            np.testing.assert_array_equal(mine.numbers[name], theirs.numbers[name])
-        np.testing.assert_array_equal(mine.spectrum, theirs.spectrum)
+        pairs = [(mine, theirs)] if theirs.below is None else [(mine, theirs), (mine.below, theirs.below)]
+        for one, other in pairs:
+            for name in other.numbers:
+                np.testing.assert_array_equal(one.numbers[name], other.numbers[name])
+            np.testing.assert_array_equal(one.spectrum, other.spectrum)
     there = {path.name for path in folder.iterdir()}
-    assert there - {"summary.bin", "estimates.json"} == {
-        "realizations",
-        "run.json",
-        "scene.toml",
-    }  # no claim, nothing half done
-    assert len(list((folder / "realizations").iterdir())) == len(members)
+    assert there - {"estimates.json"} == {"realizations", "run.json", "scene.toml"}  # no claim, nothing half done
+    assert not list((folder / "realizations").glob(".*"))
 
 
 @pytest.mark.slow
@@ -106,8 +107,8 @@ def test_an_array_of_processes_under_kills_and_suspensions_ends_with_all_members
 
 @pytest.mark.slow
 def test_levels_in_half_the_cell_have_the_same_bits_after_a_kill_in_the_middle(capped_scene, tmp_path):
-    half = {"column": "capped", "shape": [32, 32], "q_max": 5e4, "every": 2, "cell": "half"}
-    levels = ({"column": "capped", "shape": [64, 64], "q_max": 5e4}, half, half | {"shape": [64, 64], "q_max": 1e5})
+    half = {"column": "capped", "shape": [64, 64], "q_max": 1e5, "cell": "half"}
+    levels = ({"column": "capped", "shape": [64, 64], "q_max": 5e4}, half)
     scene = replace(capped_scene, numerics=replace(capped_scene.numerics, levels=levels))
     folder, count = tmp_path / "run", 24
     (tmp_path / "scene.toml").write_text(scene.to_toml())
@@ -125,13 +126,12 @@ def test_levels_in_half_the_cell_have_the_same_bits_after_a_kill_in_the_middle(c
     victim.kill()
     victim.communicate()
     before = stored()
-    assert 8 <= len(before) < 48
+    assert 8 <= len(before) < 25
     array[array.index(victim)] = script(tmp_path / "scene.toml", ARRAY, folder, count)
     for process in array:
         _, said = process.communicate(timeout=200)
         assert process.returncode == 0, said
     assert before <= stored()
-    assert {name[:2] for name in stored() - before} == {"L0", "L1", "L2"}
     assert_same_bits(folder, scene, tmp_path / "alone", count)
 
 
