@@ -178,17 +178,8 @@ def _check_seal(path: Path, content: bytes) -> None:
 
 def _fill(file: Any, member: Member) -> None:
     """Store a member in a new HDF5 file."""
-    header = {
-        "level": member.level,
-        "index": member.index,
-        "failure": member.failure,
-        "numbers": list(member.numbers),
-        "curves": list(member.curves),
-        "fields": list(member.fields),
-        "lengths": list(member.lengths),
-        "speeds": list(member.speeds),
-        "provenance": member.provenance,
-    }
+    header = {name: getattr(member, name) for name in ("level", "index", "failure", "lengths", "speeds", "provenance")}
+    header |= {name: list(getattr(member, name)) for name in ("numbers", "curves", "fields")}
     file.attrs["format_version"] = FORMAT
     _set_text(file.id, "format", "roughsim realization")
     _set_text(file.id, "header", json.dumps(header))
@@ -201,9 +192,8 @@ def _fill(file: Any, member: Member) -> None:
 
 def _arrays_of(member: Member) -> Iterator[tuple[str, NDArray[Any]]]:
     """Yield the arrays of a member with their names, each after its axes."""
-    moments = [Moments(member.numbers, member.wavenumber, member.spectrum)]
-    if member.below is not None:
-        moments.append(member.below)
+    own = Moments(member.numbers, member.wavenumber, member.spectrum)
+    moments = [own] if member.below is None else [own, member.below]
     if member.numbers:
         yield "speed", np.array(member.speeds, np.float64)
         yield "below", np.arange(float(len(moments)))
@@ -299,25 +289,24 @@ def _member_of(path: Path, header: dict[str, Any], read: Callable[..., NDArray[A
     level, index, failure, provenance = (header[name] for name in ("level", "index", "failure", "provenance"))
     if f"{member_name(level, index)}.h5" != path.name:
         raise ValueError(f"it holds level {level}, index {index}, not what its name says")
-    speeds = tuple(float(speed) for speed in header["speeds"])
     # those of a package that is not installed here are left out
     numbers = {name: read(name) for name in header["numbers"] if name in NUMBERS}
-    if not isinstance(provenance, dict) or not isinstance(failure, str) or bool(failure) == bool(numbers):
-        raise ValueError("its header is none that a writer of this format makes")
-    if any(values.shape[1:] not in ((), (len(speeds),)) for values in numbers.values()):
-        raise ValueError("its numbers are over other speeds than its header has")
-    moments: list[Moments | None] = []
+    moments = []
     for k in range(len(read("below")) if numbers else 0):
         of_level = {name: np.atleast_1d(values[k]) for name, values in numbers.items()}
         moments.append(Moments(of_level, *(read(name + ENDS[k]) for name in SPECTRUM)))
-    own, below = (*moments, None, None)[:2]
+    if not isinstance(provenance, dict) or not isinstance(failure, str) or bool(failure) == bool(moments):
+        raise ValueError("its header is none that a writer of this format makes")
+    speeds = tuple(float(speed) for speed in header["speeds"])
+    if any(values.shape[1:] not in ((), (len(speeds),)) for values in numbers.values()):
+        raise ValueError("its numbers are over other speeds than its header has")
     length_x, length_y = header["lengths"]
     return Member(
         level,
         index,
         failure,
-        *(own or Moments({}, np.empty(0), np.empty(0))),
-        below,
+        *(moments[0] if moments else Moments({}, np.empty(0), np.empty(0))),
+        moments[1] if len(moments) > 1 else None,
         {name: read(name) for name in header["curves"] if name in CURVES},
         {name: read(name, np.float32) for name in header["fields"] if name in fields},
         (float(length_x), float(length_y)),
