@@ -150,12 +150,14 @@ def chain(scene: Scene, numerics: Numerics, realizations: int) -> Iterator[Point
         speed = {"T_flash, fastest": fastest, "T_flash, slowest": slowest}.get(title, 0)
         reference = values_of(scene, column, name, everything)
         truth = float(reference.mean[speed])
-        parts = [getattr(reference, part)[speed] for part in ("bandwidth", "pixel", "last_step")]
-        doubt = float(np.linalg.norm(np.nan_to_num(parts))) / abs(truth)
+        errors = [getattr(reference, part)[speed] for part in ("bandwidth", "pixel", "last_step")]
+        doubt = float(np.linalg.norm(np.nan_to_num(errors))) / abs(truth)
         for way in ways:
             values = values_of(scene, column, name, way.pairs)
             bias = float(values.mean[speed]) / truth - 1.0
-            scatter = [values.scattered.variance[pair.stream][speed] * realizations / truth**2 for pair in way.pairs]
+            # relative variance by one member; none of a partner whose place a higher one takes
+            parts = {stream: float(part[speed]) for stream, part in values.scattered.variance.items()}
+            scatter = [parts.get(pair.stream, 0.0) * realizations / truth**2 for pair in way.pairs]
             goals = sorted({*GOALS, aim}, reverse=True)
             planned = shared_out(scatter, way.seconds, aim) if way.chosen else ()
             for counts in dict.fromkeys(shared_out(scatter, way.seconds, goal) for goal in goals):
