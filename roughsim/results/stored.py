@@ -5,7 +5,7 @@ They are read back where the run, the counts and the files of the members are th
 
 import json
 from contextlib import suppress
-from math import inf, nan
+from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -74,8 +74,7 @@ def plain_numbers(values: Array) -> list[float | str | None]:
 
 def array_of(values: list[float | str | None], count: int) -> Array:
     """Return what `plain_numbers` described, `count` numbers; ValueError if it is something else."""
-    words = {None: nan, "inf": inf, "-inf": -inf}
-    numbers = np.array([words[x] if x is None or isinstance(x, str) else float(x) for x in values], np.float64)
+    numbers = np.array([nan if x is None else float(x) for x in values])
     if numbers.shape != (count,):
         raise ValueError(f"{numbers.shape} numbers in place of {count}")
     return numbers
