@@ -98,7 +98,7 @@ def hill_area(scene: Scene, side: float) -> float:
     ∫ρ d²r is (2π)² C/⟨h²⟩ at the longest wave of the cell of this side, m: 0 where that is longer than all of C(q).
     """
     spectrum = prediction.smoothed_spectrum(scene)
-    q = np.geomspace(spectrum.breaks[0], spectrum.breaks[-1], 1001)[1:-1]
+    q = np.geomspace(spectrum.breaks[0] * (1 + 1e-12), spectrum.breaks[-1] * (1 - 1e-12), 1001)
     psd = spectrum(q)
     variance = np.trapezoid(psd * q**2, np.log(q))
     second = np.trapezoid(psd**2 * q**2, np.log(q)) / variance
