@@ -115,11 +115,11 @@ def share_of(scene: Scene, column: str, pairs: list[Pair], *, extrapolated: bool
         )
         for pair in pairs
     ]
-    bodies = (scene, "flash_temperature"), (prediction.slow(scene), "resting_flash_temperature")
+    flash, of_resting = "flash_temperature", "resting_flash_temperature"
     temperatures = []
-    for of_speed, name in bodies:
+    for of_body, name in (prediction.in_motion(scene), flash), (prediction.slow(scene), of_resting):
         rungs = climb(partial(number, name=name), balanced)
-        temperatures.append(continued_to_the_end(of_speed, column, bodies[0][1], rungs, extrapolated, continued))
+        temperatures.append(continued_to_the_end(of_body, column, flash, rungs, extrapolated, continued))
     backgrounds = prediction.backgrounds(scene, pairs[0].sample)
     with np.errstate(all="ignore"):  # a body that does not conduct
         moving, resting = (v._replace(mean=v.mean + b) for v, b in zip(temperatures, backgrounds, strict=True))

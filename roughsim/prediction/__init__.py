@@ -44,6 +44,7 @@ _YIELDED, _ADDED = 0.99, 0.1
 # T_flash of yielded contact falls as q_c^−(0.3 + 1.05 H) between slow and fast sliding; from H = 2/3 on the exponent 1
 # fits as well, and extrapolates less
 _FALL = (0.3, 1.05)
+_SLOW = 1e-12  # m/s: T_flash of so slow bodies is proportional to their speed
 _STEP = 0.1  # of the law for contact that yields: coarser ones move T_flash by .3 % from one cut-off to the next
 
 
@@ -327,5 +328,11 @@ def backgrounds(scene: Scene, sample: Sample) -> tuple[Array, Array]:
 
 def slow(scene: Scene) -> Scene:
     """Return a scene whose speeds are slow, one for each of its own: T_flash grows in proportion to them."""
-    speeds = tuple(1e-12 * (1 + k) for k in range(len(scene.speeds)))
+    speeds = tuple(_SLOW * (1 + k) for k in range(len(scene.speeds)))
+    return replace(scene, sliding=replace(scene.sliding, speed=speeds))
+
+
+def in_motion(scene: Scene) -> Scene:
+    """Return a scene that slides slowly where it is at rest: the theory tells nothing of a ratio of zeros."""
+    speeds = tuple(speed or _SLOW for speed in scene.speeds)
     return replace(scene, sliding=replace(scene.sliding, speed=speeds))

@@ -152,10 +152,10 @@ def test_the_variance_goes_on_in_first_order_and_by_no_law(steel, asked):
 # the share of the heat
 
 
-def bodies(moving, resting, q_max):
+def bodies(moving, resting, q_max, *, speeds=SPEEDS):
     """A level with the temperatures of both bodies, each with all the heat; rows or a mean."""
     numbers = {NAME: moving, "resting_flash_temperature": resting}
-    rows = {name: np.broadcast_to(values, (6, SPEEDS)) for name, values in numbers.items()}
+    rows = {name: np.broadcast_to(values, (6, speeds)) for name, values in numbers.items()}
     return Sample(q_max, 64.0, np.arange(6), rows, np.ones(1), np.ones((6, 1)), 1.0)
 
 
@@ -214,6 +214,17 @@ def test_the_resting_body_follows_the_theory_of_slow_sliding(two_bodies, monkeyp
     assert asked[0] == two_bodies.speeds
     assert max(asked[1]) < 1e-9
     assert len(asked[1]) == SPEEDS
+
+
+def test_at_rest_the_share_is_that_of_slow_sliding(two_bodies):
+    # both bodies go on with the shape of the theory, although it is zero at rest
+    scene = replace(two_bodies, sliding=replace(two_bodies.sliding, speed=(0.0, 1e-9)))
+    slow = np.array([1e-150, 1e-9])  # as members at rest are measured
+    low, high = (bodies(t * slow, 0.9 * t * slow, q, speeds=2) for t, q in ((1.0, 2e5), (1.05, 4e5)))
+    values = values_of(scene, "elastic", "heat_partition", [Pair(0, 0, low, None), Pair(1, 1, high, low)])
+    assert values.mean[0] == pytest.approx(values.mean[1], rel=1e-3)
+    assert values.bandwidth[0] == pytest.approx(values.bandwidth[1], rel=1e-2)
+    assert values.mean[1] == pytest.approx(1.8 / 2.8, rel=1e-3)
 
 
 # areas and lengths

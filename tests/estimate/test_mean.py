@@ -73,7 +73,7 @@ def test_the_variance_of_a_mean_is_that_of_its_rows_over_their_number():
 def test_one_realization_shows_no_scatter_and_two_do():
     one, two = mean_of(0, ROWS[0][:1]), mean_of(0, ROWS[0][:2])
     np.testing.assert_array_equal(one.value, ROWS[0][0])
-    assert np.isinf(one.variance[0]).all()
+    assert one.variance[0].tolist() == [np.inf, np.inf]
     np.testing.assert_allclose(two.variance[0], (ROWS[0][0] - ROWS[0][1]) ** 2 / 4, rtol=1e-12)
 
 
@@ -105,6 +105,9 @@ def test_a_mean_that_holds_for_all_speeds_goes_with_one_that_does_not():
     both, turned = share.by(kelvins), kelvins.by(share)
     np.testing.assert_allclose(both.value, ROWS[0].mean(axis=0) * ROWS[0][:, 0].mean(), rtol=1e-12)
     np.testing.assert_allclose(both.scatter[0], turned.scatter[0], rtol=1e-12)
+    for both in (share.plus(kelvins), kelvins.plus(share)):
+        assert both.scatter[0].shape == (9, 2)
+        np.testing.assert_allclose(both.scatter[0], share.scatter[0] + kelvins.scatter[0], rtol=1e-12)
     fewer = mean_of(0, ROWS[0][:3]).by(share)  # and where one has fewer surfaces
     assert fewer.scatter[0].shape == (9, 2)
     np.testing.assert_allclose(fewer.scatter[0][5], ROWS[0][:3].mean(axis=0) * share.scatter[0][5], rtol=1e-12)
