@@ -267,15 +267,17 @@ class Means:
 
     def _judged(self, counts: Counts) -> Verdict:
         """Return what so many members of each level say; remembered, as each round is judged again and again."""
-        lowest = [self.numerics.of_column(column)[0] for column in self.numerics.columns]
-        if not all(self.members.sound(level, counts[level]) for level in lowest):
-            return Verdict(False, None, counts, "no contact of its lowest level has converged", {})
         key = counts, self.max_realizations, *self.until.items()
-        if key not in self._verdicts:
+        if key in self._verdicts:
+            return self._verdicts[key]
 
-            def totals(observable: str, column: str, counts: Counts) -> tuple[Values, Estimate]:
-                found = self._estimate(observable, column, self.share_values(column, counts), counts)
-                return self.reported(observable, column, counts), found
+        def totals(observable: str, column: str, counts: Counts) -> tuple[Values, Estimate]:
+            found = self._estimate(observable, column, self.share_values(column, counts), counts)
+            return self.reported(observable, column, counts), found
 
-            self._verdicts[key] = judge(self.numerics, self.until, self.max_realizations, counts, totals)
-        return self._verdicts[key]
+        lowest = [self.numerics.of_column(column)[0] for column in self.numerics.columns]
+        if all(self.members.sound(level, counts[level]) for level in lowest):
+            verdict = judge(self.numerics, self.until, self.max_realizations, counts, totals)
+        else:
+            verdict = Verdict(False, None, counts, "no contact of its lowest level has converged", {})
+        return self._verdicts.setdefault(key, verdict)
