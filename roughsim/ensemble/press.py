@@ -10,9 +10,9 @@ from typing import Any, Literal, NamedTuple
 
 from roughsim import prediction
 from roughsim.ensemble.directions import by_direction
-from roughsim.ensemble.run import begin, check_workers, complete, fit
+from roughsim.ensemble.run import begin, complete, fit
 from roughsim.ensemble.signals import stopped_by_signals
-from roughsim.ensemble.workforce import Workforce
+from roughsim.ensemble.workforce import Workforce, check_workers
 from roughsim.errors import ConvergenceError, ResolutionError
 from roughsim.grid import Array, Grid
 from roughsim.machine import exceeds
@@ -35,7 +35,6 @@ EDGES = {
     "mirror": "made periodic by its mirror images: no step, but the slope changes its sign at the edges",
     "tile": "side by side as it is: where opposite edges differ there is a step, which carries load",
 }
-NO_WINDOW = "it would lower the rim of the map to its mean plane, so that the middle carries the load of the rim too"
 ALL_WAVES = "all waves that the map shows; none are added beyond"
 FEWER_WAVES = "too many points for the shortest waves; what half the cut-off changes shows what they may do"
 Edges = Literal["mirror", "tile"]
@@ -119,8 +118,6 @@ def press(
 
 def refuse(scene: Scene, grid: Grid, edges: str | None) -> None:
     """Refuse what is no single map against a smooth face, a map that is too small or too large, and unknown edges."""
-    if edges == "window":
-        raise ValueError(f'edges = "window" is not offered: {NO_WINDOW}; write "mirror" or "tile"')
     if edges not in (None, "mirror", "tile"):
         raise ValueError(f'edges = {edges!r} is not known; write "mirror" or "tile"')
     if len(scene.faces) > 1:

@@ -16,7 +16,7 @@ from roughsim import prediction
 from roughsim.ensemble.signals import stopped_by_signals
 from roughsim.ensemble.tasks import ActiveRun, Tasks, clear, sweep
 from roughsim.ensemble.workers import Surfaces
-from roughsim.ensemble.workforce import Workforce, leave_if_imported, refuse_script_without_file
+from roughsim.ensemble.workforce import Workforce, check_workers
 from roughsim.errors import RecordError
 from roughsim.pipeline import versions
 from roughsim.planning.plan import plan
@@ -124,15 +124,6 @@ def carry_out(
         if planned is not None:
             planned(numerics)
         return complete([(scene, numerics, folder)], force, check, observer)[0]
-
-
-def check_workers(workers: int | None, executor: Executor | None) -> None:
-    """Refuse a number of workers that cannot be, or a script that they cannot import; a worker ends here."""
-    leave_if_imported()
-    if workers is not None and (isinstance(workers, bool) or int(workers) != workers or workers < 1):
-        raise ValueError(f"workers = {workers!r} must be a whole number ≥ 1")
-    if workers != 1 and executor is None:
-        refuse_script_without_file()
 
 
 def complete(

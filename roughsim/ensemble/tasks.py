@@ -16,6 +16,7 @@ from pathlib import Path
 from roughsim.ensemble.workers import Job, Surfaces, store_members
 from roughsim.ensemble.workforce import Workforce
 from roughsim.errors import RecordError
+from roughsim.estimate.rounds import Counts
 from roughsim.planning.march import seconds_of_march
 from roughsim.planning.realization import below_problem, level_problem, march_problem
 from roughsim.results.run import Run
@@ -25,7 +26,6 @@ from roughsim.store.claims import Claims
 from roughsim.store.disk import DamagedError, set_aside
 from roughsim.store.member_files import MEMBER_NAME, check_member, member_name, member_path
 
-Task = tuple[int, int]  # level and index
 RETRIES = 3  # times that a pool with a dead worker is started again without a new member in between
 PAUSE = 0.5  # s between two looks at what other processes have done
 LATE = 10.0  # s that a network file system may take to show what a worker has written
@@ -53,14 +53,10 @@ class ActiveRun:
     surfaces: Surfaces | None = None  # None: they are drawn
     jobs: dict[int, Job] = field(default_factory=dict)  # by level
 
-    def counts(self, ahead: bool) -> tuple[int, ...]:
+    def counts(self, ahead: bool) -> Counts:
         """Return how many members of each level the round in progress takes, or, `ahead`, about those to the end."""
         rounds = self.run.rounds
         return rounds.verdict.needed if ahead and rounds.verdict else rounds.wanted
-
-    def is_stored(self, task: Task) -> bool:
-        """Whether this process sees the file of a member."""
-        return member_path(self.folder, *task).exists()
 
     def job(self, level: int) -> Job:
         """Return the job of a level for a worker: numbers and JSON values only, no scene."""
@@ -83,15 +79,26 @@ class ActiveRun:
 class Assignment:
     """A member that was handed out, the runs that want it, and when, by `time.monotonic`."""
 
-    task: Task
+    level: int
+    index: int
     runs: list[ActiveRun]
     since: float
 
     @property
-    def arguments(self) -> tuple[list[Job], int]:
-        """Those of `store_members`."""
-        level, index = self.task
-        return [active.job(level) for active in self.runs], index
+    def name(self) -> str:
+        """That of the member."""
+        return member_name(self.level, self.index)
+
+    @property
+    def jobs(self) -> list[Job]:
+        """What a worker needs, for each run."""
+        return [active.job(self.level) for active in self.runs]
+
+    @property
+    def unseen(self) -> list[Path]:
+        """Its files that this process does not see."""
+        paths = [member_path(active.folder, self.level, self.index) for active in self.runs]
+        return [path for path in paths if not path.exists()]
 
 
 @dataclass(slots=True, eq=False)
@@ -182,80 +189,79 @@ class Tasks:
         for ahead in (False, True) if idle else (False,):
             wanting = [(active, active.counts(ahead)) for active in self.unfinished]
             for level, index in self._in_order(wanting, ahead):
-                task = level, index
-                runs = [one for one, counts in wanting if index < counts[level] and task not in one.run.members]
-                if not runs or not self.claims.take(member_name(*task)):
+                runs = [
+                    one for one, counts in wanting if index < counts[level] and (level, index) not in one.run.members
+                ]
+                if not runs or not self.claims.take(member_name(level, index)):
                     continue
-                if missing := [one for one in runs if not one.is_stored(task)]:
-                    return Assignment(task, missing, time.monotonic())
-                self._count(Assignment(task, runs, 0.0), "another host")  # another process has stored it
+                assignment = Assignment(level, index, runs, time.monotonic())
+                if assignment.unseen:
+                    return assignment
+                self._count(assignment, "another host")  # another process has stored it
         return None
 
-    def _in_order(self, wanting: list[tuple[ActiveRun, tuple[int, ...]]], ahead: bool) -> Iterator[Task]:
-        """Go through the members of runs up to some counts, beyond those that all have.
+    def _in_order(self, wanting: list[tuple[ActiveRun, Counts]], ahead: bool) -> Iterator[tuple[int, int]]:
+        """Go through level and index of the members of runs up to some counts, beyond those that all have.
 
         In a round the largest grids come first, so that it ends evenly; `ahead` of it the level that grows most.
         """
-        spans = {}
-        for level in range(len(self.runs[0].numerics.levels)):
-            first = min((active.run.available(level) for active, _ in wanting), default=0)
-            spans[level] = range(first, max((counts[level] for _, counts in wanting), default=0))
-        shapes = [level.shape for level in self.runs[0].numerics.levels]
-        size = {level: len(span) if ahead else shapes[level][0] * shapes[level][1] for level, span in spans.items()}
-        for level in sorted(spans, key=lambda level: -size[level]):
-            yield from ((level, index) for index in spans[level])
+        spans, sizes = [], []
+        for number, level in enumerate(self.runs[0].numerics.levels):
+            first = min((active.run.available(number) for active, _ in wanting), default=0)
+            spans.append(range(first, max((counts[number] for _, counts in wanting), default=0)))
+            sizes.append(len(spans[-1]) if ahead else level.shape[0] * level.shape[1])
+        for number in sorted(range(len(spans)), key=lambda number: -sizes[number]):
+            yield from ((number, index) for index in spans[number])
 
-    def _hand_out(self, pool: Executor, assignment: Assignment) -> Future[str]:
-        if assignment.task[0] == self.runs[0].numerics.march:
-            marches = (march_problem(active.scene, active.numerics) for active in assignment.runs)
+    def _hand_out(self, pool: Executor, one: Assignment) -> Future[str]:
+        if one.level == self.runs[0].numerics.march:
+            marches = (march_problem(active.scene, active.numerics) for active in one.runs)
             self.longest = max(self.longest, sum(map(seconds_of_march, marches)))
         try:
-            return pool.submit(store_members, *assignment.arguments)
+            return pool.submit(store_members, one.jobs, one.index)
         except BrokenExecutor:
             raise
         except Exception as error:  # each library of executors has its own
             reason = str(error) or type(error).__name__
             raise RuntimeError(f"the executor takes no more members ({reason}): {_GONE}") from error
 
-    def _do_here(self, assignment: Assignment) -> None:
+    def _do_here(self, one: Assignment) -> None:
         """Compute in this process a member that a worker has not returned for too long."""
-        if not all(active.is_stored(assignment.task) for active in assignment.runs):
+        if one.unseen:
             warnings.warn(
-                f"{member_name(*assignment.task)} has not come back from a worker for "
-                f"{time.monotonic() - assignment.since:.0f} s (limit {self.limit:.0f} s: {LONGEST_WAITS:g} times the "
-                f"longest member, at least {LEAST_WAIT:g} s); it is computed in this process; see whether the workers "
-                "are alive",
+                f"{one.name} has not come back from a worker for {time.monotonic() - one.since:.0f} s (limit "
+                f"{self.limit:.0f} s: {LONGEST_WAITS:g} times the longest member, at least {LEAST_WAIT:g} s); it is "
+                "computed in this process; see whether the workers are alive",
                 RuntimeWarning,
                 stacklevel=2,
             )
-            store_members(*assignment.arguments)
-        self._count(assignment, "this host")
+            store_members(one.jobs, one.index)
+        self._count(one, "this host")
 
-    def _count(self, assignment: Assignment, host: str) -> None:
+    def _count(self, one: Assignment, host: str) -> None:
         """Read the files of a member that was computed, and give up its claim; a file system may show them late."""
         end = time.monotonic() + LATE
-        while unseen := [active for active in assignment.runs if not active.is_stored(assignment.task)]:
-            path = member_path(unseen[0].folder, *assignment.task)
+        while unseen := one.unseen:
             if time.monotonic() > end:
                 raise RecordError(
-                    f"a worker on {host} wrote {path}, but this process does not see it: the file system is not "
+                    f"a worker on {host} wrote {unseen[0]}, but this process does not see it: the file system is not "
                     f"shared; name a run folder that all workers see"
                 )
-            list(path.parent.iterdir())  # makes a network file system look again
+            list(unseen[0].parent.iterdir())  # makes a network file system look again
             time.sleep(0.1)
-        self._refresh(assignment.runs, assignment.task)
-        self.claims.release(member_name(*assignment.task))
+        self._refresh(one.runs, one)
+        self.claims.release(one.name)
 
-    def _refresh(self, runs: list[ActiveRun], task: Task | None = None) -> None:
-        """Read the members that have appeared, `task` also beyond a gap, and call the observer if any have.
+    def _refresh(self, runs: list[ActiveRun], one: Assignment | None = None) -> None:
+        """Read the members that have appeared, `one` also beyond a gap, and call the observer if any have.
 
         A member that was damaged on disk meanwhile is moved aside, to be computed again.
         """
         for active in runs:
             run, before = active.run, len(active.run.members)
             try:
-                if task is not None:
-                    run.take(*task)
+                if one is not None:
+                    run.take(one.level, one.index)
                 run.refresh()
             except (DamagedError, FileNotFoundError):
                 sweep(active.folder, self.claims)

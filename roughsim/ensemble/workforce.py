@@ -84,10 +84,9 @@ class Workforce(AbstractContextManager["Workforce"]):
         """Let no more workers compute members of so many bytes than cores and memory allow, and say so.
 
         A number of workers that was asked for is lowered by memory alone, with a RuntimeWarning. ResolutionError if
-        there is no room for one member; `why` says what takes its memory. An executor of the caller may be on other
-        machines: its workers look themselves.
+        there is no room for one member; `why` says what takes its memory.
         """
-        if self.executor is not None:
+        if self.executor is not None:  # which may be on other machines
             return
         wanted = self.asked or max(int(usable_cores().amount) // threads, 1)
         workers = workers_that_fit(wanted, member, why, self.memory)
@@ -145,24 +144,24 @@ class Workforce(AbstractContextManager["Workforce"]):
             self._pool = None
 
 
-def refuse_script_without_file() -> None:
-    """Refuse processes for a script from the standard input, ValueError: each of them would look for its file."""
+def check_workers(workers: int | None, executor: Executor | None) -> None:
+    """Refuse a number of workers that cannot be, or processes that would look for a script without a file.
+
+    A worker that imports the script of its parent and has come to the call of `run` ends here: the parent then says
+    what the script lacks, while an exception would print a traceback for each worker.
+    """
+    if multiprocessing.current_process().name == WORKER:
+        os._exit(UNGUARDED)
+    if workers is not None and (isinstance(workers, bool) or int(workers) != workers or workers < 1):
+        raise ValueError(f"workers = {workers!r} must be a whole number ≥ 1")
     script = sys.modules["__main__"]
     path = getattr(script, "__file__", None)
-    if getattr(script, "__spec__", None) is None and path is not None and not os.path.exists(path):
+    lacks_file = getattr(script, "__spec__", None) is None and path is not None and not os.path.exists(path)
+    if workers != 1 and executor is None and lacks_file:
         raise ValueError(
             f"workers = 2 or more processes import the script again, but {path} is no file; save the script in a file, "
             f"or compute with workers=1"
         )
-
-
-def leave_if_imported() -> None:
-    """End this process if it is a worker that imports the script of its parent and has come to the call of `run`.
-
-    The parent then says what the script lacks; an exception here would print a traceback for each worker.
-    """
-    if multiprocessing.current_process().name == WORKER:
-        os._exit(UNGUARDED)
 
 
 def begin_worker(parent: int) -> None:

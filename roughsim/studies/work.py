@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from roughsim import prediction
-from roughsim.ensemble.run import aimed, begin, check_workers, complete
+from roughsim.ensemble.run import aimed, begin, complete
 from roughsim.ensemble.signals import stopped_by_signals
-from roughsim.ensemble.workforce import Workforce
+from roughsim.ensemble.workforce import Workforce, check_workers
 from roughsim.planning.plan import plan
 from roughsim.results.folder import folder_state
 from roughsim.results.run import Run

@@ -18,6 +18,7 @@ from pool_cases import Force, Forgetful, to_do
 import roughsim as rs
 from roughsim.ensemble import tasks, workforce
 from roughsim.ensemble.signals import stopped_by_signals
+from roughsim.store.member_files import member_path
 
 
 class Broken(Executor):
@@ -161,13 +162,13 @@ def test_a_file_system_that_is_not_shared_is_named_and_no_member_counts(quick, t
 
 
 def test_a_member_that_a_slow_file_system_shows_late_counts(quick, tmp_path, monkeypatch):
-    genuine, looks = tasks.ActiveRun.is_stored, []
+    genuine, looks = tasks.Assignment.unseen, []
 
-    def late(work, task):
-        looks.append(task)
-        return genuine(work, task) and len(looks) > 4
+    def late(one):
+        looks.append(one)
+        return genuine.fget(one) if len(looks) > 4 else [member_path(tmp_path / "run", one.level, one.index)]
 
-    monkeypatch.setattr(tasks.ActiveRun, "is_stored", late)
+    monkeypatch.setattr(tasks.Assignment, "unseen", property(late))
     assert rs.run(quick, tmp_path / "run", max_realizations=1).realizations == 1
 
 
@@ -214,10 +215,10 @@ def test_a_script_without_a_guard_is_told_what_it_lacks_and_not_started_again(qu
     assert told.value.__suppress_context__  # one error, not two
     codes = []
     monkeypatch.setattr(os, "_exit", codes.append)
-    workforce.leave_if_imported()
+    workforce.check_workers(1, None)
     assert codes == []
     monkeypatch.setattr(multiprocessing.current_process(), "_name", workforce.WORKER)
-    workforce.leave_if_imported()
+    workforce.check_workers(1, None)
     assert codes == [workforce.UNGUARDED]
     # and the parent tells such an end from others
     force = workforce.Workforce(2, None)
