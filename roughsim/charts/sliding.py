@@ -46,7 +46,7 @@ def sliding_chart(subject: Subject, path: Path) -> None:
             for name, dashes in zip(names, DASHES, strict=False):
                 rows = curves[f"slide_{name}"] if f"slide_{name}" in curves else curves[f"slide_{name}_temperature"]
                 for k, colour in enumerate(colours):
-                    # older runs follow slow speeds further; whole steps are a little longer or shorter
+                    # whole steps are a little longer or shorter
                     slid = (distance <= ends[k] * (1 + 1e-2)) & np.isfinite(rows[:, k]).all(axis=0)
                     draw_mean(axes, distance[slid], rows[:, k, slid], colour, dashes, f"{name}, {speeds[k]:g} m/s")
             axes.set(xscale="log", ylabel=label, title=words)
@@ -68,9 +68,9 @@ def sliding_chart(subject: Subject, path: Path) -> None:
 def draw_turnover(axes: Axes, distance: Array, curves: dict[str, Array]) -> None:
     """Draw how the contact turns over: the share of its spots that live on, and the correlation of its stress."""
     for name, dashes in zip(("spot_survival", "stress_correlation"), DASHES, strict=True):
-        if (rows := curves.get(f"slide_{name}")) is not None:  # older members have no spots
-            known = np.isfinite(rows).all(axis=0)
-            draw_mean(axes, distance[known], rows[:, known], "0.2", dashes, name)
+        rows = curves[f"slide_{name}"]
+        known = np.isfinite(rows).all(axis=0)
+        draw_mean(axes, distance[known], rows[:, known], "0.2", dashes, name)
     axes.set(title="Spots that live on; dashed: stress correlation", ylabel="share", ylim=(-0.02, 1.02))
     axes.margins(x=0.0)
 

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from roughsim import prediction
 from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import state_line
-from roughsim.errors import RecordError
 from roughsim.estimate.correlation import correlation_of
 from roughsim.estimate.errors import half_width
 from roughsim.grid import Grid
@@ -96,11 +95,7 @@ class WatchedRun:
             self.run.refresh()
             state = self.run.counts, tuple(self.run.damaged)
             if before != state:
-                try:
-                    self._latest = state, summarized(self.run)
-                except (RecordError, FileNotFoundError):  # a file was damaged or moved after it had been read
-                    self.run = open_run(self.run.folder, damaged="skip")
-                    self._latest = (self.run.counts, tuple(self.run.damaged)), summarized(self.run)
+                self._latest = state, summarized(self.run)
             return self._latest[1]
 
 
