@@ -18,10 +18,11 @@ def drawn(mean, n, speeds=2, scatter=0.1):
     return mean * (1.0 + scatter * RNG.standard_normal((n, speeds)))
 
 
-def test_a_rung_is_the_product_of_the_ratios_of_the_levels_up_to_it():
-    base = drawn(10.0, 7)
-    first = drawn(9.0, 5), drawn(8.0, 5)
-    second = drawn(6.0, 4), drawn(9.0, 4)
+@pytest.mark.parametrize("unit", [1.0, 1e-6, -1e3])
+def test_a_rung_is_the_product_of_the_ratios_of_the_levels_up_to_it(unit):
+    base = drawn(10.0 * unit, 7)
+    first = drawn(9.0 * unit, 5), drawn(8.0 * unit, 5)
+    second = drawn(6.0 * unit, 4), drawn(9.0 * unit, 4)
     pairs = [lowest(base), step(1, *first, (1.0, 2.0)), step(2, *second, (2.0, 4.0), part=True)]
     found = rungs_of(pairs)
     means = [base.mean(axis=0)]

@@ -50,13 +50,16 @@ def test_a_law_right_but_for_a_factor_gives_the_limit_and_a_share_of_what_follow
     assert limit.way == "by the law for contact that yields"
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_the_share_in_doubt_is_that_by_which_the_law_missed_the_last_step(sign):
-    # the law foretells a fall by 4 %, and it was by 3 %; it foretells 2 % more
-    law = np.array([[1.0], [0.96], [0.96 * 0.98]])
-    limit = by_law(rungs_at([[sign * 100.0], [sign * 97.0]], (8.0, 16.0)), law)
-    assert limit.rest.value[0] == pytest.approx(-0.02 * sign * 97.0, rel=1e-12)
-    assert limit.error[0] == pytest.approx(0.25 * 0.02 * 97.0, rel=1e-12)
+@pytest.mark.parametrize("unit", [100.0, -100.0])
+@pytest.mark.parametrize("missed", [0.01, -0.01])
+@pytest.mark.parametrize("foretold", [0.96, 1.04])
+def test_the_share_in_doubt_is_that_by_which_the_law_missed_the_last_step(unit, missed, foretold):
+    # by .01 of .04; the law foretells another 2 %
+    law = np.array([[1.0], [foretold], [foretold * 0.98]])
+    top = (foretold + missed) * unit
+    limit = by_law(rungs_at([[unit], [top]], (8.0, 16.0)), law)
+    assert limit.rest.value[0] == pytest.approx(-0.02 * top, rel=1e-12)
+    assert limit.error[0] == pytest.approx(0.25 * 0.02 * abs(top), rel=1e-12)
 
 
 def test_a_law_that_missed_more_than_the_step_leaves_all_in_doubt_and_no_more():
@@ -104,10 +107,17 @@ def test_a_value_that_goes_with_the_theory_goes_on_as_its_last_step_over_that_of
     assert limit.way == "with the shape of the theory"
 
 
-def test_one_cut_off_goes_on_in_proportion_to_the_theory_and_all_of_it_is_in_doubt():
-    limit = shaped(1)
-    assert limit.rest.value[0] == pytest.approx(5.8 * 0.25, rel=1e-12)
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_one_cut_off_goes_on_in_proportion_to_the_theory_and_all_of_it_is_in_doubt(sign):
+    limit = by_shape(rungs_at([[sign * 5.8]], (16.0,)), THEORY[-2:, None])
+    assert limit.rest.value[0] == pytest.approx(sign * 5.8 * 0.25, rel=1e-12)
     assert limit.error[0] == pytest.approx(5.8 * 0.25, rel=1e-12)
+
+
+def test_values_below_zero_go_on_as_those_above():
+    limit = by_shape(rungs_at([[-5.2], [-5.8]], (8.0, 16.0)), THEORY[-3:, None])
+    assert limit.rest.value[0] == pytest.approx(-1.2, rel=1e-12)
+    assert limit.error[0] == pytest.approx(0.3, rel=1e-12)
 
 
 def test_a_value_against_the_theory_goes_on_against_it():
@@ -125,6 +135,20 @@ def test_what_was_not_tried_or_is_not_foretold_is_unknown_and_changes_nothing(la
     assert all(np.all(rows == 0.0) for rows in limit.rest.scatter.values())
 
 
+def test_what_would_follow_downwards_must_have_been_tried_too():
+    limit = by_shape(rungs_at([[1.0], [0.6]], (8.0, 16.0)), THEORY[-3:, None])  # −0.8 of 0.6
+    assert limit.rest.value[0] == 0.0
+    assert np.isnan(limit.error[0])
+
+
+def test_each_speed_goes_on_or_does_not():
+    table = np.column_stack((THEORY[-3:], np.full(3, np.nan)))
+    limit = by_shape(rungs_at([[5.2, 5.2], [5.8, 5.8]], (8.0, 16.0)), table)
+    np.testing.assert_allclose(limit.rest.value, [1.2, 0.0], rtol=1e-12)
+    np.testing.assert_allclose(limit.error, [0.3, np.nan], rtol=1e-12)
+    assert limit.way == "with the shape of the theory"
+
+
 def test_half_of_the_value_was_tried():
     for last, tried in ((3.2 + 1.9, True), (3.2 + 1.95, False)):  # 1.5 × 1.9 and 1.5 × 1.95 around half of 5.8
         assert np.isfinite(shaped(3, theory=np.array([2.0, 2.8, 3.2, last])).error[0]) == tried
@@ -133,10 +157,11 @@ def test_half_of_the_value_was_tried():
 def test_nothing_follows_a_theory_that_has_settled_or_is_infinite():
     settled = np.array([2.0, 2.8, 3.2, 3.2])
     assert (shaped(3, theory=settled).rest.value[0], shaped(3, theory=settled).error[0]) == (0.0, 0.0)
-    endless = np.column_stack((np.full(3, np.inf), THEORY[-3:]))
-    limit = by_shape(rungs_at([[5.2, 5.2], [5.8, 5.8]], (8.0, 16.0)), endless)
-    np.testing.assert_allclose(limit.rest.value, [0.0, 1.2], rtol=1e-12)
-    np.testing.assert_allclose(limit.error, [0.0, 0.3], rtol=1e-12)
+    assert shaped(3, theory=settled).way == ""
+    at_rest = np.column_stack((np.full(3, np.inf), np.zeros(3), THEORY[-3:]))
+    limit = by_shape(rungs_at([[5.2] * 3, [5.8] * 3], (8.0, 16.0)), at_rest)
+    np.testing.assert_allclose(limit.rest.value, [0.0, 0.0, 1.2], rtol=1e-12)
+    np.testing.assert_allclose(limit.error, [0.0, 0.0, 0.3], rtol=1e-12)
 
 
 def test_the_scatter_of_the_last_step_passes_into_what_follows_with_the_shape():
