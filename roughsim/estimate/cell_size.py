@@ -4,9 +4,9 @@ Each cell bears the same load, while in an infinite plane the load gathers where
 low a T_flash. Its relative error is that of the number of hills which carry load, with hills as large as the
 autocorrelation ρ of the heights:
 
-    error = (a/share + b) / N,    N = L²/∫(ρ + ρ²)d²r
+    error = (a/A + b) / N,    N = L²/∫(ρ + ρ²)d²r
 
-over what yielding leaves of the waves. The share of the hills that carry load is that of the area in contact. It was
+over what yielding leaves of the waves. The share A of the hills that carry load is that of the area in contact. It was
 measured on scenes drawn at random, in cells of 2 to 16 waves (`experiments/cell_size.py`). A run cannot show the error
 of its own cell, nor can the theory: summed over the modes of a cell with four longest waves per side it is within 0.6 %
 of its integral.
@@ -23,9 +23,9 @@ from roughsim.scene import Scene
 
 # relative error × N of hills that carry load: of T_flash at rest, and of fast sliding and all else
 SLOW_LOAD, FAST_LOAD = 0.03, 0.015
-OF_HILLS = {"capped": 0.1, "smoothed": 0.3, "elastic": 0.3}  # relative error × N of all hills, where all carry load
+YIELDED, ELASTIC = 0.1, 0.3  # relative error × N where all hills carry load
 OF_CORRECTION = 2.0  # relative error of what finer levels add in a smaller cell, over that of a mean there, squared
-PART_ERROR = 0.1  # relative error of a mean in a cell for corrections, at most
+PART_ERROR, PART_HILLS = 0.1, 10  # of a cell for corrections: the largest relative error of a mean, the least hills
 SIZE_SHARE = 0.45  # of a target error that the size may take
 LEAST_WAVES, MOST_WAVES = 4, 32  # per side of a chosen cell: pictures and g_σ(r) need some, grids hold no more
 
@@ -45,10 +45,8 @@ def choose_lengths(scene: Scene, target: float = inf) -> tuple[tuple[float, floa
         waves += 2
         error = worst(scene, waves * wave)
     why = ", as in fewer the load would have too few hills" if waves > LEAST_WAVES else ""
-    return (
-        waves * wave,
-        waves * wave,
-    ), f"{waves} {kind} per side{why}; the size changes T_flash by {100 * error:.1g} %"
+    reason = f"{waves} {kind} per side{why}; the size changes T_flash by {100 * error:.1g} %"
+    return (waves * wave, waves * wave), reason
 
 
 def worst(scene: Scene, side: float) -> float:
@@ -60,7 +58,11 @@ def parts_of(scene: Scene, lengths: tuple[float, float]) -> int:
     """Return how many sides of a cell for corrections make one of these sides, m: 4, 2, or 1."""
     if scene.elastic:
         return 1
-    return next((parts for parts in (4, 2) if worst(scene, min(lengths) / parts) <= PART_ERROR), 1)
+    for parts in (4, 2):
+        side = min(lengths) / parts
+        if worst(scene, side) <= PART_ERROR and side**2 >= PART_HILLS * hill_area(scene, side):
+            return parts
+    return 1
 
 
 def size_error(
@@ -73,22 +75,17 @@ def size_error(
     """
     if observable == "correlation_radius_0":
         return np.array(nan)
-    column = column or ("elastic" if scene.elastic else "capped")
     hill = hill_area(scene, min(lengths))
     few = np.array(SLOW_LOAD if observable == "correlation_radius_10" else FAST_LOAD)
     if observable == "flash_temperature":
         peclet = np.abs(scene.speeds) * np.sqrt(hill) / (2 * prediction.conduction(scene).diffusivity)
         few = FAST_LOAD + (SLOW_LOAD - FAST_LOAD) / (1.0 + peclet)
-    error = (few / carrying(scene, column) + OF_HILLS[column]) * hill / min(lengths) ** 2
+    carrying = prediction.area_fractions(scene)["contact_fraction"]
+    if column == "smoothed":  # touches on fewer hills: measured
+        carrying /= 2.0
+    many = ELASTIC if scene.elastic or column == "smoothed" else YIELDED
+    error = (few / carrying + many) * hill / min(lengths) ** 2
     return np.asarray(error / (1.0 + error))
-
-
-def carrying(scene: Scene, column: str) -> float:
-    """Return the share of hills that carry load in a column."""
-    if column == "elastic":
-        return prediction.area_fractions(scene)["contact_fraction"]
-    share = scene.sliding.nominal_pressure / scene.penetration_hardness
-    return share if column == "capped" else share / 2.0
 
 
 @lru_cache(maxsize=32)
