@@ -112,9 +112,10 @@ def cases() -> dict[str, Case]:
     }
 
 
-def moments(case: Case, numerics: rs.Numerics, level: int, index: int, seed: int) -> Array:
-    """Return what is measured of one member, one row."""
-    found = rs.realize(case.scene, numerics, seed=seed, level=level, index=index).observables
+def moments(case: Case, level: rs.Level, length: float, index: int, seed: int) -> Array:
+    """Return what is measured of one member of a level in a cell, one row; equal seed and index are one surface."""
+    numerics = rs.Numerics((level,), (length, length))  # one level each: all of them have the same stream
+    found = rs.realize(case.scene, numerics, seed=seed, index=index).observables
     return np.concatenate([np.atleast_1d(getattr(found, name)) for name in MEASURED])
 
 
@@ -142,11 +143,11 @@ def reference(name: str, case: Case, rows: Rows) -> None:
     """Compute what is missing of a reference: mean and relative variance of the mean of each factor."""
     length = 2 * pi / case.scene.spectrum.breaks[0] * case.waves
     column = "elastic" if case.scene.elastic else "capped"
-    lowest = rs.Numerics((rs.Level(column, (side(case.first, length),) * 2, case.first),), (length, length))
+    lowest = rs.Level(column, (side(case.first, length),) * 2, case.first)
     count, of_step, least = case.members
 
     def level_zero() -> dict[str, Any]:
-        values = np.stack([moments(case, lowest, 0, index, SEED) for index in range(count)])
+        values = np.stack([moments(case, lowest, length, index, SEED) for index in range(count)])
         mean = values.mean(axis=0)
         return {
             "factor": mean.tolist(),
@@ -158,10 +159,10 @@ def reference(name: str, case: Case, rows: Rows) -> None:
     part = length / case.parts
     for number, (step, low, high) in enumerate(steps(case, part)):
         members, seed = max(least, of_step >> (2 * number)), SEED + 1 + number
-        both = rs.Numerics((low, high), (part, part))
+        both = low, high
 
-        def ratio(both: rs.Numerics = both, members: int = members, seed: int = seed) -> dict[str, Any]:
-            pairs = np.stack([[moments(case, both, k, index, seed) for k in (0, 1)] for index in range(members)])
+        def ratio(both: tuple[rs.Level, ...] = both, members: int = members, seed: int = seed) -> dict[str, Any]:
+            pairs = np.stack([[moments(case, each, part, index, seed) for each in both] for index in range(members)])
             below, above = pairs.mean(axis=0)
             change = pairs[:, 1] / above - pairs[:, 0] / below
             variance = change.var(axis=0, ddof=1) / members
