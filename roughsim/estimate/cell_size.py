@@ -21,31 +21,29 @@ from roughsim import prediction
 from roughsim.grid import Array
 from roughsim.scene import Scene
 
-# relative error × N of hills that carry load: of T_flash at rest, and of fast sliding and all else
-SLOW_LOAD, FAST_LOAD = 0.03, 0.015
-YIELDED, ELASTIC = 0.1, 0.3  # relative error × N where all hills carry load
-OF_CORRECTION = 2.0  # relative error of what finer levels add in a smaller cell, over that of a mean there, squared
-PART_ERROR, PART_HILLS = 0.1, 10  # of a cell for corrections: the largest relative error of a mean, the least hills
+# relative error × number of hills: of a slow T_flash where few hills carry load, times their share (of fast sliding,
+# and of all else, it is half of it), and where all of them do. By the same experiment
+FEW_HILLS, ALL_HILLS = 0.03, 0.2
+PART_ERROR = (
+    0.05  # relative error of a T_flash in a cell for corrections, at most: there these are as in the run's cell
+)
 SIZE_SHARE = 0.45  # of a target error that the size may take
-LEAST_WAVES, MOST_WAVES = 4, 32  # per side of a chosen cell: pictures and g_σ(r) need some, grids hold no more
+WAVES = range(4, 33, 2)  # per side of a cell: pictures and g_σ(r) need four, and grids hold no more than 32
 
 
 def choose_lengths(scene: Scene, target: float = inf) -> tuple[tuple[float, float], str]:
     """Return the sides of the cell, m, and the reason: those that the scene gives, or the shortest that suffice.
 
-    The size takes at most `SIZE_SHARE` of the relative error `target`, as far as `MOST_WAVES` allow.
+    The size takes at most `SIZE_SHARE` of the relative error `target`, as far as `WAVES` allow.
     """
     if scene.numerics.lengths is not None:
         return scene.numerics.lengths, "given in the scene"
     flat = plateau_end(scene)
     wave = 2 * pi / (flat or scene.spectrum.breaks[0])
     kind = "roll-off waves (2π/q_roll_off), as C(q) is flat below q_roll_off," if flat else "longest waves (2π/q_min)"
-    waves, error = LEAST_WAVES, worst(scene, LEAST_WAVES * wave)
-    while error > SIZE_SHARE * target and waves < MOST_WAVES:
-        waves += 2
-        error = worst(scene, waves * wave)
-    why = ", as in fewer the load would have too few hills" if waves > LEAST_WAVES else ""
-    reason = f"{waves} {kind} per side{why}; the size changes T_flash by {100 * error:.1g} %"
+    waves = next((n for n in WAVES if worst(scene, n * wave) <= SIZE_SHARE * target), WAVES[-1])
+    why = ", as in fewer too few hills carry the load" if waves > WAVES[0] else ""
+    reason = f"{waves} {kind} per side{why}; a larger cell changes T_flash by {100 * worst(scene, waves * wave):.1g} %"
     return (waves * wave, waves * wave), reason
 
 
@@ -55,14 +53,13 @@ def worst(scene: Scene, side: float) -> float:
 
 
 def parts_of(scene: Scene, lengths: tuple[float, float]) -> int:
-    """Return how many sides of a cell for corrections make one of these sides, m: 4, 2, or 1."""
+    """Return how many sides of a cell for corrections make one of these sides, m: 4, 2, or 1.
+
+    1: there is no such cell, nor of elastic contact, whose corrections depend on the cell as much as means do.
+    """
     if scene.elastic:
         return 1
-    for parts in (4, 2):
-        side = min(lengths) / parts
-        if worst(scene, side) <= PART_ERROR and side**2 >= PART_HILLS * hill_area(scene, side):
-            return parts
-    return 1
+    return next((parts for parts in (4, 2) if worst(scene, min(lengths) / parts) <= PART_ERROR), 1)
 
 
 def size_error(
@@ -76,15 +73,14 @@ def size_error(
     if observable == "correlation_radius_0":
         return np.array(nan)
     hill = hill_area(scene, min(lengths))
-    few = np.array(SLOW_LOAD if observable == "correlation_radius_10" else FAST_LOAD)
+    slow = np.array(observable == "correlation_radius_10", dtype=np.float64)
     if observable == "flash_temperature":
         peclet = np.abs(scene.speeds) * np.sqrt(hill) / (2 * prediction.conduction(scene).diffusivity)
-        few = FAST_LOAD + (SLOW_LOAD - FAST_LOAD) / (1.0 + peclet)
+        slow = 1.0 / (1.0 + peclet)
     carrying = prediction.area_fractions(scene)["contact_fraction"]
-    if column == "smoothed":  # touches on fewer hills: measured
+    if column == "smoothed":  # touches on half as many hills: measured
         carrying /= 2.0
-    many = ELASTIC if scene.elastic or column == "smoothed" else YIELDED
-    error = (few / carrying + many) * hill / min(lengths) ** 2
+    error = (FEW_HILLS * (1.0 + slow) / 2.0 / carrying + ALL_HILLS) * hill / min(lengths) ** 2
     return np.asarray(error / (1.0 + error))
 
 
@@ -99,7 +95,8 @@ def hill_area(scene: Scene, side: float) -> float:
     psd = spectrum(q)
     variance = np.trapezoid(psd * q**2, np.log(q))
     second = np.trapezoid(psd**2 * q**2, np.log(q)) / variance
-    return float(2 * pi * (spectrum(np.array(2 * pi / side)) + second) / variance)
+    longer = spectrum(np.array(2 * pi / side * (1 - 1e-9)))  # a side as long as the longest wave has all waves
+    return float(2 * pi * (longer + second) / variance)
 
 
 def size_error_of_sum(
@@ -107,11 +104,12 @@ def size_error_of_sum(
 ) -> Array:
     """Return the relative error of the cell's size where a share `from_part` of a mean comes from a part of the cell.
 
-    Its sides are those of the cell, m, over `parts`. The error is an array of the shape of that share.
+    Its sides are those of the cell, m, over `parts`. Ratios of means err by the square of what means do there; those of
+    elastic contact err as much. The error is an array of the shape of that share.
     """
     whole = size_error(scene, lengths, observable, column)
     part = size_error(scene, (lengths[0] / parts, lengths[1] / parts), observable, column)
-    return np.hypot(whole, np.multiply(from_part, OF_CORRECTION * part**2))
+    return np.hypot(whole, np.multiply(from_part, part if scene.elastic or column == "smoothed" else part**2))
 
 
 def plateau_end(scene: Scene) -> float | None:

@@ -61,7 +61,7 @@ def test_the_error_of_t_flash_falls_from_its_value_at_rest_to_that_of_fast_slidi
     share = prediction.area_fractions(soft)["contact_fraction"]
     slow, middle, fast = cell_size.size_error(soft, cell(4))
     for error, few in ((slow, 0.03), (fast, 0.015)):
-        low = (few / share + 0.3) / hills
+        low = (few / share + 0.2) / hills
         assert error == pytest.approx(low / (1 + low), rel=1e-4)
     assert fast < middle < slow
     assert cell_size.size_error(soft, cell(4), "contact_fraction") == pytest.approx(fast, rel=1e-4)
@@ -80,13 +80,16 @@ def test_the_error_is_of_the_shorter_side_and_falls_with_its_square_and_the_load
     assert error(light, (4 * WAVE, 16 * WAVE)) == one
     assert error(light, cell(8)) == pytest.approx(one / 4)
     # where few hills carry load the error is as the inverse of their share; the smoothed column has half as many
-    assert error(loaded(steel, 2e5), cell(4)) == pytest.approx(one / 2, rel=1e-3)
-    assert error(light, cell(4), "smoothed") == pytest.approx(2 * one, rel=1e-3)
+    assert error(loaded(steel, 2e5), cell(4)) == pytest.approx(one / 2, rel=3e-3)
+    assert error(light, cell(4), "smoothed") == pytest.approx(2 * one, rel=3e-3)
     assert error(light, cell(4), "capped") == one
 
 
 def test_a_cell_shorter_than_the_longest_wave_lacks_what_is_longer(soft):
-    assert cell_size.hill_area(soft, 0.5 * WAVE) > 1.1 * cell_size.hill_area(soft, 1.1 * WAVE)
+    whole = cell_size.hill_area(soft, 2 * WAVE)
+    for waves in (1 - 1e-12, 1.0, 1 + 1e-12):  # however the side is rounded
+        assert cell_size.hill_area(soft, waves * WAVE) == whole
+    assert cell_size.hill_area(soft, 0.9 * WAVE) > 1.1 * whole
 
 
 def test_a_cell_holds_four_longest_waves(steel):

@@ -27,15 +27,17 @@ def cell(waves):
     return (waves * WAVE, waves * WAVE)
 
 
-def test_a_part_of_the_cell_has_an_error_of_a_tenth_at_most(steel):
+def test_a_part_of_the_cell_has_an_error_of_a_twentieth_at_most(steel):
     assert cell_size.parts_of(steel, cell(4)) == 4
     # the error over 1 less the error is as (waves)^(−2)
     light = loaded(steel, 1e6)
     error = size_error(light, cell(4)).max()
-    tenth = 4 * sqrt(9 * error / (1 - error))  # waves per side of the cell whose error is a tenth
+    waves = 4 * sqrt(19 * error / (1 - error))  # per side of the cell whose error is a twentieth
     for times, parts in ((0.99, 1), (1.01, 1), (1.99, 1), (2.01, 2), (3.99, 2), (4.01, 4), (9.0, 4)):
-        lengths = (times * tenth * WAVE, 20 * tenth * WAVE)
+        lengths = (times * waves * WAVE, 20 * waves * WAVE)
         assert cell_size.parts_of(light, lengths) == parts
+    soft = replace(steel, body=replace(steel.body, penetration_hardness=None))
+    assert cell_size.parts_of(soft, cell(16)) == 1
 
 
 def test_what_a_part_adds_has_the_square_of_its_error(steel):
@@ -43,7 +45,12 @@ def test_what_a_part_adds_has_the_square_of_its_error(steel):
     share = np.linspace(0.1, 0.4, len(light.speeds))
     whole, part = size_error(light, cell(8)), size_error(light, cell(2))
     found = size_error_of_sum(light, cell(8), 4, NAME, "capped", share)
-    np.testing.assert_allclose(found, np.sqrt(whole**2 + (2 * share * part**2) ** 2), rtol=1e-12)
+    np.testing.assert_allclose(found, np.sqrt(whole**2 + (share * part**2) ** 2), rtol=1e-12)
+    soft = replace(steel, body=replace(steel.body, penetration_hardness=None))
+    whole, part = size_error(soft, cell(8)), size_error(soft, cell(4))  # elastic contact: no square
+    found = size_error_of_sum(soft, cell(8), 2, NAME, "elastic", share)
+    np.testing.assert_allclose(found, np.sqrt(whole**2 + (share * part) ** 2), rtol=1e-12)
+    whole = size_error(light, cell(8))
     none = size_error_of_sum(light, cell(8), 4, NAME, "capped", np.zeros(len(share)))
     np.testing.assert_array_equal(none, whole)
 
@@ -82,5 +89,5 @@ def test_half_the_cell_has_the_same_ratio_of_means():
     noise = np.hypot(error, other)
     assert np.all(noise < 0.004)
     assert np.all(whole < -0.03)  # there is something to compare
-    charged = 2 * size_error(scene, cell(2))[[0, -1]] ** 2 * np.abs(whole)
+    charged = size_error(scene, cell(2)) ** 2 * np.abs(whole)
     assert np.all(np.abs(half - whole) < charged + 3 * noise)
