@@ -105,7 +105,7 @@ def open_run(folder: str | Path, *, damaged: Literal["refuse", "skip"] = "refuse
     Returns
     -------
     Run
-        With `estimate`, `samples` and `correlation`.
+        With `estimate`, `pairs` and `correlation`.
 
     Raises
     ------
