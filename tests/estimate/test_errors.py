@@ -63,10 +63,11 @@ def test_a_stream_that_does_not_scatter_takes_no_freedom():
     np.testing.assert_array_equal(freedom, 8.0)
 
 
-def test_agreement_to_all_digits_is_no_scatter_and_more_is():
-    for step, agrees in ((1e-14, True), (1e-10, False)):
-        rows = 1.0 + step * np.arange(12.0)[:, None]
-        assert (est.spread_of(mean_of(0, rows))[0][0] == 0.0) == agrees
+@pytest.mark.parametrize("unit", [1.0, -1e6, 1e-9])
+@pytest.mark.parametrize(("step", "agrees"), [(1e-14, True), (1e-10, False)])
+def test_agreement_to_all_digits_is_no_scatter_and_more_is(unit, step, agrees):
+    rows = unit * (1.0 + step * np.arange(12.0)[:, None])
+    assert (est.spread_of(mean_of(0, rows))[0][0] == 0.0) == agrees
 
 
 def test_one_realization_of_any_stream_leaves_the_error_infinite():
@@ -132,9 +133,12 @@ def test_an_estimate_has_all_parts_of_its_error():
 
 
 def test_errors_are_not_negative_where_the_mean_is():
-    found = est.estimate("flash_gradient", values_of(mean_of(0, -rows_of(1, 20))), size=0.01, solver=1e-3)
-    for name in ("size", "solver", "statistical"):
-        assert np.all(found.budget[name] > 0.0)
+    values = values_of(mean_of(0, -rows_of(1, 20)), bandwidth=0.1, pixel=0.1, last_step=0.1)
+    found = est.estimate("flash_gradient", values, size=0.01, solver=1e-3, scan=np.full(2, 0.1))
+    ratio = est.quotient(values, values_of(mean_of(0, rows_of(1, 20))), size=0.01, solver=1e-3)
+    for budget in (found.budget, ratio.budget):
+        assert all(np.all(part > 0.0) for name, part in budget.items() if name != "statistical")
+    assert np.all(found.half_width > 0.0)
 
 
 def test_the_number_of_realizations_is_that_of_the_lowest_level():
@@ -177,6 +181,17 @@ def test_an_estimate_explains_itself():
     assert "size: at most what a larger cell changes, as measured" in text
     assert "pixel: unknown: no level of the run shows it; not in these figures" in text
     assert "one note" in text
+    cut = est.estimate(NAME, values_of(mean_of(0, rows_of(1, 20)), bandwidth=np.nan)).explain()
+    assert "bandwidth: unknown: no level of the run shows it; not in these figures" in cut
+
+
+def test_errors_are_told_in_the_unit_of_the_mean():
+    # 10 ± 0.3 µm, and 2 µm less at the finest level
+    rows = 1e-6 * np.full((6, 1), 10.0)
+    values = values_of(mean_of(0, rows), pixel=3e-7, finest=np.array([8e-6]))
+    line = est.estimate("correlation_radius_50", values).explain().splitlines()[1]
+    assert line.startswith("10.00 ± 0.30 µm: statistical 0, bandwidth 0, pixel 0.3, ")
+    assert line.endswith("value at the finest level -2")
 
 
 def test_the_table_of_an_estimate_has_a_column_for_each_part_and_a_row_for_each_speed():
@@ -257,6 +272,11 @@ def test_a_ratio_has_the_last_steps_of_both_columns():
     below = values_of(mean_of(0, np.full((6, 1), 20.0)), bandwidth=np.nan, last_step=1.0)
     found = est.quotient(above, below)
     assert found.budget["last step"][0] == pytest.approx(2.0 * np.hypot(14.0 / 40.0, 1.0 / 20.0))
+    still = below._replace(last_step=np.zeros(1))
+    assert est.quotient(above, still).budget["last step"][0] == pytest.approx(14.0 / 20.0)
+    at_one_speed = values_of(mean_of(0, np.full((6, 2), 40.0)), last_step=np.array([0.0, 14.0]))
+    found = est.quotient(at_one_speed, values_of(mean_of(0, np.full((6, 2), 20.0))))
+    np.testing.assert_allclose(found.budget["last step"], [0.0, 14.0 / 20.0])
 
 
 def test_what_one_column_does_not_know_the_ratio_does_not_know():

@@ -257,9 +257,15 @@ def test_the_less_the_steps_show_the_more_the_exponent_is_drawn_to_the_usual_one
 )
 def test_steps_that_are_no_power_go_on_with_the_usual_or_a_bounded_one(means, exponent):
     limit = by_power(rungs_at([[mean] for mean in means]), END, 0.6)
-    step = means[2] - means[1]
-    expected = step * (1.0 - (16.0 / END) ** exponent) / (2.0**exponent - 1.0)
-    assert limit.rest.value[0] == pytest.approx(expected, rel=1e-9)
+
+    def rest(p):
+        return (means[2] - means[1]) * (1.0 - (16.0 / END) ** p) / (2.0**p - 1.0)
+
+    assert limit.rest.value[0] == pytest.approx(rest(exponent), rel=1e-9)
+    lower = (
+        rest(0.3) if exponent == 0.6 else 1.2 * rest(exponent)
+    )  # the usual one is doubted by .3, the others by a fifth
+    assert limit.error[0] == pytest.approx(abs(lower - rest(exponent)), rel=1e-9)
 
 
 def test_only_the_last_three_rungs_and_each_speed_by_itself_show_the_power():
