@@ -181,7 +181,7 @@ class Numerics(Record, section="numerics"):
         return Grid(self.levels[level].shape, (self.lengths[0] / parts, self.lengths[1] / parts))
 
     def grid_below(self, level: int) -> Grid:
-        """Return the grid of the level below in the cell of `level`, with its own pixel; ValueError at a lowest level."""
+        """Return the grid of the level below in the cell of `level`, with its own pixel; ValueError without one."""
         j = self.below(level)
         if j is None:
             raise ValueError(f"level {level} has none below it")
