@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from roughsim.store.disk import hdf5_bytes, place_bytes
+from roughsim.store.disk import place_bytes
+from roughsim.store.hdf5 import hdf5_bytes
 from roughsim.store.validity_map import FORMAT, Table, digest
 
 

@@ -6,13 +6,11 @@ cannot be read now: the disk or the network may give it later.
 
 import errno
 import hashlib
-import io
 import json
 import os
 import re
 import secrets
 import socket
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -83,16 +81,6 @@ def is_temporary(name: str) -> bool:
 def checksum(value: Any) -> str:
     """Return the checksum of a JSON value."""
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()[:16]
-
-
-def hdf5_bytes(fill: Callable[[Any], None]) -> memoryview:
-    """Return the bytes of an HDF5 file that `fill` fills, made in memory: HDF5 never meets a full disk."""
-    import h5py
-
-    image = io.BytesIO()  # not the core driver: before HDF5 2.0 its images of v110 files have a stale checksum
-    with h5py.File(image, "w", libver="v110") as file:
-        fill(file)
-    return image.getbuffer()
 
 
 def read_bytes(path: Path, most: int | None = None) -> bytes:

@@ -1,20 +1,18 @@
 """The file of a member (one realization of one level): written whole, and checked to the last byte.
 
-It is HDF5 and netCDF-4 at once. Arrays lie in the root group with dimension scales and units. The axis `below` of the
-numbers is 0 for the level of the file, and 1 for the level below it on the same surface. The attribute `header` is JSON
-and holds what is no array. Where fields are kept, the group `entry` links to them as NeXus wants it. After the end of
-the HDF5 data comes the seal: a line with the name of the file and the SHA-256 of all bytes before it.
+It is HDF5 and netCDF-4 at once. `numbers` has all numbers over `below`, `number` and `speed`; a number that does not
+depend on the speed stands at the first one. `stress_spectrum` lies over `below` and `wavenumber`. The axis `below` is 0
+for the level of the file, and 1 for the level below it on the same surface. What there is not is NaN. The attribute
+`header` is JSON and holds what is no array. Where fields are kept, the group `entry` links to them as NeXus wants it.
+After the end of the HDF5 data comes the seal: a line with the name of the file and the SHA-256 of all bytes before it.
 """
 
 import errno
 import hashlib
-import io
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from functools import lru_cache, partial
-from math import prod
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,19 +21,16 @@ from numpy.typing import NDArray
 
 from roughsim.errors import RecordError
 from roughsim.grid import Array
-from roughsim.machine import exceeds
 from roughsim.observables.catalogue import AXIS, CURVES, NUMBERS
 from roughsim.sliding import film
-from roughsim.store.disk import DamagedError, hdf5_bytes, place_bytes, read_bytes
+from roughsim.store.disk import DamagedError, place_bytes, read_bytes
 from roughsim.store.kinds import again
 
 FORMAT = 5  # of members and of run.json
 STAGES = ("surface", "contact", "observables")  # of the pipeline: the seconds of each are stored
 MEMBER_NAME = re.compile(r"L(\d+)-(\d{6,})")  # level and index; of the file, of its claim, and in messages
-ENDS = "", "_below"  # of the names of spectra: of the level, and of the level below it
 _SEAL = re.compile(rb"\nroughsim (L(\d+)-(\d{6,})\.h5) sha256 ([0-9a-f]{64})\n\Z")
 _LONGEST_SEAL = 200  # bytes
-LARGEST_CHUNK = 256  # points along a side of a field: viewers read a part of a large one at a time
 
 
 class Kind(NamedTuple):
@@ -51,15 +46,15 @@ KEPT_FIELDS = {
     "pressure": Kind("Pa", ("x", "y"), "contact pressure, positive in compression"),
 }
 FIELDS = KEPT_FIELDS | {name: Kind(*about) for name, about in film.FIELDS.items()}
-SPEED, BELOW = ("speed",), ("below",)
-SPECTRUM = "wavenumber", "stress_spectrum"
 KINDS = {
-    "speed": Kind("m/s", SPEED),
-    "below": Kind("1", BELOW),
-    **{name: Kind(number.unit, BELOW + SPEED * number.per_speed) for name, number in NUMBERS.items()},
-    **{f"wavenumber{end}": Kind("1/m", (f"wavenumber{end}",)) for end in ENDS},
-    **{f"stress_spectrum{end}": Kind("Pa^2", (f"wavenumber{end}",)) for end in ENDS},
-    **{name: Kind(curve.unit, (*SPEED * curve.per_speed, AXIS)) for name, curve in CURVES.items()},
+    "below": Kind("", ("below",)),
+    "number": Kind("", ("number",)),
+    "unit": Kind("", ("number",)),
+    "speed": Kind("m/s", ("speed",)),
+    "numbers": Kind("", ("below", "number", "speed")),
+    "wavenumber": Kind("1/m", ("wavenumber",)),
+    "stress_spectrum": Kind("Pa^2", ("below", "wavenumber")),
+    **{name: Kind(curve.unit, (*["speed"] * curve.per_speed, AXIS)) for name, curve in CURVES.items()},
     "x": Kind("m", ("x",)),
     "y": Kind("m", ("y",)),
     **FIELDS,
@@ -108,6 +103,8 @@ def member_path(folder: Path, level: int, index: int) -> Path:
 
 def write_member(folder: Path, member: Member) -> None:
     """Write a member's file, whole or not at all; OSError, naming the path, if the disk refuses."""
+    from roughsim.store.hdf5 import hdf5_bytes  # loads h5py
+
     path = member_path(folder, member.level, member.index)
     content = hdf5_bytes(lambda file: _fill(file, member))
     seal = f"\nroughsim {path.name} sha256 ".encode()
@@ -178,88 +175,47 @@ def _check_seal(path: Path, content: bytes) -> None:
 
 def _fill(file: Any, member: Member) -> None:
     """Store a member in a new HDF5 file."""
+    from roughsim.store.hdf5 import add_array, describe
+
     header = {name: getattr(member, name) for name in ("level", "index", "failure", "lengths", "speeds", "provenance")}
     header |= {name: list(getattr(member, name)) for name in ("numbers", "curves", "fields")}
-    file.attrs["format_version"] = FORMAT
-    _set_text(file.id, "format", "roughsim realization")
-    _set_text(file.id, "header", json.dumps(header))
-    scales: dict[str, Any] = {}
+    describe(file.id, "header", json.dumps({"format_version": FORMAT, **header}))
+    stored: dict[str, Any] = {}
     for name, values in _arrays_of(member):
-        _add(file.id, name, values, KINDS[name], scales)
+        kind = KINDS[name]
+        axes = [] if kind.axes == (name,) else [stored[axis] for axis in kind.axes]
+        stored[name] = add_array(file.id, name, values, kind.unit, axes)
     if member.fields:
         _show(file, list(member.fields))
 
 
 def _arrays_of(member: Member) -> Iterator[tuple[str, NDArray[Any]]]:
     """Yield the arrays of a member with their names, each after its axes."""
-    own = Moments(member.numbers, member.wavenumber, member.spectrum)
-    moments = [own] if member.below is None else [own, member.below]
     if member.numbers:
-        yield "speed", np.array(member.speeds, np.float64)
+        own = Moments(member.numbers, member.wavenumber, member.spectrum)
+        moments = [own] if member.below is None else [own, member.below]
+        wavenumber, of_below = own.wavenumber, moments[-1].wavenumber
+        if not np.array_equal(of_below, wavenumber[: len(of_below)]):  # a small grid has entries of its own
+            wavenumber = np.union1d(wavenumber, of_below)
+        numbers = np.full((len(moments), len(member.numbers), len(member.speeds)), np.nan)
+        spectra = np.full((len(moments), len(wavenumber)), np.nan)
+        for k, each in enumerate(moments):
+            for row, name in zip(numbers[k], member.numbers, strict=True):
+                row[: len(each.numbers[name])] = each.numbers[name]
+            spectra[k, np.searchsorted(wavenumber, each.wavenumber)] = each.spectrum
         yield "below", np.arange(float(len(moments)))
-        for name in member.numbers:
-            values = np.array([each.numbers[name] for each in moments], np.float64)
-            yield name, values if NUMBERS[name].per_speed else values[:, 0]
-        for end, each in zip(ENDS, moments, strict=False):
-            yield f"wavenumber{end}", each.wavenumber
-            yield f"stress_spectrum{end}", each.spectrum
+        yield "number", np.array(list(member.numbers), np.bytes_)
+        yield "unit", np.array([NUMBERS[name].unit for name in member.numbers], np.bytes_)
+        yield "speed", np.array(member.speeds, np.float64)
+        yield "numbers", numbers
+        yield "wavenumber", wavenumber
+        yield "stress_spectrum", spectra
     yield from member.curves.items()
     shape = next((values.shape[-2:] for values in member.fields.values() if values.ndim > 1), ())
     for axis, points, length in zip("xy", shape, member.lengths, strict=False):
         yield axis, np.arange(points) * (length / points)
     for name, kept in member.fields.items():
         yield name, np.asarray(kept, np.float32)
-
-
-def _add(place: Any, name: str, values: NDArray[Any], kind: Kind, scales: dict[str, Any]) -> None:
-    """Store an array over `scales`, the datasets of axes by name; an axis is added to them.
-
-    These calls take a third of the time of the interface above them: a member has some twenty arrays.
-    """
-    from h5py import h5d, h5ds, h5s, h5t
-
-    number = h5t.IEEE_F32LE if name in FIELDS else h5t.IEEE_F64LE
-    dataset = h5d.create(place, name.encode(), number, *_layout(values.shape, name in FIELDS))
-    dataset.write(h5s.ALL, h5s.ALL, np.ascontiguousarray(values))
-    _set_text(dataset, "units", kind.unit)
-    if kind.axes == (name,):
-        h5ds.set_scale(dataset, name.encode())
-        scales[name] = dataset
-        return
-    for axis, scale in enumerate(kind.axes):
-        h5ds.attach_scale(dataset, scales[scale], axis)
-
-
-@lru_cache(maxsize=64)  # a fifth of the time of a member, as those of one level have the same shapes
-def _layout(shape: tuple[int, ...], packed: bool) -> tuple[Any, Any]:
-    """Return how HDF5 is to store an array: its shape, and chunks guarded by a checksum."""
-    from h5py import h5p, h5s
-
-    chunk = shape
-    if len(shape) > 1:  # one part of one map
-        chunk = (1,) * (len(shape) - 2) + tuple(min(points, LARGEST_CHUNK) for points in shape[-2:])
-    how = h5p.create(h5p.DATASET_CREATE)
-    how.set_chunk(chunk)
-    if packed:
-        how.set_shuffle()
-        how.set_deflate(1)
-    how.set_fletcher32()
-    return h5s.create_simple(shape), how
-
-
-def _set_text(place: Any, name: str, text: str) -> None:
-    """Give a new group or dataset a text; the interface above this call looks for an older one first."""
-    from h5py import h5a
-
-    h5a.create(place, name.encode(), *_text()).write(np.array(text, object))
-
-
-@lru_cache(maxsize=1)
-def _text() -> tuple[Any, Any]:
-    """Return the type of texts, and the shape of one."""
-    from h5py import h5s, h5t, string_dtype
-
-    return h5t.py_create(string_dtype(), logical=True), h5s.create(h5s.SCALAR)
 
 
 def _show(file: Any, names: list[str]) -> None:
@@ -277,41 +233,38 @@ def _show(file: Any, names: list[str]) -> None:
 
 def _opened(path: Path, fields: Iterable[str]) -> Member:
     """Return the member in a file whose seal is sound, with these of its fields; errors as for `read_member`."""
-    import h5py
+    from roughsim.store.hdf5 import described, opened_hdf5, read_array  # loads h5py
 
     content = read_bytes(path)
     _check_seal(path, content)
     try:
-        with h5py.File(io.BytesIO(content), "r") as file:
-            header = json.loads(file.attrs["header"])
-            check_format(path, int(file.attrs["format_version"]), header["provenance"])
-            return _member_of(path, header, partial(_read, path, file.id), fields)
+        with opened_hdf5(content) as file:
+
+            def read(name: str) -> NDArray[Any]:
+                kind = np.dtype(np.float32 if name in FIELDS else np.float64)
+                return read_array(file, path, name, len(KINDS[name].axes), kind)
+
+            header = json.loads(described(file.id, "header"))
+            check_format(path, int(header["format_version"]), header["provenance"])
+            return _member_of(path, header, read, fields)
     except RecordError:
         raise
     except (OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError, RecursionError) as error:
         raise damaged(path, error) from error
 
 
-def _member_of(path: Path, header: dict[str, Any], read: Callable[..., NDArray[Any]], fields: Iterable[str]) -> Member:
+def _member_of(path: Path, header: dict[str, Any], read: Callable[[str], Any], fields: Iterable[str]) -> Member:
     """Return the member of a header and of the arrays in a file; ValueError or LookupError if no writer made these.
 
     Who forges a header can forge its seal too.
     """
     level, index, failure, provenance = (header[name] for name in ("level", "index", "failure", "provenance"))
+    speeds, (length_x, length_y) = tuple(float(speed) for speed in header["speeds"]), header["lengths"]
     if f"{member_name(level, index)}.h5" != path.name:
         raise ValueError(f"it holds level {level}, index {index}, not what its name says")
-    # those of a package that is not installed here are left out
-    numbers = {name: read(name) for name in header["numbers"] if name in NUMBERS}
-    moments = []
-    for k in range(len(read("below")) if numbers else 0):
-        of_level = {name: np.atleast_1d(values[k]) for name, values in numbers.items()}
-        moments.append(Moments(of_level, *(read(name + ENDS[k]) for name in SPECTRUM)))
+    moments = list(_moments(header["numbers"], len(speeds), read)) if header["numbers"] else []
     if not isinstance(provenance, dict) or not isinstance(failure, str) or bool(failure) == bool(moments):
         raise ValueError("its header is none that a writer of this format makes")
-    speeds = tuple(float(speed) for speed in header["speeds"])
-    if any(values.shape[1:] not in ((), (len(speeds),)) for values in numbers.values()):
-        raise ValueError("its numbers are over other speeds than its header has")
-    length_x, length_y = header["lengths"]
     return Member(
         level,
         index,
@@ -319,7 +272,7 @@ def _member_of(path: Path, header: dict[str, Any], read: Callable[..., NDArray[A
         *(moments[0] if moments else Moments({}, np.empty(0), np.empty(0))),
         moments[1] if len(moments) > 1 else None,
         {name: read(name) for name in header["curves"] if name in CURVES},
-        {name: read(name, np.float32) for name in header["fields"] if name in fields},
+        {name: read(name) for name in header["fields"] if name in fields},
         (float(length_x), float(length_y)),
         speeds,
         provenance,
@@ -327,21 +280,14 @@ def _member_of(path: Path, header: dict[str, Any], read: Callable[..., NDArray[A
     )
 
 
-def _read(path: Path, place: Any, name: str, kind: Any = np.float64) -> NDArray[Any]:
-    """Return an array of a file. RecordError if it leads elsewhere or is too large, else errors as `_member_of`.
-
-    Only what is read is opened. What writers of this format make is chunked: that is no external and no virtual array.
-    """
-    from h5py import h5d, h5l, h5s
-
-    if place.links.get_info(name.encode()).type != h5l.TYPE_HARD:
-        raise RecordError(f"{path}: {name} is a link that leads elsewhere; nothing was read")
-    dataset = h5d.open(place, name.encode())
-    shape = dataset.shape
-    if dataset.get_create_plist().get_layout() != h5d.CHUNKED or len(shape) != len(KINDS[name].axes):
-        raise RecordError(f"{path}: {name} is stored as no writer of this format does it; nothing was read")
-    if exceeds(float(prod(shape)) * np.dtype(kind).itemsize, 0.5):
-        raise RecordError(f"{path}: {name} declares the shape {shape}, above half of the available memory")
-    values = np.empty(shape, kind)
-    dataset.read(h5s.ALL, h5s.ALL, values)
-    return values
+def _moments(names: list[str], speeds: int, read: Callable[[str], Any]) -> Iterator[Moments]:
+    """Yield the moments of the level of a file, and of the level below it; errors as `_member_of`."""
+    numbers, wavenumber, spectra = (read(name) for name in ("numbers", "wavenumber", "stress_spectrum"))
+    if numbers.shape[1:] != (len(names), speeds) or spectra.shape != (len(numbers), len(wavenumber)):
+        raise ValueError("its arrays have other sizes than its header says")
+    for rows, spectrum in zip(numbers, spectra, strict=True):
+        # numbers of a package that is not installed here are left out
+        known = {name: row for name, row in zip(names, rows, strict=True) if name in NUMBERS}
+        there = ~np.isnan(spectrum)
+        own = {name: row if NUMBERS[name].per_speed else row[:1] for name, row in known.items()}
+        yield Moments(own, wavenumber[there], spectrum[there])

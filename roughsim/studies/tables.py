@@ -20,7 +20,7 @@ from roughsim.scene.numerics import SLIDING
 from roughsim.scene.schema import literal
 from roughsim.show.frame import data_frame
 from roughsim.show.table import Column, Number, Row, Table, significant, with_unit
-from roughsim.store.disk import hdf5_bytes, place_bytes
+from roughsim.store.disk import place_bytes
 from roughsim.studies.vary import key_quantity
 
 PREFIXES = {"Pa": (1e-6, "MPa"), "m": (1e6, "µm"), "rad/m": (1.0, "1/m")}  # units of keys that people read
@@ -214,6 +214,8 @@ def save_study(study: Any, path: str | Path) -> Path:
         data_frame(flat_rows(study)).to_parquet(buffer)
         content = buffer.getvalue()
     else:
+        from roughsim.store.hdf5 import hdf5_bytes  # loads h5py
+
         content = hdf5_bytes(lambda file: fill(file, study))
     place_bytes(path, content)
     return path

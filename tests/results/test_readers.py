@@ -15,13 +15,12 @@ from roughsim.store.member_files import member_path
 # warnings are errors in all tests, so each of these also says that the reader has nothing to complain about
 UNITS = {"flash_temperature": "K", "flash_laplacian": "K/m^2", "contact_fraction": "1", "pressure_variance": "Pa^2"}
 MEMBER = {
-    **UNITS, "speed": "m/s", "wavenumber": "1/m", "stress_spectrum": "Pa^2",
-    "x": "m", "y": "m", "heights": "m", "pressure": "Pa",
+    "speed": "m/s", "wavenumber": "1/m", "stress_spectrum": "Pa^2", "x": "m", "y": "m", "heights": "m", "pressure": "Pa"
 }  # fmt: skip
 EXPORT = {**UNITS, "speed": "m/s", "level_2/x": "m", "level_2/heights": "m", "level_2/pressure": "Pa"}
 AXES = {
-    "flash_temperature": ("below", "speed"), "contact_fraction": ("below",), "stress_spectrum": ("wavenumber",),
-    "stress_spectrum_below": ("wavenumber_below",), "pressure": ("x", "y"),
+    "numbers": ("below", "number", "speed"), "unit": ("number",), "stress_spectrum": ("below", "wavenumber"),
+    "pressure": ("x", "y"),
 }  # fmt: skip
 EXPORT_AXES = {
     "flash_temperature": ("column", "speed"), "contact_fraction_total_error": ("column",),
@@ -150,14 +149,17 @@ def test_every_group_that_viewers_draw_is_a_valid_one(files, case):
             assert not found.issues
 
 
-def test_stored_numbers_are_those_that_the_run_reports(kept_run, files):
+@pytest.mark.parametrize(("engine", "as_text"), [("h5netcdf", str.encode), ("netcdf4", str)])
+def test_stored_numbers_are_found_by_their_names(kept_run, files, engine, as_text):
     xarray = pytest.importorskip("xarray")
-    pytest.importorskip("h5netcdf")
-    with xarray.open_dataset(files["member"], engine="h5netcdf") as data:
+    pytest.importorskip("h5netcdf" if engine == "h5netcdf" else "netCDF4")
+    with xarray.open_dataset(files["member"], engine=engine) as data:
         one = kept_run.members[2, 0]
-        for name in UNITS:
+        for name, unit in UNITS.items():
+            assert data.unit.sel(number=as_text(name)) == as_text(unit)
             for below, numbers in enumerate((one.numbers, one.below.numbers)):
-                np.testing.assert_array_equal(np.atleast_1d(data[name].sel(below=below)), numbers[name])
+                found = data.numbers.sel(number=as_text(name), below=below)
+                np.testing.assert_array_equal(found[: len(numbers[name])], numbers[name])
         np.testing.assert_array_equal(data.speed, kept_run.scene.speeds)
         assert float(data.pressure.mean()) == pytest.approx(90e6, rel=1e-4)  # force balance, solver tolerance 1e-4
 

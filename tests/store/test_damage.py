@@ -9,7 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from damage_cases import PASSING, forged, member, sealed, without_seal
+from damage_cases import PASSING, member, sealed, with_header, without_seal
 
 import roughsim as rs
 from roughsim.store import disk
@@ -110,8 +110,7 @@ def test_a_missing_file_and_a_folder_in_its_place_are_no_damage(path):
 
 def test_a_file_of_another_format_is_no_damage(path):
     for version in (4, 99):
-        with forged(path) as file:
-            file.attrs["format_version"] = version
+        with_header(path, format_version=version)
         check_member(path)
         with pytest.raises(rs.RecordError, match=f"format.* {version}") as told:
             read_member(path)
