@@ -237,7 +237,7 @@ def test_areas_end_at_their_common_bound_where_more_would_pass_it(steel, asked, 
     means = [BOUND * (1.0 + sign * x) for x in (0.4, 0.1)]  # by the power 1 the end is .2 on the other side
     values = values_of(steel, "capped", name, ladder(means, (1e5, 2e5), name=f"{name}_corrected"))
     assert values.mean[0] == pytest.approx(BOUND, rel=1e-12)
-    assert values.bandwidth[0] <= 0.1 * BOUND * (1 + 1e-9)  # no more than what follows
+    assert values.bandwidth[0] == pytest.approx(0.1 * BOUND, rel=1e-9)  # no more than what follows
     assert values.finest[0] == pytest.approx(means[1], rel=1e-12)
     slow = [BOUND * (1.0 + sign * x) for x in (0.4, 0.3)]
     values = values_of(steel, "capped", name, ladder(slow, (1e5, 2e5), name=f"{name}_corrected"))
@@ -249,12 +249,13 @@ def test_areas_end_at_their_common_bound_where_more_would_pass_it(steel, asked, 
     assert lower / (slow[1] - slow[0]) < 2.0  # of the .3 that are left
 
 
-def test_where_nothing_continues_an_area_its_bound_limits_the_error(steel, asked):
-    (pair,) = ladder([1.2 * BOUND], (2e5,), name="contact_fraction_corrected")
-    values = values_of(steel, "capped", "contact_fraction", [pair])
-    assert values.mean[0] == pytest.approx(1.2 * BOUND, rel=1e-12)
+@pytest.mark.parametrize(("name", "share"), [("contact_fraction", 1.2), ("plastic_fraction", 0.8)])
+def test_where_nothing_continues_an_area_its_bound_limits_the_error(steel, asked, name, share):
+    (pair,) = ladder([share * BOUND], (2e5,), name=f"{name}_corrected")
+    values = values_of(steel, "capped", name, [pair])
+    assert values.mean[0] == pytest.approx(share * BOUND, rel=1e-12)
     assert values.bandwidth[0] == pytest.approx(0.2 * BOUND, rel=1e-9)
-    elastic = values_of(steel, "elastic", "contact_fraction", [pair])  # where nothing yields there is no such bound
+    elastic = values_of(steel, "elastic", name, [pair])  # where nothing yields there is no such bound
     assert np.isnan(elastic.bandwidth[0])
 
 
@@ -420,8 +421,9 @@ def test_a_product_keeps_surfaces_together_and_adds_errors_of_the_same_causes(st
     for name, relative in ERRORS.items():
         expected = relative * (a * 0.4 + b * 200.0)
         np.testing.assert_allclose(getattr(found, name), expected, rtol=1e-12)
-    negative = product(kelvins, share._replace(mean=-share.mean))
-    np.testing.assert_allclose(negative.pixel, found.pixel, rtol=1e-12)
+    for negative in (product(kelvins, share._replace(mean=-b)), product(kelvins._replace(mean=-a), share)):
+        np.testing.assert_allclose(negative.mean, -found.mean, rtol=1e-12)
+        np.testing.assert_allclose(negative.pixel, found.pixel, rtol=1e-12)
     unknown = product(kelvins._replace(bandwidth=np.full(SPEEDS, np.nan)), share)
     assert np.isnan(unknown.bandwidth).all()
 
@@ -450,7 +452,7 @@ def test_values_times_an_exact_number_are_scaled_with_all_that_they_have(steel):
 # in words
 
 
-def test_notes_say_what_values_are_made_of(steel, asked):
+def test_notes_say_what_values_are_made_of(steel, resting, asked):
     levels = [Level("capped", (64, 64), 1e5), Level("capped", (64, 64), 2e5, cell="half")]
     numerics = Numerics((*levels, Level("smoothed", (64, 64), 1e5)), (2e-3, 2e-3), tolerance=2e-3)
 
@@ -465,11 +467,13 @@ def test_notes_say_what_values_are_made_of(steel, asked):
     )
     assert found[1] == "continued beyond the highest cut-off as q_c^(−p) with p = 0.80"
     assert found[2] == "speeds 0.001, 0.01, 0.1, 1, 10, 35, 100 m/s"
-    cut = notes(values_of(steel, "capped", NAME, pairs, continued=False))
-    assert cut[1] == (
-        "where the bandwidth is unknown, the value of the highest q_c, and what the last step to it changed is part of "
-        "the error"
-    )
+    at_rest = ladder(at_speeds(9.0, 8.0, speeds=2), (1e5, 2e5))
+    for scene, column in ((steel, pairs), (resting, at_rest)):
+        cut = notes(values_of(scene, "capped", NAME, column, continued=False))
+        assert cut[1] == (
+            "where the bandwidth is unknown, the value of the highest q_c, and what the last step to it changed is "
+            "part of the error"
+        )
     one = notes(values_of(steel, "capped", NAME, pairs[:1]))
     assert one[1] == "where the bandwidth is unknown, the value of the highest q_c"
     gradients = ladder(at_speeds(-9.0, -8.0), (1e5, 2e5), name=GRADIENT)

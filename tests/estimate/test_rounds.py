@@ -218,6 +218,13 @@ def test_the_total_error_of_the_worst_speed_decides():
             assert (verdict.why, verdict.needed) == ("the targets are met", counts)
 
 
+@pytest.mark.parametrize(("worst", "why"), [([0.3, 0.2], "bandwidth"), ([0.2, 0.3], "pixel")])
+def test_the_reason_is_the_largest_part_at_the_worst_speed(worst, why):
+    errors = {"bandwidth": np.array([worst[0], 0.0]), "pixel": np.array([0.0, worst[1]])}
+    verdict = judge(ONE, {NAME: 0.1}, 400, (48, 12, 0, 6), totals_of(ONE, SCATTER, mean=[2.0, 5.0], **errors))
+    assert verdict.why == why
+
+
 def test_each_target_must_be_met_and_unknown_parts_count_for_nothing():
     counts = (48, 12, 0, 6)
     totals = totals_of(ONE, SCATTER, bandwidth=np.nan)
