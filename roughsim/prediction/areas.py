@@ -12,6 +12,7 @@ REMEMBERED = 1024  # scenes whose numbers are kept: a study goes through its poi
 _NEVER = 1e-6  # share of the theory's contact: where less yields, the hardness changes no number
 
 
+@lru_cache(maxsize=REMEMBERED)
 def area_fractions(scene: Scene, q_max: float = inf) -> dict[str, float]:
     """Return the contact and the plastic share of the area with all roughness, or with that up to q_max, rad/m."""
     spectrum, load = scene.spectrum, load_arguments(scene)

@@ -65,6 +65,7 @@ class Means:
         self._pairs: dict[tuple[str, Counts], list[Pair]] = {}
         self._values: dict[tuple[str, str, bool, Counts], Values] = {}
         self._verdicts: dict[tuple[Any, ...], Verdict] = {}
+        self._rounds: dict[tuple[Any, ...], Rounds] = {}  # the last ones: they are asked for again and again
 
     def refresh(self) -> None:
         """Read the members that have come since, of each level up to the first gap; damaged ones again.
@@ -72,7 +73,7 @@ class Means:
         RecordError if one is damaged or of another run, OSError if one cannot be read now, which is no damage.
         """
         if self._reader.refresh(self.max_realizations):
-            for remembered in (self._pairs, self._values, self._verdicts):
+            for remembered in (self._pairs, self._values, self._verdicts, self._rounds):
                 remembered.clear()
 
     def take(self, level: int, index: int) -> bool:
@@ -86,7 +87,10 @@ class Means:
     @property
     def rounds(self) -> Rounds:
         """How far the run is, by the members that are there and the targets."""
-        return replay(self.numerics, self.max_realizations, self._reader.available, self._judged)
+        key = *self._reader.available, self.max_realizations, *self.until.items()
+        if key not in self._rounds:
+            self._rounds = {key: replay(self.numerics, self.max_realizations, self._reader.available, self._judged)}
+        return self._rounds[key]
 
     @property
     def counts(self) -> Counts:

@@ -22,6 +22,7 @@ class Members(dict[Key, Member]):
     def __init__(self, numerics: Numerics, speeds: Sequence[float]):
         super().__init__()
         self.numerics, self.speeds = numerics, speeds
+        self._streams = {level: numerics.stream(level) for level in numerics.single}
 
     def failed(self, level: int, count: int) -> list[int]:
         """Return the indices below `count` at which a level has a member without numbers."""
@@ -29,8 +30,7 @@ class Members(dict[Key, Member]):
 
     def sound(self, level: int, count: int) -> list[int]:
         """Return the indices below `count` at which a level has numbers, and no level of the same surfaces failed."""
-        stream = self.numerics.stream(level)
-        alike = [other for other in self.numerics.single if self.numerics.stream(other) == stream]
+        alike = [other for other in self._streams if self._streams[other] == self._streams.get(level)]
         lost = {i for other in {*alike, level} for i in self.failed(other, count)}
         return [i for i in range(count) if i not in lost and (level, i) in self]
 
@@ -42,16 +42,15 @@ class Members(dict[Key, Member]):
     def numbers(self, level: int, name: str, indices: Iterable[int], below: bool = False) -> Array:
         """Return a number of members of a level, or of the level below; (n, speeds) or (n, 1), NaN where it is not."""
         nothing = np.full(len(self.speeds) if NUMBERS[name].per_speed else 1, np.nan)
-        found = (self._moments(level, i, below) for i in indices)
-        rows = [nothing if one is None else one.numbers.get(name, nothing) for one in found]
+        rows = [one.numbers.get(name, nothing) if one else nothing for one in self._moments(level, indices, below)]
         return np.array(rows).reshape(-1, len(nothing))
 
     def spectra(self, level: int, indices: Iterable[int], below: bool = False) -> tuple[Array, Array]:
         """Return wavenumbers, rad/m, and stress spectra of members of a level, Pa²; NaN where there is none."""
-        found = [self._moments(level, i, below) for i in indices]
-        wavenumber = next((one.wavenumber for one in found if one is not None), np.empty(0))
+        found = self._moments(level, indices, below)
+        wavenumber = next((one.wavenumber for one in found if one), np.empty(0))
         nothing = np.full(len(wavenumber), np.nan)
-        rows = [nothing if one is None else one.spectrum for one in found]
+        rows = [one.spectrum if one else nothing for one in found]
         return wavenumber, np.array(rows).reshape(len(rows), len(wavenumber))
 
     def sample(self, level: int, indices: list[int], below: bool = False) -> Sample:
@@ -75,8 +74,7 @@ class Members(dict[Key, Member]):
         members = [member for (of_level, _), member in self.items() if of_level == level]
         return np.array([sum(member.provenance["seconds"].values()) for member in members])
 
-    def _moments(self, level: int, index: int, below: bool) -> Member | Moments | None:
-        member = self.get((level, index))
-        if member is None or member.failure:
-            return None
-        return member.below if below else member
+    def _moments(self, level: int, indices: Iterable[int], below: bool) -> list[Member | Moments | None]:
+        """Return what was measured of each member; None where it is not there or has failed."""
+        members = (self.get((level, i)) for i in indices)
+        return [None if one is None or one.failure else one.below if below else one for one in members]
