@@ -30,7 +30,7 @@ from script import Command
 from validity_map.capped import CappedPoint
 from validity_map.members import spectrum_of
 
-from roughsim.store.validity_map import read_validity
+from roughsim.comparison.validity_map import read_validity
 from theory import flash, persson, plasticity
 from theory.walls import between
 from theory.yielding import ERROR_BANDS, YieldingSpectrum

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from roughsim.comparison.validity_map import Table
 from roughsim.scene import parse_scene
-from roughsim.store.validity_map import Table
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 from validity_map import capped, members

@@ -1,4 +1,4 @@
-"""The map as the file that the package ships; `roughsim.store.validity_map` says its layout and reads it."""
+"""The map as the file that the package ships; `roughsim.comparison.validity_map` says its layout and reads it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from roughsim.comparison.validity_map import FORMAT, Table, digest
 from roughsim.store.disk import place_bytes
 from roughsim.store.hdf5 import hdf5_bytes
-from roughsim.store.validity_map import FORMAT, Table, digest
 
 
 def write_validity(path: Path, tables: Mapping[str, Table], provenance: Mapping[str, Any]) -> None:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
-from roughsim.store.validity_map import Table
+from roughsim.comparison.validity_map import Table
 from theory import persson, plasticity
 from validity_map import capped, elastic, estimates
 from validity_map.members import PECLET

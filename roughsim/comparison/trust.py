@@ -16,10 +16,10 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.comparison.interpolation import cell_of, linear, monotone, spline
+from roughsim.comparison.validity_map import Table, read_validity
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.scene import Scene
-from roughsim.store.validity_map import Table, read_validity
 from roughsim.surface.power_laws import SelfAffineSpectrum
 
 GAMMA = 0.45  # of the theory in the map

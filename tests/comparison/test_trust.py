@@ -18,7 +18,7 @@ from roughsim.comparison import trust as look_up
 from roughsim.comparison.compare import comparison_table
 from roughsim.comparison.tables import trust_table
 from roughsim.comparison.trust import Judgement, trust
-from roughsim.store.validity_map import Table, read_validity
+from roughsim.comparison.validity_map import Table, read_validity
 from theory import flash, persson, yielding
 
 

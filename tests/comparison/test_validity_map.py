@@ -8,8 +8,8 @@ from validity_map.file import write_validity
 
 import roughsim as rs
 from roughsim.comparison.trust import trust
+from roughsim.comparison.validity_map import read_validity
 from roughsim.errors import RecordError
-from roughsim.store.validity_map import read_validity
 
 
 def test_a_map_is_read_back_as_it_was_written(tmp_path):

@@ -9,7 +9,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.comparison.trust import trust
-from roughsim.store.validity_map import read_validity
+from roughsim.comparison.validity_map import read_validity
 
 PAGE = " ".join((Path(__file__).parents[2] / "docs" / "validity.md").read_text().split())
 MAP = read_validity()

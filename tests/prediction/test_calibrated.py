@@ -12,8 +12,8 @@ import roughsim as rs
 from roughsim import prediction
 from roughsim.cli import app
 from roughsim.comparison.tables import theory_dict, theory_table
+from roughsim.comparison.validity_map import read_validity
 from roughsim.show.table import SHOWN
-from roughsim.store.validity_map import read_validity
 from theory import calibrated
 
 SPEED = 30 / (7900 * 500)  # D of the scenes: the speed of a Péclet number is SPEED q_roll_off times it

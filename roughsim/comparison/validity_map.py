@@ -16,6 +16,7 @@ import numpy as np
 
 from roughsim.errors import RecordError
 from roughsim.grid import Array
+from roughsim.store.disk import read_bytes
 
 Quantity = tuple[str, float]  # observable, and Péclet number v/(D q_r); NaN where there is none
 FORMAT = 1
@@ -38,12 +39,12 @@ def read_validity(path: Path | None = None) -> dict[str, Table]:
 
     RecordError, naming the file, if it is missing, damaged, or of a newer format.
     """
-    import h5py
+    from roughsim.store.hdf5 import opened_hdf5  # loads h5py
 
     path = Path(str(files("roughsim") / "data" / "validity.h5")) if path is None else path
     tables = {}
     try:
-        with h5py.File(path, "r", locking=False) as file:
+        with opened_hdf5(read_bytes(path)) as file:
             if int(file.attrs["format_version"]) > FORMAT:
                 raise RecordError(f"{path} has a newer format than {FORMAT}; update roughsim")
             for name, group in file.items():
