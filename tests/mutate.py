@@ -88,7 +88,7 @@ TESTS = {
     ),
     "roughsim/show/table.py": "show/test_units.py show/test_table.py",
     "roughsim/comparison/trust.py": "comparison/test_trust.py comparison/test_validity_page.py",
-    "roughsim/planning/levels.py": "planning/test_levels.py",
+    "roughsim/planning/levels.py": "planning/test_ladders.py",
     "roughsim/planning/plan.py": "planning/test_plan.py",
     "roughsim/scene/numerics.py": "scene/test_numerics.py",
     "roughsim/estimate/cell_size.py": "estimate/test_cell.py",

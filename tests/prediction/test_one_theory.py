@@ -73,7 +73,8 @@ def scene_of(name):
 @pytest.fixture(scope="module", params=TOYS)
 def compared(request, tmp_path_factory):
     scene = scene_of(request.param)
-    numerics = replace(scene.numerics, levels=TOYS[request.param])
+    side = 8 * np.pi / scene.spectrum.breaks[0]
+    numerics = replace(scene.numerics, levels=TOYS[request.param], lengths=scene.numerics.lengths or (side, side))
     toy = replace(scene, numerics=numerics, ensemble=replace(scene.ensemble, until={}, max_realizations=2))
     return rs.compare(rs.run(toy, tmp_path_factory.mktemp("toys") / "run"))
 

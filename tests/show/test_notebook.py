@@ -95,7 +95,7 @@ def test_a_scene_shows_its_keys_with_their_units(hostile):
 
 def test_numerics_show_their_levels(capped_run):
     text = shown(capped_run.numerics).text
-    for words in ("0 smoothed 64 × 64 50000 all", "2 capped 128 × 128", "Cell 2 × 2 mm"):
+    for words in ("0 smoothed 64 × 64 50000", "2 capped 128 × 128", "Cell 2 × 2 mm"):
         assert words in text
 
 
