@@ -273,16 +273,20 @@ LONG = numerics_of("elastic", rungs=4, partners=(0, 1, 3))  # rungs 0 to 3; part
         ((12, 6, 0, 0, 6, 0, 0), {"pixel": 0.024, "bandwidth": 0.025}, 2),
         ((12, 6, 0, 0, 6, 0, 0), {"pixel": 0.025, "bandwidth": 0.02, "last_step": 0.02}, 2),
         ((12, 6, 0, 0, 6, 6, 0), {"pixel": 0.03}, 2),  # no partner is left up there: a higher cut-off lowers the pixel
+        ((12, 6, 0, 0, 0, 6, 0), {"pixel": 0.03}, 2),  # one lower down would not count
         ((12, 6, 6, 6, 6, 6, 0), {"bandwidth": 0.03}, 6),  # no rung is left
+        # of two speeds the larger error counts
+        ((12, 6, 0, 0, 6, 0, 0), {"bandwidth": np.array([0.05, 0.0]), "pixel": 0.04}, 2),
+        ((12, 6, 0, 0, 6, 0, 0), {"bandwidth": 0.03, "pixel": np.array([0.04, 0.0])}, 5),
     ],
 )
 def test_the_level_is_added_that_lowers_the_larger_error(counts, errors, added):
-    verdict = next_of(LONG, counts, **errors)
+    verdict = next_of(LONG, counts, mean=[2.0, -3.0], **errors)
     expected = list(counts)
     expected[added] = 6
     assert verdict.next == tuple(expected)
     assert verdict.needed == tuple(expected)
-    assert next_of(LONG, counts, most=5, **errors).next[added] == 5
+    assert next_of(LONG, counts, most=5, mean=[2.0, -3.0], **errors).next[added] == 5
 
 
 def test_an_error_that_counts_at_one_speed_alone_is_lowered_there():

@@ -58,6 +58,38 @@ def test_the_error_of_the_pixel_is_taken_off_and_what_its_order_leaves_is_in_the
     assert f"{100 * (found.mean[0] / 200.0 / fine - 1):+.2g}" in found.notes[-1]
 
 
+@pytest.mark.parametrize("change", [0.02, -0.02])
+def test_what_the_orders_leave_open_is_half_of_their_difference(change):
+    # between the orders 1 and 1.5 the change from 4/3 of the pixel leaves 3 times itself to 1/((4/3)^1.5 − 1) times
+    alone = np.full((8, 1), 100.0)
+    numbers = marched(1.1 * alone, alone, (1.1 - change) * alone, alone)
+    found = sliding_estimate("flash_temperature", frozen(), numbers, 4 / 3)
+    most, least = 3.0, 1.0 / ((4 / 3) ** 1.5 - 1.0)
+    assert found.mean == pytest.approx([200.0 * (1.1 + 0.5 * (most + least) * change)])
+    of_orders = 0.5 * (most - least) * 0.02
+    assert found.budget["march"] == pytest.approx([200.0 * hypot(of_orders, 0.03 * 1.1)])
+
+
+def test_the_share_of_the_heat_is_that_of_the_members():
+    shares = 0.7 + 0.02 * np.tile([-1.0, 1.0], 20)[:, None]
+    found = sliding_estimate("heat_partition", frozen(), {"sliding_share": shares})
+    error = 0.02 / sqrt(39)
+    assert found.mean == pytest.approx([0.7])
+    assert found.standard_error == pytest.approx([error])
+    assert found.budget["statistical"] == pytest.approx([stats.t.ppf(0.975, 39) * error * sqrt(1 + 2 / 39)])
+    assert found.budget["march"] == pytest.approx([0.02 * 0.7])
+    assert list(found.budget) == ["statistical", "march"]
+    assert found.bias == pytest.approx([0.0])
+    assert (found.n, found.effective_n[0]) == (40, 40.0)
+
+
+def test_the_area_is_that_of_single_contacts_and_other_observables_are_refused():
+    single = frozen()
+    assert sliding_estimate("contact_fraction", single, {}) is single
+    with pytest.raises(ValueError, match="flash_gradient"):
+        sliding_estimate("flash_gradient", frozen(), {})
+
+
 def test_members_share_the_scatter_of_both_pixels():
     # each member has the same difference between its pixels, so that the correction scatters by nothing
     ratios = 1.1 + 0.1 * np.tile([-1.0, 1.0], 20)[:, None]
@@ -72,7 +104,9 @@ def test_members_share_the_scatter_of_both_pixels():
 @pytest.mark.parametrize(("coarser", "coarsening"), [(np.nan, 4 / 3), (90.0, 1.0)])
 def test_a_ratio_of_one_pixel_is_said_to_be_low_and_not_corrected(coarser, coarsening):
     alone = np.full((8, 1), 100.0)
-    numbers = marched(1.1 * alone, alone, coarser * np.ones((8, 1)), alone)
+    coarse = np.full((8, 1), 90.0)
+    coarse[3] = coarser  # one of an older version is enough
+    numbers = marched(1.1 * alone, alone, coarse, alone)
     found = sliding_estimate("flash_temperature", frozen(), numbers, coarsening)
     assert found.mean == pytest.approx([220.0])
     assert found.budget["march"] == pytest.approx([0.07 * 220.0])
