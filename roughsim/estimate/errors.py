@@ -229,7 +229,7 @@ def quantile(freedom: Array | float) -> Array:
 
     A run that stops itself does so where the scatter happens to be small: as much as about two of the f degrees of
     freedom are worth (M. Woodroofe, Annals of Statistics 5, 984, 1977, has the order 1/f). Measured by
-    `experiments/intervals.py`.
+    `experiments/coverage.py`.
     """
     freedom = np.maximum(freedom, 1.0)
     factor: Array = stdtrit(freedom, 0.975) * np.sqrt(1.0 + 2.0 / freedom)
