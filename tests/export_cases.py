@@ -5,7 +5,7 @@ BOTH = {
     "pressure_variance": "Pa^2", "speed": "m/s",
 }  # fmt: skip
 UNITS = BOTH | {
-    "flash_temperature_total_error": "K", "level_2/pressure": "Pa", "level_0/heights": "m", "level_1/x": "m",
-    "level_2/temperature": "K", "level_1/flash_temperature": "K",
+    "flash_temperature_total_error": "K", "members/pressure_L2": "Pa", "members/heights_L0": "m",
+    "members/x_L1": "m", "members/temperature_L2": "K", "members/flash_temperature": "K",
 }  # fmt: skip
 FLAT_UNITS = BOTH | {"q_max": "1/m", "pressure_L2": "Pa", "heights_L0": "m", "x_L1": "m", "temperature_L2": "K"}

@@ -8,7 +8,7 @@ from roughsim import prediction
 from roughsim.estimate.sliding import OF_MARCH
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.results.arrays import Labelled
+from roughsim.results.arrays import SHARE, Labelled
 from roughsim.results.marks import notes_of, unknown_words
 from roughsim.results.pressed import Pressed
 from roughsim.results.run import Run
@@ -41,31 +41,29 @@ def answers(run: Run, observables: Iterable[str] = OBSERVABLES) -> Iterator[Labe
     realization.
     """
     columns = columns_of(run)
-    share = {"units": "1", "description": "share of the heat that the temperatures are of"}
     yield Labelled("column", ("column",), np.array(columns), {"description": "what a value comes from, see README"})
     yield Labelled("speed", ("speed",), np.array(run.scene.speeds), {"units": "m/s"})
     slid = [run.estimate("heat_partition", SLIDING).mean] if run.slides else []
     shares = [run.heat_partition] * 2 + [run.share(column) for column in run.numerics.columns] + slid
-    yield Labelled("heat_share_used", ("column", "speed"), np.array(shares), share)
+    yield Labelled("heat_share_used", ("column", "speed"), np.array(shares), SHARE)
     theories = prediction.predictions(run.scene), prediction.calibrated_predictions(run.scene)
     bands = prediction.calibrated(run.scene).errors
     for name in observables:
         record = OBSERVABLES[name]
         heat = run.heat_partition if record.heated else np.ones(len(run.heat_partition) if record.per_speed else 1)
         theory, calibrated = (by[name] * heat for by in theories)
-        places = range(len(theory))
-        values = [theory, calibrated]
-        errors = [np.full_like(theory, np.nan), np.abs(calibrated) * bands.get(name, np.nan)]
-        unmarked = [""] * len(theory)
-        unknown, notes = [unmarked, unmarked], [unmarked, unmarked]
+        nothing, unmarked = np.full_like(theory, np.nan), [""] * len(theory)
+        entries = [(theory, nothing, unmarked, unmarked)]
+        entries.append((calibrated, np.abs(calibrated) * bands.get(name, np.nan), unmarked, unmarked))
         for column in columns[2:]:
-            estimate = None if column == SLIDING and name not in OF_MARCH else run.estimate(name, column)
-            values.append(np.full_like(theory, np.nan) if estimate is None else estimate.mean)
-            errors.append(np.full_like(theory, np.nan) if estimate is None else estimate.total_error)
-            unknown.append(unmarked if estimate is None else list(map(unknown_words, map(estimate.unknown_at, places))))
-            notes.append(unmarked if estimate is None else notes_of(run, column, estimate))
+            if column == SLIDING and name not in OF_MARCH:
+                entries.append((nothing, nothing, unmarked, unmarked))
+                continue
+            estimate = run.estimate(name, column)
+            unknown = [unknown_words(estimate.unknown_at(place)) for place in range(len(theory))]
+            entries.append((estimate.mean, estimate.total_error, unknown, notes_of(run, column, estimate)))
         axes = ("column", "speed") if record.per_speed else ("column",)
-        tables = (np.array(table) for table in (values, errors, unknown, notes))
+        tables = (np.array(table) for table in zip(*entries, strict=True))
         yield from marked(name, axes, *(table if record.per_speed else table[:, 0] for table in tables))
     if isinstance(run, Pressed):
         yield from answers_of_directions(run)
@@ -107,7 +105,7 @@ def readme(run: Run) -> str:
     columns = columns_of(run)
     failed = f", {run.failed} of them failed and left out" if run.failed else ""
     levels = [
-        f"level_{i}: {level.column} contact, {level.shape[0]} x {level.shape[1]} points{level.where}, "
+        f"- level {i}: {level.column} contact, {level.shape[0]} x {level.shape[1]} points{level.where}, "
         f"q_c = {level.q_max:.4g} rad/m."
         for i, level in enumerate(run.numerics.levels)
     ]
@@ -119,11 +117,12 @@ def readme(run: Run) -> str:
         "and NAME_note says where a value is not extrapolated (at q_c) or fixed by force balance (identity). The "
         "columns are",
         *(f"- {column}: {MEANINGS[column]}" for column in columns),
-        "The means are extrapolated to all of C(q) where the levels allow it. The raw numbers of each level, one for "
-        "each realization, are in a group: ",
-        *(f"- {line}" for line in levels),
-        "A level has fields (heights, pressure, and temperature at the highest speed) of the realizations that kept "
-        "them. The group entry links to what viewers draw (NeXus).",
+        "The means are extrapolated to all of C(q) where the levels allow it. The raw numbers, one for each level and "
+        "realization, are in the group members. Its levels are",
+        *levels,
+        "Arrays of one level, as pressure_L2, end with its number: spectra, and fields (heights, pressure, and "
+        "temperature at the highest speed) of the realizations that kept them. The group entry links to what viewers "
+        "draw (NeXus).",
         f'For example in Python: h5py.File(NAME)["flash_temperature"][{len(columns) - 1}] is that of column '
         f'"{columns[-1]}" over the speed; xarray.open_dataset(NAME).flash_temperature.sel(column="{columns[-1]}").',
     ]

@@ -2,12 +2,9 @@
 
 import json
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
-from itertools import chain, islice
-from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,16 +12,13 @@ from numpy.typing import NDArray
 from roughsim.errors import number
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.results.means import Means
-from roughsim.scene.numerics import Numerics
-from roughsim.store.member_files import KEPT_FIELDS, member_path, read_field
+from roughsim.store.member_files import KEPT_FIELDS
 
 Array = NDArray[Any]
 DERIVED_UNITS = {"heat_flux": "W/m^2", "temperature": "K"}  # of fields that depend on the speed
 OF_LEVELS = ("column", "q_max", "cell")  # names of coordinates of the levels
-SHARED = {"realization", "speed", "kept_realization"}  # axes that all levels have in common
-REALIZATION = ("realization",)
-BELOW = "_below"
 SPECTRUM = "shares of the pressure variance by wavenumber; single entries may be negative, sums are exact"
+SHARE = {"units": "1", "description": "share of the heat that the temperatures are of"}
 
 
 class Stored:
@@ -62,8 +56,7 @@ def check_field(name: str, speed: float | None, direction: float = 0.0) -> None:
         raise ValueError(f"speed = {speed!r} m/s: {name} does not depend on it; leave it out")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Labelled:
+class Labelled(NamedTuple):
     """An array with a name, its axes' names, and attributes."""
 
     name: str
@@ -77,134 +70,93 @@ class Labelled:
         return self.axes == (self.name,)
 
 
-def level_arrays(
-    run: Means, level: int, kept: list[int], temperature: Callable[[int], Array] | None = None
-) -> Iterator[Labelled]:
-    """Yield what a level has: axes, numbers of the members that count, spectra, and fields of those in `kept`.
+def arrays_of(run: Means, read: Callable[..., Array]) -> Iterator[Labelled]:
+    """Yield all numbers of the members that count over the level, and the spectra and fields of each level.
 
-    `temperature` gives the map of one of these; without it there is none. What is of the level below, on the same
-    surfaces, ends with `BELOW`.
+    `read` is `Run.field`. What is of the level below, on the same surfaces, has "_below" in its name; what depends on
+    the grid of a level has the number of the level, as "pressure_L2".
     """
-    rows = np.arange(run.counts[level])
-    yield Labelled("realization", REALIZATION, rows, {"units": "1"})
+    numerics, levels = run.numerics, run.numerics.levels
+    shares = [run.share(level.column if level.column in numerics.columns else None) for level in levels]
+    cells = np.array([level.cell or "whole" for level in levels])
+    yield Labelled("level", ("level",), np.arange(len(levels)), {"units": "1"})
+    yield Labelled("realization", ("realization",), np.arange(max(run.counts)), {"units": "1"})
     yield Labelled("speed", ("speed",), np.array(run.scene.speeds), {"units": "m/s"})
-    below = run.numerics.below(level) is not None
-    for of_below in (False, True) if below else (False,):
-        yield from numbers(run, level, rows, of_below)
-        yield from spectra(run, level, rows, of_below)
-    yield from solves(run, level, rows)
-    if kept and level in run.numerics.single:
-        yield from fields(run, level, kept, temperature)
+    yield Labelled("column", ("level",), np.array([level.column for level in levels]), {})
+    yield Labelled("q_max", ("level",), np.array([level.q_max for level in levels]), {"units": "1/m"})
+    yield Labelled("cell", ("level",), cells, {"description": "half, quarter: of so much of the sides"})
+    yield Labelled("heat_partition", ("level", "speed"), np.array(shares), SHARE)
+    yield from solves(run)
+    for below in (False, True):
+        yield from numbers(run, shares, below)
+        for level in range(len(levels)):
+            yield from spectra(run, level, below)
+    for level in numerics.single:
+        if kept := run.kept(level):
+            yield from fields(run, level, kept, partial(read, level))
 
 
-def numbers(run: Means, level: int, rows: NDArray[np.int64], below: bool) -> Iterator[Labelled]:
-    """Yield the stored numbers of a level, (realization,) or (realization, speed), NaN where a member failed."""
-    column, end = run.numerics.levels[level].column, BELOW * below
-    share = run.share(column if column in run.numerics.columns else None)
+def solves(run: Means) -> Iterator[Labelled]:
+    """Yield whether the contact of each member converged, its residual, and its iterations."""
+    shape = len(run.counts), max(run.counts)
+    converged = np.zeros(shape, np.int8)
+    solved = {"residual": np.full(shape, np.nan), "iterations": np.full(shape, np.nan)}
+    for level, count in enumerate(run.counts):
+        for index in range(count):
+            member = run.members[level, index]
+            converged[level, index] = not member.failure
+            for name, values in solved.items():
+                values[level, index] = member.provenance.get(name, np.nan)
+    axes = ("level", "realization")
+    yield Labelled("converged", axes, converged, {"units": "1", "description": "1 where the contact converged"})
+    for name, values in solved.items():
+        yield Labelled(name, axes, values, {"units": "1", "description": "of the contact solve"})
+
+
+def numbers(run: Means, shares: list[Array], below: bool) -> Iterator[Labelled]:
+    """Yield the stored numbers, NaN without a sound member; temperatures with their share of the heat."""
     for name, record in NUMBERS.items():
-        values = run.members.numbers(level, name, rows, below)
+        values = np.full((len(shares), max(run.counts), len(run.scene.speeds) if record.per_speed else 1), np.nan)
+        for level, count in enumerate(run.counts):
+            rows = run.members.numbers(level, name, range(count), below)
+            values[level, :count] = rows * shares[level] if record.heated else rows
         if np.all(np.isnan(values)):
             continue
         attributes = {"units": record.unit, "description": record.stored + " (level below)" * below}
         if record.heated:
-            values = values * share
             attributes["comment"] = "of the share of the heat that the run uses"
-        axes = (*REALIZATION, "speed") if record.per_speed else REALIZATION
-        yield Labelled(name + end, axes, values if record.per_speed else values[:, 0], attributes)
+        axes, values = ("level", "realization", "speed"), values if record.per_speed else values[..., 0]
+        yield Labelled(name + "_below" * below, axes[: values.ndim], values, attributes)
 
 
-def spectra(run: Means, level: int, rows: NDArray[np.int64], below: bool) -> Iterator[Labelled]:
-    """Yield wavenumbers and stress spectra of a level, NaN where a member failed."""
-    wavenumber, values = run.members.spectra(level, rows, below)
-    name, end = f"wavenumber{BELOW * below}", BELOW * below
+def spectra(run: Means, level: int, below: bool) -> Iterator[Labelled]:
+    """Yield the wavenumbers and stress spectra of a level, NaN where a member failed."""
+    wavenumber, values = run.members.spectra(level, range(run.counts[level]), below)
+    axis, end = f"wavenumber{'_below' * below}_L{level}", f"{'_below' * below}_L{level}"
     if wavenumber.size:
-        yield Labelled(name, (name,), wavenumber, {"units": "1/m"})
-        yield Labelled(
-            f"stress_spectrum{end}", (*REALIZATION, name), values, {"units": "Pa^2", "description": SPECTRUM}
-        )
+        padded = np.full((max(run.counts), wavenumber.size), np.nan)
+        padded[: len(values)] = values
+        attributes = {"units": "Pa^2", "description": SPECTRUM}
+        yield Labelled(axis, (axis,), wavenumber, {"units": "1/m"})
+        yield Labelled(f"stress_spectrum{end}", ("realization", axis), padded, attributes)
 
 
-def solves(run: Means, level: int, rows: NDArray[np.int64]) -> Iterator[Labelled]:
-    """Yield whether the contact of each member converged, its residual, and its iterations."""
-    members = [run.members[level, int(row)] for row in rows]
-    converged = np.array([not member.failure for member in members], np.int8)
-    yield Labelled("converged", REALIZATION, converged, {"units": "1", "description": "1 where the contact converged"})
-    for name in ("residual", "iterations"):
-        values = np.array([member.provenance.get(name, np.nan) for member in members], np.float64)
-        yield Labelled(name, REALIZATION, values, {"units": "1", "description": "of the contact solve"})
-
-
-def fields(run: Means, level: int, kept: list[int], temperature: Callable[[int], Array] | None) -> Iterator[Labelled]:
+def fields(run: Means, level: int, kept: list[int], read: Callable[..., Array]) -> Iterator[Labelled]:
     """Yield the axes of a level's fields, and, unread, those that all the realizations in `kept` have stored."""
-    grid, axes = run.numerics.grid(level), ("kept_realization", "x", "y")
-    yield Labelled("kept_realization", axes[:1], np.array(kept), {"units": "1"})
-    for axis, points, step in zip("xy", grid.shape, grid.spacing, strict=True):
+    numerics, end = run.numerics, f"_L{level}"
+    grid, axes = numerics.grid(level), (f"kept_realization{end}", f"x{end}", f"y{end}")
+    yield Labelled(axes[0], axes[:1], np.array(kept), {"units": "1"})
+    for axis, points, step in zip(axes[1:], grid.shape, grid.spacing, strict=True):
         yield Labelled(axis, (axis,), np.arange(points) * step, {"units": "m"})
-
     for name, kind in KEPT_FIELDS.items():
         if run.members.kept(level, name, kept) == kept:
-            stored = Stored(kept, partial(read_kept, run.folder, level, grid.shape, name), grid.shape)
-            yield Labelled(name, axes, stored, {"units": kind.unit, "description": kind.description})
-    if temperature is not None:
-        fastest = max(run.scene.speeds)
+            stored = Stored(kept, partial(read, name=name), grid.shape)
+            yield Labelled(name + end, axes, stored, {"units": kind.unit, "description": kind.description})
+    fastest = max(run.scene.speeds)
+    if fastest > 0.0 and level in map(numerics.picture, numerics.columns):
         words = f"above the mean of the cell, at the highest speed, {fastest:g} m/s, with the share of the heat used"
-        attributes = {"units": "K", "description": words, "speed": fastest}
-        yield Labelled("temperature", axes, Stored(kept, temperature, grid.shape), attributes)
-
-
-def read_kept(folder: Path, level: int, shape: tuple[int, int], name: str, index: int) -> Array:
-    """Return a kept field of a member of a run."""
-    return read_field(member_path(folder, level, index), name, shape)
-
-
-def flat(run: Means, levels: list[list[Labelled]]) -> Iterator[Labelled]:
-    """Yield the arrays of all levels as those of one dataset.
-
-    Numbers are stacked over the level, NaN where it was not solved. All else carries the number of its level.
-    """
-    count, numerics = max(run.counts), run.numerics
-    yield Labelled("level", ("level",), np.arange(len(levels)), {"units": "1"})
-    yield Labelled("realization", REALIZATION, np.arange(count), {"units": "1"})
-    yield Labelled("speed", ("speed",), np.array(run.scene.speeds), {"units": "m/s"})
-    yield Labelled("column", ("level",), np.array([level.column for level in numerics.levels]), {})
-    yield Labelled("q_max", ("level",), np.array([level.q_max for level in numerics.levels]), {"units": "1/m"})
-    cells = np.array([level.cell or "whole" for level in numerics.levels])
-    yield Labelled("cell", ("level",), cells, {"description": "half, quarter: of so much of the sides"})
-    share = {"units": "1", "description": "share of the heat that the temperatures are of"}
-    columns = (level.column if level.column in numerics.columns else None for level in numerics.levels)
-    yield Labelled("heat_partition", ("level", "speed"), np.array([run.share(column) for column in columns]), share)
-    kept = (array for array in chain(*levels) if array.name == "kept_realization")
-    yield from islice(kept, 1)
-    stacked: dict[str, Labelled] = {}
-    for level, arrays in enumerate(levels):
-        for array in arrays:
-            if array.name in SHARED:
-                continue
-            data, axes = array.data, array.axes
-            if axes[:1] == REALIZATION:  # as many as the level with most members has
-                data = blank((count, *array.data.shape[1:]), array.data.dtype)
-                data[: len(array.data)] = array.data
-            if SHARED.issuperset(axes):
-                if array.name not in stacked:
-                    empty = blank((len(levels), *data.shape), data.dtype)
-                    stacked[array.name] = Labelled(array.name, ("level", *axes), empty, array.attributes)
-                stacked[array.name].data[level] = data
-            else:
-                own = tuple(axis if axis in SHARED else f"{axis}_L{level}" for axis in axes)
-                attributes = array.attributes | ({} if array.is_axis else level_attributes(numerics, level))
-                yield Labelled(f"{array.name}_L{level}", own, data, attributes)
-    yield from stacked.values()
-
-
-def blank(shape: tuple[int, ...], kind: np.dtype[Any]) -> Array:
-    """Return an array without values: NaN, or 0 of whole numbers."""
-    return np.full(shape, np.nan if kind.kind == "f" else 0, kind)
-
-
-def level_attributes(numerics: Numerics, level: int) -> dict[str, Any]:
-    """Return the column, number, cut-off and cell of a level as attributes."""
-    of_level = numerics.levels[level]
-    return {"column": of_level.column, "level": level, "q_max": of_level.q_max, "cell": of_level.cell or "whole"}
+        stored = Stored(kept, partial(read, name="temperature", speed=fastest), grid.shape)
+        yield Labelled(f"temperature{end}", axes, stored, {"units": "K", "description": words, "speed": fastest})
 
 
 def attributes_of(run: Means) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """One portable file of a run for every HDF5 and netCDF-4 reader, and surfaces for other contact programs.
 
-The root group has the answers: every observable with its error, and both theories. The group ``level_0`` has the
-numbers and kept fields of level 0, and so on. All arrays have dimension scales and units, as netCDF-4 wants it. The
+The root group has the answers: every observable with its error, and both theories. The group ``members`` has all that
+`Run.to_xarray` has: numbers and kept fields. All arrays have dimension scales and units, as netCDF-4 wants it. The
 group ``entry`` links to some as NeXus wants it, so that viewers know what to show first.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.results.answers import answers, readme
-from roughsim.results.arrays import Labelled, Stored, attributes_of, level_attributes
+from roughsim.results.arrays import Labelled, Stored, attributes_of
 from roughsim.results.run import Run
 from roughsim.store.disk import place_bytes
 from roughsim.surface import topography
@@ -27,7 +27,7 @@ def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
     """Write the answers of a run, the numbers of all members that count, and the kept fields into one file.
 
     It is whole or not there. Its attribute README says what is in it. ``xarray.open_dataset(path)`` has the answers,
-    ``xarray.open_datatree(path)`` all.
+    and with ``group="members"`` the members.
 
     Parameters
     ----------
@@ -130,25 +130,21 @@ class DeferringFile(FileIO):
 
 
 def write_run(file: Any, run: Run, bits: int | None) -> None:
-    """Fill an HDF5 file with a run: answers, a group for each level, and what viewers draw."""
-    root = list(answers(run))
+    """Fill an HDF5 file with a run: answers, members, and what viewers draw."""
+    root, members, group = list(answers(run)), run.arrays(), file.create_group("members")
     file.attrs.update(attributes_of(run) | {"README": readme(run), "NX_class": "NXroot", "default": "entry"})
     file.attrs.update(realizations=run.realizations, failed=run.failed)
     write_arrays(file, root, bits)
+    write_arrays(group, members, bits)
     entry = file.create_group("entry")
     entry.attrs.update(NX_class="NXentry", default="flash_temperature")
     draw_answer(file, entry, root, run.column(None))
-    for level in range(len(run.numerics.levels)):
-        group = file.create_group(f"level_{level}")
-        group.attrs.update(level_attributes(run.numerics, level))
-        arrays = run.level_arrays(level, run.kept(level) if level in run.numerics.single else [])
-        write_arrays(group, arrays, bits)
-        for array in arrays:
-            if isinstance(array.data, Stored):
-                shown = entry.create_group(f"{array.name}_of_level_{level}")
-                shown.attrs.update(NX_class="NXdata", signal=array.name, axes=list(array.axes))
-                for name in (array.name, *array.axes):
-                    shown[name] = group[name]
+    for array in members:
+        if isinstance(array.data, Stored):
+            shown = entry.create_group(array.name)
+            shown.attrs.update(NX_class="NXdata", signal=array.name, axes=list(array.axes))
+            for name in (array.name, *array.axes):
+                shown[name] = group[name]
 
 
 def write_arrays(group: Any, arrays: list[Labelled], bits: int | None) -> None:

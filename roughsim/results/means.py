@@ -61,6 +61,7 @@ class Means:
         self.reasons: list[list[str]] = description["reasons"]
         self._reader = Reader(folder, numerics, scene.speeds, identity_of(description), skip_damaged)
         self.members, self.damaged = self._reader.members, self._reader.damaged
+        self._lowest = [numerics.of_column(column)[0] for column in numerics.columns]  # levels
         # what follows from the members; it holds until damaged ones are read again
         self._pairs: dict[tuple[str, Counts], list[Pair]] = {}
         self._values: dict[tuple[str, str, bool, Counts], Values] = {}
@@ -100,7 +101,7 @@ class Means:
     @property
     def realizations(self) -> int:
         """How many members of the lowest level of the main column count."""
-        return self.counts[self.numerics.of_column(self.column(None))[0]]
+        return self.counts[self._lowest[-1]]
 
     @property
     def target_met(self) -> bool:
@@ -121,8 +122,7 @@ class Means:
     @property
     def failed(self) -> int:
         """How many of the members of single contacts that count did not converge."""
-        counts = self.counts
-        failed = {(level, i) for level in self.numerics.single for i in self.members.failed(level, counts[level])}
+        failed = {(level, i) for level in self.numerics.single for i in self.members.failed(level, self.counts[level])}
         return len(failed - set(self.damaged))
 
     @property
@@ -158,12 +158,15 @@ class Means:
     @property
     def independent(self) -> int:
         """How many sound members of the lowest level show the scatter, in the column that has the fewest."""
-        lowest, counts = (self.numerics.of_column(column)[0] for column in self.numerics.columns), self.counts
-        return min(len(self.members.sound(level, counts[level])) for level in lowest)
+        return min(len(self.members.sound(level, self.counts[level])) for level in self._lowest)
 
     def sound(self, count: int) -> list[int]:
         """Return the indices below `count` at which the lowest level of the main column is sound."""
-        return self.members.sound(self.numerics.of_column(self.column(None))[0], count)
+        return self.members.sound(self._lowest[-1], count)
+
+    def kept(self, level: int, name: str = "pressure") -> list[int]:
+        """Return the sound members of a level that count and store the field of this name, or what gives it."""
+        return self.members.kept(level, name, self.members.sound(level, self.counts[level]))
 
     def column(self, column: str | None) -> str:
         """Return the name of a column; None is the capped one, or else the elastic one. ValueError if it is missing."""
@@ -279,8 +282,7 @@ class Means:
             found = self._estimate(observable, column, self.share_values(column, counts), counts)
             return self.reported(observable, column, counts), found
 
-        lowest = [self.numerics.of_column(column)[0] for column in self.numerics.columns]
-        if all(self.members.sound(level, counts[level]) for level in lowest):
+        if all(self.members.sound(level, counts[level]) for level in self._lowest):
             verdict = judge(self.numerics, self.until, self.max_realizations, counts, totals)
         else:
             verdict = Verdict(False, None, counts, "no contact of its lowest level has converged", {})

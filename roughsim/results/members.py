@@ -74,7 +74,7 @@ class Members(dict[Key, Member]):
         members = [member for (of_level, _), member in self.items() if of_level == level]
         return np.array([sum(member.provenance["seconds"].values()) for member in members])
 
-    def _moments(self, level: int, indices: Iterable[int], below: bool) -> list[Member | Moments | None]:
+    def _moments(self, level: int, indices: Iterable[int], below: bool) -> list[Moments | None]:
         """Return what was measured of each member; None where it is not there or has failed."""
-        members = (self.get((level, i)) for i in indices)
-        return [None if one is None or one.failure else one.below if below else one for one in members]
+        found = (self[level, i].moments if (level, i) in self else [] for i in indices)
+        return [moments[below] if len(moments) > below else None for moments in found]

@@ -14,7 +14,7 @@ from roughsim.observables.catalogue import AXIS, NUMBERS
 from roughsim.results.members import Key, Members
 from roughsim.scene.numerics import Numerics
 from roughsim.store.disk import not_readable
-from roughsim.store.member_files import MEMBER_NAME, Member, Moments, member_name, member_path, read_member
+from roughsim.store.member_files import MEMBER_NAME, Member, member_name, member_path, read_member
 
 KNOWN = ("residual", "iterations", "seconds", "versions", "written")  # of the provenance of a member
 
@@ -85,15 +85,10 @@ class Reader:
             return False
         if member.failure:
             return True
-        own = Moments(member.numbers, member.wavenumber, member.spectrum)
-        parts = [own] if member.below is None else [own, member.below]
-        modes = [part.wavenumber.shape for part in parts]
-        return (
-            member.speeds == self.members.speeds
-            and len(parts) == 1 + (self.numerics.below(member.level) is not None)
-            and modes == [part.spectrum.shape for part in parts]
-            and modes == self._modes.setdefault(member.level, modes)
-        )
+        modes = [part.wavenumber.shape for part in member.moments]
+        levels = 1 if self.numerics.below(member.level) is None else 2
+        fits = member.speeds == self.members.speeds and len(modes) == levels
+        return fits and modes == self._modes.setdefault(member.level, modes)
 
     def marches(self, counts: Sequence[int]) -> tuple[int, list[int]]:
         """Return the level of marches, and which of those that count are sound; ValueError if there is none."""

@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping
 from copy import copy
 from dataclasses import replace
-from functools import partial
 from importlib.metadata import version
 from typing import Any
 
@@ -110,10 +109,6 @@ class Run(Means):
                 "shorter distances"
             )
         return correlation_of(pairs, distance)[:2]
-
-    def kept(self, level: int, name: str = "pressure") -> list[int]:
-        """Return the sound members of a level that count and store the field of this name, or what gives it."""
-        return self.members.kept(level, name, self.members.sound(level, self.counts[level]))
 
     def not_kept(self, level: int, index: int | None = None) -> ValueError:
         """Return the error that says how to get the fields of a realization, or, without an index, of any."""
@@ -232,36 +227,23 @@ class Run(Means):
         notes = ("± total error, 95 %. rs.compare(run) has the theory beside it, and all other observables.",)
         return in_notebook(*lines, Table(columns, rows, "flash_temperature, K", notes))
 
-    def level_arrays(self, level: int, kept: list[int]) -> list[Labelled]:
-        """Return the numbers of a level, and its fields of the realizations in `kept`, with names, axes and units.
-
-        The finest level of each column in the run's cell has the temperature at the highest speed, too.
-        """
-        fastest, pictures = max(self.scene.speeds), {self.numerics.picture(name) for name in self.numerics.columns}
+    def arrays(self) -> list[Labelled]:
+        """Return all numbers of all members that count, and the kept fields, with names, axes and units."""
+        self.pairs()
         here = copy(self)
         here.folder = self.folder.absolute()  # an unpickled dataset may be used in another directory
-        temperature = partial(here.field, level, name="temperature", speed=fastest) if level in pictures else None
-        return list(arrays.level_arrays(here, level, kept, temperature if fastest > 0.0 else None))
+        return list(arrays.arrays_of(self, here.field))
 
     def to_xarray(self) -> Any:
-        """Return all numbers of all members, and the kept fields, as an `xarray.Dataset`.
+        """Return all numbers of all members that count, and the kept fields, as an `xarray.Dataset`.
 
         Its dimensions are level, realization and speed, with column, q_c and cell of each level as coordinates, so that
         ``ds.flash_temperature.isel(level=-1).mean("realization")`` is a curve over speed of that level alone, which
         may be one in half the cell. What depends on the grid of a level carries its number: ``pressure_L2``
-        (kept_realization, x_L2, y_L2) is read when it is used.
-        Temperatures are those of the heat share used, `heat_partition` (level, speed). Failed members are NaN with
-        converged = 0.
+        (kept_realization_L2, x_L2, y_L2) is read when it is used. Temperatures are those of the heat share used,
+        `heat_partition` (level, speed). Failed members are NaN with converged = 0.
 
-        Raises
-        ------
-        ImportError
-            If xarray is not installed: ``pip install 'roughsim[xarray]'``.
-        ValueError
-            If the run has no sound realization yet.
+        ImportError if xarray is not installed: ``pip install 'roughsim[xarray]'``. ValueError if the run has no sound
+        realization yet.
         """
-        self.pairs()
-        used = [level for level in self.numerics.single if self.counts[level]]
-        kept = sorted(set.intersection(*(set(self.kept(level)) for level in used)))
-        levels = [self.level_arrays(level, kept) for level in range(len(self.numerics.levels))]
-        return arrays.to_dataset(list(arrays.flat(self, levels)), arrays.attributes_of(self))
+        return arrays.to_dataset(self.arrays(), arrays.attributes_of(self))

@@ -90,6 +90,14 @@ class Member:
     provenance: dict[str, Any] = field(default_factory=dict)  # scene, numerics, versions, residual, times
     kept: tuple[str, ...] = ()  # names of the fields in its file, also where `fields` are not in memory
 
+    @property
+    def moments(self) -> list[Moments]:
+        """What was measured: of its level, and of the level below it; nothing of a failure."""
+        if self.failure:
+            return []
+        own = Moments(self.numbers, self.wavenumber, self.spectrum)
+        return [own] if self.below is None else [own, self.below]
+
 
 def member_name(level: int, index: int) -> str:
     """Return the name of a member, as "L0-000003"."""
@@ -110,7 +118,7 @@ def write_member(folder: Path, member: Member) -> None:
     seal = f"\nroughsim {path.name} sha256 ".encode()
     digest = hashlib.sha256(content)
     digest.update(seal)
-    place_bytes(path, content, seal + digest.hexdigest().encode() + b"\n")
+    place_bytes(path, content, seal, f"{digest.hexdigest()}\n".encode())
 
 
 def read_member(path: Path, with_fields: bool = False) -> Member:
@@ -191,18 +199,16 @@ def _fill(file: Any, member: Member) -> None:
 
 def _arrays_of(member: Member) -> Iterator[tuple[str, NDArray[Any]]]:
     """Yield the arrays of a member with their names, each after its axes."""
-    if member.numbers:
-        own = Moments(member.numbers, member.wavenumber, member.spectrum)
-        moments = [own] if member.below is None else [own, member.below]
-        wavenumber, of_below = own.wavenumber, moments[-1].wavenumber
+    if moments := member.moments:
+        wavenumber, of_below = member.wavenumber, moments[-1].wavenumber
         if not np.array_equal(of_below, wavenumber[: len(of_below)]):  # a small grid has entries of its own
             wavenumber = np.union1d(wavenumber, of_below)
         numbers = np.full((len(moments), len(member.numbers), len(member.speeds)), np.nan)
         spectra = np.full((len(moments), len(wavenumber)), np.nan)
-        for k, each in enumerate(moments):
-            for row, name in zip(numbers[k], member.numbers, strict=True):
+        for rows, spectrum, each in zip(numbers, spectra, moments, strict=True):
+            for row, name in zip(rows, member.numbers, strict=True):
                 row[: len(each.numbers[name])] = each.numbers[name]
-            spectra[k, np.searchsorted(wavenumber, each.wavenumber)] = each.spectrum
+            spectrum[np.searchsorted(wavenumber, each.wavenumber)] = each.spectrum
         yield "below", np.arange(float(len(moments)))
         yield "number", np.array(list(member.numbers), np.bytes_)
         yield "unit", np.array([NUMBERS[name].unit for name in member.numbers], np.bytes_)

@@ -45,8 +45,8 @@ Path("table.txt").write_text(table_text(comparison_table(table)))
 Path("report.html").write_text(errors_section(run) + html_table(comparison_table(table)))
 export_run(run, "out.h5")
 with h5py.File("out.h5") as file:
-    stored = file["level_0/pressure_variance_over_q"]
-    exported = [stored.shape, stored.attrs["units"], stored.attrs["description"]]
+    stored = file["members/pressure_variance_over_q"]
+    exported = [stored.shape[1:], stored.attrs["units"], stored.attrs["description"]]
 one = rs.realize(scene, run.numerics, seed=1).observables
 plain = rs.realize(scene, dataclasses.replace(run.numerics, solver="active_set", tolerance=1e-8), seed=1).observables
 pressed = rs.load_scene("pressed.toml")

@@ -18,31 +18,21 @@ from roughsim.store.member_files import member_path, read_member
 
 def test_each_level_holds_every_number_of_every_member(kept_run, file):
     with h5py.File(file) as stored:
+        group = stored["members"]
         for level in range(3):
-            group = stored[f"level_{level}"]
             for index in range(3):
                 member = read_member(member_path(kept_run.folder, level, index))
                 for name, values in member.numbers.items():
                     share = 0.9 if "flash" in name else 1.0
-                    np.testing.assert_allclose(group[name][index], np.squeeze(values * share), rtol=1e-15)
-                np.testing.assert_array_equal(group["stress_spectrum"][index], member.spectrum)
-                np.testing.assert_array_equal(group["wavenumber"], member.wavenumber)
-        levels = [dict(stored[f"level_{level}"].attrs) for level in range(3)]
-        assert [level["column"] for level in levels] == ["smoothed", "capped", "capped"]
-        np.testing.assert_array_equal([level["q_max"] for level in levels], [5e4, 5e4, 1e5])
+                    np.testing.assert_allclose(group[name][level, index], np.squeeze(values * share), rtol=1e-15)
+                np.testing.assert_array_equal(group[f"stress_spectrum_L{level}"][index], member.spectrum)
+                np.testing.assert_array_equal(group[f"wavenumber_L{level}"], member.wavenumber)
+        assert list(group["column"].asstr()) == ["smoothed", "capped", "capped"]
+        np.testing.assert_array_equal(group["q_max"], [5e4, 5e4, 1e5])
         np.testing.assert_array_equal(stored["speed"], [0.0, 0.1, 35.0])
         for name in ("heights", "pressure"):
             for index, field in kept_run.fields(name):
-                np.testing.assert_array_equal(stored[f"level_2/{name}"][index], field)
-
-
-def test_a_level_has_rows_of_its_own_members_alone(whole, tmp_path):
-    with h5py.File(export_run(whole, tmp_path / "counts.h5")) as stored:
-        for level, count in enumerate(whole.counts):
-            np.testing.assert_array_equal(stored[f"level_{level}/realization"], np.arange(count))
-            assert stored[f"level_{level}/flash_temperature"].shape[0] == count
-        assert "flash_temperature_below" not in stored["level_0"]
-        assert stored["level_1/flash_temperature_below"].shape == stored["level_1/flash_temperature"].shape
+                np.testing.assert_array_equal(group[f"{name}_L2"][index], field)
 
 
 def test_the_answers_are_those_that_the_comparison_prints(kept_run, file):
@@ -70,19 +60,19 @@ def test_the_answers_are_those_that_the_comparison_prints(kept_run, file):
 def test_the_temperature_map_is_that_of_the_plot_at_the_highest_speed(kept_run, file):
     with h5py.File(file) as stored:
         for level in (0, 2):  # the finest of each column
-            maps = stored[f"level_{level}/temperature"]
+            maps = stored[f"members/temperature_L{level}"]
             assert (maps.attrs["units"], maps.attrs["speed"]) == ("K", 35.0)
             np.testing.assert_array_equal(maps[1], kept_run.field(level, 1, "temperature", speed=35.0))
             # the mean over the cell is the background, so it is zero to rounding
             assert abs(maps[1].mean(dtype=float)) < 1e-5 * maps[1].max()
-        assert "temperature" not in stored["level_1"]
+        assert "temperature_L1" not in stored["members"]
 
 
 def test_a_run_at_rest_has_no_temperature_map(quick, tmp_path):
     scene = replace(quick, sliding=replace(quick.sliding, speed=(0.0,)))
     with h5py.File(export_run(rs.run(scene, tmp_path / "rest", max_realizations=1), tmp_path / "rest.h5")) as stored:
-        assert "pressure" in stored["level_0"]
-        assert "temperature" not in stored["level_0"]
+        assert "pressure_L0" in stored["members"]
+        assert "temperature_L0" not in stored["members"]
 
 
 def test_the_file_says_in_words_what_is_in_it(kept_run, file):
@@ -108,7 +98,7 @@ def test_every_array_has_its_axes_and_unit_and_no_long_name(file):
                 continue
             for number, length in enumerate(array.shape):
                 assert array.dims[number][0].shape == (length,)
-        np.testing.assert_allclose(stored["level_2/x"], np.arange(128) * 2e-3 / 128)
+        np.testing.assert_allclose(stored["members/x_L2"], np.arange(128) * 2e-3 / 128)
         assert "heat_partition = 0.9" in stored.attrs["scene"]
 
 
@@ -117,9 +107,9 @@ def test_an_oblong_cell_has_its_own_axes(quick, tmp_path):
     scene = replace(quick, numerics=replace(quick.numerics, lengths=(3e-3, 2e-3 * 1.1), levels=levels))
     run = rs.run(scene, tmp_path / "oblong", max_realizations=1)
     with h5py.File(export_run(run, tmp_path / "oblong.nc")) as stored:
-        assert stored["level_0/pressure"].shape == (1, 48, 32)
-        np.testing.assert_allclose(stored["level_0/x"], np.arange(48) * 3e-3 / 48)
-        np.testing.assert_allclose(stored["level_0/y"], np.arange(32) * 2.2e-3 / 32)
+        assert stored["members/pressure_L0"].shape == (1, 48, 32)
+        np.testing.assert_allclose(stored["members/x_L0"], np.arange(48) * 3e-3 / 48)
+        np.testing.assert_allclose(stored["members/y_L0"], np.arange(32) * 2.2e-3 / 32)
 
 
 def test_viewers_draw_the_flash_temperature_with_its_error_beside_both_theories_first(kept_run, file):
@@ -134,9 +124,9 @@ def test_viewers_draw_the_flash_temperature_with_its_error_beside_both_theories_
         estimate = kept_run.estimate("flash_temperature")
         np.testing.assert_array_equal(place[signal], estimate.mean)
         np.testing.assert_array_equal(place[f"{signal}_errors"], estimate.total_error)
-        maps = stored["entry/pressure_of_level_2"]
-        assert maps[maps.attrs["signal"]] == stored["level_2/pressure"]
-        assert list(maps.attrs["axes"]) == ["kept_realization", "x", "y"]
+        maps = stored["entry/pressure_L2"]
+        assert maps[maps.attrs["signal"]] == stored["members/pressure_L2"]
+        assert list(maps.attrs["axes"]) == ["kept_realization_L2", "x_L2", "y_L2"]
         assert all(name in maps for name in maps.attrs["axes"])
 
 
@@ -145,7 +135,7 @@ def test_a_run_without_fields_has_answers_and_numbers(quick, tmp_path):
     run = rs.run(scene, tmp_path / "none", max_realizations=1)
     with h5py.File(export_run(run, tmp_path / "none.h5")) as stored:
         assert list(stored["entry"]) == ["flash_temperature"]
-        assert not {"pressure", "heights", "temperature", "x", "y", "kept_realization"} & set(stored["level_0"])
+        assert not any(f"{name}_L0" in stored["members"] for name in ("pressure", "heights", "temperature", "x"))
 
 
 @pytest.mark.parametrize("bits", [1, 4, 7, 12, 22, 23])
@@ -172,13 +162,17 @@ def test_fewer_bits_shrink_the_file(kept_run, file, tmp_path):
     small = export_run(kept_run, tmp_path / "small.h5", bits=6)
     sizes = []
     with h5py.File(file) as whole, h5py.File(small) as less:
-        for name in ("level_2/heights", "level_2/pressure"):
+        for name in ("members/heights_L2", "members/pressure_L2"):
             a, b = whole[name][()].astype(float), less[name][()]
             assert np.abs(b - a).max() > 0
             assert np.all(np.abs(b - a) <= 2.0**-7 * np.abs(a))
             assert less[name].attrs["_QuantizeBitRoundNumberOfSignificantBits"] == 6
             sizes.append((whole[name].id.get_storage_size(), less[name].id.get_storage_size()))
-        for name in ("flash_temperature", "level_2/stress_spectrum", "level_2/wavenumber"):  # numbers keep all digits
+        for name in (
+            "flash_temperature",
+            "members/stress_spectrum_L2",
+            "members/wavenumber_L2",
+        ):  # numbers keep all digits
             np.testing.assert_array_equal(less[name], whole[name])
     assert sizes[0][1] < 0.6 * sizes[0][0]
     assert small.stat().st_size < file.stat().st_size

@@ -17,15 +17,17 @@ UNITS = {"flash_temperature": "K", "flash_laplacian": "K/m^2", "contact_fraction
 MEMBER = {
     "speed": "m/s", "wavenumber": "1/m", "stress_spectrum": "Pa^2", "x": "m", "y": "m", "heights": "m", "pressure": "Pa"
 }  # fmt: skip
-EXPORT = {**UNITS, "speed": "m/s", "level_2/x": "m", "level_2/heights": "m", "level_2/pressure": "Pa"}
+EXPORT = {**UNITS, "speed": "m/s", "members/x_L2": "m", "members/pressure_L2": "Pa"}
 AXES = {
     "numbers": ("below", "number", "speed"), "unit": ("number",), "stress_spectrum": ("below", "wavenumber"),
     "pressure": ("x", "y"),
 }  # fmt: skip
 EXPORT_AXES = {
     "flash_temperature": ("column", "speed"), "contact_fraction_total_error": ("column",),
-    "level_2/flash_temperature": ("realization", "speed"), "level_2/pressure": ("kept_realization", "x", "y"),
-    "level_2/stress_spectrum": ("realization", "wavenumber"), "level_2/temperature": ("kept_realization", "x", "y"),
+    "members/flash_temperature": ("level", "realization", "speed"), "members/cell": ("level",),
+    "members/stress_spectrum_L2": ("realization", "wavenumber_L2"),
+    "members/pressure_L2": ("kept_realization_L2", "x_L2", "y_L2"),
+    "members/temperature_L2": ("kept_realization_L2", "x_L2", "y_L2"),
 }  # fmt: skip
 ROOT = Path(__file__).parents[2]
 DRAWN = ("member", "export", "export without fields")  # what viewers draw something of
@@ -71,8 +73,8 @@ def expected(case):
     if case == "failed member":
         return {}, {}
     if "without fields" in case:
-        gone = ("x", "y", "heights", "pressure", "temperature")
-        units, axes = ({k: v for k, v in d.items() if k.rpartition("/")[2] not in gone} for d in (units, axes))
+        gone = re.compile(r"(members/)?(x|y|heights|pressure|temperature)(_L2)?")
+        units, axes = ({k: v for k, v in d.items() if not gone.fullmatch(k)} for d in (units, axes))
     return units, axes
 
 

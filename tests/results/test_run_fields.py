@@ -144,5 +144,5 @@ def test_a_run_whose_files_lack_a_field_has_the_others(kept_run, tmp_path):
     assert [index for index, _ in part.fields("temperature", speed=35.0)] == [0, 1]
     np.testing.assert_array_equal(part.field(2, 1, "pressure"), kept_run.field(2, 1, "pressure"))
     with h5py.File(export_run(part, tmp_path / "part.h5")) as file:
-        assert file["level_2/pressure"].shape[0] == 2
-        assert "heights" not in file["level_2"]
+        assert file["members/pressure_L2"].shape[0] == 2
+        assert "heights_L2" not in file["members"]

@@ -18,10 +18,9 @@ def test_an_export_has_the_column_sliding_and_the_numbers_of_the_marches(sliding
         np.testing.assert_array_equal(file["flash_temperature"][-1], estimate.mean)
         np.testing.assert_array_equal(file["flash_temperature_total_error"][-1], estimate.total_error)
         assert np.isnan(file["slope_length"][-1]).all()  # a march does not measure it
-        group = file[f"level_{march}"]
-        for row, index in enumerate(group["realization"]):
+        for index in range(run.counts[march]):
             numbers = run.members[march, index].numbers
-            np.testing.assert_array_equal(group["sliding_share"][row], numbers["sliding_share"])
+            np.testing.assert_array_equal(file["members/sliding_share"][march, index], numbers["sliding_share"])
         assert '"sliding" over the speed' in file.attrs["README"]
 
 
