@@ -64,11 +64,6 @@ class Labelled(NamedTuple):
     data: Any  # an array, or `Stored`
     attributes: dict[str, Any]
 
-    @property
-    def is_axis(self) -> bool:
-        """Whether it has the coordinates of the axis of its own name."""
-        return self.axes == (self.name,)
-
 
 def arrays_of(run: Means, read: Callable[..., Array]) -> Iterator[Labelled]:
     """Yield all numbers of the members that count over the level, and the spectra and fields of each level.
@@ -177,10 +172,9 @@ def to_dataset(arrays: list[Labelled], attributes: dict[str, Any]) -> Any:
         xarray, unread = import_module("xarray"), import_module("roughsim.results.unread")
     except ImportError:
         raise ImportError("xarray is not installed; type: pip install 'roughsim[xarray]'") from None
-    axes: dict[str, Any] = {}
+    coordinates: dict[str, Any] = {}
     variables: dict[str, Any] = {}
-    for array in arrays:
-        data = unread.lazy(array.data) if isinstance(array.data, Stored) else array.data
-        is_coordinate = array.is_axis or array.name in OF_LEVELS
-        (axes if is_coordinate else variables)[array.name] = (array.axes, data, array.attributes)
-    return xarray.Dataset(variables, axes, attributes)
+    for name, axes, values, about in arrays:
+        data = unread.lazy(values) if isinstance(values, Stored) else values
+        (coordinates if axes == (name,) or name in OF_LEVELS else variables)[name] = axes, data, about
+    return xarray.Dataset(variables, coordinates, attributes)

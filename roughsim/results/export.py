@@ -29,19 +29,11 @@ def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
     It is whole or not there. Its attribute README says what is in it. ``xarray.open_dataset(path)`` has the answers,
     and with ``group="members"`` the members.
 
-    Parameters
-    ----------
-    run : Run
-        From `run` or `open_run`.
-    path : str or Path
-        Of the file: .h5, .hdf5 or .nc; written anew if it exists. Returned.
-    bits : int, optional
-        Explicit mantissa bits that fields keep, 1 to 23: each value is rounded by at most 2^−(bits+1) of itself, and
-        the file shrinks. Left out: all 23.
+    `path`, which is returned, ends in .h5, .hdf5 or .nc; a file there is replaced. `bits` are the explicit mantissa
+    bits that fields keep, 1 to 23, left out: all. A value is rounded by at most 2^−(bits+1) of itself.
 
-    ValueError if the ending is none of these, `bits` is out of range, or the run has no sound realization yet.
-    RecordError if a file of the run is damaged. OSError, naming the path, if the disk refuses; no half-written file
-    stays.
+    ValueError for another ending, `bits` out of range, or a run without a sound realization. RecordError if a file of
+    the run is damaged. OSError, naming the path, if the disk refuses; no half-written file stays.
     """
     import h5py
 
@@ -69,19 +61,11 @@ def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
 def export_surface(run: Run, path: str | Path, realization: int = 0, column: str | None = None) -> Path:
     """Write the composite heights of one kept realization for SurfaceTopography, ContactMechanics or tamaas.
 
-    Parameters
-    ----------
-    run : Run
-        From `run` or `open_run`.
-    path : str or Path
-        Of the file: .nc (with sizes and unit) or .npy (the bare array, m); written anew if it exists. Returned.
-    realization : int, optional
-        Which kept one.
-    column : str, optional
-        As in `Run.estimate`; its finest level in the run's cell is written.
+    `path`, which is returned, ends in .nc (with sizes and unit) or .npy (the bare array, m); a file there is replaced.
+    They are those of the finest level of a column in the run's cell; `column` as in `Run.estimate`.
 
-    ValueError if the ending is none of these, or the fields of the realization were not kept. RecordError if its file
-    is damaged. OSError, naming the path, if the disk refuses.
+    ValueError for another ending, or a realization whose fields were not kept. RecordError if its file is damaged.
+    OSError, naming the path, if the disk refuses.
     """
     path = Path(path)
     if path.suffix.lower() not in topography.ENDINGS:
@@ -148,13 +132,29 @@ def write_run(file: Any, run: Run, bits: int | None) -> None:
 
 
 def write_arrays(group: Any, arrays: list[Labelled], bits: int | None) -> None:
-    """Write arrays into a group, with those of their axes as dimension scales."""
-    for array in arrays:  # an axis comes before all that refers to it
-        dataset = write_array(group, array, bits)
-        if array.is_axis:
-            dataset.make_scale(array.name)
+    """Write arrays into a group, with those of their axes as dimension scales.
+
+    Kept fields go file after file with one in memory at a time, rounded to `bits`.
+    """
+    checked: dict[str, Any] = {"compression": "gzip", "shuffle": True, "fletcher32": True}
+    for name, axes, data, attributes in arrays:  # an axis comes before all that refers to it
+        if isinstance(data, Stored):
+            options = {"chunks": (1, *(min(n, 256) for n in data.shape[1:])), "compression_opts": 4, **checked}
+            dataset = group.create_dataset(name, data.shape, data.dtype, **options)
+            for row, values in enumerate(data):
+                dataset[row] = values if bits is None else rounded(values, bits)
+            dataset.attrs["interpretation"] = "image"
+            if bits is not None:  # netCDF's own word for such rounding
+                dataset.attrs["_QuantizeBitRoundNumberOfSignificantBits"] = np.int32(bits)
+        elif data.dtype.kind == "U":
+            dataset = group.create_dataset(name, data=data.tolist())
+        else:
+            dataset = group.create_dataset(name, data=data, **(checked if data.size else {}))
+        dataset.attrs.update(attributes)
+        if axes == (name,):
+            dataset.make_scale(name)
             continue
-        for number, axis in enumerate(array.axes):
+        for number, axis in enumerate(axes):
             dataset.dims[number].attach_scale(group[axis])
 
 
@@ -168,29 +168,7 @@ def draw_answer(file: Any, entry: Any, root: list[Labelled], column: str) -> Non
     group = entry.create_group("flash_temperature")
     group.attrs.update(NX_class="NXdata", signal=column, auxiliary_signals=beside, axes=["speed"])
     group["speed"] = file["speed"]
-    for name, values in curves.items():
-        dataset = group.create_dataset(name, data=values)
-        dataset.attrs["units"] = "K"
-        dataset.dims[0].attach_scale(file["speed"])
-
-
-def write_array(file: Any, array: Labelled, bits: int | None) -> Any:
-    """Write one array, kept fields file after file with one in memory at a time; these are rounded to `bits`."""
-    data, checked = array.data, {"compression": "gzip", "shuffle": True, "fletcher32": True}
-    if isinstance(data, Stored):
-        options = {"chunks": (1, *(min(n, 256) for n in data.shape[1:])), "compression_opts": 4, **checked}
-        dataset = file.create_dataset(array.name, data.shape, data.dtype, **options)
-        for row, values in enumerate(data):
-            dataset[row] = values if bits is None else rounded(values, bits)
-        dataset.attrs["interpretation"] = "image"
-        if bits is not None:  # netCDF's own word for such rounding
-            dataset.attrs["_QuantizeBitRoundNumberOfSignificantBits"] = np.int32(bits)
-    elif data.dtype.kind == "U":
-        dataset = file.create_dataset(array.name, data=data.tolist())
-    else:
-        dataset = file.create_dataset(array.name, data=data, **(checked if data.size else {}))
-    dataset.attrs.update(array.attributes)
-    return dataset
+    write_arrays(group, [Labelled(name, ("speed",), values, {"units": "K"}) for name, values in curves.items()], None)
 
 
 def rounded(values: NDArray[np.float32], bits: int) -> NDArray[np.float32]:

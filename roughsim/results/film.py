@@ -12,7 +12,7 @@ from roughsim.grid import Array, Grid
 from roughsim.planning.realization import march_problem
 from roughsim.results.run import Run
 from roughsim.sliding import film
-from roughsim.sliding.member import SlideProblem, faces
+from roughsim.sliding.member import faces
 from roughsim.sliding.path import oblique_path
 from roughsim.store.member_files import member_path, read_member
 
@@ -79,7 +79,9 @@ def read_film(run: Run, index: int) -> MemberFilm:
     fits = maps.pressure.shape == (steps.size, *shape) and maps.temperature.shape == (speeds, steps.size, *shape)
     if not fits or steps.min(initial=0) < 0 or steps.max(initial=0) > way.steps:
         raise RecordError(f"{path} holds a film of other speeds, distances or points than this run: it is not its own")
-    resting, moving = summits_of(problem)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)  # the plan says so
+        resting, moving = (highest(heights) for heights in faces(problem))
     places = np.asarray(problem.grid.shape) / shape  # a point of the map is the middle of a block of points
     spacing = np.asarray(problem.grid.spacing)
 
@@ -90,14 +92,6 @@ def read_film(run: Run, index: int) -> MemberFilm:
     grid = Grid(shape, problem.grid.lengths)
     riding = moving - way.offsets[steps][:, None, :]
     return MemberFilm(grid, maps, member.curves, in_metres(resting), in_metres(riding))
-
-
-def summits_of(problem: SlideProblem) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the points of the highest summits of both faces at the start, (summits, 2) each."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="q_min = ", category=RuntimeWarning)  # the plan says so
-        resting, moving = (highest(heights) for heights in faces(problem))
-    return resting, moving
 
 
 def highest(heights: Array | None) -> NDArray[np.intp]:

@@ -15,6 +15,7 @@ from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.scans import scan_part
 from roughsim.results.reader import Reader, identity_of
 from roughsim.results.share import NOTE, at_other_speed, has_own_share, times_share
+from roughsim.results.stored import Estimates
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.sliding.path import coarser_grid
@@ -67,12 +68,14 @@ class Means:
         self._values: dict[tuple[str, str, bool, Counts], Values] = {}
         self._verdicts: dict[tuple[Any, ...], Verdict] = {}
         self._rounds: dict[tuple[Any, ...], Rounds] = {}  # the last ones: they are asked for again and again
+        self._stored: Estimates | None = None  # those in the folder, once they were looked for
 
     def refresh(self) -> None:
         """Read the members that have come since, of each level up to the first gap; damaged ones again.
 
         RecordError if one is damaged or of another run, OSError if one cannot be read now, which is no damage.
         """
+        self._stored = None
         if self._reader.refresh(self.max_realizations):
             for remembered in (self._pairs, self._values, self._verdicts, self._rounds):
                 remembered.clear()

@@ -42,15 +42,15 @@ class Reader:
 
         Return whether damaged ones were read again. Errors as `take`.
         """
-        again = bool(self.damaged)
-        while self.damaged:
-            (level, index), _ = self.damaged.popitem()
+        again = [*self.damaged]
+        self.damaged.clear()
+        for level, index in again:
             del self.members[level, index]
             self.available[level] = min(self.available[level], index)
         for level in range(len(self.available)):
             while self.available[level] < most and self.take(level, self.available[level]):
                 self.available[level] += 1
-        return again
+        return bool(again)
 
     def take(self, level: int, index: int) -> bool:
         """Read one member unless it was read before; False if its file is missing.

@@ -20,7 +20,7 @@ from roughsim.results import arrays
 from roughsim.results.arrays import Labelled
 from roughsim.results.means import Means
 from roughsim.results.share import has_own_share, with_warming
-from roughsim.results.stored import ABOUT, Estimates, load_estimates, save_estimates
+from roughsim.results.stored import ABOUT, load_estimates, save_estimates
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Row, Table
@@ -37,12 +37,6 @@ class Run(Means):
     """
 
     sources: Mapping[str, str] = SOURCES  # what each part of an error is, in words
-    _stored: Estimates | None = None  # the estimates in the folder, once they were looked for
-
-    def refresh(self) -> None:
-        """Read the members that have come since; errors as `Means.refresh`."""
-        self._stored = None
-        super().refresh()
 
     def estimate(self, observable: str, column: str | None = None) -> Estimate:
         """Return the mean of an observable with its errors.
@@ -60,10 +54,7 @@ class Run(Means):
             Arrays over speed, or of one entry. Temperatures are those of the heat share used (`share`), whose errors
             they include; in the column sliding, of the share that its own heat takes.
 
-        Raises
-        ------
-        ValueError
-            If there is no such observable or column, or no realization yet.
+        ValueError if there is no such observable or column, or no realization yet.
         """
         name = SLIDING if column == SLIDING else self.column(column)
         if self._stored is None:
@@ -147,12 +138,8 @@ class Run(Means):
         iterator of (int, ndarray)
             Index of the realization, and its field of the shape of the level, float32.
 
-        Raises
-        ------
-        ValueError
-            If there is no such field or column, the speed is missing, or no realization kept its fields.
-        RecordError
-            If a file is damaged.
+        ValueError if there is no such field or column, the speed is missing, or no realization kept its fields.
+        RecordError if a file is damaged.
         """
         arrays.check_field(name, speed, direction)
         level = self.numerics.picture(self.column(column))
