@@ -29,7 +29,8 @@ import roughsim as rs
 from roughsim import prediction
 
 Array = NDArray[np.float64]
-Pair = tuple[Array, Array]  # value and error
+Pair = tuple[Array, Array]  # value and relative standard error, (speeds,) or (1,)
+Result = tuple[make_deep.Case, float, list[dict[str, Any]], dict[str, Pair]]  # target, rows, references
 FIRST_SEED = 1000
 TARGETS = {"demo": 0.01, "steel-1.2GPa": 0.01}  # relative total errors of T_flash; of the others:
 OTHERS = 0.02
@@ -91,40 +92,62 @@ def runs(name: str, case: make_deep.Case, target: float, seeds: int, rows: Rows)
     return result
 
 
+def judged(found: list[dict[str, Any]], observable: str, truth: Pair) -> tuple[Array, ...]:
+    """Return of each run and speed: relative deviation, total and standard error, and whether the reference is held."""
+    value, error = truth
+    mean, total, standard = np.moveaxis(np.array([row[observable] for row in found]), 1, 0)
+    off, stated = mean / value - 1.0, total / value
+    return off, stated, standard / value, np.abs(off) <= np.hypot(stated, 1.96 * error)
+
+
 def told(name: str, case: make_deep.Case, target: float, found: list[dict[str, Any]], truth: dict[str, Pair]) -> None:
     """Print how many intervals hold the references, and how far their means are off, one line for each number."""
-    seconds = np.array([row["seconds"] for row in found])
     met = sum(bool(row["met"]) for row in found)
-    print(
-        f"\n**{name}**, for {100 * target:g} %: {met} of {len(found)} runs met it, {np.median(seconds):.2f} CPU s each "
-        f"(median; {seconds.min():.2f} to {seconds.max():.2f})\n"
-    )
+    print(f"\n**{name}**, for {100 * target:g} %: {met} of {len(found)} runs met it, {seconds_of(found)} CPU s each\n")
     print("| | hold | mean off, % | ± of that | off/stated | stated, % | reference, % | scatter/standard error |")
     print("|---|---|---|---|---|---|---|---|")
-    for observable, (value, error) in truth.items():
-        mean, total, standard = np.moveaxis(np.array([row[observable] for row in found]), 1, 0)
-        off, stated = mean / value - 1.0, total / value
-        held = np.abs(off) <= np.hypot(stated, 1.96 * error)
-        for k in range(off.shape[1]):
+    for observable, pair in truth.items():
+        off, stated, standard, held = judged(found, observable, pair)
+        for k, error in enumerate(pair[1]):
             speed = f" at {case.scene.speeds[k]:g} m/s" if off.shape[1] > 1 else ""
-            scatter = off[:, k].std(ddof=1)
-            of_mean = np.hypot(scatter / len(off) ** 0.5, error[k])
-            own = (standard[:, k] ** 2).mean() ** 0.5 / value[k]
+            scatter, own = off[:, k].std(ddof=1), (standard[:, k] ** 2).mean() ** 0.5
+            of_mean = np.hypot(scatter / len(off) ** 0.5, error)
             numbers = [f"{100 * off[:, k].mean():+.2f}", f"{100 * of_mean:.2f}"]
             numbers += [f"{off[:, k].mean() / stated[:, k].mean():+.2f}", f"{100 * stated[:, k].mean():.2f}"]
-            numbers += [f"{100 * error[k]:.2f}", f"{scatter / own:.2f}" if own > 0.0 else "–"]
-            count = f"{np.count_nonzero(held[:, k])} of {len(off)}"
-            print(f"| {observable}{speed} | {count} | {' | '.join(numbers)} |")
+            numbers += [f"{100 * error:.2f}", f"{scatter / own:.2f}" if own > 0.0 else "–"]
+            print(f"| {observable}{speed} | {held[:, k].sum()} of {len(off)} | {' | '.join(numbers)} |")
 
 
-def chart(results: dict[str, tuple[make_deep.Case, list[dict[str, Any]], dict[str, Pair]]], path: Path) -> None:
+def seconds_of(found: list[dict[str, Any]]) -> str:
+    """Return the median of the CPU times, in words."""
+    return f"{np.median([row['seconds'] for row in found]):.2g}"
+
+
+def summary(results: dict[str, Result]) -> None:
+    """Print a line for each scene: how many hold the reference, and mean deviations over stated errors, by speed."""
+    print("\nintervals that hold the reference, by speed; in brackets the mean deviation over the mean total error:\n")
+    print("| scene, target, seeds | CPU s | T_flash | contact area | g_σ(0) | heat share |")
+    print("|---|---|---|---|---|---|")
+    for name, (_, target, found, truth) in results.items():
+        cells = []
+        for observable in MEASURED:
+            if observable not in truth:
+                cells.append("–")
+                continue
+            off, stated, _, held = judged(found, observable, truth[observable])
+            numbers = zip(held.sum(axis=0), off.mean(axis=0) / stated.mean(axis=0), strict=True)
+            cells.append(", ".join(f"{count} ({ratio:+.2f})" for count, ratio in numbers))
+        print(f"| {name}, {100 * target:g} %, {len(found)} | {seconds_of(found)} | {' | '.join(cells)} |")
+
+
+def chart(results: dict[str, Result], path: Path) -> None:
     """Draw how far each run is from the reference, in units of the total error that it states."""
     words = {"contact_fraction": "A", "pressure_variance": "$g_\\sigma(0)$"}
     columns = min(3, len(results))
     rows = -(-len(results) // columns)
     figure = Figure((2.6 * columns, 2.2 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False, sharey=True)
-    for axes, (name, (case, found, truth)) in zip(panels.flat, results.items(), strict=False):
+    for axes, (name, (case, _, found, truth)) in zip(panels.flat, results.items(), strict=False):
         axes.axhspan(-1, 1, color="0.92")
         ticks: list[str] = []
         for observable, (value, _) in truth.items():
@@ -158,7 +181,8 @@ def main() -> None:
         truth = references(case, deep[name])
         found = runs(name, case, target, 2 if options.toy else options.seeds, rows)
         told(name, case, target, found, truth)
-        results[name] = case, found, truth
+        results[name] = case, target, found, truth
+    summary(results)
     chart(results, options.output / "coverage.png")
 
 

@@ -1,12 +1,18 @@
 """Each script of experiments/ runs in its toy size."""
 
+import importlib.util
 import re
 import subprocess
 import sys
 from math import pi, sqrt
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
+
+import roughsim as rs
+from roughsim.prediction import yield_wavenumber
 
 ROOT = Path(__file__).parents[1]
 SCRIPTS = sorted(path for path in (ROOT / "experiments").glob("*.py") if path.stem != "script")  # what they share
@@ -40,3 +46,66 @@ def test_means_of_two_rough_steels_are_over_the_last_half_of_their_slide(tmp_pat
         printed = re.search(rf"\n +{speed:g} m/s .*background ([0-9.]+) K", table)
         at_end = 2 * 0.5 * 0.11 * 90e6 * speed * sqrt(30 / (7900 * 500) * 16e-3 / speed / pi) / 30
         assert float(printed[1]) == pytest.approx(at_end * 2 / 3 * (2 - sqrt(0.5)), rel=0.01)
+
+
+@pytest.fixture
+def script(monkeypatch):
+    """Import a script by its path, as another name than that of a package."""
+
+    def load(path):
+        monkeypatch.syspath_prepend(str((ROOT / path).parent))
+        specification = importlib.util.spec_from_file_location(f"script_{Path(path).stem}", ROOT / path)
+        module = importlib.util.module_from_spec(specification)
+        specification.loader.exec_module(module)
+        return module
+
+    return load
+
+
+def test_an_interval_is_counted_if_it_reaches_the_reference_within_both_errors(script, capsys):
+    coverage = script("experiments/coverage.py")
+    truth = np.array([10.0]), np.array([0.01])
+    rows = [{"flash_temperature": [[10.0 * (1 + off)], [0.2], [0.1]], "seconds": 1.0} for off in (0.0, 0.027, -0.029)]
+    off, stated, standard, held = coverage.judged(rows, "flash_temperature", truth)
+    assert held.ravel().tolist() == [True, True, False]  # √(.02² + (1.96 · .01)²) = .028
+    np.testing.assert_allclose(off.ravel(), [0.0, 0.027, -0.029], atol=1e-12)
+    np.testing.assert_allclose([stated, standard], [[[0.02]] * 3, [[0.01]] * 3])
+    coverage.summary({"steel": (None, 0.01, rows, {"flash_temperature": truth})})
+    assert "| steel, 1 %, 3 | 1 | 2 (-0.03) | – | – | – |" in capsys.readouterr().out
+
+
+def test_references_share_the_heat_of_like_bodies_evenly_at_rest_and_of_unlike_ones_by_their_conductivity(script):
+    coverage = script("experiments/coverage.py")
+    cases, deep = coverage.make_deep.cases(), coverage.Rows(coverage.make_deep.FILE, resume=True)
+    found = {name: coverage.references(case, deep[name]) for name, case in cases.items()}
+    assert "heat_partition" not in found["low H"]  # the flat is insulating
+    assert found["steel-1.2GPa"]["heat_partition"][0][0] == pytest.approx(0.5, abs=1e-5)
+    # 110 W/(m K) below 30: at rest the moving body would take 30/140; it moves slowly, and takes little more
+    assert 30 / 140 < found["unlike faces"]["heat_partition"][0][0] < 1.2 * 30 / 140
+    # force balance where all yields: g_σ(0) = σ₀σ_P − σ₀², and the area is σ₀/σ_P
+    assert found["steel-1.2GPa"]["pressure_variance"][0][0] == pytest.approx(90e6 * (1.2e9 - 90e6), rel=3e-3)
+    assert found["steel-1.2GPa"]["contact_fraction"][0][0] == pytest.approx(90e6 / 1.2e9, rel=3e-3)
+
+
+@pytest.mark.slow
+def test_drawn_scenes_are_what_they_were_drawn_to_be(script):
+    drawn = script("benchmarks/drawn.py")
+    sections = drawn.drawn_scenes()
+    scenes = {name: rs.load_scene(each) for name, each in sections.items()}
+    yielding = [scene for scene in scenes.values() if not scene.elastic]
+    loads = np.sort([scene.sliding.nominal_pressure / scene.penetration_hardness for scene in yielding])
+    times = np.sort([yield_wavenumber(scene) / scene.surface.q_min for scene in yielding])
+    assert (len(scenes), len(yielding)) == (10, 8)
+    assert sum(scene.counterface is not None and scene.counterface.like is None for scene in yielding) == 2
+    # one in each eighth of the range, evenly in its logarithm; three digits of what was drawn
+    for found, low, high in ((loads, 0.003, 0.4), (times, 1.0, 30.0)):
+        np.testing.assert_array_equal(np.floor(8 * np.log(found / low) / np.log(high / low)), range(8))
+    assert drawn.drawn_scenes(1) != sections
+
+
+def test_earlier_versions_are_asked_for_what_their_plan_leaves_of_the_target(script):
+    chain = script("benchmarks/chain.py")
+    assert chain.asked_of_run(SimpleNamespace(), 0.01) == 0.01
+    forecast = SimpleNamespace(bandwidth=0.004, pixel=np.nan, size=0.003)
+    assert chain.asked_of_run(SimpleNamespace(forecast=forecast), 0.01) == pytest.approx(0.01 * sqrt(0.75))
+    assert chain.asked_of_run(SimpleNamespace(forecast=forecast), 0.004) == pytest.approx(0.004 * sqrt(0.1))
