@@ -135,8 +135,9 @@ def summary(results: dict[str, Result]) -> None:
                 cells.append("–")
                 continue
             off, stated, _, held = judged(found, observable, truth[observable])
-            numbers = zip(held.sum(axis=0), off.mean(axis=0) / stated.mean(axis=0), strict=True)
-            cells.append(", ".join(f"{count} ({ratio:+.2f})" for count, ratio in numbers))
+            counts, ratios = held.sum(axis=0), off.mean(axis=0) / stated.mean(axis=0)
+            ends = dict.fromkeys(f"{ratio:+.2f}" for ratio in (ratios.min(), ratios.max()))
+            cells.append(f"{', '.join(map(str, counts))} ({' … '.join(ends)})")
         print(f"| {name}, {100 * target:g} %, {len(found)} | {seconds_of(found)} | {' | '.join(cells)} |")
 
 
