@@ -23,9 +23,11 @@ MEANINGS = {
     "elastic": "simulated elastic contact",
     SLIDING: "simulated contact of two rough faces that slide over one another, with its own share of the heat",
 }
-
-
 TAIL, UNKNOWN, NOTE = "_total_error", "_unknown", "_note"  # after the name of an observable: what each entry has
+TAILS = (
+    "NAME_total_error is its error, 95 %, NAME_unknown are the parts that this lacks, and NAME_note says where a value "
+    "is not extrapolated (at q_c) or fixed by force balance (identity)."
+)
 
 
 def columns_of(run: Run) -> list[str]:
@@ -113,9 +115,7 @@ def readme(run: Run) -> str:
         f"{run.scene.title or run.folder.resolve().name}: {run.realizations} realizations{failed}. Units are SI. "
         "Temperatures are above the background, with the share heat_share_used of the heat of both bodies.",
         "The answers are here at the top. Each observable is an array over the column that it comes from, and over the "
-        "speed if it depends on it. NAME_total_error is its error, 95 %, NAME_unknown are the parts that this lacks, "
-        "and NAME_note says where a value is not extrapolated (at q_c) or fixed by force balance (identity). The "
-        "columns are",
+        f"speed if it depends on it. {TAILS} The columns are",
         *(f"- {column}: {MEANINGS[column]}" for column in columns),
         "The means are extrapolated to all of C(q) where the levels allow it. The raw numbers, one for each level and "
         "realization, are in the group members. Its levels are",

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from roughsim.observables.catalogue import OBSERVABLES, UNITS
-from roughsim.results.answers import marked
+from roughsim.results.answers import TAILS, marked
 from roughsim.results.arrays import Labelled, to_dataset
 from roughsim.results.marks import meanings, unknown_words
 from roughsim.scene.numerics import SLIDING
@@ -251,9 +251,8 @@ def attributes(study: Any) -> dict[str, Any]:
     columns = "theory, calibrated (the theory with a fitted stress spectrum), and the simulated columns"
     words = (
         f"A study by roughsim: {study.scene.title}. Units are SI. Each observable is an array over the varied keys, "
-        f"the column it comes from ({columns}), and the speed where it depends on it. NAME_total_error is its error, "
-        "95 %, NAME_unknown are the parts that this lacks, and NAME_note says where a value is not extrapolated (at "
-        "q_c) or fixed by force balance (identity). NaN: not computed yet, or not defined."
+        f"the column it comes from ({columns}), and the speed where it depends on it. {TAILS} NaN: not computed yet, or "
+        "not defined."
     )
     return {"title": study.scene.title or study.folder.name, "README": words, "scene": study.scene.to_toml()}
 
