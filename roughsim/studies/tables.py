@@ -251,8 +251,8 @@ def attributes(study: Any) -> dict[str, Any]:
     columns = "theory, calibrated (the theory with a fitted stress spectrum), and the simulated columns"
     words = (
         f"A study by roughsim: {study.scene.title}. Units are SI. Each observable is an array over the varied keys, "
-        f"the column it comes from ({columns}), and the speed where it depends on it. {TAILS} NaN: not computed yet, or "
-        "not defined."
+        f"the column it comes from ({columns}), and the speed where it depends on it. {TAILS} NaN: not computed yet, "
+        "or not defined."
     )
     return {"title": study.scene.title or study.folder.name, "README": words, "scene": study.scene.to_toml()}
 
