@@ -17,7 +17,8 @@ from roughsim.grid import Array
 from roughsim.scene.numerics import Numerics
 
 FIRST, FIRST_STEP = 12, 6  # members that the lowest level, and any other, begin with: fewer show too little scatter
-SYSTEMATIC = 0.5  # share of the squared target that errors beside the statistical one may take before a level is added
+# errors that a higher level lowers, and the share that they may take of the squared target before one is added
+OF_LEVELS, SYSTEMATIC = ("bandwidth", "last step", "pixel"), 0.5
 LEAST_SHARE = 0.2  # of the squared error, worked for by members where the rest takes more than the target
 MEMBER = 5e5  # `work` of a member whatever its grid, a few milliseconds: handing out, file, reading
 TARGET = {"flash_temperature": 0.01}  # what levels are chosen for where a run has no target
@@ -139,8 +140,11 @@ def wishes(
 ) -> tuple[dict[int, int], int | None]:
     """Return the members of each level that a relative total error `goal` wants, and a level to add, if any."""
     parts = relative_parts(found)
+    of_levels = np.linalg.norm([part for name, part in parts.items() if name in OF_LEVELS], axis=0)
     systematic = np.linalg.norm([part for name, part in parts.items() if name != "statistical"], axis=0)
-    added = next_level(numerics, column, counts, parts, systematic > np.sqrt(SYSTEMATIC) * goal)
+    others = systematic**2 - of_levels**2
+    too_large = (of_levels**2 > SYSTEMATIC * (goal**2 - others)) & (others < goal**2)
+    added = next_level(numerics, column, counts, parts, too_large)
     left = np.maximum(goal**2 - systematic**2, LEAST_SHARE * np.maximum(systematic, goal) ** 2)
     if added is not None:
         left = np.maximum(left, SYSTEMATIC * goal**2)

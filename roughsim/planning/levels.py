@@ -23,8 +23,8 @@ Lengths = tuple[float, float]  # of the cell, m
 PIXELS = 4  # per shortest wave of a level; its partner has twice as many
 # points per side of the largest grids: of elastic contact, of capped contact, and of that in a part of the cell
 ELASTIC_SIDE, CAPPED_SIDE, PART_SIDE = 2048, 4096, 6144
-# points per side of the lowest level, at most; 4 times as many where it begins at 4 q_y, or the cell is long for C(q)
-BASE_SIDE = 192
+# points per side of the lowest level, at most; twice as many where it begins at 4 q_y, or the cell is long for C(q)
+BASE_SIDE = 384
 SMOOTHED_TOP, CAPPED_BASE = 1.5, 4.0  # q_y: the end of C_sm, and the lowest cut-off of capped contact
 PART: Final[dict[int, Literal["half", "quarter"] | None]] = {1: None, 2: "half", 4: "quarter"}
 
@@ -101,22 +101,22 @@ def levels_of(scene: Scene, lengths: Lengths) -> list[Rung]:
 def base(grids: Grids, q_min: float, end: float) -> float:
     """Return the lowest cut-off, rad/m, from which doubling leads to the end of C(q), or to the highest one.
 
-    Its grid has at most `BASE_SIDE` points per side, but in a cell of more than 4 longest waves as many per wave.
+    Its grid has at most `BASE_SIDE` points per side, but in a cell of more than 8 longest waves as many per wave.
     """
     top = min(end, grids.highest)
-    side = max(BASE_SIDE, BASE_SIDE / 4 * max(grids.lengths) * q_min / (2 * pi))
+    side = max(BASE_SIDE, BASE_SIDE / 8 * max(grids.lengths) * q_min / (2 * pi))
     return float(top / 2 ** max(ceil(log2(grids.side_of(top) / (1.02 * side))), 0))
 
 
 def capped_base(grids: Grids, q_yield: float, q_max: float) -> float:
     """Return 4 q_y, rad/m, or the nearest cut-off from which doubling leads to q_max, where a grid holds that.
 
-    Halved until its grid has at most 4 `BASE_SIDE` points per side.
+    Halved until its grid has at most 2 `BASE_SIDE` points per side.
     """
     lowest = CAPPED_BASE * q_yield
     if q_max <= grids.highest or q_max < lowest:
         lowest = q_max / 2 ** max(round(log2(q_max / lowest)), 0)
-    return float(lowest / 2 ** max(ceil(log2(grids.side_of(lowest) / (1.02 * 4 * BASE_SIDE))), 0))
+    return float(lowest / 2 ** max(ceil(log2(grids.side_of(lowest) / (1.02 * 2 * BASE_SIDE))), 0))
 
 
 def climb(grids: Grids, lowest: float, end: float, q_max: float, q_yield: float = 0.0) -> list[Rung]:

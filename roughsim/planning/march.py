@@ -36,7 +36,7 @@ def march_level(numerics: Numerics) -> Level:
     from there to 512.
     """
     lowest, *higher = (numerics.levels[i] for i in numerics.rungs(numerics.columns[-1]))
-    fitting = [level for level in higher if level.parts * max(level.shape) <= 2 * BASE_SIDE]
+    fitting = [level for level in higher if level.parts * max(level.shape) <= BASE_SIDE]
     level = fitting[-1] if fitting else lowest
     x, y = (level.parts * n for n in level.shape)
     return Level(SLIDING, (x, y), level.q_max, first=MEMBERS)
