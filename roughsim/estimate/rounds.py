@@ -16,7 +16,8 @@ from roughsim.estimate.levels import Values
 from roughsim.grid import Array
 from roughsim.scene.numerics import Numerics
 
-FIRST, FIRST_STEP = 12, 6  # members that the lowest level, and any other, begin with: fewer show too little scatter
+# members that the lowest level, the others of the first round, and later ones begin with: fewer show too little scatter
+FIRST, FIRST_STEP, LATER = 12, 6, 4
 # errors that a higher level lowers, and the share that they may take of the squared target before one is added
 OF_LEVELS, SYSTEMATIC = ("bandwidth", "last step", "pixel"), 0.5
 LEAST_SHARE = 0.2  # of the squared error, worked for by members where the rest takes more than the target
@@ -124,7 +125,7 @@ def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts
                 needed[level] = max(needed[level], min(count, most))
                 following[level] = max(following[level], min(needed[level], 2 * counts[level]))
             if added is not None:
-                needed[added] = following[added] = min(FIRST_STEP, most)
+                needed[added] = following[added] = min(LATER, most)
     of_main = numerics.rungs(main)[0]
     for column in numerics.columns[:-1]:  # its lowest level has no more surfaces than that of the main column
         lowest = numerics.rungs(column)[0]
