@@ -41,7 +41,7 @@ def pairs(problem: Problem, count: int) -> tuple[np.ndarray, np.ndarray, np.ndar
         upright = solve_problem(drawn)
         heights = upright.heights
         numbers.append([numbers_of(upright), numbers_of(solve_problem(drawn, heights=-heights))])
-        volumes.append([upright.peak_volumes.of_all])
+        volumes.append([upright.peak_volume])
         skewness.append([(heights**3).mean() / (heights**2).mean() ** 1.5])
     return np.array(numbers), np.array(volumes), np.array(skewness)
 

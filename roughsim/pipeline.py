@@ -21,7 +21,7 @@ from roughsim.extensions import loaded
 from roughsim.grid import Field, Grid
 from roughsim.observables.moments import Sliding, measure
 from roughsim.observables.record import Measured
-from roughsim.surface.peak_volume import PeakVolumes, peak_volumes
+from roughsim.surface.peak_volume import peak_volume
 from roughsim.surface.spectrum import Spectrum
 from roughsim.surface.synthesis import synthesize
 
@@ -50,7 +50,7 @@ class Problem:
     stream: int  # number of the level that names the random stream
     index: int = 0  # of the realization
     threads: int = 1  # of the linear algebra: the last bits of its sums depend on it
-    with_peaks: bool = False  # whether the peak volumes of the surface are computed
+    with_peaks: bool = False  # whether the peak volume of the surface is computed
 
     @property
     def memory(self) -> float:
@@ -77,17 +77,16 @@ def solve_problem(problem: Problem, before: Solved | None = None, heights: Field
     """
     with linear_algebra().limit(limits=problem.threads):
         began = time.perf_counter()
-        stream = Stream(problem.seed, problem.stream, problem.index)
-        found = PeakVolumes(0.0, 0.0)
+        peaks = 0.0
         if heights is None:
             if before is not None and same_but(problem, before[0], CONTACT_KEYS):
                 heights = before[1].heights
             else:
-                heights = synthesize(problem.spectrum, problem.grid, stream())
+                heights = synthesize(problem.spectrum, problem.grid, generator(problem))
             if problem.with_peaks:
                 modulus = problem.solid.effective_modulus
                 ratios = problem.nominal_pressure / modulus, problem.solid.penetration_hardness / modulus
-                found = peak_volumes(problem.spectrum, problem.grid, heights, stream, *ratios)
+                peaks = peak_volume(problem.spectrum, problem.grid, heights, *ratios)
         drawn = time.perf_counter()
         if before is not None and same_but(problem, before[0], ("sliding",)):
             contact = before[1].contact
@@ -108,23 +107,15 @@ def solve_problem(problem: Problem, before: Solved | None = None, heights: Field
         heights=heights,
         contact=contact,
         observables=moments,
-        peak_volumes=found,
+        peak_volume=peaks,
         seconds={"surface": drawn - began, "contact": solved - drawn, "observables": measured - solved},
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Stream:
-    """The random stream that draws a surface, begun anew with each call."""
-
-    seed: int
-    stream: int
-    index: int
-
-    def __call__(self) -> np.random.Generator:
-        """Begin the stream."""
-        key = self.stream, self.index
-        return np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=key))
+def generator(problem: Problem) -> np.random.Generator:
+    """Return the random stream that draws the surface of a problem, at its beginning."""
+    key = problem.stream, problem.index
+    return np.random.default_rng(np.random.SeedSequence(problem.seed, spawn_key=key))
 
 
 def same_but(problem: Problem, other: Problem, names: tuple[str, ...]) -> bool:

@@ -71,10 +71,10 @@ def test_the_lowest_levels_share_one_random_stream_and_others_have_their_own(cap
 def test_peak_volumes_are_those_of_the_lowest_levels(capped_scene, capped_numerics):
     problems = [level_problem(capped_scene, capped_numerics, level) for level in range(3)]
     assert [problem.with_peaks for problem in problems] == [True, True, False]
-    assert all(solve_problem(one).peak_volumes.of_all != 0.0 for one in problems[:2])
-    assert solve_problem(problems[2]).peak_volumes == (0.0, 0.0)
+    assert all(solve_problem(one).peak_volume != 0.0 for one in problems[:2])
+    assert solve_problem(problems[2]).peak_volume == 0.0
     heights = solve_problem(problems[0]).heights
-    assert solve_problem(problems[0], heights=heights).peak_volumes == (0.0, 0.0)  # of surfaces that are not drawn
+    assert solve_problem(problems[0], heights=heights).peak_volume == 0.0  # of surfaces that are not drawn
 
 
 def test_only_capped_contact_has_a_hardness(capped_scene, capped_numerics):

@@ -169,14 +169,7 @@ TABLE: tuple[Observable, ...] = (
         "peak_volume",
         "1",
         stored="<h-t; h>t> / rms h of the surface, less its exact mean over surfaces; t: level of the contact area",
-        measure=lambda measured: measured.peak_volumes.of_all,
-        only_stored=True,
-    ),
-    Observable(
-        "long_peak_volume",
-        "1",
-        stored="the same of the waves longer than 1/32 of the cell",
-        measure=lambda measured: measured.peak_volumes.of_long,
+        measure=lambda measured: measured.peak_volume,
         only_stored=True,
     ),
     Observable(

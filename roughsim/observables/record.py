@@ -16,7 +16,6 @@ from roughsim.grid import Array, Grid
 if TYPE_CHECKING:  # slow to import: reading names and units alone must not wait for them
     from roughsim.contact import Contact
     from roughsim.observables.moments import Moments
-    from roughsim.surface.peak_volume import PeakVolumes
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -27,7 +26,7 @@ class Measured:
     heights: NDArray[np.float64]  # of both faces together, shape `grid.shape`, m
     contact: "Contact"
     observables: "Moments"  # at the speeds asked for, averaged over directions
-    peak_volumes: "PeakVolumes"  # of the surface and of its long waves; zeros if it was not drawn
+    peak_volume: float  # of the surface (`surface.peak_volume`); zero if it was not drawn
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,8 +12,6 @@ At each point h is a sum of independent a cos φ with random phases φ, one of e
 Modes that are their own conjugate have only a sign by chance: cosh(a s) takes the place of I₀(a s).
 """
 
-import warnings
-from collections.abc import Callable
 from functools import lru_cache
 from math import erf, pi, sqrt
 from statistics import NormalDist
@@ -23,16 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughsim.grid import Array, Grid
-from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
-from roughsim.surface.synthesis import remembered_modes, synthesize
+from roughsim.surface.spectrum import Spectrum
+from roughsim.surface.synthesis import remembered_modes
 
 MOST_SHARE = 0.45  # beyond, the level is no longer that of peaks
 LEAST_SHARE = 1e-4
-LONG_WAVES = 32  # along the longest side of the cell
 ENOUGH_POINTS = 512  # per side: finer grids are thinned out. The mean over surfaces is that of any points
 STEP, NODES = 0.1, 128  # of u: what is left is below 1e-10 where many modes make up the surface
 MOST_NODES = 1 << 15  # for surfaces of a few modes, whose ⟨e^(s h)⟩ falls slowly
-Stream = Callable[[], np.random.Generator]
 LARGE = 0.05  # amplitude over the rms height; smaller modes enter by a power series
 
 
@@ -45,20 +41,11 @@ class HeightsAtAPoint(NamedTuple):
     mean_exponential: NDArray[np.complex128]  # ⟨e^(s h)⟩ at each s
 
 
-class PeakVolumes(NamedTuple):
-    """⟨h − t; h > t⟩ of a surface over the rms height, less its mean over surfaces."""
+def peak_volume(spectrum: Spectrum, grid: Grid, heights: Array, load: float, hardness: float) -> float:
+    """Return ⟨h − t; h > t⟩ of a drawn surface over its rms height, less its mean over surfaces.
 
-    of_all: float  # waves
-    of_long: float  # waves alone, on a level of their own
-
-
-def peak_volumes(
-    spectrum: Spectrum, grid: Grid, heights: Array, stream: Stream, load: float, hardness: float
-) -> PeakVolumes:
-    """Return the peak volume of a drawn surface, and that of its long waves.
-
-    Their means over surfaces with the same modes, fixed amplitudes and random phases are zero exactly. The level t is
-    that above which a normal surface has the expected contact area.
+    That mean over surfaces with the same modes, fixed amplitudes and random phases is zero exactly. The level t is that
+    above which a normal surface has the expected contact area.
 
     Parameters
     ----------
@@ -68,43 +55,19 @@ def peak_volumes(
         The periodic cell.
     heights : ndarray
         h, shape `grid.shape`, m, as `synthesize` draws it with fixed amplitudes.
-    stream : callable
-        Returns the random stream of that draw anew; equal ones stand for the same stream.
     load, hardness : float
         σ₀/E* and σ_P/E*; infinite hardness for elastic contact.
 
     Returns
     -------
-    PeakVolumes
-        Zeros for a flat surface.
+    float
+        Zero for a flat surface.
     """
     kept: Any = spectrum  # a frozen record: what follows from it is kept
     point = heights_at_a_point(kept, grid)
     if point.rms_slope == 0.0:
-        return PeakVolumes(0.0, 0.0)
-    level = -NormalDist().inv_cdf(expected_share(point.rms_slope, load, hardness))
-    of_all, longest = excess(heights, level, point), LONG_WAVES * 2 * pi / max(grid.lengths)
-    if not spectrum.breaks[0] < longest < spectrum.breaks[-1]:  # all waves are long, or none is
-        return PeakVolumes(of_all, 0.0)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # what the cell leaves out was said of the whole surface
-        waves, coarse = long_waves_of(kept, grid, longest)
-        drawn = long_surface(waves, coarse, stream)
-        return PeakVolumes(of_all, excess(drawn, level, heights_at_a_point(waves, coarse)))
-
-
-@lru_cache(maxsize=96)
-def long_waves_of(spectrum: Spectrum, grid: Grid, longest: float) -> tuple[TruncatedSpectrum, Grid]:
-    """Return the spectrum of the long waves alone, up to `longest`, rad/m, and a coarse grid for them."""
-    (nx, ny), (x, y) = grid.shape, grid.lengths
-    points = [min(n, 4 * int(longest * length / (2 * pi)) + 4) for n, length in ((nx, x), (ny, y))]
-    return TruncatedSpectrum(spectrum, longest), Grid((points[0], points[1]), grid.lengths)
-
-
-@lru_cache(maxsize=1)
-def long_surface(waves: TruncatedSpectrum, grid: Grid, stream: Stream) -> Array:
-    """Return the long waves of a surface, the first modes of its stream; kept, as other loads on it may follow."""
-    return synthesize(waves, grid, stream())
+        return 0.0
+    return excess(heights, -NormalDist().inv_cdf(expected_share(point.rms_slope, load, hardness)), point)
 
 
 def excess(heights: Array, level: float, point: HeightsAtAPoint) -> float:
