@@ -22,10 +22,10 @@ def test_the_main_job_measures_what_an_independent_program_measured(tmp_path):
 
 def test_capped_flash_temperature_falls_as_one_over_the_cut_off():
     scene = rs.load_scene("steel-0.5GPa")
-    planned = rs.plan(scene)
-    top = planned.levels[-1].q_max
-    levels = tuple(Level("capped", (n, n), top * n / 2048) for n in (256, 512, 1024))
-    numerics = Numerics(levels, planned.lengths)
+    lengths = rs.plan(scene).lengths
+    # 4 pixels per shortest wave, from 8 q_y on
+    levels = tuple(Level("capped", (n, n), n * 2 * np.pi / (4 * lengths[0])) for n in (256, 512, 1024))
+    numerics = Numerics(levels, lengths)
     rows = [
         [rs.realize(scene, numerics, seed=1, level=k, index=i).observables.flash_temperature[5] for k in range(3)]
         for i in range(3)

@@ -108,7 +108,7 @@ def cases() -> dict[str, Case]:
         "light load": Case(scene_of(light, "6 MPa"), 16, 2, 6 * 6350.0, 96 * 6350.0, (1500, 200, 16)),
         "low H": Case(scene_of(rough, "120 MPa"), 8, 4, 26.25 * 6350.0, 210 * 6350.0, (400, 60, 8)),
         "unlike faces": Case(scene_of(unlike, "50 MPa", UNLIKE), 8, 4, 1.25e5, 2e6, (600, 100, 8)),
-        "elastic": Case(elastic_scene(), 4, 2, 16 * 6350.0, 256 * 6350.0, (600, 60, 6)),
+        "elastic": Case(elastic_scene(), 8, 2, 16 * 6350.0, 256 * 6350.0, (1600, 300, 12)),
     }
 
 
@@ -125,17 +125,19 @@ def side(q: float, length: float, pixels: int = PIXELS) -> int:
     return min(k << a for a in range(16) for k in (4, 5, 6) if k << a >= least)
 
 
-def steps(case: Case, length: float) -> Iterator[tuple[str, rs.Level, rs.Level]]:
-    """Yield name, lower and upper level of each step of the ladder, those of the pixel last."""
+def steps(case: Case, length: float) -> Iterator[tuple[str, float, tuple[rs.Level, ...]]]:
+    """Yield name, side of the cell, m, and both levels of each step of the ladder, those of the pixel last."""
     column = "elastic" if case.scene.elastic else "capped"
-    for low, high in zip(case.cut_offs, case.cut_offs[1:], strict=False):
-        yield f"q_c = {high:.4g}", *(rs.Level(column, (n, n), q) for q in (low, high) for n in [side(q, length)])
+    for pair in zip(case.cut_offs, case.cut_offs[1:], strict=False):
+        yield f"q_c = {pair[1]:.4g}", length, tuple(rs.Level(column, (side(q, length),) * 2, q) for q in pair)
     if case.top < case.scene.spectrum.breaks[-1] * (1 - 1e-9):
         return
     pixels = 2 * PIXELS
+    while side(case.top, length, pixels) > MOST_SIDE:  # of the shortest waves alone
+        length /= 2
     while side(case.top, length, pixels) <= MOST_SIDE:
-        both = (side(case.top, length, n) for n in (pixels // 2, pixels))
-        yield f"{pixels} pixels", *(rs.Level(column, (n, n), case.top) for n in both)
+        sides = (side(case.top, length, n) for n in (pixels // 2, pixels))
+        yield f"{pixels} pixels", length, tuple(rs.Level(column, (n, n), case.top) for n in sides)
         pixels *= 2
 
 
@@ -156,12 +158,12 @@ def reference(name: str, case: Case, rows: Rows) -> None:
         }
 
     rows.once(name, "lowest", level_zero)
-    part = length / case.parts
-    for number, (step, low, high) in enumerate(steps(case, part)):
+    for number, (step, part, both) in enumerate(steps(case, length / case.parts)):
         members, seed = max(least, of_step >> (2 * number)), SEED + 1 + number
-        both = low, high
 
-        def ratio(both: tuple[rs.Level, ...] = both, members: int = members, seed: int = seed) -> dict[str, Any]:
+        def ratio(
+            part: float = part, both: tuple[rs.Level, ...] = both, members: int = members, seed: int = seed
+        ) -> dict[str, Any]:
             pairs = np.stack([[moments(case, each, part, index, seed) for each in both] for index in range(members)])
             below, above = pairs.mean(axis=0)
             change = pairs[:, 1] / above - pairs[:, 0] / below

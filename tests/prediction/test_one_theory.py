@@ -125,12 +125,12 @@ def test_a_value_that_the_run_cannot_continue_to_q_max_is_marked_at_q_c(compared
 @pytest.mark.parametrize(
     "name", ["two faces", *(pytest.param(name, marks=pytest.mark.slow) for name in ("demo", "steel-1.2GPa", "granite"))]
 )
-def test_the_sum_over_the_modes_of_a_planned_cell_is_the_integral_to_the_size_error(name):
+def test_the_sum_over_the_modes_of_a_planned_cell_is_the_integral(name):
     scene = scene_of(name)
-    lengths, _ = cell_size.choose_lengths(scene)
+    lengths, _ = cell_size.choose_lengths(scene, 0.01)
     q_c = 90 * 2 * np.pi / lengths[0]
     spectrum = TruncatedSpectrum(prediction.smoothed_spectrum(scene), q_c)
     summed = prediction.mode_sums(scene, spectrum, rs.Grid((180, 180), lengths))
     integral = prediction.predictions(scene, spectrum.breaks[-1])
     for observable in ("flash_temperature", "pressure_variance"):
-        np.testing.assert_allclose(summed[observable], integral[observable], rtol=0.004)
+        np.testing.assert_allclose(summed[observable], integral[observable], rtol=0.006)

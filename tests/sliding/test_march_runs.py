@@ -129,17 +129,6 @@ def test_the_lives_of_spots_are_those_of_the_contacts_on_the_way(run):
     assert run.curves()["slide_spot_survival"][1] == pytest.approx(expected, nan_ok=True)
 
 
-@pytest.mark.slow
-def test_members_of_an_older_version_without_a_curve_are_read_with_newer_ones(run, tmp_path):
-    shutil.copytree(run.folder, tmp_path / "run")
-    old = read_member(member_path(run.folder, MARCH, 0), with_fields=True)
-    write_member(tmp_path / "run", replace(old, curves={k: v for k, v in old.curves.items() if "spot" not in k}))
-    mixed = rs.open_run(tmp_path / "run").curves()
-    assert "slide_spot_survival" not in mixed
-    assert mixed["slide_stress_correlation"].shape[0] == 2
-    assert plot_run(rs.open_run(tmp_path / "run"), "sliding", tmp_path / "one.svg").exists()
-
-
 def test_the_estimate_is_the_frozen_one_times_the_paired_ratio(run):
     sliding, frozen = (
         np.array([run.members[MARCH, i].numbers[f"sliding_{name}"] for i in (0, 1)])
