@@ -57,8 +57,9 @@ def test_the_area_of_a_hill_follows_from_the_two_moments_of_a_power_law(soft):
 
 
 def test_the_error_of_t_flash_falls_from_its_value_at_rest_to_that_of_fast_sliding(soft):
-    hills = (4 * WAVE) ** 2 / cell_size.hill_area(soft, 4 * WAVE)
-    share = prediction.area_fractions(soft)["contact_fraction"]
+    hill = cell_size.hill_area(soft, 4 * WAVE)
+    hills = (4 * WAVE) ** 2 / hill
+    share = 0.4 * prediction.area_fractions(soft, 2 * pi / (np.sqrt(hill) / 2))["contact_fraction"]
     slow, middle, fast = cell_size.size_error(soft, cell(4))
     for error, few in ((slow, 0.03), (fast, 0.015)):
         low = (few / share + 0.2) / hills
@@ -83,6 +84,14 @@ def test_the_error_is_of_the_shorter_side_and_falls_with_its_square_and_the_load
     assert error(loaded(steel, 2e5), cell(4)) == pytest.approx(one / 2, rel=3e-3)
     assert error(light, cell(4), "smoothed") == pytest.approx(2.5 * one, rel=3e-3)
     assert error(light, cell(4), "capped") == one
+
+
+def test_waves_far_shorter_than_a_hill_change_nothing(soft):
+    # loads that touch on as much of the hills: C(q) to 20 and to 2000 q_min, with equal waves up to there
+    face = soft.surface
+    long = replace(face, q_max=2000 * 6350.0, rms_height=face.rms_height * np.sqrt((1 - 2000**-1.6) / (1 - 20**-1.6)))
+    longer = replace(soft, surface=long)
+    np.testing.assert_allclose(cell_size.size_error(longer, cell(4)), cell_size.size_error(soft, cell(4)), rtol=0.03)
 
 
 def test_a_cell_shorter_than_the_longest_wave_lacks_what_is_longer(soft):
