@@ -147,7 +147,7 @@ def cell(scene: rs.Scene, case: Case, column: str, waves: int, work: float) -> R
     numerics = rs.Numerics((level,), (waves * WAVE,) * 2)
     count = int(np.clip(work / side**2, LEAST, MOST))
     members = (rs.realize(scene, numerics, seed=11, index=index) for index in range(count))
-    every = [(row_of(each), each.peak_volumes, each.observables.stress_spectrum) for each in members]
+    every = [(row_of(each), each.peak_volume, each.observables.stress_spectrum) for each in members]
     last, spectra = every[-1][2], np.stack([spectrum.variance for _, _, spectrum in every])
     # r(g = 0.5) of the mean spectrum, and what each member moves it by
     mean, q = spectra.mean(axis=0), last.wavenumber
@@ -155,8 +155,7 @@ def cell(scene: rs.Scene, case: Case, column: str, waves: int, work: float) -> R
     moved = spectra @ (scipy.special.j0(q * radius) - 0.5) / ((mean * q) @ scipy.special.j1(q * radius))
     rows = np.column_stack([[row for row, _, _ in every], radius + moved])
     # at the mean peak volume, whose mean over surfaces is zero
-    controls = np.array([volumes for _, volumes, _ in every])
-    design = np.column_stack([np.ones(count), controls[:, controls.std(axis=0) > 0.0]])
+    design = np.column_stack([np.ones(count), [volume for _, volume, _ in every]])
     fit = np.linalg.lstsq(design, rows, rcond=None)[0]
     error = np.linalg.norm(rows - design @ fit, axis=0) / sqrt((count - design.shape[1]) * count)
     return {"n": count, "side": side, "mean": fit[0].tolist(), "error": (error / np.abs(fit[0])).tolist()}
