@@ -24,9 +24,7 @@ from roughsim.scene import Scene
 # relative error × number of hills: of a slow T_flash where few hills carry load, times their share (of fast sliding,
 # and of all else, it is half of it), and where all of them do. By the same experiment
 FEW_HILLS, ALL_HILLS = 0.03, 0.2
-PART_ERROR = (
-    0.05  # relative error of a T_flash in a cell for corrections, at most: there these are as in the run's cell
-)
+PART_ERROR = 0.05  # relative error of T_flash in a cell for corrections, at most: there these are as in the run's
 SIZE_SHARE = 0.45  # of a target error that the size may take
 WAVES = range(4, 33, 2)  # per side of a cell: pictures and g_σ(r) need four, and grids hold no more than 32
 

@@ -75,7 +75,8 @@ def climb(of_level: Callable[[Sample], Array], pairs: list[Pair]) -> list[Rung]:
 def change_by_pixel(rungs: list[Rung], order: float, fall: float, end: float) -> tuple[Mean, Array]:
     """Return what a vanishing pixel changes at a cut-off `end`, rad/m, and its error, both relative; NaN if unknown.
 
-    `order` is that of the convergence in the pixel at one cut-off. Along the ladder the pixel is a fixed part of the
+    `order` is that of the convergence in the pixel at one cut-off; NaN where finer pixels change it now up, now down:
+    then it is that of the finest grid, and what still finer ones change is its error. Along the ladder the pixel is a fixed part of the
     shortest wave, and what it changes falls as q_c^(−fall): so the highest partner is carried to `end`, and how it
     falls on the way is not known well.
     """
@@ -83,9 +84,9 @@ def change_by_pixel(rungs: list[Rung], order: float, fall: float, end: float) ->
     nothing = Mean(np.zeros(shape), {})
     if shown is None or shown.finer is None or shown.last is None:
         return nothing, np.full(shape, np.nan)
-    beyond = TURNING - 1.0 if isnan(order) else 1.0 / (shown.refined**order - 1.0)
+    beyond = TURNING if isnan(order) else 1.0 / (shown.refined**order - 1.0)
     unseen, carried = shown.last.times(beyond), (shown.q_max / max(end, shown.q_max)) ** fall
-    change = shown.finer.plus(unseen)
+    change = shown.finer if isnan(order) else shown.finer.plus(unseen)
     known = np.isfinite(change.value)  # not 0/0 where nothing yields, or at rest
     change = change.where(known, nothing).times(carried)
     moved = change.value if carried < 1.0 - SAME else 0.0
