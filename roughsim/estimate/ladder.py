@@ -76,9 +76,9 @@ def change_by_pixel(rungs: list[Rung], order: float, fall: float, end: float) ->
     """Return what a vanishing pixel changes at a cut-off `end`, rad/m, and its error, both relative; NaN if unknown.
 
     `order` is that of the convergence in the pixel at one cut-off; NaN where finer pixels change it now up, now down:
-    then it is that of the finest grid, and what still finer ones change is its error. Along the ladder the pixel is a fixed part of the
-    shortest wave, and what it changes falls as q_c^(−fall): so the highest partner is carried to `end`, and how it
-    falls on the way is not known well.
+    then it is that of the finest grid, and what still finer ones change is its error. Along the ladder the pixel is a
+    fixed part of the shortest wave, and what it changes falls as q_c^(−fall): so the highest partner is carried to
+    `end`, and how it falls on the way is not known well.
     """
     shown, shape = next((rung for rung in reversed(rungs) if rung.finer is not None), None), rungs[-1].mean.value.shape
     nothing = Mean(np.zeros(shape), {})

@@ -23,8 +23,9 @@ Lengths = tuple[float, float]  # of the cell, m
 PIXELS = 4  # per shortest wave of a level; its partner has twice as many
 # points per side of the largest grids: of elastic contact, of capped contact, and of that in a part of the cell
 ELASTIC_SIDE, CAPPED_SIDE, PART_SIDE = 2048, 4096, 6144
-# points per side of the lowest level, at most; twice as many where it begins at 4 q_y, or the cell is long for C(q)
-BASE_SIDE = 384
+# points per side of the lowest level, at most, but half as many again at 4 q_y, and for cells that are long for C(q):
+# on seven scenes 512 took least time, or next to least
+BASE_SIDE = 512
 SMOOTHED_TOP, CAPPED_BASE = 1.5, 4.0  # q_y: the end of C_sm, and the lowest cut-off of capped contact
 PART: Final[dict[int, Literal["half", "quarter"] | None]] = {1: None, 2: "half", 4: "quarter"}
 
@@ -109,14 +110,17 @@ def base(grids: Grids, q_min: float, end: float) -> float:
 
 
 def capped_base(grids: Grids, q_yield: float, q_max: float) -> float:
-    """Return 4 q_y, rad/m, or the nearest cut-off from which doubling leads to q_max, where a grid holds that.
+    """Return the lowest cut-off of capped contact, rad/m, from which doubling leads to q_max, where a grid holds that.
 
-    Halved until its grid has at most 2 `BASE_SIDE` points per side.
+    It is 4 q_y, or the nearest such one, doubled while its grid has at most `BASE_SIDE` points per side, and halved
+    where that has more than half as many again.
     """
     lowest = CAPPED_BASE * q_yield
     if q_max <= grids.highest or q_max < lowest:
         lowest = q_max / 2 ** max(round(log2(q_max / lowest)), 0)
-    return float(lowest / 2 ** max(ceil(log2(grids.side_of(lowest) / (1.02 * 2 * BASE_SIDE))), 0))
+    while grids.side_of(2 * lowest) <= 1.02 * BASE_SIDE and 2 * lowest <= 1.02 * q_max:
+        lowest *= 2
+    return float(lowest / 2 ** max(ceil(log2(grids.side_of(lowest) / (1.02 * 1.5 * BASE_SIDE))), 0))
 
 
 def climb(grids: Grids, lowest: float, end: float, q_max: float, q_yield: float = 0.0) -> list[Rung]:

@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from roughsim import prediction
 from roughsim.grid import Grid
-from roughsim.planning.levels import BASE_SIDE
+from roughsim.planning.levels import CAPPED_BASE
 from roughsim.planning.realization import march_problem
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING, Level, Numerics, Reason
@@ -15,6 +16,7 @@ from roughsim.sliding.film import film_shape
 from roughsim.sliding.member import SlideProblem, filmed_steps
 from roughsim.sliding.path import COARSER, oblique_path, pixel_of_path
 
+MARCH_SIDE = 384  # points per side of a march
 MEMBERS = 8  # the ratio of sliding to frozen scatters little from one to the next
 STEP_SECONDS = 2.5e-7, 2.1e-7  # s of CPU time of a step over its points: of the contact, and of each speed
 
@@ -26,20 +28,21 @@ def with_march(scene: Scene, numerics: Numerics) -> Numerics:
     """
     if scene.sliding.history != SLIDING or numerics.march is not None:
         return numerics
-    return replace(numerics, levels=(*numerics.levels, march_level(numerics)))
+    return replace(numerics, levels=(*numerics.levels, march_level(scene, numerics)))
 
 
-def march_level(numerics: Numerics) -> Level:
-    """Return the level of a march: the highest rung of about 256 points per side of the run's cell, else the lowest.
+def march_level(scene: Scene, numerics: Numerics) -> Level:
+    """Return the level of a march: the lowest of the last column, halved to about 256 points per side.
 
-    In elastic contact the ratio of sliding to frozen changes by −.5 … −2.7 % from 128 to 256 points, and by −.4 … −1.8
-    from there to 512.
+    Contact that yields keeps 4 q_y: from there on the ratio of sliding to frozen hardly depends on the cut-off. In
+    elastic contact it changes by −.5 … −2.7 % from 128 to 256 points, and by −.4 … −1.8 from there to 512.
     """
-    lowest, *higher = (numerics.levels[i] for i in numerics.rungs(numerics.columns[-1]))
-    fitting = [level for level in higher if level.parts * max(level.shape) <= BASE_SIDE]
-    level = fitting[-1] if fitting else lowest
-    x, y = (level.parts * n for n in level.shape)
-    return Level(SLIDING, (x, y), level.q_max, first=MEMBERS)
+    level = numerics.levels[numerics.rungs(numerics.columns[-1])[0]]
+    (x, y), q_max = level.shape, level.q_max
+    least = 0.0 if scene.elastic else CAPPED_BASE * prediction.yield_wavenumber(scene)
+    while max(x, y) > MARCH_SIDE and 0.5 * q_max >= 0.98 * least:
+        x, y, q_max = x // 2, y // 2, 0.5 * q_max
+    return Level(SLIDING, (x, y), q_max, first=MEMBERS)
 
 
 def march_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
@@ -77,7 +80,7 @@ def march_reasons(scene: Scene, numerics: Numerics) -> Iterator[Reason]:
 
 def left_out(scene: Scene, numerics: Numerics) -> Reason:
     """Return what a frozen scene of two rough faces leaves out, and what it would cost."""
-    grid, cell = Grid(march_level(numerics).shape, numerics.lengths), numerics.lengths[0]
+    grid, cell = Grid(march_level(scene, numerics).shape, numerics.lengths), numerics.lengths[0]
     steps = cell / pixel_of_path(grid)
     seconds = MEMBERS * steps * seconds_of_step(grid, len(scene.speeds))
     why = (
