@@ -53,11 +53,12 @@ def worst(scene: Scene, side: float) -> float:
 def parts_of(scene: Scene, lengths: tuple[float, float]) -> int:
     """Return how many sides of a cell for corrections make one of these sides, m: 4, 2, or 1.
 
-    1: there is no such cell, nor of elastic contact, whose corrections depend on the cell as much as means do.
+    1: there is no such cell. That of elastic contact, whose corrections depend on the cell as much as means do, has
+    half the sides at least, and half the error.
     """
-    if scene.elastic:
-        return 1
-    return next((parts for parts in (4, 2) if worst(scene, min(lengths) / parts) <= PART_ERROR), 1)
+    most = PART_ERROR / 2 if scene.elastic else PART_ERROR
+    choices = (2,) if scene.elastic else (4, 2)
+    return next((parts for parts in choices if worst(scene, min(lengths) / parts) <= most), 1)
 
 
 def size_error(

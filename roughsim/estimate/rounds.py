@@ -20,6 +20,7 @@ from roughsim.scene.numerics import Numerics
 FIRST, FIRST_STEP, LATER = 12, 6, 4
 # errors that a higher level lowers, and the share that they may take of the squared target before one is added
 OF_LEVELS, SYSTEMATIC = ("bandwidth", "last step", "pixel"), 0.5
+BESIDE = 2.0  # times the target: what columns beside the main one aim at, which serve comparisons alone
 LEAST_SHARE = 0.2  # of the squared error, worked for by members where the rest takes more than the target
 MEMBER = 5e5  # `work` of a member whatever its grid, a few milliseconds: handing out, file, reading
 TARGET = {"flash_temperature": 0.01}  # what levels are chosen for where a run has no target
@@ -115,7 +116,7 @@ def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts
                 if errors[name] > goal:
                     worst = int(np.argmax(total))
                     largest = max(parts, key=lambda part: parts[part].flat[worst])
-            wanted, added = wishes(numerics, column, counts, values, found, goal)
+            wanted, added = wishes(numerics, column, counts, values, found, goal if column == main else BESIDE * goal)
             if not until:  # all levels grow until the lowest has `most`
                 lowest = numerics.rungs(column)[0]
                 times = most / max(wanted[lowest], 1)

@@ -26,6 +26,7 @@ ELASTIC_SIDE, CAPPED_SIDE, PART_SIDE = 2048, 4096, 6144
 # points per side of the lowest level, at most, but half as many again at 4 q_y, and for cells that are long for C(q):
 # on seven scenes 512 took least time, or next to least
 BASE_SIDE = 512
+PART_POINTS = 256  # per side of a level in a part of the cell, at least: of a smaller one the grid is not the cost
 SMOOTHED_TOP, CAPPED_BASE = 1.5, 4.0  # q_y: the end of C_sm, and the lowest cut-off of capped contact
 PART: Final[dict[int, Literal["half", "quarter"] | None]] = {1: None, 2: "half", 4: "quarter"}
 
@@ -40,7 +41,7 @@ class Rung(NamedTuple):
 class Grids(NamedTuple):
     """The grids of a column: sides of the run's cell, m, and the most points per side of its levels.
 
-    Higher levels lie in a cell whose sides go `parts` times into those of the run's.
+    Higher levels lie in a cell whose sides go at most `parts` times into those of the run's.
     """
 
     column: Column
@@ -57,6 +58,12 @@ class Grids(NamedTuple):
         x, y = (self.parts * fast_size(pixels * q_max * side / (2 * pi) / self.parts) for side in self.lengths)
         most = self.side if parts == 1 else self.part_side
         return None if max(x, y) > parts * most else Level(self.column, (x // parts, y // parts), q_max, PART[parts])
+
+    def correction(self, q_max: float, pixels: int) -> Level | None:
+        """Return the level that corrects at a cut-off, in the smallest cell that it may have with `PART_POINTS`."""
+        points = pixels / PIXELS * self.side_of(q_max)
+        parts = next((n for n in (4, 2) if n <= self.parts and points >= 0.98 * n * PART_POINTS), 1)
+        return self.level(q_max, pixels, parts)
 
     def side_of(self, q_max: float) -> float:
         """Return the points per side of the run's cell at a cut-off, rad/m."""
@@ -132,14 +139,13 @@ def climb(grids: Grids, lowest: float, end: float, q_max: float, q_yield: float 
     rungs = []
     for k in range(count):
         cut = end if k == count - 1 and lowest * 2**k > 0.98 * end else lowest * 2**k
-        parts = grids.parts if k else 1
-        level = grids.level(cut, PIXELS, parts)
+        level = grids.correction(cut, PIXELS) if k else grids.level(cut, PIXELS, 1)
         if level is None:
             break
         rungs.append(Rung(level, reason_of(cut, k, end, q_max, q_yield, last=k == count - 1)))
         # a change by the pixel is carried to the end of C(q) from below, and seen best there
         finer = (2, 4) if cut == end else (2,) if k < 2 else ()
-        partners = [grids.level(cut, times * PIXELS, grids.parts) for times in finer]
+        partners = [grids.correction(cut, times * PIXELS) for times in finer]
         why = "half the pixel of the level before: what the pixel changes"
         rungs += (Rung(partner, why) for partner in partners if partner is not None)
     return rungs

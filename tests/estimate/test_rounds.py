@@ -361,7 +361,7 @@ def test_both_columns_grow_and_the_main_one_decides():
     capped = {level: scatter[level] for level in (3, 4, 5)}
     assert verdict.errors[NAME] == pytest.approx(half_width(counts, capped), rel=1e-9)
     expected = dict.fromkeys(range(6), 0.0) | least_work(BOTH, counts, 0.05, capped)
-    expected |= least_work(BOTH, counts, 0.05, {level: scatter[level] for level in (0, 1, 2)})
+    expected |= least_work(BOTH, counts, 2 * 0.05, {level: scatter[level] for level in (0, 1, 2)})
     assert verdict.needed == tuple(max(ceil(expected[level]), counts[level]) for level in range(6))
     loose = judge(BOTH, {NAME: 0.5}, 10**6, counts, totals_of(BOTH, scatter | {0: 9.0}))
     assert loose.met  # whatever the smoothed contact scatters by
