@@ -22,6 +22,7 @@ from roughsim.scene.numerics import Numerics
 # exponent with which the relative change by a pixel of a fixed part of the shortest wave falls with the cut-off, of
 # elastic and of capped contact: .7 to 1.4 on three steels and a rock from 4 to 32 q_y
 FALL = (0.5, 1.0)
+TOWARDS_BOUND = {"contact_fraction": np.maximum, "plastic_fraction": np.minimum}
 
 
 class Values(NamedTuple):
@@ -81,7 +82,6 @@ def continued_to_the_end(
     if q_c < end * (1 - SAME):
         limit = limit._replace(error=np.full_like(nothing, np.nan))
         limit = continuation(scene, column, observable, rungs, limit) if continued and has_limit else limit
-    limit = bounded(scene, observable, top.value, limit) if capped else limit
     mean = top.plus(limit.rest)
     with np.errstate(all="ignore"):  # infinite at rest
         if has_limit:  # what continues the ladder keeps the pixels per shortest wave: their change at the end is left
@@ -90,11 +90,14 @@ def continued_to_the_end(
         else:  # the change is the error, and nothing is corrected
             change, error = change_by_pixel(rungs, record.pixel_orders[capped], FALL[capped], q_c)
             mean, pixel = mean._replace(value=finest), np.abs(finest) * np.hypot(error, change.value)
+        bandwidth = limit.error
+        if capped and observable in TOWARDS_BOUND:
+            mean, bandwidth = bounded(scene, observable, mean, bandwidth, limit.rest.value)
         step = np.abs(top.value - rungs[-2].mean.value) if len(rungs) > 1 else nothing
-        last_step = np.where(np.isnan(limit.error) & has_limit, np.nan_to_num(step), 0.0)
+        last_step = np.where(np.isnan(bandwidth) & has_limit, np.nan_to_num(step), 0.0)
         whole = [rung.mean.value for rung in rungs if not rung.part][-1]
         from_part = np.nan_to_num(np.abs(top.value - whole) / np.abs(mean.value)) if rungs[-1].part else nothing
-    return Values(mean.value, finest, mean.scatter, limit.error, pixel, last_step, from_part, limit.way)
+    return Values(mean.value, finest, mean.scatter, bandwidth, pixel, last_step, from_part, limit.way)
 
 
 def number(sample: Sample, name: str) -> Array:
@@ -166,15 +169,15 @@ def continuation(scene: Scene, column: str, observable: str, rungs: list[Rung], 
     return by_power(rungs, scene.spectrum.breaks[-1], usual)
 
 
-def bounded(scene: Scene, observable: str, top: Array, limit: Limit) -> Limit:
-    """Return a limit within exact bounds: A_pl ≤ σ₀/σ_P ≤ A, to which both areas go from their side as q_c rises."""
-    if observable not in ("contact_fraction", "plastic_fraction"):
-        return limit
+def bounded(scene: Scene, observable: str, mean: Mean, error: Array, rest: Array) -> tuple[Mean, Array]:
+    """Return an area within its exact bound, and its error by the cut-off: A_pl ≤ σ₀/σ_P ≤ A, which both tend to.
+
+    `rest` is what was added beyond the highest cut-off: the area lies between the one there and the bound.
+    """
     bound = scene.sliding.nominal_pressure / scene.penetration_hardness
-    clip = np.maximum if observable == "contact_fraction" else np.minimum
-    value = clip(top + limit.rest.value, bound)
-    error = np.fmin(limit.error, np.maximum(np.abs(value - top), np.abs(value - bound)))
-    return limit._replace(rest=limit.rest._replace(value=value - top), error=error)
+    value = TOWARDS_BOUND[observable](mean.value, bound)
+    within = np.maximum(np.abs(value - (mean.value - rest)), np.abs(value - bound))
+    return mean._replace(value=value), np.fmin(error, within)
 
 
 def at_rest(values: Values, limit: float, scene: Scene) -> Values:

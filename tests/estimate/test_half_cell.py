@@ -37,9 +37,9 @@ def test_a_part_of_the_cell_has_an_error_of_a_twentieth_at_most(steel):
         lengths = (times * waves * WAVE, 20 * waves * WAVE)
         assert cell_size.parts_of(light, lengths) == parts
     soft = replace(steel, body=replace(steel.body, penetration_hardness=None))
-    # elastic contact has half of it, and no quarters
-    found = {waves: cell_size.parts_of(soft, cell(waves)) for waves in (1, 2, 4, 8, 16, 64)}
-    assert found == {waves: 2 if size_error(soft, cell(waves / 2)).max() <= 0.025 else 1 for waves in found}
+    # elastic contact has a quarter of it, and no quarters of the cell
+    found = {waves: cell_size.parts_of(soft, cell(waves)) for waves in (1, 2, 4, 8, 16, 64, 256)}
+    assert found == {waves: 2 if size_error(soft, cell(waves / 2)).max() <= 0.0125 else 1 for waves in found}
     assert set(found.values()) == {1, 2}
 
 
@@ -52,7 +52,7 @@ def test_what_a_part_adds_has_the_square_of_its_error(steel):
     soft = replace(steel, body=replace(steel.body, penetration_hardness=None))
     whole, part = size_error(soft, cell(8)), size_error(soft, cell(4))  # elastic contact: no square
     found = size_error_of_sum(soft, cell(8), 2, NAME, "elastic", share)
-    np.testing.assert_allclose(found, np.sqrt(whole**2 + (share * part) ** 2), rtol=1e-12)
+    np.testing.assert_allclose(found, np.sqrt(whole**2 + (0.5 * part) ** 2), rtol=1e-12)
     whole = size_error(light, cell(8))
     none = size_error_of_sum(light, cell(8), 4, NAME, "capped", np.zeros(len(share)))
     np.testing.assert_array_equal(none, whole)
