@@ -21,7 +21,7 @@ SOURCES = {
     "bandwidth": "left by the cut-off q_c",
     "last step": "what the last step to the highest q_c has changed, where nothing is continued to shorter waves",
     "pixel": "left by the grid at fixed q_c",
-    "size": "at most what a larger cell changes, as measured by doubling cells with as many waves per side",
+    "size": "what a larger cell would change, by the number of hills that carry load, as measured on other scenes",
     "solver": "at most what the contact solver's tolerance changed in measured contacts: for T_flash 0.3 of it",
     "march": "of two bodies that slide: the low cut-off of the march, and what is left of its pixel and step",
     "scan": "of C(q) measured on maps: few long waves, none longer than a map, and other places than these",

@@ -20,8 +20,8 @@ from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 
 # exponent with which the relative change by a pixel of a fixed part of the shortest wave falls with the cut-off, of
-# elastic and of capped contact: .7 to 1.4 on three steels and a rock from 4 to 32 q_y
-FALL = (0.5, 1.0)
+# elastic and of capped contact: .5 to 1.4 on three steels and two rocks from 4 to 32 q_y
+FALL = (0.5, 0.75)
 TOWARDS_BOUND = {"contact_fraction": np.maximum, "plastic_fraction": np.minimum}
 
 
@@ -85,6 +85,7 @@ def continued_to_the_end(
     mean = top.plus(limit.rest)
     with np.errstate(all="ignore"):  # infinite at rest
         if has_limit:  # what continues the ladder keeps the pixels per shortest wave: their change at the end is left
+            end = end if limit.way else q_c
             change, error = change_by_pixel(rungs, record.pixel_orders[capped], FALL[capped], end)
             mean, pixel = mean.by(change._replace(value=1.0 + change.value)), np.abs(mean.value) * error
         else:  # the change is the error, and nothing is corrected

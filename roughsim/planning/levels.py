@@ -113,6 +113,7 @@ def base(grids: Grids, q_min: float, end: float) -> float:
     """
     top = min(end, grids.highest)
     side = max(BASE_SIDE, BASE_SIDE / 8 * max(grids.lengths) * q_min / (2 * pi))
+    side = min(side, grids.side / 2)  # so that a grid is left that shows the pixel
     return float(top / 2 ** max(ceil(log2(grids.side_of(top) / (1.02 * side))), 0))
 
 
