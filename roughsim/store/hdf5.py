@@ -43,8 +43,10 @@ def describe(place: Any, name: str, text: str) -> None:
 
 def described(place: Any, name: str) -> str:
     """Return a text of `describe`; OSError, LookupError, TypeError, ValueError or AttributeError if it is none."""
-    text = np.empty(1, object)
-    h5a.open(place, name.encode()).read(text.reshape(()))
+    text, attribute = np.empty(1, object), h5a.open(place, name.encode())
+    if attribute.shape != ():  # more texts than one would be written beyond the array
+        raise ValueError(f"its {name} is not one text")
+    attribute.read(text.reshape(()))
     return str(text[0].decode())
 
 

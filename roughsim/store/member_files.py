@@ -266,8 +266,8 @@ def _member_of(path: Path, header: dict[str, Any], read: Callable[[str], Any], f
     """
     level, index, failure, provenance = (header[name] for name in ("level", "index", "failure", "provenance"))
     speeds, (length_x, length_y) = tuple(float(speed) for speed in header["speeds"]), header["lengths"]
-    if f"{member_name(level, index)}.h5" != path.name:
-        raise ValueError(f"it holds level {level}, index {index}, not what its name says")
+    if type(level) is not int or type(index) is not int or f"{member_name(level, index)}.h5" != path.name:
+        raise ValueError(f"it holds level {level!r}, index {index!r}, not what its name says")
     moments = list(_moments(header["numbers"], len(speeds), read)) if header["numbers"] else []
     if not isinstance(provenance, dict) or not isinstance(failure, str) or bool(failure) == bool(moments):
         raise ValueError("its header is none that a writer of this format makes")
