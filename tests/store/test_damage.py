@@ -9,7 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from damage_cases import PASSING, member, sealed, with_header, without_seal
+from damage_cases import PASSING, forged, member, sealed, with_header, without_seal
 
 import roughsim as rs
 from roughsim.store import disk
@@ -115,6 +115,22 @@ def test_a_file_of_another_format_is_no_damage(path):
         with pytest.raises(rs.RecordError, match=f"format.* {version}") as told:
             read_member(path)
         assert not isinstance(told.value, disk.DamagedError)
+
+
+@pytest.mark.parametrize("header", [["{}"] * 7, h5py.Empty("S9")])
+def test_a_header_that_is_not_one_text_is_refused_before_it_is_read(path, header):
+    with forged(path) as file:  # HDF5 would write seven texts to the place of one
+        del file.attrs["header"]
+        file.attrs["header"] = header
+    with pytest.raises(disk.DamagedError, match="its header is not one text"):
+        read_member(path)
+
+
+@pytest.mark.parametrize("changes", [{"level": "1"}, {"level": True}, {"index": 42.0}])
+def test_a_level_or_index_that_is_no_whole_number_is_refused(path, changes):
+    with_header(path, **changes)
+    with pytest.raises(disk.DamagedError, match="not what its name says"):
+        read_member(path)
 
 
 def test_damaged_files_are_kept_under_free_names(path, tmp_path):
