@@ -251,7 +251,8 @@ def _opened(path: Path, fields: Iterable[str]) -> Member:
                 return read_array(file, path, name, len(KINDS[name].axes), kind)
 
             header = json.loads(described(file.id, "header"))
-            check_format(path, int(header["format_version"]), header["provenance"])
+            # older headers have no version: it stood beside them
+            check_format(path, int(header.get("format_version", FORMAT - 1)), header.get("provenance"))
             return _member_of(path, header, read, fields)
     except RecordError:
         raise

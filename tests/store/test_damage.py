@@ -3,6 +3,7 @@
 import builtins
 import errno
 import io
+import json
 import os
 from pathlib import Path
 
@@ -131,6 +132,15 @@ def test_a_level_or_index_that_is_no_whole_number_is_refused(path, changes):
     with_header(path, **changes)
     with pytest.raises(disk.DamagedError, match="not what its name says"):
         read_member(path)
+
+
+def test_a_member_of_a_format_whose_headers_have_no_version_is_an_older_one_and_no_damage(path):
+    with forged(path) as file:
+        file.attrs["header"] = json.dumps({"level": 1, "index": 42, "provenance": {"versions": {"roughsim": "0.1"}}})
+    check_member(path)
+    with pytest.raises(rs.RecordError, match=r"has the older format 4; read or export it with .* \(0\.1\)") as told:
+        read_member(path)
+    assert not isinstance(told.value, disk.DamagedError)
 
 
 def test_damaged_files_are_kept_under_free_names(path, tmp_path):
