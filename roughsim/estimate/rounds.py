@@ -111,7 +111,7 @@ def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts
             values, found = totals(name, column, counts)
             parts = relative_parts(found)
             total = np.linalg.norm([*parts.values()], axis=0)
-            total = np.where(np.isnan(found.mean), np.inf, total)  # what is no number meets no target
+            total = np.where(np.isfinite(found.mean), total, np.inf)  # what is no number meets no target
             if column == main and until:
                 errors[name] = float(np.nan_to_num(total, nan=np.inf, posinf=np.inf).max())
                 if errors[name] > goal:

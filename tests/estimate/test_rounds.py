@@ -235,9 +235,10 @@ def test_each_target_must_be_met_and_unknown_parts_count_for_nothing():
     assert set(judge(ONE, loose | tight, 10**6, counts, totals).errors) == {NAME, "pressure_variance"}
 
 
-def test_a_mean_that_is_no_number_meets_no_target():
+@pytest.mark.parametrize("mean", [np.nan, np.inf])
+def test_a_mean_that_is_no_number_meets_no_target(mean):
     values, found = totals_of(ONE, SCATTER)(NAME, "elastic", (12, 6, 0, 6))
-    lost = replace(found, mean=np.full_like(found.mean, np.nan))
+    lost = replace(found, mean=np.full_like(found.mean, mean))
     verdict = judge(ONE, {NAME: 0.5}, 400, (12, 6, 0, 6), lambda *_: (values, lost))
     assert not verdict.met
     assert verdict.errors == {NAME: np.inf}
