@@ -1,13 +1,14 @@
 """CPU time of the whole command to the total error that was asked for, here and in other copies: table and chart.
 
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/chain.py [before=DIRECTORY] now=. [--scenes NAME ...]
-        [--targets TARGET ...] [--limit SECONDS] [-o FOLDER]
+        [--drawn SEED] [--targets TARGET ...] [--limit SECONDS] [-o FOLDER]
 
 Each copy is a name and a directory; another commit comes from `git worktree add --detach DIRECTORY COMMIT`. A point is
 plan, run, reading and comparison of a scene by one process, for a total 95 % error of T_flash at its worst speed. The
 copies take turns, so that others on the machine slow them alike. Scenes are the three steels, the demo, and the ten of
-drawn.py. Each process is warm: other contacts go ahead, uncounted. FOLDER holds chain.json, whose points are not
-measured again, and chain.png. A point that takes more than the limit is ended, and its time is a lower bound.
+drawn.py, or of another seed of it, which needs another FOLDER. Each process is warm: other contacts go ahead,
+uncounted. FOLDER holds chain.json, whose points are not measured again, and chain.png. A point that takes more than the
+limit is ended, and its time is a lower bound.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ mpl.use("Agg")
 
 import matplotlib.pyplot as plt
 import numpy as np
-from drawn import drawn_scenes
+from drawn import SEED, drawn_scenes
 
 import roughsim as rs
 
@@ -49,9 +50,9 @@ def free(scene: str | dict[str, Any], **changes: Any) -> rs.Scene:
     return rs.load_scene(scene, {"ensemble.until": {}, "ensemble.max_realizations": ENOUGH, **changes})
 
 
-def scenes() -> dict[str, rs.Scene]:
-    """Return all scenes by name."""
-    return {name: free(name) for name in BUNDLED} | {name: free(x) for name, x in drawn_scenes().items()}
+def scenes(seed: int) -> dict[str, rs.Scene]:
+    """Return the bundled scenes and those drawn with a seed, by name."""
+    return {name: free(name) for name in BUNDLED} | {name: free(x) for name, x in drawn_scenes(seed).items()}
 
 
 def cpu_seconds() -> float:
@@ -100,21 +101,22 @@ def warm_up(chosen: str) -> None:
     measure(free("demo", **{"body.penetration_hardness": None}), 0.05)
 
 
-def child(name: str, target: float, limit: float) -> None:
+def child(name: str, seed: int, target: float, limit: float) -> None:
     """Print a point as JSON, or what went wrong."""
     warm_up(name)
     _, hard = resource.getrlimit(resource.RLIMIT_CPU)
     resource.setrlimit(resource.RLIMIT_CPU, (int(cpu_seconds() + limit) + 1, hard))
     try:
-        point = measure(scenes()[name], target)
+        point = measure(scenes(seed)[name], target)
     except (rs.RoughsimError, ValueError, MemoryError) as error:
         point = {"failure": f"{type(error).__name__}: {error}"}
     print(json.dumps(point))
 
 
-def in_process(tree: Path, name: str, target: float, limit: float) -> Point:
+def in_process(tree: Path, name: str, seed: int, target: float, limit: float) -> Point:
     """Return `measure` of the package in a directory, by a process of its own."""
-    command = [sys.executable, __file__, "--child", name, "--targets", str(target), "--limit", str(limit)]
+    command = [sys.executable, __file__, "--child", name, "--drawn", str(seed)]
+    command += ["--targets", str(target), "--limit", str(limit)]
     environment = os.environ | {"PYTHONPATH": str(tree)}
     done = subprocess.run(command, check=False, env=environment, capture_output=True, text=True)
     if done.returncode == -signal.SIGXCPU:
@@ -200,28 +202,29 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("copies", nargs="*", default=["now=."], metavar="NAME=DIRECTORY")
     options.add_argument("--scenes", nargs="+", help="names; all if left out")
+    options.add_argument("--drawn", type=int, default=SEED, help="seed of the drawn scenes")
     options.add_argument("--targets", type=float, nargs="+", default=TARGETS)
     options.add_argument("--limit", type=float, default=200.0, help="CPU seconds of a point")
     options.add_argument("-o", "--output", type=Path, default=Path("runs/chain"), help="folder")
     options.add_argument("--child", help=argparse.SUPPRESS)
     given = options.parse_args()
     if given.child is not None:
-        child(given.child, given.targets[0], given.limit)
+        child(given.child, given.drawn, given.targets[0], given.limit)
         return
     trees = {name: Path(path).resolve() for name, _, path in (copy.partition("=") for copy in given.copies)}
     given.output.mkdir(parents=True, exist_ok=True)
     kept = given.output / "chain.json"
     points: Points = json.loads(kept.read_text()) if kept.exists() else {}
     for tree in trees.values():
-        in_process(tree, "demo", 0.05, given.limit)  # compiles
+        in_process(tree, "demo", given.drawn, 0.05, given.limit)  # compiles
     print("| scene | target, % | copy | CPU s | plan | run | compare | total error, % | largest part |")
     print("|---|---|---|---|---|---|---|---|---|")
-    for name in given.scenes or scenes():
+    for name in given.scenes or scenes(given.drawn):
         for target in given.targets:
             for copy, tree in trees.items():
                 table = points.setdefault(copy, {}).setdefault(name, {})
                 if f"{target:g}" not in table:
-                    table[f"{target:g}"] = in_process(tree, name, target, given.limit)
+                    table[f"{target:g}"] = in_process(tree, name, given.drawn, target, given.limit)
                     kept.write_text(json.dumps(points, indent=1))
                 print(row(copy, name, target, table[f"{target:g}"]), flush=True)
     if len(points) > 1:
