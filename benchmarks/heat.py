@@ -92,10 +92,10 @@ def kernels(grid):
         grid, (pixel, 0.0), 0.0, "d", 0.5 / pixel
     )
     table["moments, 20 speeds, mean over directions"] = lambda: rs.measure(
-        contact, grid, rs.Sliding(speeds, 0.1, 1.0, 1.0)
+        contact, grid, rs.HeatSource(speeds, 0.1, 1.0, 1.0)
     )
     table["moments, 20 speeds, one direction"] = lambda: rs.measure(
-        contact, grid, rs.Sliding(speeds, 0.1, 1.0, 1.0, direction=0.0)
+        contact, grid, rs.HeatSource(speeds, 0.1, 1.0, 1.0, direction=0.0)
     )
     return table
 
@@ -189,7 +189,7 @@ def hot_tracks(axis):
         )
         flux = 20 + rs.synthesize(spectrum, grid, np.random.default_rng(1), amplitudes="fixed")
         contact = SimpleNamespace(pressure=flux, contact_fraction=1.0, plastic_fraction=0.0)
-        exact = rs.measure(contact, grid, rs.Sliding(2 * math.pi * laps, 1.0, 1.0, 1.0)).flash_temperature
+        exact = rs.measure(contact, grid, rs.HeatSource(2 * math.pi * laps, 1.0, 1.0, 1.0)).flash_temperature
         for color, method in (
             ("steady", steady),
             ("rest", lambda f, g, s: rs.sliding_temperature(f, g, speed=s, **UNIT)),

@@ -36,7 +36,7 @@ def test_contact(benchmark, heights, hardness):
 
 
 def test_moments_at_twenty_speeds(benchmark, contact):
-    benchmark(rs.measure, contact, GRID, rs.Sliding(speeds=SPEEDS, **STEEL))
+    benchmark(rs.measure, contact, GRID, rs.HeatSource(speeds=SPEEDS, **STEEL))
 
 
 def test_temperature_field(benchmark, contact):

@@ -201,7 +201,7 @@ def too_long(name, hurst, band, pixel, _):
     return row | {"why": f"not asked: over {LONGEST:g} s with larger pixels"}
 
 
-FAST = rs.Sliding([1e4], 1.0, 1.0, 1.0)
+FAST = rs.HeatSource([1e4], 1.0, 1.0, 1.0)
 
 
 # heat

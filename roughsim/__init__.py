@@ -20,6 +20,7 @@ Heat
     negative. Temperatures are above the background: q = 0 is removed from stress and temperature.
 """
 
+import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -45,7 +46,7 @@ if TYPE_CHECKING:  # for type checkers; at run time each name is imported when i
     from roughsim.heat.partition import Body as Body
     from roughsim.heat.partition import partition_heat as partition_heat
     from roughsim.heat.periodic import sliding_temperature as sliding_temperature
-    from roughsim.observables.moments import Sliding as Sliding
+    from roughsim.observables.moments import HeatSource as HeatSource
     from roughsim.observables.moments import measure as measure
     from roughsim.planning.plan import plan as plan
     from roughsim.planning.realization import realize as realize
@@ -79,7 +80,7 @@ _HOME = {
         "heat.half_space": "half_space_temperature",
         "heat.periodic": "sliding_temperature",
         "sliding.slide": "slide Slide",
-        "observables.moments": "Sliding measure",
+        "observables.moments": "HeatSource measure",
         "fourier": "set_threads",
         "scene": "Scene load_scene",
         "scene.numerics": "Level Numerics",
@@ -106,6 +107,11 @@ def __getattr__(name: str) -> Any:
             return version("roughsim")
         except PackageNotFoundError:  # a bare checkout: the package was never built
             return "0+unknown"
+    if name == "Sliding":  # deprecated
+        warnings.warn(
+            "rs.Sliding is renamed to rs.HeatSource; the next release removes the old name", DeprecationWarning, 2
+        )
+        name = "HeatSource"
     if name not in _HOME:
         raise AttributeError(f"module 'roughsim' has no attribute {name!r}")
     return getattr(import_module(f"roughsim.{_HOME[name]}"), name)

@@ -27,7 +27,7 @@ from roughsim.estimate.rounds import FIRST, FIRST_STEP, TARGET
 from roughsim.grid import Array, Grid
 from roughsim.machine import available_memory, workers_that_fit
 from roughsim.observables.catalogue import NUMBERS
-from roughsim.observables.moments import Sliding, measure
+from roughsim.observables.moments import HeatSource, measure
 from roughsim.observables.record import Sample
 from roughsim.pipeline import Problem, solve_problem
 from roughsim.planning.plan import plan
@@ -115,7 +115,7 @@ def base_problem(scene: Scene, numerics: Numerics) -> Problem:
     level = numerics.of_column(numerics.columns[-1])[0]
     speeds = [max(scene.speeds)]
     (friction,), (bodies,) = prediction.friction_coefficient(scene, speeds), prediction.conduction(scene, speeds).each
-    sliding = Sliding(speeds, float(friction), bodies.conductivity, bodies.diffusivity)
+    sliding = HeatSource(speeds, float(friction), bodies.conductivity, bodies.diffusivity)
     return replace(level_problem(scene, numerics, level), sliding=sliding, seed=SEED, stream=0)
 
 

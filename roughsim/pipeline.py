@@ -19,7 +19,7 @@ from roughsim import fourier
 from roughsim.contact import Solid
 from roughsim.extensions import loaded
 from roughsim.grid import Field, Grid
-from roughsim.observables.moments import Sliding, measure
+from roughsim.observables.moments import HeatSource, measure
 from roughsim.observables.record import Measured
 from roughsim.surface.peak_volume import peak_volume
 from roughsim.surface.spectrum import Spectrum
@@ -42,7 +42,7 @@ class Problem:
     grid: Grid
     solid: Solid
     nominal_pressure: float  # σ₀, Pa
-    sliding: Sliding  # speeds, friction and the moving body, which takes up all the heat
+    sliding: HeatSource  # speeds, friction and the moving body, which takes up all the heat
     tolerance: float  # of the contact solve
     precision: Literal["double", "single"]  # of the fields of the contact
     solver: str  # a name among the extensions

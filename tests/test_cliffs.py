@@ -37,7 +37,7 @@ def steady_excess(laps, points=128, directions=8):
     flux = np.maximum(heights / heights.std() + 3.0, 0.0)
     contact = Contact(flux, heights, 1.0, 0.0, 0.0, 0, 0.0)
     speed = 2 * pi * laps
-    exact = rs.measure(contact, grid, rs.Sliding([speed], 1.0, 1.0, 1.0)).flash_temperature[0]
+    exact = rs.measure(contact, grid, rs.HeatSource([speed], 1.0, 1.0, 1.0)).flash_temperature[0]
     turns = [k * pi / directions for k in range(directions)]
     steady = [
         np.mean(flux * rs.sliding_temperature(flux, grid, speed=speed, slid_distance=inf, direction=turn, **UNIT))
@@ -144,7 +144,7 @@ def test_two_pixels_of_the_shortest_wave_are_too_few_and_four_will_do(pixels, le
     for count in (4 * pixels, 4 * 32):  # 32 pixels stand for none
         heights, grid = unit_surface(count, (2, 4))
         contact = rs.solve_contact(heights, grid, rs.Solid(1.0), nominal_pressure=0.05)
-        flash.append(rs.measure(contact, grid, rs.Sliding([1e4], 1.0, 1.0, 1.0)).flash_temperature[0])
+        flash.append(rs.measure(contact, grid, rs.HeatSource([1e4], 1.0, 1.0, 1.0)).flash_temperature[0])
     assert least <= abs(flash[0] / flash[1] - 1) < most
 
 

@@ -19,7 +19,7 @@ LOAD = {"modulus": 1e11, "pressure": 1e8}
 WHOLE = "effective_modulus=modulus, nominal_pressure=pressure"
 YIELDS = WHOLE + ", penetration_hardness=hardness"
 FLASH = WHOLE + ", friction_coefficient=friction, conductivity=conductivity, diffusivity=diffusivity"
-RUBBED = "rs.Sliding([speed], friction, conductivity, diffusivity"
+RUBBED = "rs.HeatSource([speed], friction, conductivity, diffusivity"
 # what is computed, and its numbers; `flux`, `heights`, `cell`, `spectrum` are those of PREAMBLE
 CASES = {
     "steady periodic": ("rs.sliding_temperature(flux, cell, slid_distance=np.inf, **heat)", HEAT),

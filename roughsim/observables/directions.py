@@ -5,11 +5,11 @@ from numpy.typing import ArrayLike
 
 from roughsim.grid import Array, Grid
 from roughsim.heat.periodic import sliding_temperature
-from roughsim.observables.moments import Sliding
+from roughsim.observables.moments import HeatSource
 
 
 def flash_temperature_along(
-    pressure: Array, grid: Grid, sliding: Sliding, direction: float, slid_distance: float | None = None
+    pressure: Array, grid: Grid, sliding: HeatSource, direction: float, slid_distance: float | None = None
 ) -> Array:
     """Return ⟨Tσ⟩/⟨σ⟩ in one direction of sliding, K, at each speed, without q = 0.
 
@@ -23,7 +23,7 @@ def flash_temperature_along(
         Shape `grid.shape`, Pa, periodic.
     grid : Grid
         Its cell.
-    sliding : Sliding
+    sliding : HeatSource
         Speeds, friction, and the body; its own direction is not read.
     direction : float
         Radians from axis 0 towards axis 1.

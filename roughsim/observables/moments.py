@@ -38,8 +38,8 @@ _SHORT = 1 << 13  # numbers of a sum that OpenBLAS leaves to one thread: it divi
 
 
 @dataclass(frozen=True, slots=True)
-class Sliding:
-    """How a contact slides: what turns its pressure into heat.
+class HeatSource:
+    """Frictional heat of a sliding contact: speeds, friction, and the properties of the heated body.
 
     TypeError or ValueError for an entry of the wrong kind, not finite or out of its range.
 
@@ -103,7 +103,7 @@ class Sliding:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moments:
-    """Moments of one contact; the arrays run over the speeds of `Sliding`, areas are shares of the cell."""
+    """Moments of one contact; the arrays run over the speeds of `HeatSource`, areas are shares of the cell."""
 
     speeds: tuple[float, ...]  # m/s
     flash_temperature: Array  # ⟨Tσ⟩/σ₀, K, steady sliding. Eq. (3)
@@ -129,7 +129,7 @@ class Moments:
         return self.stress_spectrum.pressure_correlation(r)
 
 
-def measure(contact: Contact, grid: Grid, sliding: Sliding) -> Moments:
+def measure(contact: Contact, grid: Grid, sliding: HeatSource) -> Moments:
     """Measure the moments of one contact at all speeds from one forward transform.
 
     Of `contact` the pressure (shape `grid.shape`, Pa) and the fractions of contact and plastic contact are read;
@@ -212,7 +212,7 @@ def angular_means(ratio: Array) -> tuple[Array, Array]:
     return scale * complete, -0.5 * scale * slid * odd
 
 
-def sums_over_directions(spectrum: StressSpectrum, unseen: Array, grid: Grid, sliding: Sliding) -> Array:
+def sums_over_directions(spectrum: StressSpectrum, unseen: Array, grid: Grid, sliding: HeatSource) -> Array:
     """Return Σ w Re F/|q|, −Σ w Re(i cosφ F), Σ w |q| Re F, averaged over all directions; shape (3, speeds)."""
     q, w = spectrum.wavenumber, spectrum.variance
     even, odd, odd_at_nyquist = responses_of_grid(grid, tuple(abs(rate) for rate in sliding.rates))
@@ -237,7 +237,7 @@ def responses_of_grid(grid: Grid, rates: tuple[float, ...]) -> tuple[Array, Arra
     return even, odd, np.stack([angular_means(rate / q_nyquist)[1] for rate in rates])
 
 
-def sums_of_one_direction(amplitude: NDArray[np.complex128], grid: Grid, sliding: Sliding) -> Array:
+def sums_of_one_direction(amplitude: NDArray[np.complex128], grid: Grid, sliding: HeatSource) -> Array:
     """Return the same sums for sliding along `direction`: the moments of the steady periodic field, to rounding."""
     ux, uy = unit_vector(sliding.direction or 0.0)
     qx, qy = grid.wavevectors

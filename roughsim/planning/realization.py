@@ -10,7 +10,7 @@ from roughsim.contact import Solid
 from roughsim.errors import ResolutionError
 from roughsim.grid import Grid
 from roughsim.heat.partition import Body
-from roughsim.observables.moments import Sliding
+from roughsim.observables.moments import HeatSource
 from roughsim.pipeline import BYTES_PER_POINT, Problem, Solution, linear_algebra, solve_problem
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
@@ -145,10 +145,10 @@ def _problem(scene: Scene, numerics: Numerics, level: int, q_max: float, grid: G
         )
 
 
-def _sliding(scene: Scene) -> Sliding:
+def _sliding(scene: Scene) -> HeatSource:
     """Return the frictional heat of a scene, all of it in the moving body."""
     bodies = prediction.conduction(scene)
-    return Sliding(
+    return HeatSource(
         speeds=[speed or _AT_REST for speed in scene.speeds],
         friction_coefficient=prediction.friction_coefficient(scene).tolist(),
         conductivity=bodies.conductivity.tolist(),

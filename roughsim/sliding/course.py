@@ -7,7 +7,7 @@ import numpy as np
 
 from roughsim.contact import Contact
 from roughsim.grid import Array, Grid
-from roughsim.observables.moments import Sliding, sums_over_directions
+from roughsim.observables.moments import HeatSource, sums_over_directions
 from roughsim.observables.stress_spectrum import stress_spectrum
 from roughsim.sliding.correlation import StressCorrelation
 from roughsim.sliding.film import Film, Projector
@@ -60,7 +60,7 @@ def follow(
     contacts: Iterator[Contact], grid: Grid, path: Path, motions: Sequence[Motion], filmed: Sequence[int] = ()
 ) -> Course:
     """March along a path and record every step; the steps `filmed`, ascending and from 1 on, with their fields."""
-    sliding = Sliding(
+    sliding = HeatSource(
         speeds=[motion.speed for motion in motions],
         friction_coefficient=[motion.friction_coefficient for motion in motions],
         conductivity=[motion.moving.conductivity for motion in motions],

@@ -19,7 +19,7 @@ from roughsim.contact import Contact, Solid
 from roughsim.grid import Array, Grid
 from roughsim.heat.partition import Body
 from roughsim.observables.catalogue import AXIS, CURVES
-from roughsim.observables.moments import Sliding
+from roughsim.observables.moments import HeatSource
 from roughsim.observables.stress_spectrum import uniform_nodes
 from roughsim.pipeline import linear_algebra
 from roughsim.sliding.course import LAST, Course, follow
@@ -47,7 +47,7 @@ class SlideProblem:
     grid: Grid
     solid: Solid
     nominal_pressure: float  # σ₀, Pa
-    sliding: Sliding  # speeds, friction and the moving body
+    sliding: HeatSource  # speeds, friction and the moving body
     resting: tuple[Body, ...]  # the resting body at each speed
     distances: tuple[float, ...]  # slid at each speed, m
     tolerance: float  # of the contact solves

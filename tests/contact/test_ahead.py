@@ -148,7 +148,7 @@ def test_after_both_halves_a_solve_on_several_grids_compiles_nothing(tmp_path):
         heights = rs.synthesize(spectrum, grid, np.random.default_rng(1))
         for cap in (np.inf, 5e8):
             contact = rs.solve_contact(heights, grid, rs.Solid(2e11, cap), nominal_pressure=1e7, tolerance=1e-7)
-            rs.measure(contact, grid, rs.Sliding([1.0], 0.1, 30.0, 1e-5))
+            rs.measure(contact, grid, rs.HeatSource([1.0], 0.1, 30.0, 1e-5))
     """
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     words = [sys.executable, "-c", textwrap.dedent(code)]

@@ -278,7 +278,7 @@ def test_measured_fractions_are_those_of_the_pressure():
     heights, grid = rough(64, 0)
     for hardness in (np.inf, 0.3):
         contact = solved(heights, grid, 0.05, hardness)
-        seen = rs.measure(contact, grid, rs.Sliding([1.0], **UNIT))
+        seen = rs.measure(contact, grid, rs.HeatSource([1.0], **UNIT))
         expected = rs.corrected_fractions(contact.pressure, hardness)
         assert (seen.contact_fraction_corrected, seen.plastic_fraction_corrected) == expected
     assert expected[1] > contact.plastic_fraction > 0

@@ -81,7 +81,7 @@ def test_a_tiled_map_is_pressed_as_its_own_heights_are(scene_file, surface, tmp_
     solid = rs.Solid(scene.effective_modulus, scene.penetration_hardness)
     contact = rs.solve_contact(heights, grid, solid, nominal_pressure=scene.sliding.nominal_pressure, tolerance=1e-4)
     bodies = scene.conduction()
-    sliding = rs.Sliding(speeds=[35.0], friction_coefficient=scene.friction_coefficient(),
+    sliding = rs.HeatSource(speeds=[35.0], friction_coefficient=scene.friction_coefficient(),
                          conductivity=bodies.conductivity, diffusivity=bodies.diffusivity)  # fmt: skip
     expected = rs.measure(contact, grid, sliding).flash_temperature[0]
     finest = run.pairs()[-1].sample

@@ -82,7 +82,7 @@ def test_a_wave_has_the_flash_temperature_of_its_own_direction():
     # σ = σ₀(1 + cos qx): ⟨Tσ⟩/σ₀ = ½ μvσ₀/κ Re(1/λ), λ = √(q² − i q v/D) along the wave, q across it
     grid, q, speed, load = rs.Grid((32, 16), (1e-3, 5e-4)), 2 * math.pi * 3 / 1e-3, 0.05, 1e7
     pressure = load * (1 + np.cos(q * 1e-3 / 32 * np.arange(32)))[:, None] * np.ones(16)
-    sliding = rs.Sliding((speed, 2 * speed), FRICTION, KAPPA, DIFFUSIVITY, heat_partition=0.4)
+    sliding = rs.HeatSource((speed, 2 * speed), FRICTION, KAPPA, DIFFUSIVITY, heat_partition=0.4)
     heat = 0.4 * FRICTION * load / KAPPA
     for direction, component in ((0.0, q), (math.pi / 2, 0.0), (0.7, q * math.cos(0.7))):
         found = flash_temperature_along(pressure, grid, sliding, direction, slid_distance=1.0)
@@ -99,7 +99,7 @@ def test_directions_of_an_isotropic_contact_are_not_raised_by_hot_tracks():
     for seed in range(3):
         heights = rs.synthesize(law, grid, np.random.default_rng(seed))
         contact = rs.solve_contact(heights, grid, rs.Solid(2e11 / 0.91, 2e9), nominal_pressure=5e7, tolerance=1e-3)
-        sliding = rs.Sliding((35.0,), FRICTION, KAPPA, DIFFUSIVITY)
+        sliding = rs.HeatSource((35.0,), FRICTION, KAPPA, DIFFUSIVITY)
         mean = rs.measure(contact, grid, sliding).flash_temperature
         angles = np.arange(8) * math.pi / 8
         over += [flash_temperature_along(contact.pressure, grid, sliding, angle) / mean for angle in angles]
@@ -131,7 +131,7 @@ def test_the_press_of_grooves_gives_both_principal_directions_and_the_one_asked_
     contact = rs.solve_contact(heights, grid, rs.Solid(2e11 / 0.91, 2e9), nominal_pressure=5e7, tolerance=1e-4)
     assert run.angles["asked"] == pytest.approx(math.pi / 6)
     assert math.sin(run.angles["along"]) == pytest.approx(0.0, abs=1e-6)
-    mean = rs.measure(contact, grid, rs.Sliding(SPEEDS, FRICTION, KAPPA, DIFFUSIVITY)).flash_temperature
+    mean = rs.measure(contact, grid, rs.HeatSource(SPEEDS, FRICTION, KAPPA, DIFFUSIVITY)).flash_temperature
     for name, angle in (("along", 0.0), ("across", math.pi / 2), ("asked", math.pi / 6)):
         estimate = run.in_direction(name)
         ratio = estimate.mean / run.estimate("flash_temperature").mean
@@ -143,7 +143,7 @@ def test_the_press_of_grooves_gives_both_principal_directions_and_the_one_asked_
             expected = np.mean(field * contact.pressure) / 5e7 / mean[k]
             assert ratio[k] == pytest.approx(expected, rel=0.01)  # the tolerance of both contacts
         # where heat hardly moves on, the steady moments of one direction say the same
-        steady = rs.measure(contact, grid, rs.Sliding(SPEEDS, FRICTION, KAPPA, DIFFUSIVITY, 1.0, angle))
+        steady = rs.measure(contact, grid, rs.HeatSource(SPEEDS, FRICTION, KAPPA, DIFFUSIVITY, 1.0, angle))
         assert ratio[0] == pytest.approx(steady.flash_temperature[0] / mean[0], rel=0.03)
         assert np.all(estimate.total_error >= run.estimate("flash_temperature").total_error * ratio * 0.999)
     assert run.in_direction("along").mean[-1] > 1.5 * run.in_direction("across").mean[-1]

@@ -39,7 +39,7 @@ def reference(run, heights, lengths):
     """T_flash at all speeds of the scene from 4 and 8 times finer points, in the limit, and what 8 times lacks."""
     scene, values = run.scene, []
     bodies = scene.conduction()
-    sliding = rs.Sliding(speeds=[v or 1e-9 for v in scene.speeds], friction_coefficient=scene.friction_coefficient(),
+    sliding = rs.HeatSource(speeds=[v or 1e-9 for v in scene.speeds], friction_coefficient=scene.friction_coefficient(),
                          conductivity=bodies.conductivity, diffusivity=bodies.diffusivity)  # fmt: skip
     for factor in (4, 8):
         fine = on_finer_points(heights, factor)

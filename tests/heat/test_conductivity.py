@@ -267,11 +267,11 @@ def test_a_table_without_meaning_is_refused_in_one_line(quick, conductivity, sta
 @pytest.mark.parametrize("name", ["conductivity", "diffusivity"])
 def test_a_body_conducts_with_one_number_or_one_for_each_speed(name):
     given = {"speeds": [1.0, 2.0], "friction_coefficient": 0.1, "conductivity": 30.0, "diffusivity": 1e-5}
-    assert getattr(rs.Sliding(**given | {name: [1.0, 2.0]}), name) == (1.0, 2.0)
+    assert getattr(rs.HeatSource(**given | {name: [1.0, 2.0]}), name) == (1.0, 2.0)
     with pytest.raises(ValueError, match=rf"{name} has shape \(3,\) for 2 speeds"):
-        rs.Sliding(**given | {name: [1.0, 2.0, 3.0]})
+        rs.HeatSource(**given | {name: [1.0, 2.0, 3.0]})
     with pytest.raises(ValueError, match=rf"{name} = -1 .* must be positive"):
-        rs.Sliding(**given | {name: [1.0, -1.0]})
+        rs.HeatSource(**given | {name: [1.0, -1.0]})
 
 
 def test_of_several_temperatures_the_one_next_to_the_background_is_taken():

@@ -13,7 +13,8 @@ import pytest
 from moments_cases import ANGULAR, BODY, CELLS, UNIT, Pressed, patches, plane, points
 from scipy.special import ellipk, elliprd
 
-from roughsim import Grid, Sliding, corrected_fractions, fourier, measure, sliding_temperature
+import roughsim
+from roughsim import Grid, HeatSource, corrected_fractions, fourier, measure, sliding_temperature
 from roughsim.observables import moments
 
 
@@ -25,7 +26,7 @@ def test_one_wave_of_pressure_has_its_moments_in_closed_form(case, shape):
     q = 3 * 2 * pi / 2e-3
     speed = case["a"] * BODY["diffusivity"] * q
     seen = measure(
-        Pressed(load + swing * np.cos(q * x + 0.3)), grid, Sliding([speed, -speed], heat_partition=0.5, **BODY)
+        Pressed(load + swing * np.cos(q * x + 0.3)), grid, HeatSource([speed, -speed], heat_partition=0.5, **BODY)
     )
     heat = 0.5 * 0.11 * speed / 30.0 * swing**2 / 2 / load
     assert seen.nominal_pressure == pytest.approx(load, rel=1e-14)
@@ -49,7 +50,7 @@ def test_one_wave_slid_over_in_one_direction(speed, direction):
     if direction == pi / 2:
         along = qy * np.sign(speed)
     response = 1 / cmath.sqrt(q**2 - 1j * abs(speed) * along)
-    seen = measure(Pressed(2.0 + np.cos(qx * x + qy * y)), grid, Sliding([speed], direction=direction, **UNIT))
+    seen = measure(Pressed(2.0 + np.cos(qx * x + qy * y)), grid, HeatSource([speed], direction=direction, **UNIT))
     heat = abs(speed) * 0.5 / 2.0
     assert seen.flash_temperature[0] == pytest.approx(heat * response.real, rel=1e-12)
     assert seen.flash_gradient[0] == pytest.approx(heat * (1j * along * response).real, rel=1e-12)
@@ -80,7 +81,7 @@ def test_moments_of_one_direction_are_products_in_real_space(grid, direction, sp
     seen = measure(
         Pressed(pressure),
         grid,
-        Sliding([speed], friction_coefficient=0.4, conductivity=3.0, diffusivity=2.0, direction=direction),
+        HeatSource([speed], friction_coefficient=0.4, conductivity=3.0, diffusivity=2.0, direction=direction),
     )
     for actual, product in (
         (seen.flash_temperature, field),
@@ -94,8 +95,8 @@ def test_moments_of_one_direction_are_products_in_real_space(grid, direction, sp
 def test_the_closed_mean_is_the_mean_over_many_directions(grid):
     # periodic in the angle: the mean of 600 equal steps converges geometrically
     contact, speeds = Pressed(patches(grid)), [1.0, 30.0]
-    mean = measure(contact, grid, Sliding(speeds, **UNIT))
-    turns = [measure(contact, grid, Sliding(speeds, direction=2 * pi * k / 600, **UNIT)) for k in range(600)]
+    mean = measure(contact, grid, HeatSource(speeds, **UNIT))
+    turns = [measure(contact, grid, HeatSource(speeds, direction=2 * pi * k / 600, **UNIT)) for k in range(600)]
     for name in ("flash_temperature", "flash_gradient", "flash_laplacian"):
         average = np.mean([getattr(turn, name) for turn in turns], axis=0)
         np.testing.assert_allclose(getattr(mean, name), average, rtol=1e-12)
@@ -118,7 +119,7 @@ def test_the_compact_spectrum_sums_every_moment_exactly(grid):
     q[0, 0] = 1.0
     slow = 2 * pi / max(grid.lengths)
     speeds = [slow * ratio for ratio in (1e-3, 0.3, 3.0, 100.0, 1e4, 1e8)]
-    seen = measure(Pressed(pressure), grid, Sliding(speeds, **UNIT))
+    seen = measure(Pressed(pressure), grid, HeatSource(speeds, **UNIT))
     # at the Nyquist wavenumber of an axis only the other component of q has a derivative
     kept = np.ones(grid.shape)
     for axis, component in enumerate((qx, qy)):
@@ -145,7 +146,7 @@ def test_the_corrected_areas_are_those_of_the_pressure_up_to_its_rounding_below_
     pressure = np.minimum(patches(grid), hardness)
     rounded = np.where(pressure == 0.0, -1e-12, pressure)
     contact = Pressed(rounded, (pressure > 0.0).mean(), (pressure == hardness).mean())
-    seen = measure(contact, grid, Sliding([1.0], **UNIT))
+    seen = measure(contact, grid, HeatSource([1.0], **UNIT))
     expected = corrected_fractions(pressure, hardness)
     assert (seen.contact_fraction_corrected, seen.plastic_fraction_corrected) == expected
     assert (expected[1] > 0.0) == (hardness == 1.0)
@@ -153,7 +154,7 @@ def test_the_corrected_areas_are_those_of_the_pressure_up_to_its_rounding_below_
 
 def test_a_measurement_does_not_depend_on_those_before_it():
     # what depends on cell and speeds alone is remembered: each of these would be wrong with that of another
-    fast, slow = Sliding([3.0, 10.0], **UNIT), Sliding([0.1, 0.3], **UNIT)
+    fast, slow = HeatSource([3.0, 10.0], **UNIT), HeatSource([0.1, 0.3], **UNIT)
     phi = np.linspace(0.0, 2 * pi, 400, endpoint=False)
     for grid in (Grid((16, 16), (1.0, 1.0)), Grid((16, 16), (2.0, 2.0)), Grid((16, 15), (1.0, 1.0))):
         pressure = patches(grid)
@@ -173,7 +174,7 @@ def test_at_rest_there_is_no_heat_but_the_ratios_have_their_limits():
     grid = Grid((24, 24), (1.0, 1.0))
     for direction in (None, 0.4):
         rest, slow = (
-            measure(Pressed(patches(grid)), grid, Sliding([v], direction=direction, **UNIT)) for v in (0.0, 1e-6)
+            measure(Pressed(patches(grid)), grid, HeatSource([v], direction=direction, **UNIT)) for v in (0.0, 1e-6)
         )
         assert rest.flash_temperature[0] == rest.flash_gradient[0] == rest.flash_laplacian[0] == 0.0
         assert rest.resting_flash_temperature[0] == 0.0
@@ -185,7 +186,7 @@ def test_the_slope_length_of_slow_sliding_is_four_diffusivities_over_speed():
     # for every surface; corrections are of the order (v/Dq)²
     grid = Grid((23, 27), (1.0, 1.0))
     speeds = np.array([1e-1, 1e-2, 1e-3])
-    seen = measure(Pressed(patches(grid)), grid, Sliding(speeds, **UNIT))
+    seen = measure(Pressed(patches(grid)), grid, HeatSource(speeds, **UNIT))
     errors = np.abs(seen.slope_length * speeds / 4 - 1)
     assert errors[1] < 1e-5
     np.testing.assert_allclose(errors[:-1] / errors[1:], 100.0, rtol=0.01)
@@ -194,7 +195,7 @@ def test_the_slope_length_of_slow_sliding_is_four_diffusivities_over_speed():
 def test_the_slope_length_of_fast_sliding_is_never_below_its_bound():
     # d/D ≥ A/|B| → 2.18844, with equality for a single wavelength
     grid = Grid((23, 23), (1.0, 1.0))
-    fast = Sliding([1e12], **UNIT)
+    fast = HeatSource([1e12], **UNIT)
     seen = measure(Pressed(patches(grid)), grid, fast)
     assert seen.slope_length[0] > 2.18844 * seen.flash_width[0]
     single = measure(Pressed(1 + np.cos(2 * pi * points(grid)[0])), grid, fast)
@@ -203,7 +204,7 @@ def test_the_slope_length_of_fast_sliding_is_never_below_its_bound():
 
 def test_opposite_speeds_have_the_same_averaged_moments():
     grid = Grid((16, 15), (1.0, 1.0))
-    seen = measure(Pressed(patches(grid)), grid, Sliding([7.0, -7.0], **UNIT))
+    seen = measure(Pressed(patches(grid)), grid, HeatSource([7.0, -7.0], **UNIT))
     for name in ("flash_temperature", "flash_gradient", "flash_laplacian", "slope_length"):
         forth, back = getattr(seen, name)
         assert forth == back
@@ -215,7 +216,7 @@ def test_all_speeds_take_one_forward_transform(monkeypatch):
     forward = fourier.Transform.forward
     monkeypatch.setattr(fourier.Transform, "forward", lambda transform: calls.append(1) or forward(transform))
     grid = Grid((16, 16), (1.0, 1.0))
-    measure(Pressed(patches(grid)), grid, Sliding([0.1, 1.0, 10.0], direction=0.3, **UNIT))
+    measure(Pressed(patches(grid)), grid, HeatSource([0.1, 1.0, 10.0], direction=0.3, **UNIT))
     assert len(calls) == 1
 
 
@@ -226,7 +227,7 @@ def test_uniform_pressure_makes_no_flash_temperature():
     for shape, length in (((15, 11), 1.0), ((1, 1), 1.0), ((1, 1), 0.7), ((1, 1), 3e-3)):
         grid = Grid(shape, (length, length))
         for direction in (None, 1.0):
-            seen = measure(Pressed(np.full(shape, 0.1)), grid, Sliding([35.0], direction=direction, **UNIT))
+            seen = measure(Pressed(np.full(shape, 0.1)), grid, HeatSource([35.0], direction=direction, **UNIT))
             assert seen.flash_temperature[0] == seen.flash_laplacian[0] == seen.pressure_variance == 0.0
             assert np.isnan(
                 [seen.flash_width[0], seen.slope_length[0], seen.stress_spectrum.correlation_radius(0.1)]
@@ -235,7 +236,7 @@ def test_uniform_pressure_makes_no_flash_temperature():
 
 def test_a_wave_without_a_derivative_on_the_grid_has_no_slope_length():
     grid = Grid((2, 2), (1.0, 1.0))
-    seen = measure(Pressed(np.array([[0.3, 0.9], [0.1, 0.2]])), grid, Sliding([1.0], **UNIT))
+    seen = measure(Pressed(np.array([[0.3, 0.9], [0.1, 0.2]])), grid, HeatSource([1.0], **UNIT))
     assert seen.flash_gradient[0] == 0.0
     assert seen.slope_length[0] == inf
 
@@ -243,7 +244,7 @@ def test_a_wave_without_a_derivative_on_the_grid_has_no_slope_length():
 def test_an_empty_contact_has_no_temperature_and_says_so():
     grid = Grid((8, 8), (1.0, 1.0))
     with pytest.warns(RuntimeWarning, match="pressure = 0 Pa everywhere: without contact"):
-        seen = measure(Pressed(np.zeros((8, 8)), 0.0, 0.0), grid, Sliding([0.0, 1.0], **UNIT))
+        seen = measure(Pressed(np.zeros((8, 8)), 0.0, 0.0), grid, HeatSource([0.0, 1.0], **UNIT))
     for name in ("temperature", "gradient", "laplacian", "width"):
         assert np.isnan(getattr(seen, f"flash_{name}")).all()
     assert np.isnan(seen.slope_length).all()
@@ -251,7 +252,7 @@ def test_an_empty_contact_has_no_temperature_and_says_so():
 
 
 def test_sums_in_pieces_are_those_in_one(monkeypatch):
-    grid, sliding = CELLS[1], Sliding([0.5, 2.0], **UNIT)
+    grid, sliding = CELLS[1], HeatSource([0.5, 2.0], **UNIT)
     whole = measure(Pressed(patches(grid)), grid, sliding)
     monkeypatch.setattr(moments, "_SHORT", 5)
     pieces = measure(Pressed(patches(grid)), grid, sliding)
@@ -265,7 +266,7 @@ def test_the_bits_of_moments_do_not_depend_on_the_threads_of_the_blas():
         import numpy as np, roughsim as rs
         from moments_cases import Pressed, UNIT, patches
         grid = rs.Grid((8, 30000), (1.0, 1.1))
-        seen = rs.measure(Pressed(patches(grid)), grid, rs.Sliding([1.0, 9.0], **UNIT))
+        seen = rs.measure(Pressed(patches(grid)), grid, rs.HeatSource([1.0, 9.0], **UNIT))
         print(seen.stress_spectrum.variance.size, seen.flash_temperature.tobytes(), seen.flash_gradient.tobytes())
     """
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
@@ -297,7 +298,7 @@ def test_the_bits_of_moments_do_not_depend_on_the_threads_of_the_blas():
 )
 def test_a_field_that_is_no_pressure_is_refused(pressure, message):
     with pytest.raises(ValueError, match=message):
-        measure(Pressed(pressure), Grid((8, 8), (1.0, 1.0)), Sliding([1.0], **UNIT))
+        measure(Pressed(pressure), Grid((8, 8), (1.0, 1.0)), HeatSource([1.0], **UNIT))
 
 
 @pytest.mark.parametrize(
@@ -315,16 +316,21 @@ def test_a_field_that_is_no_pressure_is_refused(pressure, message):
 )
 def test_sliding_that_is_not_physical_is_refused_by_name(name, value):
     with pytest.raises(ValueError, match=name):
-        Sliding(**{"speeds": [1.0], **UNIT, name: value})
+        HeatSource(**{"speeds": [1.0], **UNIT, name: value})
 
 
 @pytest.mark.parametrize("speeds", [35.0, "35", [], ["35"], [[35.0]]])
 def test_speeds_are_a_sequence_of_numbers(speeds):
     with pytest.raises(TypeError, match="speeds"):
-        Sliding(speeds, **UNIT)
+        HeatSource(speeds, **UNIT)
 
 
 def test_sliding_keeps_its_speeds_as_a_tuple():
-    sliding = Sliding(np.array([1.0, 35.0]), **UNIT)
+    sliding = HeatSource(np.array([1.0, 35.0]), **UNIT)
     assert sliding.speeds == (1.0, 35.0)
-    assert hash(sliding) == hash(Sliding((1.0, 35.0), **UNIT))
+    assert hash(sliding) == hash(HeatSource((1.0, 35.0), **UNIT))
+
+
+def test_the_former_name_of_a_heat_source_is_accepted_with_a_warning():
+    with pytest.warns(DeprecationWarning, match="renamed to rs.HeatSource"):
+        assert roughsim.Sliding is HeatSource

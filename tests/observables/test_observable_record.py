@@ -68,7 +68,7 @@ def test_the_contact_solve_changes_the_mean_of_each_observable_by_no_more_than_i
     spectrum = rs.SelfAffineSpectrum.from_rms_slope(
         0.3, hurst=0.8, q_min=2 * np.pi, q_roll_off=8 * np.pi, q_max=40 * np.pi
     )
-    sliding = rs.Sliding([0.1, 10.0, 1e3], friction_coefficient=0.1, conductivity=1.0, diffusivity=1.0)
+    sliding = rs.HeatSource([0.1, 10.0, 1e3], friction_coefficient=0.1, conductivity=1.0, diffusivity=1.0)
 
     def measured(heights, precise):
         contact = rs.solve_contact(heights, grid, rs.Solid(1.0, hardness), nominal_pressure=0.005, tolerance=precise)

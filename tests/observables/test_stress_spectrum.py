@@ -8,7 +8,7 @@ from moments_cases import BODY, UNIT, Pressed, patches, plane, points
 from scipy.optimize import brentq
 from scipy.special import j0, j1, jv, jvp
 
-from roughsim import Grid, Sliding, measure
+from roughsim import Grid, HeatSource, measure
 from roughsim.observables.moments import StressSpectrum
 from roughsim.observables.stress_spectrum import _FALLING, _FOURTH, first_root, further_derivatives
 
@@ -25,7 +25,7 @@ from roughsim.observables.stress_spectrum import _FALLING, _FOURTH, first_root, 
 )
 def test_the_stress_correlation_is_the_mode_sum_to_the_corner_of_the_cell(grid):
     pressure = patches(grid)
-    seen = measure(Pressed(pressure), grid, Sliding([1.0], **UNIT))
+    seen = measure(Pressed(pressure), grid, HeatSource([1.0], **UNIT))
     qx, qy, variance = plane(pressure, grid)
     distance = np.linspace(0.0, 0.5 * np.hypot(*grid.lengths), 23)
     direct = [np.sum(variance * j0(np.hypot(qx, qy) * r)) for r in distance]
@@ -37,7 +37,7 @@ def test_the_stress_correlation_is_the_mode_sum_to_the_corner_of_the_cell(grid):
 def test_the_correlation_of_a_single_wave_is_a_bessel_function(order):
     grid = Grid((128, 128), (1.0, 1.0))
     x, y = points(grid)
-    seen = measure(Pressed(1 + np.cos(2 * pi * (order * x + y))), grid, Sliding([1.0], **UNIT))
+    seen = measure(Pressed(1 + np.cos(2 * pi * (order * x + y))), grid, HeatSource([1.0], **UNIT))
     q = 2 * pi * sqrt(order**2 + 1)
     distance = np.linspace(0.0, sqrt(0.5), 101)
     np.testing.assert_allclose(seen.pressure_correlation(distance), 0.5 * j0(q * distance), rtol=0, atol=1e-14)
@@ -45,7 +45,9 @@ def test_the_correlation_of_a_single_wave_is_a_bessel_function(order):
 
 def test_spectra_of_one_grid_may_be_averaged():
     grid = Grid((128, 128), (1.0, 1.0))
-    spectra = [measure(Pressed(patches(grid, seed)), grid, Sliding([1.0], **UNIT)).stress_spectrum for seed in (1, 2)]
+    spectra = [
+        measure(Pressed(patches(grid, seed)), grid, HeatSource([1.0], **UNIT)).stress_spectrum for seed in (1, 2)
+    ]
     np.testing.assert_array_equal(spectra[0].wavenumber, spectra[1].wavenumber)
     assert (np.diff(spectra[0].wavenumber) > 0).all()
     assert spectra[0].wavenumber.size < 700  # of 8 000 modes
@@ -57,7 +59,7 @@ def test_spectra_of_one_grid_may_be_averaged():
 def test_a_long_narrow_cell_keeps_its_few_modes():
     grid = Grid((4, 5), (1.0, 1e4))
     pressure = patches(grid)
-    seen = measure(Pressed(pressure), grid, Sliding([1.0], **UNIT))
+    seen = measure(Pressed(pressure), grid, HeatSource([1.0], **UNIT))
     qx, qy, variance = plane(pressure, grid)
     assert seen.stress_spectrum.wavenumber.size == 8  # of (k_x, k_y) = 0 … 2 each, less q = 0
     direct = [np.sum(variance * j0(np.hypot(qx, qy) * r)) for r in (1e-3, 1.0, 4e3)]
@@ -66,14 +68,14 @@ def test_a_long_narrow_cell_keeps_its_few_modes():
 
 def test_a_small_grid_keeps_each_of_its_wavenumbers():
     grid = Grid((8, 8), (1.0, 1.0))  # 40 nodes would be more than its 14 wavenumbers
-    seen = measure(Pressed(patches(grid)), grid, Sliding([1.0], **UNIT)).stress_spectrum
+    seen = measure(Pressed(patches(grid)), grid, HeatSource([1.0], **UNIT)).stress_spectrum
     squares = sorted({i**2 + j**2 for i in range(5) for j in range(5)} - {0})
     np.testing.assert_allclose(seen.wavenumber, 2 * pi * np.sqrt(squares), rtol=1e-14)
 
 
 def test_distances_keep_their_shape_and_end_at_half_the_diagonal():
     grid = Grid((16, 16), (3.0, 4.0))
-    seen = measure(Pressed(patches(grid)), grid, Sliding([1.0], **UNIT))
+    seen = measure(Pressed(patches(grid)), grid, HeatSource([1.0], **UNIT))
     assert seen.pressure_correlation(0.5).shape == ()
     assert seen.pressure_correlation([[0.5, 2.5]]).shape == (1, 2)
     for wrong in (2.51, -0.1, nan):
@@ -87,7 +89,7 @@ def test_distances_keep_their_shape_and_end_at_half_the_diagonal():
 def test_the_radius_of_a_single_wave_inverts_the_bessel_function(fraction):
     grid = Grid((64, 64), (1e-3, 1e-3))
     q = 2 * pi * 5 / 1e-3
-    seen = measure(Pressed(1e9 * (1 + np.cos(q * points(grid)[1]))), grid, Sliding([1.0], **BODY))
+    seen = measure(Pressed(1e9 * (1 + np.cos(q * points(grid)[1]))), grid, HeatSource([1.0], **BODY))
     exact = brentq(lambda z: j0(z) - fraction, 0.0, 3.0, xtol=1e-15) / q
     assert seen.stress_spectrum.correlation_radius(fraction) == pytest.approx(exact, rel=1e-11)
 
@@ -98,7 +100,7 @@ def test_the_radius_is_the_first_crossing_even_if_the_curve_only_dips():
     x, y = points(grid)
     slow, fine = 2 * pi, 2 * pi * 100
     seen = measure(
-        Pressed(2 + sqrt(0.7) * np.cos(slow * x) + sqrt(0.3) * np.cos(fine * y)), grid, Sliding([1.0], **UNIT)
+        Pressed(2 + sqrt(0.7) * np.cos(slow * x) + sqrt(0.3) * np.cos(fine * y)), grid, HeatSource([1.0], **UNIT)
     )
 
     def correlation(r):
@@ -158,7 +160,7 @@ def test_the_radius_solves_its_equation_on_a_rough_field():
     smooth = np.fft.ifft2(
         np.fft.fft2(patches(grid)) * np.exp(-10.0 * np.hypot(*np.meshgrid(*[np.fft.fftfreq(128)] * 2)))
     )
-    seen = measure(Pressed(smooth.real), grid, Sliding([1.0], **UNIT))
+    seen = measure(Pressed(smooth.real), grid, HeatSource([1.0], **UNIT))
     for fraction in (0.5, 0.1, 0.0):
         radius = seen.stress_spectrum.correlation_radius(fraction)
         assert seen.pressure_correlation(radius) == pytest.approx(fraction * seen.pressure_variance, abs=1e-12)
@@ -168,7 +170,7 @@ def test_the_radius_solves_its_equation_on_a_rough_field():
 
 @pytest.mark.parametrize("fraction", [1.0, -0.1, nan])
 def test_a_fraction_that_is_never_reached_is_refused(fraction):
-    seen = measure(Pressed(np.eye(8)), Grid((8, 8), (1.0, 1.0)), Sliding([1.0], **UNIT))
+    seen = measure(Pressed(np.eye(8)), Grid((8, 8), (1.0, 1.0)), HeatSource([1.0], **UNIT))
     with pytest.raises(ValueError, match="fraction"):
         seen.stress_spectrum.correlation_radius(fraction)
 

@@ -99,7 +99,7 @@ def test_beside_them_stands_the_frozen_temperature_of_the_same_contacts(run):
         heights = resting + np.roll(moving, -offset, axis=(0, 1))
         solid = rs.Solid(run.scene.effective_modulus, 1e9)
         contact = rs.solve_contact(heights, grid, solid, nominal_pressure=9e7, tolerance=1e-6)
-        sliding = rs.Sliding([1.0, 35.0], 0.11, STEEL.conductivity, STEEL.diffusivity)
+        sliding = rs.HeatSource([1.0, 35.0], 0.11, STEEL.conductivity, STEEL.diffusivity)
         frozen.append(rs.measure(contact, grid, sliding).flash_temperature)
     late = path.distance[1:] > 0.5 * path.distance[-1]
     expected = np.mean(np.array(frozen)[late], axis=0)
