@@ -108,11 +108,9 @@ SWAPS = {"+": "-", "-": "+", "*": "/", "/": "*", "<": ">", ">": "<", "<=": "<", 
 EQUAL: tuple[tuple[str, str], ...] = (
     ("theory/background.py", "quad(flux, low, high, epsabs=0.0, epsrel=_ACCURACY / 10, limit=500, full_output=1)"),
     # a tolerance below rounding stops at rounding
-    (
-        "theory/hardness.py",
-        "contact = float(brentq(excess, start, float(known[-1]), xtol=1e-12 * max(abs(start), 1.0), rtol=1e-14))",
-    ),
-    ("theory/hardness.py", "if not known[0] <= start <= known[-1]:"),  # at the last temperature both refuse
+    ("theory/hardness.py", "accuracy = 1e-12 * max(abs(start), 1.0)"),
+    # at the last temperature both refuse
+    ("theory/hardness.py", "if not temperatures[0] <= start <= temperatures[-1]:"),
     # one place more stays empty
     ("roughsim/grid.py", "present = np.zeros(square.max() + 1, np.bool_)"),
     # the zeros that reach too far are written over by the next line

@@ -21,11 +21,11 @@ from math import exp, inf, log, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
 
 from theory import quadrature
 from theory.arguments import Array, Spectrum, breaks_of, density, octaves_of_gaps, positive, real_array
-from theory.compiled import special
 
 
 class Constants(NamedTuple):
@@ -112,8 +112,8 @@ class CalibratedSpectrum:
         powers = CONSTANTS.power
         exponent = powers[0] + powers[1] * np.log(memory) + powers[2] * np.log(sharp)
         with np.errstate(divide="ignore"):
-            log_p = np.log(special.erf(self.nominal_pressure / (2 * np.sqrt(here))))
-            log_later = np.log(special.erf(self.nominal_pressure / (2 * np.sqrt(here + CONSTANTS.later * later))))
+            log_p = np.log(scipy.special.erf(self.nominal_pressure / (2 * np.sqrt(here))))
+            log_later = np.log(scipy.special.erf(self.nominal_pressure / (2 * np.sqrt(here + CONSTANTS.later * later))))
         return np.asarray(np.exp(CONSTANTS.present * log_p + exponent * log_later))
 
     def _features(self, q: Array) -> tuple[Array, Array, tuple[Array, Array]]:
@@ -134,9 +134,9 @@ class CalibratedSpectrum:
         ends = np.array([low, high])
         here, later, (memory, sharp) = self._features(ends)
         stress = self._full(ends)
-        opening = float(special.erf(self.nominal_pressure / (2 * sqrt(CONSTANTS.later * later[0]))))
+        opening = float(scipy.special.erf(self.nominal_pressure / (2 * sqrt(CONSTANTS.later * later[0]))))
         floor = exp(CONSTANTS.floor) * opening ** CONSTANTS.power[0] * (1 - opening) * stress[0]
-        share = float(special.erf(self.nominal_pressure / (2 * sqrt(here[1]))))
+        share = float(scipy.special.erf(self.nominal_pressure / (2 * sqrt(here[1]))))
         m, s, p = log(memory[1]), log(sharp[1]), log(share)
         t, u = CONSTANTS.edge, CONSTANTS.near
         edge = exp(t[0] + t[1] * p + t[3] * m + t[4] * s) * (1 - share) ** t[2] * stress[1]

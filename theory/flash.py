@@ -11,12 +11,12 @@ from collections.abc import Callable
 from math import pi
 
 import numpy as np
+import scipy
 from numpy.polynomial.chebyshev import Chebyshev, cheb2poly
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike
 
 from theory.arguments import Array, Spectrum, float_if_scalar, not_negative_array, positive, real_array
-from theory.compiled import special
 from theory.hankel import hankel_transform
 from theory.persson import StressDensity, Weight, stress_density
 
@@ -27,7 +27,7 @@ _BLOCK = 64  # speeds at a time: bounds the memory
 def _k_less_d() -> Array:
     """Return the coefficients of K(m) − D(m) in powers of 4m − 1: R_D costs ten times as much at each node."""
     interpolant = Chebyshev.interpolate(
-        lambda m: special.ellipk(m) - special.elliprd(0.0, 1 - m, 1.0) / 3, _DEGREE, domain=[0.0, 0.5]
+        lambda m: scipy.special.ellipk(m) - scipy.special.elliprd(0.0, 1 - m, 1.0) / 3, _DEGREE, domain=[0.0, 0.5]
     )
     return np.asarray(cheb2poly(interpolant.coef))
 
@@ -64,7 +64,7 @@ def angular_integrals(a: ArrayLike) -> tuple[Array, Array]:
 def even_integral(a: Array) -> Array:
     """Return A of checked ratios a = v/Dq."""
     h = np.hypot(1.0, a)
-    return np.asarray(special.ellipk(_parameter(a, h)) / np.sqrt(h))
+    return np.asarray(scipy.special.ellipk(_parameter(a, h)) / np.sqrt(h))
 
 
 def odd_integral(a: Array) -> Array:
@@ -77,7 +77,7 @@ def square_integral(a: Array) -> Array:
     """Return ∫₀^{π/2} (1 + a² cos²φ)^(−1/2) dφ = K(−a²) of checked ratios a = v/Dq: π/2 at rest, then ln(4|a|)/|a|."""
     h = np.hypot(1.0, a)
     # K(−a²) = K(1 − 1/h²)/h; far beyond, where h² overflows, K(1 − 1/h²) is ln 4h to rounding
-    return np.asarray(np.where(h < 1e9, special.ellipkm1(np.minimum(h, 1e9) ** -2.0), np.log(4.0 * h)) / h)
+    return np.asarray(np.where(h < 1e9, scipy.special.ellipkm1(np.minimum(h, 1e9) ** -2.0), np.log(4.0 * h)) / h)
 
 
 def _parameter(a: Array, h: Array) -> Array:

@@ -14,7 +14,6 @@ import numpy as np
 import scipy
 
 from theory.arguments import Array
-from theory.compiled import brentq, special
 from theory.quadrature import DERIVATIVE, ENDS, HALVES, NODES, TOLERANCE, WEIGHTS, Panels, QuadratureError
 
 _SLOW, _FAST = 8.0, 40.0  # phase over a panel, rad: below, Gauss nodes suffice; above, Levin's p has settled
@@ -78,7 +77,7 @@ def first_crossing(panels: Panels, values: Array, fraction: float) -> float:
         trail = [*trail[-2:], (r, excess(r))]
         bracket = _bracket(excess, trail)
         if bracket is not None:
-            return brentq(excess, *bracket, xtol=1e-16 * r, rtol=1e-13)
+            return scipy.optimize.brentq(excess, *bracket, xtol=1e-16 * r, rtol=1e-13)
     raise ValueError(f"the correlation stays above fraction = {fraction:.6g} of its value at r = 0")
 
 
@@ -112,7 +111,7 @@ def _transform(panels: Panels, values: Array, r: float) -> float:
     total = 0.0
     if slowly:
         panels, values = _together(slowly)
-        total += float(((values * special.j0(r * panels.nodes()[0])) @ WEIGHTS).sum())
+        total += float(((values * scipy.special.j0(r * panels.nodes()[0])) @ WEIGHTS).sum())
     if quickly:
         total += _levin(*_together(quickly), r)
     return total
@@ -142,5 +141,5 @@ def _levin(panels: Panels, values: Array, r: float) -> float:
     solution = np.linalg.solve(system, known[..., None])[..., 0]
     at_ends = solution.reshape(-1, 2, NODES) @ ENDS.T
     phase = r * panels.ends()
-    primitive = at_ends[:, 0] * special.j0(phase) + at_ends[:, 1] * special.j1(phase)
+    primitive = at_ends[:, 0] * scipy.special.j0(phase) + at_ends[:, 1] * scipy.special.j1(phase)
     return float((primitive[:, 1] - primitive[:, 0]).sum())

@@ -3,10 +3,10 @@
 from collections.abc import Callable
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
 
 from theory.arguments import Array, real_array
-from theory.compiled import brentq
 
 
 def self_consistent(
@@ -57,7 +57,8 @@ def self_consistent(
             f"the contact becomes hotter than the table, whose last temperature is {temperatures[-1]:.6g} K; extend "
             "the table"
         )
-    contact = brentq(excess, start, float(temperatures[-1]), xtol=1e-12 * max(abs(start), 1.0), rtol=1e-14)
+    accuracy = 1e-12 * max(abs(start), 1.0)
+    contact = scipy.optimize.brentq(excess, start, float(temperatures[-1]), xtol=accuracy, rtol=1e-14)
     return float(np.interp(contact, temperatures, hardness)), contact - start
 
 

@@ -26,9 +26,10 @@ from itertools import pairwise
 from math import ceil, log, pi, sqrt
 
 import numpy as np
+import scipy
+from scipy.special import ndtr, ndtri
 
 from theory.arguments import Array, Spectrum, breaks_of, density
-from theory.compiled import lapack, special
 
 FURTHEST = 6.5  # of z on both sides: the pressures run from 4e-11 σ_P to σ_P less that
 # With half of SPACING, of STEP and of the bins and angles of theory.scattering, T_flash of 91 contacts changes by .4 %
@@ -60,7 +61,7 @@ def diffuse(spectrum: Spectrum, modulus: float, pressure: float, hardness: float
     """Solve both equations for checked numbers: C(q) in m⁴, E*, σ₀ and σ_P in Pa; σ_P may be beyond all pressures."""
     wavenumber, variance, spread = _shells(spectrum, modulus, step)
     highest = min(hardness, pressure + UNREACHED * spread)
-    start = float(special.ndtri(pressure / highest))
+    start = float(ndtri(pressure / highest))
     below, above = ceil((start + FURTHEST) / SPACING), ceil((FURTHEST - start) / SPACING)
     z: Array = start + SPACING * np.arange(-below, above + 1, dtype=np.float64)
     ramp = 2 * highest / (modulus * wavenumber)  # 2σ_P/(E*q), m
@@ -71,7 +72,7 @@ def diffuse(spectrum: Spectrum, modulus: float, pressure: float, hardness: float
     rates = _rates(z, highest)
     growth = between_shells(stiffness**2, variance)
     probability = _spread(growth, rates, below)
-    return Diffusion(wavenumber, variance, highest * special.ndtr(z), stiffness, probability, growth, rates)
+    return Diffusion(wavenumber, variance, highest * ndtr(z), stiffness, probability, growth, rates)
 
 
 def _shells(spectrum: Spectrum, modulus: float, step: float) -> tuple[Array, Array, float]:
@@ -127,16 +128,14 @@ def _walls(z: Array, ramp: float) -> Array:
     x = -np.sort(-x)  # falling, so that the pressure rises
 
     def touched(t: Array) -> Array:
-        return np.asarray(np.exp(-(t**2) / 2) / sqrt(2 * pi) - t * special.ndtr(-t))
+        return np.asarray(np.exp(-(t**2) / 2) / sqrt(2 * pi) - t * ndtr(-t))
 
     lower = x > -ramp / 2  # each half from its own wall: nothing cancels
     low, high = touched(x) - touched(x + ramp), touched(-x - ramp) - touched(-x)
-    free = np.where(lower, special.ndtr(x) + special.ndtr(-x - ramp), special.ndtr(-x - ramp) + special.ndtr(x))
-    inside = np.where(lower, special.ndtr(-x) - special.ndtr(-x - ramp), special.ndtr(x + ramp) - special.ndtr(x))
+    free = np.where(lower, ndtr(x) + ndtr(-x - ramp), ndtr(-x - ramp) + ndtr(x))
+    inside = np.where(lower, ndtr(-x) - ndtr(-x - ramp), ndtr(x + ramp) - ndtr(x))
     tiny = np.finfo(float).tiny
-    position = np.where(
-        lower, special.ndtri(np.clip(low / ramp, tiny, 0.5)), -special.ndtri(np.clip(high / ramp, tiny, 0.5))
-    )
+    position = np.where(lower, ndtri(np.clip(low / ramp, tiny, 0.5)), -ndtri(np.clip(high / ramp, tiny, 0.5)))
     ratio = np.log(np.maximum(free, tiny)) - np.log(np.maximum(inside, tiny))  # ln of c E*q/2
     law = np.exp(np.interp(z, position, ratio)) * ramp * np.exp(-(z**2) / 2) / sqrt(2 * pi)
     return np.asarray(np.minimum(law, 1.0))
@@ -161,17 +160,17 @@ def _rosenbrock(law: Array, step: float, z: Array, series: Array, spacing: float
     here = -0.5 + earlier[1:] - later[:-1]
     here[0] -= earlier[0]
     here[-1] += later[-1]
-    scale, dgtsv = _GAMMA * step, lapack.dgtsv
+    scale = _GAMMA * step
     matrix = (scale * earlier[1:-1], 1 - scale * here, -scale * later[1:-1])
-    first = dgtsv(*matrix, change(law, through))[3]
+    first = scipy.linalg.lapack.dgtsv(*matrix, change(law, through))[3]
     middle = law + step * first
-    second = dgtsv(*matrix, change(middle, flux(middle)[0]) - 2 * first)[3]
+    second = scipy.linalg.lapack.dgtsv(*matrix, change(middle, flux(middle)[0]) - 2 * first)[3]
     return np.asarray(law + step * (1.5 * first + 0.5 * second))
 
 
 def _rates(z: Array, hardness: float) -> tuple[Array, Array]:
     """Return the rates to both neighbours that keep the mean and let the variance grow by κ² dv."""
-    gap = hardness * np.where(z[:-1] < 0, np.diff(special.ndtr(z)), -np.diff(special.ndtr(-z)))
+    gap = hardness * np.where(z[:-1] < 0, np.diff(ndtr(z)), -np.diff(ndtr(-z)))
     up, down = np.zeros(z.size), np.zeros(z.size)
     up[1:-1] = 1 / (gap[1:] * (gap[1:] + gap[:-1]))
     down[1:-1] = 1 / (gap[:-1] * (gap[1:] + gap[:-1]))
@@ -195,7 +194,7 @@ def _spread(growth: Array, rates: tuple[Array, Array], start: int) -> Array:
     result = np.zeros((growth.shape[0] + 1, growth.shape[1]))
     result[0, start] = 1.0
     for i, power in enumerate(growth):
-        diagonal = -power * (up + down) - (1 + 1j)
-        solved = lapack.zgtsv((power * up)[:-1] + 0j, diagonal, (power * down)[1:] + 0j, result[i] + 0j)[3]
+        below, diagonal, above = (power * up)[:-1], -power * (up + down) - (1 + 1j), (power * down)[1:]
+        solved = scipy.linalg.lapack.zgtsv(below + 0j, diagonal, above + 0j, result[i] + 0j)[3]
         result[i + 1] = 2 * solved.imag
     return result

@@ -3,10 +3,10 @@
 from math import pi
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
 
 from theory.arguments import Array, Spectrum, positive, real_array
-from theory.compiled import special
 from theory.flash import bracket, even_integral
 from theory.persson import StressDensity, Weight, stress_density
 
@@ -98,5 +98,5 @@ def _background(diffusivity: float, pressure: float, time: float | None) -> floa
 def _resting_bracket(stress: StressDensity, diffusivity: float, time: float | None) -> float:
     """Return the integral of Eq. (4) at v = 0, Pa² m, steady or `time` after the heat was switched on."""
     q = stress.wavenumber()
-    grown = np.ones_like(q) if time is None else special.erf(q * np.sqrt(diffusivity * time))
+    grown = np.ones_like(q) if time is None else scipy.special.erf(q * np.sqrt(diffusivity * time))
     return float((stress.weighted() / q * grown).sum())

@@ -7,11 +7,11 @@ from math import pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
 
 from theory import quadrature
 from theory.arguments import Array, Spectrum, breaks_of, density, not_negative_array, positive, real_array
-from theory.compiled import special
 from theory.hankel import first_crossing, hankel_transform
 
 if TYPE_CHECKING:
@@ -225,7 +225,7 @@ def half_variance_table(spectrum: Spectrum) -> quadrature.Primitive:
 def probability(half_variance: Array, pressure: float) -> Array:
     """Return P = erf(σ₀ / 2√G) of checked arguments; G = 0 is full contact."""
     with np.errstate(divide="ignore"):
-        return np.asarray(special.erf(pressure / (2 * np.sqrt(half_variance))))
+        return np.asarray(scipy.special.erf(pressure / (2 * np.sqrt(half_variance))))
 
 
 def weight(share: Array, wavenumber: Array, gamma: Weight) -> Array:

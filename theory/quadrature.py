@@ -9,10 +9,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
+import scipy
 from numpy.polynomial import legendre
 
 from theory.arguments import Array, Which
-from theory.compiled import brentq
 
 NODES = 16
 TOLERANCE = 1e-11
@@ -275,7 +275,9 @@ class Primitive:
         def excess(fraction: float) -> float:
             return float(self._within(index, start + fraction * (stop - start))[0]) - value
 
-        fraction = brentq(excess, 0.0, 1.0, xtol=1e-15, rtol=1e-15) if excess(1.0) > 0.0 else 1.0
+        fraction = 1.0
+        if excess(1.0) > 0.0:
+            fraction = scipy.optimize.brentq(excess, 0.0, 1.0, xtol=1e-15, rtol=1e-15)
         return float(self.panels.take(index).at((start + fraction * (stop - start))[:, None])[0][0, 0])
 
     def layers(self, value: float) -> list[tuple[float, float]]:

@@ -16,9 +16,9 @@ from math import pi
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from theory.arguments import Array
-from theory.compiled import lapack
 from theory.interface import Diffusion, between_shells
 
 ANSWER = 0.8  # power of g(Q)/g(q) with which the half-space answers beside q: 1 to second order
@@ -152,7 +152,7 @@ def _carried_back(values: Array, growth: Array, rates: tuple[Array, Array]) -> A
     """Return the mean of `values`, (pressures, ...), given the pressure before it has spread by `growth`, Pa²."""
     up, down = rates
     matrix = (-(growth * down)[1:], 1 + growth * (up + down), -(growth * up)[:-1])
-    return np.asarray(lapack.dgtsv(*matrix, values)[3])
+    return np.asarray(scipy.linalg.lapack.dgtsv(*matrix, values)[3])
 
 
 def _density(grid: Array, held: Array) -> Table:

@@ -14,14 +14,14 @@ Images (left) and modes (right) are used where they converge fast; no digits are
 
 from __future__ import annotations
 
-from math import pi
+from math import exp, log, pi
 
 import numpy as np
+import scipy
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
 
 from theory.arguments import Array, Spectrum, breaks_of, not_negative_array, positive, real_array
-from theory.compiled import brentq, special
 from theory.persson import half_variance_table
 
 SWITCH = 0.2  # g: below, images; above, modes: four of the former and five of the latter reach rounding on either side
@@ -87,8 +87,8 @@ def yield_wavenumber(
         elastic, plastic = float(between(min(s, rest), g)[0]), float(reached(s, rest, g)[0])
         return elastic / (elastic + plastic) - share
 
-    g_yield = np.exp(brentq(excess, np.log(1e-30), np.log(70.0), xtol=1e-14))
-    return half_variance_table(spectrum).inverse(float(g_yield) * (hardness / modulus) ** 2 * 4 / pi)
+    g_yield = exp(scipy.optimize.brentq(excess, log(1e-30), log(70.0), xtol=1e-14))
+    return half_variance_table(spectrum).inverse(g_yield * (hardness / modulus) ** 2 * 4 / pi)
 
 
 def shares(nominal_pressure: float, penetration_hardness: float) -> tuple[float, float, float]:
@@ -138,7 +138,7 @@ def first_wall(s: float, g: Array) -> Array:
     if s == 0.0:
         return np.zeros(g.shape)
     with np.errstate(divide="ignore"):
-        return np.asarray(special.erf(s / (2 * np.sqrt(g))))
+        return np.asarray(scipy.special.erf(s / (2 * np.sqrt(g))))
 
 
 def images(s: float, rest: float, g: Array) -> Array:
@@ -163,4 +163,4 @@ def erfc_drop(near_side: float, s: float, g: Array) -> Array:
 def _erfc_ratio(distance: float, g: Array) -> Array:
     """Return erfc(distance/2√g), rounding the exponent once: erfc(x) itself errs by x² ε on each step to x."""
     with np.errstate(divide="ignore", under="ignore"):
-        return np.asarray(special.erfcx(distance / (2 * np.sqrt(g))) * np.exp(-(distance**2) / (4 * g)))
+        return np.asarray(scipy.special.erfcx(distance / (2 * np.sqrt(g))) * np.exp(-(distance**2) / (4 * g)))

@@ -12,9 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import lru_cache
 from math import ceil, expm1, inf, log, pi, sqrt
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
 
 from theory.arguments import Array, Spectrum, breaks_of, density, octaves_of_gaps, positive, real_array
@@ -24,6 +25,9 @@ from theory.persson import half_variance
 from theory.quadrature import WEIGHTS, panels_between
 from theory.scattering import Table, scatter
 from theory.walls import area_fractions, between, shares, yield_wavenumber
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 _DEPTH = 1e3  # sidebands are followed down to q_min over this, constant at the end
 _REACH = 1e3  # times q_max to which the tail is followed
@@ -145,8 +149,8 @@ class YieldingSpectrum:
     step: float = STEP
     breaks: tuple[float, ...] = field(init=False, compare=False)
     _whole: float = field(init=False, repr=False, compare=False)  # g_σ(0)/σ_P²
-    _coherent: Spline = field(init=False, repr=False, compare=False)
-    _sidebands: Spline = field(init=False, repr=False, compare=False)
+    _coherent: BSpline = field(init=False, repr=False, compare=False)
+    _sidebands: BSpline = field(init=False, repr=False, compare=False)
     _scale: float = field(init=False, repr=False, compare=False)
     _rim: float = field(init=False, repr=False, compare=False)  # (E*h′/σ_P)²
     _edge: float = field(init=False, repr=False, compare=False)  # |σ_q|² at q_max of the edges, were they steps
@@ -227,40 +231,17 @@ def _areas(share: float, variance: float) -> tuple[float, float]:
     return float(left), float(plastic)
 
 
-def _value(spline: Spline, q: Array) -> Array:
+def _value(spline: BSpline, q: Array) -> Array:
     return np.asarray(np.exp(spline(np.clip(np.log(q), spline.t[0], spline.t[-1]))))
 
 
-def _smooth(table: Table, first: float) -> Spline:
+def _smooth(table: Table, first: float) -> BSpline:
     """Return the spline of degree 5 nearest to a table, its knots whole e-folds from `first`."""
     x = table.place
     inner = np.arange(ceil(x[0] - first), ceil(x[-1] - first)) + first
     inner = inner[(inner > x[0] + 0.3) & (inner < x[-1] - 0.3)]
     knots = np.concatenate([np.full(_DEGREE + 1, x[0]), inner, np.full(_DEGREE + 1, x[-1])])
-    basis = Spline(knots, np.eye(knots.size - _DEGREE - 1))
-    q, r = np.linalg.qr(table.weight[:, None] * basis(x))
-    return Spline(knots, np.linalg.solve(r, q.T @ (table.weight * table.value)))
-
-
-class Spline(NamedTuple):
-    """A spline of degree 5 by its knots t and coefficients, (splines,) or (splines, columns) for several of them.
-
-    SciPy has splines, in packages that take longer to load than all of a plan.
-    """
-
-    t: Array
-    coefficients: Array
-
-    def __call__(self, x: Array) -> Array:
-        """Return the values at x, (points,) or (points, columns), by de Boor's recurrence."""
-        t, cell = self.t, np.clip(np.searchsorted(self.t, x, side="right") - 1, _DEGREE, self.t.size - _DEGREE - 2)
-        values = [self.coefficients[cell - _DEGREE + j] for j in range(_DEGREE + 1)]
-        for r in range(1, _DEGREE + 1):
-            for j in range(_DEGREE, r - 1, -1):
-                low, high = t[cell - _DEGREE + j], t[cell + 1 + j - r]
-                share = ((x - low) / (high - low)).reshape(-1, *[1] * (self.coefficients.ndim - 1))
-                values[j] = (1 - share) * values[j - 1] + share * values[j]
-        return values[_DEGREE]
+    return scipy.interpolate.make_lsq_spline(x, table.value, knots, k=_DEGREE, w=table.weight)
 
 
 def _distinct(breaks: Array) -> Array:

@@ -1,6 +1,7 @@
 """g_σ(r) of a column: that of its lowest level, changed as the levels above change it."""
 
 import numpy as np
+import scipy
 
 from roughsim.estimate.errors import spread_of
 from roughsim.estimate.ladder import Pair
@@ -8,7 +9,6 @@ from roughsim.estimate.mean import Mean, mean_of
 from roughsim.estimate.regression import at_mean_peak_volume
 from roughsim.grid import Array
 from roughsim.observables.record import Sample
-from roughsim.observables.special import j0
 
 
 def correlation_of(pairs: list[Pair], distance: Array) -> tuple[Array, Array, Array]:
@@ -19,7 +19,7 @@ def correlation_of(pairs: list[Pair], distance: Array) -> tuple[Array, Array, Ar
     """
 
     def of_level(sample: Sample) -> Array:
-        values = sample.spectrum @ j0(np.multiply.outer(sample.wavenumber, distance))
+        values = sample.spectrum @ scipy.special.j0(np.multiply.outer(sample.wavenumber, distance))
         return np.where(distance <= sample.reach, values, 0.0) if sample.part else values
 
     lowest, *others = pairs

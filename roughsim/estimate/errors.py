@@ -4,12 +4,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy
 
 from roughsim.estimate.levels import Values
 from roughsim.estimate.mean import Mean
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.observables.special import stdtrit
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Number, Row, Table, shown, with_unit
 
@@ -232,7 +232,7 @@ def quantile(freedom: Array | float) -> Array:
     `experiments/coverage.py`.
     """
     freedom = np.maximum(freedom, 1.0)
-    factor: Array = stdtrit(freedom, 0.975) * np.sqrt(1.0 + 2.0 / freedom)
+    factor: Array = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(1.0 + 2.0 / freedom)
     return factor
 
 

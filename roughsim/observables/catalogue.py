@@ -32,7 +32,7 @@ def radius(sample: Sample, fraction: float) -> Array:
 
     A change δg of one realization moves the crossing by −δg/g′.
     """
-    from roughsim.observables.special import j0, j1  # slow to import, as above
+    from scipy.special import j0, j1  # slow to import, as above
 
     q, mean = sample.wavenumber, sample.spectrum.mean(axis=0)
     r = float(sample.values_of(f"r({fraction})", lambda s: crossing(s, fraction))[0])

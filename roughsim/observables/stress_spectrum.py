@@ -50,7 +50,7 @@ class StressSpectrum:
 
         TypeError or ValueError at a distance, m, that is not a number, negative, or beyond `reach`.
         """
-        from roughsim.observables.special import j0  # slow to import, and who measures does without
+        from scipy.special import j0  # slow to import, and measuring a member does not need it
 
         distance = np.asarray(r)
         if distance.dtype.kind not in "iuf":
@@ -72,7 +72,7 @@ class StressSpectrum:
         step goes to where that bound first meets the target: it never steps over a crossing, and converges faster than
         Newton's method. TypeError or ValueError where `fraction` is not a number in [0, 1).
         """
-        from roughsim.observables.special import j0, j1  # as above
+        from scipy.special import j0, j1  # slow to import, as above
 
         fraction = number("fraction", fraction)
         if not 0.0 <= fraction < 1.0:

@@ -12,6 +12,7 @@ from math import inf, nan, pi
 from typing import Any
 
 import numpy as np
+import scipy
 
 import theory
 from roughsim.grid import Array, Grid, modes_where
@@ -34,7 +35,6 @@ from roughsim.prediction.values import NOTHING, Predicted
 from roughsim.scene import Scene
 from roughsim.surface.modes import mean_over_cells, mode_variance
 from roughsim.surface.spectrum import TruncatedSpectrum
-from theory.compiled import special
 
 OVER_SPEED = ("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length")
 _NEAR = 16.0  # mode spacings above q_min up to which W is averaged over Fourier cells
@@ -292,7 +292,7 @@ def heat_history(scene: Scene, q: Array) -> tuple[Array, Array, Array]:
         np.array([theory.background.temperature(time, heat_flux=square, conductivity=1.0, diffusivity=d) for d in each])
         for each in (bodies.diffusivity, bodies.counter_diffusivity)
     )
-    return special.erf(q * np.sqrt(bodies.counter_diffusivity * time)[:, None]), moving, resting
+    return scipy.special.erf(q * np.sqrt(bodies.counter_diffusivity * time)[:, None]), moving, resting
 
 
 def balanced(scene: Scene, sample: Sample) -> Sample:

@@ -12,13 +12,13 @@ from math import inf, nan
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
 
 import theory
 from roughsim.grid import Array
 from roughsim.scene import Scene, SceneError
 from roughsim.scene.model import Conduction
-from theory.compiled import brentq
 
 _STEPS = 64  # from the background to the end of the tables, in which the temperature of the contact is looked for
 
@@ -168,7 +168,9 @@ def solutions(scene: Scene, speed: float) -> Iterator[tuple[Heating, float]]:
     for low, high in pairwise([start, *marks]):
         if (excess(high) > 0.0) != hotter:
             hotter = not hotter
-            root = brentq(excess, low, high, xtol=1e-11 * high, rtol=1e-13) if excess(low) != 0.0 else low
+            root = low
+            if excess(low) != 0.0:
+                root = scipy.optimize.brentq(excess, low, high, xtol=1e-11 * high, rtol=1e-13)
             constants, _, contact = contact_with(scene, speed, root)
             if contact > friction_end:
                 return

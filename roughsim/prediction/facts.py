@@ -5,13 +5,13 @@ from math import exp, inf, isfinite, isinf, log, nan, pi
 from typing import Any
 
 import numpy as np
+import scipy
 
 from roughsim.grid import Array
 from roughsim.prediction import conduction, heat_partition, predictions, yield_wavenumber
 from roughsim.prediction.statements import Statement, textures
 from roughsim.scene import Scene
 from roughsim.show.table import json_value
-from theory.compiled import brentq
 
 ROOM = 293.0  # K, the background temperature where none is given
 STEEP = 0.5  # rms slope: the model is for small slopes
@@ -101,4 +101,6 @@ def gentle_end(scene: Scene) -> float:
         return scene.spectrum.truncated(q_max=exp(log_q)).rms_slope - STEEP
 
     first, last = log(1.01 * scene.spectrum.breaks[0]), log(scene.spectrum.breaks[-1])
-    return nan if excess(first) > 0.0 else exp(brentq(excess, first, last, xtol=1e-9))
+    if excess(first) > 0.0:
+        return nan
+    return exp(scipy.optimize.brentq(excess, first, last, xtol=1e-9))

@@ -11,13 +11,13 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 
 from roughsim.grid import Array
 from roughsim.prediction import integrals, over_speed
 from roughsim.prediction.statements import textures
 from roughsim.prediction.values import Predicted
 from roughsim.scene import Scene
-from theory.compiled import special
 
 # q over that of the second row: of the first rows, and of those above, whose exponent C(q) has at long waves too. What
 # a map shows of waves as long as itself is too low, as its plane and the window took of them: so much of the exponent
@@ -106,8 +106,8 @@ def error_of_face(scene: Scene, name: str, face: Any, only: str) -> Changes:
         if scans:
             within, freedom = squares[shared].sum(axis=0), len(scans) - 1
             between = np.sum([one[key] ** 2 for one in scans], axis=0)
-            shown = between > within * special.chdtri(freedom, DOUBT) / freedom
-            square += np.where(shown, float(special.stdtrit(freedom, 0.975)) ** 2 * (between - within), 0.0)
+            shown = between > within * scipy.special.chdtri(freedom, DOUBT) / freedom
+            square += np.where(shown, float(scipy.special.stdtrit(freedom, 0.975)) ** 2 * (between - within), 0.0)
         # waves that are missing change the value one way: that is no scatter, and adds to it. There is a limit only if
         # C(q) may also be so much steeper as its rows scatter: those that scatter low would have one by chance
         missing, possible = (limit_of(first[key], second[key]) for first, second in (longer, steeper))
