@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from roughsim._kernels import REORDER, kernel
-from roughsim._kernels.views import part
 
 ROUNDING = 2 * float(np.finfo(np.float64).eps)
 
@@ -20,7 +19,9 @@ ROUNDING = 2 * float(np.finfo(np.float64).eps)
 @kernel(fastmath=REORDER)
 def subtract_heights(start: int, stop: int, heights: Any, middle: float, unit: float, p: Any, gap: Any) -> Any:
     """Turn the displacement in `gap` into the gap u − (heights − middle)/unit; return Σ p² and Σ u²."""
-    heights, p, gap = part(heights, start, stop), part(p, start, stop), part(gap, start, stop)
+    heights = heights[start:stop]
+    p = p[start:stop]
+    gap = gap[start:stop]
     pressure, square = 0.0, 0.0
     for i in range(stop - start):
         u = gap[i]
@@ -33,7 +34,8 @@ def subtract_heights(start: int, stop: int, heights: Any, middle: float, unit: f
 @kernel(fastmath=REORDER)
 def extent(start: int, stop: int, heights: Any, middle: float, unit: float, gap: Any) -> Any:
     """The least and the largest displacement gap + (heights − middle)/unit."""
-    heights, gap = part(heights, start, stop), part(gap, start, stop)
+    heights = heights[start:stop]
+    gap = gap[start:stop]
     low, high = np.inf, -np.inf
     for i in range(stop - start):
         u = gap[i] + (heights[i] - middle) / unit
@@ -44,7 +46,8 @@ def extent(start: int, stop: int, heights: Any, middle: float, unit: float, gap:
 @kernel(fastmath=REORDER)
 def contact_sum(start: int, stop: int, p: Any, gap: Any) -> Any:
     """Σ gap where p > 0, and the number of these points."""
-    p, gap = part(p, start, stop), part(gap, start, stop)
+    p = p[start:stop]
+    gap = gap[start:stop]
     total, count = 0.0, 0
     for i in range(stop - start):
         if p[i] > 0.0:
@@ -56,7 +59,8 @@ def contact_sum(start: int, stop: int, p: Any, gap: Any) -> Any:
 @kernel(fastmath=REORDER)
 def clipped_sum(start: int, stop: int, p: Any, gap: Any, law: Any) -> Any:
     """Σ clip(p − κ(gap − d), 0, cap), and how many points lie strictly between the bounds."""
-    p, gap = part(p, start, stop), part(gap, start, stop)
+    p = p[start:stop]
+    gap = gap[start:stop]
     offset, stiffness, cap = law
     total, inside = 0.0, 0
     for i in range(stop - start):
@@ -78,7 +82,10 @@ def classify(
     with |m| > limit; `unit` keeps the squares of tiny pressures alive. A free point that near its bound may have a
     gap of 1/reach times its |m|: there the limit is `reach` times as large.
     """
-    p, gap, free, rest = part(p, start, stop), part(gap, start, stop), part(free, start, stop), part(rest, start, stop)
+    p = p[start:stop]
+    gap = gap[start:stop]
+    free = free[start:stop]
+    rest = rest[start:stop]
     offset, stiffness, cap = law
     near_bound = reach * limit
     total, inside, square, norm, count, above = 0.0, 0, 0.0, 0.0, 0, 0
@@ -112,9 +119,15 @@ def propose(
     `results` are filled with what the bounds add to the load of each point, and with the free points that stay between
     the bounds. Return Σ clip(p + change, 0, cap), the number of these points, and Σ |what the bounds add|.
     """
-    free, p, gap, z = part(free, start, stop), part(p, start, stop), part(gap, start, stop), part(z, start, stop)
-    change, load, inner = part(change, start, stop), part(results[0], start, stop), part(results[1], start, stop)
-    (alpha, beta), (offset, _, cap) = mix, law
+    free = free[start:stop]
+    p = p[start:stop]
+    gap = gap[start:stop]
+    z = z[start:stop]
+    change = change[start:stop]
+    load = results[0][start:stop]
+    inner = results[1][start:stop]
+    alpha, beta = mix
+    offset, _, cap = law
     total, count, added = 0.0, 0.0, 0.0
     for i in range(stop - start):
         # as a number: masks from bytes are slow to mix with those from pressures
@@ -145,13 +158,11 @@ def shifted_step(
 
     Return Σ of the clipped, how many free points stay between the bounds, ⟨step, gap − d⟩ and Σ step².
     """
-    free, p, gap, change, step = (
-        part(free, start, stop),
-        part(p, start, stop),
-        part(gap, start, stop),
-        part(change, start, stop),
-        part(step, start, stop),
-    )
+    free = free[start:stop]
+    p = p[start:stop]
+    gap = gap[start:stop]
+    change = change[start:stop]
+    step = step[start:stop]
     total, count, slope, square = 0.0, 0.0, 0.0, 0.0
     for i in range(stop - start):
         inside = float(free[i])
@@ -169,7 +180,8 @@ def shifted_step(
 @kernel(fastmath=REORDER)
 def shift_free(start: int, stop: int, free: Any, p: Any, shift: float, cap: float) -> None:
     """Add the shift to the pressure of the free points, and put all within the bounds."""
-    free, p = part(free, start, stop), part(p, start, stop)
+    free = free[start:stop]
+    p = p[start:stop]
     for i in range(stop - start):
         p[i] = min(max(p[i] + (shift if free[i] else 0.0), 0.0), cap)
 
@@ -177,7 +189,9 @@ def shift_free(start: int, stop: int, free: Any, p: Any, shift: float, cap: floa
 @kernel(fastmath=REORDER)
 def gradient_step(start: int, stop: int, p: Any, gap: Any, law: Any, share: float, step: Any) -> Any:
     """Write step = share · clip(p − κ(gap − d)) − p and return ⟨step, gap − d⟩ and Σ step²."""
-    p, gap, step = part(p, start, stop), part(gap, start, stop), part(step, start, stop)
+    p = p[start:stop]
+    gap = gap[start:stop]
+    step = step[start:stop]
     offset, stiffness, cap = law
     slope, square = 0.0, 0.0
     for i in range(stop - start):
@@ -192,7 +206,8 @@ def gradient_step(start: int, stop: int, p: Any, gap: Any, law: Any, share: floa
 @kernel(fastmath=REORDER)
 def curvature(start: int, stop: int, step: Any, response: Any) -> Any:
     """⟨step, S·step⟩, Σ step² and Σ (S·step)²."""
-    step, response = part(step, start, stop), part(response, start, stop)
+    step = step[start:stop]
+    response = response[start:stop]
     own, size, square = 0.0, 0.0, 0.0
     for i in range(stop - start):
         own += step[i] * response[i]
@@ -210,12 +225,10 @@ def advance(
     What the rounding of the step left of a bound (a share `slack` of the step) goes onto the bound: no more, since the
     gap knows nothing of it.
     """
-    p, gap, step, response = (
-        part(p, start, stop),
-        part(gap, start, stop),
-        part(step, start, stop),
-        part(response, start, stop),
-    )
+    p = p[start:stop]
+    gap = gap[start:stop]
+    step = step[start:stop]
+    response = response[start:stop]
     offset, stiffness, cap = law
     total, inside = 0.0, 0
     top = cap * (1.0 - ROUNDING)
@@ -240,8 +253,11 @@ def to_si(start: int, stop: int, p: Any, u: Any, heights: Any, units: Any, bound
 
     `units` are those of pressure and gap and the middle of the heights, `bounds` the cap and the hardness, Pa.
     """
-    p, u, heights = part(p, start, stop), part(u, start, stop), part(heights, start, stop)
-    (pressure_unit, unit, middle), (cap, hardness) = units, bounds
+    p = p[start:stop]
+    u = u[start:stop]
+    heights = heights[start:stop]
+    pressure_unit, unit, middle = units
+    cap, hardness = bounds
     touching, yielded = 0, 0
     for i in range(stop - start):
         # a yielded point has exactly the hardness, not the hardness to rounding

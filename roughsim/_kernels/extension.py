@@ -17,13 +17,19 @@ from typing import Any
 import numpy as np
 
 from roughsim._kernels import REORDER, kernel
-from roughsim._kernels.views import plane
 
 FIRST, UP, DOWN, LAST = 1, 2, 4, 8  # at level 0, to the top, back from it, at level 0
 WHOLE = 1.5  # children on which a parent has the full weight, of two
 
 
-@kernel(fastmath=REORDER, allocates=True)
+@kernel()
+def _plane(flat: Any, levels: Any, i: int) -> Any:
+    """The plane of level i in a flat array."""
+    start, rows, columns = levels[i]
+    return flat[start : start + rows * columns].reshape(rows, columns)
+
+
+@kernel(fastmath=REORDER)
 def extend(stages: int, rows: Any, _: Any, bottom: int, free: Any, field: Any, parents: Any, pyramid: Any) -> None:
     """Extend a field from the free points, in place: push, the levels above, pull."""
     weight, value, inverse = parents
@@ -36,13 +42,13 @@ def extend(stages: int, rows: Any, _: Any, bottom: int, free: Any, field: Any, p
         push_finest(rows[0], rows[1], free, field, weight, value, inverse)
     if stages & UP:
         for i in range(bottom, top):
-            weight, value = plane(weights, levels, i), plane(values, levels, i)
-            above, mean = plane(weights, levels, i + 1), plane(values, levels, i + 1)
-            push(weight, value, above, mean, plane(inverses, levels, i + 1), line, doubled)
+            weight, value = _plane(weights, levels, i), _plane(values, levels, i)
+            above, mean = _plane(weights, levels, i + 1), _plane(values, levels, i + 1)
+            push(weight, value, above, mean, _plane(inverses, levels, i + 1), line, doubled)
     if stages & DOWN:
         for i in range(top - 1, bottom - 1, -1):
-            weight, value = plane(weights, levels, i), plane(values, levels, i)
-            pull(0, weight.shape[0], weight, plane(values, levels, i + 1), value, line, doubled)
+            weight, value = _plane(weights, levels, i), _plane(values, levels, i)
+            pull(0, weight.shape[0], weight, _plane(values, levels, i + 1), value, line, doubled)
     if stages & LAST:
         pull(rows[0], rows[1], free, parents[1], field, line, doubled)
 
@@ -72,13 +78,13 @@ def transpose(
     # the transposes of the steps down, in reverse order, then those of the steps up
     if stages & UP:
         for i in range(bottom, top):
-            parent = plane(sources, levels, i + 1)
-            weight, source = plane(weights, levels, i), plane(sources, levels, i)
+            parent = _plane(sources, levels, i + 1)
+            weight, source = _plane(weights, levels, i), _plane(sources, levels, i)
             gather(0, parent.shape[0], weight, source, parent, line)
     if stages & DOWN:
         for i in range(top - 1, bottom - 1, -1):
-            weight, source = plane(weights, levels, i), plane(sources, levels, i)
-            parent, share = plane(sources, levels, i + 1), plane(inverses, levels, i + 1)
+            weight, source = _plane(weights, levels, i), _plane(sources, levels, i)
+            parent, share = _plane(sources, levels, i + 1), _plane(inverses, levels, i + 1)
             for k in range(source.shape[0]):
                 scatter(k, weight, parent, share, source, line)
     cross, own, zero = 0.0, 0.0, field.dtype.type(0.0)

@@ -10,7 +10,7 @@ _SMALL = 0.02  # decays in a step below which series replace differences of almo
 _FORGOTTEN = 40.0  # decays in a step from which on nothing is left of what was before: e^-40 = 4e-18
 
 
-@kernel(fastmath=REORDER, allocates=True)
+@kernel(fastmath=REORDER)
 def remember(
     along: Any, across: Any, rates: Any, weights: Any, new: Any, old: Any, latest: Any, memory: Any, result: Any
 ) -> None:

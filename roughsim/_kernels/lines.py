@@ -2,18 +2,14 @@
 
 Complex numbers are handed in as pairs of reals along the last axis. Two real rows travel as one complex line. The half
 spectrum is transposed: entry (k, i) holds column k of row i. The first loops take the lines start … stop − 1 in groups
-that fit the cache; `plans` holds three addresses in FFTW, of execute(plan, source, result) and of its plans for one
-group there and back. A last group that is not full is transformed whole, and only what belongs to it is used. Others
-sum over a half spectrum.
+that fit the cache. `execute` is the function of FFTW with the arguments plan, source, result, all of them addresses,
+and `plans` are two addresses of plans for one group, there and back. A last group that is not full is transformed
+whole, and only its own lines are used. Other loops sum over a half spectrum.
 """
 
-import ctypes
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
-from numba import config, types
-from numba.extending import intrinsic
 
 from roughsim._kernels import REORDER, kernel
 
@@ -21,51 +17,31 @@ ROWS, COLUMNS, BACK = 1, 2, 4  # stages of a product, to be added up
 COMPLY, STIFFEN, THERE, BACKWARD = range(4)  # what is done with the columns
 
 
-def _transform(context: Any, execute: Any, plan: Any, source: Any, result: Any) -> Any:
-    """Call the function at the address `execute` with three more addresses."""
-    address = types.uintp
-
-    def call(compiler: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        words = [argument.type for argument in arguments[1:]]
-        function = builder.inttoptr(arguments[0], ir.FunctionType(ir.VoidType(), words).as_pointer())
-        builder.call(function, arguments[1:])
-        return compiler.get_dummy_value()
-
-    return types.void(address, address, address, address), call
-
-
-def _interpreted(execute: int, *addresses: int) -> None:
-    """The same for kernels that are not compiled: tests switch numba off to see which lines they reach."""
-    ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * len(addresses))(execute)(*addresses)
-
-
-transform: Any = _interpreted if config.DISABLE_JIT else intrinsic(_transform)  # type: ignore[attr-defined]
-
-
 @kernel()
-def product(stages: int, task: int, source: Any, target: Any, rows: Any, columns: Any, alone: Any) -> None:
+def product(stages: int, task: int, execute: Any, source: Any, target: Any, rows: Any, columns: Any) -> None:
     """Multiply a field by q/2 or by 2/q, or do one stage of that on some of the lines.
 
-    `stages` is a sum of `ROWS`, `COLUMNS` and `BACK`, `task` what is done with the columns: `COMPLY`, `STIFFEN`, or
-    their transform `THERE` or `BACKWARD` alone, which the compiler leaves out where `alone` is None. `rows` and
-    `columns` hold what the stages take.
+    `stages` is a sum of `ROWS`, `COLUMNS` and `BACK`. `task` is the work on the columns: `COMPLY`, `STIFFEN`, or their
+    transform `THERE` or `BACKWARD` alone. `rows` and `columns` hold the arguments of the stages.
     """
     first, last, row_group, row_plans, row_source, row_result, spectrum = rows
     start, stop, column_group, column_plans, whole, column_result, weights = columns
     if stages & ROWS:
-        rows_forward(source, first, last, row_group, row_plans, row_source, row_result, spectrum)
-    if alone is not None:  # noqa: SIM102  (by itself, so that the compiler sees it)
-        if stages & COLUMNS and task >= THERE:
-            columns_alone(task == THERE, start, stop, column_group, column_plans, whole, column_result, weights)
-    if stages & COLUMNS and task < THERE:
-        columns_product(task == STIFFEN, start, stop, column_group, column_plans, whole, column_result, weights)
+        rows_forward(execute, source, first, last, row_group, row_plans, row_source, row_result, spectrum)
+    if stages & COLUMNS:
+        if task >= THERE:
+            there = task == THERE
+            columns_alone(there, execute, start, stop, column_group, column_plans, whole, column_result, weights)
+        else:
+            stiff = task == STIFFEN
+            columns_product(stiff, execute, start, stop, column_group, column_plans, whole, column_result, weights)
     if stages & BACK:
-        rows_backward(target, first, last, row_group, row_plans, row_source, row_result, spectrum)
+        rows_backward(execute, target, first, last, row_group, row_plans, row_source, row_result, spectrum)
 
 
 @kernel(inline=True)
 def rows_forward(
-    field: Any, start: int, stop: int, group: int, plans: Any, source: Any, result: Any, spectrum: Any
+    execute: Any, field: Any, start: int, stop: int, group: int, plans: Any, source: Any, result: Any, spectrum: Any
 ) -> None:
     """Transform pairs of rows to the columns of twice the half spectrum, transposed."""
     rows, columns = field.shape
@@ -77,7 +53,7 @@ def rows_forward(
             for j in range(columns):
                 source[r, 2 * j] = field[i, j]
                 source[r, 2 * j + 1] = field[k, j] if k > i else 0.0
-        transform(plans[0], plans[1], source.ctypes.data, result.ctypes.data)
+        execute(plans[0], source.ctypes.data, result.ctypes.data)
         # with rows x and y as x + iy the transform Z has X = (Z(k) + Z*(−k))/2 and Y = (Z(k) − Z*(−k))/2i
         for k in range(spectrum.shape[0]):
             a, b = 2 * k, 2 * (columns - k if k else 0)
@@ -92,7 +68,7 @@ def rows_forward(
 
 @kernel(inline=True)
 def rows_backward(
-    field: Any, start: int, stop: int, group: int, plans: Any, source: Any, result: Any, spectrum: Any
+    execute: Any, field: Any, start: int, stop: int, group: int, plans: Any, source: Any, result: Any, spectrum: Any
 ) -> None:
     """Undo `rows_forward` but for factors."""
     rows, columns = field.shape
@@ -109,7 +85,7 @@ def rows_backward(
                 result[r, b + 1] = u - y
                 result[r, a] = x - v
                 result[r, a + 1] = y + u
-        transform(plans[0], plans[2], result.ctypes.data, source.ctypes.data)
+        execute(plans[1], result.ctypes.data, source.ctypes.data)
         for r in range(min(group, stop - first)):
             i = 2 * (first + r)
             k = min(i + 1, rows - 1)
@@ -120,7 +96,15 @@ def rows_backward(
 
 @kernel(inline=True)
 def columns_product(
-    stiff: bool, start: int, stop: int, group: int, plans: Any, spectrum: Any, result: Any, weights: Any
+    stiff: bool,
+    execute: Any,
+    start: int,
+    stop: int,
+    group: int,
+    plans: Any,
+    spectrum: Any,
+    result: Any,
+    weights: Any,
 ) -> None:
     """Transform the columns, multiply by factor · q/2 or factor · 2/q, and transform back; q² = along + across."""
     along, across, factor = weights
@@ -128,7 +112,7 @@ def columns_product(
     for first in range(start, stop, group):
         # a column is multiplied while it is in the cache, and never written out between its two transforms
         line = spectrum.ctypes.data + first * spectrum.strides[0]
-        transform(plans[0], plans[1], line, result.ctypes.data)
+        execute(plans[0], line, result.ctypes.data)
         for r in range(min(group, stop - first)):
             other = across[first + r]
             for i in range(1 if other == 0 else 0, along.size):  # q = 0 is left out: 2/q has no limit there
@@ -139,19 +123,27 @@ def columns_product(
             if other == 0:
                 result[r, 0] = 0.0
                 result[r, 1] = 0.0
-        transform(plans[0], plans[2], result.ctypes.data, line)
+        execute(plans[1], result.ctypes.data, line)
 
 
 @kernel(inline=True)
 def columns_alone(
-    there: bool, start: int, stop: int, group: int, plans: Any, spectrum: Any, result: Any, weights: Any
+    there: bool,
+    execute: Any,
+    start: int,
+    stop: int,
+    group: int,
+    plans: Any,
+    spectrum: Any,
+    result: Any,
+    weights: Any,
 ) -> None:
     """Transform the columns, in place, and multiply by the factor; or transform them back."""
     width = 2 * weights[0].size
     for first in range(start, stop, group):
         line = spectrum.ctypes.data + first * spectrum.strides[0]
         if there:
-            transform(plans[0], plans[1], line, result.ctypes.data)
+            execute(plans[0], line, result.ctypes.data)
         for r in range(min(group, stop - first)):
             for i in range(width):
                 if there:
@@ -159,7 +151,7 @@ def columns_alone(
                 else:
                     result[r, i] = spectrum[first + r, i]
         if not there:
-            transform(plans[0], plans[2], result.ctypes.data, line)
+            execute(plans[1], result.ctypes.data, line)
 
 
 @kernel()

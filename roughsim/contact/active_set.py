@@ -7,20 +7,22 @@ goes to dimensionless units and back, and judges the result; the algorithm is in
 """
 
 import warnings
+from functools import cache
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roughsim._kernels.active_set import to_si
+from roughsim._kernels import was_compiled
+from roughsim._kernels.active_set import contact_sum, to_si
 from roughsim.contact import Contact, Solid, checked_load, need_solid
-from roughsim.contact.solver.ahead import compile_ahead
 from roughsim.contact.solver.problem import coarser, dimensionless, full_contact
 from roughsim.contact.solver.solve import solve_cascade
 from roughsim.contact.solver.state import State, rounding_floor
 from roughsim.errors import ConvergenceError, number, real_field
 from roughsim.fourier.blocks import run, spans, total
 from roughsim.grid import Field, Grid, need_grid
+from roughsim.show.text import note
 
 
 def solve_contact(
@@ -76,7 +78,7 @@ def solve_contact(
         raise ValueError(f'precision = {precision!r} must be "double" or "single"')
     surface = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
     earlier = None if start is None else _checked_start(start)
-    compile_ahead()
+    _note_compilation()
     problem, relief, pressure_unit = dimensionless(
         surface, grid, solid.effective_modulus, load, solid.penetration_hardness
     )
@@ -110,6 +112,14 @@ def solve_contact(
         iterations=iterations,
         transforms=transforms,
     )
+
+
+@cache  # once in a process
+def _note_compilation() -> None:
+    """Print a line if the first kernel is not in numba's cache: then all others follow, one by one."""
+    contact_sum(0, 1, np.ones(1), np.ones(1))
+    if was_compiled(contact_sum):
+        note("compiling the contact solver, once on this machine: some seconds")
 
 
 def _checked_start(start: Contact) -> tuple[Field, Field]:

@@ -9,33 +9,23 @@ records.
 import ctypes
 import operator
 import os
-import sys
 import threading
 import warnings
 import weakref
 from collections.abc import Callable
 from functools import cache, lru_cache
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 import scipy
 from numpy.typing import DTypeLike, NDArray
 
-# pyfftw.interfaces, of which nothing is used here, would load scipy.fft, and dask and pandas where they are: that takes
-# longer than all the rest. For the time of the import it is an empty module; whoever imports it later gets the whole
-_interfaces = "pyfftw.interfaces"
-_empty = sys.modules.setdefault(_interfaces, ModuleType(_interfaces))
 try:
     import pyfftw
 except ImportError:  # the wheel of pyfftw bundles GPL code; some sites do without it
     pyfftw = None
     warnings.warn("pyfftw is not installed: scipy.fft takes over, slower", RuntimeWarning, stacklevel=2)
-if not hasattr(_empty, "__file__"):
-    del sys.modules[_interfaces]
-    if pyfftw is not None:
-        del pyfftw.interfaces
 
 ALIGNMENT = 64  # bytes, of what is handed to FFTW by address
 PADDING = 8  # complex numbers between lines, so that equal places do not all fall onto the same part of the cache
@@ -46,7 +36,7 @@ _SIGNATURES: dict[str, tuple[list[Any], Any]] = {
     "plan_many_dft": ([_INT, _WORD, _INT, *_SIDE, *_SIDE, _INT, ctypes.c_uint], _WORD),
     "plan_with_nthreads": ([_INT], None),
     "make_planner_thread_safe": ([], None),
-    "execute_dft": ([_WORD, _WORD, _WORD], None),
+    "execute_dft": ([ctypes.c_size_t] * 3, None),  # as numba takes addresses
     "destroy_plan": ([_WORD], None),
 }
 state = threading.local()  # plans and buffers of each Python thread
@@ -231,9 +221,8 @@ class LinePlans:
     """FFTW's plans for complex lines, by address, for compiled loops: for any buffers and from any thread.
 
     `execute(forward, source, result)` transforms the lines at the address `source`, `distances[0]` complex numbers
-    apart, to those at `result`, `distances[1]` apart; `execute(backward, result, source)` goes back. `addresses` are
-    those of the three. Neither direction is scaled, and each destroys what it starts from. Memory begins at multiples
-    of `ALIGNMENT` bytes.
+    apart, to those at `result`, `distances[1]` apart; `execute(backward, result, source)` goes back. Neither
+    direction is scaled, and each destroys what it starts from. Memory begins at multiples of `ALIGNMENT` bytes.
     """
 
     def __init__(self, count: int, points: int, distances: tuple[int, int], dtype: Any):
@@ -248,7 +237,6 @@ class LinePlans:
             self.forward = make(*common, *near, *far, -1, _ESTIMATE)
             self.backward = make(*common, *far, *near, +1, _ESTIMATE)
         self.execute = function(f"{prefix}_execute_dft")
-        self.addresses = ctypes.cast(self.execute, _WORD).value, self.forward, self.backward
         weakref.finalize(self, destroy_plans, destroy, self.forward, self.backward).atexit = False
         if not (self.forward and self.backward):
             raise MemoryError(f"FFTW has no plan for {count} lines of {points} points: not enough memory")

@@ -313,23 +313,3 @@ def test_plans_are_made_from_many_python_threads_at_a_time():
 
     with ThreadPoolExecutor(8) as pool:
         assert max(pool.map(work, range(200))) < 1e-12
-
-
-@pytest.mark.skipif(plans.pyfftw is None, reason="there is no FFTW")
-@pytest.mark.slow
-def test_transforms_load_no_interfaces_and_leave_them_to_those_who_want_them():
-    code = """
-        import sys
-        import roughsim.fourier
-        assert not {"dask", "pandas", "xarray", "scipy.fft", "pyfftw.interfaces"} & set(sys.modules)
-        import pyfftw
-        assert not hasattr(pyfftw, "interfaces")
-        from pyfftw.interfaces import numpy_fft, scipy_fft
-        assert pyfftw.interfaces.numpy_fft.rfft2 is numpy_fft.rfft2 and scipy_fft.fft
-        import importlib.util
-        if importlib.util.find_spec("dask"):
-            from pyfftw.interfaces import dask_fft
-            assert sys.modules["dask"].__version__ and dask_fft.fft
-    """
-    done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr

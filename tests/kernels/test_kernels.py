@@ -261,6 +261,6 @@ def test_where_compiled_code_cannot_be_kept_kernels_are_compiled_all_the_same_an
         return genuine(**options)
 
     monkeypatch.setattr(_kernels, "njit", njit)
-    with pytest.warns(RuntimeWarning, match="each process compiles anew, .* set NUMBA_CACHE_DIR"):
+    with pytest.warns(RuntimeWarning, match="each process compiles again, .* set NUMBA_CACHE_DIR"):
         double = _kernels.kernel()(lambda x: 2.0 * x)
     assert double(1.5) == 3.0

@@ -51,8 +51,6 @@ class Operator:
         self.spectrum = self.whole[:half]
         self.row_plans = plans.line_plans(self.row_group, columns, (columns + plans.PADDING,) * 2, self.dtype)
         self.column_plans = plans.line_plans(self.column_group, rows, (distance, rows + plans.PADDING), self.dtype)
-        # transforms of columns alone are compiled in double precision only
-        self.alone = True if self.dtype == np.float64 else None
         self.single: tuple[Any, ...] | None = None  # what `_lines` returns where there is one block
 
     def comply(self, pressure: Field, displacement: Field) -> None:
@@ -85,10 +83,14 @@ class Operator:
         """Do these stages of a product, each on all of its blocks."""
         if len(self.row_blocks) == len(self.column_blocks) == 1:  # one call: each costs more than its work
             self.single = self.single or self._lines(self.row_blocks[0], self.column_blocks[0])
-            lines.product(sum(stages), task, source, result, *self.single)
+            lines.product(sum(stages), task, self.row_plans.execute, source, result, *self.single)
             return
         for stage in stages:
-            work = lambda *block, stage=stage: lines.product(stage, task, source, result, *self._lines(block, block))  # noqa: E731
+
+            def work(first: int, last: int, stage: int = stage) -> None:
+                block = first, last
+                lines.product(stage, task, self.row_plans.execute, source, result, *self._lines(block, block))
+
             run(work, self.column_blocks if stage == lines.COLUMNS else self.row_blocks)
 
     def _lines(self, rows: tuple[int, int], columns: tuple[int, int]) -> tuple[Any, ...]:
@@ -96,10 +98,11 @@ class Operator:
         row = plans.lines(self.row_group, self.shape[1], self.dtype)
         column = plans.lines(self.column_group, self.shape[0], self.dtype).result_pairs
         weights = self.along, self.across, self.factor
+        row_plans = self.row_plans.forward, self.row_plans.backward
+        column_plans = self.column_plans.forward, self.column_plans.backward
         return (
-            (*rows, self.row_group, self.row_plans.addresses, row.source_pairs, row.result_pairs, self.spectrum),
-            (*columns, self.column_group, self.column_plans.addresses, self.whole, column, weights),
-            self.alone,
+            (*rows, self.row_group, row_plans, row.source_pairs, row.result_pairs, self.spectrum),
+            (*columns, self.column_group, column_plans, self.whole, column, weights),
         )
 
 
