@@ -1,6 +1,5 @@
 """The server of the page: for this computer only, at a secret address, and for requests of the page alone."""
 
-import gc
 import os
 import socket
 from collections.abc import Callable
@@ -31,7 +30,6 @@ from roughsim.studies.study import open_study
 ADDRESS = "127.0.0.1"
 FIRST_PORT = 5006
 PORTS_TRIED = 20
-REST = 5.0  # s after which the threads of a closed page have ended, too
 LARGEST_BODY = 4096  # bytes in the body of a request: those of this page have none
 UNUSED = 15_000  # ms that a session without a tab is kept: enough for a reload, and for scripts over a slow tunnel
 CHECKS = 2_000  # ms between checks for such sessions
@@ -54,8 +52,6 @@ def start(folder: str | Path, port: int | None = None) -> tuple[BaseServer, str]
         except Exception as error:  # a session that fails to open would keep every later visit waiting
             document.clear()
             document.add_root(plain_text("problems", f"This run cannot be shown: {error}"))
-        # the objects of a page refer to each other in circles
-        document.on_session_destroyed(lambda context: IOLoop.current().call_later(REST, gc.collect))
 
     application = Application(FunctionHandler(open_page))
     for number in range(FIRST_PORT, FIRST_PORT + PORTS_TRIED) if port is None else (port,):
@@ -175,7 +171,7 @@ def ignore_outside_settings() -> None:
     for name in [name for name in os.environ if name.startswith("BOKEH_")]:
         del os.environ[name]  # BOKEH_DEV is read apart from the settings
     for setting in vars(type(settings)).values():
-        if isinstance(setting, PrioritizedSetting) and not isinstance(setting._default, type):
-            setting.set_value(setting._default)
+        if isinstance(setting, PrioritizedSetting) and not isinstance(setting.default, type):
+            setting.set_value(setting.default)
     settings.log_level = "error"  # in the browser: figures that wait for their data are no news
     settings.resources = "server"  # scripts come from here, never from a CDN

@@ -3,6 +3,7 @@
 Titles, paths and messages of other libraries may contain commands to the terminal; these characters are replaced.
 """
 
+import builtins
 import codecs
 import io
 import os
@@ -25,8 +26,8 @@ ASCII = {
 
 def is_notebook() -> bool:
     """Whether this process is the kernel of a notebook."""
-    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
-    return hasattr(shell, "kernel")
+    get_ipython = getattr(builtins, "get_ipython", None)  # IPython adds it
+    return get_ipython is not None and hasattr(get_ipython(), "kernel")
 
 
 def plain(text: object) -> str:

@@ -1,5 +1,6 @@
 """The progress of a run: no time left before it can be told, and a reader that is gone stops nothing."""
 
+import builtins
 import errno
 import io
 import re
@@ -89,8 +90,7 @@ class Cell:
 
 def test_a_notebook_shows_one_bar_and_still_calls_the_observer(quick, tmp_path, monkeypatch):
     cell, seen = Cell(), []
-    kernel = SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=object()))
-    monkeypatch.setitem(sys.modules, "IPython", kernel)
+    monkeypatch.setattr(builtins, "get_ipython", lambda: SimpleNamespace(kernel=object()), raising=False)
     monkeypatch.setitem(sys.modules, "IPython.display", cell)
     rs.run(quick, tmp_path / "run", max_realizations=3, observer=lambda run: seen.append(run.realizations))
     assert seen == [1, 2, 3]
@@ -119,8 +119,7 @@ def test_workers_in_a_notebook_need_no_guard(quick, tmp_path):
 
 def test_a_notebook_shows_one_bar_over_the_points_of_a_study(quick, tmp_path, monkeypatch, capfd):
     cell = Cell()
-    kernel = SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=object()))
-    monkeypatch.setitem(sys.modules, "IPython", kernel)
+    monkeypatch.setattr(builtins, "get_ipython", lambda: SimpleNamespace(kernel=object()), raising=False)
     monkeypatch.setitem(sys.modules, "IPython.display", cell)
     short = aimed(quick, max_realizations=2)
     rs.study(short, vary={"sliding.nominal_pressure": [5e7, 9e7]}, folder=tmp_path / "study")
