@@ -111,9 +111,7 @@ def press(
                 if member.failure:
                     about = member.provenance
                     raise ConvergenceError(member.failure, about["residual"], about["iterations"])
-    result = open_run(folder)
-    result.save()
-    return result
+    return open_run(folder)
 
 
 def refuse(scene: Scene, grid: Grid, edges: str | None) -> None:

@@ -14,7 +14,7 @@ from typing import Any
 
 from roughsim import prediction
 from roughsim.ensemble.signals import stopped_by_signals
-from roughsim.ensemble.tasks import ActiveRun, Tasks, clear, sweep
+from roughsim.ensemble.tasks import ActiveRun, Tasks, clear
 from roughsim.ensemble.workers import Surfaces
 from roughsim.ensemble.workforce import Workforce, check_workers
 from roughsim.errors import RecordError
@@ -145,15 +145,14 @@ def complete(
     runs = []
     with Claims(claimed_in or homes[0]) as claims:
         for (scene, numerics, folder), home in zip(begun, homes, strict=True):
-            sweep(home, claims)  # before anything is read: damaged members would be refused
-            run = open_run(folder)
+            clear(home, claims)
+            run = open_run(folder, damaged="redo")
             # another process may have written where it stops itself
             run.until, run.max_realizations = dict(scene.ensemble.until), scene.ensemble.max_realizations
             run.refresh()
             runs.append(ActiveRun(scene_of(scene, numerics), numerics, home, run, surfaces))
         Tasks(runs, claims, check, observer).complete(force)
         for active in runs:
-            active.run.save()
             clear(active.folder, claims)
     return [active.run for active in runs]
 

@@ -9,7 +9,6 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -23,15 +22,13 @@ from roughsim.results.run import Run
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.store.claims import Claims
-from roughsim.store.disk import DamagedError, set_aside
-from roughsim.store.member_files import MEMBER_NAME, check_member, member_name, member_path
+from roughsim.store.member_files import MEMBER_NAME, member_name, member_path
 
 RETRIES = 3  # times that a pool with a dead worker is started again without a new member in between
 PAUSE = 0.5  # s between two looks at what other processes have done
 LATE = 10.0  # s that a network file system may take to show what a worker has written
 LEAST_WAIT, LONGEST_WAITS = 600.0, 10.0  # s, and multiple of the longest time of a member, after which it is done again
-_MEMBER = re.compile(rf"{MEMBER_NAME.pattern}\.h5")
-_BEGUN = re.compile(rf"\.(?:({MEMBER_NAME.pattern})\.h5|run\.json|scene\.toml|estimates\.json)\.[\w-]+\.tmp")
+_BEGUN = re.compile(rf"\.(?:({MEMBER_NAME.pattern})\.h5|run\.json|scene\.toml)\.[\w-]+\.tmp")
 _NO_GUARD = (
     'the script lacks `if __name__ == "__main__":`: each worker imports the script and would start the run again; '
     "put the call of run below that line, or compute with workers=1"
@@ -253,39 +250,15 @@ class Tasks:
         self.claims.release(one.name)
 
     def _refresh(self, runs: list[ActiveRun], one: Assignment | None = None) -> None:
-        """Read the members that have appeared, `one` also beyond a gap, and call the observer if any have.
-
-        A member that was damaged on disk meanwhile is moved aside, to be computed again.
-        """
+        """Read the members that have appeared, `one` also beyond a gap, and call the observer if any have."""
         for active in runs:
             run, before = active.run, len(active.run.members)
-            try:
-                if one is not None:
-                    run.take(one.level, one.index)
-                run.refresh()
-            except (DamagedError, FileNotFoundError):
-                sweep(active.folder, self.claims)
-                run.refresh()
+            if one is not None:
+                run.take(one.level, one.index)
+            run.refresh()
             self.check()
             if self.observer is not None and len(run.members) != before:
                 self.observer(run)
-
-
-def sweep(folder: Path, claims: Claims) -> None:
-    """Move damaged members aside, with a warning each, and remove what killed writers left half done.
-
-    OSError if a member cannot be read now: that is no damage, and nothing is done about it.
-    """
-    clear(folder, claims)
-    for path in sorted((folder / "realizations").iterdir()):
-        if not _MEMBER.fullmatch(path.name):
-            continue
-        with suppress(FileNotFoundError):  # another process has moved it
-            try:
-                check_member(path)
-            except RecordError as error:
-                reason, kept = str(error).partition(";")[0], set_aside(path)
-                warnings.warn(f"{reason}; it was moved to {kept} and is done again", RuntimeWarning, stacklevel=3)
 
 
 def clear(folder: Path, claims: Claims) -> None:

@@ -92,6 +92,8 @@ class WatchedRun:
                 if before != "deleted":
                     self._latest = "deleted", latest._replace(problems=[line])
                 return self._latest[1]
+            if self.run.damaged:  # they may be whole again
+                self.run = open_run(self.run.folder, damaged="skip")
             self.run.refresh()
             state = self.run.counts, tuple(self.run.damaged)
             if before != state:

@@ -11,6 +11,7 @@ from typing import Any, Literal
 from roughsim.errors import RecordError
 from roughsim.machine import available_memory, exceeds, in_words
 from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.results.members import Damaged
 from roughsim.results.pressed import Pressed, Quarters
 from roughsim.results.run import Run
 from roughsim.scene import Scene, parse_scene
@@ -91,16 +92,17 @@ def read_description(folder: Path) -> dict[str, Any]:
     return description
 
 
-def open_run(folder: str | Path, *, damaged: Literal["refuse", "skip"] = "refuse") -> Run:
+def open_run(folder: str | Path, *, damaged: Damaged = "refuse") -> Run:
     """Open a run folder for reading, also while another process writes to it.
 
     Parameters
     ----------
     folder : str or Path
         What `run` was given.
-    damaged : {"refuse", "skip"}, optional
+    damaged : {"refuse", "skip", "redo"}, optional
         Of a run with a damaged file: "refuse" raises RecordError and names the file. "skip" opens the run, counts the
-        realization as failed, and `Run.damaged` gives the reason.
+        realization as failed, and `Run.damaged` gives the reason. "redo", for who computes it again, moves the file
+        into the folder "damaged" with a warning.
 
     Returns
     -------
@@ -120,7 +122,7 @@ def open_run(folder: str | Path, *, damaged: Literal["refuse", "skip"] = "refuse
         numerics = Numerics.from_dict(description["numerics"])
         refuse_impossible(description, scene, numerics)
         kind = kind_of(folder)
-        run = OPENED[kind or RUN](folder, description, scene, numerics, skip_damaged=damaged == "skip")
+        run = OPENED[kind or RUN](folder, description, scene, numerics, damaged)
         if isinstance(run, Pressed):
             run.quarters = open_run(folder / QUARTERS, damaged=damaged)
     except (ValueError, LookupError, TypeError, AttributeError) as error:

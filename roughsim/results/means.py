@@ -13,9 +13,8 @@ from roughsim.estimate.rounds import Counts, Rounds, Verdict, judge, replay
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.scans import scan_part
-from roughsim.results.reader import Reader, identity_of
+from roughsim.results.members import Damaged, Members, identity_of
 from roughsim.results.share import NOTE, at_other_speed, has_own_share, times_share
-from roughsim.results.stored import Estimates
 from roughsim.scene import Scene
 from roughsim.scene.numerics import Numerics
 from roughsim.sliding.path import coarser_grid
@@ -46,54 +45,48 @@ class Means:
     members : Members
         What was read, by level and index, without fields.
     damaged : dict of (int, int) to str
-        Level and index of files that could not be used, and why; empty unless opened with ``damaged="skip"``.
+        Level and index of files that cannot be used, and why; empty unless opened with ``damaged="skip"``.
     """
 
     drawn = True  # whether the surfaces are drawn from C(q); else they are a map, which ends with its own waves
 
-    def __init__(
-        self, folder: Path, description: dict[str, Any], scene: Scene, numerics: Numerics, *, skip_damaged: bool = False
-    ):
+    def __init__(self, folder: Path, description: dict[str, Any], scene: Scene, numerics: Numerics, treatment: Damaged):
         self.folder, self.scene, self.numerics = folder, scene, numerics
         self.seed: int = description["seed"]
         self.until: dict[str, float] = description["until"]
         self.max_realizations: int = description["max_realizations"]
         self.heat_partition: Array = np.array(description["heat_partition"])
         self.reasons: list[list[str]] = description["reasons"]
-        self._reader = Reader(folder, numerics, scene.speeds, identity_of(description), skip_damaged)
-        self.members, self.damaged = self._reader.members, self._reader.damaged
+        self.members = Members(folder, numerics, scene.speeds, identity_of(description), treatment)
+        self.damaged = self.members.damaged
         self._lowest = [numerics.of_column(column)[0] for column in numerics.columns]  # levels
-        # what follows from the members; it holds until damaged ones are read again
+        # results that follow from members, which never change once they are read
         self._pairs: dict[tuple[str, Counts], list[Pair]] = {}
         self._values: dict[tuple[str, str, bool, Counts], Values] = {}
         self._verdicts: dict[tuple[Any, ...], Verdict] = {}
         self._rounds: dict[tuple[Any, ...], Rounds] = {}  # the last ones: they are asked for again and again
-        self._stored: Estimates | None = None  # those in the folder, once they were looked for
 
     def refresh(self) -> None:
-        """Read the members that have come since, of each level up to the first gap; damaged ones again.
+        """Read the members that have come since, of each level up to the first gap.
 
         RecordError if one is damaged or of another run, OSError if one cannot be read now, which is no damage.
         """
-        self._stored = None
-        if self._reader.refresh(self.max_realizations):
-            for remembered in (self._pairs, self._values, self._verdicts, self._rounds):
-                remembered.clear()
+        self.members.refresh(self.max_realizations)
 
     def take(self, level: int, index: int) -> bool:
         """Read one member now, also beyond a gap; False if its file is missing. Errors as `refresh`."""
-        return self._reader.take(level, index)
+        return self.members.take(level, index)
 
     def available(self, level: int) -> int:
         """Return how many members of a level are there without a gap."""
-        return self._reader.available[level]
+        return self.members.available[level]
 
     @property
     def rounds(self) -> Rounds:
         """How far the run is, by the members that are there and the targets."""
-        key = *self._reader.available, self.max_realizations, *self.until.items()
+        key = *self.members.available, self.max_realizations, *self.until.items()
         if key not in self._rounds:
-            self._rounds = {key: replay(self.numerics, self.max_realizations, self._reader.available, self._judged)}
+            self._rounds = {key: replay(self.numerics, self.max_realizations, self.members.available, self._judged)}
         return self._rounds[key]
 
     @property
@@ -120,7 +113,7 @@ class Means:
     def missing(self) -> list[str]:
         """Names, as "L0-000003", of members that are missing although later ones exist; none once it has finished."""
         rounds = self.rounds
-        return [] if rounds.finished else self._reader.missing(rounds.wanted)
+        return [] if rounds.finished else self.members.missing(rounds.wanted)
 
     @property
     def failed(self) -> int:

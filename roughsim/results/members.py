@@ -1,28 +1,128 @@
-"""The members of a run in memory: each file is read once, and kept without its fields."""
+"""The members of a run: their files, each read once, level by level up to the first gap, as one table of each level."""
 
-from collections.abc import Iterable, Sequence
+import os
+import warnings
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 
+from roughsim.errors import RecordError
 from roughsim.grid import Array
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.observables.record import Sample
 from roughsim.scene.numerics import Numerics
-from roughsim.store.member_files import FIELDS, Member, Moments
+from roughsim.sliding.film import film_shape
+from roughsim.store.disk import DamagedError, not_readable, set_aside
+from roughsim.store.member_files import (
+    FIELDS,
+    KEPT_FIELDS,
+    MEMBER_NAME,
+    Member,
+    Moments,
+    damaged,
+    member_name,
+    member_path,
+    read_member,
+)
 
+KNOWN = ("residual", "iterations", "seconds", "versions", "written")  # of the provenance of a member
 Key = tuple[int, int]  # level and index
+Damaged = Literal["refuse", "skip", "redo"]
 
 
 class Members(dict[Key, Member]):
-    """Members by level and index, as one table for each level.
+    """The members of a run folder by level and index, without their fields.
 
-    `numerics` gives the levels, `speeds` are those of the numbers, m/s.
+    Attributes
+    ----------
+    damaged : dict of (int, int) to str
+        Members whose files cannot be used, with the reason. How they are treated: "refuse" raises the error, "skip"
+        counts them as failed, "redo" moves the file aside with a warning, and the member is missing.
+    available : list of int
+        Members of each level before the first missing one.
     """
 
-    def __init__(self, numerics: Numerics, speeds: Sequence[float]):
+    def __init__(
+        self, folder: Path, numerics: Numerics, speeds: tuple[float, ...], identity: list[Any], treatment: Damaged
+    ):
         super().__init__()
-        self.numerics, self.speeds = numerics, speeds
+        self.folder, self.numerics, self.speeds = folder, numerics, speeds
+        self.damaged: dict[Key, str] = {}
+        self.available = [0] * len(numerics.levels)
+        self._identity, self._treatment = identity, treatment
+        self._modes: dict[int, list[tuple[int, ...]]] = {}  # shapes of the stress spectra of each level
         self._streams = {level: numerics.stream(level) for level in numerics.single}
+
+    def refresh(self, most: int) -> None:
+        """Read the members that have appeared, of each level at most `most`; errors as `take`."""
+        for level in range(len(self.available)):
+            while self.available[level] < most and self.take(level, self.available[level]):
+                self.available[level] += 1
+
+    def take(self, level: int, index: int) -> bool:
+        """Read one member unless it was read before; False if its file is missing.
+
+        RecordError if it is damaged or of another run, OSError if it cannot be read now, which is no damage.
+        """
+        key = level, index
+        if key in self:
+            return True
+        path = member_path(self.folder, level, index)
+        try:
+            member = self._checked(path)
+        except FileNotFoundError:
+            return False
+        except RecordError as error:
+            redo, in_vain = self._treatment == "redo", key in self.damaged  # as by workers of another version
+            if self._treatment == "refuse" or (redo and (in_vain or not isinstance(error, DamagedError))):
+                raise
+            self.damaged[key] = str(error)
+            if redo:
+                _move_aside(path, error)
+                return False
+            self[key] = Member(level, index, failure=str(error), provenance={"seconds": {}})
+            return True
+        self.damaged.pop(key, None)
+        known = {name: member.provenance[name] for name in KNOWN}
+        self[key] = replace(member, curves={}, fields={}, provenance=known)
+        return True
+
+    def _checked(self, path: Path) -> Member:
+        """Read a file and check that it is of this run; errors as `take`."""
+        member = read_member(path, with_fields=self._treatment == "redo")
+        provenance, grid = member.provenance, self.numerics.grid(member.level)
+        if not set(KNOWN) <= set(provenance) or identity_of(provenance) != self._identity:
+            raise damaged(path, "is of another run: its scene, seed or numerics differ")
+        if member.failure:
+            return member
+        modes = [part.wavenumber.shape for part in member.moments]
+        levels = 1 if self.numerics.below(member.level) is None else 2
+        points = {name: grid.shape if name in KEPT_FIELDS else film_shape(grid.shape) for name in member.kept}
+        fits = all(len(shape) < 2 or shape[-2:] == points[name] for name, shape in member.kept.items())
+        if member.speeds != self.speeds or len(modes) != levels or not fits:
+            raise damaged(path, "is of another run: its speeds, levels or points differ")
+        if modes != self._modes.setdefault(member.level, modes):
+            raise RecordError(
+                f"{path} is of another run, or those of its level that were read before: their wavenumbers differ; "
+                f"move what is not of this run out of the folder"
+            )
+        return member
+
+    def missing(self, wanted: Iterable[int]) -> list[str]:
+        """Return the names of members missing from a round although later ones of their level are there."""
+        try:
+            names = os.listdir(self.folder / "realizations")
+        except OSError as error:
+            raise not_readable(self.folder / "realizations", error) from error
+        found = [MEMBER_NAME.fullmatch(name.removesuffix(".h5")) for name in names if name.endswith(".h5")]
+        stored = {(int(match[1]), int(match[2])) for match in found if match}
+        last = dict(sorted(stored))  # the highest index of each level
+        keys = ((level, i) for level, count in enumerate(wanted) for i in range(min(count, last.get(level, 0))))
+        return [member_name(*key) for key in keys if key not in stored]
 
     def failed(self, level: int, count: int) -> list[int]:
         """Return the indices below `count` at which a level has a member without numbers."""
@@ -78,3 +178,19 @@ class Members(dict[Key, Member]):
         """Return what was measured of each member; None where it is not there or has failed."""
         found = (self[level, i].moments if (level, i) in self else [] for i in indices)
         return [moments[below] if len(moments) > below else None for moments in found]
+
+
+def identity_of(description: dict[str, Any]) -> list[Any]:
+    """Return the identity that a run and its members share: scene with seed, and numerics without `keep_fields`."""
+    numerics = description.get("numerics")
+    if isinstance(numerics, dict):
+        numerics = {key: value for key, value in numerics.items() if key != "keep_fields"}
+    return [description.get("scene"), numerics]
+
+
+def _move_aside(path: Path, error: RecordError) -> None:
+    """Move a damaged file into the folder "damaged", with a warning."""
+    with suppress(FileNotFoundError):  # another process has moved it
+        kept = set_aside(path)
+        fault = str(error).partition(";")[0]
+        warnings.warn(f"{fault}; it was moved to {kept} and is done again", RuntimeWarning, stacklevel=5)

@@ -14,7 +14,6 @@ from roughsim.estimate.levels import Values
 from roughsim.estimate.rounds import Counts, Rounds, Verdict
 from roughsim.grid import Array
 from roughsim.results.run import Run
-from roughsim.store.kinds import QUARTERS
 from roughsim.store.member_files import member_path, read_member
 
 NOTE = (
@@ -183,7 +182,3 @@ class Pressed(Quarters):
         if self.overshoot > SOME_LOAD:
             result = replace(result, budget={**result.budget, "bandwidth": np.full_like(result.mean, np.nan)})
         return replace(result, notes=(*result.notes, NOTE))
-
-    def _made_by(self) -> dict[str, Any]:
-        """What estimates follow from: the quarters too."""
-        return {**super()._made_by(), QUARTERS: self.quarters._made_by()}

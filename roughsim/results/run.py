@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping
 from copy import copy
 from dataclasses import replace
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -15,17 +14,15 @@ from roughsim.estimate.correlation import correlation_of
 from roughsim.estimate.errors import SOURCES, Estimate
 from roughsim.estimate.sliding import OF_MARCH, sliding_estimate, with_background
 from roughsim.grid import Array, Grid
-from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.observables.catalogue import AXIS, NUMBERS, OBSERVABLES
 from roughsim.results import arrays
 from roughsim.results.arrays import Labelled
 from roughsim.results.means import Means
 from roughsim.results.share import has_own_share, with_warming
-from roughsim.results.stored import ABOUT, load_estimates, save_estimates
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.markup import in_notebook
 from roughsim.show.table import Column, Row, Table
-from roughsim.store.disk import checksum
-from roughsim.store.member_files import member_path, read_field
+from roughsim.store.member_files import member_path, read_field, read_member
 
 Field = NDArray[np.float32]
 
@@ -56,14 +53,11 @@ class Run(Means):
 
         ValueError if there is no such observable or column, or no realization yet.
         """
-        name = SLIDING if column == SLIDING else self.column(column)
-        if self._stored is None:
-            self._stored = load_estimates(self.folder, self._made_by(), len(self.scene.speeds))
-        result = self._stored.get(name, {}).get(observable)
-        if result is None and column == SLIDING:
+        if column == SLIDING:
             single = self._estimate(observable, None, np.ones_like(self.heat_partition))
-            result = sliding_estimate(observable, single, self._reader.marched(self.counts), self.coarsening)
-        result = result or self._estimate(observable, column, self.share_values(column))
+            result = sliding_estimate(observable, single, self._marched(), self.coarsening)
+        else:
+            result = self._estimate(observable, column, self.share_values(column))
         speeds = self.scene.speeds if OBSERVABLES[observable].per_speed else ()
         return replace(result, speeds=speeds, sources=self.sources)
 
@@ -76,7 +70,7 @@ class Run(Means):
         """Return T₀ + T_flash of a column over speed; `warming` is T₀ with all the heat, K, not that of marches."""
         flash = self.estimate("flash_temperature", column)
         if column == SLIDING:
-            return with_background(flash, self._reader.marched(self.counts)["sliding_background"])
+            return with_background(flash, self._marched()["sliding_background"])
         own = has_own_share(self.scene)
         return with_warming(flash, self.estimate("heat_partition", column) if own else self.heat_partition, warming)
 
@@ -85,7 +79,23 @@ class Run(Means):
 
         Arrays (members, speeds, distances) or (members, distances), by the names in `observables.catalogue.CURVES`.
         """
-        return self._reader.curves(self.counts)
+        level, indices = self._marches()
+        rows = [read_member(member_path(self.folder, level, index)).curves for index in indices]
+        return {name: np.stack([row[name] for row in rows]) for name in rows[0]} | {AXIS: rows[0][AXIS]}
+
+    def _marches(self) -> tuple[int, list[int]]:
+        """Return the level of marches, and which of those that count are sound; ValueError if there is none."""
+        level = self.numerics.march
+        if level is None:
+            raise ValueError(f'{self.folder} has no column "sliding": its scene has history = "frozen"')
+        if sound := self.members.sound(level, self.counts[level]):
+            return level, sound
+        raise ValueError(f"{self.folder} has no sound member that slides yet; let it run first")
+
+    def _marched(self) -> dict[str, Array]:
+        """Return the numbers of the marches that count, (members, speeds); errors as `_marches`."""
+        level, indices = self._marches()
+        return {name: self.members.numbers(level, name, indices) for name, n in NUMBERS.items() if n.of_march}
 
     def correlation(self, distance: Array, column: str | None = None) -> tuple[Array, Array]:
         """Return g_σ(r) at the highest cut-off of a column and its standard error, Pa².
@@ -153,8 +163,8 @@ class Run(Means):
         arrays.check_field(name, speed)
         path, grid = member_path(self.folder, level, index), self.numerics.grid(level)
         if speed is None:
-            return read_field(path, name, grid.shape)
-        flux = read_field(path, "pressure", grid.shape)
+            return read_field(path, name)
+        flux = read_field(path, "pressure")
         flux *= np.float32(prediction.heat_per_pressure(self.scene, speed))
         column = self.numerics.levels[level].column
         return flux if name == "heat_flux" else self.temperature(flux, grid, speed, direction, column)
@@ -180,26 +190,6 @@ class Run(Means):
         )
         temperature *= np.float32(self.heat_share(speed, column))
         return temperature
-
-    def save(self) -> None:
-        """Write what the run says into its folder, for people, programs and `estimate`; once it says something."""
-        if not self.independent or load_estimates(self.folder, self._made_by(), len(self.scene.speeds)):
-            return
-        columns = [*self.numerics.columns, *([SLIDING] if self.slides else [])]
-        about: dict[str, Any] = {"about": ABOUT, "title": self.scene.title, "roughsim": self.versions["roughsim"]}
-        about |= {"realizations": self.realizations, "failed": self.failed, "speed": list(self.scene.speeds)}
-        save_estimates(self.folder, self._made_by(), about, {column: self.estimates(column) for column in columns})
-
-    def _made_by(self) -> dict[str, Any]:
-        """What estimates follow from, as JSON values."""
-        numerics, files = self.numerics.to_dict(), sorted(self._reader.files.values())
-        said = [self.scene.to_toml(), numerics, self.seed, self.until, self.max_realizations]
-        return {
-            "roughsim": version("roughsim"),
-            "run": checksum([*said, self.heat_partition.tolist()]),
-            "counts": list(self.counts),
-            "members": checksum(files),
-        }
 
     def _repr_html_(self) -> str:
         """The state of the run and its flash temperature in each column, for notebooks."""

@@ -8,15 +8,13 @@ import io
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from math import prod
-from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
-from h5py import h5a, h5d, h5ds, h5l, h5p, h5s, h5t
+from h5py import h5a, h5d, h5ds, h5p, h5s, h5t
 from numpy.typing import NDArray
 
-from roughsim.errors import RecordError
 from roughsim.machine import exceeds
 
 LARGEST_CHUNK = 256  # points along a side of a map: viewers read a part of a large one at a time
@@ -39,15 +37,6 @@ def opened_hdf5(content: bytes) -> Any:
 def describe(place: Any, name: str, text: str) -> None:
     """Give a new group or dataset a text as attribute."""
     h5a.create(place, name.encode(), _TEXT, _ONE).write(np.array(text, object))
-
-
-def described(place: Any, name: str) -> str:
-    """Return a text of `describe`; OSError, LookupError, TypeError, ValueError or AttributeError if it is none."""
-    text, attribute = np.empty(1, object), h5a.open(place, name.encode())
-    if attribute.shape != ():  # more texts than one would be written beyond the array
-        raise ValueError(f"its {name} is not one text")
-    attribute.read(text.reshape(()))
-    return str(text[0].decode())
 
 
 def add_array(place: Any, name: str, values: NDArray[Any], unit: str, axes: Sequence[Any]) -> Any:
@@ -78,20 +67,17 @@ def _stored_as(shape: tuple[int, ...], kind: np.dtype[Any]) -> tuple[Any, Any, A
     return h5t.py_create(kind), h5s.create_simple(shape), layout
 
 
-def read_array(file: Any, path: Path, name: str, axes: int, kind: np.dtype[Any]) -> NDArray[Any]:
-    """Return an array of an open file from `path`, of which nothing is trusted; only this array is opened.
+def opened_array(file: Any, name: str, axes: int) -> Any:
+    """Return an array of an open file, unread; nothing in the file is trusted, and nothing else in it is opened.
 
-    RecordError, naming the file, if it leads elsewhere, has not this number of axes, or is too large. What `add_array`
-    makes is chunked: that is no external and no virtual array.
+    ValueError if it leads elsewhere or has not this number of axes, MemoryError if it is too large. `add_array` makes
+    chunked arrays, which are neither external nor virtual ones.
     """
-    if file.id.links.get_info(name.encode()).type != h5l.TYPE_HARD:
-        raise RecordError(f"{path}: {name} is a link that leads elsewhere; nothing was read")
-    dataset = h5d.open(file.id, name.encode())
-    shape = dataset.shape
-    if dataset.get_create_plist().get_layout() != h5d.CHUNKED or len(shape) != axes:
-        raise RecordError(f"{path}: {name} is stored as no writer of this format does it; nothing was read")
-    if exceeds(float(prod(shape)) * kind.itemsize, 0.5):
-        raise RecordError(f"{path}: {name} declares the shape {shape}, above half of the available memory")
-    values = np.empty(shape, kind)
-    dataset.read(h5s.ALL, h5s.ALL, values, h5t.py_create(kind))
-    return values
+    if not isinstance(file.get(name, getlink=True), h5py.HardLink):
+        raise ValueError(f"{name} is a link that leads elsewhere")
+    dataset = file[name]
+    if dataset.chunks is None or dataset.ndim != axes:
+        raise ValueError(f"{name} is stored as no writer of this format does it")
+    if exceeds(float(prod(dataset.shape)) * 8.0, 0.5):
+        raise MemoryError(f"{name} declares the shape {dataset.shape}, above half of the available memory")
+    return dataset

@@ -7,7 +7,6 @@ for the level of the file, and 1 for the level below it on the same surface. Wha
 After the end of the HDF5 data comes the seal: a line with the name of the file and the SHA-256 of all bytes before it.
 """
 
-import errno
 import hashlib
 import json
 import re
@@ -88,7 +87,7 @@ class Member:
     lengths: tuple[float, float] = (1.0, 1.0)  # sides of the cell, m
     speeds: tuple[float, ...] = ()  # of the arrays over speed, m/s
     provenance: dict[str, Any] = field(default_factory=dict)  # scene, numerics, versions, residual, times
-    kept: tuple[str, ...] = ()  # names of the fields in its file, also where `fields` are not in memory
+    kept: dict[str, tuple[int, ...]] = field(default_factory=dict)  # shapes of the fields in its file, by name
 
     @property
     def moments(self) -> list[Moments]:
@@ -129,33 +128,18 @@ def read_member(path: Path, with_fields: bool = False) -> Member:
     return _opened(path, tuple(FIELDS) if with_fields else ())
 
 
-def read_field(path: Path, name: str, shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """Read one kept field of a member's file after a check of all bytes and its shape; errors as for `read_member`."""
+def read_field(path: Path, name: str) -> NDArray[np.float32]:
+    """Read one kept field of a member's file after a check of all bytes; errors as for `read_member`."""
     values = _opened(path, (name,)).fields.get(name)
     if values is None:
-        raise damaged(path, f"it has no {name}")
-    if values.shape != shape:
-        raise RecordError(f"{path} holds {name} of shape {values.shape}, but this run has {shape}: it is not its own")
+        raise damaged(path, f"is damaged (it has no {name})")
     return values
 
 
-def check_member(path: Path) -> None:
-    """Check that every byte of a member's file is as it was written, kept fields included.
-
-    DamagedError, naming the file, if it is not. OSError if it cannot be read now, which is no damage.
-    """
-    try:
-        _check_seal(path, read_bytes(path))
-    except DamagedError:
-        raise
-    except RecordError as error:  # a folder or a pipe of that name
-        raise OSError(errno.EINVAL, str(error)) from error
-
-
-def damaged(path: Path, reason: object) -> DamagedError:
-    """Return the error that names a damaged file and says what to do."""
+def damaged(path: Path, fault: str) -> DamagedError:
+    """Return the error that names a file with its fault, as "is damaged (…)", and says what to do."""
     advice = f"{again(path.parent.parent)}: it is moved into the folder 'damaged' and redone"
-    return DamagedError(f"{path} is damaged ({reason}); {advice}")
+    return DamagedError(f"{path} {fault}; {advice}")
 
 
 def check_format(path: Path, version: int, provenance: Any) -> None:
@@ -173,12 +157,12 @@ def _check_seal(path: Path, content: bytes) -> None:
     """Refuse bytes that are not those that the seal was made of, or that were written for another place."""
     seal = _SEAL.search(content, max(len(content) - _LONGEST_SEAL, 0))
     if seal is None:
-        raise damaged(path, "its last line with the SHA-256 is missing")
+        raise damaged(path, "is damaged (its last line with the SHA-256 is missing)")
     name, level, index, digest = (part.decode() for part in seal.groups())
     if hashlib.sha256(memoryview(content)[: seal.start(4)]).hexdigest() != digest:
-        raise damaged(path, "its SHA-256 does not match")
+        raise damaged(path, "is damaged (its SHA-256 does not match)")
     if name != path.name:
-        raise damaged(path, f"it holds level {int(level)}, index {int(index)}, not what its name says")
+        raise damaged(path, f"is damaged (it holds level {int(level)}, index {int(index)}, not what its name says)")
 
 
 def _fill(file: Any, member: Member) -> None:
@@ -239,28 +223,29 @@ def _show(file: Any, names: list[str]) -> None:
 
 def _opened(path: Path, fields: Iterable[str]) -> Member:
     """Return the member in a file whose seal is sound, with these of its fields; errors as for `read_member`."""
-    from roughsim.store.hdf5 import described, opened_hdf5, read_array  # loads h5py
+    from roughsim.store.hdf5 import opened_array, opened_hdf5  # loads h5py
 
     content = read_bytes(path)
     _check_seal(path, content)
     try:
         with opened_hdf5(content) as file:
 
-            def read(name: str) -> NDArray[Any]:
-                kind = np.dtype(np.float32 if name in FIELDS else np.float64)
-                return read_array(file, path, name, len(KINDS[name].axes), kind)
+            def array(name: str) -> Any:
+                return opened_array(file, name, len(KINDS[name].axes))
 
-            header = json.loads(described(file.id, "header"))
+            header = json.loads(file.attrs["header"])
             # older headers have no version: it stood beside them
             check_format(path, int(header.get("format_version", FORMAT - 1)), header.get("provenance"))
-            return _member_of(path, header, read, fields)
+            return _member_of(path, header, array, fields)
     except RecordError:
         raise
+    except MemoryError as error:  # on a larger machine it may be readable
+        raise RecordError(f"{path}: {error}; nothing was read") from error
     except (OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError, RecursionError) as error:
-        raise damaged(path, error) from error
+        raise damaged(path, f"is damaged ({error})") from error
 
 
-def _member_of(path: Path, header: dict[str, Any], read: Callable[[str], Any], fields: Iterable[str]) -> Member:
+def _member_of(path: Path, header: dict[str, Any], array: Callable[[str], Any], fields: Iterable[str]) -> Member:
     """Return the member of a header and of the arrays in a file; ValueError or LookupError if no writer made these.
 
     Who forges a header can forge its seal too.
@@ -269,7 +254,7 @@ def _member_of(path: Path, header: dict[str, Any], read: Callable[[str], Any], f
     speeds, (length_x, length_y) = tuple(float(speed) for speed in header["speeds"]), header["lengths"]
     if type(level) is not int or type(index) is not int or f"{member_name(level, index)}.h5" != path.name:
         raise ValueError(f"it holds level {level!r}, index {index!r}, not what its name says")
-    moments = list(_moments(header["numbers"], len(speeds), read)) if header["numbers"] else []
+    moments = list(_moments(header["numbers"], len(speeds), array)) if header["numbers"] else []
     if not isinstance(provenance, dict) or not isinstance(failure, str) or bool(failure) == bool(moments):
         raise ValueError("its header is none that a writer of this format makes")
     return Member(
@@ -278,18 +263,19 @@ def _member_of(path: Path, header: dict[str, Any], read: Callable[[str], Any], f
         failure,
         *(moments[0] if moments else Moments({}, np.empty(0), np.empty(0))),
         moments[1] if len(moments) > 1 else None,
-        {name: read(name) for name in header["curves"] if name in CURVES},
-        {name: read(name) for name in header["fields"] if name in fields},
+        {name: _read(array(name), np.float64) for name in header["curves"] if name in CURVES},
+        {name: _read(array(name), np.float32) for name in header["fields"] if name in fields},
         (float(length_x), float(length_y)),
         speeds,
         provenance,
-        tuple(name for name in header["fields"] if name in FIELDS),
+        {name: array(name).shape for name in header["fields"] if name in FIELDS},
     )
 
 
-def _moments(names: list[str], speeds: int, read: Callable[[str], Any]) -> Iterator[Moments]:
+def _moments(names: list[str], speeds: int, array: Callable[[str], Any]) -> Iterator[Moments]:
     """Yield the moments of the level of a file, and of the level below it; errors as `_member_of`."""
-    numbers, wavenumber, spectra = (read(name) for name in ("numbers", "wavenumber", "stress_spectrum"))
+    arrays = (_read(array(name), np.float64) for name in ("numbers", "wavenumber", "stress_spectrum"))
+    numbers, wavenumber, spectra = arrays
     if numbers.shape[1:] != (len(names), speeds) or spectra.shape != (len(numbers), len(wavenumber)):
         raise ValueError("its arrays have other sizes than its header says")
     for rows, spectrum in zip(numbers, spectra, strict=True):
@@ -298,3 +284,10 @@ def _moments(names: list[str], speeds: int, read: Callable[[str], Any]) -> Itera
         there = ~np.isnan(spectrum)
         own = {name: row if NUMBERS[name].per_speed else row[:1] for name, row in known.items()}
         yield Moments(own, wavenumber[there], spectrum[there])
+
+
+def _read(dataset: Any, kind: type[np.floating[Any]]) -> NDArray[Any]:
+    """Read an array; TypeError or OSError if it holds no plain numbers."""
+    values = np.empty(dataset.shape, kind)
+    dataset.read_direct(values)
+    return values

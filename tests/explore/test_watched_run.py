@@ -39,7 +39,6 @@ def empty(copied):
     aside = copied.with_name("aside")
     (copied / "realizations").rename(aside)
     (copied / "realizations").mkdir()
-    (copied / "estimates.json").unlink()
     return copied, aside
 
 

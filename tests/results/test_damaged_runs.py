@@ -8,11 +8,12 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
-from damage_cases import PASSING
+from damage_cases import PASSING, forged
 from summary_cases import COUNT, bits
 
 import roughsim as rs
-from roughsim.store.member_files import check_member, member_path, read_member, write_member
+from roughsim.ensemble import workers
+from roughsim.store.member_files import member_path, read_member, write_member
 
 
 @pytest.mark.parametrize("number", PASSING)
@@ -46,7 +47,7 @@ def test_a_flipped_bit_in_a_kept_field_is_found_and_mended(folder, whole, name):
     content[chunk.byte_offset + chunk.size // 2] ^= 1
     path.write_bytes(content)
     with pytest.raises(rs.RecordError, match="L0-000000.h5 is damaged"):
-        check_member(path)
+        read_member(path)
     with pytest.raises(rs.RecordError, match="L0-000000.h5 is damaged"):
         rs.open_run(folder)
     with pytest.warns(RuntimeWarning, match=r"L0-000000.h5 is damaged .* moved to .*damaged/L0-000000.h5"):
@@ -57,7 +58,7 @@ def test_a_flipped_bit_in_a_kept_field_is_found_and_mended(folder, whole, name):
     assert bits(rs.open_run(folder)) == bits(whole)
 
 
-def test_a_damaged_member_that_is_skipped_counts_as_failed_until_it_is_whole_again(folder, whole):
+def test_a_damaged_member_that_is_skipped_counts_as_failed_until_the_run_is_opened_again(folder, whole):
     path = member_path(folder, 1, 4)
     sound = path.read_bytes()
     path.write_bytes(sound[:-100])
@@ -67,23 +68,82 @@ def test_a_damaged_member_that_is_skipped_counts_as_failed_until_it_is_whole_aga
     assert 4 not in run.pairs()[1].sample.rows
     path.write_bytes(sound)
     run.refresh()
+    assert list(run.damaged) == [(1, 4)]
+    run = rs.open_run(folder, damaged="skip")
     assert (run.damaged, bits(run)) == ({}, bits(whole))
 
 
-@pytest.mark.parametrize("how", ["seed", "speeds", "no level below", "modes"])
-def test_members_of_another_run_are_refused_by_name(folder, whole, tmp_path, how):
-    path = member_path(folder, 1, 2)
-    one = read_member(path)
+def foreign(whole, elsewhere, how):
+    """Place a file with a sound seal that is not of the run at L1-000002."""
+    path = member_path(elsewhere, 1, 2)
+    one = read_member(path, with_fields=True)
     if how == "seed":
         scene = replace(whole.scene, ensemble=replace(whole.scene.ensemble, seed=8))
-        other = rs.run(scene, tmp_path / "other", numerics=whole.numerics, max_realizations=3)
+        other = rs.run(scene, elsewhere.with_name("other"), numerics=whole.numerics, max_realizations=3)
         shutil.copy(member_path(other.folder, 1, 2), path)
+    elif how == "index":
+        shutil.copy(member_path(elsewhere, 1, 3), path)
+    elif how == "link":
+        with forged(path) as file:
+            del file["numbers"]
+            file["numbers"] = h5py.SoftLink("/stress_spectrum")
     else:
         changes = {
             "speeds": {"speeds": (0.0, 0.1, 36.0)},
             "no level below": {"below": None},
             "modes": {"wavenumber": one.wavenumber[1:], "spectrum": one.spectrum[1:]},
+            "fields": {"fields": {"pressure": np.zeros((16, 16), np.float32)}},
         }
-        write_member(folder, replace(one, **changes[how]))
-    with pytest.raises(rs.RecordError, match="L1-000002.h5 is of another run"):
+        write_member(elsewhere, replace(one, **changes[how]))
+    return path
+
+
+@pytest.mark.parametrize("how", ["seed", "speeds", "no level below", "fields", "index", "link"])
+def test_what_readers_refuse_the_run_moves_aside_and_does_again(folder, whole, how):
+    path = foreign(whole, folder, how)
+    wrong = path.read_bytes()
+    with pytest.raises(rs.RecordError, match=r"L1-000002.h5 is (of another run|damaged) .*|L1-000002.h5 is of") as told:
         rs.open_run(folder)
+    assert str(told.value).endswith("run the scene again: it is moved into the folder 'damaged' and redone")
+    assert list(rs.open_run(folder, damaged="skip").damaged) == [(1, 2)]
+    with pytest.warns(RuntimeWarning, match=r"L1-000002.h5 is .*; it was moved to .*damaged/L1-000002.h5"):
+        again = rs.run(whole.scene, folder, max_realizations=COUNT)
+    assert (folder / "damaged" / "L1-000002.h5").read_bytes() == wrong
+    assert (again.damaged, bits(again)) == ({}, bits(whole))
+
+
+def test_members_of_one_level_with_other_wavenumbers_are_named_and_all_of_them_stay(folder, whole):
+    # which of them is the wrong one, the files do not show
+    path = foreign(whole, folder, "modes")
+    wrong = path.read_bytes()
+    for look in (rs.open_run, lambda place: rs.run(whole.scene, place, max_realizations=COUNT)):
+        with pytest.raises(rs.RecordError, match="L1-000002.h5 is of another run, or those .* move what is"):
+            look(folder)
+    assert path.read_bytes() == wrong
+    assert not (folder / "damaged").exists()
+
+
+def test_a_member_that_is_wrong_again_once_it_was_computed_ends_the_run(folder, whole, monkeypatch):
+    # as by workers of another version
+    foreign(whole, folder, "speeds")
+    genuine = workers.write_member
+    monkeypatch.setattr(
+        workers, "write_member", lambda place, one: genuine(place, replace(one, speeds=(1.0, 2.0, 3.0)))
+    )
+    with (
+        pytest.warns(RuntimeWarning, match="moved to"),
+        pytest.raises(rs.RecordError, match="L1-000002.h5 is of another"),
+    ):
+        rs.run(whole.scene, folder, max_realizations=COUNT)
+    assert len(list((folder / "damaged").iterdir())) == 1
+
+
+@pytest.mark.parametrize("kind", ["folder", "pipe"])
+def test_a_folder_or_a_pipe_in_the_place_of_a_member_is_one_sentence(folder, whole, kind):
+    path = member_path(folder, 0, 1)
+    path.unlink()
+    path.mkdir() if kind == "folder" else os.mkfifo(path)
+    for look in (rs.open_run, lambda place: rs.run(whole.scene, place, max_realizations=COUNT)):
+        with pytest.raises(rs.RecordError, match=r"^/.*L0-000001.h5 is a folder, a pipe or a device; a file is needed"):
+            look(folder)
+    assert list(rs.open_run(folder, damaged="skip").damaged) == [(0, 1)]

@@ -66,7 +66,7 @@ def test_a_run_goes_on_from_each_moment_of_its_start(finished, tmp_path):
 
 
 def test_a_start_leaves_nothing_of_killed_ones_behind(finished, folder):
-    left = [f".{name}.node7-123-0a1b2c3d.tmp" for name in ("run.json", "scene.toml", "estimates.json")]
+    left = [f".{name}.node7-123-0a1b2c3d.tmp" for name in ("run.json", "scene.toml")]
     mine = [".notes.txt.node7-123-0a1b2c3d.tmp", ".run.json.swp"]
     made_before = {path.name for path in folder.iterdir()}
     for name in (*left, *mine):

@@ -1,6 +1,7 @@
 """The members of a run in memory, by level and index; without any run."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,11 +23,13 @@ LEVELS = (
 @pytest.fixture
 def members():
     """Five members of each level; index 1 failed in smoothed contact, index 2 at the second capped level."""
-    table = Members(Numerics(LEVELS, (2.0e-3, 1.5e-3)), SPEEDS)
+    table = Members(Path("run"), Numerics(LEVELS, (2.0e-3, 1.5e-3)), SPEEDS, [], "refuse")
     for level in range(4):
         for index in range(5):
             one = replace(
-                member(10 * level + index), kept=("pressure",), provenance={"seconds": {"contact": 1.0 + level}}
+                member(10 * level + index),
+                kept={"pressure": (32, 32)},
+                provenance={"seconds": {"contact": 1.0 + level}},
             )
             one = replace(one, below=one.below if level > 1 else None)
             lost = Member(level, index, failure="stalled", provenance={"seconds": {}})

@@ -176,7 +176,7 @@ def outputs(run, column, folder, monkeypatch):
     chart.draw_over_speed(axes, run, comparison.rows, "flash_temperature")
     x, mean = bands[level]
     yield "chart", mean[list(x).index(1.0)]
-    again = rs.open_run(run.folder)  # from estimates.json
+    again = rs.open_run(run.folder)
     yield "opened again", again.estimate("flash_temperature", column).mean[2]
 
 

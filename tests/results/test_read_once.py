@@ -24,7 +24,8 @@ def test_a_comparison_opens_the_file_of_each_member_once(folder):
     sys.addaudithook(watched)  # sees what NumPy opens too
     rs.compare(rs.open_run(folder)).to_dict()
     watching.clear()
-    assert sorted(opened) == sorted(path.name for path in (folder / "realizations").iterdir())
+    names = sorted(path.name for path in (folder / "realizations").iterdir())
+    assert sorted(name for name in opened if name in names) == names  # it also tries the next one, which is not there
 
 
 def test_samples_are_those_of_the_files(folder):

@@ -1,11 +1,8 @@
 """A run whose faces slide: its exported file and its estimates on disk have the column sliding."""
 
-import json
-
 import h5py
 import numpy as np
 
-import roughsim as rs
 from roughsim.results.export import export_run
 
 
@@ -22,11 +19,3 @@ def test_an_export_has_the_column_sliding_and_the_numbers_of_the_marches(sliding
             numbers = run.members[march, index].numbers
             np.testing.assert_array_equal(file["members/sliding_share"][march, index], numbers["sliding_share"])
         assert '"sliding" over the speed' in file.attrs["README"]
-
-
-def test_the_column_sliding_is_read_back_to_the_bit(sliding_run):
-    content = json.loads((sliding_run.folder / "estimates.json").read_text())
-    assert set(content["estimates"]["sliding"]) == {"flash_temperature", "heat_partition", "contact_fraction"}
-    stored = rs.open_run(sliding_run.folder).estimate("flash_temperature", "sliding")
-    assert stored.mean.tolist() == content["estimates"]["sliding"]["flash_temperature"]["mean"]
-    assert "march" in stored.budget

@@ -84,18 +84,16 @@ def beyond_memory(file, secret):
     file.create_dataset("pressure", (10**7, 10**7), "<f4", chunks=(64, 64), compression="gzip")
 
 
-ELSEWHERE, NO_WRITER = (
-    "pressure is a link that leads elsewhere",
-    "pressure is stored as no writer of this format does it",
-)
+ELSEWHERE = r"L0-000000.h5 is damaged \(pressure is a link that leads elsewhere\)"
+NO_WRITER = r"L0-000000.h5 is damaged \(pressure is stored as no writer of this format does it\)"
 CRAFTED = {
-    external_link: f"L0-000000.h5: {ELSEWHERE}",
-    soft_link: f"L0-000000.h5: {ELSEWHERE}",
-    external_dataset: f"L0-000000.h5: {NO_WRITER}",
-    virtual_dataset: f"L0-000000.h5: {NO_WRITER}",
+    external_link: ELSEWHERE,
+    soft_link: ELSEWHERE,
+    external_dataset: NO_WRITER,
+    virtual_dataset: NO_WRITER,
     objects: "L0-000000.h5 is damaged",
     references: "L0-000000.h5 is damaged",
-    opaque_pickle: f"L0-000000.h5: {NO_WRITER}",
+    opaque_pickle: NO_WRITER,
     group: "L0-000000.h5 is damaged",
     beyond_memory: r"L0-000000.h5: pressure declares the shape \(10000000, 10000000\), above half of the",
 }
@@ -106,21 +104,15 @@ def test_a_crafted_field_is_refused_by_name_before_anything_is_read(folder, secr
     path = member_path(folder, 0, 0)
     with forged(path) as file:
         craft(file, secret)
-    for look in (
-        lambda place: read_member(place, with_fields=True),
-        lambda place: read_field(place, "pressure", (32, 32)),
-        lambda place: list(rs.open_run(folder).fields("pressure")),
-    ):
+    for look in (lambda: read_member(path, with_fields=True), lambda: read_field(path, "pressure")):
         with pytest.raises(rs.RecordError, match=CRAFTED[craft]) as refused:
-            look(path)
+            look()
         assert "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize("craft", [external_link, external_dataset, beyond_memory], ids=lambda f: f.__name__)
-def test_what_nobody_asked_for_is_not_looked_at(folder, secret, craft):
+def test_what_belongs_to_no_member_is_not_looked_at(folder, secret):
     path = member_path(folder, 0, 0)
     with forged(path) as file:
-        craft(file, secret)
         file["more/deep"] = h5py.ExternalLink(str(secret), "/pressure")
         file["\x1b]0;owned\x07"] = file["/"]  # a cycle
     assert read_member(path).index == 0
@@ -133,7 +125,7 @@ def test_what_is_refused_stays_where_it_is(folder, secret):
         del file["numbers"]
         file["numbers"] = h5py.ExternalLink(str(secret), "/pressure")
     before = path.read_bytes(), secret.read_bytes()
-    with pytest.raises(rs.RecordError, match="L0-000000.h5: numbers is a link that leads elsewhere"):
+    with pytest.raises(rs.RecordError, match=r"L0-000000.h5 is damaged \(numbers is a link"):
         rs.open_run(folder)
     run = rs.open_run(folder, damaged="skip")
     assert (path.read_bytes(), secret.read_bytes()) == before
