@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roughsim.estimate.errors import Estimate, spread_of
+from roughsim.estimate.errors import Estimate, quantile, spread_of
 from roughsim.estimate.levels import Values
 from roughsim.grid import Array
 from roughsim.scene.numerics import Numerics
@@ -104,20 +104,17 @@ def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts
     totals : callable
         Gives values and estimate of an observable of a column from so many members.
     """
-    main, needed, following = numerics.columns[-1], list(counts), list(counts)
-    errors, largest = dict[str, float](), ""
+    main = numerics.columns[-1]
+    needed, following = list(counts), list(counts)
+    of_main: dict[str, Estimate] = {}
+    level_follows = False  # in the main column
     for column in numerics.columns:
         for name, goal in (until or TARGET).items():
             values, found = totals(name, column, counts)
-            parts = relative_parts(found)
-            total = np.linalg.norm([*parts.values()], axis=0)
-            total = np.where(np.isfinite(found.mean), total, np.inf)  # what is no number meets no target
-            if column == main and until:
-                errors[name] = float(np.nan_to_num(total, nan=np.inf, posinf=np.inf).max())
-                if errors[name] > goal:
-                    worst = int(np.argmax(total))
-                    largest = max(parts, key=lambda part: parts[part].flat[worst])
             wanted, added = wishes(numerics, column, counts, values, found, goal if column == main else BESIDE * goal)
+            if column == main:
+                of_main[name] = found
+                level_follows |= added is not None
             if not until:  # all levels grow until the lowest has `most`
                 lowest = numerics.rungs(column)[0]
                 times = most / max(wanted[lowest], 1)
@@ -128,14 +125,32 @@ def judge(numerics: Numerics, until: dict[str, float], most: int, counts: Counts
                 following[level] = max(following[level], min(needed[level], 2 * counts[level]))
             if added is not None:
                 needed[added] = following[added] = min(LATER, most)
-    of_main = numerics.rungs(main)[0]
+    lowest_of_main = numerics.rungs(main)[0]
     for column in numerics.columns[:-1]:  # its lowest level has no more surfaces than that of the main column
         lowest = numerics.rungs(column)[0]
-        following[lowest] = max(min(following[lowest], following[of_main]), counts[lowest])
-    met = bool(until) and all(errors[name] <= goal for name, goal in until.items())
-    if met or tuple(following) == counts:
-        return Verdict(met, None, counts, "the targets are met" if met else ended(until, most, counts, largest), errors)
+        following[lowest] = max(min(following[lowest], following[lowest_of_main]), counts[lowest])
+    errors, largest, unknown = standing(of_main, until)
+    small = bool(until) and not largest
+    if small and not unknown:
+        return Verdict(True, None, counts, "the targets are met", errors)
+    if (small and not level_follows) or tuple(following) == counts:
+        return Verdict(False, None, counts, ended(until, most, counts, largest, unknown), errors)
     return Verdict(False, tuple(following), tuple(needed), largest, errors)
+
+
+def standing(found: dict[str, Estimate], until: dict[str, float]) -> tuple[dict[str, float], str, list[str]]:
+    """Return the known error of each target at its worst speed, the largest part of one above, and unknown parts."""
+    errors, largest, unknown = dict[str, float](), "", list[str]()
+    for name, goal in until.items():
+        mean, parts = found[name].mean, relative_parts(found[name])
+        total = np.linalg.norm([*parts.values()], axis=0)
+        total = np.where(np.isfinite(mean), total, np.inf)  # a mean that is not finite meets no target
+        errors[name] = float(total.max())
+        if errors[name] > goal:
+            worst = int(np.argmax(total))
+            largest = max(parts, key=lambda part: parts[part].flat[worst])
+        unknown += [part for k in range(mean.size) for part in found[name].unknown_at(k)]
+    return errors, largest, list(dict.fromkeys(unknown))
 
 
 def wishes(
@@ -147,24 +162,31 @@ def wishes(
     systematic = np.linalg.norm([part for name, part in parts.items() if name != "statistical"], axis=0)
     others = systematic**2 - of_levels**2
     too_large = (of_levels**2 > SYSTEMATIC * (goal**2 - others)) & (others < goal**2)
-    added = next_level(numerics, column, counts, parts, too_large)
+    added = next_level(numerics, column, counts, relative_parts(found, unknown=np.inf), too_large)
     left = np.maximum(goal**2 - systematic**2, LEAST_SHARE * np.maximum(systematic, goal) ** 2)
     if added is not None:
         left = np.maximum(left, SYSTEMATIC * goal**2)
     return allocation(numerics, column, values, found, counts, np.sqrt(left)), added
 
 
-def relative_parts(found: Estimate) -> dict[str, Array]:
-    """Return the parts of the error of an estimate relative to its mean; zero where unknown, or where that is zero."""
+def relative_parts(found: Estimate, unknown: float = 0.0) -> dict[str, Array]:
+    """Return the parts of the error of an estimate relative to its mean; zero where there is no mean, or it is zero."""
+    has_error = np.isfinite(found.mean) & (found.mean != 0.0)
     with np.errstate(all="ignore"):
         parts = {name: np.abs(part / found.mean) for name, part in found.budget.items()}
-    return {name: np.nan_to_num(np.where(found.mean == 0.0, 0.0, part), posinf=np.inf) for name, part in parts.items()}
+    return {
+        name: np.where(has_error, np.nan_to_num(part, nan=unknown, posinf=np.inf), 0.0) for name, part in parts.items()
+    }
 
 
 def next_level(
     numerics: Numerics, column: str, counts: Counts, parts: dict[str, Array], too_large: Array
 ) -> int | None:
-    """Return the level that lowers the larger of the errors by q_c and by the pixel, where they are too large."""
+    """Return the level that lowers the larger of the errors by q_c and by the pixel, where they are too large.
+
+    Unknown ones are infinite, and too large.
+    """
+    too_large = too_large | np.isinf(parts["bandwidth"]) | np.isinf(parts["pixel"])
     if not np.any(too_large):
         return None
     rungs = numerics.rungs(column)
@@ -189,23 +211,27 @@ def allocation(
     """Return by level the members that bring the statistical error, relative, to `goal`, (speeds,), with least work.
 
     N_l = √(V_l/C_l) Σ √(V_k C_k) z²/goal², at the speed that wants most; V_l is the variance by a member, C_l its work.
+    z is that of the degrees of freedom which so many members have; if no level grows by it, of those which are there.
     """
     levels = {numerics.stream(level): level for level in numerics.of_column(column) if counts[level]}
-    error, _ = spread_of(values)
+    _, freedom = spread_of(values)
     with np.errstate(all="ignore"):
-        z = np.where(error > 0.0, found.half_width / error, 0.0)
         variances = {
             levels[stream]: part * len(values.scatter[stream]) / values.mean**2
             for stream, part in values.scattered.variance.items()
         }
+        growth = np.maximum(np.nan_to_num(np.abs(found.half_width / found.mean) / goal, posinf=1.0), 1.0) ** 2
     works = {level: work(numerics, level) for level in variances}
     total = sum(np.sqrt(variances[level] * works[level]) for level in variances)
-    result = {}
-    for level, variance in variances.items():
-        with np.errstate(all="ignore"):
-            wanted = np.sqrt(variance / works[level]) * total * (z / goal) ** 2
-        wanted = np.where(found.mean == 0.0, 0.0, np.nan_to_num(wanted, nan=0.0, posinf=2.0 * counts[level]))
-        result[level] = min(ceil(float(wanted.max())), 10**9)
+    result = dict.fromkeys(variances, 0)
+    for z in quantile(freedom * growth), quantile(freedom):
+        for level, variance in variances.items():
+            with np.errstate(all="ignore"):
+                wanted = np.sqrt(variance / works[level]) * total * (z / goal) ** 2
+            wanted = np.where(found.mean == 0.0, 0.0, np.nan_to_num(wanted, nan=0.0, posinf=2.0 * counts[level]))
+            result[level] = min(ceil(float(wanted.max())), 10**9)
+        if any(result[level] > counts[level] for level in result):
+            break
     return result
 
 
@@ -215,8 +241,10 @@ def work(numerics: Numerics, level: int) -> float:
     return MEMBER + sum(float(grid.points**1.25) for grid in grids)
 
 
-def ended(until: dict[str, float], most: int, counts: Counts, largest: str) -> str:
+def ended(until: dict[str, float], most: int, counts: Counts, largest: str, unknown: list[str]) -> str:
     """Return why a run has ended that does not meet its targets."""
+    if until and not largest:
+        return f"out of reach: errors of {' and '.join(unknown)} are unknown, and no level is left that shows them"
     if not until or max(counts) >= most:
         return "all realizations are there"
     return f"out of reach: {largest} errors are too large, and no level is left that lowers them"

@@ -148,11 +148,14 @@ def cost(numerics, level):
     return MEMBER + sum((grid.shape[0] * grid.shape[1]) ** 1.25 for grid in grids)
 
 
-def quantile_of(parts, counts):
-    """Half-width over standard error: Student's t, of Satterthwaite's degrees of freedom, for runs that stop."""
+def quantile_of(parts, counts, times=1.0):
+    """Half-width over standard error: Student's t, of Satterthwaite's degrees of freedom, for runs that stop.
+
+    `times` as many degrees of freedom as these members have.
+    """
     variances = {level: parts[level] ** 2 / counts[level] for level in parts if counts[level]}
     worth = sum(v**2 / (counts[level] - 1) for level, v in variances.items())
-    freedom = sum(variances.values()) ** 2 / worth
+    freedom = times * sum(variances.values()) ** 2 / worth
     return stats.t.ppf(0.975, freedom) * np.sqrt(1.0 + 2.0 / freedom)
 
 
@@ -160,9 +163,11 @@ SCATTER = {0: 0.3, 1: 0.1, 2: 0.05, 3: 0.02}
 
 
 def least_work(numerics, counts, goal, scatter=SCATTER):
-    """N_l ∝ √(V_l/C_l) so that z² Σ V_l/N_l is goal²."""
+    """N_l ∝ √(V_l/C_l) so that z² Σ V_l/N_l is goal², with the z of as many degrees of freedom as it takes."""
     used = [level for level in scatter if counts[level]]
-    z = quantile_of(scatter, counts)
+    error = np.sqrt(sum(scatter[level] ** 2 / counts[level] for level in used))
+    times = (quantile_of(scatter, counts) * error / goal) ** 2
+    z = quantile_of(scatter, counts, max(times, 1.0))
     ratio = {level: scatter[level] / np.sqrt(cost(numerics, level)) for level in used}
     scale = (z / goal) ** 2 * sum(scatter[level] ** 2 / ratio[level] for level in used)
     return {level: scale * ratio[level] for level in used}
@@ -225,14 +230,43 @@ def test_the_reason_is_the_largest_part_at_the_worst_speed(worst, why):
     assert verdict.why == why
 
 
-def test_each_target_must_be_met_and_unknown_parts_count_for_nothing():
+def test_each_target_must_be_met():
     counts = (48, 12, 0, 6)
-    totals = totals_of(ONE, SCATTER, bandwidth=np.nan)
+    totals = totals_of(ONE, SCATTER)
     error = half_width(counts)
     loose, tight = {NAME: 2.0 * error}, {"pressure_variance": 0.9 * error}
     assert judge(ONE, loose, 10**6, counts, totals).met
     assert not judge(ONE, loose | tight, 10**6, counts, totals).met
     assert set(judge(ONE, loose | tight, 10**6, counts, totals).errors) == {NAME, "pressure_variance"}
+
+
+@pytest.mark.parametrize(("part", "added"), [("bandwidth", 2), ("pixel", 5)])
+def test_an_unknown_error_adds_levels_and_meets_no_target(part, added):
+    # one of two speeds suffices; members that the known errors need are there
+    errors = {part: np.array([0.0, np.nan])}
+    totals = totals_of(LONG, dict.fromkeys(range(7), 1e-6), mean=[2.0, -3.0], **errors)
+    counts = (12, 6, 0, 0, 6, 0, 0)
+    verdict = judge(LONG, {NAME: 0.02}, 400, counts, totals)
+    assert not verdict.met
+    assert verdict.next == tuple(4 if level == added else n for level, n in enumerate(counts))
+    everywhere = (12, 6, 4, 4, 6, 4, 4)
+    verdict = judge(LONG, {NAME: 0.02}, 400, everywhere, totals)
+    assert (verdict.met, verdict.next, verdict.needed) == (False, None, everywhere)
+    assert verdict.why == f"out of reach: errors of {part} are unknown, and no level is left that shows them"
+
+
+def test_an_unknown_error_of_what_is_zero_meets_the_target():
+    totals = totals_of(ONE, SCATTER, mean=[0.0, 3.0], bandwidth=np.array([np.nan, 0.0]))
+    assert judge(ONE, {NAME: 0.5}, 10**6, (48, 12, 0, 6), totals).met
+
+
+def test_members_are_added_to_known_errors_before_an_unknown_one_ends_the_run():
+    two = numerics_of("elastic", rungs=2, partners=())
+    rounds = run(two, {NAME: 0.04}, 10**6, totals_of(two, SCATTER, pixel=np.nan))
+    assert rounds.finished
+    assert not rounds.met
+    assert "pixel are unknown" in rounds.verdict.why
+    assert rounds.verdict.errors[NAME] <= 0.04
 
 
 @pytest.mark.parametrize("mean", [np.nan, np.inf])
