@@ -76,3 +76,13 @@ def quick(capped_scene):
         capped_scene.numerics, levels=({"column": "capped", "shape": [32, 32], "q_max": 4e4},), keep_fields=1
     )
     return replace(capped_scene, numerics=numerics)
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """The figures of charts, in place of their files."""
+    from roughsim.charts import style
+
+    figures = []
+    monkeypatch.setattr(style, "save", lambda figure, path: figures.append(figure))
+    return figures

@@ -1,8 +1,8 @@
-"""A study as a figure: curves over one varied number, and a map over two."""
+"""Figure of a study: curves over a varied number, and a map over two."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -17,161 +17,181 @@ from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import shown, with_unit
 from roughsim.show.text import plain
 
-DARKEST, BRIGHTEST = 0.0, 0.85  # of the colours of curves; the end of the scale is too pale for paper
-MOST_CURVES = 8  # of one panel: more cannot be told apart
-OFF = (-50.0, -30.0, -20.0, -10.0, -5.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0)  # %, of the theory, as lines on a map
-HOLLOW = "hollow: at $q_c$, or\na part of ± unknown"
-DASHES: Any = (0, (4, 2))
-Rows = Sequence[dict[str, Any]]
+_DARKEST, _BRIGHTEST = 0.0, 0.85  # of the colours of curves; the end of the scale is too pale for paper
+_MOST_CURVES = 8  # of one panel: more cannot be told apart
+_DEVIATIONS = (-50.0, -30.0, -20.0, -10.0, -5.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0)  # %, of the theory
+_HOLLOW = "hollow: at $q_c$, or\na part of ± unknown"
+_DASHES: Any = (0, (4, 2))
+Rows = Sequence[Mapping[str, Any]]
+
+
+class Along(NamedTuple):
+    """A varied number along an axis: its name in the rows, its title, and the factor from SI to the unit there."""
+
+    name: str
+    title: str
+    factor: float
+
+
+class _Points(NamedTuple):
+    """A column over a varied number, ascending, in the units of the figure; whole: extrapolated, with all errors."""
+
+    x: Array
+    value: Array
+    error: Array
+    whole: Array
 
 
 def study_chart(
-    rows: Rows, keys: dict[str, tuple[str, float]], column: str, observable: str, path: Path, *, title: str = ""
+    path: Path,
+    curves: Mapping[str, Rows],
+    x: Along,
+    column: str,
+    observable: str,
+    *,
+    legend: str = "",
+    title: str = "",
+    subtitle: str = "",
+    y: Along | None = None,
 ) -> None:
-    """Draw an observable of a study: curves over the first key, and a map over the first two.
+    """Draw an observable of a study over a varied number, and as a map over two if there is a second one.
 
-    `rows` are those of the tidy table. `keys` are the varied numbers: name → the words of an axis, and the factor from
-    SI to its unit. Curves are those of the speeds where one number is varied, else of the second one at the highest
-    speed of each point. ValueError if no number is varied, or nothing is there to draw.
+    Parameters
+    ----------
+    path : Path
+        File of the picture: .png, .pdf or .svg.
+    curves : mapping
+        Label → rows of the tidy table of the study.
+    x, y : Along
+        The varied numbers.
+    column : str
+        The simulated column.
+    observable : str
+        One of the observables of `roughsim.observables.catalogue.OBSERVABLES`.
+    legend, title, subtitle : str
+        Titles of the legend, of the figure and of the curves.
     """
-    rows = [row for row in rows if row["observable"] == observable]
-    if not keys or not rows:
-        what = "no varied key is a number" if not keys else f"no point has {observable} yet"
-        raise ValueError(f"there is nothing to draw: {what}")
-    highest: dict[str, float] = {}  # speed of each point
-    for row in rows:
-        if row["speed"] is not None:
-            highest[row["point"]] = max(row["speed"], highest.get(row["point"], 0.0))
-    at_highest = [row for row in rows if row["speed"] == highest.get(row["point"])]
-    names = [*keys]
-    mapped = len(keys) > 1 and all(len({row[name] for row in rows}) > 2 for name in names[:2])
-    with new_figure(path, (10.0 if mapped else 5.4, 4.0), plain(title).replace("$", r"\$")) as figure:
-        panels = figure.subplots(1, 2 if mapped else 1, squeeze=False)[0]
-        if len(keys) == 1:
-            draw_curves(panels[0], rows, keys, names[0], "speed", column, observable)
-        else:
-            draw_curves(panels[0], at_highest, keys, names[0], names[1], column, observable)
-            if len({*highest.values()}) == 1:
-                panels[0].set_title(f"at {at_highest[0]['speed']:g} m/s")
-        if mapped:
-            draw_map(panels[1], at_highest, keys, column, observable)
+    width = 5.4 if y is None else 10.0
+    with new_figure(path, (width, 4.0), plain(title).replace("$", r"\$")) as figure:
+        panels = figure.subplots(1, 1 if y is None else 2, squeeze=False)[0]
+        _draw_curves(panels[0], curves, x, column, observable, legend)
+        panels[0].set_title(subtitle)
+        if y is not None:
+            rows = [row for each in curves.values() for row in each]
+            _draw_map(panels[1], rows, x, y, column, observable)
 
 
-def draw_curves(
-    axes: Axes, rows: Rows, keys: dict[str, tuple[str, float]], x: str, family: str, column: str, observable: str
-) -> None:
-    """Draw a curve for each value of `family`: simulation with its error, the slide if there is one, both theories.
-
-    Markers are hollow where the value is at q_c or a part of its error is unknown: no line leads there.
-    """
-    words, factor = keys[x]
-    in_unit = shown(UNITS[observable])[1]
-    values = sorted({row[family] for row in rows if row[family] is not None}) or [None]
-    if len(values) > MOST_CURVES:
-        values = [values[k] for k in np.linspace(0, len(values) - 1, MOST_CURVES).round().astype(int)]
-    colours = mpl.colormaps["viridis"](np.linspace(DARKEST, BRIGHTEST, len(values)))
-    handles: list[Any] = []
-    of_what, in_family_unit = ("speed, m/s", 1.0) if family == "speed" else keys[family]
-    for value, colour in zip(values, colours, strict=True):
-        same = [row for row in rows if row[family] == value]
-        for source, style in (("theory", "-"), ("calibrated", DASHES)):
-            at, mean, *_ = curve(same, x, source)
-            axes.plot(at * factor, mean * in_unit, color=colour, lw=0.9, ls=style)
-        measured = curve(same, x, column)
-        draw_points(axes, measured, factor, in_unit, "o", colour)
-        draw_points(axes, curve(same, x, SLIDING), factor, in_unit, "D", colour)
-        at, mean, error, whole = measured
-        band(axes, at * factor, np.where(whole, mean, np.nan) * in_unit, error * in_unit, colour)
-        if value is not None:
-            handles.insert(0, Line2D([], [], color=colour, marker="o", ms=3.5, label=f"{value * in_family_unit:.4g}"))
-    ordered = sorted({row[x] for row in rows})
-    if ordered[0] > 0.0 and ordered[-1] > 5.0 * ordered[0]:
+def _draw_curves(axes: Axes, curves: Mapping[str, Rows], x: Along, column: str, observable: str, legend: str) -> None:
+    """Draw each curve: simulation with its error, slide, and both theories. Hollow points have no line."""
+    labels = list(curves)
+    if len(labels) > _MOST_CURVES:
+        chosen = np.linspace(0, len(labels) - 1, _MOST_CURVES).round().astype(int)
+        labels = [labels[k] for k in chosen]
+    colours = mpl.colormaps["viridis"](np.linspace(_DARKEST, _BRIGHTEST, len(labels)))
+    handles: list[Line2D] = []
+    for label, colour in zip(labels, colours, strict=True):
+        rows = curves[label]
+        for source, dashes in (("theory", "-"), ("calibrated", _DASHES)):
+            theory = _points(rows, x, source, observable)
+            axes.plot(theory.x, theory.value, color=colour, lw=0.9, ls=dashes)
+        measured = _points(rows, x, column, observable)
+        _draw_points(axes, measured, "o", colour)
+        _draw_points(axes, _points(rows, x, SLIDING, observable), "D", colour)
+        band(axes, measured.x, np.where(measured.whole, measured.value, np.nan), measured.error, colour)
+        if label:
+            handles.insert(0, Line2D([], [], color=colour, marker="o", ms=3.5, label=label))
+    rows = [row for each in curves.values() for row in each]
+    places = [row[x.name] for row in rows]
+    if _spans_decades(min(places), max(places)):
         axes.set_xscale("log")
         plain_ticks(axes.xaxis)
-    low = min((row["value"] for row in rows if row["column"] == column), default=1.0)
-    if low > 0.0:
+    simulated = [row["value"] for row in rows if row["column"] == column]
+    if min(simulated, default=1.0) > 0.0:
         axes.set_yscale("log")
         bottom, top = axes.get_ylim()
         if top / bottom < 100.0:
             plain_ticks(axes.yaxis)
-    axes.set(xlabel=words, ylabel=with_unit(observable.replace("_", " "), UNITS[observable]))
-    handles += meanings_of_lines(rows)
-    axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), title=of_what, title_fontsize=8)
+    axes.set(xlabel=x.title, ylabel=with_unit(observable.replace("_", " "), UNITS[observable]))
+    handles += _common_handles(rows)
+    axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), title=legend, title_fontsize=8)
 
 
-def draw_points(
-    axes: Axes, points: tuple[Array, Array, Array, Array], factor: float, in_unit: float, marker: str, colour: Any
-) -> None:
-    """Draw what `curve` returned as points with their errors, hollow where they are not whole."""
-    at, mean, error, whole = points
-    for kind, face in ((True, colour), (False, "white")):
-        of_kind = whole == kind
-        x, y, half_width = at[of_kind] * factor, mean[of_kind] * in_unit, error[of_kind] * in_unit
-        axes.errorbar(x, y, half_width, ls="", marker=marker, ms=3.5, mfc=face, color=colour, elinewidth=0.9, zorder=3)
+def _spans_decades(low: float, high: float) -> bool:
+    """Whether an axis between two values should be logarithmic."""
+    return low > 0.0 and high > 5.0 * low
 
 
-def meanings_of_lines(rows: Rows) -> list[Line2D]:
+def _draw_points(axes: Axes, points: _Points, marker: str, colour: Any) -> None:
+    """Draw points with their errors; those that are not whole are hollow."""
+    for whole, face in ((True, colour), (False, "white")):
+        drawn = points.whole == whole
+        style = {"ls": "", "marker": marker, "ms": 3.5, "mfc": face, "color": colour, "elinewidth": 0.9, "zorder": 3}
+        axes.errorbar(points.x[drawn], points.value[drawn], points.error[drawn], **style)
+
+
+def _common_handles(rows: Rows) -> list[Line2D]:
     """Return the entries of the legend that hold for all curves."""
     point: Any = {"color": THEORY, "ls": "", "ms": 3.5}
     handles = [
         Line2D([], [], color=THEORY, lw=0.9, label="theory"),
-        Line2D([], [], color=THEORY, lw=0.9, ls=DASHES, label="calibrated"),
+        Line2D([], [], color=THEORY, lw=0.9, ls=_DASHES, label="calibrated"),
     ]
     if any(row["column"] == SLIDING for row in rows):
         handles.append(Line2D([], [], marker="D", label=SLIDING, **point))
     if not all(is_whole(row["unknown"], row["note"]) for row in rows):
-        handles.append(Line2D([], [], marker="o", mfc="white", label=HOLLOW, **point))
+        handles.append(Line2D([], [], marker="o", mfc="white", label=_HOLLOW, **point))
     return handles
 
 
-def curve(rows: Rows, x: str, column: str) -> tuple[Array, Array, Array, Array]:
-    """Return the places, values and errors of a column, ascending, and where they are whole.
-
-    Points that share a place have their mean.
-    """
-    of_column = [row for row in rows if row["column"] == column]
-    places = sorted({row[x] for row in of_column})
-    groups = [[row for row in of_column if row[x] == place] for place in places]
-    value, error = (
-        np.array([np.mean([row[name] for row in group]) for group in groups]) for name in ("value", "total_error")
-    )
+def _points(rows: Rows, x: Along, column: str, observable: str) -> _Points:
+    """Return the points of a column; several at one place become their mean."""
+    places: dict[float, list[Mapping[str, Any]]] = {}
+    for row in rows:
+        if row["column"] == column:
+            places.setdefault(float(row[x.name]), []).append(row)
+    groups = [places[place] for place in sorted(places)]
+    value = np.array([np.mean([row["value"] for row in group]) for group in groups])
+    error = np.array([np.mean([row["total_error"] for row in group]) for group in groups])
     whole = np.array([all(is_whole(row["unknown"], row["note"]) for row in group) for group in groups], bool)
-    return np.array(places, float), value, np.nan_to_num(error), whole
+    factor = shown(UNITS[observable])[1]
+    return _Points(np.array(sorted(places)) * x.factor, value * factor, np.nan_to_num(error) * factor, whole)
 
 
-def draw_map(axes: Axes, rows: Rows, keys: dict[str, tuple[str, float]], column: str, observable: str) -> None:
-    """Draw contours of the simulation over the first two keys, and of how far the theory is off."""
-    (x, (x_words, x_factor)), (y, (y_words, y_factor)) = [*keys.items()][:2]
-    in_unit = shown(UNITS[observable])[1]
-    at_x, at_y = (np.array(sorted({row[name] for row in rows})) for name in (x, y))
-    values, theory = (table(rows, x, y, at_x, at_y, source) for source in (column, "theory"))
-    filled = axes.contourf(at_x * x_factor, at_y * y_factor, values * in_unit, 12, cmap="inferno")
-    lines = axes.contour(at_x * x_factor, at_y * y_factor, values * in_unit, 6, colors="white", linewidths=0.7)
+def _draw_map(axes: Axes, rows: Rows, x: Along, y: Along, column: str, observable: str) -> None:
+    """Draw contours of the simulation over two numbers, and of the deviation of the theory."""
+    at_x = np.array(sorted({row[x.name] for row in rows}))
+    at_y = np.array(sorted({row[y.name] for row in rows}))
+    simulated = _over_two(rows, x, y, at_x, at_y, column)
+    values = simulated * shown(UNITS[observable])[1]
+    plane = at_x * x.factor, at_y * y.factor
+    filled = axes.contourf(*plane, values, 12, cmap="inferno")
+    lines = axes.contour(*plane, values, 6, colors="white", linewidths=0.7)
     axes.clabel(lines, fmt="%.3g", fontsize=7)
-    off = 100.0 * (theory / values - 1.0)
-    if np.nanmin(off) < OFF[-1] and np.nanmax(off) > OFF[0]:
-        dashed = axes.contour(
-            at_x * x_factor, at_y * y_factor, off, OFF, colors="#56B4E9", linestyles="--", linewidths=1.1
-        )
+    deviation = 100.0 * (_over_two(rows, x, y, at_x, at_y, "theory") / simulated - 1.0)
+    if np.nanmin(deviation) < _DEVIATIONS[-1] and np.nanmax(deviation) > _DEVIATIONS[0]:
+        dashed = axes.contour(*plane, deviation, _DEVIATIONS, colors="#56B4E9", linestyles="--", linewidths=1.1)
         axes.clabel(dashed, fmt="%+g %%", fontsize=7)
     axes.figure.colorbar(filled, ax=axes, label=with_unit(observable.replace("_", " "), UNITS[observable]))
-    title = "Simulated; dashed: theory over it"
+    title = "Simulated; dashed: deviation of the theory"
     marked = [row for row in rows if row["column"] == column and not is_whole(row["unknown"], row["note"])]
     if marked:
-        places = ([row[name] * unit for row in marked] for name, unit in ((x, x_factor), (y, y_factor)))
-        axes.plot(*places, ls="", marker="o", ms=3.5, mfc="white", color=THEORY, clip_on=False)
+        marked_x = [row[x.name] * x.factor for row in marked]
+        marked_y = [row[y.name] * y.factor for row in marked]
+        axes.plot(marked_x, marked_y, ls="", marker="o", ms=3.5, mfc="white", color=THEORY, clip_on=False)
         title += "\ncircles: at $q_c$, or a part of ± unknown"
-    axes.set(xlabel=x_words, ylabel=y_words, title=title)
-    for at, set_scale, axis in ((at_x, axes.set_xscale, axes.xaxis), (at_y, axes.set_yscale, axes.yaxis)):
-        if at[0] > 0.0 and at[-1] > 5.0 * at[0]:
-            set_scale("log")
-            plain_ticks(axis)
+    axes.set(xlabel=x.title, ylabel=y.title, title=title)
+    if _spans_decades(at_x[0], at_x[-1]):
+        axes.set_xscale("log")
+        plain_ticks(axes.xaxis)
+    if _spans_decades(at_y[0], at_y[-1]):
+        axes.set_yscale("log")
+        plain_ticks(axes.yaxis)
 
 
-def table(rows: Rows, x: str, y: str, at_x: Array, at_y: Array, column: str) -> Array:
-    """Return the values of a column over two keys, (y, x); NaN where a point is missing."""
+def _over_two(rows: Rows, x: Along, y: Along, at_x: Array, at_y: Array, column: str) -> Array:
+    """Return the values of a column over two numbers, (y, x); NaN at a missing point."""
     result = np.full((len(at_y), len(at_x)), np.nan)
     for row in rows:
         if row["column"] == column:
-            result[np.searchsorted(at_y, row[y]), np.searchsorted(at_x, row[x])] = row["value"]
+            result[np.searchsorted(at_y, row[y.name]), np.searchsorted(at_x, row[x.name])] = row["value"]
     return result

@@ -1,11 +1,13 @@
 """Shared by all figures: the data to draw (`Subject`), colours that everyone can tell apart, fonts, units, files."""
 
 import warnings
-from collections.abc import Iterator
+from base64 import b64encode
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from math import floor, log10
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from textwrap import shorten
 from typing import Any
 
@@ -37,6 +39,7 @@ FIELDS = {
 SMALLEST, LARGEST = 1.5, 40.0  # sides of a figure, inches
 FEWEST, MOST = 30, 1200  # pixels per inch
 FORMATS = (".png", ".pdf", ".svg")
+_MEDIA_TYPES = {".svg": "image/svg+xml", ".png": "image/png"}
 STYLE: Any = {
     "font.size": 9,
     "axes.titlesize": 9,
@@ -132,6 +135,15 @@ def new_figure(path: Path, size: tuple[float, float], title: str = "", look: Loo
         save(figure, path)
         if look.csv is not None:
             write_numbers(figure, look.csv)
+
+
+def data_url(draw: Callable[[Path], object], ending: str) -> str:
+    """Return a picture that `draw` writes to a path, .png or .svg, as a data URL for a page."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / f"picture{ending}"
+        draw(path)
+        content = b64encode(path.read_bytes()).decode()
+    return f"data:{_MEDIA_TYPES[ending]};base64,{content}"
 
 
 def save(figure: Figure, path: Path) -> None:

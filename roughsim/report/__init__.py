@@ -1,7 +1,6 @@
 """A run as one HTML page to send: scene, plan, comparison, errors, figures and provenance, all in one file."""
 
 import time
-from base64 import b64encode
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
@@ -9,12 +8,12 @@ from importlib import resources
 from math import isfinite
 from pathlib import Path
 from string import Template
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from roughsim import prediction
 from roughsim.charts.plot import plot_run
+from roughsim.charts.style import data_url
 from roughsim.comparison.compare import Comparison, compare
 from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import state_line
@@ -44,7 +43,6 @@ RATIOS = {
     "elastic_over_theory": "tests the weight W(q) of the theory",
     "capped_over_theory": "tests weight and smoothing together: no smoothed surfaces were computed",
 }
-KINDS = {".svg": "image/svg+xml", ".png": "image/png"}
 # quantity of `plot_run` → format and caption: maps as pixels, curves as lines
 PICTURES = {
     "temperature": (
@@ -202,11 +200,7 @@ def figures_section(run: Run) -> Html:
 
 def picture(draw: Callable[[Path], object], ending: str, caption: str) -> Html:
     """Return a figure that `draw` writes to a path, as an image inside the page."""
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / f"picture{ending}"
-        draw(path)
-        content = b64encode(path.read_bytes()).decode()
-    image = Html(f'<img alt="{text(caption)}" src="data:{KINDS[ending]};base64,{content}">')
+    image = Html(f'<img alt="{text(caption)}" src="{data_url(draw, ending)}">')
     return tag("figure", image, tag("figcaption", caption))
 
 

@@ -10,7 +10,7 @@ from roughsim.scene import with_short_tables
 from roughsim.show.markup import Html, html_table, joined, tag, text
 from roughsim.store.disk import place_bytes
 from roughsim.studies.study import Study
-from roughsim.studies.tables import draw_study, study_table
+from roughsim.studies.tables import study_table
 
 DRAWN = {
     "flash_temperature": "Flash temperature. Points and bands: simulated, with the total error, 95 %. Lines: theory; "
@@ -49,6 +49,6 @@ def page(study: Study) -> str:
 def chart(study: Study, observable: str, caption: str) -> Html:
     """Return a chart, or why there is none."""
     try:
-        return picture(partial(draw_study, study, observable=observable), ".svg", caption)
+        return picture(partial(study.chart, observable=observable), ".svg", caption)
     except ValueError as error:
         return tag("p", f"{observable} is not shown: {error}", css="warning")

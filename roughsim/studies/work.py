@@ -27,7 +27,8 @@ from roughsim.scene.numerics import Numerics, Reason
 from roughsim.scene.sections import ROUGHNESS_KEYS, TARGET
 from roughsim.store.claims import PLAN, Claims
 from roughsim.studies.folder import base_scene, describe, refuse_exchanged, refuse_other, write
-from roughsim.studies.study import LATER, Study
+from roughsim.studies.results import LATER
+from roughsim.studies.study import Study
 from roughsim.studies.vary import Axis, Point, points_of, read_axes
 
 HARDEST = 1e30  # Pa, in place of the infinite hardness of elastic contact

@@ -5,7 +5,6 @@ from dataclasses import replace
 import pytest
 
 import roughsim as rs
-from roughsim.charts import style
 
 
 @pytest.fixture(scope="session")
@@ -19,11 +18,3 @@ def full_run(full_scene, tmp_path_factory):
     )
     scene = replace(full_scene, title="costs $5 & more $", numerics=numerics)
     return rs.run(scene, tmp_path_factory.mktemp("runs") / "full", max_realizations=2)
-
-
-@pytest.fixture
-def drawn(monkeypatch):
-    """What a chart would have written: its figure."""
-    figures = []
-    monkeypatch.setattr(style, "save", lambda figure, path: figures.append(figure))
-    return figures

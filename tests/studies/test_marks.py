@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgba
 from study_cases import LOADS
 
 import roughsim as rs
@@ -15,32 +16,37 @@ from roughsim.studies.tables import study_table, target_note
 HEAVY = LOADS[-1]  # the load whose bandwidth is unknown
 
 
-def let_bandwidth_be_unknown(loads, monkeypatch):
-    """Let runs say that all parts of their errors are known, but for the bandwidth at some loads."""
+@pytest.fixture
+def with_unknown_bandwidth(done, monkeypatch):
+    """Opens the finished study as if nothing showed the bandwidth at some loads, and all else of the errors known."""
     estimate = Run.estimate
 
-    def changed(run, observable, column=None):
-        found = estimate(run, observable, column)
-        budget = {name: np.where(np.isnan(part), 0.0, part) for name, part in found.budget.items()}
-        if run.scene.sliding.nominal_pressure in loads:
-            budget["bandwidth"] = np.full_like(found.mean, np.nan)
-        return replace(found, budget=budget)
+    def open_with(loads, *, else_known=True):
+        def changed(run, observable, column=None):
+            found = estimate(run, observable, column)
+            budget = dict(found.budget)
+            if else_known:
+                budget = {name: np.where(np.isnan(part), 0.0, part) for name, part in budget.items()}
+            if run.scene.sliding.nominal_pressure in loads:
+                budget["bandwidth"] = np.full_like(found.mean, np.nan)
+            return replace(found, budget=budget)
 
-    monkeypatch.setattr(Run, "estimate", changed)
+        monkeypatch.setattr(Run, "estimate", changed)
+        return rs.open_study(done.folder)
+
+    return open_with
 
 
 @pytest.fixture
-def mixed(done, monkeypatch):
-    """The finished study, as if no level of the runs at the heaviest load showed what follows beyond q_c."""
-    let_bandwidth_be_unknown([HEAVY], monkeypatch)
-    return rs.open_study(done.folder)
+def mixed(with_unknown_bandwidth):
+    """The finished study; the bandwidth at the heaviest load is unknown."""
+    return with_unknown_bandwidth([HEAVY])
 
 
 @pytest.fixture
-def known(done, monkeypatch):
-    """The finished study, as if the levels of all runs showed all parts of the errors."""
-    let_bandwidth_be_unknown([], monkeypatch)
-    return rs.open_study(done.folder)
+def known(with_unknown_bandwidth):
+    """The finished study with all parts of the errors known."""
+    return with_unknown_bandwidth([])
 
 
 def test_the_tidy_table_names_the_unknown_parts_of_each_error_and_values_at_q_c(mixed):
@@ -114,17 +120,8 @@ def test_there_is_no_exponent_between_values_of_different_kind(mixed):
     assert any("–" in str(row[-3]) for row in study_table(mixed).rows)
 
 
-def test_values_that_all_lack_a_part_are_not_said_to_have_all_parts_known(done, monkeypatch):
-    estimate = Run.estimate
-
-    def changed(run, observable, column=None):
-        found = estimate(run, observable, column)
-        if run.scene.sliding.nominal_pressure != HEAVY:
-            return found
-        return replace(found, budget=found.budget | {"bandwidth": np.full_like(found.mean, np.nan)})
-
-    monkeypatch.setattr(Run, "estimate", changed)
-    study = rs.open_study(done.folder)
+def test_values_that_all_lack_a_part_are_not_said_to_have_all_parts_known(with_unknown_bandwidth):
+    study = with_unknown_bandwidth([HEAVY], else_known=False)
     found = {row["unknown"] for row in study.rows("flash_temperature") if row["column"] == "capped" and row["speed"]}
     assert "" not in found
     (note,) = [note for note in study_table(study).notes if "different kind" in note]
@@ -132,10 +129,10 @@ def test_values_that_all_lack_a_part_are_not_said_to_have_all_parts_known(done, 
     assert "other parts of their errors unknown" in note
 
 
-def test_an_exponent_that_a_value_of_zero_lacks_is_told_as_such(quick, tmp_path):
+def test_an_exponent_that_a_value_of_zero_lacks_has_a_note(quick, tmp_path):
     quick = replace(quick, ensemble=replace(quick.ensemble, max_realizations=2))
     notes = study_table(rs.study(quick, vary={"surface.hurst": [0.0, 0.8]}, folder=tmp_path / "s")).notes
-    assert any("– where a value of the key is not above 0" in note for note in notes)
+    assert any("– at values of the key that are not above 0" in note for note in notes)
     assert not any("different kind" in note for note in notes)
 
 
@@ -181,20 +178,18 @@ def test_arrays_and_data_frames_of_a_study_have_the_marks(mixed, tmp_path):
     assert list(zip(frame["unknown"], frame["note"], strict=True)) == marks
 
 
-def test_a_chart_has_hollow_markers_without_a_line_where_a_value_is_marked(mixed, tmp_path, monkeypatch):
-    from matplotlib.axes import Axes
-
-    drawn = []
-    draw = Axes.errorbar
-    monkeypatch.setattr(
-        Axes, "errorbar", lambda axes, x, *rest, **style: drawn.append((x, style)) or draw(axes, x, *rest, **style)
-    )
-    mixed.chart(tmp_path / "s.svg")
-    circles = [(x, style["mfc"]) for x, style in drawn if style["marker"] == "o"]
-    hollow = {load for x, face in circles if isinstance(face, str) and face == "white" for load in x}
-    filled = {load for x, face in circles if not (isinstance(face, str) and face == "white") for load in x}
+def test_a_chart_has_hollow_markers_without_a_line_where_a_value_is_marked(mixed, drawn):
+    mixed.chart("s.svg")
+    axes = drawn[0].axes[0]
+    circles = [line for line in axes.lines if line.get_marker() == "o"]
+    white = to_rgba("white")
+    hollow = {load for line in circles if to_rgba(line.get_markerfacecolor()) == white for load in line.get_xdata()}
+    filled = {load for line in circles if to_rgba(line.get_markerfacecolor()) != white for load in line.get_xdata()}
     assert (filled, hollow) == ({100.0, 120.0}, {300.0})  # MPa
-    assert "hollow: at" in (tmp_path / "s.svg").read_text()
+    for line in axes.lines:
+        if line.get_gid() == "measured":
+            assert np.array_equal(np.isnan(line.get_ydata()), [False, False, True])
+    assert "hollow: at" in axes.get_legend().get_texts()[-1].get_text()
 
 
 def test_a_chart_without_marks_has_no_hollow_points(known, tmp_path):

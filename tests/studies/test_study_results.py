@@ -13,8 +13,10 @@ from study_cases import LOADS, VARY, description_of
 import roughsim as rs
 from roughsim.results.folder import read_description
 from roughsim.show.table import Number
+from roughsim.studies.figure import NONE, SPEED, Choice, chosen_rows, usual_choice
+from roughsim.studies.files import save_study
 from roughsim.studies.folder import write
-from roughsim.studies.tables import save_study, study_table, words_of
+from roughsim.studies.tables import study_table, words_of
 from roughsim.studies.work import families_of, scenes_of
 
 
@@ -103,8 +105,8 @@ def test_the_table_says_how_many_points_are_within_the_total_error_asked_for(qui
     assert f"{100 * max(worst.values()):.3g} %" in note
 
 
-def test_points_whose_levels_or_cell_do_not_suit_them_are_named_and_marked(done, monkeypatch):
-    # an error that more realizations leave as it is, above what was asked for; the statistical one is left to the run
+def test_points_whose_levels_or_cell_do_not_suit_them_are_named():
+    # an error that more realizations do not lower, above what was asked for; the statistical one is left to the run
     def run(target, **parts):
         budget = dict.fromkeys(("statistical", "bandwidth", "pixel", "size"), np.array([0.0, 0.1, 0.1])) | parts
         estimate = SimpleNamespace(mean=np.array([0.0, 10.0, 100.0]), budget=budget)
@@ -121,17 +123,19 @@ def test_points_whose_levels_or_cell_do_not_suit_them_are_named_and_marked(done,
     results = [(SimpleNamespace(name=name), run) for name, run in runs.items()]
     misfits = rs.Study.misfits(SimpleNamespace(results=results, target_error=None))
     assert misfits == {"cut off": ("bandwidth", 0.03), "with a small cell, slow": ("size", 0.05)}
-    assert set(rs.Study.misfits(SimpleNamespace(results=results, target_error=0.04))) == {
-        "with a small cell, slow",
-        "loose",
-    }
+    misfits = rs.Study.misfits(SimpleNamespace(results=results, target_error=0.04))
+    assert set(misfits) == {"with a small cell, slow", "loose"}
 
-    names = [point.name for point in done.points]
-    monkeypatch.setattr(rs.Study, "misfits", lambda _: {names[1]: ("bandwidth", 0.03), names[2]: ("size", 0.05)})
-    table = study_table(done)
+
+def test_the_table_marks_points_whose_levels_or_cell_do_not_suit_them(done):
+    class Unsuited(rs.Study):
+        def misfits(self):
+            return {self.points[1].name: ("bandwidth", 0.03), self.points[2].name: ("size", 0.05)}
+
+    table = study_table(Unsuited(done.folder))
     assert [row[2].endswith(" *") for row in table.rows] == [False, True, True, False, False, False]
     (note,) = (note for note in table.notes if note.startswith("*"))
-    assert f"the largest is size 5 %, at {names[2]}" in note
+    assert f"the largest is size 5 %, at {done.points[2].name}" in note
 
 
 @pytest.mark.parametrize("observable", ["flash_temperature", "contact_fraction"])
@@ -181,15 +185,41 @@ def test_numbers_and_words_of_one_key_are_texts_in_a_table_for_other_programs(tm
     assert lines == ["share,lengths,value", 'mean,"[0.002, 0.001]",1.0', "0.5,0.002,2.0"]
 
 
-def test_a_chart_holds_the_keys_that_it_does_not_show_and_its_title_names_them(odd, tmp_path, monkeypatch):
-    drawn = {}
-    monkeypatch.setattr(
-        "roughsim.charts.study.study_chart", lambda rows, keys, *rest, title: drawn.update(rows=rows, title=title)
-    )
-    odd.chart(tmp_path / "chart.png")
-    assert {row["sliding_heat_partition"] for row in drawn["rows"]} == {"mean"}
-    assert {row["seed"] for row in drawn["rows"]} == {1, 2}
-    assert drawn["title"].endswith("; heat partition mean")
+def test_a_chart_holds_the_keys_that_it_does_not_show_and_its_title_names_them(odd, drawn):
+    choice = usual_choice(odd, "flash_temperature")
+    assert (choice.x, choice.family) == ("nominal_pressure", "seed")
+    rows = chosen_rows(list(odd.rows()), choice)
+    assert {row["sliding_heat_partition"] for row in rows} == {"mean"}
+    assert {row["seed"] for row in rows} == {1, 2}
+    odd.chart("chart.png")
+    assert drawn[0].get_suptitle().endswith("; heat partition mean")
+
+
+def test_a_choice_has_one_speed_unless_speeds_are_drawn(done):
+    rows, speeds = list(done.rows()), done.scene.speeds
+    fixed = dict(zip(done.keys.values(), done.points[0].values.values(), strict=True))
+
+    def chosen(observable, x, family, speed=None):
+        return chosen_rows(rows, Choice(observable, x, family, fixed, speed))
+
+    names = "nominal_pressure", "friction_coefficient"
+    assert {row["speed"] for row in chosen("flash_temperature", *names)} == {max(speeds)}
+    assert {row["speed"] for row in chosen("flash_temperature", *names, speed=speeds[1])} == {speeds[1]}
+    assert {row["speed"] for row in chosen("flash_temperature", names[0], SPEED)} == {*speeds}
+    over_speed = chosen("flash_temperature", SPEED, NONE)
+    assert {row["point"] for row in over_speed} == {done.points[0].name}
+    assert {row["point"] for row in chosen("contact_fraction", names[0], NONE)} == {p.name for p in done.points[::2]}
+    assert chosen("contact_fraction", SPEED, NONE) == []
+
+
+def test_the_curves_of_a_chart_have_the_estimates_in_their_units(done, drawn):
+    done.chart("chart.svg")
+    lines = [line for line in drawn[0].axes[0].lines if line.get_gid() == "measured"]
+    for line, friction in zip(lines, VARY["sliding.friction_coefficient"], strict=True):
+        runs = [run for point, run in done.results if point.values["sliding.friction_coefficient"] == friction]
+        estimates = [run.estimate("flash_temperature") for run in runs]
+        np.testing.assert_allclose(line.get_xdata(), [100.0, 120.0, 300.0])  # MPa
+        np.testing.assert_array_equal(line.half_width, [estimate.total_error[-1] for estimate in estimates])
 
 
 def test_a_chart_over_load_and_speed_has_all_speeds(small, tmp_path):

@@ -1,0 +1,107 @@
+"""The figure of a study: choice of the results, and their curves for the chart, the report and the page."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.studies.results import StudyResults
+from roughsim.studies.tables import value_text, words_of
+
+SPEED, NONE = "speed", "none"  # in place of a varied key
+_FEWEST_OF_A_MAP = 3  # values of either key
+Rows = Sequence[Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Results of a figure: an observable over `x`, a curve for each value of `family`, all else fixed.
+
+    `x` and `family` are names of varied keys in the table, or `SPEED`; `family` may be `NONE`. `fixed` has the values
+    of the other keys by their names. `speed`, m/s: None is the highest speed of each point.
+    """
+
+    observable: str
+    x: str
+    family: str
+    fixed: Mapping[str, Any] = field(default_factory=dict)
+    speed: float | None = None
+
+
+def usual_choice(study: StudyResults, observable: str) -> Choice:
+    """Return the first number, and a curve for each value of the second one, or for each speed or word."""
+    numeric = [study.keys[key] for key in study.numeric_keys]
+    first = {study.keys[key]: value for key, value in study.points[0].values.items()}
+    words = [name for name in first if name not in numeric]
+    several = any(len(run.scene.speeds) > 1 for _, run in study.results)
+    candidates = [*numeric, *([SPEED] if several or not numeric else []), *words, NONE]
+    return Choice(observable, candidates[0], candidates[1], first)
+
+
+def chosen_rows(rows: Rows, choice: Choice) -> list[Mapping[str, Any]]:
+    """Return the rows of a choice."""
+    free = (choice.x, choice.family)
+    chosen = [row for row in rows if row["observable"] == choice.observable]
+    for name, value in choice.fixed.items():
+        if name not in free:
+            chosen = [row for row in chosen if row[name] == value]
+    if choice.x == SPEED:
+        return [row for row in chosen if row["speed"] is not None]
+    if choice.family == SPEED:
+        return chosen
+    highest: dict[str, float] = {}
+    for row in chosen:
+        if row["speed"] is not None:
+            highest[row["point"]] = max(row["speed"], highest.get(row["point"], 0.0))
+    wanted = highest if choice.speed is None else dict.fromkeys(highest, choice.speed)
+    return [row for row in chosen if row["speed"] == wanted.get(row["point"])]
+
+
+def draw_study(study: StudyResults, rows: Rows, choice: Choice, path: Path) -> None:
+    """Draw a choice of the rows of a study; ValueError for an unknown observable or without results."""
+    from roughsim.charts.study import Along, study_chart  # matplotlib is slow to import
+
+    if choice.observable not in OBSERVABLES:
+        raise ValueError(f"observable = {choice.observable!r} is unknown; choose one of {', '.join(OBSERVABLES)}")
+    chosen = chosen_rows(rows, choice)
+    if not chosen:
+        raise ValueError(f"there is nothing to draw: no point has {choice.observable} with these values yet")
+    key_of = {name: key for key, name in study.keys.items()}
+    key_of |= {SPEED: "sliding.speed"}
+    numeric = [study.keys[key] for key in study.numeric_keys]
+    over_two = choice.x in numeric and choice.family in numeric
+    for name in (choice.x, choice.family) if over_two else ():
+        over_two = over_two and len({row[name] for row in chosen}) >= _FEWEST_OF_A_MAP
+    speeds = {row["speed"] for row in chosen}
+    at_one_speed = SPEED not in (choice.x, choice.family) and len(speeds) == 1 and None not in speeds
+    title = f"{study.scene.title}: {study.finished} of {len(study.points)} points"
+    for name, value in choice.fixed.items():
+        if name not in (choice.x, choice.family):
+            words, _, unit = words_of(key_of[name])[0].partition(", ")
+            title += f"; {words} {value_text(key_of[name], value)} {unit}".rstrip()
+    study_chart(
+        path,
+        _curves(chosen, choice.family, key_of),
+        Along(choice.x, *words_of(key_of[choice.x])),
+        study.column,
+        choice.observable,
+        legend="" if choice.family == NONE else words_of(key_of[choice.family])[0],
+        title=title,
+        subtitle=f"at {speeds.pop():g} m/s" if at_one_speed else "",
+        y=Along(choice.family, *words_of(key_of[choice.family])) if over_two else None,
+    )
+
+
+def _curves(rows: Rows, family: str, key_of: Mapping[str, str]) -> dict[str, list[Mapping[str, Any]]]:
+    """Return the rows of each curve by its label, numbers ascending."""
+    if family == NONE:
+        return {"": list(rows)}
+    values = list(dict.fromkeys(row[family] for row in rows))
+    if all(isinstance(value, (int, float)) for value in values):
+        values.sort()
+    curves = {}
+    for value in values:
+        label = "" if value is None else value_text(key_of[family], value)
+        curves[label] = [row for row in rows if row[family] == value]
+    return curves

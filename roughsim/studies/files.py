@@ -1,0 +1,163 @@
+"""A study as files for other programs: the tidy table, or arrays over the varied keys."""
+
+import csv
+import io
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.results.answers import NOTE, TAIL, TAILS, UNKNOWN, marked
+from roughsim.results.arrays import Labelled, to_dataset
+from roughsim.show.frame import data_frame
+from roughsim.show.table import json_value
+from roughsim.store.disk import place_bytes
+from roughsim.studies.results import StudyResults
+from roughsim.studies.tables import plain_value
+from roughsim.studies.trends import trends_of
+from roughsim.studies.vary import key_quantity
+
+
+def save_study(study: StudyResults, path: Path) -> Path:
+    """Write the results of a study into a file, whole or not at all; the ending is that of `Study.save`."""
+    writers: dict[str, Callable[[StudyResults], bytes | memoryview]]
+    writers = {".csv": _csv, ".json": _json, ".parquet": _parquet, ".h5": _hdf5, ".hdf5": _hdf5, ".nc": _hdf5}
+    writer = writers.get(path.suffix.lower())
+    if writer is None:
+        raise ValueError(f"path = {str(path)!r} must end in {', '.join(writers)}")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    place_bytes(path, writer(study))
+    return path
+
+
+def study_dict(study: StudyResults) -> dict[str, Any]:
+    """Return the study as JSON values: keys, number of finished points, the tidy table, and trends of T_flash."""
+    return {
+        "folder": str(study.folder),
+        "target_error": study.target_error,
+        "points": len(study.points),
+        "finished": study.finished,
+        "keys": {name: {"key": key} for key, name in study.keys.items()},
+        "rows": [json_value(row) for row in study.rows()],
+        "trends": [json_value(trend) for trend in trends_of(study, "flash_temperature", None)],
+    }
+
+
+def _csv(study: StudyResults) -> bytes:
+    """Return the tidy table as CSV, with the unit of each row in a column."""
+    rows = _plain_rows(study)
+    file = io.StringIO()
+    writer = csv.DictWriter(file, list(rows[0]) if rows else ["point"], lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        writer.writerow({name: "" if value is None else value for name, value in row.items()})
+    return file.getvalue().encode()
+
+
+def _json(study: StudyResults) -> bytes:
+    """Return the study as JSON."""
+    return (json.dumps(study_dict(study), indent=1) + "\n").encode()
+
+
+def _parquet(study: StudyResults) -> bytes:
+    """Return the tidy table as Parquet; ImportError without pandas or pyarrow."""
+    buffer = io.BytesIO()
+    data_frame(_plain_rows(study)).to_parquet(buffer)
+    return buffer.getvalue()
+
+
+def _hdf5(study: StudyResults) -> memoryview:
+    """Return the arrays of a study as an HDF5 file with dimension scales, which is netCDF-4."""
+    from roughsim.results.export import write_arrays
+    from roughsim.store.hdf5 import hdf5_bytes  # loads h5py
+
+    def fill(file: Any) -> None:
+        file.attrs.update(_attributes(study))
+        write_arrays(file, list(_arrays(study)), None)
+
+    return hdf5_bytes(fill)
+
+
+def _plain_rows(study: StudyResults) -> list[dict[str, Any]]:
+    """Return the tidy table with one type of value in each column; lists and tables as in a scene file."""
+    rows = list(study.rows())
+    texts = [name for name in study.keys.values() if not all(isinstance(row[name], (int, float)) for row in rows)]
+    for row in rows:
+        row |= {name: str(plain_value(row[name])) for name in texts}
+    return rows
+
+
+def dataset(study: StudyResults) -> Any:
+    """Return the arrays of a study as an `xarray.Dataset`; ImportError without xarray."""
+    return to_dataset(list(_arrays(study)), _attributes(study))
+
+
+def _attributes(study: StudyResults) -> dict[str, str]:
+    """Return title and scene of a study, and a description of its arrays."""
+    columns = "theory, calibrated (the theory with a fitted stress spectrum), and the simulated columns"
+    readme = (
+        f"A study by roughsim: {study.scene.title}. Units are SI. Each observable is an array over the varied keys, "
+        f"the column it comes from ({columns}), and the speed if it depends on it. {TAILS} NaN: not computed yet, "
+        "or not defined."
+    )
+    return {"title": study.scene.title or study.folder.name, "README": readme, "scene": study.scene.to_toml()}
+
+
+def _arrays(study: StudyResults) -> Iterator[Labelled]:
+    """Yield the axes of a study, and each observable with its error over them, the column, and the speed.
+
+    An axis of several keys has the first as its coordinate, and the others beside it. ValueError without results, or
+    for points with lists of other speeds.
+    """
+    tables = {point.name: study.answers(point, run, list(OBSERVABLES)) for point, run in study.results}
+    if not tables:
+        raise ValueError(f"{study.folder} has no point with results yet; let it run first")
+    for axis in study.axes:
+        for i, key in enumerate(axis.keys):
+            values = np.array([plain_value(row[i]) for row in axis.values])
+            number = key_quantity(key)
+            unit = {"units": number.unit or "1"} if number is not None and values.dtype.kind != "U" else {}
+            yield Labelled(study.keys[key], (study.keys[axis.keys[0]],), values, unit | {"key": key})
+    columns = list(dict.fromkeys(column for table in tables.values() for column in table["column"].data.tolist()))
+    yield Labelled("column", ("column",), np.array(columns), {"description": "source of a value"})
+    speeds = study.common_speeds()
+    if speeds is not None:
+        yield Labelled("speed", ("speed",), np.array(speeds), {"units": "m/s"})
+    for name in OBSERVABLES:
+        yield from _over_the_grid(study, tables, columns, speeds, name)
+
+
+def _over_the_grid(
+    study: StudyResults,
+    tables: dict[str, dict[str, Labelled]],
+    columns: list[str],
+    speeds: list[float] | None,
+    name: str,
+) -> Iterator[Labelled]:
+    """Yield an observable with its error and marks over the grid of points, the columns and the speeds."""
+    over_speed = OBSERVABLES[name].per_speed and speeds is not None
+    shape = (*study.shape, len(columns), *([len(speeds)] if over_speed and speeds else []))
+    parts = {
+        "": np.full(shape, np.nan),
+        TAIL: np.full(shape, np.nan),
+        UNKNOWN: np.full(shape, "", object),
+        NOTE: np.full(shape, "", object),
+    }
+    for place, point in zip(np.ndindex(study.shape), study.points, strict=True):
+        table = tables.get(point.name, {})
+        for i, column in enumerate(table["column"].data.tolist() if table else []):
+            at = (*place, columns.index(column))
+            for tail, array in parts.items():
+                entry = table[name + tail].data[i]
+                array[at] = entry if over_speed else np.ravel(entry)[0]
+    value, error, unknown, note = parts.values()
+    missing = np.isnan(value)
+    if missing.all():
+        return
+    unknown[missing] = note[missing] = ""
+    axes = [study.keys[axis.keys[0]] for axis in study.axes]
+    names = (*axes, "column", *(["speed"] if over_speed else []))
+    yield from marked(name, names, value, np.where(missing, np.nan, error), unknown.astype(str), note.astype(str))

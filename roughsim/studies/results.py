@@ -1,0 +1,165 @@
+"""The results of a study: the runs of its points, and their values with errors as rows."""
+
+from collections.abc import Iterator
+from math import inf
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.results.answers import NOTE, TAIL, UNKNOWN, answers
+from roughsim.results.arrays import Labelled
+from roughsim.results.folder import folder_state, open_run
+from roughsim.results.run import Run
+from roughsim.studies.folder import Description, read, refuse_other_scene
+from roughsim.studies.vary import Point, short_names
+
+LATER = "levels of the study"  # choice of the reason of a point that came later and has the levels of the others
+_LIMITS = ("bandwidth", "last step", "pixel", "size")  # parts of an error that more realizations do not lower
+
+
+class StudyResults:
+    """The points of a study with their runs and results; the attributes are those of `Study`."""
+
+    def __init__(self, folder: str | Path, description: Description | None = None):
+        self.folder = Path(folder)
+        description = description or read(self.folder)
+        self.scene = description.scene
+        self.axes = description.axes
+        self.points = description.points
+        self.target_error = description.target_error
+        self._description = description
+        self._runs: dict[str, Run | None] = {}
+        self._answers: dict[str, dict[str, Labelled]] = {}  # of a point; the two theories take .1 s each
+
+    @property
+    def keys(self) -> dict[str, str]:
+        """The varied keys, and their names in tables."""
+        return short_names([key for axis in self.axes for key in axis.keys])
+
+    @property
+    def numeric_keys(self) -> list[str]:
+        """The keys whose values are numbers, the first of each axis."""
+        keys = []
+        for axis in self.axes:
+            if all(isinstance(row[0], (int, float)) for row in axis.values):
+                keys.append(axis.keys[0])
+        return keys
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The number of values of each axis."""
+        return tuple(len(axis.values) for axis in self.axes)
+
+    def run(self, point: Point) -> Run | None:
+        """Return the run of a point; None before it begins. RecordError if its folder holds another scene."""
+        if point.name not in self._runs:
+            path = self.folder / "points" / point.name
+            run = open_run(path) if folder_state(path) == "run" else None
+            if run is not None:
+                refuse_other_scene(path, run.scene.identity(), point, self._description)
+            self._runs[point.name] = run
+        return self._runs[point.name]
+
+    @property
+    def runs(self) -> list[tuple[Point, Run]]:
+        """The points that have begun, with their runs."""
+        runs = ((point, self.run(point)) for point in self.points)
+        return [(point, run) for point, run in runs if run is not None]
+
+    @property
+    def results(self) -> list[tuple[Point, Run]]:
+        """The points with at least two sound realizations, with their runs."""
+        return [(point, run) for point, run in self.runs if run.independent > 1]
+
+    @property
+    def finished(self) -> int:
+        """The number of points that have ended: target met, out of reach, or with all realizations."""
+        return sum(run.finished for _, run in self.results)
+
+    @property
+    def later(self) -> list[str]:
+        """Names of the points that came later and have the levels planned for others."""
+        return [point.name for point, run in self.runs if any(reason[0] == LATER for reason in run.reasons)]
+
+    def misfits(self) -> dict[str, tuple[str, float]]:
+        """Return the points whose levels or cell do not suit them, with the largest part of the error, relative.
+
+        The part is bandwidth, last step, pixel or size of T_flash at the worst speed, and exceeds the error asked for:
+        `target_error`, or else the target of the point.
+        """
+        result: dict[str, tuple[str, float]] = {}
+        for point, run in self.results:
+            estimate = run.estimate("flash_temperature")
+            hot = estimate.mean > 0.0
+            parts = {}
+            for part in _LIMITS:
+                if part in estimate.budget:
+                    parts[part] = float(np.nanmax(estimate.budget[part][hot] / estimate.mean[hot], initial=0.0))
+            worst = max(parts, key=parts.__getitem__)
+            if parts[worst] > (self.target_error or run.until.get("flash_temperature", inf)):
+                result[point.name] = worst, parts[worst]
+        return result
+
+    @property
+    def column(self) -> str:
+        """The simulated column of tables: capped, or elastic if no point has a hardness."""
+        columns = [run.column(None) for _, run in self.results]
+        return "capped" if "capped" in columns or not columns else columns[0]
+
+    def common_speeds(self) -> list[float] | None:
+        """Return the speeds of all points; None if each has a single one of its own. ValueError for other lists."""
+        lists = {run.scene.speeds for _, run in self.results}
+        if len(lists) == 1:
+            return list(lists.pop())
+        if all(len(speeds) == 1 for speeds in lists):
+            return None
+        raise ValueError("the points have lists of different speeds, which make no array; use the tidy table")
+
+    def answers(self, point: Point, run: Run, observables: list[str]) -> dict[str, Labelled]:
+        """Return observables of a point as arrays over column and speed, by their names."""
+        table = self._answers.setdefault(point.name, {})
+        missing = [name for name in observables if name not in table]
+        if missing or not table:
+            table |= {array.name: array for array in answers(run, missing)}
+        return table
+
+    def rows(self, observable: str | None = None) -> Iterator[dict[str, Any]]:
+        """Yield the tidy table: a row for each point, observable (or a single one), column and speed, in SI.
+
+        `speed` is None for an observable without speeds. `total_error` is that of 95 %, NaN for the theory; `unknown`
+        names its unknown parts, as "bandwidth, pixel". `note` is "at q_c" for a value that is not extrapolated in the
+        cut-off, "identity" for one that force balance fixes, or "". Temperatures include the heat share used.
+        """
+        names = [name for name in OBSERVABLES if observable in (None, name)]
+        for point, run in self.results:
+            head: dict[str, Any] = {"point": point.name}
+            head |= {self.keys[key]: value for key, value in point.values.items()}
+            table = self.answers(point, run, names)
+            for name in names:
+                for row in _rows_of(run, table, name):
+                    yield head | row
+
+
+def _rows_of(run: Run, table: dict[str, Labelled], name: str) -> Iterator[dict[str, Any]]:
+    """Yield a row for each value of an observable of a run."""
+    record = OBSERVABLES[name]
+    speeds = run.scene.speeds if record.per_speed else (None,)
+    parts = [table[name + tail].data for tail in ("", TAIL, UNKNOWN, NOTE)]
+    for i, column in enumerate(table["column"].data.tolist()):
+        entries = [np.atleast_1d(part[i]) for part in parts]
+        for speed, value, error, unknown, note in zip(speeds, *entries, strict=True):
+            if np.isnan(value):
+                continue
+            yield {
+                "observable": name,
+                "unit": record.unit,
+                "column": column,
+                "speed": speed,
+                "value": float(value),
+                "total_error": float(error),
+                "unknown": str(unknown),
+                "note": str(note),
+                "realizations": run.realizations,
+            }
