@@ -1,9 +1,7 @@
 """Members to do, and pools for them that tests hand in."""
 
-from concurrent.futures import Executor, Future
-
 import roughsim as rs
-from roughsim.ensemble import tasks, workforce
+from roughsim.ensemble import executors, tasks
 from roughsim.ensemble.run import aimed
 from roughsim.store.claims import Claims
 
@@ -12,25 +10,16 @@ def to_do(scene, folder):
     run = rs.run(scene, folder, max_realizations=1)
     run.max_realizations = 2
     scene = aimed(scene, max_realizations=2)
-    return tasks.Tasks([tasks.ActiveRun(scene, run.numerics, folder, run)], Claims(folder), lambda: None)
+    return tasks.Tasks([tasks.ActiveRun(scene, run.numerics, folder, run)], Claims(folder))
 
 
-class Force(workforce.Workforce):
-    """Pools that are handed in."""
+class GivenPools(executors.Workers):
+    """Two workers of own pools that a test hands in, one after the other."""
 
     def __init__(self, *pools):
-        super().__init__(2, None)
+        super().__init__(2)
         self.pools, self.used = iter(pools), 0
 
-    def pool(self):
+    def executor(self):
         self.used += 1
         return next(self.pools)
-
-
-class Forgetful(Executor):
-    """A pool that never comes back with what it was handed."""
-
-    def submit(self, *_):
-        future = Future()
-        future.set_running_or_notify_cancel()
-        return future

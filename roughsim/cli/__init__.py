@@ -1,7 +1,5 @@
 """The command line: each verb is one public function, which imports what it needs, so that help comes at once."""
 
-import atexit
-import gc
 import sys
 from typing import Annotated
 
@@ -25,11 +23,6 @@ app = Typer(
 )
 
 
-# new objects between two looks for garbage: at Python's few hundred they would go through all modules again and again
-# while these are imported, a tenth of that time; roughsim leaves next to no garbage that needs them
-RARELY = 50_000
-
-
 def print_version(asked: bool) -> None:
     """Print the version and end, if asked."""
     if asked:
@@ -50,8 +43,6 @@ for verb in VERBS:
 
 def main(words: list[str] | None = None) -> None:
     """Run the command line on `words`, or on the process's own; an error is one line and a non-zero exit code."""
-    gc.set_threshold(RARELY)
-    atexit.register(gc.freeze)  # or Python looks through all modules for garbage as it ends: a fifth of a second
     show_warnings_once()
     text.notes_are_shown = True
     print_in_any_language()

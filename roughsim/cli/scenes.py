@@ -2,15 +2,18 @@
 
 import json
 import time
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from typer import Argument, Exit, Option
 
 import roughsim as rs
 from roughsim.cli.runs import compare
 from roughsim.cli.words import Chart, Json, SceneName, Set, Workers, complete_form, open_scene, print_json, print_parts
-from roughsim.show.text import fail, note, say, tell, warn
+from roughsim.show.text import clock, fail, note, say, tell, warn
+
+_STOPPED = "stopped; all finished members are stored, and the same command continues from there"
 
 
 def demo(
@@ -107,14 +110,38 @@ def run(
     loaded = open_scene(scene, changes, options)
     if not output.is_file():  # which is refused below
         note(f"going on with {output}" if (output / "run.json").exists() else f"planning {scene}")
-    from roughsim.ensemble.progress import run_shown
+    from roughsim.ensemble.executors import Workers as Processes
+    from roughsim.ensemble.progress import Progress
+    from roughsim.ensemble.run import carry_out
+    from roughsim.ensemble.status import losses, outcome
 
     try:
-        result = run_shown(loaded, output, workers, began=began)
-    except KeyboardInterrupt:  # caught here: typer would end without a word
-        fail("stopped; what was computed is stored, and the same command goes on from there", 130)
+        with Progress("planning") as progress:
+            processes = Processes(workers)
+            planned = partial(_show_plan, loaded)
+            result = carry_out(loaded, output, processes, planned=planned, observer=progress.update)
+    except KeyboardInterrupt:  # caught here: typer would end without a message
+        fail(_STOPPED, 130)
+    tell(f"{result.extent} in {result.folder}, {clock(time.monotonic() - began)}; {outcome(result)}")
+    for line in losses(result):
+        tell(line)
     if result.failed > 0.01 * result.realizations:
         raise Exit(1)
+
+
+def _show_plan(scene: Any, numerics: Any) -> None:
+    """Print the numerics of a run, and warnings, before its members are computed."""
+    from roughsim.planning.limits import judge
+    from roughsim.planning.realization import march_problem
+
+    for reason in numerics.reasons:
+        if reason.choice in ("smoothed", "capped", "elastic"):
+            tell(reason.value)
+    if numerics.march is not None:
+        steps = march_problem(scene, numerics).steps
+        tell(f"sliding: {steps} contacts in turn for each member; one that is interrupted begins again")
+    for line in judge(scene, numerics).warnings:
+        warn(line)
 
 
 def press(
@@ -151,13 +178,25 @@ def study(
     """
     began = time.monotonic()
     from roughsim.studies.folder import study_file
-    from roughsim.studies.progress import study_shown
+    from roughsim.studies.progress import StudyProgress
     from roughsim.studies.tables import study_table
+    from roughsim.studies.vary import points_of, read_axes
 
+    content = study_file(study)
+    points = len(points_of(read_axes(content["vary"])))
     try:
-        result = study_shown(study_file(study), output, workers, began=began)
-    except KeyboardInterrupt:  # caught here: typer would end without a word
-        fail("stopped; what was computed is stored, and the same command goes on from there", 130)
+        with StudyProgress(points) as progress:
+            result = rs.study(
+                content["scene"],
+                vary=content["vary"],
+                folder=output,
+                target_error=content.get("target_error"),
+                workers=workers,
+                observer=progress.update,
+            )
+    except KeyboardInterrupt:  # caught here: typer would end without a message
+        fail(_STOPPED, 130)
+    tell(f"{result.finished} of {points} points finished in {output}, {clock(time.monotonic() - began)}")
     if as_json:
         print_json(result.to_dict())
     else:

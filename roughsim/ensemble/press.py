@@ -10,9 +10,8 @@ from typing import Any, Literal, NamedTuple
 
 from roughsim import prediction
 from roughsim.ensemble.directions import by_direction
+from roughsim.ensemble.executors import Workers, interrupted_by_signals
 from roughsim.ensemble.run import begin, complete, fit
-from roughsim.ensemble.signals import stopped_by_signals
-from roughsim.ensemble.workforce import Workforce, check_workers
 from roughsim.errors import ConvergenceError, ResolutionError
 from roughsim.grid import Array, Grid
 from roughsim.machine import exceeds
@@ -84,7 +83,7 @@ def press(
     ConvergenceError
         If a contact misses the tolerance.
     """
-    check_workers(workers, None)
+    allowed = Workers(workers)
     loaded, topography = load_map(scene, changes)
     loaded = prediction.computed(loaded)
     refuse(loaded, topography.grid, edges)
@@ -92,7 +91,7 @@ def press(
     whole, parts = cell_of(topography.heights, topography.grid, edges), quarters(topography)
     resolution = resolution_of(loaded, whole.grid)
     digest = hashlib.sha256(topography.heights.tobytes()).hexdigest()
-    force, begun = Workforce(workers, None), []
+    begun = []
     for kind, home, cells, how in (
         (MAP, Path(folder), [whole], edges),
         (QUARTERS, Path(folder) / QUARTERS, parts, "mirror"),
@@ -100,13 +99,13 @@ def press(
         own = replace(loaded, ensemble=replace(loaded.ensemble, until=(), max_realizations=len(cells)))
         numerics = None if folder_state(home) == "run" else numerics_of(own, cells[0].grid, resolution, how)
         if numerics is not None:
-            fit(force, [(own, numerics)])
+            fit(allowed, [(own, numerics)])
         numerics = begin(own, home, numerics, pressed={"of": kind, "edges": how, "heights": digest})
         surfaces = MapSurfaces(kind, topography, tuple(cells), how, loaded.sliding.direction, len(numerics.levels) - 1)
         begun.append(((own, numerics, home), surfaces))
-    with stopped_by_signals() as check, force:
+    with interrupted_by_signals(), allowed:
         for one, surfaces in reversed(begun):  # the errors of the map are those of its quarters
-            (run,) = complete([one], force, check, surfaces=surfaces)
+            (run,) = complete([one], allowed, surfaces=surfaces)
             for member in run.members.values():
                 if member.failure:
                     about = member.provenance

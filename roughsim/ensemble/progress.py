@@ -1,47 +1,59 @@
-"""The progress of a run on a terminal: its plan, its rounds, and its end."""
+"""Progress of a run: a bar on a terminal, and a line for each round in a file, a pipe or a notebook."""
 
 import time
-from contextlib import suppress
-from pathlib import Path
+from contextlib import AbstractContextManager, suppress
 
-from roughsim.ensemble.bar import PatientConsole, Progress
-from roughsim.ensemble.run import carry_out
-from roughsim.ensemble.status import losses, outcome
-from roughsim.ensemble.workforce import Workforce
-from roughsim.planning.limits import judge
-from roughsim.planning.realization import march_problem
+from rich import progress as bars
+
+from roughsim.ensemble.status import needed, round_text, seconds_left, time_left
 from roughsim.results.run import Run
-from roughsim.scene import Scene
-from roughsim.scene.numerics import Numerics
-from roughsim.show.text import clock, warn
+from roughsim.show.terminal import PlainConsole
+from roughsim.show.text import tell
+
+_INTERVAL = 0.1  # s between two updates
 
 
-def run_shown(scene: Scene, folder: Path, workers: int | None, *, began: float | None = None) -> Run:
-    """Plan and run a scene as `roughsim.run` does, showing plan, progress and end; None: as many workers as fit.
+class _Console(PlainConsole):
+    def on_broken_pipe(self) -> None:
+        """Drop the text; rich would end the process."""
 
-    `began` is when the command was given, s by `time.monotonic`; now if left out. The last line has the time since.
+
+class Progress(AbstractContextManager["Progress"]):
+    """A line of text with a bar on a terminal; elsewhere the text alone, when a new stage begins.
+
+    An output that is full or closed does not stop the run.
     """
-    began = time.monotonic() if began is None else began
-    console = PatientConsole(stderr=True)
-    progress = Progress(console)
 
-    def show_plan(numerics: Numerics) -> None:
-        plan = (reason.value for reason in numerics.reasons if reason.choice in ("smoothed", "capped", "elastic"))
-        console.print_lines(*plan, style="dim")
-        if numerics.march is not None:
-            steps = march_problem(scene, numerics).steps
-            words = f"sliding: {steps} contacts in turn for each member; one that is broken off begins again"
-            console.print_lines(words, style="dim")
-        for line in judge(scene, numerics).warnings:
-            warn(line)
+    def __init__(self, text: str):
+        console = _Console(stderr=True)
+        description = bars.TextColumn("{task.description}", markup=False)
+        self._bar = bars.Progress(description, bars.BarColumn(), console=console, disable=not console.is_terminal)
+        self._task = self._bar.add_task(text, total=None)
+        self._stage = 0
+        self._shown = 0.0  # time of the last update, by `time.monotonic`
 
-    try:
+    def __enter__(self) -> "Progress":
         with suppress(OSError):
-            progress.bar.start()
-        result = carry_out(scene, folder, Workforce(workers, None), planned=show_plan, observer=progress.update)
-    finally:
+            self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
         with suppress(OSError):
-            progress.bar.stop()
-    console.print_lines(f"{result.extent} in {result.folder}, {clock(time.monotonic() - began)}; {outcome(result)}")
-    console.print_lines(*losses(result))
-    return result
+            self._bar.stop()
+
+    def show(self, text: str, share: float, stage: int) -> None:
+        """Show text, and the share of the work that is done; stages are numbered from 0."""
+        with suppress(OSError):
+            self._bar.update(self._task, description=text, total=1.0, completed=min(share, 1.0))
+        if self._bar.disable and stage != self._stage:
+            tell(text)
+        self._stage = stage
+
+    def update(self, run: Run) -> None:
+        """Show the round of a run, the errors beside their targets, and the time left."""
+        new = run.rounds.number != self._stage
+        if not new and time.monotonic() - self._shown < _INTERVAL:
+            return
+        self._shown = time.monotonic()
+        share = len(run.members) / max(sum(needed(run)), 1)
+        self.show(f"{round_text(run)}, {time_left(seconds_left(run))}", share, run.rounds.number)

@@ -5,7 +5,6 @@ spawn_key=(stream, index)). A member has the same bits whoever computes it and w
 level follows from the members alone. So any number of processes may work on one run.
 """
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
@@ -13,10 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from roughsim import prediction
-from roughsim.ensemble.signals import stopped_by_signals
-from roughsim.ensemble.tasks import ActiveRun, Tasks, clear
+from roughsim.ensemble.executors import Workers, interrupted_by_signals
+from roughsim.ensemble.tasks import ActiveRun, Tasks, remove_unfinished
 from roughsim.ensemble.workers import Surfaces
-from roughsim.ensemble.workforce import Workforce, check_workers
 from roughsim.errors import RecordError
 from roughsim.pipeline import versions
 from roughsim.planning.plan import plan
@@ -93,74 +91,70 @@ def run(
     TypeError, ValueError
         Naming the argument, before any work.
     """
-    check_workers(workers, executor)
+    allowed = Workers(workers, executor)
     scene = aimed(scene, seed=seed, until=until, max_realizations=max_realizations)
-    force = Workforce(workers, executor)
-    if not is_notebook():
-        return carry_out(scene, Path(folder), force, numerics, observer=observer)
-    from roughsim.ensemble.bar import shown_in_notebook  # rich is slow to import
+    if observer is None and is_notebook():
+        from roughsim.ensemble.progress import Progress  # rich is slow to import
 
-    with shown_in_notebook(observer) as update:
-        return carry_out(scene, Path(folder), force, numerics, observer=update)
+        observer = Progress("planning").update
+    return carry_out(scene, Path(folder), allowed, numerics, observer=observer)
 
 
 def carry_out(
     scene: Scene,
     folder: Path,
-    workforce: Workforce,
+    workers: Workers,
     numerics: Numerics | None = None,
     *,
     planned: Callable[[Numerics], None] | None = None,
     observer: Callable[[Run], None] | None = None,
 ) -> Run:
-    """Begin a run, or check the one that is there, and compute the members that it lacks; errors as `run`.
+    """Begin a run, or check the one in the folder, and compute its missing members; errors as `run`.
 
     `planned` is called with the numerics of the run before its members are computed.
     """
-    with stopped_by_signals() as check, workforce as force:
+    with interrupted_by_signals(), workers:
         if numerics is not None:
-            fit(force, [(scene, numerics)])  # before a folder is made for what does not fit
+            fit(workers, [(scene, numerics)])  # before a folder is made
         numerics = begin(scene, folder, numerics)
         if planned is not None:
             planned(numerics)
-        return complete([(scene, numerics, folder)], force, check, observer)[0]
+        return complete([(scene, numerics, folder)], workers, observer)[0]
 
 
 def complete(
     begun: Sequence[tuple[Scene, Numerics, Path]],
-    force: Workforce,
-    check: Callable[[], None],
+    workers: Workers,
     observer: Callable[[Run], None] | None = None,
     *,
     claimed_in: Path | None = None,
     surfaces: Surfaces | None = None,
 ) -> list[Run]:
-    """Compute the members that runs which were begun still lack; they have the same levels and seed. Errors as `run`.
+    """Compute the missing members of runs with the same levels and seed; errors as `run`.
 
-    `claimed_in` is the folder of the claims, which processes with other runs besides these share; left out: that of the
-    first run. `surfaces` take the place of drawn ones.
+    `claimed_in` is the folder of the claims, by default that of the first run. `surfaces` replace random ones.
     """
-    homes = [Path(os.path.abspath(folder)) for *_, folder in begun]  # workers may have started in another directory
-    fit(force, [(scene, numerics) for scene, numerics, _ in begun])
+    fit(workers, [(scene, numerics) for scene, numerics, _ in begun])
     runs = []
-    with Claims(claimed_in or homes[0]) as claims:
-        for (scene, numerics, folder), home in zip(begun, homes, strict=True):
-            clear(home, claims)
+    with Claims(claimed_in or begun[0][2].absolute()) as claims:
+        for scene, numerics, folder in begun:
+            home = folder.absolute()
+            remove_unfinished(home, claims)
             run = open_run(folder, damaged="redo")
-            # another process may have written where it stops itself
-            run.until, run.max_realizations = dict(scene.ensemble.until), scene.ensemble.max_realizations
+            run.until = dict(scene.ensemble.until)  # run.json may have those of another process
+            run.max_realizations = scene.ensemble.max_realizations
             run.refresh()
             runs.append(ActiveRun(scene_of(scene, numerics), numerics, home, run, surfaces))
-        Tasks(runs, claims, check, observer).complete(force)
+        Tasks(runs, claims, observer).complete(workers)
         for active in runs:
-            clear(active.folder, claims)
+            remove_unfinished(active.folder, claims)
     return [active.run for active in runs]
 
 
-def fit(force: Workforce, begun: Sequence[tuple[Scene, Numerics]]) -> None:
-    """Let no more workers take part than memory allows for the largest members; ResolutionError if one has no room."""
-    member, why = max(largest_member(scene, numerics) for scene, numerics in begun)
-    force.fit(member, why, max(numerics.threads for _, numerics in begun))
+def fit(workers: Workers, begun: Sequence[tuple[Scene, Numerics]]) -> None:
+    """Lower the number of workers to what memory allows for the largest members; ResolutionError if none fits."""
+    member, source = max(largest_member(scene, numerics) for scene, numerics in begun)
+    workers.fit(member, source, max(numerics.threads for _, numerics in begun))
 
 
 def aimed(

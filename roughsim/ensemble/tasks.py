@@ -1,22 +1,20 @@
-"""`Tasks`: hands out the members of the round in progress until the run has ended; damaged ones again.
+"""Hand out the members of a run, round by round, until it has ended.
 
-Several runs with the same levels and seed may be worked on together, as the points of a study are: what is handed out
-is one member of those that want it, so that surfaces and contacts which they share are computed once.
+Several runs with the same levels and seed may be computed together, as the points of a study are. One call of a worker
+then computes a member of each run that needs it, so that surfaces and contacts which they share are computed once.
 """
 
 import re
 import time
-import warnings
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from roughsim.ensemble.executors import Workers
 from roughsim.ensemble.workers import Job, Surfaces, store_members
-from roughsim.ensemble.workforce import Workforce
 from roughsim.errors import RecordError
 from roughsim.estimate.rounds import Counts
-from roughsim.planning.march import seconds_of_march
 from roughsim.planning.realization import below_problem, level_problem, march_problem
 from roughsim.results.run import Run
 from roughsim.scene import Scene
@@ -24,44 +22,36 @@ from roughsim.scene.numerics import Numerics
 from roughsim.store.claims import Claims
 from roughsim.store.member_files import MEMBER_NAME, member_name, member_path
 
-RETRIES = 3  # times that a pool with a dead worker is started again without a new member in between
-PAUSE = 0.5  # s between two looks at what other processes have done
-LATE = 10.0  # s that a network file system may take to show what a worker has written
-LEAST_WAIT, LONGEST_WAITS = 600.0, 10.0  # s, and multiple of the longest time of a member, after which it is done again
-_BEGUN = re.compile(rf"\.(?:({MEMBER_NAME.pattern})\.h5|run\.json|scene\.toml)\.[\w-]+\.tmp")
-_NO_GUARD = (
-    'the script lacks `if __name__ == "__main__":`: each worker imports the script and would start the run again; '
-    "put the call of run below that line, or compute with workers=1"
-)
-_GONE = (
-    "its scheduler or its workers have ended; all finished members are stored; start the workers again, and the same "
-    "call goes on from there"
-)
+RETRIES = 3  # times that a pool with a dead worker is replaced before a new member is stored
+PAUSE = 0.5  # s between two looks at the members of other processes
+LATE = 10.0  # s that a network file system may take to show a new file
+_UNFINISHED = re.compile(rf"\.(?:({MEMBER_NAME.pattern})\.h5|run\.json|scene\.toml)\.[\w-]+\.tmp")
 
 
 @dataclass(slots=True, eq=False)
 class ActiveRun:
-    """A run that this process works on."""
+    """A run that this process computes."""
 
     scene: Scene
     numerics: Numerics
-    folder: Path  # absolute
+    folder: Path  # absolute: workers may have started in another directory
     run: Run
-    surfaces: Surfaces | None = None  # None: they are drawn
+    surfaces: Surfaces | None = None  # None: random surfaces
     jobs: dict[int, Job] = field(default_factory=dict)  # by level
 
-    def counts(self, ahead: bool) -> Counts:
-        """Return how many members of each level the round in progress takes, or, `ahead`, about those to the end."""
+    def wanted(self, ahead: bool) -> Counts:
+        """Return the members of each level in the current round, or, with `ahead`, about those to the end."""
         rounds = self.run.rounds
         return rounds.verdict.needed if ahead and rounds.verdict else rounds.wanted
 
     def job(self, level: int) -> Job:
-        """Return the job of a level for a worker: numbers and JSON values only, no scene."""
+        """Return the job of a level."""
         if level not in self.jobs:
             about = self.scene, self.numerics
+            marches = level == self.numerics.march
             self.jobs[level] = Job(
                 level,
-                march_problem(*about) if level == self.numerics.march else level_problem(*about, level),
+                march_problem(*about) if marches else level_problem(*about, level),
                 below_problem(*about, level),
                 speeds=self.scene.speeds,
                 keep_fields=self.numerics.keep_fields,
@@ -74,196 +64,154 @@ class ActiveRun:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Assignment:
-    """A member that was handed out, the runs that want it, and when, by `time.monotonic`."""
+    """A member, and the runs that need it."""
 
     level: int
     index: int
     runs: list[ActiveRun]
-    since: float
 
     @property
     def name(self) -> str:
-        """That of the member."""
+        """Name of the member."""
         return member_name(self.level, self.index)
 
     @property
     def jobs(self) -> list[Job]:
-        """What a worker needs, for each run."""
+        """Job of each run."""
         return [active.job(self.level) for active in self.runs]
 
     @property
-    def unseen(self) -> list[Path]:
-        """Its files that this process does not see."""
+    def missing(self) -> list[Path]:
+        """Files that this process does not see."""
         paths = [member_path(active.folder, self.level, self.index) for active in self.runs]
         return [path for path in paths if not path.exists()]
 
 
 @dataclass(slots=True, eq=False)
 class Tasks:
-    """The members of one run, or of several with the same levels and seed, that are still to do."""
+    """The members to compute, of one run or of several with the same levels and seed."""
 
     runs: list[ActiveRun]
     claims: Claims  # on a member of all of the runs
-    check: Callable[[], None]  # raises an interrupt that Python has dropped
     observer: Callable[[Run], None] | None = None
-    longest: float = 0.0  # s from handing a member out until it came back, or that a march is expected to take
 
     @property
     def unfinished(self) -> list[ActiveRun]:
-        """The runs that still need members."""
+        """Runs that need more members."""
         return [active for active in self.runs if not active.run.finished]
 
-    @property
-    def limit(self) -> float:
-        """The longest time to wait for a member, s."""
-        return max(LEAST_WAIT, LONGEST_WAITS * self.longest)
-
-    def complete(self, force: Workforce) -> None:
-        """Work through the rounds until all runs have ended, whoever computes their members.
-
-        RuntimeError if workers, or the scheduler of an executor, die again and again.
-        """
-        died, stored = 0, -1
+    def complete(self, workers: Workers) -> None:
+        """Compute members until all runs have ended; RuntimeError if workers die repeatedly."""
+        failures = 0
+        stored = self._stored()
         while True:
             try:
-                return self._work(force.pool(), force)
-            except BrokenExecutor as error:
-                reason = str(error) or type(error).__name__
-                if force.unguarded:
-                    raise RuntimeError(_NO_GUARD) from None
-                if force.executor is not None:  # it is broken for good, and not ours to start anew
-                    raise RuntimeError(
-                        f"workers of the executor died ({reason}): {_GONE}; if they are processes of a script, it "
-                        f'needs `if __name__ == "__main__":`'
-                    ) from error
+                return self._work(workers)
+            except (BrokenExecutor, CancelledError) as error:
+                workers.replace_broken(error)
                 self._refresh(self.runs)
-                before, stored = stored, sum(len(active.run.members) for active in self.runs)
-                died = died + 1 if stored == before else 1
-                killed = force.lose_pool()
-                if died > RETRIES:
+                failures = 1 if self._stored() > stored else failures + 1
+                stored = self._stored()
+                if failures > RETRIES:
                     raise RuntimeError(
-                        f"workers died {died} times without storing a member, last: {killed or reason}; see memory and "
-                        f"disk, and try fewer workers"
+                        f"workers died {failures} times without storing a member; check memory and disk, and try "
+                        "fewer workers"
                     ) from error
-                if killed:
-                    warnings.warn(f"{killed}; the run goes on with {force.workers}", RuntimeWarning, stacklevel=2)
 
-    def _work(self, pool: Executor, force: Workforce) -> None:
-        """Keep a pool busy until all runs have ended; BrokenExecutor if its workers die."""
+    def _stored(self) -> int:
+        return sum(len(active.run.members) for active in self.runs)
+
+    def _work(self, workers: Workers) -> None:
+        """Keep an executor busy until all runs have ended."""
+        executor = workers.executor()
         pending: dict[Future[str], Assignment] = {}
         try:
             while self.unfinished:
-                while len(pending) < force.in_flight and (one := self._next(idle=len(pending) < force.workers)):
-                    pending[self._hand_out(pool, one)] = one
-                self.check()
+                while len(pending) < workers.in_flight:
+                    assignment = self._next(idle=len(pending) < workers.count)
+                    if assignment is None:
+                        break
+                    pending[executor.submit(store_members, assignment.jobs, assignment.index)] = assignment
                 wait(pending, timeout=PAUSE, return_when=FIRST_COMPLETED)
-                done = [future for future in pending if future.done()]  # also those that others have cancelled
+                done = [future for future in pending if future.done()]  # `wait` may omit cancelled ones
                 for future in done:
-                    assignment = pending.pop(future)
-                    try:
-                        host = future.result()
-                    except CancelledError:  # which says nothing by itself
-                        raise RuntimeError(f"the executor dropped a member that it had been given: {_GONE}") from None
-                    self.longest = max(self.longest, time.monotonic() - assignment.since)
-                    self._count(assignment, host)
-                if not done:  # other processes may have stored members meanwhile
+                    host = future.result()
+                    self._count(pending.pop(future), host)
+                if not done:
                     time.sleep(0.0 if pending else PAUSE)
-                    self._refresh(self.runs)
-                    for future in [late for late, one in pending.items() if time.monotonic() - one.since > self.limit]:
-                        force.stuck |= not future.cancel()
-                        self._do_here(pending.pop(future))
-            if force.executor is None:
-                # own workers finish what they have begun, if they come back at all
-                running = [future for future in pending if not future.cancel()]
-                force.stuck |= bool(wait(running, timeout=self.limit).not_done)
+                    self._refresh(self.runs)  # members of other processes
+            if workers.own:
+                wait([future for future in pending if not future.cancel()])  # members ahead that have begun
         finally:
             for future in pending:
                 future.cancel()
             self.claims.release_all()
 
     def _next(self, *, idle: bool) -> Assignment | None:
-        """Claim a member of the round, or, for an idle worker, of a later one; None if there is none now."""
+        """Claim a member of the round, or, for an idle worker, of a later one; None if all are taken."""
         for ahead in (False, True) if idle else (False,):
-            wanting = [(active, active.counts(ahead)) for active in self.unfinished]
-            for level, index in self._in_order(wanting, ahead):
+            wanted = [(active, active.wanted(ahead)) for active in self.unfinished]
+            for level, index in self._in_order(wanted, ahead):
                 runs = [
-                    one for one, counts in wanting if index < counts[level] and (level, index) not in one.run.members
+                    active
+                    for active, counts in wanted
+                    if index < counts[level] and (level, index) not in active.run.members
                 ]
                 if not runs or not self.claims.take(member_name(level, index)):
                     continue
-                assignment = Assignment(level, index, runs, time.monotonic())
-                if assignment.unseen:
+                assignment = Assignment(level, index, runs)
+                if assignment.missing:
                     return assignment
-                self._count(assignment, "another host")  # another process has stored it
+                self._count(assignment, "another host")  # stored by another process meanwhile
         return None
 
-    def _in_order(self, wanting: list[tuple[ActiveRun, Counts]], ahead: bool) -> Iterator[tuple[int, int]]:
-        """Go through level and index of the members of runs up to some counts, beyond those that all have.
+    def _in_order(self, wanted: list[tuple[ActiveRun, Counts]], ahead: bool) -> Iterator[tuple[int, int]]:
+        """Yield level and index of the members up to the wanted counts, beyond those that all runs have.
 
-        In a round the largest grids come first, so that it ends evenly; `ahead` of it the level that grows most.
+        In a round the largest grids come first, so that it ends evenly; ahead of it the level that grows most.
         """
-        spans, sizes = [], []
-        for number, level in enumerate(self.runs[0].numerics.levels):
-            first = min((active.run.available(number) for active, _ in wanting), default=0)
-            spans.append(range(first, max((counts[number] for _, counts in wanting), default=0)))
-            sizes.append(len(spans[-1]) if ahead else level.shape[0] * level.shape[1])
-        for number in sorted(range(len(spans)), key=lambda number: -sizes[number]):
-            yield from ((number, index) for index in spans[number])
+        spans = {}
+        sizes = {}
+        for level, about in enumerate(self.runs[0].numerics.levels):
+            first = min((active.run.available(level) for active, _ in wanted), default=0)
+            last = max((counts[level] for _, counts in wanted), default=0)
+            spans[level] = range(first, last)
+            sizes[level] = len(spans[level]) if ahead else about.shape[0] * about.shape[1]
+        for level in sorted(spans, key=sizes.__getitem__, reverse=True):
+            for index in spans[level]:
+                yield level, index
 
-    def _hand_out(self, pool: Executor, one: Assignment) -> Future[str]:
-        if one.level == self.runs[0].numerics.march:
-            marches = (march_problem(active.scene, active.numerics) for active in one.runs)
-            self.longest = max(self.longest, sum(map(seconds_of_march, marches)))
-        try:
-            return pool.submit(store_members, one.jobs, one.index)
-        except BrokenExecutor:
-            raise
-        except Exception as error:  # each library of executors has its own
-            reason = str(error) or type(error).__name__
-            raise RuntimeError(f"the executor takes no more members ({reason}): {_GONE}") from error
-
-    def _do_here(self, one: Assignment) -> None:
-        """Compute in this process a member that a worker has not returned for too long."""
-        if one.unseen:
-            warnings.warn(
-                f"{one.name} has not come back from a worker for {time.monotonic() - one.since:.0f} s (limit "
-                f"{self.limit:.0f} s: {LONGEST_WAITS:g} times the longest member, at least {LEAST_WAIT:g} s); it is "
-                "computed in this process; see whether the workers are alive",
-                RuntimeWarning,
-                stacklevel=2,
-            )
-            store_members(one.jobs, one.index)
-        self._count(one, "this host")
-
-    def _count(self, one: Assignment, host: str) -> None:
-        """Read the files of a member that was computed, and give up its claim; a file system may show them late."""
+    def _count(self, assignment: Assignment, host: str) -> None:
+        """Read the files of a computed member, and release its claim; a file system may show them late."""
         end = time.monotonic() + LATE
-        while unseen := one.unseen:
+        missing = assignment.missing
+        while missing:
             if time.monotonic() > end:
                 raise RecordError(
-                    f"a worker on {host} wrote {unseen[0]}, but this process does not see it: the file system is not "
-                    f"shared; name a run folder that all workers see"
+                    f"a worker on {host} wrote {missing[0]}, but this process does not see it: the file system is not "
+                    "shared; name a run folder that all workers see"
                 )
-            list(unseen[0].parent.iterdir())  # makes a network file system look again
+            list(missing[0].parent.iterdir())  # lets a network file system update
             time.sleep(0.1)
-        self._refresh(one.runs, one)
-        self.claims.release(one.name)
+            missing = assignment.missing
+        self._refresh(assignment.runs, assignment)
+        self.claims.release(assignment.name)
 
-    def _refresh(self, runs: list[ActiveRun], one: Assignment | None = None) -> None:
-        """Read the members that have appeared, `one` also beyond a gap, and call the observer if any have."""
+    def _refresh(self, runs: list[ActiveRun], assignment: Assignment | None = None) -> None:
+        """Read new members, that of `assignment` also beyond a gap, and call the observer if there are any."""
         for active in runs:
-            run, before = active.run, len(active.run.members)
-            if one is not None:
-                run.take(one.level, one.index)
+            run = active.run
+            before = len(run.members)
+            if assignment is not None:
+                run.take(assignment.level, assignment.index)
             run.refresh()
-            self.check()
             if self.observer is not None and len(run.members) != before:
                 self.observer(run)
 
 
-def clear(folder: Path, claims: Claims) -> None:
-    """Remove what killed writers left half done: of members that no process computes now, and beside them."""
+def remove_unfinished(folder: Path, claims: Claims) -> None:
+    """Remove the unfinished files of killed processes; those of claimed members stay."""
     for path in (*folder.iterdir(), *(folder / "realizations").iterdir()):
-        begun = _BEGUN.fullmatch(path.name)
-        if begun and not (begun[1] and claims.claimed(begun[1])):
-            path.unlink(missing_ok=True)  # a writer without a claim, if there is one, writes it again
+        unfinished = _UNFINISHED.fullmatch(path.name)
+        if unfinished and not (unfinished[1] and claims.claimed(unfinished[1])):
+            path.unlink(missing_ok=True)  # a process without a claim, if there is one, writes it again

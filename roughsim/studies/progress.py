@@ -1,40 +1,26 @@
-"""The progress of a study on a terminal: points finished, the point at work, and the end."""
+"""Progress of a study: the finished points, and the current one."""
 
-import time
-from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
-from roughsim.ensemble.bar import PatientConsole
-from roughsim.show.text import clock
-from roughsim.studies.bar import StudyProgress
-from roughsim.studies.study import Study
-from roughsim.studies.vary import points_of, read_axes
-from roughsim.studies.work import study
+from roughsim.ensemble.progress import Progress
+from roughsim.ensemble.status import needed
+from roughsim.results.run import Run
+
+_LINES = 5  # printed at most where there is no terminal
 
 
-def study_shown(content: dict[str, Any], folder: Path, workers: int | None, *, began: float | None = None) -> Study:
-    """Compute a study as `roughsim.study` does, showing progress and end.
+class StudyProgress(Progress):
+    """Progress over the points of a study."""
 
-    `content` has its scene, vary and target_error. `began` is when the command was given, s by `time.monotonic`.
-    """
-    began = time.monotonic() if began is None else began
-    console = PatientConsole(stderr=True)
-    points = len(points_of(read_axes(content["vary"])))  # their scenes are made once, by `study`
-    progress = StudyProgress(console, points)
-    try:
-        with suppress(OSError):
-            progress.bar.start()
-        result = study(
-            content["scene"],
-            vary=content["vary"],
-            folder=folder,
-            target_error=content.get("target_error"),
-            workers=workers,
-            observer=progress.update,
-        )
-    finally:
-        with suppress(OSError):
-            progress.bar.stop()
-    console.print_lines(f"{result.finished} of {points} points finished in {folder}, {clock(time.monotonic() - began)}")
-    return result
+    def __init__(self, points: int):
+        super().__init__(f"planning {points} points")
+        self._points = points
+        self._shares: dict[Path, float] = {}  # of the work of each point; 1 where it has finished
+
+    def update(self, run: Run) -> None:
+        """Show the number of finished points, and the current one."""
+        share = min(len(run.members) / max(sum(needed(run)), 1), 0.99)
+        self._shares[run.folder] = 1.0 if run.finished else share
+        finished = sum(share == 1.0 for share in self._shares.values())
+        text = f"{finished} of {self._points} points finished; {run.realizations} realizations in {run.folder.name}"
+        self.show(text, sum(self._shares.values()) / self._points, finished * _LINES // self._points)

@@ -15,9 +15,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from roughsim import prediction
+from roughsim.ensemble.executors import Workers, interrupted_by_signals
 from roughsim.ensemble.run import aimed, begin, complete
-from roughsim.ensemble.signals import stopped_by_signals
-from roughsim.ensemble.workforce import Workforce, check_workers
 from roughsim.planning.plan import plan
 from roughsim.results.folder import folder_state
 from roughsim.results.run import Run
@@ -25,6 +24,7 @@ from roughsim.scene import Scene, SceneError
 from roughsim.scene.files import scene_of
 from roughsim.scene.numerics import Numerics, Reason
 from roughsim.scene.sections import ROUGHNESS_KEYS, TARGET
+from roughsim.show.text import is_notebook
 from roughsim.store.claims import PLAN, Claims
 from roughsim.studies.folder import base_scene, describe, refuse_exchanged, refuse_other, write
 from roughsim.studies.results import LATER
@@ -37,7 +37,7 @@ PAUSE = 0.2  # s between two looks whether another process has planned
 HEAT_KEYS = ("conductivity", "density", "heat_capacity", "friction_coefficient", "speed", "heat_partition", "duration")
 
 
-class Begun(NamedTuple):
+class PointRun(NamedTuple):
     """The run of a point: its scene with the target of the study, its numerics, and its folder."""
 
     scene: Scene
@@ -91,22 +91,19 @@ def study(
     TypeError, ValueError, OSError, RuntimeError, KeyboardInterrupt
         As `roughsim.run`.
     """
-    check_workers(workers, executor)
+    allowed = Workers(workers, executor)
     target = None if target_error is None else float(TARGET(target_error, "target_error"))
     axes, scenes = scenes_of(scene, vary)
     folder = Path(folder)
     description = describe(scenes, axes, target)
     refuse_other(folder, description)
-    from roughsim.ensemble.bar import shown_in_notebook  # rich is slow to import
-    from roughsim.studies.bar import StudyProgress
+    points = {name: each for name, each in scenes.items() if name}
+    if observer is None and is_notebook():
+        from roughsim.studies.progress import StudyProgress  # rich is slow to import
 
-    with (
-        shown_in_notebook(observer, lambda console: StudyProgress(console, len(scenes) - 1)) as update,
-        stopped_by_signals() as check,
-        Workforce(workers, executor) as force,
-    ):
-        points = {name: each for name, each in scenes.items() if name}
-        with planning_alone(folder, check):
+        observer = StudyProgress(len(points)).update
+    with interrupted_by_signals(), allowed:
+        with planning_alone(folder):
             refuse_other(folder, description)  # which another process may have begun meanwhile
             refuse_exchanged(folder, description)
             if target is not None:
@@ -115,19 +112,18 @@ def study(
             write(folder, description)  # a plan that is refused leaves nothing behind
             groups = begin_points(folder, points, plans)
         for group in groups:
-            complete(group, force, check, update, claimed_in=folder)
+            complete(group, allowed, observer, claimed_in=folder)
     return Study(folder, description)
 
 
 @contextmanager
-def planning_alone(folder: Path, check: Callable[[], None]) -> Iterator[None]:
+def planning_alone(folder: Path) -> Iterator[None]:
     """Wait until no other process plans this study: two plans may differ, and its points would be no pairs."""
     new = not folder.exists()
     folder.mkdir(parents=True, exist_ok=True)
     try:
         with Claims(folder) as claims:
             while not claims.take(PLAN):
-                check()
                 time.sleep(PAUSE)
             yield
     finally:
@@ -189,12 +185,12 @@ def plans_of(folder: Path, scenes: dict[str, Scene]) -> dict[str, Numerics]:
     return plans
 
 
-def begin_points(folder: Path, scenes: dict[str, Scene], plans: dict[str, Numerics]) -> list[list[Begun]]:
+def begin_points(folder: Path, scenes: dict[str, Scene], plans: dict[str, Numerics]) -> list[list[PointRun]]:
     """Begin the run of each point, or check the one that is there; return groups with the same levels.
 
     `plans` are those of `plans_of`. A point that comes later has the numerics of its family.
     """
-    groups: dict[str, list[Begun]] = {}
+    groups: dict[str, list[PointRun]] = {}
     for key, members in families_of(scenes).items():
         paths = {name: folder / "points" / name for name in members}
         there = begun_of(folder, members)
@@ -209,7 +205,7 @@ def begin_points(folder: Path, scenes: dict[str, Scene], plans: dict[str, Numeri
         for name, scene in members.items():
             own = begin(scene, paths[name], None if name in there else numerics)
             same_levels = json.dumps(own.to_dict() | {"keep_fields": None}, sort_keys=True)
-            groups.setdefault(key + same_levels, []).append(Begun(scene, own, paths[name]))
+            groups.setdefault(key + same_levels, []).append(PointRun(scene, own, paths[name]))
     return [sorted(group, key=lambda one: (contact_keys(one.scene), one.folder.name)) for group in groups.values()]
 
 

@@ -203,24 +203,6 @@ def test_a_run_that_ignores_closed_terminals_goes_on(scene_file, tmp_path):
     assert process.wait(timeout=60) == 0
 
 
-def test_an_interrupt_lost_in_a_finalizer_still_ends_the_run(monkeypatch):
-    from roughsim.ensemble.signals import stopped_by_signals
-
-    class Finalized:
-        def __del__(self):
-            os.kill(os.getpid(), signal.SIGINT)
-            time.sleep(0.01)  # the handler runs in here, and what it raises is dropped
-
-    dropped, before = [], signal.signal(signal.SIGINT, signal.default_int_handler)
-    monkeypatch.setattr(sys, "unraisablehook", dropped.append)
-    with stopped_by_signals() as check:
-        Finalized()
-        with pytest.raises(KeyboardInterrupt):
-            check()
-    assert len(dropped) == 1
-    assert signal.signal(signal.SIGINT, before) is signal.default_int_handler
-
-
 @pytest.mark.slow
 def test_workers_do_not_outlive_a_killed_parent(scene_file, tmp_path):
     process = start(scene_file, tmp_path / "run", most=100000)

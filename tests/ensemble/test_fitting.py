@@ -1,15 +1,15 @@
 """As many workers as memory and cores allow, which the run says; a worker that the system kills ends in a sentence."""
 
 import signal
-from concurrent.futures import BrokenExecutor
 from dataclasses import replace
 
 import pytest
 from pool_cases import to_do
 
 import roughsim as rs
-from roughsim.ensemble import workers, workforce
-from roughsim.ensemble.workforce import SerialExecutor, Workforce
+from roughsim.ensemble import executors
+from roughsim.ensemble.executors import SerialExecutor, Workers
+from roughsim.ensemble.workers import store_members
 from roughsim.machine import Limit
 from roughsim.planning import reasons
 from roughsim.scene.numerics import Level, Numerics
@@ -21,9 +21,9 @@ def job(monkeypatch):
     """A job with so many cores and GB."""
 
     def of(cores, memory):
-        for module in (reasons, workforce):
+        for module in (reasons, executors):
             monkeypatch.setattr(module, "available_memory", lambda: Limit(1e9 * memory, "limit of the test"))
-        for module in (reasons, workforce):
+        for module in (reasons, executors):
             monkeypatch.setattr(module, "usable_cores", lambda: Limit(cores, "cores of the test"))
 
     return of
@@ -46,9 +46,9 @@ def test_the_plan_has_as_many_workers_as_cores_and_memory_allow(job, quick):
 
 def test_workers_that_were_asked_for_are_lowered_by_memory_with_a_warning(job):
     job(8, 25.3)
-    with Workforce(2, None) as force, pytest.warns(RuntimeWarning) as said:
-        force.fit(18e9, "largest grid", 1)
-    assert force.workers == 1
+    with Workers(2) as workers, pytest.warns(RuntimeWarning) as said:
+        workers.fit(18e9, "largest grid", 1)
+    assert workers.count == 1
     assert str(said[0].message) == (
         "workers = 2 would need 2 × 18.2 GB, more than 80 % of the 25.3 GB that are available (limit of the test); "
         "the run has 1"
@@ -58,22 +58,24 @@ def test_workers_that_were_asked_for_are_lowered_by_memory_with_a_warning(job):
 def test_where_no_number_was_asked_for_a_line_says_how_many_there_are(job, monkeypatch, capsys):
     job(8, 25.3)
     monkeypatch.setattr(text, "notes_are_shown", True)
-    with Workforce(None, None) as force:
-        assert force.workers == 8
-        force.fit(4e9, "largest grid", 1)
-        assert force.workers == 4
+    with Workers(None) as workers:
+        assert workers.count == 8
+        workers.fit(4e9, "largest grid", 1)
+        assert workers.count == 4
         assert "the run has 4" in capsys.readouterr().err
-        force.fit(1e9, "largest grid", 4)  # the next points of a study may have room for more: here two of four threads
-        assert force.workers == 2
+        workers.fit(
+            1e9, "largest grid", 4
+        )  # the next points of a study may have room for more: here two of four threads
+        assert workers.count == 2
         assert capsys.readouterr().err == ""
 
 
 def test_what_workers_take_does_not_count_against_them(job):
     job(8, 25.3)
-    with Workforce(2, None) as force:
+    with Workers(2) as workers:
         job(8, 1.0)  # while they compute
-        force.fit(9e9, "largest grid", 1)
-        assert force.workers == 2
+        workers.fit(9e9, "largest grid", 1)
+        assert workers.count == 2
 
 
 def test_a_member_without_room_is_refused_before_a_folder_is_made(job, quick, tmp_path):
@@ -90,18 +92,18 @@ def kill_first(marker, *arguments):
         if marker is not None:
             marker.touch()
         signal.raise_signal(signal.SIGKILL)
-    return workers.store_members(*arguments)
+    return store_members(*arguments)
 
 
-class Killing(Workforce):
+class Killing(Workers):
     """Two workers; the first one, or each, is killed at its member."""
 
     def __init__(self, marker):
-        super().__init__(2, None)
+        super().__init__(2)
         self.marker = marker
 
-    def pool(self):
-        pool, marker = super().pool(), self.marker
+    def executor(self):
+        pool, marker = super().executor(), self.marker
 
         class Handing(SerialExecutor):
             def submit(self, function, *arguments):
@@ -110,38 +112,23 @@ class Killing(Workforce):
         return Handing()
 
 
-def test_a_killed_worker_is_told_with_numbers_and_the_run_goes_on_with_one_fewer(quick, tmp_path):
+def test_a_killed_worker_is_named_with_numbers_and_the_run_continues_with_one_fewer(quick, tmp_path):
     work = to_do(quick, tmp_path / "run")
-    with Killing(tmp_path / "killed") as force:
-        force.fit(3e6, "largest grid", 1)
+    with Killing(tmp_path / "killed") as workers:
+        workers.fit(3e6, "largest grid", 1)
         with pytest.warns(RuntimeWarning) as said:
-            work.complete(force)
+            work.complete(workers)
     assert work.runs[0].run.realizations == 2
-    assert force.workers == 1
+    assert workers.count == 1
     (words,) = {str(one.message) for one in said}
-    assert words.startswith("the system has killed a worker (SIGKILL), as it does where memory runs out: 2 workers")
-    assert "2 × 0.253 GB" in words
-    assert words.endswith("ask for more memory, or for fewer workers; the run goes on with 1")
+    assert words.startswith("a worker has died (")
+    assert "2 workers need about 2 × 0.253 GB" in words
+    assert words.endswith("ask for more memory, or for fewer workers; the run continues with 1")
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore:the system has killed")
-def test_workers_that_are_always_killed_end_the_run_with_the_same_words(quick, tmp_path):
+@pytest.mark.filterwarnings("ignore:a worker has died")
+def test_workers_that_are_always_killed_end_the_run(quick, tmp_path):
     work = to_do(quick, tmp_path / "run")
-    words = r"^workers died 4 times without storing a member, last: the system has killed a worker \(SIGKILL\)"
-    with Killing(None) as force, pytest.raises(RuntimeError, match=words):
-        work.complete(force)
-
-
-def test_an_executor_that_broke_was_not_killed(quick, tmp_path):
-    class Broken(SerialExecutor):
-        def submit(self, *_, **__):
-            raise BrokenExecutor("gone")
-
-    class Force(Workforce):
-        def pool(self):
-            return Broken()
-
-    with Force(2, None) as force, pytest.raises(RuntimeError, match="last: gone"):
-        to_do(quick, tmp_path / "run").complete(force)
-    assert force.workers == 2
+    with Killing(None) as workers, pytest.raises(RuntimeError, match="^workers died 4 times without storing a member"):
+        work.complete(workers)

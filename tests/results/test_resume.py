@@ -131,8 +131,3 @@ def test_what_cannot_be_is_refused_before_planning(quick, tmp_path, monkeypatch,
     }
     with pytest.raises(ValueError, match=words[case]):
         rs.run(scene, place, until=until)
-    from roughsim.ensemble.progress import run_shown
-    from roughsim.ensemble.run import aimed
-
-    with pytest.raises(ValueError, match=words[case]):
-        run_shown(aimed(scene, until=until), place, 1)

@@ -1,0 +1,175 @@
+"""Executors that compute the members of a run: this process, a pool of worker processes, or one of the caller."""
+
+import signal
+import threading
+import warnings
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from contextlib import AbstractContextManager, contextmanager
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from multiprocessing.synchronize import Event
+from types import TracebackType
+from typing import Any
+
+from roughsim.machine import PROCESS, SHARE, available_memory, in_words, usable_cores, workers_that_fit
+from roughsim.show.text import note
+
+_ADVICE = (
+    "its scheduler or its workers have ended; all finished members are stored, and the same call continues from there; "
+    'if its workers are processes, the script needs `if __name__ == "__main__":` above the call'
+)
+
+
+class SerialExecutor(Executor):
+    """An executor that computes each call in this process, before `submit` returns."""
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **options: Any) -> Future[Any]:
+        """Compute ``function(*arguments, **options)`` and return a future that is done."""
+        future: Future[Any] = Future()
+        try:
+            future.set_result(function(*arguments, **options))
+        except Exception as error:  # KeyboardInterrupt is not caught
+            future.set_exception(error)
+        return future
+
+
+class Workers(AbstractContextManager["Workers"]):
+    """The executor of a run, and the number of members that it computes at the same time.
+
+    A context manager: own processes end with it. After an error or an interrupt they are ended at once, since a member
+    that is not stored can be computed again. An executor of the caller is never shut down.
+    """
+
+    def __init__(self, count: int | None, executor: Executor | None = None):
+        if count is not None and (isinstance(count, bool) or int(count) != count or count < 1):
+            raise ValueError(f"workers = {count!r} must be a whole number ≥ 1")
+        self.count = int(usable_cores().amount) if count is None else int(count)
+        self.in_process = executor is None and self.count == 1  # whether members are computed in this process
+        self._asked = count
+        self._given = executor
+        self._memory = available_memory()  # before there are workers, which take some of it
+        self._member = 0.0  # bytes of a member
+        self._pool: ProcessPoolExecutor | None = None
+        self._lifeline: Connection | None = None  # when it closes, the workers end
+        self._begun: Event | None = None  # set by the first worker that has started
+
+    @property
+    def in_flight(self) -> int:
+        """Number of members submitted at a time: one more than each worker computes, so that none waits."""
+        return 1 if self.in_process else 2 * self.count
+
+    @property
+    def own(self) -> bool:
+        """Whether the executor ends with the run."""
+        return self._given is None
+
+    def fit(self, member: float, source: str, threads: int) -> None:
+        """Lower the number of workers to those that memory allows, each with a member of so many bytes.
+
+        A number that was asked for is lowered with a RuntimeWarning. ResolutionError if one member does not fit;
+        `source` is the part of the member that takes its memory. Executors of the caller are left as they are.
+        """
+        if self._given is not None:
+            return
+        wanted = self._asked or max(int(usable_cores().amount) // threads, 1)
+        count = workers_that_fit(wanted, member, source, self._memory)
+        if count < wanted:
+            words = (
+                f"workers = {wanted} would need {wanted} × {(member + PROCESS) / 1e9:.3g} GB, more than "
+                f"{100 * SHARE:.0f} % of the {in_words(self._memory)}; the run has {count}"
+            )
+            if self._asked is None:
+                note(words)
+            else:
+                warnings.warn(words, RuntimeWarning, stacklevel=2)
+        if count != self.count:
+            self._close()
+        self.count = count
+        self.in_process = count == 1
+        self._member = member
+
+    def executor(self) -> Executor:
+        """Return the executor: the same one until it breaks."""
+        if self._given is not None:
+            return self._given
+        if self.in_process:
+            return SerialExecutor()
+        if self._pool is None:
+            context = get_context("spawn")  # a fork after threaded transforms hangs
+            self._begun = context.Event()
+            receiver, self._lifeline = context.Pipe(duplex=False)
+            self._pool = ProcessPoolExecutor(self.count, context, _begin_worker, (receiver, self._begun))
+        return self._pool
+
+    def replace_broken(self, error: Exception) -> None:
+        """Prepare a new pool with one worker fewer after a worker has died.
+
+        RuntimeError if the executor is of the caller, or if no worker could start.
+        """
+        reason = str(error) or type(error).__name__
+        if self._given is not None:
+            raise RuntimeError(f"the executor has lost a member ({reason}): {_ADVICE}") from error
+        if self._begun is not None and not self._begun.is_set():
+            raise RuntimeError(
+                f"no worker could start ({reason}): each worker imports the script, which must be a file with "
+                '`if __name__ == "__main__":` above the call; or compute with workers=1'
+            ) from None
+        self._close()
+        before = self.count
+        self._asked = self.count = max(before - 1, 1)
+        warnings.warn(
+            f"a worker has died ({reason}), as where memory runs out: {before} workers need about {before} × "
+            f"{(self._member + PROCESS) / 1e9:.3g} GB, and {in_words(self._memory)} at the start of the run; ask for "
+            f"more memory, or for fewer workers; the run continues with {self.count}",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is not None and self._lifeline is not None:
+            self._lifeline.close()
+        self._close()
+
+    def _close(self) -> None:
+        """End the pool after the calls in progress."""
+        if self._pool is not None and self._lifeline is not None:
+            self._pool.shutdown(wait=True, cancel_futures=True)
+            self._lifeline.close()
+            self._pool = None
+
+
+def _begin_worker(lifeline: Connection, begun: Event) -> None:
+    """Leave interrupts to the parent process, and end when it closes the connection, or ends in any way."""
+    begun.set()
+    for name in ("SIGINT", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+    def watch() -> None:
+        lifeline.poll(None)
+        signal.raise_signal(signal.SIGTERM)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def interrupted_by_signals() -> Iterator[None]:
+    """Turn SIGTERM, and SIGHUP of a closed terminal, into KeyboardInterrupt, as Ctrl-C.
+
+    Handlers that a program has set itself, or that `nohup` has, are kept, as are all outside of the main thread.
+    """
+    before = {}
+    if threading.current_thread() is threading.main_thread():
+        for name in ("SIGTERM", "SIGHUP"):
+            number = getattr(signal, name, None)
+            if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+                before[number] = signal.signal(number, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
