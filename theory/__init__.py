@@ -25,7 +25,19 @@ Equation numbers are those of B.N.J. Persson, "Flash temperature in sliding cont
 from importlib import import_module
 from typing import Any
 
-__all__ = ["background", "classical", "flash", "hardness", "hertz", "partition", "persson", "plasticity", "quadrature"]
+__all__ = [
+    "background",
+    "classical",
+    "clipped",
+    "flash",
+    "hardness",
+    "hertz",
+    "partition",
+    "persson",
+    "plasticity",
+    "quadrature",
+    "two_bodies",
+]
 
 
 def __getattr__(name: str) -> Any:

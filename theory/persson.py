@@ -269,11 +269,11 @@ def stress_density(
     The results for spectra that compare by value are kept: all quantities of one surface share them, at every speed.
     """
     arguments: Any = (spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
-    return _remembered(*arguments) if all(_is_value(item) for item in arguments) else _resolved(*arguments)
+    return _remembered(*arguments) if all(is_value(item) for item in arguments) else _resolved(*arguments)
 
 
-def _is_value(item: object) -> bool:
-    """Whether an argument compares by value, so that a result may be kept under it: not if it only equals itself."""
+def is_value(item: object) -> bool:
+    """Return whether `item` compares by value, so that a result may be kept under it: not if it only equals itself."""
     if item is None or isinstance(item, (int, float)):
         return True
     if type(item).__hash__ in {None, object.__hash__}:

@@ -91,6 +91,15 @@ def yield_wavenumber(
     return half_variance_table(spectrum).inverse(g_yield * (hardness / modulus) ** 2 * 4 / pi)
 
 
+def half_variance_of(share: float, variance: float) -> float:
+    """Return the G/σ_P² at which a pressure between the walls has this `variance`/σ_P², which rises by 2A_el dg."""
+    nearer = min(share, 1 - share)
+    g = np.concatenate([[0.0], np.geomspace(1e-4 * nearer**2, 10.0, 600)])
+    elastic = between(nearer, g)
+    rising = np.append(0.0, np.cumsum((elastic[1:] + elastic[:-1]) * np.diff(g)))
+    return float(np.interp(variance, rising, g))
+
+
 def shares(nominal_pressure: float, penetration_hardness: float) -> tuple[float, float, float]:
     """Return σ₀/σ_P, 1 − σ₀/σ_P without cancellation, and σ_P."""
     pressure = positive("nominal_pressure", nominal_pressure, "Pa")

@@ -24,7 +24,7 @@ from theory.interface import STEP, UNREACHED, diffuse
 from theory.persson import half_variance
 from theory.quadrature import WEIGHTS, panels_between
 from theory.scattering import Table, scatter
-from theory.walls import area_fractions, between, shares, yield_wavenumber
+from theory.walls import area_fractions, half_variance_of, shares, yield_wavenumber
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
@@ -223,11 +223,8 @@ def edges(x: Array, rim: float) -> Array:
 
 @lru_cache(maxsize=64)  # of one contact both areas are asked for
 def _areas(share: float, variance: float) -> tuple[float, float]:
-    """Return A_el/A₀ and A_pl/A₀ of a pressure between absorbing walls; `variance`, over σ_P², rises by 2A_el dg."""
-    g = np.concatenate([[0.0], np.geomspace(1e-4 * share**2, 10.0, 600)])
-    elastic = between(min(share, 1 - share), g)
-    rising = np.append(0.0, np.cumsum((elastic[1:] + elastic[:-1]) * np.diff(g)))
-    _, left, plastic = area_fractions(np.interp(variance, rising, g), share, 1.0)
+    """Return A_el/A₀ and A_pl/A₀ of a pressure between absorbing walls that has the `variance`, over σ_P²."""
+    _, left, plastic = area_fractions(half_variance_of(share, variance), share, 1.0)
     return float(left), float(plastic)
 
 

@@ -1,0 +1,139 @@
+"""The contact as a clipped Gaussian field: closed means against drawn pairs and series, and the laws it repeats."""
+
+from math import factorial
+
+import numpy as np
+import pytest
+from numpy.polynomial.hermite_e import hermeval
+from scipy.optimize import brentq
+from scipy.special import erf, ndtr, ndtri, owens_t
+from yielding_cases import HARDNESS, MODULUS, SelfAffine
+
+from theory import clipped, persson, plasticity
+
+STEEL = {"effective_modulus": MODULUS, "nominal_pressure": 0.1 * HARDNESS, "penetration_hardness": HARDNESS}
+YIELDED, PARTLY = SelfAffine(level=1e-24), SelfAffine(level=1e-26, q_max=2e6)
+
+
+def hermite_coefficients(levels, heights, degree):
+    """⟨F h_k⟩ of F = Σ h 1(z > u) with normalised Hermite polynomials: φ(u) He_(k−1)(u)/√k!, and P(z > u) for k = 0."""
+    normal = np.exp(-(levels**2) / 2) / np.sqrt(2 * np.pi)
+    later = [
+        heights @ (normal * hermeval(levels, np.eye(degree)[k - 1])) / np.sqrt(float(factorial(k)))
+        for k in range(1, degree)
+    ]
+    return np.array([heights @ ndtr(-levels), *later])
+
+
+def test_one_step_has_the_probability_that_two_normal_heights_exceed_it():
+    u = 1.3
+    table = clipped.products([u], [1.0])
+    p = np.cos(np.linspace(0, np.pi, table.joint.size))[1:-1]
+    both = ndtr(-u) - 2 * owens_t(u, np.sqrt((1 - p) / (1 + p)))
+    # the trapezoidal rule over steps of π/256 of what varies within a radian
+    assert table.joint[1:-1] == pytest.approx(both, abs=2e-5)
+    assert table.variance == pytest.approx(ndtr(-u) * ndtr(u), rel=2e-4)
+
+
+def test_products_are_those_of_the_hermite_series():
+    levels, heights = np.array([-0.4, 0.7, 1.5]), np.array([0.3, 1.0, 2.0])
+    c = hermite_coefficients(levels, heights, 120)
+    table = clipped.products(levels, heights)
+    angle = np.linspace(0, np.pi, table.joint.size)
+    p = np.cos(angle)
+    k = np.arange(c.size)
+    near = np.abs(p) < 0.85  # 0.85^120 is 3e-9
+    power = p[near, None] ** k
+    joint = power @ c**2
+    edge = power[:, :-1] @ (np.sqrt(k[1:]) * c[:-1] * c[1:])
+    edges = power[:, :-1] @ (k[1:] * c[1:] ** 2)
+    assert table.joint[near] == pytest.approx(joint, rel=2e-5, abs=1e-5)
+    assert table.table[1][near] == pytest.approx(edge, rel=1e-6)
+    assert table.table[3][near] == pytest.approx(edges * np.sin(angle[near]), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("own", "other", "part"), [(0.9, 0.3, 0.5), (0.6, -0.2, 0.2), (0.1, 0.8, 0.7), (0.97, 0.9, 0.5), (0.5, 0.5, 0.4)]
+)
+def test_shared_products_are_those_of_drawn_normal_heights(own, other, part):
+    levels, heights = np.array([0.2, 1.1, 1.2]), np.array([0.5, 1.0, 1.5])
+    rng = np.random.default_rng([int(100 * own), int(100 * part)])
+    draws = 1_000_000
+    one, two = rng.standard_normal((2, 2, draws))
+    here = one[0], two[0]
+    there = own * one[0] + np.sqrt(1 - own**2) * one[1], other * two[0] + np.sqrt(1 - other**2) * two[1]
+    weighted = []
+    for first, second in (here, there):
+        z = np.sqrt(1 - part) * first + np.sqrt(part) * second
+        psi = np.sqrt(part) * first - np.sqrt(1 - part) * second
+        pressure = (z[:, None] > levels) @ heights
+        weighted.append((pressure, pressure * psi, pressure * z * psi))
+    values = clipped.products(levels, heights).shared(np.asarray(own), np.asarray(other), part)
+    mean = (heights @ ndtr(-levels)) ** 2
+    for value, (i, j) in zip(values, clipped.PAIRS, strict=True):
+        drawn = weighted[0][i] * weighted[1][j] - (mean if i == j == 0 else 0.0)
+        # four standard errors, and 1e-3 of the heights' squares for the table
+        assert value == pytest.approx(drawn.mean(), abs=4 * drawn.std() / np.sqrt(draws) + 1e-3)
+
+
+@pytest.mark.parametrize("spectrum", [YIELDED, PARTLY])
+def test_the_field_repeats_the_mean_and_the_correlation_of_the_law(spectrum):
+    field = clipped.clipped_field(spectrum, **STEEL)
+    stress = plasticity.stress_spectrum(spectrum, **STEEL)
+    r = np.geomspace(1e-8, 3e-4, 12)
+    expected = persson.pressure_correlation(r, stress_spectrum=stress)
+    c = hermite_coefficients(field.levels, field.heights, 150)
+    assert c[0] == pytest.approx(0.1 * HARDNESS, rel=1e-9)
+    rho = field.correlation(r)
+    middle = np.abs(rho) < 0.9
+    assert middle.sum() > 3
+    share = (rho[middle, None] ** np.arange(150) @ c**2 - c[0] ** 2) / field.products.variance
+    whole = float(persson.pressure_correlation(0.0, stress_spectrum=stress))
+    assert share == pytest.approx(expected[middle] / whole, abs=3e-4)
+    assert field.variance == pytest.approx(whole, rel=1e-9)
+    assert field.products.variance == pytest.approx(whole, rel=0.01)  # 48 steps
+
+
+def test_what_has_yielded_altogether_is_one_step():
+    field = clipped.clipped_field(YIELDED, **STEEL)
+    assert field.levels == pytest.approx(-ndtri(0.1) * np.ones(field.levels.size), abs=0.2)
+    assert field.heights.sum() == pytest.approx(HARDNESS, rel=1e-12)
+    assert field.pressure([0.9, 1.6]).tolist() == pytest.approx([0.0, HARDNESS])
+
+
+def test_what_has_yielded_in_part_has_the_areas_of_the_law():
+    field = clipped.clipped_field(PARTLY, **STEEL)
+    stress = plasticity.stress_spectrum(PARTLY, **STEEL)
+    z = -ndtri((np.arange(200_000) + 0.5) / 200_000)
+    pressure = field.pressure(z)
+    # the first and the last of the 48 steps are 6e-4 σ_P high
+    assert (pressure > 0).mean() == pytest.approx(stress.contact_fraction, rel=0.01)
+    assert (pressure > 0.999 * HARDNESS).mean() == pytest.approx(stress.plastic_fraction, rel=0.03)
+
+
+def test_full_contact_is_a_gaussian_field():
+    spectrum = SelfAffine(level=1e-29, q_max=1e6)
+    mean = 0.5e11
+    field = clipped.clipped_field(spectrum, effective_modulus=MODULUS, nominal_pressure=mean, penetration_hardness=1e11)
+    z = np.array([-1.5, -0.5, 0.5, 1.5])
+    deviation = np.sqrt(field.variance)
+    assert (field.pressure(z) - mean) / deviation == pytest.approx(z, abs=0.2)  # steps of 0.3 standard deviations
+    r = np.geomspace(1e-6, 1e-4, 6)
+    shape = np.interp(np.log(r), np.log(field.distance), field.pressure_correlation) / field.variance
+    assert field.correlation(r) == pytest.approx(shape, abs=0.012)  # of steps of 0.3 standard deviations
+
+
+def test_elastic_contact_has_no_highest_pressure():
+    spectrum = SelfAffine(level=3e-27, q_max=1e6, q_min=2e4)
+    pressure = 3e8
+    field = clipped.clipped_field(spectrum, effective_modulus=MODULUS, nominal_pressure=pressure)
+    assert hermite_coefficients(field.levels, field.heights, 2)[0] == pytest.approx(pressure, rel=1e-3)
+    assert field.products.variance == pytest.approx(field.variance, rel=0.01)
+    # one wall at 0: x = σ₀/2√G has ⟨σ²⟩ = (σ₀² + 2G) erf x + 2σ₀√(G/π) e^(−x²), and erf x is the contact area
+
+    def excess(x):
+        half = (pressure / (2 * x)) ** 2
+        square = (pressure**2 + 2 * half) * erf(x) + 2 * pressure * np.sqrt(half / np.pi) * np.exp(-(x**2))
+        return square - pressure**2 - field.variance
+
+    assert ndtr(-field.levels[0]) == pytest.approx(erf(brentq(excess, 1e-3, 3.0)), rel=0.01)
